@@ -1,4 +1,4 @@
-//! Ctrl-C and SIGTERM. The first signal ends the runs in order; a second one ends the program at once.
+//! Ctrl-C, SIGTERM and SIGHUP. The first signal ends the runs in order; a second Ctrl-C or SIGTERM ends the program at once.
 
 use signal_hook::consts::{SIGINT, SIGTERM};
 use std::io;
@@ -13,7 +13,7 @@ pub struct Interrupt {
 }
 
 impl Interrupt {
-    /// Installs the handlers of both signals.
+    /// Installs the handlers of the signals.
     ///
     /// # Errors
     /// A handler that the operating system rejects.
@@ -31,10 +31,24 @@ impl Interrupt {
             signal_hook::flag::register(signal, again)?;
             signal_hook::flag::register_usize(signal, Arc::clone(&interrupt.signal), number)?;
         }
+        #[cfg(unix)]
+        interrupt.listen_to_hangup()?;
         // A file-size limit then causes an error of the write, which is reported, and does not kill the program.
         #[cfg(unix)]
         signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
         Ok(interrupt)
+    }
+
+    /// Installs the handler of SIGHUP, which the system sends when the terminal is closed, often from several processes at once:
+    /// a second one changes nothing. Under `nohup`, the runs continue.
+    #[cfg(unix)]
+    fn listen_to_hangup(&self) -> io::Result<()> {
+        use signal_hook::consts::SIGHUP;
+        if !is_ignored(SIGHUP) {
+            let number = SIGHUP as usize;
+            signal_hook::flag::register_usize(SIGHUP, Arc::clone(&self.signal), number)?;
+        }
+        Ok(())
     }
 
     /// Whether the runs are to stop.
@@ -60,4 +74,14 @@ impl Interrupt {
         let signal = self.signal.load(Ordering::Relaxed);
         (signal != 0).then_some(128 + signal as u8)
     }
+}
+
+/// Whether the caller of the program has set a signal to be ignored. Only Linux reports it without a call into the C library.
+#[cfg(unix)]
+fn is_ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let ignored = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    // Bit 0 is signal 1.
+    ignored.is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
 }

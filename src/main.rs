@@ -3,6 +3,8 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    kinetoscope::cli::allocator::keep_little();
-    kinetoscope::cli::run_experiment().into()
+    kinetoscope_usage::catch_internal_errors(|| {
+        kinetoscope::cli::allocator::keep_little();
+        kinetoscope::cli::run_experiment().into()
+    })
 }

@@ -20,14 +20,15 @@ mod report;
 pub mod run;
 mod statistics;
 mod sweep;
+mod table;
 mod thumbnail;
 mod write_file;
 
 pub use input::UnreadableRecording;
-pub use metric::{Definition, Law, Measurement};
+pub use metric::{Definition, Law, Measurement, Theory};
 pub use report::metrics_reference;
 pub use run::{RunAnalysis, RunStatus};
-pub use statistics::Estimate;
+pub use statistics::{Entries, Estimate, MissingError};
 
 use kinetoscope_recording::reader::Recording;
 use std::thread::available_parallelism;

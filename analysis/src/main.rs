@@ -3,5 +3,7 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    ExitCode::from(kinetoscope_analysis::cli::main() as u8)
+    kinetoscope_usage::catch_internal_errors(|| {
+        ExitCode::from(kinetoscope_analysis::cli::main() as u8)
+    })
 }

@@ -1,6 +1,6 @@
-//! Writes whole files: next to their place first, then moved there, so that no reader sees half of one.
+//! Writes whole files, so that no reader sees half of one.
 
-use std::io::{self, Write as _};
+use kinetoscope_recording::{atomic_file, output_file};
 use std::path::{Path, PathBuf};
 
 /// A file or folder that cannot be written, with the user's next step.
@@ -28,27 +28,26 @@ pub(crate) fn create_folder(folder: &Path) -> Result<(), WriteError> {
     std::fs::create_dir_all(folder).map_err(|error| WriteError::new(folder, error))
 }
 
-/// Writes a file next to its place and then moves it there.
+/// Replaces a file as a whole. A symbolic link is replaced, not followed: another user of the folder may have put it there.
 ///
 /// # Errors
 /// A file that cannot be written.
 pub(crate) fn replace(path: &Path, content: impl AsRef<[u8]>) -> Result<(), WriteError> {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(".new");
-    let temporary = path.with_file_name(name);
-    let write = || -> io::Result<()> {
-        std::fs::write(&temporary, content)?;
-        std::fs::rename(&temporary, path)
-    };
-    write().map_err(|error| WriteError::new(path, error))
+    atomic_file::replace(path, content.as_ref()).map_err(|error| WriteError::new(path, error))
 }
 
-/// Adds text to the end of a file, which is created if it does not exist.
+/// Writes a destination that the user named, which may be a link, a device or a pipe.
 ///
 /// # Errors
-/// A file that cannot be written.
+/// A destination that cannot be written.
+pub(crate) fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<(), WriteError> {
+    output_file::write(path, content.as_ref()).map_err(|error| WriteError::new(path, error))
+}
+
+/// Adds text to the end of a destination, which is created if it does not exist.
+///
+/// # Errors
+/// A destination that cannot be written.
 pub(crate) fn append(path: &Path, text: &str) -> Result<(), WriteError> {
-    let file = std::fs::OpenOptions::new().create(true).append(true).open(path);
-    file.and_then(|mut file| file.write_all(text.as_bytes()))
-        .map_err(|error| WriteError::new(path, error))
+    output_file::append(path, text).map_err(|error| WriteError::new(path, error))
 }

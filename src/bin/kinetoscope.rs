@@ -6,7 +6,7 @@ use kinetoscope::cli::analysis::Analysis;
 use kinetoscope::cli::benchmark::BenchmarkArguments;
 use kinetoscope::cli::check::CheckArguments;
 use kinetoscope::cli::doctor::DoctorArguments;
-use kinetoscope::cli::exit::{EXIT_CODES, Exit};
+use kinetoscope::cli::exit::{Exit, OF_RUN, exit_codes};
 use kinetoscope::cli::info::InfoArguments;
 use kinetoscope::cli::inspect::{CompareArguments, VerifyArguments};
 use kinetoscope::cli::run::RunArguments;
@@ -29,20 +29,20 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 #[command(subcommand_help_heading = "Subcommands", disable_help_subcommand = true)]
 enum Command {
-    #[command(after_help = EXIT_CODES)]
+    #[command(after_help = exit_codes(OF_RUN))]
     Run(RunArguments),
     New(NewArguments),
-    #[command(after_help = EXIT_CODES)]
+    #[command(after_help = exit_codes(&[75]))]
     Check(CheckArguments),
-    #[command(after_help = EXIT_CODES)]
+    #[command(after_help = exit_codes(&[1, 4, 5, 75, 129, 130, 143]))]
     Verify(VerifyArguments),
-    #[command(after_help = EXIT_CODES)]
+    #[command(after_help = exit_codes(&[4, 5, 75]))]
     Compare(CompareArguments),
-    #[command(after_help = EXIT_CODES)]
+    #[command(after_help = exit_codes(&[]))]
     Why(WhyArguments),
-    #[command(after_help = EXIT_CODES)]
+    #[command(after_help = exit_codes(&[5]))]
     Info(InfoArguments),
-    #[command(after_help = EXIT_CODES)]
+    #[command(after_help = exit_codes(&[1, 75]))]
     Benchmark(BenchmarkArguments),
     #[command(after_help = analysis::EXIT_CODES)]
     Analyze(AnalyzeArguments),
@@ -55,6 +55,9 @@ enum Command {
         /// The shell
         shell: Shell,
     },
+    #[command(
+        after_help = "Exit codes:\n  0    no problem\n  1    a problem was found; its remedy is printed\n  2    bad arguments\n  70   an internal error, or not enough memory"
+    )]
     Doctor(DoctorArguments),
 }
 
@@ -72,6 +75,11 @@ const FEATURES: [(&str, bool); 2] =
     [("object-storage", cfg!(feature = "object-storage")), ("parquet", cfg!(feature = "parquet"))];
 
 fn main() -> ExitCode {
+    kinetoscope_usage::catch_internal_errors(execute)
+}
+
+/// Parses the arguments and executes the subcommand.
+fn execute() -> ExitCode {
     kinetoscope::cli::allocator::keep_little();
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
@@ -79,6 +87,7 @@ fn main() -> ExitCode {
             return match kinetoscope_usage::report(&error, &called()) {
                 Ended::Answered => Exit::Done,
                 Ended::Rejected => Exit::BadManifest,
+                Ended::Unwritten => Exit::Retryable,
             }
             .into();
         }
@@ -112,5 +121,5 @@ fn called() -> String {
 fn print_completions(shell: Shell) -> Exit {
     let mut text = Vec::new();
     clap_complete::generate(shell, &mut Arguments::command(), "kinetoscope", &mut text);
-    messages::print(String::from_utf8_lossy(&text).trim_end())
+    messages::print_exactly(String::from_utf8_lossy(&text).trim_end())
 }

@@ -3,7 +3,7 @@
 use crate::cli::ResultArguments;
 use crate::cli::exit::Exit;
 use crate::cli::manifests::{ManifestArguments, ManifestReader};
-use crate::cli::messages::{Failure, print};
+use crate::cli::messages::Failure;
 use crate::cli::pipeline;
 use crate::cli::run::bad;
 use crate::outputs::sidecars;
@@ -33,7 +33,7 @@ impl BenchmarkArguments {
     /// Measures, prints and writes the table.
     #[must_use]
     pub fn execute(&self) -> Exit {
-        self.measure().unwrap_or_else(|failure| failure.report())
+        self.result.concluded(self.measure().unwrap_or_else(|failure| failure.report()))
     }
 
     fn measure(&self) -> Result<Exit, Failure> {
@@ -47,8 +47,8 @@ impl BenchmarkArguments {
         pipeline::order(std::slice::from_ref(&self.path), &overrides, &reader)?;
         let experiment = reader.read(&self.path, &overrides)?;
         let table = time_table(&experiment).map_err(|error| match error {
-            TimingError::Setup(refusal) => Failure::new(Exit::BadManifest, refusal),
-            TimingError::Fault(fault) => Failure::new(Exit::RunFailed, fault),
+            TimingError::Setup(refusal) => Failure::with_remedy(Exit::BadManifest, refusal),
+            TimingError::Fault(fault) => Failure::with_remedy(Exit::RunFailed, fault),
         })?;
         self.result.print(benchmark::text(&table).trim_end(), || json(&table));
         let Some(folder) = &self.output else { return Ok(Exit::Done) };
@@ -56,8 +56,8 @@ impl BenchmarkArguments {
             Failure::new(Exit::Retryable, format!("the table cannot be written: {error}"))
                 .help("make the folder writable, or name another one with --output DIR")
         })?;
-        if !self.result.json && !self.result.quiet {
-            print(&format!("Wrote {}", path.display()));
+        if !self.result.json {
+            self.result.print(&format!("Wrote {}", path.display()), || Json::Null);
         }
         Ok(Exit::Done)
     }

@@ -4,7 +4,7 @@ use crate::cli::executor::at_least_one;
 use crate::cli::exit::Exit;
 use crate::cli::experiment::{Planned, Planner};
 use crate::cli::manifests::{ManifestArguments, ManifestReader, expand};
-use crate::cli::messages::{Failure, counted, describe, plural, print_json};
+use crate::cli::messages::{Failure, counted, describe, plural};
 use crate::cli::output::OutputArguments;
 use crate::cli::pipeline::{self, Step};
 use crate::cli::run::bad;
@@ -39,7 +39,7 @@ impl CheckArguments {
     /// Checks every manifest; an error in one does not hide those of the others.
     #[must_use]
     pub fn execute(&self) -> Exit {
-        self.check_all().unwrap_or_else(|failure| failure.report())
+        self.result.concluded(self.check_all().unwrap_or_else(|failure| failure.report()))
     }
 
     fn check_all(&self) -> Result<Exit, Failure> {
@@ -55,7 +55,7 @@ impl CheckArguments {
             }
         }
         if self.result.json {
-            print_json(&json!({ "exit_code": exit.code(), "experiments": checked }));
+            self.result.print_json(&json!({ "exit_code": exit.code(), "experiments": checked }));
         }
         Ok(exit)
     }
@@ -74,7 +74,8 @@ impl CheckArguments {
         let planner = Planner { output: &self.output, keys: None, force: false, jobs: self.jobs };
         let planned = planner.plan(&experiment)?;
         planned.reject_invalid_starts(&experiment)?;
-        let checked = Checked::new(&step.manifest, &experiment, &planned);
+        let rerun = planner.rerun(&experiment, &planned)?;
+        let checked = Checked::new(&step.manifest, &experiment, &planned, rerun.as_ref());
         self.say(&checked.text());
         Ok(checked.json())
     }
@@ -102,26 +103,26 @@ pub(crate) struct Checked<'a> {
     manifest: &'a Path,
     experiment: &'a Experiment,
     planned: &'a Planned,
+    /// The plan whose resources are reported: that of a rerun if all runs are finished.
+    costs: &'a Planned,
     seconds: Option<f64>,
 }
 
 impl<'a> Checked<'a> {
-    /// Checks the plan of an experiment.
+    /// Checks the plan of an experiment. `rerun` is the plan of its rerun if all runs are finished.
     pub(crate) fn new(
         manifest: &'a Path,
         experiment: &'a Experiment,
         planned: &'a Planned,
+        rerun: Option<&'a Planned>,
     ) -> Self {
-        Self {
-            manifest,
-            experiment,
-            planned,
-            seconds: expected_time::expected_seconds(&planned.plan, planned.jobs),
-        }
+        let costs = rerun.unwrap_or(planned);
+        let seconds = expected_time::expected_seconds(&costs.plan, costs.jobs);
+        Self { manifest, experiment, planned, costs, seconds }
     }
 
     fn estimates(&self) -> Vec<&Estimate> {
-        self.planned.plan.to_do().into_iter().filter_map(|run| run.estimate()).collect()
+        self.costs.plan.to_do().into_iter().filter_map(|run| run.estimate()).collect()
     }
 
     /// Memory of the runs that execute in parallel.
@@ -129,7 +130,7 @@ impl<'a> Checked<'a> {
         let mut memory: Vec<u64> =
             self.estimates().iter().map(|estimate| estimate.memory_bytes).collect();
         memory.sort_unstable_by(|one, other| other.cmp(one));
-        memory.into_iter().take(self.planned.jobs).fold(0, u64::saturating_add)
+        memory.into_iter().take(self.costs.jobs).fold(0, u64::saturating_add)
     }
 
     /// The plan as text.
@@ -149,7 +150,9 @@ impl<'a> Checked<'a> {
             text += &format!("\n  memory: at most {}", size(self.memory()));
             text += &match self.seconds {
                 Some(seconds) => {
-                    format!("\n  time: {} on this machine", expected_time::text(seconds))
+                    let of_rerun = if plan.to_do().is_empty() { " for a rerun" } else { "" };
+                    let time = expected_time::text(seconds);
+                    format!("\n  time: {time}{of_rerun} on this machine")
                 }
                 None => "\n  time: unknown".to_owned(),
             };

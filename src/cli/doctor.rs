@@ -4,12 +4,12 @@ use crate::cli::ResultArguments;
 use crate::cli::exit::Exit;
 use crate::cli::messages::{Failure, existing_ancestor};
 use crate::executor::progress::size;
+use crate::run::memory::memory_bytes;
 use clap::Args;
 use kinetoscope_physics::kinds;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
 use serde_json::{Map, Value as Json, json};
 use std::env;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Less free disk space than this is a problem: small recordings take some MiB.
@@ -71,7 +71,7 @@ impl DoctorArguments {
             findings.lines.iter().map(|(name, text)| format!("{name:<10} {text}")).collect();
         self.result.print(&lines.join("\n"), || Json::Object(findings.json));
         let exits = findings.problems.iter().map(Failure::report);
-        exits.fold(Exit::Done, Exit::worst)
+        self.result.concluded(exits.fold(Exit::Done, Exit::worst))
     }
 }
 
@@ -118,12 +118,8 @@ fn processor(findings: &mut Findings) {
 }
 
 fn memory(findings: &mut Findings) {
-    let text = fs::read_to_string("/proc/meminfo").unwrap_or_default();
-    let bytes = |name: &str| -> Option<u64> {
-        let line = text.lines().find_map(|line| line.strip_prefix(name))?;
-        line.trim().trim_end_matches("kB").trim().parse::<u64>().ok()?.checked_mul(1024)
-    };
-    let (available, total) = (bytes("MemAvailable:"), bytes("MemTotal:"));
+    let bytes = |label| memory_bytes("/proc/meminfo", label);
+    let (available, total) = (bytes("MemAvailable"), bytes("MemTotal"));
     let shown = match (available, total) {
         (Some(available), Some(total)) => {
             format!("{} available of {}", size(available), size(total))

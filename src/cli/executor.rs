@@ -1,11 +1,12 @@
 //! Options for what executes the runs: this process or a cluster, and the commands that its tasks execute.
 
-use crate::cli::output::OutputArguments;
+use crate::cli::output::{OutputArguments, shell_word};
 use crate::executor::cluster::queue::SubmissionOptions;
 use crate::executor::cluster::scheduler::Engine;
 use crate::executor::cluster::task::{TaskCommand, dealt, keys};
 use crate::plan::Plan;
 use clap::{Args, ValueEnum};
+use std::ffi::OsStr;
 use std::fs;
 use std::io;
 use std::num::{NonZeroU64, NonZeroUsize};
@@ -94,12 +95,17 @@ impl TaskOptions<'_> {
     /// The command of a task.
     ///
     /// # Errors
-    /// A path that cannot be resolved. The output folder must exist.
+    /// A path that cannot be resolved, or a word that no shell script can contain. The output folder must exist.
     fn command(&self) -> io::Result<TaskCommand> {
+        let (program, manifest) = (std::env::current_exe()?, fs::canonicalize(self.manifest)?);
+        let overrides = self.overrides.iter().map(AsRef::<OsStr>::as_ref);
+        for word in [program.as_os_str(), manifest.as_os_str()].into_iter().chain(overrides) {
+            shell_word(word)?;
+        }
         Ok(TaskCommand {
-            program: std::env::current_exe()?,
+            program,
             subcommand: self.subcommand,
-            manifest: fs::canonicalize(self.manifest)?,
+            manifest,
             starts_in: None,
             destination: self.output.words()?,
             overrides: self.overrides.to_vec(),

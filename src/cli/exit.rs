@@ -3,18 +3,35 @@
 use crate::outputs::upload::UploadReport;
 use std::process::ExitCode;
 
-/// The exit codes as the help shows them.
-pub const EXIT_CODES: &str = "Exit codes:
-  0    done
-  1    a run failed, or `doctor` found a problem
-  2    bad manifest or arguments
-  4    verify or compare found a difference
-  5    a recording or an attestation is missing, unfinished,
-       damaged or unknown; what could be read was compared
-  75   a disk or another input or output failed: the same
-       command may succeed later
-  130  ended by Ctrl-C
-  143  ended by SIGTERM";
+/// Every exit code with its meaning.
+const MEANINGS: [(u8, &str); 10] = [
+    (0, "done"),
+    (1, "a run failed"),
+    (2, "bad manifest or arguments"),
+    (4, "a difference was found"),
+    (
+        5,
+        "a recording or an attestation is missing, unfinished,\n       damaged or unknown; what could be read was used",
+    ),
+    (70, "an internal error, or not enough memory"),
+    (75, "a disk or another input or output failed: the same\n       command may succeed later"),
+    (129, "ended by SIGHUP: the terminal was closed"),
+    (130, "ended by Ctrl-C"),
+    (143, "ended by SIGTERM"),
+];
+
+/// The exit codes of a command as its help lists them: 0, 2 and 70, which every command has, and `others`.
+#[must_use]
+pub fn exit_codes(others: &[u8]) -> String {
+    let is_listed = |code: u8| [0, 2, 70].contains(&code) || others.contains(&code);
+    let listed = MEANINGS.iter().filter(|(code, _)| is_listed(*code));
+    let lines: Vec<String> =
+        listed.map(|(code, meaning)| format!("\n  {code:<4} {meaning}")).collect();
+    format!("Exit codes:{}", lines.concat())
+}
+
+/// The exit codes of `run` in addition to those of every command.
+pub const OF_RUN: &[u8] = &[1, 75, 129, 130, 143];
 
 /// How the program ends. The numbers are documented and do not change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

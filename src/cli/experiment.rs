@@ -16,7 +16,7 @@ use crate::interrupt::Interrupt;
 use crate::outputs::sidecars;
 use crate::outputs::upload::Uploader;
 use crate::plan::Plan;
-use crate::plan::prune;
+use crate::plan::prune::StaleFiles;
 use crate::run::{RunContext, RunReport};
 use kinetoscope_manifest::Experiment;
 use kinetoscope_recording::file;
@@ -71,13 +71,26 @@ impl Planner<'_> {
     }
 }
 
+impl Planner<'_> {
+    /// The plan of a rerun, if all runs of a plan are finished.
+    pub(crate) fn rerun(
+        &self,
+        experiment: &Experiment,
+        planned: &Planned,
+    ) -> Result<Option<Planned>, Failure> {
+        let is_finished = planned.plan.to_do().is_empty();
+        is_finished.then(|| Planner { force: true, ..*self }.plan(experiment)).transpose()
+    }
+}
+
 impl Planned {
     /// Rejects a plan with a run that cannot be executed.
     pub(crate) fn reject_invalid_starts(&self, experiment: &Experiment) -> Result<(), Failure> {
         let refused: Vec<String> = self
             .plan
             .rejected()
-            .map(|(run, reason)| format!("error: {}: {reason}", name_of(run, experiment)))
+            .map(|(run, reason)| format!("{}: {reason}", name_of(run, experiment)))
+            .map(|error| Failure::with_remedy(Exit::BadManifest, error).text().to_owned())
             .collect();
         if refused.is_empty() {
             return Ok(());
@@ -137,7 +150,8 @@ impl Execution<'_> {
         let Planned { plan, depot, jobs } = &planned;
         let execution = &self.arguments.execution;
         if execution.dry_run {
-            return Ok(self.dry_run(&planned));
+            let rerun = planner.rerun(self.experiment, &planned)?;
+            return Ok(self.dry_run(&planned, rerun.as_ref()));
         }
         self.say(&describe(self.experiment, plan, *jobs, &planned.destination()));
         let at_once = if depot.is_some() { *jobs } else { plan.runs.len() };
@@ -188,8 +202,8 @@ impl Execution<'_> {
         }
     }
 
-    fn dry_run(&self, planned: &Planned) -> Executed {
-        let checked = check::Checked::new(self.manifest, self.experiment, planned);
+    fn dry_run(&self, planned: &Planned, rerun: Option<&Planned>) -> Executed {
+        let checked = check::Checked::new(self.manifest, self.experiment, planned, rerun);
         self.say(&checked.text());
         let listed = self.arguments.execution.prune.then(|| self.prune(&planned.plan));
         let exit = match listed {
@@ -205,22 +219,22 @@ impl Execution<'_> {
         }
     }
 
-    /// Removes stale recordings, or lists them in a dry run.
+    /// Removes stale files, or lists them in a dry run.
     fn prune(&self, plan: &Plan) -> Result<(), Failure> {
         let is_dry = self.arguments.execution.dry_run;
-        let removed = prune::stale(plan).and_then(|recordings| {
+        let removed = StaleFiles::of(plan).and_then(|stale| {
             if !is_dry {
-                prune::remove(&recordings)?;
+                stale.remove()?;
             }
-            Ok(recordings)
+            Ok(stale)
         });
-        let recordings = removed.map_err(|error| {
+        let stale = removed.map_err(|error| {
             let what = format!("cannot prune {}: {error}", plan.folder.display());
             Failure::new(Exit::Retryable, what)
         })?;
         let verb = if is_dry { "would be removed" } else { "removed" };
-        for recording in recordings {
-            self.say(&format!("stale, {verb}: {}", recording.display()));
+        for file in stale.paths() {
+            self.say(&format!("stale, {verb}: {}", file.display()));
         }
         Ok(())
     }
@@ -360,7 +374,7 @@ impl Execution<'_> {
         let written = self.arguments.executor.export(file, plan, &self.task_options());
         let commands = written.map_err(|error| {
             let what = format!("cannot write the commands to {}: {error}", file.display());
-            Failure::new(Exit::Retryable, what)
+            task_failure(&error, what)
         })?;
         self.say(&format!("Wrote {} to {}", plural(commands as u64, "command"), file.display()));
         Ok(())
@@ -376,8 +390,7 @@ impl Execution<'_> {
         let progress =
             ProgressDisplay::new(plan.to_do().len(), self.arguments.messages.verbosity());
         let failed = |error: io::Error| {
-            Failure::new(Exit::Retryable, format!("no more tasks could be submitted: {error}"))
-                .help("run the same command again to resume")
+            task_failure(&error, format!("no more tasks could be submitted: {error}"))
         };
         let submission =
             self.arguments.executor.submission(engine, &self.task_options()).map_err(failed)?;
@@ -438,6 +451,14 @@ impl Execution<'_> {
             "runs": results::json(&planned.plan, self.experiment, results),
         })
     }
+}
+
+/// The error of commands for other processes. A word that no shell script can contain is an error in the arguments.
+fn task_failure(error: &io::Error, what: String) -> Failure {
+    if error.kind() == io::ErrorKind::InvalidInput {
+        return bad(&what).help("rename the file or folder, or change the value of --set");
+    }
+    Failure::new(Exit::Retryable, what).help("run the same command again to resume")
 }
 
 /// Creates the folder of the recordings with its side files; a task removes the failures of earlier tasks.

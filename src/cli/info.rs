@@ -4,13 +4,16 @@ use crate::cli::ResultArguments;
 use crate::cli::exit::Exit;
 use crate::cli::messages::{Failure, plural};
 use crate::executor::progress::size;
+use crate::run::recording;
 use clap::Args;
-use kinetoscope_manifest::parse_run;
+use kinetoscope_manifest::{ExperimentRecord, parse_run};
 use kinetoscope_recording::error::{ReadError, ReadFault};
 use kinetoscope_recording::reader::{Outcome, Recording};
+use kinetoscope_recording::regular_file::{self, MAX_EXPERIMENT_RECORD_BYTES};
+use kinetoscope_usage::text::one_line;
 use serde_json::{Value as Json, json};
 use std::collections::BTreeMap;
-use std::fs::{self, File, FileType};
+use std::fs;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
@@ -31,42 +34,38 @@ impl InfoArguments {
     /// Prints what the file is. The exit code is 0 only for a complete recording.
     #[must_use]
     pub fn execute(&self) -> Exit {
-        match self.describe() {
-            Ok(exit) => exit,
-            Err(failure) => {
-                if self.result.json {
-                    let text = failure.text().to_owned();
-                    self.result.print("", || json!({ "file": self.path, "error": text }));
-                }
-                failure.report()
+        self.result.concluded(self.describe().unwrap_or_else(|failure| {
+            if self.result.json {
+                let text = failure.text().to_owned();
+                self.result.print("", || json!({ "file": self.path, "error": text }));
             }
-        }
+            failure.report()
+        }))
     }
 
     fn describe(&self) -> Result<Exit, Failure> {
         let path = self.path.as_path();
         let unreadable =
             |what: &str| Failure::new(Exit::Unreadable, format!("{} {what}", path.display()));
-        let kind = fs::metadata(path)
-            .map_err(|error| {
-                unreadable(&format!("cannot be read: {error}")).help("check the path")
-            })?
-            .file_type();
-        if kind.is_dir() {
+        let metadata = fs::metadata(path).map_err(|error| {
+            unreadable(&format!("cannot be read: {error}")).help("check the path")
+        })?;
+        if metadata.is_dir() {
             let recordings = plural(recordings_in(path), "recording");
             return Err(unreadable(&format!("is a folder with {recordings}"))
                 .help("name one recording, or use `kinetoscope analyze` for a folder"));
         }
-        if let Some(special) = special_file(kind) {
+        if !metadata.is_file() {
+            let special = regular_file::type_of(&metadata);
             return Err(unreadable(&format!("is {special}, not a recording"))
                 .help("name a recording (*.mcap)"));
         }
-        let recording = Recording::open(path).map_err(|error| not_a_recording(path, &error))?;
+        let recording = recording::open(path).map_err(|error| not_a_recording(path, &error))?;
         let contents = Contents::read(&recording);
         let report = Report { recording: &recording, contents: &contents };
         self.result.print(&report.text(), || report.json());
         match (&contents.error, &recording.provenance().outcome) {
-            (Some(error), _) => Err(Failure::new(Exit::Unreadable, error)),
+            (Some(error), _) => Err(Failure::with_remedy(Exit::Unreadable, error)),
             (None, Some(Outcome::Complete | Outcome::Fault(_))) => Ok(Exit::Done),
             (None, Some(Outcome::Interrupted) | None) => {
                 Err(unreadable("is not finished").help("run its manifest again to resume"))
@@ -82,41 +81,24 @@ fn recordings_in(folder: &Path) -> u64 {
     entries.filter(|entry| is_recording(entry.path())).count() as u64
 }
 
-/// A file that is neither a regular file nor a folder: it is not opened, because that could block.
-fn special_file(kind: FileType) -> Option<&'static str> {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::FileTypeExt as _;
-        if kind.is_fifo() {
-            return Some("a named pipe (FIFO)");
-        }
-        if kind.is_socket() {
-            return Some("a socket");
-        }
-        if kind.is_char_device() || kind.is_block_device() {
-            return Some("a device");
-        }
-    }
-    (!kind.is_file()).then_some("a special file")
-}
-
 /// The error for a file that does not open as a recording, with what it is instead.
 fn not_a_recording(path: &Path, error: &ReadError) -> Failure {
     if !matches!(error.fault, ReadFault::NotMcap | ReadFault::Torn { .. }) {
-        return Failure::new(Exit::Unreadable, error);
+        return Failure::with_remedy(Exit::Unreadable, error);
     }
     let mut head = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(HEAD_BYTES).read_to_end(&mut head));
+    let read =
+        regular_file::open(path).and_then(|(file, _)| file.take(HEAD_BYTES).read_to_end(&mut head));
     if let Err(error) = read {
         let what = format!("{} cannot be read: {error}", path.display());
-        return Failure::new(Exit::Unreadable, what);
+        return Failure::new(Exit::Unreadable, what).help("check its permissions");
     }
     match kind_of(&head, path) {
         Some((what, help)) => {
             let what = format!("{} is {what}, not a recording", path.display());
             Failure::new(Exit::Unreadable, what).help(help)
         }
-        None => Failure::new(Exit::Unreadable, error),
+        None => Failure::with_remedy(Exit::Unreadable, error),
     }
 }
 
@@ -193,16 +175,30 @@ impl Contents {
     }
 }
 
+/// What is printed in place of the experiment's name.
+const UNKNOWN_NAME: &str = "unknown (the file was renamed or moved)";
+
 struct Report<'a> {
     recording: &'a Recording,
     contents: &'a Contents,
 }
 
 impl Report<'_> {
-    /// The experiment's name, which is the start of the file's.
-    fn experiment(&self) -> String {
-        let stem = self.recording.path().file_stem().unwrap_or_default().to_string_lossy();
-        stem.split("__").next().unwrap_or_default().to_owned()
+    /// The experiment's name. Recordings do not contain it, because the key of a run does not depend on it: it is read from the
+    /// `experiment.toml` next to the recording that lists the run, or else from a file name that belongs to the run's key.
+    fn experiment(&self) -> Option<String> {
+        let run_key = self.recording.provenance().run_key.as_str();
+        let path = self.recording.path();
+        let record = path.with_file_name("experiment.toml");
+        let listed = regular_file::read_text(&record, MAX_EXPERIMENT_RECORD_BYTES)
+            .ok()
+            .and_then(|text| ExperimentRecord::from_toml(&text, "experiment.toml").ok())
+            .filter(|record| record.runs.iter().any(|run| run.run_key.as_str() == run_key));
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        listed.map(|record| record.name).or_else(|| {
+            let (name, key) = (stem.split("__").next()?, stem.rsplit("__").next()?);
+            (key.len() == 8 && run_key.starts_with(key)).then(|| name.to_owned())
+        })
     }
 
     fn outcome(&self) -> String {
@@ -218,7 +214,7 @@ impl Report<'_> {
         let provenance = self.recording.provenance();
         let run = parse_run(self.recording.manifest()).ok();
         let mut lines = vec![
-            ("experiment", self.experiment()),
+            ("experiment", self.experiment().unwrap_or_else(|| UNKNOWN_NAME.to_owned())),
             ("model", provenance.model.clone()),
             ("run key", provenance.run_key.clone()),
         ];
@@ -240,12 +236,12 @@ impl Report<'_> {
         lines.push(("size", size(self.recording.bytes())));
         let mut text = self.recording.path().display().to_string();
         for (name, value) in lines {
-            text += &format!("\n  {name:<11} {value}");
+            text += &format!("\n  {name:<11} {}", one_line(&value));
         }
         text += "\n  channels   ";
         for (index, (topic, count)) in self.contents.messages.iter().enumerate() {
             let start = if index == 0 { " " } else { "\n              " };
-            text += &format!("{start}{topic} ({})", plural(*count, "message"));
+            text += &format!("{start}{} ({})", one_line(topic), plural(*count, "message"));
         }
         text
     }

@@ -2,7 +2,7 @@
 
 use crate::cli::ResultArguments;
 use crate::cli::exit::Exit;
-use crate::cli::messages::{Failure, complain, print_json};
+use crate::cli::messages::Failure;
 use crate::executor::progress::{ProgressDisplay, Verbosity};
 use crate::interrupt::Interrupt;
 use crate::run::RunError;
@@ -14,6 +14,8 @@ use crate::verify::diff::Comparison;
 use crate::verify::{Finding, Verification, VerifyError, verify};
 use clap::Args;
 use kinetoscope_recording::reader::Outcome;
+use kinetoscope_usage::text::one_line;
+use kinetoscope_usage::with_help;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -66,8 +68,8 @@ impl CompareArguments {
     pub fn execute(&self) -> Exit {
         let report = match compare_recordings(&self.left, &self.right) {
             Ok(comparison) => compared(&comparison, &self.left, &self.right),
-            Err(error @ CompareError::Read(_)) => Report::error(Exit::Unreadable, &error),
-            Err(error @ CompareError::Io(_)) => Report::error(Exit::Retryable, &error),
+            Err(error @ CompareError::Read(_)) => Report::with_remedy(Exit::Unreadable, &error),
+            Err(error @ CompareError::Io(_)) => Report::with_remedy(Exit::Retryable, &error),
         };
         report.print(&self.result)
     }
@@ -92,22 +94,28 @@ impl Report {
         Self { lines: Vec::new(), errors: vec![error.to_string()], exit }
     }
 
+    /// An error whose text ends with its remedy.
+    fn with_remedy(exit: Exit, error: &dyn std::fmt::Display) -> Self {
+        Self::error(exit, &with_help(&error.to_string()))
+    }
+
     fn print(&self, result: &ResultArguments) -> Exit {
         if result.json {
             let equal = self.exit == Exit::Done;
-            print_json(&json!({
+            result.print_json(&json!({
                 "exit_code": self.exit.code(),
                 "equal": equal,
                 "findings": self.lines,
                 "errors": self.errors,
             }));
         } else {
-            result.print(&self.lines.join("\n"), || json!(null));
+            let lines: Vec<_> = self.lines.iter().map(|line| one_line(line)).collect();
+            result.print(&lines.join("\n"), || json!(null));
         }
         for error in &self.errors {
-            complain(Failure::new(self.exit, error).text());
+            Failure::new(self.exit, error).report();
         }
-        self.exit
+        result.concluded(self.exit)
     }
 }
 
@@ -127,9 +135,10 @@ fn verify_by_rerun(path: &Path, verbosity: Verbosity) -> Report {
         Ok(verification) => verified(&verification, path),
         Err(error) => {
             let exit = match &error {
-                VerifyError::Read(_) | VerifyError::Manifest(_) | VerifyError::Start(_) => {
-                    Exit::Unreadable
-                }
+                VerifyError::Read(_)
+                | VerifyError::Manifest(_)
+                | VerifyError::Start(_)
+                | VerifyError::Run(RunError::Setup(_)) => Exit::Unreadable,
                 VerifyError::Run(RunError::Record(error)) if error.is_retryable() => {
                     Exit::Retryable
                 }
@@ -137,7 +146,10 @@ fn verify_by_rerun(path: &Path, verbosity: Verbosity) -> Report {
                 VerifyError::Temporary(_) => Exit::Retryable,
                 VerifyError::Interrupted(code) => Exit::Signal(*code),
             };
-            Report::error(exit, &error)
+            match error {
+                VerifyError::Manifest(_) => Report::error(exit, &error),
+                _ => Report::with_remedy(exit, &error),
+            }
         }
     }
 }
@@ -223,7 +235,7 @@ fn messages(comparison: &Comparison, left: &str, right: &str) -> Report {
         return Report::error(Exit::Differs, &error);
     }
     match &comparison.unreadable {
-        Some(error) => Report::error(Exit::Unreadable, error),
+        Some(error) => Report::with_remedy(Exit::Unreadable, error),
         None => Report::equal(),
     }
 }

@@ -3,7 +3,7 @@
 use crate::cli::exit::Exit;
 use crate::cli::messages::Failure;
 use crate::interrupt::Interrupt;
-use crate::live::{self, LiveServer};
+use crate::live::{self, Admission, LiveServer};
 use crate::plan::Plan;
 use clap::Args;
 use std::net::SocketAddr;
@@ -21,6 +21,13 @@ pub struct LiveArguments {
     /// step and change the speed
     #[arg(long, value_name = "SPEED", requires = "live", value_parser = live::speed)]
     live_speed: Option<f64>,
+    /// Admit a viewer that is served as a web page from this origin, such as `https://viewer.example:8080`. Foxglove,
+    /// Lichtblick and pages of this machine are always admitted
+    #[arg(long, value_name = "ORIGIN", requires = "live", value_parser = live::origin)]
+    live_origin: Vec<String>,
+    /// Admit viewers that connect to this machine by this name; IP addresses and localhost are always admitted
+    #[arg(long, value_name = "NAME", requires = "live", value_parser = live::host)]
+    live_host: Vec<String>,
 }
 
 impl LiveArguments {
@@ -30,13 +37,17 @@ impl LiveArguments {
     /// An address that cannot be served.
     pub fn open(&self, interrupt: &Interrupt) -> Result<Option<LiveServer>, Failure> {
         let Some(address) = self.live else { return Ok(None) };
-        LiveServer::open(address, self.live_speed, interrupt).map(Some).map_err(|error| {
-            Failure::new(Exit::Retryable, format!("cannot serve viewers at {address}: {error}"))
-                .help(format!(
-                    "another program may use this port: choose another, such as --live={}",
-                    live::DEFAULT_PORT + 1
-                ))
-        })
+        let admission =
+            Admission { origins: self.live_origin.clone(), hosts: self.live_host.clone() };
+        LiveServer::open(address, self.live_speed, admission, interrupt).map(Some).map_err(
+            |error| {
+                Failure::new(Exit::Retryable, format!("cannot serve viewers at {address}: {error}"))
+                    .help(format!(
+                        "another program may use this port: choose another, such as --live={}",
+                        live::DEFAULT_PORT + 1
+                    ))
+            },
+        )
     }
 
     /// The address for viewers, and how to connect.
@@ -54,7 +65,7 @@ impl LiveArguments {
             }
         };
         if !address.ip().is_loopback() {
-            text += "\n  this address is open to every machine that reaches it";
+            text += "\n  this address is open to every machine that reaches it, by IP address or by a name given with --live-host";
         }
         text
     }

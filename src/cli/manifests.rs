@@ -7,8 +7,10 @@ use crate::plan::{Plan, Status};
 use clap::Args;
 use kinetoscope_manifest::{Experiment, Override, is_manifest_name};
 use kinetoscope_recording::recorder::Outcome;
+use kinetoscope_recording::regular_file::{self, MAX_MANIFEST_BYTES, read_text};
 use std::collections::BTreeSet;
 use std::fs;
+use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 
 /// Changes to the manifests of the command line.
@@ -68,6 +70,15 @@ pub(crate) fn canonical(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_owned())
 }
 
+/// Whether a file that is not text is an MCAP file.
+fn is_recording(path: &Path, error: &io::Error) -> bool {
+    const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
+    let mut start = [0; MAGIC.len()];
+    let is_binary = error.kind() == io::ErrorKind::InvalidData;
+    let opened = regular_file::open(path).ok().filter(|_| is_binary);
+    opened.is_some_and(|(mut file, _)| file.read_exact(&mut start).is_ok()) && start == MAGIC
+}
+
 const CREATE_ONE: &str =
     "`kinetoscope new gas > gas.toml` writes a manifest; experiments/first_run.toml is an example";
 
@@ -92,7 +103,13 @@ impl ManifestReader<'_> {
         manifest: &Path,
         overrides: &[Override],
     ) -> Result<Experiment, Failure> {
-        let source = fs::read_to_string(manifest).map_err(|error| {
+        let source = read_text(manifest, MAX_MANIFEST_BYTES).map_err(|error| {
+            if is_recording(manifest, &error) {
+                let what = format!("{} is a recording, not a manifest", manifest.display());
+                return Failure::new(Exit::BadManifest, what).help(
+                    "`kinetoscope info` reports what it contains; `kinetoscope verify` reruns it",
+                );
+            }
             let what = format!("cannot read the manifest {}: {error}", manifest.display());
             Failure::new(Exit::BadManifest, what).help(CREATE_ONE)
         })?;
@@ -123,7 +140,7 @@ impl ManifestReader<'_> {
     /// The finished recording of a manifest with one run. The manifests must not start from each other.
     pub(crate) fn recording_of(&self, manifest: &Path) -> Result<PathBuf, String> {
         let shown = manifest.display();
-        let source = fs::read_to_string(manifest)
+        let source = read_text(manifest, MAX_MANIFEST_BYTES)
             .map_err(|error| format!("cannot read {shown}: {error}"))?;
         let start_folder = manifest.parent().unwrap_or(Path::new(""));
         let experiment = self

@@ -8,8 +8,10 @@ use crate::plan::{Plan, PlannedRun};
 use crate::run::RunReport;
 use kinetoscope_manifest::Experiment;
 use kinetoscope_recording::recorder::Outcome;
+use kinetoscope_usage::text::{one_line, visible};
+use kinetoscope_usage::{StandardOutput, with_help};
 use std::fmt::Display;
-use std::io::{self, IsTerminal as _, Write as _};
+use std::io::{self, IsTerminal as _};
 use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 
 /// An error that ends a command: its text as printed, and the exit code.
@@ -17,13 +19,19 @@ use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 pub struct Failure {
     /// The exit code.
     pub exit: Exit,
+    /// Without control characters, except for the colors of a rendered error.
     text: String,
 }
 
 impl Failure {
     /// An error without help.
     pub fn new(exit: Exit, what: impl Display) -> Self {
-        Self { exit, text: format!("error: {what}") }
+        Self { exit, text: visible(&format!("error: {what}")).into_owned() }
+    }
+
+    /// An error whose text ends with its remedy, as those of runs and recordings do.
+    pub fn with_remedy(exit: Exit, error: impl Display) -> Self {
+        Self::new(exit, with_help(&error.to_string()))
     }
 
     /// An error whose text is complete, such as that of a manifest with its underlined lines.
@@ -35,7 +43,7 @@ impl Failure {
     /// Adds the one thing to do.
     #[must_use]
     pub fn help(mut self, help: impl Display) -> Self {
-        self.text += &format!("\nhelp: {help}");
+        self.text += &visible(&format!("\nhelp: {help}"));
         self
     }
 
@@ -47,25 +55,32 @@ impl Failure {
 
     /// Prints the error.
     pub fn report(&self) -> Exit {
-        complain(&self.text);
+        kinetoscope_usage::complain(&self.text, true);
         self.exit
     }
 }
 
-/// Prints a line to standard output. A closed pipe (`| head`) is not an error.
-pub fn print(text: &str) -> Exit {
-    let _ = writeln!(io::stdout(), "{text}");
-    Exit::Done
+/// Prints a text of the program's own to standard output, as the result of a command.
+pub fn print_exactly(text: &str) -> Exit {
+    let output = StandardOutput::default();
+    output.print_exactly(&format!("{text}\n"));
+    concluded(&output, Exit::Done)
 }
 
-/// Prints a JSON document to standard output.
-pub fn print_json(document: &serde_json::Value) -> Exit {
-    print(&format!("{document:#}"))
+/// The exit code of a command whose output is complete: [`Exit::Retryable`] or worse if it could not be written.
+pub(crate) fn concluded(output: &StandardOutput, exit: Exit) -> Exit {
+    match output.failure() {
+        None => exit,
+        Some(failure) => {
+            complain(&failure);
+            exit.worst(Exit::Retryable)
+        }
+    }
 }
 
 /// Prints a line to standard error. If it is closed, the exit code still reports the error.
 pub fn complain(text: &str) {
-    let _ = writeln!(io::stderr(), "{text}");
+    kinetoscope_usage::complain(text, false);
 }
 
 /// Whether errors are colored: on a terminal, unless `NO_COLOR` is set.
@@ -85,7 +100,11 @@ pub(crate) fn name_of(run: &PlannedRun, experiment: &Experiment) -> String {
     if experiment.replicates > 1 {
         parts.push(format!("replicate {}", run.run.replicate));
     }
-    if parts.is_empty() { experiment.name.clone() } else { parts.join(", ") }
+    if parts.is_empty() {
+        experiment.name.clone()
+    } else {
+        one_line(&parts.join(", ")).into_owned()
+    }
 }
 
 /// Formats the plan summary printed before the runs start.

@@ -24,16 +24,16 @@ pub mod starter;
 pub mod why;
 
 use crate::cli::analysis::{Analysis, AnalysisProgram};
-use crate::cli::exit::{EXIT_CODES, Exit};
+use crate::cli::exit::{Exit, OF_RUN, exit_codes};
 use crate::cli::messages::word;
 use crate::executor::progress::Verbosity;
 use clap::{Args, Parser};
-use kinetoscope_usage::Ended;
+use kinetoscope_usage::{Ended, StandardOutput};
 use std::path::PathBuf;
 
 /// Run the experiment of a manifest: one MCAP recording per run, with every frame.
 #[derive(Debug, Parser)]
-#[command(name = "run-experiment", version, after_help = EXIT_CODES)]
+#[command(name = "run-experiment", version, after_help = exit_codes(OF_RUN))]
 struct RunExperiment {
     #[command(flatten)]
     run: run::RunArguments,
@@ -47,6 +47,7 @@ pub fn run_experiment() -> Exit {
         Err(error) => match kinetoscope_usage::report(&error, "run-experiment") {
             Ended::Answered => Exit::Done,
             Ended::Rejected => Exit::BadManifest,
+            Ended::Unwritten => Exit::Retryable,
         },
     }
 }
@@ -102,14 +103,26 @@ pub struct MessageArguments {
     /// Print the summary as JSON
     #[arg(long)]
     pub json: bool,
+    #[arg(skip)]
+    output: StandardOutput,
 }
 
 impl MessageArguments {
     /// Prints a text, unless errors only or JSON are requested.
     pub(crate) fn say(&self, text: &str) {
         if !self.quiet && !self.json && !text.is_empty() {
-            messages::print(text);
+            self.output.print(&format!("{text}\n"));
         }
+    }
+
+    /// Prints a JSON document.
+    pub(crate) fn print_json(&self, document: &serde_json::Value) {
+        self.output.print_json(&format!("{document:#}\n"));
+    }
+
+    /// The exit code, if all text was printed.
+    pub(crate) fn concluded(&self, exit: Exit) -> Exit {
+        messages::concluded(&self.output, exit)
     }
 
     pub(crate) fn verbosity(&self) -> Verbosity {
@@ -131,15 +144,27 @@ pub struct ResultArguments {
     /// Print the result as JSON
     #[arg(long)]
     pub json: bool,
+    #[arg(skip)]
+    output: StandardOutput,
 }
 
 impl ResultArguments {
     /// Prints the result as text or as JSON.
     pub(crate) fn print(&self, text: &str, json: impl FnOnce() -> serde_json::Value) {
         if self.json {
-            messages::print_json(&json());
+            self.print_json(&json());
         } else if !self.quiet && !text.is_empty() {
-            messages::print(text);
+            self.output.print(&format!("{text}\n"));
         }
+    }
+
+    /// Prints a JSON document.
+    pub(crate) fn print_json(&self, document: &serde_json::Value) {
+        self.output.print_json(&format!("{document:#}\n"));
+    }
+
+    /// The exit code, if all text was printed.
+    pub(crate) fn concluded(&self, exit: Exit) -> Exit {
+        messages::concluded(&self.output, exit)
     }
 }

@@ -5,6 +5,7 @@ use crate::outputs::upload::Uploader;
 use clap::Args;
 use kinetoscope_object_storage::address::Address;
 use kinetoscope_object_storage::error::StoreError;
+use std::ffi::OsStr;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -79,13 +80,25 @@ impl OutputArguments {
         if !self.is_remote() {
             return Ok(format!("--output {}", absolute(self.output())?));
         }
-        let (address, spool) = (self.output().display().to_string(), absolute(&self.spool)?);
+        let (address, spool) = (shell_word(self.output().as_os_str())?, absolute(&self.spool)?);
         let keep = if self.keep_local { " --keep-local" } else { "" };
-        Ok(format!("--output {} --spool {spool}{keep}", quoted(&address)))
+        Ok(format!("--output {} --spool {spool}{keep}", quoted(address)))
     }
 }
 
 /// An absolute path, quoted for a shell.
 fn absolute(path: &Path) -> io::Result<String> {
-    Ok(quoted(&fs::canonicalize(path)?.display().to_string()))
+    Ok(quoted(shell_word(fs::canonicalize(path)?.as_os_str())?))
+}
+
+/// The text of a word that a line of a shell script can contain: `sh` executes the rest of a word after a line feed as another
+/// command, and bytes that are not UTF-8 would be replaced.
+///
+/// # Errors
+/// A word that no line can contain, as [`io::ErrorKind::InvalidInput`].
+pub(crate) fn shell_word(word: &OsStr) -> io::Result<&str> {
+    word.to_str().filter(|text| !text.contains(char::is_control)).ok_or_else(|| {
+        let what = format!("{word:?} has a control character or is not UTF-8");
+        io::Error::new(io::ErrorKind::InvalidInput, what)
+    })
 }

@@ -4,8 +4,8 @@ use crate::cli::exit::Exit;
 use crate::cli::manifests::{ManifestReader, canonical};
 use crate::cli::messages::Failure;
 use kinetoscope_manifest::{Override, StartManifest, is_manifest_name, start_manifests};
+use kinetoscope_recording::regular_file::{MAX_MANIFEST_BYTES, read_text};
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// One manifest of a pipeline.
@@ -97,7 +97,7 @@ impl Search<'_> {
 
     /// The manifests that a manifest starts from. An override replaces the values of the file.
     fn starts(&self, manifest: &Path, is_named: bool) -> Result<Vec<StartManifest>, Failure> {
-        let source = match (fs::read_to_string(manifest), self.trail.last()) {
+        let source = match (read_text(manifest, MAX_MANIFEST_BYTES), self.trail.last()) {
             (Ok(source), _) => source,
             // Reading a manifest of the command line reports the error.
             (Err(_), None) => return Ok(Vec::new()),

@@ -1,12 +1,13 @@
 //! What became of the runs of an experiment: their errors, the worst exit code, and the summary as JSON.
 
 use crate::cli::exit::Exit;
-use crate::cli::messages::{complain, name_of};
+use crate::cli::messages::{Failure, complain, name_of};
 use crate::outputs::sidecars;
 use crate::plan::{Plan, PlannedRun, Status};
 use crate::run::{RunError, RunReport};
 use kinetoscope_manifest::{ExpectedOutcome, Experiment};
 use kinetoscope_recording::recorder::Outcome;
+use kinetoscope_usage::text::one_line;
 use serde_json::{Value as Json, json};
 use std::collections::HashMap;
 use std::fs;
@@ -40,7 +41,8 @@ pub(crate) fn report_errors(
             Some(Err((class, message))) => (*class, message.clone()),
             None => continue,
         };
-        complain(&format!("error: {}: {message}", name_of(run, experiment)));
+        let error = format!("{}: {message}", name_of(run, experiment));
+        Failure::with_remedy(class, error).report();
         failed += 1;
         if is_task && matches!(result, Some(Err(_))) {
             leave_failure(plan, run, class, &message);
@@ -56,9 +58,12 @@ pub(crate) fn report_errors(
 /// Why an outcome is not the one that the manifest expects.
 fn unexpected(outcome: &Outcome, experiment: &Experiment) -> Option<String> {
     match (outcome, experiment.expected_outcome) {
-        (Outcome::Fault(fault), ExpectedOutcome::Complete) => Some(format!("failed: {fault}")),
+        (Outcome::Fault(fault), ExpectedOutcome::Complete) => {
+            Some(format!("failed: {}", one_line(fault)))
+        }
         (Outcome::Complete, ExpectedOutcome::Fault) => {
-            Some("is complete, but its manifest expects a fault".to_owned())
+            let what = "is complete, but its manifest expects a fault";
+            Some(format!("{what}; remove expected_outcome, or change the run"))
         }
         _ => None,
     }

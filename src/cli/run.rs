@@ -5,7 +5,7 @@ use crate::cli::exit::Exit;
 use crate::cli::experiment::{Executed, Execution, Planner};
 use crate::cli::live::LiveArguments;
 use crate::cli::manifests::{ManifestArguments, ManifestReader, canonical, expand};
-use crate::cli::messages::{Failure, next_command, plural, print_json, word};
+use crate::cli::messages::{Failure, next_command, plural, word};
 use crate::cli::output::OutputArguments;
 use crate::cli::pipeline::{self, Step};
 use crate::cli::{MessageArguments, Program, check};
@@ -54,7 +54,7 @@ pub struct ExecutionArguments {
     /// Time between checkpoints of a run, which resumes from the last one after a kill
     #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = seconds)]
     pub(crate) checkpoint_every: Duration,
-    /// After all runs, remove recordings from the folder that the manifest no longer describes
+    /// After all runs, remove recordings and partial files that the manifest no longer describes, and plots that show them
     #[arg(long)]
     pub(crate) prune: bool,
     /// Print what `kinetoscope check` prints, and stop
@@ -79,7 +79,7 @@ impl RunArguments {
     /// Executes the runs.
     #[must_use]
     pub fn execute(&self, program: &Program<'_>) -> Exit {
-        self.run_all(program).unwrap_or_else(|failure| failure.report())
+        self.messages.concluded(self.run_all(program).unwrap_or_else(|failure| failure.report()))
     }
 
     fn run_all(&self, program: &Program<'_>) -> Result<Exit, Failure> {
@@ -255,7 +255,7 @@ impl Session<'_> {
         if messages.json {
             let experiments: Vec<_> =
                 self.executed.iter().filter_map(|executed| executed.json.as_ref()).collect();
-            print_json(&json!({ "exit_code": exit.code(), "experiments": experiments }));
+            messages.print_json(&json!({ "exit_code": exit.code(), "experiments": experiments }));
             return;
         }
         let places: Vec<String> =

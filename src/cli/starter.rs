@@ -1,7 +1,7 @@
 //! `new` prints a starter manifest, and `schema` the JSON Schema of manifests.
 
 use crate::cli::exit::Exit;
-use crate::cli::messages::print;
+use crate::cli::messages::print_exactly;
 use clap::Args;
 use kinetoscope_manifest::model::ModelConfig;
 
@@ -17,12 +17,12 @@ impl NewArguments {
     /// Prints the manifest.
     #[must_use]
     pub fn execute(&self) -> Exit {
-        kinetoscope_manifest::starter(&self.model).map_or(Exit::BadManifest, print)
+        kinetoscope_manifest::starter(&self.model).map_or(Exit::BadManifest, print_exactly)
     }
 }
 
 /// Prints the JSON Schema of manifests.
 #[must_use]
 pub fn print_schema() -> Exit {
-    print(&kinetoscope_manifest::json_schema())
+    print_exactly(&kinetoscope_manifest::json_schema())
 }

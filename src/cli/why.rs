@@ -31,7 +31,7 @@ impl WhyArguments {
     /// Prints the reason for each run.
     #[must_use]
     pub fn execute(&self) -> Exit {
-        self.explain().unwrap_or_else(|failure| failure.report())
+        self.result.concluded(self.explain().unwrap_or_else(|failure| failure.report()))
     }
 
     fn explain(&self) -> Result<Exit, Failure> {

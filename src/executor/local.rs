@@ -81,6 +81,7 @@ pub fn run_all<'a>(
 /// Writes the timing file of a finished run.
 fn keep_timing(run: &PlannedRun, folder: &Path, report: &RunReport, jobs: NonZeroUsize) {
     if let Err(error) = sidecars::write_host(folder, &run.stem, report, jobs.get()) {
-        eprintln!("warning: no timing file for {}: {error}", run.stem);
+        let warning = format!("warning: no timing file for {}: {error}", run.stem);
+        kinetoscope_usage::complain(&warning, false);
     }
 }

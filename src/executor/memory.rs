@@ -1,6 +1,6 @@
 //! The memory budget of parallel runs: a run starts when its estimated memory is free.
 
-use crate::outputs::sidecars::memory_bytes;
+use crate::run::memory::available_bytes;
 use std::sync::{Condvar, Mutex, PoisonError};
 
 /// A number of bytes shared by the runs.
@@ -28,7 +28,7 @@ impl MemoryBudget {
     /// The available memory (`MemAvailable` of Linux); unlimited on other operating systems.
     #[must_use]
     pub fn of_this_machine() -> Self {
-        Self::new(memory_bytes("/proc/meminfo", "MemAvailable").unwrap_or(u64::MAX))
+        Self::new(available_bytes())
     }
 
     /// Blocks until the bytes are free. A run that needs more than the total reserves all of it and executes alone.
@@ -57,7 +57,7 @@ mod tests {
     use std::sync::atomic::{AtomicU64, Ordering};
     use std::thread;
 
-    /// Includes a share larger than the whole budget.
+    /// Includes a reservation larger than the whole budget.
     #[test]
     fn shares_never_exceed_the_budget() {
         let budget = MemoryBudget::new(10);
@@ -67,13 +67,13 @@ mod tests {
                 let (budget, out, most) = (&budget, &out, &most);
                 scope.spawn(move || {
                     for _ in 0..200 {
-                        let share = budget.take(bytes);
+                        let reservation = budget.take(bytes);
                         most.fetch_max(
-                            out.fetch_add(share.bytes, Ordering::SeqCst) + share.bytes,
+                            out.fetch_add(reservation.bytes, Ordering::SeqCst) + reservation.bytes,
                             Ordering::SeqCst,
                         );
                         thread::yield_now();
-                        out.fetch_sub(share.bytes, Ordering::SeqCst);
+                        out.fetch_sub(reservation.bytes, Ordering::SeqCst);
                     }
                 });
             }

@@ -4,6 +4,7 @@
 
 pub mod analyze;
 pub mod cluster;
+mod heartbeat;
 pub mod local;
 pub mod memory;
 pub mod progress;

@@ -1,10 +1,14 @@
-//! The progress display: on a terminal, one bar per run in progress and one in total; otherwise, one line per finished run.
+//! The progress display: on a terminal, one bar per run in progress and one in total; otherwise, one line per finished run, and one
+//! every ten seconds about those in progress.
 
+use crate::executor::heartbeat::{Activity, Heartbeat};
 use crate::run::{RunError, RunReport, RunStart};
 use indicatif::{HumanBytes, MultiProgress, ProgressBar, ProgressState, ProgressStyle};
 use kinetoscope_recording::recorder::Outcome;
+use kinetoscope_usage::complain;
 use std::fmt;
 use std::io::IsTerminal;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 /// Amount of progress output.
@@ -18,12 +22,18 @@ pub enum Verbosity {
     Verbose,
 }
 
+/// Time between two lines about the runs in progress, where no bars are shown.
+const HEARTBEAT: Duration = Duration::from_secs(10);
+
 /// The progress of all runs, on standard error.
 pub struct ProgressDisplay {
     bars: MultiProgress,
     total: ProgressBar,
     verbosity: Verbosity,
     on_terminal: bool,
+    activity: Arc<Activity>,
+    /// Prints the activity at intervals; `None` on a terminal, which shows bars, and without output.
+    heartbeat: Mutex<Option<Heartbeat>>,
 }
 
 /// The progress of one run.
@@ -46,7 +56,12 @@ impl ProgressDisplay {
         };
         total.set_style(style("all  {wide_bar} {pos}/{len} runs, {eta} left {msg}"));
         total.enable_steady_tick(Duration::from_millis(200));
-        Self { bars, total, verbosity, on_terminal }
+        let activity = Arc::new(Activity::new(runs));
+        let heartbeat = (verbosity != Verbosity::Quiet && !on_terminal).then(|| {
+            let activity = Arc::clone(&activity);
+            Heartbeat::start(HEARTBEAT, move || complain(&activity.text(), false))
+        });
+        Self { bars, total, verbosity, on_terminal, activity, heartbeat: Mutex::new(heartbeat) }
     }
 
     /// Shows the start of a run.
@@ -59,6 +74,7 @@ impl ProgressDisplay {
         };
         let run = style("{wide_bar} {pos}/{len} frames {rate:>8} {eta:>4} left");
         bar.set_style(run.with_key("rate", rate));
+        self.activity.start(stem);
         RunProgress { display: self, stem: stem.to_owned(), bar }
     }
 
@@ -66,6 +82,7 @@ impl ProgressDisplay {
     pub fn show_remote(&self, finished: usize, message: &str) {
         self.total.set_position(finished as u64);
         self.total.set_message(message.to_owned());
+        self.activity.set_remote(finished, message);
     }
 
     /// Prints a line above the bars, unless the output is quiet.
@@ -75,8 +92,9 @@ impl ProgressDisplay {
         }
     }
 
-    /// Removes all bars.
+    /// Removes all bars, and ends the lines about the runs in progress.
     pub fn close(&self) {
+        drop(self.heartbeat.lock().unwrap_or_else(PoisonError::into_inner).take());
         self.total.finish_and_clear();
         // An error means that the terminal was closed.
         let _ = self.bars.clear();
@@ -84,9 +102,9 @@ impl ProgressDisplay {
 
     fn line(&self, text: &str) {
         if self.on_terminal {
-            self.bars.suspend(|| eprintln!("{text}"));
+            self.bars.suspend(|| complain(text, false));
         } else {
-            eprintln!("{text}");
+            complain(text, false);
         }
     }
 }
@@ -96,12 +114,14 @@ impl RunProgress<'_> {
     pub fn frame(&self, done: u64, of: u64) {
         self.bar.set_length(of);
         self.bar.set_position(done);
+        self.display.activity.set_frames(&self.stem, done, of);
     }
 
     /// Shows the end of the run.
     pub fn finish(self, report: &Result<RunReport, RunError>) {
         self.bar.finish_and_clear();
         self.display.total.inc(1);
+        self.display.activity.finish(&self.stem);
         if let Ok(RunReport { start: RunStart::Restarted(reason), .. }) = report {
             self.display.line(&format!("{}: restarted from scratch: {reason}", self.stem));
         }

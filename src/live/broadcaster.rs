@@ -1,6 +1,7 @@
 //! Selection of the frames of one run that viewers receive.
 
-use super::frame_buffer::{BroadcastMessage, FrameBuffer};
+use super::frame_buffer::BroadcastMessage;
+use super::viewer::Service;
 use kinetoscope_recording::channels::LOG;
 use kinetoscope_recording::observer::{ChannelList, FrameObserver};
 use std::collections::BTreeMap;
@@ -10,7 +11,7 @@ use std::time::{Duration, Instant};
 
 /// Broadcasts the frames of one run.
 pub(super) struct Broadcaster {
-    buffer: Arc<FrameBuffer>,
+    service: Arc<Service>,
     /// Cleared when this run ends, so that the next one can be broadcast.
     taken: Arc<AtomicBool>,
     name: String,
@@ -34,9 +35,9 @@ enum Selection {
 }
 
 impl Broadcaster {
-    pub(super) fn new(buffer: Arc<FrameBuffer>, taken: Arc<AtomicBool>, name: &str) -> Self {
+    pub(super) fn new(service: Arc<Service>, taken: Arc<AtomicBool>, name: &str) -> Self {
         Self {
-            buffer,
+            service,
             taken,
             name: name.to_owned(),
             channels: BTreeMap::new(),
@@ -51,7 +52,7 @@ impl Broadcaster {
     /// Selects all frames of a paced run; otherwise as many as the playback shows in the same time, and the last one.
     fn selection_at(&self, log_time_ns: u64) -> Selection {
         let due = self.shown.is_none_or(|shown| shown.elapsed() >= self.interval);
-        if self.buffer.is_paced || due || self.end_ns == Some(log_time_ns) {
+        if self.service.buffer.is_paced || due || self.end_ns == Some(log_time_ns) {
             Selection::Broadcast
         } else {
             Selection::Skipped
@@ -66,7 +67,7 @@ impl FrameObserver for Broadcaster {
         self.end_ns = channel_list.end_ns;
         self.interval =
             Duration::try_from_secs_f64(1.0 / channel_list.playback_fps).unwrap_or(Duration::MAX);
-        self.buffer.announce(&self.name, channel_list);
+        self.service.buffer.announce(&self.name, channel_list);
     }
 
     fn message(&mut self, topic: &'static str, log_time_ns: u64, payload: &[u8]) {
@@ -85,9 +86,9 @@ impl FrameObserver for Broadcaster {
     fn end_of_frame(&mut self) {
         if self.frame.take() == Some(Selection::Broadcast) {
             self.shown = Some(Instant::now());
-            self.buffer.broadcast(std::mem::take(&mut self.messages));
+            self.service.buffer.broadcast(std::mem::take(&mut self.messages));
         }
-        self.buffer.hold();
+        self.service.buffer.hold();
     }
 }
 
@@ -96,7 +97,7 @@ impl Drop for Broadcaster {
     fn drop(&mut self) {
         let log = self.channels.get(LOG);
         self.messages.retain(|message| Some(&message.channel) == log);
-        self.buffer.broadcast(std::mem::take(&mut self.messages));
+        self.service.buffer.broadcast(std::mem::take(&mut self.messages));
         self.taken.store(false, Ordering::Release);
     }
 }

@@ -8,12 +8,14 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Maximum number of viewers.
-const MAX_VIEWERS: usize = 16;
 /// Maximum length of a viewer's queue; a new frame displaces the oldest one.
 const MAX_QUEUED_FRAMES: usize = 4;
 /// Interval at which a held run checks for Ctrl-C.
 const INTERRUPT_INTERVAL: Duration = Duration::from_millis(50);
+/// Time after the end of the broadcast in which viewers receive the last frame and close.
+const CLOSING: Duration = Duration::from_millis(1500);
+/// The same after Ctrl-C.
+const CLOSING_INTERRUPTED: Duration = Duration::from_millis(250);
 
 /// One message of a frame.
 #[derive(Debug)]
@@ -29,6 +31,8 @@ pub(super) struct BroadcastMessage {
 pub(super) struct BroadcastFrame {
     /// Number of frames broadcast so far, over all runs.
     pub(super) number: u64,
+    /// The run, as in [`RunInfo`].
+    pub(super) session: u64,
     pub(super) log_time_ns: u64,
     pub(super) messages: Vec<Arc<BroadcastMessage>>,
 }
@@ -61,6 +65,8 @@ struct State {
     /// Whether any viewer has subscribed.
     has_subscriber: bool,
     pace: Pace,
+    /// The viewer that paused the run.
+    paused_by: Option<u64>,
     closed: Option<Instant>,
 }
 
@@ -91,6 +97,7 @@ impl FrameBuffer {
             next_viewer: 0,
             has_subscriber: false,
             pace: Pace::new(speed.unwrap_or(1.0)),
+            paused_by: None,
             closed: None,
         };
         Self {
@@ -135,7 +142,8 @@ impl FrameBuffer {
         }
         state.frames += 1;
         state.time_ns = log_time_ns;
-        let frame = Arc::new(BroadcastFrame { number: state.frames, log_time_ns, messages });
+        let (number, session) = (state.frames, state.run_info.session);
+        let frame = Arc::new(BroadcastFrame { number, session, log_time_ns, messages });
         for mailbox in state.viewers.values_mut() {
             if mailbox.queue.len() == MAX_QUEUED_FRAMES {
                 mailbox.queue.pop_front();
@@ -156,10 +164,6 @@ impl FrameBuffer {
                 return;
             }
             let wait = if state.has_subscriber {
-                if state.viewers.is_empty() {
-                    // The viewer that paused the run has disconnected.
-                    state.pace.play();
-                }
                 let (now, rate) = (Instant::now(), state.run_info.channel_list.playback_fps);
                 let time_ns = state.time_ns;
                 match state.pace.wait(now, time_ns, rate) {
@@ -174,27 +178,30 @@ impl FrameBuffer {
         }
     }
 
-    /// Adds a viewer; `None` if the maximum number is connected.
-    pub(super) fn add_viewer(&self) -> Option<u64> {
+    /// Adds a viewer.
+    pub(super) fn add_viewer(&self) -> u64 {
         let mut state = self.lock();
-        if state.viewers.len() >= MAX_VIEWERS {
-            return None;
-        }
         let viewer = state.next_viewer;
         state.next_viewer += 1;
         state.viewers.insert(viewer, Mailbox::default());
-        Some(viewer)
+        viewer
     }
 
-    /// Removes a viewer.
+    /// Removes a viewer, and ends its pause.
     pub(super) fn remove_viewer(&self, viewer: u64) {
-        self.lock().viewers.remove(&viewer);
+        let mut state = self.lock();
+        state.viewers.remove(&viewer);
+        if state.paused_by == Some(viewer) {
+            state.paused_by = None;
+            state.pace.play();
+        }
         self.changed.notify_all();
     }
 
-    /// The announced run.
-    pub(super) fn run_info(&self) -> Arc<RunInfo> {
-        Arc::clone(&self.lock().run_info)
+    /// The announced run, and the log time of its last broadcast frame in ns.
+    pub(super) fn run_info(&self) -> (Arc<RunInfo>, u64) {
+        let state = self.lock();
+        (Arc::clone(&state.run_info), state.time_ns)
     }
 
     /// Takes the frames queued for a viewer.
@@ -207,21 +214,29 @@ impl FrameBuffer {
             .unwrap_or_default()
     }
 
-    /// Subscribes to channels. Returns their last messages and the number of the last frame. The messages are from one frame,
-    /// except for channels that are drawn once or logged.
-    pub(super) fn subscribe(&self, channels: &[usize]) -> (Vec<Arc<BroadcastMessage>>, u64) {
+    /// Subscribes to channels of a run. Returns their last messages, none if another run was announced, and the number of the last
+    /// frame. The messages are from one frame, except for channels that are drawn once or logged.
+    pub(super) fn subscribe(
+        &self,
+        session: u64,
+        channels: &[usize],
+    ) -> (Vec<Arc<BroadcastMessage>>, u64) {
         let mut state = self.lock();
         state.has_subscriber = true;
         self.changed.notify_all();
+        if session != state.run_info.session {
+            return (Vec::new(), state.frames);
+        }
         let latest = channels.iter().filter_map(|channel| state.latest.get(channel)).flatten();
         (latest.cloned().collect(), state.frames)
     }
 
     /// Executes a viewer's request and returns the new playback state.
-    pub(super) fn control(&self, request: &PlaybackRequest) -> PlaybackState {
+    pub(super) fn control(&self, viewer: u64, request: &PlaybackRequest) -> PlaybackState {
         let mut state = self.lock();
         let time_ns = state.time_ns;
         state.pace.control(request, time_ns);
+        state.paused_by = state.pace.is_paused().then_some(viewer);
         self.changed.notify_all();
         PlaybackState {
             jumped: request.jump_to_ns.is_some_and(|to| to > time_ns),
@@ -241,9 +256,15 @@ impl FrameBuffer {
         self.changed.notify_all();
     }
 
-    /// Time since the end of the broadcast; `None` before it.
-    pub(super) fn closed_for(&self) -> Option<Duration> {
-        self.lock().closed.map(|closed| closed.elapsed())
+    /// Whether the broadcast has ended, so that viewers receive the last frames and close.
+    pub(super) fn is_closed(&self) -> bool {
+        self.lock().closed.is_some()
+    }
+
+    /// Whether the time for closing has passed, so that all connections end.
+    pub(super) fn is_over(&self) -> bool {
+        let limit = if self.interrupt.is_raised() { CLOSING_INTERRUPTED } else { CLOSING };
+        self.lock().closed.is_some_and(|closed| closed.elapsed() >= limit)
     }
 }
 
@@ -274,7 +295,7 @@ mod tests {
     #[test]
     fn a_slow_viewer_misses_whole_frames_and_the_oldest() {
         let buffer = FrameBuffer::new(None, &Interrupt::default());
-        let viewer = buffer.add_viewer().unwrap();
+        let viewer = buffer.add_viewer();
         (0..10).for_each(|index| buffer.broadcast(frame(index)));
         let waiting = buffer.take(viewer);
         let times: Vec<u64> = waiting.iter().map(|frame| frame.log_time_ns).collect();
@@ -293,21 +314,26 @@ mod tests {
     fn a_late_viewer_has_the_last_frame_once() {
         let buffer = FrameBuffer::new(None, &Interrupt::default());
         (0..3).for_each(|index| buffer.broadcast(frame(index)));
-        let (latest, seen) = buffer.subscribe(&[0, 2]);
+        let (latest, seen) = buffer.subscribe(0, &[0, 2]);
         let latest: Vec<&[u8]> = latest.iter().map(|message| message.payload.as_slice()).collect();
         assert_eq!(latest, [[2, 0], [2, 2]]);
-        let viewer = buffer.add_viewer().unwrap();
+        let viewer = buffer.add_viewer();
         buffer.broadcast(frame(3));
         let next: Vec<u64> = buffer.take(viewer).iter().map(|frame| frame.number).collect();
         assert_eq!(next, [seen + 1]);
     }
 
     #[test]
-    fn there_is_an_end_to_viewers() {
-        let buffer = FrameBuffer::new(None, &Interrupt::default());
-        let viewers: Vec<u64> = (0..MAX_VIEWERS).map(|_| buffer.add_viewer().unwrap()).collect();
-        assert_eq!(buffer.add_viewer(), None);
-        buffer.remove_viewer(viewers[3]);
-        assert!(buffer.add_viewer().is_some());
+    fn pause_ends_with_the_viewer_that_asked_for_it() {
+        let buffer = FrameBuffer::new(Some(1.0), &Interrupt::default());
+        let (asking, silent) = (buffer.add_viewer(), buffer.add_viewer());
+        let request =
+            PlaybackRequest { pause: true, speed: 1.0, jump_to_ns: None, id: String::new() };
+        assert!(buffer.control(asking, &request).paused);
+        buffer.remove_viewer(silent);
+        assert!(buffer.playback().0.paused);
+        let silent = buffer.add_viewer();
+        buffer.remove_viewer(asking);
+        assert!(!buffer.playback().0.paused, "viewer {silent} did not ask for a pause");
     }
 }

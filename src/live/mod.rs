@@ -5,15 +5,24 @@
 //! many frames as the playback shows in the same time. With a speed, the run is held to it and waits for the first viewer;
 //! viewers can pause, step and change the speed.
 //!
+//! Clients may be hostile, such as a web page in the user's browser. `admission.rs` rejects pages that are not known viewers.
+//! `connection.rs` ends every exchange at a deadline and limits the number of connections, so that no client can delay the end of
+//! the program or lock out a viewer.
+//!
 //! If several runs execute in parallel, the first one is shown. When it ends, the next run that starts is shown.
 
+mod admission;
 mod broadcaster;
+mod connection;
 mod frame_buffer;
 mod pace;
 mod protocol;
 mod viewer;
 
+pub use admission::{Admission, host, origin};
+
 use crate::interrupt::Interrupt;
+use connection::Slots;
 use frame_buffer::FrameBuffer;
 use kinetoscope_recording::observer::FrameObserver;
 use std::io;
@@ -21,16 +30,21 @@ use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use viewer::Service;
 
 /// The default port of viewers, open to this machine only.
 pub const DEFAULT_PORT: u16 = 8765;
 /// Interval at which new connections are accepted.
 const ACCEPT_INTERVAL: Duration = Duration::from_millis(20);
+/// Interval at which the end of the connections is checked.
+const END_INTERVAL: Duration = Duration::from_millis(2);
+/// Time for the threads of connections to end after the deadline of closing.
+const LAST_WAIT: Duration = Duration::from_millis(300);
 
-/// The server. When dropped, it sends the last frame to the viewers and closes.
+/// The server. When dropped, it sends the last frame to the viewers and closes within two seconds.
 pub struct LiveServer {
-    buffer: Arc<FrameBuffer>,
+    service: Arc<Service>,
     taken: Arc<AtomicBool>,
     address: SocketAddr,
     acceptor: Option<JoinHandle<()>>,
@@ -41,19 +55,25 @@ impl LiveServer {
     /// are interrupted.
     ///
     /// # Errors
-    /// An address that is in use or does not belong to this machine.
+    /// An address that is in use or does not belong to this machine, or a machine without threads left.
     pub fn open(
         address: SocketAddr,
         speed: Option<f64>,
+        admission: Admission,
         interrupt: &Interrupt,
     ) -> io::Result<Self> {
         let listener = TcpListener::bind(address)?;
         listener.set_nonblocking(true)?;
         let address = listener.local_addr()?;
-        let buffer = Arc::new(FrameBuffer::new(speed, interrupt));
-        let inside = Arc::clone(&buffer);
-        let acceptor = thread::spawn(move || accept_viewers(&listener, &inside));
-        Ok(Self { buffer, taken: Arc::default(), address, acceptor: Some(acceptor) })
+        let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        let service = Arc::new(Service {
+            buffer: FrameBuffer::new(speed, interrupt),
+            admission,
+            session_prefix: since_1970.as_millis().to_string(),
+        });
+        let inside = Arc::clone(&service);
+        let acceptor = thread::Builder::new().spawn(move || accept_viewers(&listener, &inside))?;
+        Ok(Self { service, taken: Arc::default(), address, acceptor: Some(acceptor) })
     }
 
     /// The address of the server.
@@ -68,14 +88,14 @@ impl LiveServer {
         if self.taken.swap(true, Ordering::AcqRel) {
             return None;
         }
-        let (buffer, taken) = (Arc::clone(&self.buffer), Arc::clone(&self.taken));
-        Some(Box::new(broadcaster::Broadcaster::new(buffer, taken, name)))
+        let (service, taken) = (Arc::clone(&self.service), Arc::clone(&self.taken));
+        Some(Box::new(broadcaster::Broadcaster::new(service, taken, name)))
     }
 }
 
 impl Drop for LiveServer {
     fn drop(&mut self) {
-        self.buffer.close();
+        self.service.buffer.close();
         if let Some(acceptor) = self.acceptor.take() {
             // A panic of the thread has been reported, and no run depends on it.
             let _ = acceptor.join();
@@ -83,25 +103,30 @@ impl Drop for LiveServer {
     }
 }
 
-/// Accepts viewers until the broadcast ends, then waits until they have disconnected.
-fn accept_viewers(listener: &TcpListener, buffer: &Arc<FrameBuffer>) {
-    // Distinguishes this server from an earlier one at the same address.
-    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    let session_prefix = since_1970.as_millis().to_string();
+/// Accepts viewers until the broadcast ends, then waits until they have disconnected, which the deadline of closing limits.
+fn accept_viewers(listener: &TcpListener, service: &Arc<Service>) {
+    let mut slots = Slots::default();
     let mut viewers: Vec<JoinHandle<()>> = Vec::new();
-    while buffer.closed_for().is_none() {
-        match listener.accept() {
-            Ok((stream, _)) => {
-                let (buffer, prefix) = (Arc::clone(buffer), session_prefix.clone());
-                viewers.push(thread::spawn(move || viewer::serve(stream, &buffer, &prefix)));
-            }
-            // No connection, or one that is already closed.
-            Err(_) => thread::sleep(ACCEPT_INTERVAL),
-        }
+    while !service.buffer.is_closed() {
         viewers.retain(|viewer| !viewer.is_finished());
+        let accepted =
+            if viewers.len() < Slots::MAX_THREADS { listener.accept().ok() } else { None };
+        let Some((stream, _)) = accepted else {
+            thread::sleep(ACCEPT_INTERVAL);
+            continue;
+        };
+        let (inside, slot) = (Arc::clone(service), slots.occupy());
+        let serve = move || viewer::serve(stream, &inside, slot);
+        // Without a thread for it, the connection is closed.
+        viewers.extend(thread::Builder::new().spawn(serve));
     }
-    for viewer in viewers {
-        let _ = viewer.join();
+    let mut over = None;
+    while viewers.iter().any(|viewer| !viewer.is_finished()) {
+        // A thread that outlives the deadline ends with the program.
+        if service.buffer.is_over() && over.get_or_insert_with(Instant::now).elapsed() > LAST_WAIT {
+            return;
+        }
+        thread::sleep(END_INTERVAL);
     }
 }
 

@@ -1,69 +1,79 @@
 //! One viewer's connection, served by its own thread.
 
-use super::frame_buffer::{FrameBuffer, RunInfo};
-use super::protocol::{self, Request, SUBPROTOCOL, Subscription};
+use super::admission::Admission;
+use super::connection::{Connection, Exchange, Progress, Slot};
+use super::frame_buffer::{BroadcastFrame, FrameBuffer, RunInfo};
+use super::protocol::{self, Request, Subscription};
 use std::collections::BTreeMap;
 use std::io;
 use std::net::TcpStream;
 use std::sync::Arc;
-use std::time::Duration;
-use tungstenite::handshake::server::{ErrorResponse, Request as HandshakeRequest, Response};
-use tungstenite::http::{HeaderValue, StatusCode, header::SEC_WEBSOCKET_PROTOCOL};
+use std::thread;
+use std::time::{Duration, Instant};
+use tungstenite::handshake::server::{Request as HandshakeRequest, Response};
 use tungstenite::protocol::WebSocketConfig;
 use tungstenite::{Error, Message, WebSocket};
 
-/// Time limit of the handshake, of one write, and of the closing handshake.
-const CONNECTION_TIMEOUT: Duration = Duration::from_secs(1);
-/// Time limit of one read, after which queued frames are sent.
-const READ_TIMEOUT: Duration = Duration::from_millis(4);
+/// Time for requests, after which queued frames are sent.
+const TURN: Duration = Duration::from_millis(4);
+/// The same for a viewer without subscriptions, to which no frames are sent.
+const IDLE_TURN: Duration = Duration::from_millis(50);
+/// Maximum number of messages that are received in one turn, so that no client occupies a processor.
+const MAX_MESSAGES_PER_TURN: usize = 32;
 /// Maximum size of a request.
 const MAX_REQUEST_BYTES: usize = 1 << 16;
+/// Size of the buffer for requests, which each connection allocates.
+const READ_BUFFER_BYTES: usize = 1 << 12;
+/// The first time that a viewer receives. Viewers take 0 for a missing time.
+const FIRST_TIME_NS: u64 = 1;
+
+/// What all viewers of a server share.
+pub(super) struct Service {
+    pub(super) buffer: FrameBuffer,
+    pub(super) admission: Admission,
+    /// Distinguishes this server from an earlier one at the same address.
+    pub(super) session_prefix: String,
+}
 
 /// Serves one viewer until it disconnects, or until the broadcast has ended and its last frame is sent.
-pub(super) fn serve(stream: TcpStream, buffer: &FrameBuffer, session_prefix: &str) {
-    let Some(id) = buffer.add_viewer() else { return };
+pub(super) fn serve(stream: TcpStream, service: &Service, slot: Arc<Slot>) {
+    let buffer = &service.buffer;
     // An error of the connection affects only its viewer, which reports it.
-    let _ = accept_handshake(stream).and_then(|socket| {
-        let (subscriptions, run_info) = (BTreeMap::new(), buffer.run_info());
-        let changes = buffer.playback().1;
-        let mut viewer =
-            Viewer { socket, buffer, id, session_prefix, run_info, subscriptions, changes };
-        viewer.announce()?;
-        viewer.watch()
-    });
+    let Ok(socket) = accept_handshake(stream, service, slot) else { return };
+    let id = buffer.add_viewer();
+    let changes = buffer.playback().1;
+    let mut viewer = Viewer {
+        socket,
+        buffer,
+        id,
+        session_prefix: &service.session_prefix,
+        run_info: buffer.run_info().0,
+        subscriptions: BTreeMap::new(),
+        changes,
+        time_ns: 0,
+    };
+    let _ = viewer.announce().and_then(|()| viewer.watch());
     buffer.remove_viewer(id);
 }
 
-fn accept_handshake(stream: TcpStream) -> Result<WebSocket<TcpStream>, Error> {
-    stream.set_nonblocking(false)?;
-    stream.set_nodelay(true)?;
-    stream.set_read_timeout(Some(CONNECTION_TIMEOUT))?;
-    stream.set_write_timeout(Some(CONNECTION_TIMEOUT))?;
-    let config = WebSocketConfig::default().max_message_size(Some(MAX_REQUEST_BYTES));
-    let socket = tungstenite::accept_hdr_with_config(stream, select_protocol, Some(config));
-    let socket = socket.map_err(|error| Error::Io(io::Error::other(error.to_string())))?;
-    socket.get_ref().set_read_timeout(Some(READ_TIMEOUT))?;
+fn accept_handshake<'a>(
+    stream: TcpStream,
+    service: &'a Service,
+    slot: Arc<Slot>,
+) -> Result<WebSocket<Connection<'a>>, Error> {
+    let connection = Connection::new(stream, &service.buffer, slot)?;
+    let config = WebSocketConfig::default()
+        .read_buffer_size(READ_BUFFER_BYTES)
+        .max_message_size(Some(MAX_REQUEST_BYTES))
+        .max_frame_size(Some(MAX_REQUEST_BYTES));
+    #[expect(clippy::result_large_err, reason = "the signature that tungstenite requires")]
+    let answer = |request: &HandshakeRequest, response: Response| {
+        service.admission.answer(request, response)
+    };
+    let socket = tungstenite::accept_hdr_with_config(connection, answer, Some(config))
+        .map_err(|error| Error::Io(io::Error::other(error.to_string())))?;
+    socket.get_ref().report(Progress::Agreed);
     Ok(socket)
-}
-
-/// Selects the protocol, which the viewer must have offered.
-#[expect(clippy::result_large_err, reason = "the signature that tungstenite requires")]
-fn select_protocol(
-    request: &HandshakeRequest,
-    mut response: Response,
-) -> Result<Response, ErrorResponse> {
-    let offers = request.headers().get_all(SEC_WEBSOCKET_PROTOCOL).iter();
-    let offered = offers
-        .flat_map(|offer| offer.to_str().unwrap_or_default().split(','))
-        .any(|offer| offer.trim() == SUBPROTOCOL);
-    if !offered {
-        let mut rejection = ErrorResponse::new(Some(format!("this server requires {SUBPROTOCOL}")));
-        *rejection.status_mut() = StatusCode::BAD_REQUEST;
-        return Err(rejection);
-    }
-    let agreed = HeaderValue::from_static(SUBPROTOCOL);
-    response.headers_mut().insert(SEC_WEBSOCKET_PROTOCOL, agreed);
-    Ok(response)
 }
 
 /// A channel that a viewer receives.
@@ -74,7 +84,7 @@ struct Receiving {
 }
 
 struct Viewer<'a> {
-    socket: WebSocket<TcpStream>,
+    socket: WebSocket<Connection<'a>>,
     buffer: &'a FrameBuffer,
     id: u64,
     session_prefix: &'a str,
@@ -83,31 +93,18 @@ struct Viewer<'a> {
     subscriptions: BTreeMap<usize, Receiving>,
     /// Number of playback changes already sent.
     changes: u64,
+    /// The latest time sent in this session, ns; 0 if none was sent.
+    time_ns: u64,
 }
 
 impl Viewer<'_> {
     fn watch(&mut self) -> Result<(), Error> {
         loop {
             self.receive()?;
-            let over = self.buffer.closed_for().is_some();
+            let over = self.buffer.is_closed();
             self.switch_run()?;
             for frame in self.buffer.take(self.id) {
-                let mut has_time = false;
-                for message in &frame.messages {
-                    let Some(receiving) = self.subscriptions.get(&message.channel) else {
-                        continue;
-                    };
-                    if receiving.seen >= frame.number {
-                        continue;
-                    }
-                    let subscription = receiving.subscription;
-                    if !has_time {
-                        self.send(protocol::time(frame.log_time_ns))?;
-                        has_time = true;
-                    }
-                    let log_time = message.log_time_ns;
-                    self.send(protocol::message_data(subscription, log_time, &message.payload))?;
-                }
+                self.send_frame(&frame)?;
             }
             self.send_changes()?;
             if over {
@@ -116,9 +113,40 @@ impl Viewer<'_> {
         }
     }
 
-    /// Sends the server's information, the run and its channels.
+    /// Sends the messages of a frame that the viewer has subscribed to and not received yet.
+    fn send_frame(&mut self, frame: &BroadcastFrame) -> Result<(), Error> {
+        // The channels of a run that was announced meanwhile are unknown to the viewer.
+        if frame.session != self.run_info.session {
+            return Ok(());
+        }
+        for message in &frame.messages {
+            let Some(receiving) = self.subscriptions.get(&message.channel) else { continue };
+            if receiving.seen >= frame.number {
+                continue;
+            }
+            let subscription = receiving.subscription;
+            self.send_time(frame.log_time_ns)?;
+            let log_time = message.log_time_ns;
+            self.send(protocol::message_data(subscription, log_time, &message.payload))?;
+        }
+        Ok(())
+    }
+
+    /// Sets the viewer's clock, unless it would not advance: a viewer drops everything drawn when its clock goes back.
+    fn send_time(&mut self, time_ns: u64) -> Result<(), Error> {
+        if time_ns <= self.time_ns {
+            return Ok(());
+        }
+        self.time_ns = time_ns;
+        self.send(protocol::time(time_ns))
+    }
+
+    /// Sends the server's information, the run and its channels, and the time at which the viewer joins.
     fn announce(&mut self) -> Result<(), Error> {
-        let run_info = Arc::clone(&self.run_info);
+        let (run_info, joined_ns) = self.buffer.run_info();
+        self.run_info = Arc::clone(&run_info);
+        // A new session resets the viewer's clock.
+        self.time_ns = 0;
         let session = format!("{}-{}", self.session_prefix, run_info.session);
         let range = run_info.channel_list.end_ns.filter(|_| self.buffer.is_paced);
         self.send(protocol::server_info(&run_info.name, &session, range))?;
@@ -126,16 +154,17 @@ impl Viewer<'_> {
         if channels.is_empty() {
             return Ok(());
         }
-        self.send(protocol::advertise(channels, run_info.first_channel_id))
+        self.send(protocol::advertise(channels, run_info.first_channel_id))?;
+        // Plots begin at the first time that a viewer receives.
+        self.send_time(joined_ns.max(FIRST_TIME_NS))
     }
 
     /// Switches to the next run, if one was announced.
     fn switch_run(&mut self) -> Result<(), Error> {
-        let now = self.buffer.run_info();
-        if now.session == self.run_info.session {
+        let last = Arc::clone(&self.run_info);
+        if self.buffer.run_info().0.session == last.session {
             return Ok(());
         }
-        let last = std::mem::replace(&mut self.run_info, now);
         self.subscriptions.clear();
         let channels = last.channel_list.channels.len() as u64;
         if channels > 0 {
@@ -144,16 +173,24 @@ impl Viewer<'_> {
         self.announce()
     }
 
-    /// Receives and answers requests for a few milliseconds.
+    /// Receives and answers requests for one turn.
     fn receive(&mut self) -> Result<(), Error> {
-        loop {
+        let turn = if self.subscriptions.is_empty() { IDLE_TURN } else { TURN };
+        let end = Instant::now() + turn;
+        for _ in 0..MAX_MESSAGES_PER_TURN {
+            self.socket
+                .get_mut()
+                .begin(Exchange::Listening(end.saturating_duration_since(Instant::now())));
             let request = match self.socket.read() {
                 Ok(Message::Text(text)) => protocol::text_request(&text),
                 Ok(Message::Binary(bytes)) => protocol::binary_request(&bytes),
-                Ok(Message::Ping(_) | Message::Pong(_) | Message::Close(_) | Message::Frame(_)) => {
+                Ok(Message::Ping(_)) => {
+                    // Otherwise, the replies to a client that does not read them would accumulate.
+                    self.flush()?;
                     continue;
                 }
-                Err(error) if would_block(&error) => return Ok(()),
+                Ok(Message::Pong(_) | Message::Close(_) | Message::Frame(_)) => continue,
+                Err(Error::Io(error)) if error.kind() == io::ErrorKind::WouldBlock => return Ok(()),
                 Err(error) => return Err(error),
             };
             match request {
@@ -163,6 +200,9 @@ impl Viewer<'_> {
                 }
             }
         }
+        // The client sends faster than any viewer.
+        thread::sleep(end.saturating_duration_since(Instant::now()));
+        Ok(())
     }
 
     fn answer(&mut self, request: Request) -> Result<(), Error> {
@@ -173,7 +213,7 @@ impl Viewer<'_> {
                 Ok(())
             }
             Request::Playback(request) if self.buffer.is_paced => {
-                let state = self.buffer.control(&request);
+                let state = self.buffer.control(self.id, &request);
                 self.send(state.encode(&request.id))?;
                 if request.jump_to_ns.is_some_and(|to| to < state.time_ns) {
                     let text =
@@ -201,13 +241,13 @@ impl Viewer<'_> {
         });
         let known: BTreeMap<usize, u32> = known.collect();
         let asked: Vec<usize> = known.keys().copied().collect();
-        let (latest, seen) = self.buffer.subscribe(&asked);
+        let (latest, seen) = self.buffer.subscribe(self.run_info.session, &asked);
         for (&channel, &subscription) in &known {
             self.subscriptions.insert(channel, Receiving { subscription, seen });
         }
         let newest = latest.iter().map(|message| message.log_time_ns).max();
         if let Some(newest) = newest {
-            self.send(protocol::time(newest))?;
+            self.send_time(newest)?;
         }
         for message in latest {
             let Some(&subscription) = known.get(&message.channel) else { continue };
@@ -227,30 +267,27 @@ impl Viewer<'_> {
         Ok(())
     }
 
-    /// Sends a message. Only this thread waits for a viewer that does not read; after the end of the broadcast, it stops waiting.
+    /// Sends a message. Only this thread waits for a viewer that does not read.
     fn send(&mut self, message: impl Into<Message>) -> Result<(), Error> {
-        let mut sent = self.socket.send(message.into());
-        while let Err(error) = sent {
-            let late = self.buffer.closed_for().is_some_and(|closed| closed > CONNECTION_TIMEOUT);
-            if late || !would_block(&error) {
-                return Err(error);
-            }
-            sent = self.socket.flush();
+        self.socket.get_mut().begin(Exchange::Sending);
+        self.socket.send(message.into())?;
+        if !self.subscriptions.is_empty() {
+            self.socket.get_ref().report(Progress::Subscribed);
         }
         Ok(())
     }
 
+    /// Sends the reply to a ping.
+    fn flush(&mut self) -> Result<(), Error> {
+        self.socket.get_mut().begin(Exchange::Sending);
+        self.socket.flush()
+    }
+
     /// Closes the connection after the viewer has read the remaining messages.
     fn close(&mut self) -> Result<(), Error> {
+        self.socket.get_mut().begin(Exchange::Closing);
         self.socket.close(None)?;
-        self.socket.get_ref().set_read_timeout(Some(CONNECTION_TIMEOUT))?;
         while self.socket.read().is_ok() {}
         Ok(())
     }
-}
-
-/// Whether a read or a write reached its time limit; the error kind depends on the system.
-fn would_block(error: &Error) -> bool {
-    let Error::Io(error) = error else { return false };
-    matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut)
 }

@@ -21,6 +21,15 @@ pub struct RunManifest {
 }
 
 impl RunManifest {
+    /// Maximum number of particles that the size of a frame follows from; `None` if a series of single collisions is recorded,
+    /// whose length is not known in advance.
+    #[must_use]
+    pub fn particles_of_frames(&self) -> Option<u64> {
+        let is_series = |name: &String| name == "per_collision";
+        let has_series = self.record.channels.iter().flatten().any(is_series);
+        (!has_series).then(|| self.model.particles())
+    }
+
     /// The TOML text of the run: every key, in a fixed order, numbers in their shortest exact form. Equal runs have
     /// equal texts, [`crate::parse_run`] gives the run back, and the text is itself a manifest of one run.
     #[must_use]

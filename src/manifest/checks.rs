@@ -9,7 +9,7 @@ use crate::sweep::{Axis, Coordinate, text};
 use crate::syntax::parse_toml;
 use crate::table::table;
 use crate::tree::{Entry, Node, Table};
-use crate::value::{quoted, refuse, tables, words};
+use crate::value::{quoted, refuse_type, tables, words};
 
 /// A condition on a metric.
 #[derive(Clone, Debug, PartialEq)]
@@ -225,23 +225,8 @@ fn read_one(
     reader.also_known(&["where"]);
     let mut keys = CheckKeys::default();
     keys.keys(&mut reader);
-    if !reader.has("metric") {
-        reader.report(Diagnostic::new("a check has no metric").at(element.span, "needs `metric`"));
-    } else if keys.metric.trim().is_empty() {
-        reader.refuse(&["metric"], "a check has no metric", "must not be empty");
-    } else if let Some(new) = renamed::metric(&keys.metric) {
-        let title = format!("`{}` was renamed; use `{new}`", keys.metric);
-        reader.refuse(&["metric"], &title, "old name");
-    } else if let Some(known) = manifest.and_then(|manifest| manifest.metrics)
-        && !known.contains(&keys.metric.as_str())
-    {
-        let title = format!("`{}` is not a metric", keys.metric);
-        let label = match nearest(&keys.metric, known.iter().copied()) {
-            Some(meant) => format!("did you mean `{meant}`?"),
-            None => "`kinetoscope analyze --list-metrics` lists all metrics".to_owned(),
-        };
-        reader.refuse(&["metric"], &title, &label);
-    }
+    let metrics = manifest.and_then(|manifest| manifest.metrics);
+    check_metric("a check", &keys.metric, metrics, element, &mut reader);
     if !BOUNDS.iter().any(|key| reader.has(key)) {
         let label = "needs `tolerance`, `relative_tolerance`, `standard_errors`, \
             `max_deviation_sigma`, or `minimum` and `maximum`";
@@ -271,6 +256,30 @@ fn read_one(
     Some(Check { bound: keys.bound()?, metric: keys.metric, at, if_undecided, line })
 }
 
+/// Reports a table without a metric, or with one that is not among those of the model.
+pub(crate) fn check_metric(
+    table: &str,
+    metric: &str,
+    known: Option<&[&'static str]>,
+    element: &Node,
+    reader: &mut Reader<'_>,
+) {
+    let title = format!("{table} has no metric");
+    if !reader.has("metric") {
+        reader.report(Diagnostic::new(title).at(element.span, "needs `metric`"));
+    } else if metric.trim().is_empty() {
+        reader.refuse(&["metric"], title, "must not be empty");
+    } else if let Some(new) = renamed::metric(metric) {
+        reader.refuse(&["metric"], format!("`{metric}` was renamed; use `{new}`"), "old name");
+    } else if let Some(known) = known.filter(|known| !known.contains(&metric)) {
+        let label = match nearest(metric, known.iter().copied()) {
+            Some(meant) => format!("did you mean `{meant}`?"),
+            None => "`kinetoscope analyze --list-metrics` lists all metrics".to_owned(),
+        };
+        reader.refuse(&["metric"], format!("`{metric}` is not a metric"), label);
+    }
+}
+
 fn read_where(
     place: &Entry,
     axes: Option<&[Axis]>,
@@ -278,7 +287,7 @@ fn read_where(
 ) -> Vec<(String, String)> {
     let Some(table) = place.node.table() else {
         let expected = "a table of swept keys and values";
-        return refuse(&place.node, "checks.where", expected, errors).unwrap_or_default();
+        return refuse_type(&place.node, "checks.where", expected, errors).unwrap_or_default();
     };
     let entries = table.entries.iter().flat_map(|entry| entry.leaves(&entry.key, &|_, _| false));
     entries.filter_map(|(key, entry)| read_place(&key, entry, axes, errors)).collect()

@@ -1,10 +1,13 @@
 //! The keys in which two canonical manifests differ.
 
+use sha2::{Digest as _, Sha256};
 use std::collections::BTreeMap;
 use std::fmt;
 
 /// Maximum length of a value that is shown in full.
 const LONGEST_VALUE: usize = 60;
+/// Maximum length of a value that is stored in full.
+const LONGEST_STORED_VALUE: usize = 200;
 
 /// A key that has another value in another manifest, or is missing there.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -37,10 +40,18 @@ fn short(value: &str) -> String {
 /// has.
 #[must_use]
 pub fn differing_keys(left: &str, right: &str) -> Vec<KeyDifference> {
-    let (left, right) = (keys(left), keys(right));
+    differing_values(keys(left), &keys(right))
+}
+
+/// Returns the keys of two manifests that have different values, in the order of [`differing_keys`].
+#[must_use]
+pub fn differing_values(
+    left: Vec<(String, String)>,
+    right: &[(String, String)],
+) -> Vec<KeyDifference> {
     let by_name =
         |keys: &[(String, String)]| -> BTreeMap<String, String> { keys.iter().cloned().collect() };
-    let (in_left, in_right) = (by_name(&left), by_name(&right));
+    let (in_left, in_right) = (by_name(&left), by_name(right));
     let changed = left.into_iter().filter(|(key, value)| in_right.get(key) != Some(value)).map(
         |(key, value)| KeyDifference { right: in_right.get(&key).cloned(), left: Some(value), key },
     );
@@ -48,6 +59,21 @@ pub fn differing_keys(left: &str, right: &str) -> Vec<KeyDifference> {
         KeyDifference { key: key.clone(), left: None, right: Some(value.clone()) }
     });
     changed.chain(added).collect()
+}
+
+/// Returns the dotted keys of a canonical text with their values as TOML. A value of more than 200 characters, such as a list
+/// of positions, is represented by its SHA-256.
+#[must_use]
+pub fn manifest_values(canonical: &str) -> Vec<(String, String)> {
+    let short = |(key, value): (String, String)| {
+        if value.len() <= LONGEST_STORED_VALUE {
+            return (key, value);
+        }
+        let hash: String =
+            Sha256::digest(value.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect();
+        (key, format!("sha256 {hash}"))
+    };
+    keys(canonical).into_iter().map(short).collect()
 }
 
 /// The dotted keys of a canonical text with their values. It has one key per line, below the header of its table.
@@ -62,4 +88,24 @@ fn keys(canonical: &str) -> Vec<(String, String)> {
         }
     }
     keys
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{differing_values, manifest_values};
+
+    #[test]
+    fn long_values_are_compared_by_their_hash() {
+        let manifest = |last: &str| {
+            let numbers = "0.0, ".repeat(100);
+            manifest_values(&format!("seed = 3\n[model.gas]\nx = [{numbers}{last}]\n"))
+        };
+        let (one, other) = (manifest("1.0"), manifest("2.0"));
+        assert_eq!(one[0], ("seed".to_owned(), "3".to_owned()));
+        assert!(one[1].1.starts_with("sha256 ") && one[1].1.len() < 80, "{:?}", one[1]);
+        assert!(differing_values(one.clone(), &manifest("1.0")).is_empty());
+        let differing = differing_values(one, &other);
+        assert_eq!(differing.len(), 1);
+        assert_eq!(differing[0].key, "model.gas.x");
+    }
 }

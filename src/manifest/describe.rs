@@ -111,6 +111,45 @@ pub(crate) fn record_table() -> Json {
     describer.table()
 }
 
+/// Finds the unit of one key of a table.
+struct UnitFinder<'a> {
+    name: &'a str,
+    unit: Option<&'static str>,
+}
+
+impl Keys for UnitFinder<'_> {
+    fn key<T: TomlValue>(&mut self, key: &Key, _: &mut T) {
+        if key.name == self.name {
+            self.unit = Some(key.unit);
+        }
+    }
+
+    fn optional<T: TomlValue>(&mut self, key: &Key, current: Option<T>) -> Option<T> {
+        if key.name == self.name {
+            self.unit = Some(key.unit);
+        }
+        current
+    }
+
+    fn exclusive(&mut self, _: &'static [&'static str]) {}
+}
+
+/// Returns the unit of a dotted key such as `model.gas.temperature_k`: "1" for a pure number, and "" for a word, a key that
+/// has no unit, or an unknown key.
+#[must_use]
+pub fn unit_of_key(key: &str) -> &'static str {
+    let mut parts = key.split('.');
+    let table = parts.next();
+    let model = if table == Some("model") { parts.next() } else { None };
+    let mut finder = UnitFinder { name: parts.next().unwrap_or_default(), unit: None };
+    match (table, model.and_then(ModelConfig::with_defaults)) {
+        (Some("model"), Some(mut model)) => model.keys(&mut finder),
+        (Some("record"), _) => RecordConfig::default().keys_for("", &mut finder),
+        _ => {}
+    }
+    finder.unit.unwrap_or_default()
+}
+
 /// Whether a dotted key such as `model.gas.particles` takes whole numbers only.
 pub(crate) fn is_whole(key: &str) -> bool {
     let mut parts = key.split('.');
@@ -120,4 +159,24 @@ pub(crate) fn is_whole(key: &str) -> bool {
         _ => return false,
     };
     parts.next().is_none() && table["properties"][key]["type"] == "integer"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::unit_of_key;
+
+    #[test]
+    fn units_are_those_of_the_tables() {
+        for (key, unit) in [
+            ("model.gas.temperature_k", "K"),
+            ("model.gas.particles", "1"),
+            ("model.orbit.time_step_days", "d"),
+            ("record.every_s", "s"),
+            ("model.gas.speed_distribution", ""),
+            ("model.none.radius", ""),
+            ("variant", ""),
+        ] {
+            assert_eq!(unit_of_key(key), unit, "{key}");
+        }
+    }
 }

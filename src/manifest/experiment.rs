@@ -1,22 +1,23 @@
 //! Reads the text of a manifest into an experiment with all its runs.
 
+use crate::baseline::{self, BaselineTolerance};
 use crate::canonical::{RunKey, RunManifest};
 use crate::checks::{self, Check, CheckedManifest};
 use crate::diagnostics::{Diagnostic, Diagnostics};
-use crate::head::{ExpectedOutcome, Head, is_name};
+use crate::head::{ExpectedOutcome, Head, NAME_RULE, is_name};
 use crate::keys::{HasKeys as _, Reader};
 use crate::model::{ModelConfig, Recordings, no_model};
 use crate::record::RecordConfig;
 use crate::sweep::{self, Axis, Coordinate, Points, Setting, overlap};
 use crate::syntax::parse_toml;
 use crate::tree::{self, Node, Span, Table, Value};
-use crate::value::{ReplicateCount, quoted, refuse};
+use crate::value::{ReplicateCount, quoted, refuse_type};
 use toml::de::DeValue;
 
 /// An experiment: the contents of a valid manifest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Experiment {
-    /// Name of the experiment and of its folder: letters, digits, `_` and `-`.
+    /// Name of the experiment and of its folder: letters, digits, `_` and `-`, without `-` at the start.
     pub name: String,
     /// The question it asks, in the user's words; may be empty.
     pub description: String,
@@ -30,6 +31,8 @@ pub struct Experiment {
     pub runs: Vec<Run>,
     /// Conditions on the metrics.
     pub checks: Vec<Check>,
+    /// How much metrics may differ from those of an earlier analysis.
+    pub baseline: Vec<BaselineTolerance>,
     /// How the runs are expected to end.
     pub expected_outcome: ExpectedOutcome,
     /// The manifest's file as it was named.
@@ -56,8 +59,8 @@ pub struct Override {
     pub value: String,
 }
 
-/// Maximum number of runs in one experiment.
-const MOST_RUNS: usize = 1_000_000;
+/// Maximum number of runs in one experiment: a plan of so many takes about a second and 300 MB.
+const MOST_RUNS: usize = 100_000;
 /// Number of errors after which no further point of a sweep is read.
 const ENOUGH_ERRORS: usize = 200;
 /// Maximum length of a file stem before its run key; file systems allow 255 bytes.
@@ -116,8 +119,7 @@ fn experiment(
     let name = document.head.name.or_else(|| stem.map(String::from)).unwrap_or_default();
     if !is_name(&name) {
         let title = format!(
-            "the file name {} cannot name the experiment; add name = \"...\" of at most 80 \
-            letters, digits, _ and -",
+            "the file name {} cannot name the experiment; add name = \"...\" of {NAME_RULE}",
             quoted(&name)
         );
         return Err(diagnostics.with(vec![Diagnostic::new(title)]));
@@ -130,6 +132,7 @@ fn experiment(
         axes: document.axes,
         runs: document.runs,
         checks: document.checks,
+        baseline: document.baseline,
         expected_outcome: document.head.expected_outcome.unwrap_or(ExpectedOutcome::Complete),
         manifest: origin.to_owned(),
     })
@@ -185,6 +188,7 @@ pub(crate) struct Document {
     axes: Vec<Axis>,
     pub(crate) runs: Vec<Run>,
     checks: Vec<Check>,
+    baseline: Vec<BaselineTolerance>,
 }
 
 /// Reads a manifest and all its errors.
@@ -260,7 +264,7 @@ fn read_root(
                     .at(key_span, "leave it out, or change the sweep")
                     .at(setting.key_span, "swept here"),
             );
-        } else if ["sweep", "checks"].iter().any(|table| overlap(table, &key)) {
+        } else if ["sweep", "checks", "baseline"].iter().any(|table| overlap(table, &key)) {
             let label = "change the manifest instead";
             errors.push(Diagnostic::new(format!("`{key}` cannot be set")).at(key_span, label));
         } else {
@@ -268,13 +272,14 @@ fn read_root(
         }
     }
     let checks = root.take("checks");
+    let baseline = root.take("baseline");
     let model = root.take("model");
     let record = root.take("record");
     let mut head = Head::default();
     let mut reader = Reader::new("", root, errors);
     head.keys(&mut reader);
     head.check(&mut reader);
-    reader.also_known(&["model", "record", "sweep", "checks"]);
+    reader.also_known(&["model", "record", "sweep", "checks", "baseline"]);
     reader.finish();
     let base = Table { entries: [model, record].into_iter().flatten().collect() };
     let runs = expand(&head, &base, &axes, recordings, errors);
@@ -283,7 +288,9 @@ fn read_root(
     let manifest = CheckedManifest { source, axes: Some(&axes), metrics };
     let checks =
         checks.map_or_else(Vec::new, |checks| checks::read(&checks.node, Some(manifest), errors));
-    Document { head, axes, runs, checks }
+    let baseline =
+        baseline.map_or_else(Vec::new, |baseline| baseline::read(&baseline.node, metrics, errors));
+    Document { head, axes, runs, checks, baseline }
 }
 
 /// Inserts a value from the command line or from a sweep.
@@ -310,7 +317,7 @@ fn expand(
         let factors: Vec<String> =
             axes.iter().map(|axis| axis.settings.len().to_string()).collect();
         let title = format!(
-            "the sweep has more than {MOST_RUNS} runs: {} points and {} replicates",
+            "the sweep has more than {MOST_RUNS} runs: {} points and {} replicates; split it into several experiments",
             factors.join(" x "),
             replicates.len()
         );
@@ -390,14 +397,16 @@ fn read_physics(
         }
         Some(entry) => match entry.node.table() {
             Some(models) => ModelConfig::read(models, recordings, errors),
-            None => refuse(&entry.node, "model", "a table [model.<NAME>]", errors),
+            None => refuse_type(&entry.node, "model", "a table [model.<NAME>]", errors),
         },
     };
     let table = match root.get("record") {
         None => &empty,
         Some(entry) => {
             let table = entry.node.table();
-            table.or_else(|| refuse(&entry.node, "record", "a table", errors)).unwrap_or(&empty)
+            table
+                .or_else(|| refuse_type(&entry.node, "record", "a table", errors))
+                .unwrap_or(&empty)
         }
     };
     let model = model?;

@@ -17,7 +17,7 @@ words! {
 table! {
     /// The keys before the first table.
     pub(crate) struct Head at most one of [replicates, replicate] {
-        /// Name of the experiment and of its folder, [A-Za-z0-9_-]+; by default the file's stem.
+        /// Name of the experiment and of its folder, [A-Za-z0-9_][A-Za-z0-9_-]*; by default the file's stem.
         name: Option<String> ["", optional],
         /// What the experiment asks, in a sentence.
         description: Option<String> ["", optional],
@@ -41,7 +41,7 @@ impl Head {
     /// Reports a name that cannot name a folder.
     pub(crate) fn check(&self, table: &mut Reader<'_>) {
         if let Some(name) = self.name.as_ref().filter(|name| !is_name(name)) {
-            let title = format!("`name` is {name:?}; must be 1 to 80 letters, digits, _ and -");
+            let title = format!("`name` is {name:?}; must be {NAME_RULE}");
             table.refuse(&["name"], &title, "it names a folder");
         }
     }
@@ -56,8 +56,40 @@ impl Head {
     }
 }
 
-/// Whether a text can name an experiment and its folder.
+/// What can name an experiment.
+pub(crate) const NAME_RULE: &str = "1 to 80 letters, digits, _ and -, without - at the start, and no device of Windows such as CON";
+
+/// Whether a text can name an experiment and its folder: on every system, and as an argument of any command.
 pub(crate) fn is_name(name: &str) -> bool {
     let fits = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
-    (1..=80).contains(&name.len()) && name.chars().all(fits)
+    (1..=80).contains(&name.len())
+        && name.chars().all(fits)
+        && !name.starts_with('-')
+        && !is_device(name)
+}
+
+/// Whether Windows reserves a name for a device, in any folder and any case.
+fn is_device(name: &str) -> bool {
+    let name = name.to_ascii_uppercase();
+    let port = name.strip_prefix("COM").or_else(|| name.strip_prefix("LPT"));
+    let is_port = port.is_some_and(|number| matches!(number.as_bytes(), [b'0'..=b'9']));
+    is_port || matches!(name.as_str(), "CON" | "PRN" | "AUX" | "NUL")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_name;
+
+    #[test]
+    fn name_is_a_folder_on_every_system_and_no_option() {
+        for name in ["a", "first_run", "2-discs", "_", "console", "COM10", "nul_", "x-rf"] {
+            assert!(is_name(name), "{name}");
+        }
+        let rejected =
+            ["", "-rf", "--help", "-", "CON", "con", "Nul", "aux", "prn", "com1", "LPT9"];
+        for name in rejected.into_iter().chain(["a b", "a/b", "..", "a.b", "\u{e4}", "a\n"]) {
+            assert!(!is_name(name), "{name:?}");
+        }
+        assert!(is_name(&"a".repeat(80)) && !is_name(&"a".repeat(81)));
+    }
 }

@@ -3,7 +3,7 @@
 use crate::diagnostics::Diagnostic;
 use crate::keys::Reader;
 use crate::tree::{Node, Span};
-use crate::value::{TomlValue, refuse};
+use crate::value::{TomlValue, refuse_type};
 use serde_json::{Map, Value as Json, json};
 
 /// A table on one line. The macros [`inline_table`] and [`inline_enum`] implement it.
@@ -68,7 +68,7 @@ pub(crate) fn read<T: InlineTable>(
     name: &str,
     errors: &mut Vec<Diagnostic>,
 ) -> Option<T> {
-    let Some(table) = node.table() else { return refuse(node, name, T::EXPECTED, errors) };
+    let Some(table) = node.table() else { return refuse_type(node, name, T::EXPECTED, errors) };
     let mut reader = Reader::new(name, table, errors);
     let value = T::read_keys(&mut reader, node.span);
     if let Some(value) = &value {

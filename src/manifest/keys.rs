@@ -112,6 +112,15 @@ impl<'a> Reader<'a> {
         self.optional(&Key { name: key, unit: "", about: "" }, None)
     }
 
+    /// Reports the errors in the value of a key that is given by its old name; `finish` reports that name.
+    fn read_renamed<T: TomlValue>(&mut self, key: &'static str) {
+        let is_old = |entry: &&Entry| renamed::key(&self.path, &entry.key) == Some(key);
+        if let Some(old) = self.table.entries.iter().find(is_old) {
+            T::read(&old.node, &self.name(key), self.errors);
+            self.failed.push(key);
+        }
+    }
+
     /// Reports a broken rule between keys, at those that are present in the table. A key that could not be read breaks no
     /// rule.
     pub(crate) fn refuse(&mut self, keys: &[&str], title: impl Display, label: impl Display) {
@@ -172,7 +181,10 @@ impl Keys for Reader<'_> {
 
     fn optional<T: TomlValue>(&mut self, key: &Key, _current: Option<T>) -> Option<T> {
         self.known.push(key.name);
-        let node = self.node(key.name)?;
+        let Some(node) = self.node(key.name) else {
+            self.read_renamed::<T>(key.name);
+            return None;
+        };
         let read = T::read(node, &self.name(key.name), self.errors);
         if read.is_none() {
             self.failed.push(key.name);

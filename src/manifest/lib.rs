@@ -16,6 +16,7 @@ pub mod model;
 pub mod quantity;
 pub mod record;
 
+mod baseline;
 mod canonical;
 mod checks;
 mod comparison;
@@ -28,9 +29,11 @@ mod start_manifests;
 mod sweep;
 mod timing;
 
+pub use baseline::BaselineTolerance;
 pub use canonical::{RunKey, RunManifest, run_key};
 pub use checks::{Bound, Check, IfUndecided, parse_checks};
-pub use comparison::{KeyDifference, differing_keys};
+pub use comparison::{KeyDifference, differing_keys, differing_values, manifest_values};
+pub use describe::unit_of_key;
 pub use diagnostics::Diagnostics;
 pub use experiment::{Experiment, Override, Run, parse, parse_run, parse_with_recordings};
 pub use head::ExpectedOutcome;

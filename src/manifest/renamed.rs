@@ -55,6 +55,7 @@ const KEYS: Renames = &[
     ("model.dem", "tail", "limit_damping = true"),
     ("model.dem.materials", "label", "name"),
     ("model.gas", "container_m", "radius_m"),
+    ("model.gas", "motion", "propagation"),
     ("record", "images", "frames"),
 ];
 
@@ -174,6 +175,22 @@ mod tests {
              [record]\nimages = 3 # <- frames\n",
         );
         names_every_new_name("[model.dem]\ntail = \"clamped\" # <- limit_damping = true\n");
+    }
+
+    #[test]
+    fn values_of_old_keys_are_reported_at_once() {
+        let manifest = "[model.gas]\nmotion = \"closed-form\"\ncontainer_m = -1\n";
+        let errors = parse(manifest, "m.toml", &[]).unwrap_err();
+        let text = errors.to_string();
+        for part in [
+            "`motion` was renamed; use `propagation`",
+            "`\"closed-form\"` was renamed; use `\"exact\"`",
+            "`container_m` was renamed; use `radius_m`",
+            "`model.gas.radius_m` is -1; must be",
+        ] {
+            assert!(text.contains(part), "{part} in {text}");
+        }
+        assert_eq!(errors.len(), 4, "{text}");
     }
 
     #[test]

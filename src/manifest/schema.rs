@@ -1,5 +1,6 @@
 //! The JSON Schema of the manifest, with which editors complete and check it.
 
+use crate::baseline::BaselineKeys;
 use crate::checks::CheckKeys;
 use crate::describe::{Describer, model_table, record_table};
 use crate::head::Head;
@@ -18,6 +19,16 @@ fn check_table() -> Json {
         metric.remove("default");
     }
     table["required"] = json!(["metric"]);
+    table
+}
+
+/// The schema of one of `[[baseline]]`.
+fn baseline_table() -> Json {
+    let mut table = Describer::describe(&mut BaselineKeys::default());
+    if let Some(metric) = table["properties"]["metric"].as_object_mut() {
+        metric.remove("default");
+    }
+    table["required"] = json!(["metric", "relative_tolerance"]);
     table
 }
 
@@ -73,7 +84,7 @@ fn range_table() -> Json {
             "count": {
                 "type": "integer",
                 "minimum": 2,
-                "maximum": 1_000_000,
+                "maximum": 100_000,
                 "description": "Number of values, both ends included."
             },
             "spacing": {
@@ -107,6 +118,11 @@ pub fn json_schema() -> String {
     properties["sweep"] = sweep_table();
     properties["checks"] = json!({
         "type": "array", "items": check_table(), "description": "What analysis must find."
+    });
+    properties["baseline"] = json!({
+        "type": "array",
+        "items": baseline_table(),
+        "description": "How much metrics may differ from those of an earlier analysis."
     });
     format!("{schema:#}\n")
 }

@@ -1,5 +1,6 @@
 //! `experiment.toml`, next to the recordings: what the analysis needs to know about the whole experiment.
 
+use crate::baseline::{self, BaselineTolerance};
 use crate::canonical::RunKey;
 use crate::checks::{self, Check};
 use crate::diagnostics::{Diagnostic, Diagnostics};
@@ -36,6 +37,8 @@ table! {
         runs: Vec<RunRecord> [apart] = Vec::new(),
         /// Conditions on the metrics.
         checks: Vec<Check> [apart] = Vec::new(),
+        /// How much metrics may differ from those of an earlier analysis.
+        baseline: Vec<BaselineTolerance> [apart] = Vec::new(),
     }
 
     /// The keys of one of `[[runs]]`.
@@ -78,6 +81,7 @@ impl ExperimentRecord {
             axes: experiment.axes.clone(),
             runs: runs.collect(),
             checks: experiment.checks.clone(),
+            baseline: experiment.baseline.clone(),
             expected_outcome: experiment.expected_outcome,
             manifest: experiment.manifest.clone(),
             check_lines: experiment.checks.iter().map(|check| check.line).collect(),
@@ -102,6 +106,7 @@ impl ExperimentRecord {
             RunKeys { file, run_key, coordinates, replicate }.keys(&mut writer);
         }
         checks::write(&self.checks, &mut writer);
+        baseline::write(&self.baseline, &mut writer);
         writer.text
     }
 
@@ -116,7 +121,7 @@ impl ExperimentRecord {
         let mut record = Self::default();
         let mut reader = Reader::new("", &root, &mut errors);
         record.keys(&mut reader);
-        reader.also_known(&["axes", "runs", "checks"]);
+        reader.also_known(&["axes", "runs", "checks", "baseline"]);
         if ModelConfig::with_defaults(&record.model).is_none() {
             reader.report(Diagnostic::new(format!("unknown model {}", quoted(&record.model))));
         }
@@ -145,6 +150,9 @@ impl ExperimentRecord {
             for (check, line) in record.checks.iter_mut().zip(&record.check_lines) {
                 check.line = *line;
             }
+        }
+        if let Some(entry) = root.get("baseline") {
+            record.baseline = baseline::read(&entry.node, None, &mut errors);
         }
         diagnostics.ok_or(record, errors)
     }

@@ -7,7 +7,7 @@ use crate::quantity::Finite;
 use crate::renamed;
 use crate::table::table;
 use crate::tree::{Entry, Node, Span, Table, Value};
-use crate::value::{TomlValue, refuse, shortest, tables, words};
+use crate::value::{TomlValue, refuse_type, shortest, tables, words};
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroU32;
 
@@ -53,7 +53,7 @@ pub(crate) struct Setting {
 /// Maximum length of a value in a file name.
 const LONGEST_VALUE: usize = 40;
 /// Maximum number of points on one axis.
-const MOST_POINTS: u32 = 1_000_000;
+const MOST_POINTS: u32 = 100_000;
 
 words! {
     /// How the values of a range are spaced.
@@ -66,7 +66,7 @@ words! {
 /// Reads the table `[sweep]` into its axes, in the order of the file.
 pub(crate) fn read(sweep: &Entry, errors: &mut Vec<Diagnostic>) -> Vec<Points> {
     let Some(table) = sweep.node.table() else {
-        return refuse(&sweep.node, "sweep", "a table", errors).unwrap_or_default();
+        return refuse_type(&sweep.node, "sweep", "a table", errors).unwrap_or_default();
     };
     let mut axes = Vec::new();
     let is_leaf = |_: &str, table: &Table| is_range(table) || table.entries.is_empty();
@@ -113,9 +113,15 @@ fn axis(key: &str, entry: &Entry, errors: &mut Vec<Diagnostic>) -> Option<Points
         Value::Table(table) => range(key, &entry.node, table, errors)?,
         _ => {
             let expected = "a list [...] or a range { from, to, count, spacing }";
-            return refuse(&entry.node, &format!("sweep.{key}"), expected, errors);
+            return refuse_type(&entry.node, &format!("sweep.{key}"), expected, errors);
         }
     };
+    if nodes.len() > MOST_POINTS as usize {
+        let title = format!("the axis `{key}` has {} values", nodes.len());
+        let label = format!("must have at most {MOST_POINTS}");
+        errors.push(Diagnostic::new(title).at(entry.node.span, label));
+        return None;
+    }
     if nodes.is_empty() {
         let title = format!("the axis `{key}` is empty");
         errors.push(Diagnostic::new(title).at(entry.node.span, "needs at least one value"));
@@ -153,7 +159,7 @@ fn range(key: &str, node: &Node, table: &Table, errors: &mut Vec<Diagnostic>) ->
     let is_log = matches!(spacing, Spacing::Log);
     rules! { reader;
         count.is_some_and(|count| !(2..=MOST_POINTS).contains(&count.get())) => ["count"]
-            "the count of a range is out of range", "must be from 2 to 1000000";
+            "the count of a range is out of range", "must be from 2 to 100000";
         is_log && from.zip(to).is_some_and(|(from, to)| from <= 0.0 || to <= 0.0) => ["from", "to"]
             "a logarithmic range needs bounds > 0", "must be > 0";
     }
@@ -246,7 +252,7 @@ fn variant_settings(entry: &Entry, errors: &mut Vec<Diagnostic>) -> Vec<Setting>
 fn pair(zip: &Node, axes: &mut Vec<Points>, errors: &mut Vec<Diagnostic>) {
     let Value::Array(groups) = &zip.value else {
         let expected = "a list of lists of swept keys";
-        return refuse(zip, "sweep.zip", expected, errors).unwrap_or_default();
+        return refuse_type(zip, "sweep.zip", expected, errors).unwrap_or_default();
     };
     for group in groups.iter() {
         let Some(keys) = Vec::<String>::read(group, "sweep.zip", errors) else { continue };

@@ -26,10 +26,31 @@ pub(crate) fn refuse<T>(
     expected: &str,
     errors: &mut Vec<Diagnostic>,
 ) -> Option<T> {
-    let (found, label) = match node.value {
-        Value::Integer(integer) => (integer.to_string(), "out of range"),
-        Value::Float(number) => (shortest(number).to_lowercase(), "out of range"),
-        _ => (node.what().to_owned(), "wrong type"),
+    let label = if number(node).is_some() { "out of range" } else { "wrong type" };
+    refuse_with(node, name, expected, label, errors)
+}
+
+/// Reports a value of another type than the key takes, which may be a number, and returns `None`.
+pub(crate) fn refuse_type<T>(
+    node: &Node,
+    name: &str,
+    expected: &str,
+    errors: &mut Vec<Diagnostic>,
+) -> Option<T> {
+    refuse_with(node, name, expected, "wrong type", errors)
+}
+
+fn refuse_with<T>(
+    node: &Node,
+    name: &str,
+    expected: &str,
+    label: &str,
+    errors: &mut Vec<Diagnostic>,
+) -> Option<T> {
+    let found = match node.value {
+        Value::Integer(integer) => integer.to_string(),
+        Value::Float(number) => shortest(number).to_lowercase(),
+        _ => node.what().to_owned(),
     };
     let title = format!("`{name}` is {found}; must be {expected}");
     errors.push(Diagnostic::new(title).at(node.span, label));
@@ -151,7 +172,7 @@ whole_values!(
 );
 counts! {
     /// Number of replicates of an experiment.
-    pub(crate) ReplicateCount up to 1_000_000;
+    pub(crate) ReplicateCount up to 100_000;
     /// Frames per decade of time, steps or collisions.
     pub FramesPerDecade up to 1000;
     /// Decades that a run's frames reach back from its end; with a thousand frames per decade, the list is still short.
@@ -167,7 +188,7 @@ impl TomlValue for bool {
     fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
         match node.value {
             Value::Boolean(value) => Some(value),
-            _ => refuse(node, name, "true or false", errors),
+            _ => refuse_type(node, name, "true or false", errors),
         }
     }
 
@@ -184,7 +205,7 @@ impl TomlValue for String {
     fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
         match &node.value {
             Value::Text(text) => Some(text.clone()),
-            _ => refuse(node, name, "a string", errors),
+            _ => refuse_type(node, name, "a string", errors),
         }
     }
 
@@ -200,7 +221,7 @@ impl TomlValue for String {
 impl<T: TomlValue, const N: usize> TomlValue for [T; N] {
     fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
         let Value::Array(elements) = &node.value else {
-            return refuse(node, name, &format!("an array of {N} numbers"), errors);
+            return refuse_type(node, name, &format!("an array of {N} numbers"), errors);
         };
         if elements.len() != N {
             let title = format!("`{name}` has {} elements", elements.len());
@@ -223,7 +244,7 @@ impl<T: TomlValue, const N: usize> TomlValue for [T; N] {
 impl<T: TomlValue> TomlValue for Vec<T> {
     fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
         let Value::Array(elements) = &node.value else {
-            return refuse(node, name, "an array", errors);
+            return refuse_type(node, name, "an array", errors);
         };
         // Every element is read, so that all errors are reported at once.
         let read: Vec<_> = elements.iter().map(|element| T::read(element, name, errors)).collect();
@@ -247,11 +268,11 @@ pub(crate) fn tables<'a>(
     errors: &mut Vec<Diagnostic>,
 ) -> Vec<(&'a Node, &'a Table)> {
     let Value::Array(elements) = &node.value else {
-        return refuse(node, name, expected, errors).unwrap_or_default();
+        return refuse_type(node, name, expected, errors).unwrap_or_default();
     };
     let mut table = |element: &'a Node| match element.table() {
         Some(table) => Some((element, table)),
-        None => refuse(element, name, element_expected, errors),
+        None => refuse_type(element, name, element_expected, errors),
     };
     elements.iter().filter_map(&mut table).collect()
 }
@@ -272,7 +293,7 @@ pub(crate) fn word<T: Clone>(
     let known: Vec<String> = words.iter().map(|(word, _)| format!("\"{word}\"")).collect();
     let known = known.join(", ") + or;
     let Value::Text(text) = &node.value else {
-        return refuse(node, name, &format!("one of {known}"), errors);
+        return refuse_type(node, name, &format!("one of {known}"), errors);
     };
     if let Some((_, value)) = words.iter().find(|(word, _)| word == text) {
         return Some(value.clone());

@@ -4,6 +4,7 @@ use crate::address::Address;
 use crate::error::StoreError;
 use crate::object::{Object, Put, Upload};
 use crate::ranged_input::RangedInput;
+use kinetoscope_recording::regular_file;
 use kinetoscope_recording::storage::{Opened, Storage};
 use object_store::aws::{AmazonS3, AmazonS3Builder, AmazonS3ConfigKey};
 use object_store::path::Path as Key;
@@ -331,7 +332,8 @@ fn attributes(local: &Fingerprint) -> Attributes {
 }
 
 fn opened(path: &Path) -> Result<File, StoreError> {
-    File::open(path).map_err(|error| cannot_read(path, &error))
+    let opened = regular_file::open(path).map_err(|error| cannot_read(path, &error))?;
+    Ok(opened.0)
 }
 
 fn cannot_read(path: &Path, error: &io::Error) -> StoreError {

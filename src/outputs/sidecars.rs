@@ -2,8 +2,12 @@
 
 use crate::plan::Plan;
 use crate::run::RunReport;
+use crate::run::memory::memory_bytes;
 use kinetoscope_manifest::{Experiment, ExperimentRecord, TimingTable};
-use kinetoscope_recording::atomic_file::{remove_if_exists, replace};
+use kinetoscope_recording::atomic_file::{remove_if_exists, replace, replace_unsynced};
+use kinetoscope_recording::regular_file::{
+    MAX_EXPERIMENT_RECORD_BYTES, MAX_SIDE_FILE_BYTES, read, read_text,
+};
 use serde::Serialize;
 use std::fs;
 use std::io;
@@ -17,7 +21,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 pub fn write_experiment(experiment: &Experiment, plan: &Plan) -> io::Result<()> {
     let files = plan.runs.iter().map(|run| (run.file_name(), run.run_key.clone()));
     let record = ExperimentRecord::new(experiment, files);
-    replace(&plan.folder.join("experiment.toml"), record.to_toml().as_bytes())
+    update(&plan.folder.join("experiment.toml"), record.to_toml().as_bytes())
 }
 
 /// Writes `layout.json` for the run with the largest view, so that every run of a sweep fits it. A plan whose runs are all
@@ -27,8 +31,16 @@ pub fn write_experiment(experiment: &Experiment, plan: &Plan) -> io::Result<()> 
 /// A folder that cannot be written.
 pub fn write_layout(plan: &Plan) -> io::Result<()> {
     match &plan.layout {
-        Some(layout) => replace(&plan.folder.join("layout.json"), layout.as_bytes()),
+        Some(layout) => update(&plan.folder.join("layout.json"), layout.as_bytes()),
         None => Ok(()),
+    }
+}
+
+/// Replaces a file unless it has these contents already, so that a start that has nothing to do writes nothing.
+fn update(path: &Path, contents: &[u8]) -> io::Result<()> {
+    match read(path, MAX_EXPERIMENT_RECORD_BYTES) {
+        Ok(existing) if existing == contents => Ok(()),
+        Ok(_) | Err(_) => replace(path, contents),
     }
 }
 
@@ -71,7 +83,9 @@ pub fn write_host(folder: &Path, stem: &str, report: &RunReport, jobs: usize) ->
     let host = Host {
         recording: &format!("{stem}.mcap"),
         program_version: env!("CARGO_PKG_VERSION"),
-        host: fs::read_to_string("/proc/sys/kernel/hostname").ok().map(|name| name.trim().into()),
+        host: read_text(Path::new("/proc/sys/kernel/hostname"), MAX_SIDE_FILE_BYTES)
+            .ok()
+            .map(|name| name.trim().into()),
         operating_system: std::env::consts::OS,
         architecture: std::env::consts::ARCH,
         processors: std::thread::available_parallelism().ok().map(usize::from),
@@ -88,8 +102,8 @@ pub fn write_host(folder: &Path, stem: &str, report: &RunReport, jobs: usize) ->
         peak_memory_of_the_program_bytes: memory_bytes("/proc/self/status", "VmHWM"),
     };
     let text = serde_json::to_string_pretty(&host)?;
-    // Not synced: a lost file has no consequence, and the sync takes longer than a short run.
-    fs::write(folder.join(format!("{stem}.host.json")), text)
+    // Not synced, because a lost file has no consequence.
+    replace_unsynced(&folder.join(format!("{stem}.host.json")), text.as_bytes())
 }
 
 /// A run without a recording, as its task reports it in `STEM.failed.txt`: the class of the exit code, then the reason.
@@ -120,7 +134,7 @@ pub fn write_failure(folder: &Path, stem: &str, failure: &Failure) -> io::Result
 /// Reads `STEM.failed.txt`; `None` if it cannot be read.
 #[must_use]
 pub fn read_failure(folder: &Path, stem: &str) -> Option<Failure> {
-    let text = fs::read_to_string(folder.join(failure_name(stem))).ok()?;
+    let text = read_text(&folder.join(failure_name(stem)), MAX_SIDE_FILE_BYTES).ok()?;
     let (class, message) = text.split_once('\n')?;
     Some(Failure { is_retryable: class == "retryable", message: message.trim_end().to_owned() })
 }
@@ -131,13 +145,4 @@ pub fn read_failure(folder: &Path, stem: &str) -> Option<Failure> {
 /// A folder that cannot be written.
 pub fn remove_failure(folder: &Path, stem: &str) -> io::Result<()> {
     remove_if_exists(&folder.join(failure_name(stem)))
-}
-
-/// The number of bytes that Linux reports in `file` as a line `LABEL: N kB`; `None` on other operating systems.
-pub fn memory_bytes(file: &str, label: &str) -> Option<u64> {
-    let text = fs::read_to_string(file).ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix(label))?;
-    let kibibytes: u64 =
-        line.trim_start_matches(':').trim().trim_end_matches("kB").trim().parse().ok()?;
-    Some(kibibytes * 1024)
 }

@@ -197,7 +197,11 @@ impl Uploader {
             Ok(put @ (Put::Created | Put::Same)) => {
                 self.put_host_file(run, folder, stop);
                 if !self.keep_local && let Err(error) = remove_if_exists(&file) {
-                    eprintln!("warning: {} is uploaded, but the local file cannot be removed: {error}", file.display());
+                    let file = file.display();
+                    let warning = format!(
+                        "warning: {file} is uploaded, but the local file cannot be removed: {error}"
+                    );
+                    kinetoscope_usage::complain(&warning, false);
                 }
                 let mut state = self.state();
                 state.put += usize::from(put == Put::Created);

@@ -135,6 +135,19 @@ impl CellGrid {
         [along(0), along(1)]
     }
 
+    /// Whether a cell exists and contains a point up to rounding; cells at the edge of the rectangle extend beyond it.
+    pub(crate) fn contains(&self, cell: Cell, point: Vector) -> bool {
+        /// Tolerance over the width of a cell; crossings round to far less.
+        const ROUNDING: f64 = 1e-6;
+        (0..2).all(|axis| {
+            let (index, tolerance) = (u32::from(cell[axis]), ROUNDING * self.cell_sides[axis]);
+            let is_first = index == 0 || point[axis] >= self.edge(cell, axis, false) - tolerance;
+            let is_last = index + 1 == self.counts[axis]
+                || point[axis] <= self.edge(cell, axis, true) + tolerance;
+            index < self.counts[axis] && point[axis].is_finite() && is_first && is_last
+        })
+    }
+
     /// The cell of a point, and the position relative to the cell's corner.
     pub(crate) fn locate(&self, point: Vector) -> (Cell, Vector) {
         let cell = self.cell_at(point);

@@ -57,12 +57,13 @@ macro_rules! models {
             }
         }
 
-        /// Restores the configured model from a checkpoint's bytes; `None` if they are damaged.
+        /// Restores the configured model from a checkpoint's bytes; `None` if they are damaged, or if the state is impossible.
         #[must_use]
         pub fn restore(config: &ModelConfig, bytes: &[u8]) -> Option<Box<dyn Model>> {
             match config {
-                $(ModelConfig::$variant(_) => {
-                    Some(Box::new(checkpoint::decode_content::<$model>(bytes)?))
+                $(ModelConfig::$variant(config) => {
+                    let model = checkpoint::decode_content::<$model>(bytes)?;
+                    if model.is_valid_for(config) { Some(Box::new(model)) } else { None }
                 })+
             }
         }

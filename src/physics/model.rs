@@ -68,7 +68,7 @@ pub struct SimulationFault(pub String);
 pub struct ModelKind {
     /// Name of the table `[model.<name>]`.
     pub name: &'static str,
-    /// Version of the physics, part of the run key. Every change that alters a bit of a trajectory raises it.
+    /// Version of the physics, part of the run key. Every change that alters a bit of a trajectory or of a recorded value raises it.
     pub physics_version: u32,
     /// Unit of time: "s", "d", or "" for dimensionless time.
     pub time_unit: &'static str,
@@ -98,6 +98,14 @@ pub trait Model: Content + Send {
     /// # Errors
     /// A start that cannot be built or cannot be run, with the remedy.
     fn prepare(config: &Self::Config, seed: Seed, opt_in: bool) -> Result<Self, SetupError>
+    where
+        Self: Sized;
+
+    /// Whether a model that was restored from a checkpoint can be a state of a run with this configuration: its constants are
+    /// those of the configuration, all numbers are finite, all positions are possible, and indices name existing particles.
+    /// The checksum of a checkpoint detects damage, but any program can compute it. With a valid state, no later step panics or
+    /// takes forever; that it is the true state cannot be checked without a rerun.
+    fn is_valid_for(&self, config: &Self::Config) -> bool
     where
         Self: Sized;
 

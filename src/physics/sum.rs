@@ -22,6 +22,11 @@ impl CompensatedSum {
         self.sum = next;
     }
 
+    /// Whether the sum is a number.
+    pub(crate) fn is_finite(&self) -> bool {
+        self.sum.is_finite() && self.lost.is_finite()
+    }
+
     /// Value of the sum.
     #[must_use]
     pub fn value(&self) -> f64 {

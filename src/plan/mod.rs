@@ -5,7 +5,8 @@ pub mod restart_files;
 pub mod why;
 
 use crate::run::RunSpec;
-use crate::run::estimate::{Estimate, PROGRAM_BYTES};
+use crate::run::estimate::Estimate;
+use crate::run::memory::PROGRAM_BYTES;
 use crate::run::prepared::Prepared;
 use kinetoscope_manifest::{Experiment, Run, RunKey, run_key};
 use kinetoscope_physics::kind_of;

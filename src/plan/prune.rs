@@ -1,6 +1,9 @@
-//! Stale recordings: those of another seed, other values or another version of the physics than the manifest's.
+//! Stale files: recordings of another seed, other values or another version of the physics than the manifest's, partial files of
+//! such runs, and plots that show them.
 
 use crate::plan::Plan;
+use kinetoscope_recording::file::remove_leftovers;
+use kinetoscope_recording::plot_list::listed_plots;
 use kinetoscope_recording::reader::Recording;
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -12,44 +15,90 @@ use std::path::{Path, PathBuf};
 const SIDE_FILES: [&str; 5] =
     ["host.json", "verified.json", "checkpoint", "partial.mcap", "failed.txt"];
 
-/// The recordings in the plan's folder that belong to no run of the plan, sorted. Files of other programs are skipped.
-///
-/// # Errors
-/// A folder that exists and cannot be read.
-pub fn stale(plan: &Plan) -> io::Result<Vec<PathBuf>> {
-    let wanted: BTreeSet<String> = plan.runs.iter().map(|run| run.file_name()).collect();
-    let entries = match fs::read_dir(&plan.folder) {
-        Ok(entries) => entries,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
-        Err(error) => return Err(error),
-    };
-    let mut stale = Vec::new();
-    for entry in entries {
-        let path = entry?.path();
-        let Some(name) = path.file_name().and_then(OsStr::to_str) else { continue };
-        if !wanted.contains(name) && has_its_key(name, &path) {
-            stale.push(path);
-        }
-    }
-    stale.sort();
-    Ok(stale)
+/// The ending of a recording that is being written.
+const PARTIAL: &str = ".partial.mcap";
+
+/// The stale files in a plan's folder, each kind sorted.
+#[derive(Debug, Default)]
+pub struct StaleFiles {
+    /// Recordings that belong to no run of the plan.
+    recordings: Vec<PathBuf>,
+    /// Partial files of unfinished runs that the plan no longer has.
+    partials: Vec<PathBuf>,
+    /// Plots of an analysis that read some of these files; the next analysis draws its own.
+    plots: Vec<PathBuf>,
 }
 
-/// Removes recordings and their side files.
-///
-/// # Errors
-/// A folder that cannot be written.
-pub fn remove(recordings: &[PathBuf]) -> io::Result<()> {
-    for recording in recordings {
-        fs::remove_file(recording)?;
-        for end in SIDE_FILES {
-            match fs::remove_file(recording.with_extension(end)) {
-                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-                Ok(()) | Err(_) => {}
+impl StaleFiles {
+    /// Finds the stale files. Files of other programs are skipped.
+    ///
+    /// # Errors
+    /// A folder that exists and cannot be read.
+    pub fn of(plan: &Plan) -> io::Result<Self> {
+        let wanted: BTreeSet<String> = plan.runs.iter().map(|run| run.file_name()).collect();
+        let entries = match fs::read_dir(&plan.folder) {
+            Ok(entries) => entries,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Self::default()),
+            Err(error) => return Err(error),
+        };
+        let experiment = plan.folder.file_name().and_then(OsStr::to_str).unwrap_or_default();
+        let mut stale = Self::default();
+        for entry in entries {
+            let path = entry?.path();
+            let Some(name) = path.file_name().and_then(OsStr::to_str) else { continue };
+            if let Some(stem) = name.strip_suffix(PARTIAL) {
+                if !wanted.contains(&format!("{stem}.mcap")) && is_stem_of(stem, experiment) {
+                    stale.partials.push(path);
+                }
+            } else if !wanted.contains(name) && has_its_key(name, &path) {
+                stale.recordings.push(path);
             }
         }
+        if !stale.recordings.is_empty() || !stale.partials.is_empty() {
+            let plots = listed_plots(&plan.folder).into_iter();
+            stale.plots = plots.map(|name| plan.folder.join(name)).collect();
+            stale.plots.retain(|plot| plot.is_file());
+        }
+        for files in [&mut stale.recordings, &mut stale.partials, &mut stale.plots] {
+            files.sort();
+        }
+        Ok(stale)
     }
-    Ok(())
+
+    /// All stale files.
+    pub fn paths(&self) -> impl Iterator<Item = &Path> {
+        [&self.recordings, &self.partials, &self.plots].into_iter().flatten().map(PathBuf::as_path)
+    }
+
+    /// Removes the files, and the side files of the recordings.
+    ///
+    /// # Errors
+    /// A folder that cannot be written, or a partial file that another process is writing.
+    pub fn remove(&self) -> io::Result<()> {
+        for recording in &self.recordings {
+            fs::remove_file(recording)?;
+            for end in SIDE_FILES {
+                match fs::remove_file(recording.with_extension(end)) {
+                    Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+                    Ok(()) | Err(_) => {}
+                }
+            }
+        }
+        for partial in &self.partials {
+            let name = partial.file_name().and_then(OsStr::to_str).unwrap_or_default();
+            let folder = partial.parent().unwrap_or(Path::new(""));
+            let stem = name.strip_suffix(PARTIAL).unwrap_or_default();
+            remove_leftovers(folder, stem).map_err(io::Error::other)?;
+        }
+        self.plots.iter().try_for_each(fs::remove_file)
+    }
+}
+
+/// Whether a stem is that of a run of an experiment: its name, and the start of a run key at the end.
+fn is_stem_of(stem: &str, experiment: &str) -> bool {
+    let rest = stem.strip_prefix(experiment).filter(|rest| rest.starts_with("__"));
+    let key = rest.and_then(|rest| rest.rsplit_once("__")).map(|(_, key)| key);
+    key.is_some_and(|key| key.len() >= 8 && key.chars().all(|digit| digit.is_ascii_hexdigit()))
 }
 
 /// Whether a file is a recording whose name ends in the start of its run key.

@@ -1,7 +1,8 @@
 //! Recordings from which other runs start: found by path or by the identity in a canonical manifest, and read once.
 
+use crate::run::recording;
 use kinetoscope_manifest::model::RecordedState;
-use kinetoscope_recording::reader::{Outcome, Recording};
+use kinetoscope_recording::reader::Outcome;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fs;
@@ -77,7 +78,7 @@ fn entries(folder: &Path) -> Vec<PathBuf> {
 
 /// The state in the last frame of a finished recording. The whole recording is read, so that any damage is found.
 fn last_state(path: &Path) -> Result<RecordedState, String> {
-    let recording = Recording::open(path).map_err(|error| error.to_string())?;
+    let recording = recording::open(path).map_err(|error| error.to_string())?;
     let provenance = recording.provenance();
     match &provenance.outcome {
         Some(Outcome::Complete) => {}

@@ -5,28 +5,55 @@ use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
 
-/// Replaces a file by these contents, which are on the disk when the function returns.
+/// Replaces a file by these contents, which are on the disk when the function returns. Several processes may replace the same
+/// file at once: each writes a temporary file of its own, and the last rename counts.
 ///
 /// # Errors
 /// A folder that cannot be written, or a disk that fails.
 pub fn replace(path: &Path, contents: &[u8]) -> io::Result<()> {
-    replace_with(path, |mut file| {
-        file.write_all(contents)?;
-        Ok(file)
-    })
+    let temporary = temporary_file(path, contents)?;
+    temporary.as_file().sync_all()?;
+    temporary.persist(path)?;
+    sync_folder(path)
 }
 
-/// Replaces a file by what `write` writes and returns.
+/// As [`replace`], but the contents may be lost if the machine fails: the sync of a file takes longer than a short run.
+///
+/// # Errors
+/// A folder that cannot be written.
+pub fn replace_unsynced(path: &Path, contents: &[u8]) -> io::Result<()> {
+    temporary_file(path, contents)?.persist(path)?;
+    Ok(())
+}
+
+/// A new file with these contents next to `path`, with the permissions of any new file. It is removed if it is dropped.
+fn temporary_file(path: &Path, contents: &[u8]) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    // A short name, because that of the file may be as long as the file system allows.
+    builder.prefix(".kinetoscope-").suffix(".tmp");
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let mut file = builder.tempfile_in(folder.unwrap_or(Path::new(".")))?;
+    file.write_all(contents)?;
+    Ok(file)
+}
+
+/// Replaces a file by what `write` writes and returns. The caller holds a lock that excludes all other writers of this file, so
+/// that the temporary file has a fixed name and the leftover of a kill is found.
 ///
 /// # Errors
 /// Those of `write`, a folder that cannot be written, or a disk that fails.
-pub(crate) fn replace_with(
+pub(crate) fn replace_locked(
     path: &Path,
     write: impl FnOnce(File) -> io::Result<File>,
 ) -> io::Result<()> {
     let temporary = temporary_path(path);
-    write(File::create(&temporary)?)?.sync_all()?;
+    // A new file: the leftover may be a symbolic link, which must not be followed.
+    remove_if_exists(&temporary)?;
+    write(File::create_new(&temporary)?)?.sync_all()?;
     fs::rename(&temporary, path)?;
     sync_folder(path)
 }
@@ -42,7 +69,7 @@ pub fn remove_if_exists(path: &Path) -> io::Result<()> {
     }
 }
 
-/// The file that is written before it replaces `path`.
+/// The file that [`replace_locked`] writes before it replaces `path`.
 pub(crate) fn temporary_path(path: &Path) -> PathBuf {
     let mut name = OsString::from(path);
     name.push(".tmp");

@@ -1,6 +1,7 @@
 //! The messages of Kinetoscope: topic, schema, and fields with their units. Writer, reader, schema and documentation are derived
 //! from this file. Tags are never reused: a changed meaning takes a new tag and a new [`SCHEMA_VERSION`].
 
+use crate::column::Column as _;
 use prost::Message;
 use prost_types::field_descriptor_proto::Type;
 
@@ -60,6 +61,9 @@ pub trait Channel: Message + Default + 'static {
     const SCHEMA: &'static str;
     /// The fields, in tag order.
     const FIELDS: &'static [Field];
+
+    /// Whether all series of the message have the same length: they are the columns of one table.
+    fn has_equal_columns(&self) -> bool;
 }
 
 /// A channel as a model declares it, without its Rust type.
@@ -115,6 +119,12 @@ macro_rules! channels {
                 const FIELDS: &'static [Field] = &[
                     $(Field { name: stringify!($field), kind: stringify!($($kind)+), tag: $tag },)+
                 ];
+
+                fn has_equal_columns(&self) -> bool {
+                    let mut lengths = [$(self.$field.length()),+].into_iter().flatten();
+                    let first = lengths.next();
+                    lengths.all(|length| Some(length) == first)
+                }
             }
         )+
 
@@ -355,6 +365,10 @@ channels! {
         temperature_over_initial: f64 [double] = "4",
         /// Sum of v^2 / 2.
         kinetic_energy: f64 [double] = "5",
+        /// Time integral of a2 since the start, exact between collisions.
+        a2_time_integral: f64 [double] = "6",
+        /// Sum of a2 after each collision since the start.
+        a2_event_sum: f64 [double] = "7",
     }
 
     /// Packing: number and rate of collisions.
@@ -445,6 +459,14 @@ channels! {
         period_days: f64 [double] = "16",
         /// Number of force evaluations since the start.
         force_evaluations: u64 [uint64] = "17",
+        /// Passes of the direction of the start, counted at every step.
+        completed_revolutions: u64 [uint64] = "18",
+        /// Time of the last pass of the direction of the start, found within its step, d; NaN before the first.
+        last_revolution_end_days: f64 [double] = "19",
+        /// Minimum distance from the Sun since the start, found within its step, AU.
+        min_radius_au: f64 [double] = "20",
+        /// Maximum distance from the Sun since the start, found within its step, AU.
+        max_radius_au: f64 [double] = "21",
     }
 
     /// Orbit of several bodies: conserved quantities in addition to the energy, over the total mass.

@@ -5,12 +5,12 @@
 //! all preceding bytes; numbers in little-endian order. The content is one or more parts in
 //! postcard's encoding, which keeps every bit of an f64.
 
-use crate::atomic_file::{remove_if_exists, replace_with, temporary_path};
+use crate::atomic_file::{remove_if_exists, replace_locked, temporary_path};
 use crate::error::RecordError;
 use crate::file::at;
+use crate::regular_file;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use std::fs;
 use std::io::{self, BufWriter, IntoInnerError, Write};
 use std::path::{Path, PathBuf};
 
@@ -86,21 +86,24 @@ pub fn write(
     parts: &[&dyn Content],
 ) -> Result<(), RecordError> {
     let path = path(folder, stem);
-    replace_with(&path, |file| write_into(file, identity, parts)).map_err(|error| at(&path, &error))
+    replace_locked(&path, |file| write_into(file, identity, parts))
+        .map_err(|error| at(&path, &error))
 }
 
-/// Reads the checkpoint; `None` if there is none. `decode` makes a value of the content's bytes, `None` if they are damaged.
+/// Reads a checkpoint of at most `max_bytes`; `None` if there is none. `decode` makes a value of the content's bytes, `None` if
+/// they are damaged.
 ///
 /// # Errors
-/// A checkpoint that cannot be read, is damaged, or belongs to another run or version.
+/// A checkpoint that cannot be read, is too large, is damaged, or belongs to another run or version.
 pub fn read<C>(
     folder: &Path,
     stem: &str,
     identity: &str,
+    max_bytes: u64,
     decode: impl FnOnce(&[u8]) -> Option<C>,
 ) -> Result<Option<C>, RecordError> {
     let path = path(folder, stem);
-    let bytes = match fs::read(&path) {
+    let bytes = match regular_file::read(&path, max_bytes) {
         Ok(bytes) => bytes,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
         Err(error) => return Err(at(&path, &error)),

@@ -3,6 +3,8 @@
 //!
 //! Layout of the records: `<https://mcap.dev/spec>`.
 
+use crate::limits::{ChunkLimits, record_bytes};
+use crate::record_kind as kind;
 use prost::bytes::Bytes;
 use std::collections::BTreeMap;
 use std::io::{self, Read};
@@ -13,24 +15,6 @@ pub(crate) const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
 pub(crate) const PREFIX: u64 = 9;
 /// Maximum memory reserved for a record's body before its first byte is read.
 const ROOM: u64 = 4 << 20;
-/// Size to which any chunk may be decompressed...
-const UNPACKED_FLOOR: u64 = 64 << 20;
-/// ...or this multiple of its compressed size, which exceeds the compression ratio of any recorded state.
-const UNPACKED_RATIO: u64 = 1024;
-
-/// Kinds of records that the reader decodes.
-pub(crate) mod kind {
-    pub(crate) const HEADER: u8 = 0x01;
-    pub(crate) const FOOTER: u8 = 0x02;
-    pub(crate) const SCHEMA: u8 = 0x03;
-    pub(crate) const CHANNEL: u8 = 0x04;
-    pub(crate) const MESSAGE: u8 = 0x05;
-    pub(crate) const CHUNK: u8 = 0x06;
-    pub(crate) const ATTACHMENT: u8 = 0x09;
-    pub(crate) const METADATA: u8 = 0x0c;
-    pub(crate) const METADATA_INDEX: u8 = 0x0d;
-    pub(crate) const DATA_END: u8 = 0x0f;
-}
 
 /// Why the next record cannot be read.
 #[derive(Debug)]
@@ -113,16 +97,26 @@ impl<R: Read> Records<R> {
         self.checksum = crc32fast::Hasher::new();
     }
 
-    /// The next record's kind and length; its body must then be read or skipped.
-    pub(crate) fn prefix(&mut self) -> Result<Prefix, Broken> {
+    /// The kind and length of the next record, which may be a chunk of up to `chunk_bytes`; its body must then be read or
+    /// skipped.
+    pub(crate) fn prefix_or_chunk(&mut self, chunk_bytes: u64) -> Result<Prefix, Broken> {
         let bytes: [u8; PREFIX as usize] = self.array()?;
         let [kind, length @ ..] = bytes;
         let length = u64::from_le_bytes(length);
         if length > self.end - self.position {
-            Err(Broken::Torn)
-        } else {
-            Ok(Prefix { kind, length })
+            return Err(Broken::Torn);
         }
+        let limit = if kind == kind::CHUNK { Some(chunk_bytes) } else { record_bytes(kind) };
+        match limit {
+            Some(limit) if length <= limit => Ok(Prefix { kind, length }),
+            Some(_) => Err(damaged("a record claims a size that no recording has")),
+            None => Err(damaged("a record is at a place where no recording has one")),
+        }
+    }
+
+    /// As [`Records::prefix_or_chunk`], where no recording has a chunk.
+    pub(crate) fn prefix(&mut self) -> Result<Prefix, Broken> {
+        self.prefix_or_chunk(0)
     }
 
     /// The next `N` bytes.
@@ -251,7 +245,11 @@ impl Unpacker {
     }
 
     /// The records in a chunk record's body, decompressed and checked.
-    pub(crate) fn unpack(&mut self, body: Vec<u8>) -> Result<Unpacked, Broken> {
+    pub(crate) fn unpack(
+        &mut self,
+        body: Vec<u8>,
+        limits: ChunkLimits,
+    ) -> Result<Unpacked, Broken> {
         let mut fields = Fields(&body);
         let _start_and_end_time = (fields.u64()?, fields.u64()?);
         let unpacked_size = fields.u64()?;
@@ -262,8 +260,7 @@ impl Unpacker {
         if packed.len() as u64 != packed_size {
             return Err(damaged("the size of a chunk does not match its record"));
         }
-        let limit = packed_size.saturating_mul(UNPACKED_RATIO);
-        if unpacked_size > if limit > UNPACKED_FLOOR { limit } else { UNPACKED_FLOOR } {
+        if unpacked_size > limits.content_bytes(packed_size) {
             return Err(damaged("a chunk claims a size that no recording has"));
         }
         let unpacked = match compression {

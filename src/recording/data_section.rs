@@ -1,6 +1,8 @@
 //! The data section of a file: its records in order. Chunks are read ahead, so that threads can decompress them.
 
-use crate::container::{Broken, Fields, MAGIC, Prefix, Records, damaged, kind, metadata};
+use crate::container::{Broken, Fields, MAGIC, Prefix, Records, damaged, metadata};
+use crate::limits::ChunkLimits;
+use crate::record_kind as kind;
 use crate::storage::Input;
 use crate::unpacking::{Ticket, Unpackers};
 use prost::bytes::Bytes;
@@ -37,6 +39,7 @@ enum Ahead {
 /// checked in order.
 pub(crate) struct DataSection {
     records: Records<BufReader<Box<dyn Input>>>,
+    chunks: ChunkLimits,
     unpackers: Unpackers,
     /// The records read ahead, each with its position; the last one may be an error or the end of the data.
     ahead: VecDeque<(u64, Result<Ahead, Broken>)>,
@@ -51,10 +54,15 @@ pub(crate) struct DataSection {
 
 impl DataSection {
     /// `records` is at the start of the file.
-    pub(crate) fn new(records: Records<BufReader<Box<dyn Input>>>, threads: NonZeroUsize) -> Self {
+    pub(crate) fn new(
+        records: Records<BufReader<Box<dyn Input>>>,
+        threads: NonZeroUsize,
+        chunks: ChunkLimits,
+    ) -> Self {
         Self {
             records,
-            unpackers: Unpackers::new(threads),
+            chunks,
+            unpackers: Unpackers::new(threads, chunks),
             ahead: VecDeque::new(),
             all_read: false,
             spare: Vec::new(),
@@ -117,7 +125,7 @@ impl DataSection {
         loop {
             *byte = self.records.position();
             let before = self.records.checksum();
-            let prefix = self.records.prefix()?;
+            let prefix = self.records.prefix_or_chunk(self.chunks.body_bytes())?;
             match prefix.kind {
                 kind::CHUNK => {
                     let before = self.records.checksum();
@@ -130,7 +138,7 @@ impl DataSection {
                     self.records.body(prefix, &mut body)?;
                     return Ok(Ahead::Metadata(body));
                 }
-                kind::MESSAGE | kind::FOOTER => {
+                kind::FOOTER => {
                     return Err(damaged("a record is at a place where no recording has one"));
                 }
                 kind::DATA_END => {
@@ -192,7 +200,8 @@ mod tests {
         for (threads, bound) in [(1, 1), (2, 4), (4, 8)] {
             let input: Box<dyn Input> = Box::new(Cursor::new(bytes.clone()));
             let records = Records::new(BufReader::new(input), 0, bytes.len() as u64);
-            let mut data = DataSection::new(records, NonZeroUsize::new(threads).unwrap());
+            let threads = NonZeroUsize::new(threads).unwrap();
+            let mut data = DataSection::new(records, threads, ChunkLimits::new(None, 0));
             for chunk in 0..100 {
                 assert!(
                     matches!(data.advance(), Ok(DataRecord::Chunk(content)) if content.is_empty())

@@ -1,6 +1,7 @@
 //! The errors of recording and reading, with the remedy for the user.
 
 use crate::channels::SCHEMA_VERSION;
+use crate::regular_file::MAX_MANIFEST_BYTES;
 use std::io;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -34,12 +35,21 @@ pub enum RecordError {
         partial: PathBuf,
     },
     /// A killed run cannot be resumed from its files.
-    #[error("{} cannot be resumed: {what}", path.display())]
+    #[error("{} cannot be resumed: {what}. Delete it to start the run again", path.display())]
     NotContinued {
         /// The partial file or the checkpoint.
         path: PathBuf,
         /// What is wrong with it.
         what: String,
+    },
+    /// The canonical text of the manifest is longer than the reader accepts.
+    #[error(
+        "the run's manifest has {bytes} bytes with all its keys; must be at most {MAX_MANIFEST_BYTES}. Start from a recording \
+         (start_from) instead of a state that is written out"
+    )]
+    LongManifest {
+        /// Its size.
+        bytes: u64,
     },
     /// The manifest names a channel that the model does not have.
     #[error("this model has no channel \"{name}\". Name some of: {}", known.join(", "))]
@@ -97,7 +107,7 @@ impl From<mcap::McapError> for RecordError {
 
 /// The reason why a recording, or the rest of it, cannot be read.
 #[derive(Debug, Error)]
-#[error("{}{fault}{}", path.display(), self.intact_part())]
+#[error("{}{fault}{}. {}", path.display(), self.intact_part(), fault.remedy())]
 pub struct ReadError {
     /// The file.
     pub path: PathBuf,
@@ -107,42 +117,34 @@ pub struct ReadError {
     pub fault: ReadFault,
 }
 
-/// A defect of a recording. The text follows the path.
+/// A defect of a recording. The text follows the path; the remedy follows it.
 #[derive(Debug, Error)]
 pub enum ReadFault {
     /// The file cannot be opened or read.
     #[error(": {0}")]
     Io(io::Error),
     /// Not an MCAP file.
-    #[error(" is not an MCAP file. Name a recording or a folder of recordings")]
+    #[error(" is not an MCAP file")]
     NotMcap,
     /// An MCAP file of another program.
-    #[error(
-        " is an MCAP file, but not a recording of this program. Name a recording that run-experiment wrote"
-    )]
+    #[error(" is an MCAP file, but not a recording of this program")]
     Foreign,
     /// A recording of another schema version.
-    #[error(
-        " has schema version {found}; this program reads version {SCHEMA_VERSION}. Run its manifest again, or use the \
-         program that wrote it"
-    )]
+    #[error(" has schema version {found}; this program reads version {SCHEMA_VERSION}")]
     OtherSchema {
         /// The version found.
         found: u32,
     },
     /// The file ends before its footer: the run was killed or the copy is incomplete.
     #[error(
-        " is cut off (intact up to byte {byte}): the run was not finished, or the copy is incomplete. Run its manifest \
-         again, or copy the file again"
+        " is cut off (intact up to byte {byte}): the run was not finished, or the copy is incomplete"
     )]
     Torn {
         /// End of the intact part.
         byte: u64,
     },
     /// Bytes differ from those that were written.
-    #[error(
-        " is damaged at byte {byte}: {what}. Copy the file again, or run its manifest again with --force"
-    )]
+    #[error(" is damaged at byte {byte}: {what}")]
     Damaged {
         /// Position of the damage.
         byte: u64,
@@ -151,19 +153,29 @@ pub enum ReadFault {
     },
 }
 
+impl ReadFault {
+    /// What the user can do.
+    fn remedy(&self) -> &'static str {
+        match self {
+            Self::Io(_) => "Check that the file exists and may be read, and the disk",
+            Self::NotMcap => "Name a recording or a folder of recordings",
+            Self::Foreign => "Name a recording that run-experiment wrote",
+            Self::OtherSchema { .. } => "Run its manifest again, or use the program that wrote it",
+            Self::Torn { .. } => "Run its manifest again, or copy the file again",
+            Self::Damaged { .. } => "Copy the file again, or run its manifest again with --force",
+        }
+    }
+}
+
 impl ReadError {
-    /// The remedy for a failed disk, and the frames that could be read.
+    /// The frames that could be read.
     fn intact_part(&self) -> String {
-        let check = match (&self.fault, self.intact_frames) {
-            (ReadFault::Io(_), 0) => return ". Check that the file exists and may be read".into(),
-            (ReadFault::Io(_), _) => ". Check the disk",
-            (ReadFault::Torn { .. } | ReadFault::Damaged { .. }, _) => "",
-            _ => return String::new(),
-        };
-        match self.intact_frames {
-            0 => format!("{check}; no frame could be read"),
-            1 => format!("{check}; frame 0 is intact, the rest is lost"),
-            frames => format!("{check}; frames 0 to {} are intact, the rest is lost", frames - 1),
+        match (&self.fault, self.intact_frames) {
+            (ReadFault::NotMcap | ReadFault::Foreign | ReadFault::OtherSchema { .. }, _)
+            | (ReadFault::Io(_), 0) => String::new(),
+            (_, 0) => "; no frame could be read".to_owned(),
+            (_, 1) => "; frame 0 is intact, the rest is lost".to_owned(),
+            (_, frames) => format!("; frames 0 to {} are intact, the rest is lost", frames - 1),
         }
     }
 }

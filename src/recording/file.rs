@@ -1,7 +1,8 @@
 //! The file of a recording. It has a partial name while it is written and gets its final name only when it is complete.
 
 use crate::error::RecordError;
-use std::fs::{self, File, OpenOptions, TryLockError};
+use crate::regular_file;
+use std::fs::{self, File, TryLockError};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
@@ -222,16 +223,12 @@ pub fn final_path(folder: &Path, stem: &str) -> PathBuf {
 }
 
 /// Opens and locks the partial file and checks that it still has this name: between opening and locking, another process may have
-/// renamed it to a finished recording.
+/// renamed it to a finished recording. A file with further names, such as that of a finished recording after a kill between the
+/// two steps of [`take_name`], loses this name and keeps its bytes.
 fn locked(partial: &Path) -> Result<File, RecordError> {
     for _ in 0..LOCK_TRIALS {
-        let file = OpenOptions::new()
-            .create(true)
-            .truncate(false)
-            .read(true)
-            .write(true)
-            .open(partial)
-            .map_err(|error| at(partial, &error))?;
+        let (file, _) =
+            regular_file::open_or_create(partial).map_err(|error| at(partial, &error))?;
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {
@@ -239,9 +236,13 @@ fn locked(partial: &Path) -> Result<File, RecordError> {
             }
             Err(TryLockError::Error(error)) => return Err(at(partial, &error)),
         }
-        if is_still_named(&file, partial) {
+        if !is_still_named(&file, partial) {
+            continue;
+        }
+        if !has_further_names(&file) {
             return Ok(file);
         }
+        fs::remove_file(partial).map_err(|error| at(partial, &error))?;
     }
     Err(RecordError::Locked { path: partial.to_owned() })
 }
@@ -249,7 +250,7 @@ fn locked(partial: &Path) -> Result<File, RecordError> {
 #[cfg(unix)]
 fn is_still_named(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt as _;
-    match (file.metadata(), fs::metadata(path)) {
+    match (file.metadata(), fs::symlink_metadata(path)) {
         (Ok(opened), Ok(named)) => opened.dev() == named.dev() && opened.ino() == named.ino(),
         _ => false,
     }
@@ -258,6 +259,17 @@ fn is_still_named(file: &File, path: &Path) -> bool {
 #[cfg(not(unix))]
 fn is_still_named(_file: &File, path: &Path) -> bool {
     path.exists()
+}
+
+#[cfg(unix)]
+fn has_further_names(file: &File) -> bool {
+    use std::os::unix::fs::MetadataExt as _;
+    file.metadata().is_ok_and(|metadata| metadata.nlink() > 1)
+}
+
+#[cfg(not(unix))]
+fn has_further_names(_file: &File) -> bool {
+    false
 }
 
 /// Renames the file if the final name is free. Without hard links, the name is checked before the rename.
@@ -275,8 +287,12 @@ fn take_name(partial: &Path, destination: &Path) -> io::Result<()> {
 /// # Errors
 /// A file that cannot be read.
 pub fn same_bytes(left: &Path, right: &Path) -> Result<bool, RecordError> {
-    let open = |path: &Path| File::open(path).map_err(|error| at(path, &error));
-    let (mut left_file, mut right_file) = (open(left)?, open(right)?);
+    let open = |path: &Path| regular_file::open(path).map_err(|error| at(path, &error));
+    let ((mut left_file, left_metadata), (mut right_file, right_metadata)) =
+        (open(left)?, open(right)?);
+    if left_metadata.len() != right_metadata.len() {
+        return Ok(false);
+    }
     let (mut left_part, mut right_part) = (Vec::new(), Vec::new());
     loop {
         read_part(&mut left_file, &mut left_part).map_err(|error| at(left, &error))?;

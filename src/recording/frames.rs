@@ -1,11 +1,13 @@
 //! Iterator over the frames of a recording, with only a few chunks in memory.
 
 use crate::channels::{self, Channel, FrameClock};
-use crate::container::{Broken, Fields, damaged, kind};
+use crate::container::{Broken, Fields, damaged};
 use crate::data_section::{DataRecord, DataSection};
 use crate::error::{ReadError, ReadFault};
 use crate::frame::{Level, LogLine};
+use crate::limits::{MAX_CHANNELS, MAX_CHUNK_MESSAGES, MAX_LOG_LINES};
 use crate::provenance::{OUTCOME_RECORD, Outcome};
+use crate::record_kind as kind;
 use crate::table::StateTable;
 use foxglove::messages::{Log, PointCloud, log};
 use prost::Message as _;
@@ -94,21 +96,27 @@ impl RecordedFrame {
     /// The message of one channel; `None` if this frame has none.
     ///
     /// # Errors
-    /// Bytes that are not a message of this channel.
+    /// Bytes that are not a message of this channel, or columns of different lengths.
     pub fn get<C: Channel>(&self) -> Result<Option<C>, ReadError> {
         let found = self
             .messages
             .iter()
             .find(|message| message.topic.name == C::TOPIC && message.topic.schema == C::SCHEMA);
         let Some(message) = found else { return Ok(None) };
-        C::decode(message.payload.clone()).map(Some).map_err(|error| ReadError {
+        let damaged = |why: &dyn std::fmt::Display| ReadError {
             path: self.path.to_path_buf(),
             intact_frames: self.clock.frame,
             fault: ReadFault::Damaged {
                 byte: self.byte,
-                what: format!("frame {}, {}: {error}", self.clock.frame, C::TOPIC),
+                what: format!("frame {}, {}: {why}", self.clock.frame, C::TOPIC),
             },
-        })
+        };
+        let decoded = C::decode(message.payload.clone()).map_err(|error| damaged(&error))?;
+        if decoded.has_equal_columns() {
+            Ok(Some(decoded))
+        } else {
+            Err(damaged(&"its columns have different lengths"))
+        }
     }
 }
 
@@ -184,6 +192,7 @@ impl Frames {
     /// Groups a chunk's messages into frames: chunks end where a frame ends, and a frame begins with its clock.
     fn group(&mut self, unpacked: &Bytes) -> Result<(), Broken> {
         let mut rest = Fields(unpacked);
+        let mut messages = 0;
         while !rest.0.is_empty() {
             let (kind, length) = (rest.u8()?, rest.u64()?);
             let length = usize::try_from(length).map_err(|_| damaged("a record is too long"))?;
@@ -192,9 +201,16 @@ impl Frames {
                 kind::SCHEMA => {
                     let (id, name) = (fields.u16()?, fields.string()?.to_owned());
                     self.schemas.insert(id, name);
+                    if self.schemas.len() > MAX_CHANNELS {
+                        return Err(damaged("the file has more schemas than any recording"));
+                    }
                 }
                 kind::CHANNEL => self.declare(&mut fields)?,
                 kind::MESSAGE => {
+                    messages += 1;
+                    if messages > MAX_CHUNK_MESSAGES {
+                        return Err(damaged("a chunk has more messages than any recording"));
+                    }
                     let (channel, _sequence) = (fields.u16()?, fields.u32()?);
                     let (log_time_ns, _publish_time) = (fields.u64()?, fields.u64()?);
                     let topic = self.topics.get(&channel).cloned();
@@ -218,6 +234,9 @@ impl Frames {
         let schema = self.schemas.get(&schema).cloned();
         let schema = schema.ok_or_else(|| damaged("a channel has no schema"))?;
         self.topics.insert(id, Arc::new(Topic { name, schema }));
+        if self.topics.len() > MAX_CHANNELS {
+            return Err(damaged("the file has more channels than any recording"));
+        }
         Ok(())
     }
 
@@ -243,6 +262,10 @@ impl Frames {
                 Err(damaged("a frame is split between two chunks"))
             };
         };
+        // At most one message per channel, and a limited number of log lines.
+        if frame.messages.len() >= MAX_CHANNELS + MAX_LOG_LINES {
+            return Err(damaged("a frame has more log lines than any recording"));
+        }
         let single = message.topic() != channels::LOG;
         if single && frame.messages.iter().any(|earlier| earlier.topic == message.topic) {
             return Err(damaged("a frame has two messages of one topic"));

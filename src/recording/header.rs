@@ -5,6 +5,7 @@ use crate::error::RecordError;
 use crate::frame::StateColumn;
 use crate::playback::{log_time_ns, simulated_per_second};
 use crate::provenance::Provenance;
+use crate::regular_file::MAX_MANIFEST_BYTES;
 use crate::scenery::Scenery;
 use std::num::NonZeroU32;
 
@@ -137,8 +138,12 @@ impl Header {
     /// Checks that the selection can be recorded and that viewers can show the playback.
     ///
     /// # Errors
-    /// A channel that the model does not have; a rate outside (0, 50]; a playback of more than 93 days.
+    /// A manifest that is too long; a channel that the model does not have; a rate outside (0, 50]; a playback of more than 93 days.
     pub fn check(&self) -> Result<(), RecordError> {
+        let bytes = self.manifest.len() as u64;
+        if bytes > MAX_MANIFEST_BYTES {
+            return Err(RecordError::LongManifest { bytes });
+        }
         let known = self.topics();
         if let Selection::Named(names) = &self.selection {
             for name in names {

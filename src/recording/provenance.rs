@@ -3,6 +3,8 @@
 use crate::channels::SCHEMA_VERSION;
 use std::collections::BTreeMap;
 
+/// The writer that the file's first record names.
+pub(crate) const LIBRARY: &str = "kinetoscope";
 /// Name of the attachment that holds the canonical manifest.
 pub const MANIFEST_ATTACHMENT: &str = "manifest.toml";
 /// Name of the metadata record at the start.

@@ -5,10 +5,12 @@ pub use crate::provenance::{Outcome, Provenance};
 pub use crate::table::StateTable;
 
 use crate::channels::SCHEMA_VERSION;
-use crate::container::{Broken, Fields, MAGIC, PREFIX, Records, attachment, kind, metadata};
+use crate::container::{Broken, Fields, MAGIC, PREFIX, Records, attachment, metadata};
 use crate::data_section::DataSection;
 use crate::error::{ReadError, ReadFault};
-use crate::provenance::{MANIFEST_ATTACHMENT, OUTCOME_RECORD, PROVENANCE_RECORD};
+use crate::limits::{ChunkLimits, MAX_STATE_COLUMNS};
+use crate::provenance::{LIBRARY, MANIFEST_ATTACHMENT, OUTCOME_RECORD, PROVENANCE_RECORD};
+use crate::record_kind as kind;
 use crate::storage::{InMemory, Input, LocalFolders, Opened, Storage};
 use std::fs::File;
 use std::io::{self, BufReader, Seek as _, SeekFrom};
@@ -33,6 +35,7 @@ pub struct Recording {
     manifest: String,
     provenance: Provenance,
     state_columns: Arc<[String]>,
+    max_particles: Option<u64>,
 }
 
 impl Recording {
@@ -51,9 +54,13 @@ impl Recording {
     pub fn open_in(storage: Arc<dyn Storage>, path: &Path) -> Result<Self, ReadError> {
         let Opened { input, bytes, changed } = opened(storage.as_ref(), path)?;
         let mut records = Records::new(BufReader::new(input), 0, bytes);
-        let head = read_head(&mut records)
-            .map_err(|broken| ReadError::new(path, 0, records.position(), broken))?;
         let fault = |fault| ReadError { path: path.to_path_buf(), intact_frames: 0, fault };
+        let mut is_own = false;
+        let head = match read_head(&mut records, &mut is_own) {
+            // Another program may use the names of our records for something else.
+            Err(Broken::Damaged(_)) if !is_own => None,
+            head => head.map_err(|broken| ReadError::new(path, 0, records.position(), broken))?,
+        };
         let Some((manifest, mut provenance)) = head else { return Err(fault(ReadFault::Foreign)) };
         if provenance.schema_version != SCHEMA_VERSION {
             return Err(fault(ReadFault::OtherSchema { found: provenance.schema_version }));
@@ -62,7 +69,24 @@ impl Recording {
         provenance.outcome = read_outcome(records.into_input(), bytes).unwrap_or(None);
         let state_columns = provenance.state_columns.clone().into();
         let path = path.into();
-        Ok(Self { storage, path, changed, bytes, manifest, provenance, state_columns })
+        let max_particles = None;
+        Ok(Self {
+            storage,
+            path,
+            changed,
+            bytes,
+            manifest,
+            provenance,
+            state_columns,
+            max_particles,
+        })
+    }
+
+    /// Limits the size of frames to that of so many particles, as the manifest states it: a chunk that claims more is damaged, and
+    /// no memory is spent on it.
+    #[must_use]
+    pub fn with_max_particles(self, max_particles: u64) -> Self {
+        Self { max_particles: Some(max_particles), ..self }
     }
 
     /// Opens a recording in memory. `path` names it in errors.
@@ -136,7 +160,8 @@ impl Recording {
     /// A file that cannot be opened.
     pub fn frames_on(&self, threads: NonZeroUsize) -> Result<Frames, ReadError> {
         let Opened { input, bytes, .. } = opened(self.storage.as_ref(), &self.path)?;
-        let data = DataSection::new(Records::new(BufReader::new(input), 0, bytes), threads);
+        let chunks = ChunkLimits::new(self.max_particles, self.state_columns.len());
+        let data = DataSection::new(Records::new(BufReader::new(input), 0, bytes), threads, chunks);
         let (path, columns) = (Arc::clone(&self.path), Arc::clone(&self.state_columns));
         Ok(Frames::new(data, path, columns, self.provenance.outcome.clone()))
     }
@@ -158,9 +183,11 @@ fn opened(storage: &dyn Storage, path: &Path) -> Result<Opened, ReadError> {
     storage.open(path).map_err(|source| ReadError::new(path, 0, 0, Broken::Io(source)))
 }
 
-/// The manifest and the provenance, which precede the first frame; `None` if they are missing.
+/// The manifest and the provenance, which precede the first frame; `None` if they are missing. `is_own` is set if the file names
+/// this program as its writer.
 fn read_head(
     records: &mut Records<BufReader<Box<dyn Input>>>,
+    is_own: &mut bool,
 ) -> Result<Option<(String, Provenance)>, Broken> {
     records.magic()?;
     let (mut manifest, mut provenance) = (None, None);
@@ -184,12 +211,18 @@ fn read_head(
                 let (name, entries) = metadata(&body)?;
                 if name == PROVENANCE_RECORD {
                     let read = Provenance::from_metadata(&entries);
-                    provenance = Some(read.ok_or_else(|| {
+                    let is_plausible =
+                        |read: &Provenance| read.state_columns.len() <= MAX_STATE_COLUMNS;
+                    provenance = Some(read.filter(is_plausible).ok_or_else(|| {
                         Broken::Damaged("the provenance is incomplete".to_owned())
                     })?);
                 }
             }
-            kind::HEADER => records.skip(prefix)?,
+            kind::HEADER => {
+                records.body(prefix, &mut body)?;
+                let mut fields = Fields(&body);
+                *is_own = fields.string()?.is_empty() && fields.string()?.starts_with(LIBRARY);
+            }
             _ => return Ok(None),
         }
     }

@@ -13,7 +13,7 @@ use crate::error::RecordError;
 use crate::frame::{Frame, Level, LogLine};
 use crate::observer::{ChannelList, FrameObserver};
 use crate::playback::log_time_ns;
-use crate::provenance::{MANIFEST_ATTACHMENT, OUTCOME_RECORD, PROVENANCE_RECORD};
+use crate::provenance::{LIBRARY, MANIFEST_ATTACHMENT, OUTCOME_RECORD, PROVENANCE_RECORD};
 use crate::scene::SceneBuilder;
 use crate::schema::schema_of;
 use crate::sink::CountingSink;
@@ -384,7 +384,7 @@ impl<W: Write> Drop for Recorder<W> {
 fn write_options(compression: Compression) -> mcap::WriteOptions {
     mcap::WriteOptions::new()
         .profile("")
-        .library("kinetoscope")
+        .library(LIBRARY)
         .compression(match compression {
             Compression::Zstd | Compression::Zstd3 => Some(mcap::Compression::Zstd),
             Compression::Lz4 => Some(mcap::Compression::Lz4),

@@ -20,7 +20,7 @@ use std::num::NonZeroU32;
 pub(crate) const FRAME_ID: &str = "world";
 /// Contact forces drawn at most, over the particles drawn at most: a disc of a dense bed has two or three contacts of its own.
 const CONTACTS_OVER_PARTICLES: usize = 3;
-/// Drawing coordinates are multiples of a power of two of about this share of the container: they pack well.
+/// Drawing coordinates are multiples of a power of two of about this fraction of the container: they pack well.
 const GRID_OVER_CONTAINER: f64 = 1.0 / 4096.0;
 /// Thickness of the drawing's layers over the container's longer side: discs, then arrows, then force chains above them.
 const LAYER_OVER_EXTENT: f64 = 0.002;
@@ -104,8 +104,8 @@ impl SceneBuilder {
                     (None, DrawnRadius::Fixed(radius)) => radius,
                     (None, DrawnRadius::Column) => 0.0,
                 };
-                let share = self.speed(row) / self.scenery.speed_range_top;
-                cylinder(self.point(row), radius, self.layer(1.0), self.colors.at(share))
+                let fraction = self.speed(row) / self.scenery.speed_range_top;
+                cylinder(self.point(row), radius, self.layer(1.0), self.colors.at(fraction))
             })
             .collect();
         update(SceneEntity { cylinders, ..entity("discs", time) })
@@ -205,15 +205,15 @@ impl SceneBuilder {
         let cube_width = width / LEGEND_CUBES as f64;
         let cubes = (0..LEGEND_CUBES)
             .map(|cube| {
-                let share = (cube as f64 + 0.5) / LEGEND_CUBES as f64;
+                let fraction = (cube as f64 + 0.5) / LEGEND_CUBES as f64;
                 CubePrimitive {
-                    pose: Some(pose([center + (share - 0.5) * width, y, 0.0])),
+                    pose: Some(pose([center + (fraction - 0.5) * width, y, 0.0])),
                     size: Some(Vector3 {
                         x: cube_width,
                         y: 0.03 * self.extent,
                         z: self.layer(1.0),
                     }),
-                    color: Some(self.colors.at(share)),
+                    color: Some(self.colors.at(fraction)),
                 }
             })
             .collect();

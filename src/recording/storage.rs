@@ -1,7 +1,7 @@
 //! Storage of recordings: folders, or any other source of bytes with random access.
 
+use crate::regular_file;
 use std::fmt;
-use std::fs::File;
 use std::io::{self, Cursor, Read, Seek};
 use std::path::Path;
 use std::sync::Arc;
@@ -37,8 +37,7 @@ pub struct LocalFolders;
 
 impl Storage for LocalFolders {
     fn open(&self, path: &Path) -> io::Result<Opened> {
-        let file = File::open(path)?;
-        let metadata = file.metadata()?;
+        let (file, metadata) = regular_file::open(path)?;
         let changed = metadata.modified().ok();
         Ok(Opened { input: Box::new(file), bytes: metadata.len(), changed })
     }

@@ -121,8 +121,12 @@ impl StateTable {
             return Err("the state ends inside a row");
         }
         let (values, _) = cloud.data.as_chunks();
-        let values = values.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
-        Ok(Self { columns: Arc::clone(columns), values })
+        let mut table = Self { columns: Arc::clone(columns), values: Vec::new() };
+        if table.values.try_reserve_exact(values.len()).is_err() {
+            return Err("the state does not fit into memory");
+        }
+        table.values.extend(values.iter().map(|bytes| f64::from_le_bytes(*bytes)));
+        Ok(table)
     }
 
     /// Names of the columns.

@@ -1,6 +1,7 @@
 //! Parallel decompression of chunks: threads take chunks in order of arrival, and each result is collected by its ticket.
 
 use crate::container::{Broken, Unpacked, Unpacker, is_packed};
+use crate::limits::ChunkLimits;
 use std::io;
 use std::num::NonZeroUsize;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
@@ -27,6 +28,7 @@ pub(crate) enum Ticket {
 /// The threads that decompress chunks. When this value is dropped, it joins them.
 pub(crate) struct Unpackers {
     limit: NonZeroUsize,
+    chunks: ChunkLimits,
     /// Decompresses in place.
     own: Unpacker,
     threads: Vec<JoinHandle<()>>,
@@ -37,10 +39,10 @@ pub(crate) struct Unpackers {
 
 impl Unpackers {
     /// Starts up to `limit` threads; with 1, none, and the thread that takes a ticket decompresses.
-    pub(crate) fn new(limit: NonZeroUsize) -> Self {
+    pub(crate) fn new(limit: NonZeroUsize, chunks: ChunkLimits) -> Self {
         let (jobs, queue) = channel();
         let queue = Arc::new(Mutex::new(queue));
-        Self { limit, own: Unpacker::new(), threads: Vec::new(), jobs: Some(jobs), queue }
+        Self { limit, chunks, own: Unpacker::new(), threads: Vec::new(), jobs: Some(jobs), queue }
     }
 
     /// Number of chunks to submit ahead: for each thread, one in progress and one queued.
@@ -55,8 +57,9 @@ impl Unpackers {
             return Ticket::InPlace(body);
         }
         if self.threads.len() < self.limit.get() {
-            let queue = Arc::clone(&self.queue);
-            let started = Builder::new().name("unpack".to_owned()).spawn(move || work(&queue));
+            let (queue, chunks) = (Arc::clone(&self.queue), self.chunks);
+            let name = "unpack".to_owned();
+            let started = Builder::new().name(name).spawn(move || work(&queue, chunks));
             // If no thread can be started, the existing ones are used.
             self.threads.extend(started);
         }
@@ -73,7 +76,7 @@ impl Unpackers {
     /// Waits for the chunk of a ticket and returns it.
     pub(crate) fn take(&mut self, ticket: Ticket) -> Outcome {
         match ticket {
-            Ticket::InPlace(body) => unpack(&mut self.own, body),
+            Ticket::InPlace(body) => unpack(&mut self.own, body, self.chunks),
             Ticket::OnThread(outcome) => outcome.recv().unwrap_or_else(|_| {
                 Err(Broken::Io(io::Error::other("a thread that unpacks chunks has stopped")))
             }),
@@ -92,18 +95,18 @@ impl Drop for Unpackers {
 }
 
 /// Decompresses chunks until the channel is closed.
-fn work(queue: &Mutex<Receiver<Job>>) {
+fn work(queue: &Mutex<Receiver<Job>>, chunks: ChunkLimits) {
     let mut unpacker = Unpacker::new();
     loop {
         let job = queue.lock().unwrap_or_else(PoisonError::into_inner).recv();
         let Ok(Job { body, outcome }) = job else { return };
         // An error means that the reader was dropped.
-        drop(outcome.send(unpack(&mut unpacker, body)));
+        drop(outcome.send(unpack(&mut unpacker, body, chunks)));
     }
 }
 
-fn unpack(unpacker: &mut Unpacker, body: Vec<u8>) -> Outcome {
+fn unpack(unpacker: &mut Unpacker, body: Vec<u8>, chunks: ChunkLimits) -> Outcome {
     let mut checksum = crc32fast::Hasher::new();
     checksum.update(&body);
-    Ok((unpacker.unpack(body)?, checksum))
+    Ok((unpacker.unpack(body, chunks)?, checksum))
 }

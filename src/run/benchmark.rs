@@ -4,6 +4,7 @@
 //! Runs that differ in a key with two values are executed alternately (A B A B …), so that other load on the machine affects
 //! their ratio as little as possible.
 
+use crate::run::memory;
 use kinetoscope_manifest::{
     Coordinate, Experiment, Run, RunManifest, TimingComparison, TimingPoint, TimingRatio,
     TimingTable,
@@ -11,7 +12,8 @@ use kinetoscope_manifest::{
 use kinetoscope_physics::model::{Progress, SetupError, SimulationFault};
 use kinetoscope_physics::prepare;
 use kinetoscope_physics::random::Seed;
-use std::fs;
+use kinetoscope_recording::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
+use std::path::Path;
 use std::time::Instant;
 use thiserror::Error;
 
@@ -72,6 +74,7 @@ pub fn time_table(experiment: &Experiment) -> Result<TimingTable, TimingError> {
 
 /// Time of a run, s, and number of its steps or events.
 fn measure(manifest: &RunManifest) -> Result<(f64, u64), TimingError> {
+    memory::check(manifest)?;
     let seed = Seed { seed: manifest.seed, replicate: manifest.replicate };
     let mut model = prepare(&manifest.model, seed, false)?;
     let target = model.extent().end();
@@ -82,10 +85,11 @@ fn measure(manifest: &RunManifest) -> Result<(f64, u64), TimingError> {
 
 /// Description of the machine.
 fn machine() -> String {
-    let processor = fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
-        let line = text.lines().find(|line| line.starts_with("model name"))?;
-        line.split_once(':').map(|(_, name)| name.trim().to_owned())
-    });
+    let processor =
+        read_text(Path::new("/proc/cpuinfo"), MAX_SIDE_FILE_BYTES).ok().and_then(|text| {
+            let line = text.lines().find(|line| line.starts_with("model name"))?;
+            line.split_once(':').map(|(_, name)| name.trim().to_owned())
+        });
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
     format!(
         "on {} ({}, {}, {processors} processors), kinetoscope {}",

@@ -1,7 +1,9 @@
 //! Checkpoints by the clock. A run resumes from its last checkpoint, and the recording shows no trace of it.
 
+use crate::run::memory::{available_bytes, needed_memory_bytes};
 use crate::run::prepared::Prepared;
 use crate::run::schedule::Schedule;
+use kinetoscope_manifest::RunManifest;
 use kinetoscope_physics::model::Model;
 use kinetoscope_recording::background::FrameWriter;
 use kinetoscope_recording::checkpoint;
@@ -15,6 +17,9 @@ use std::time::{Duration, Instant};
 const COST_RATIO: u32 = 50;
 /// Expected speed of the first checkpoint: that of a slow machine and a slow disk.
 const EXPECTED_BYTES_PER_S: u64 = 200_000_000;
+
+/// Size up to which any checkpoint is read.
+const MIN_CHECKPOINT_LIMIT: u64 = 1 << 30;
 
 /// A run in progress, at a frame or between two frames.
 pub struct RunState<W: Write = RecordingFile> {
@@ -84,6 +89,14 @@ impl Checkpointer {
     /// Time between two checkpoints of this cost. An interval of zero requests a checkpoint at every opportunity.
     fn pause(&self, cost: Duration) -> Duration {
         if self.every.is_zero() { Duration::ZERO } else { self.every.max(cost * COST_RATIO) }
+    }
+}
+
+/// Maximum size of a checkpoint, which holds the model and one chunk of frames; of single collisions, no number is known.
+pub(crate) fn max_checkpoint_bytes(manifest: &RunManifest) -> u64 {
+    match manifest.particles_of_frames() {
+        Some(_) => needed_memory_bytes(manifest).saturating_mul(2).max(MIN_CHECKPOINT_LIMIT),
+        None => available_bytes(),
     }
 }
 

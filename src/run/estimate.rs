@@ -1,5 +1,6 @@
 //! What a run will take: frames, disk space, memory and relative cost, estimated from its start.
 
+use crate::run::memory::{DRAWN_BYTES, PROGRAM_BYTES};
 use crate::run::prepared::{Prepared, wants_opt_in};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_physics::kind_of;
@@ -8,8 +9,6 @@ use kinetoscope_recording::frame::Frame;
 
 /// Schemas, manifest, index and summary of a recording: 16 to 20 KiB with all channels.
 const BYTES_BESIDE_FRAMES: u64 = 24 << 10;
-/// Memory of a run without particles: the program, and the chunk that its recorder fills.
-pub(crate) const PROGRAM_BYTES: u64 = 64 << 20;
 /// Memory of a model, its neighbors or events and its recorder's queue, as a number of recorded frames. The maximum measured
 /// with 10^6 particles is 3.5, for a bed that starts from a recording; it is 3.3 with recorded contact forces.
 const FRAMES_IN_MEMORY: u64 = 8;
@@ -45,18 +44,20 @@ impl Estimate {
         model.observe(&mut frame);
         let rows = frame.state().len() / kind.state_columns.len();
         let particles = rows as u64 + model.particles_to_come();
-        let frames = schedule.frames() + 1;
+        let frames = schedule.frames().saturating_add(1);
         let bytes_per_frame = bytes_per_frame(&frame, particles, kind);
         let [[_, bottom], [_, top]] = header.scenery.view;
         Self {
             frames,
             particles,
             extent: model.extent(),
-            bytes: BYTES_BESIDE_FRAMES + frames * bytes_per_frame,
+            bytes: frames.saturating_mul(bytes_per_frame).saturating_add(BYTES_BESIDE_FRAMES),
             has_series_on_request: wants_opt_in(kind, &manifest.record),
             view_height: top - bottom,
             relative_cost: relative_cost(model.extent(), particles),
-            memory_bytes: PROGRAM_BYTES + FRAMES_IN_MEMORY * bytes_per_frame,
+            memory_bytes: FRAMES_IN_MEMORY
+                .saturating_mul(bytes_per_frame)
+                .saturating_add(PROGRAM_BYTES),
         }
     }
 }
@@ -81,5 +82,5 @@ fn bytes_per_frame(frame: &Frame, particles: u64, kind: &ModelKind) -> u64 {
         .map(|message| message.payload.len() as u64)
         .collect();
     let headers = 100 * (scalars.len() as u64 + 4);
-    state + 50 * particles + scalars.iter().sum::<u64>() + headers
+    state + DRAWN_BYTES * particles + scalars.iter().sum::<u64>() + headers
 }

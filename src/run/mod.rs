@@ -4,12 +4,14 @@ pub mod benchmark;
 pub mod checkpoint;
 pub mod estimate;
 pub mod in_memory;
+pub mod memory;
 pub mod prepared;
+pub mod recording;
 pub mod schedule;
 
 use crate::interrupt::Interrupt;
 use crate::live::LiveServer;
-use checkpoint::{Checkpointer, RunState};
+use checkpoint::{Checkpointer, RunState, max_checkpoint_bytes};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_physics::model::{Progress, SetupError};
 use kinetoscope_physics::{kind_of, restore};
@@ -189,13 +191,19 @@ fn resume(
     identity: &str,
 ) -> Result<Option<(Recorder<RecordingFile>, u64, Prepared)>, RecordError> {
     let RunSpec { manifest, canonical, run_key, folder, stem } = spec;
-    let saved = checkpoint_file::read(folder, stem, identity, |content| {
+    let max_bytes = max_checkpoint_bytes(manifest);
+    let saved = checkpoint_file::read(folder, stem, identity, max_bytes, |content| {
         let (head, rest): ((u64, RecorderState), _) = decode_head(content)?;
         Some((head, restore(&manifest.model, rest)?))
     })?;
     let Some(((next, recorder), model)) = saved else { return Ok(None) };
     let prepared = Prepared::of(model, manifest, canonical, run_key)
         .map_err(|error| RecordError::Container(error.to_string()))?;
+    if recorder.frames() != next || !prepared.is_before_frame(next) {
+        let path = checkpoint_file::path(folder, stem);
+        let what = "its state belongs to another frame".to_owned();
+        return Err(RecordError::NotContinued { path, what });
+    }
     let recorder = Recorder::resume(folder, stem, &prepared.header, recorder)?;
     Ok(Some((recorder, next, prepared)))
 }

@@ -1,13 +1,17 @@
 //! A run that is ready to be recorded: its model, the schedule of its frames and the header of its recording, built once.
 
+use crate::run::memory;
 use crate::run::schedule::Schedule;
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::record::{Compression, RecordConfig};
-use kinetoscope_physics::model::{Extent, Model, ModelKind, SetupError};
+use kinetoscope_physics::model::{Extent, Model, ModelKind, SetupError, Target};
 use kinetoscope_physics::random::Seed;
 use kinetoscope_physics::{kind_of, prepare};
 use kinetoscope_recording::recorder::{self, Header, Selection};
 use std::fmt;
+
+/// Relative rounding error of a time that is a product of a count and a step.
+const TIME_ROUNDING: f64 = 1e-9;
 
 /// Model, schedule and header of one run.
 pub struct Prepared {
@@ -31,8 +35,9 @@ impl Prepared {
     /// Builds the start of a run. `canonical` is the text of the manifest that the recording embeds.
     ///
     /// # Errors
-    /// A start, a schedule or a header that cannot be run.
+    /// A run that needs more memory than is available, or a start, a schedule or a header that cannot be run.
     pub fn new(manifest: &RunManifest, canonical: &str, run_key: &str) -> Result<Self, SetupError> {
+        memory::check(manifest)?;
         let seed = Seed { seed: manifest.seed, replicate: manifest.replicate };
         let opt_in = wants_opt_in(kind_of(&manifest.model), &manifest.record);
         let model = prepare(&manifest.model, seed, opt_in)?;
@@ -75,7 +80,7 @@ impl Prepared {
                 Compression::Lz4 => recorder::Compression::Lz4,
                 Compression::None => recorder::Compression::None,
             },
-            frames_expected: Some(schedule.frames() + 1),
+            frames_expected: Some(schedule.frames().saturating_add(1)),
             model_time: match model.extent() {
                 Extent::Steps { total, step } => Some(total as f64 * step),
                 Extent::Time(duration) => Some(duration),
@@ -83,6 +88,18 @@ impl Prepared {
             },
         };
         Ok(Self { model, schedule, header })
+    }
+}
+
+impl Prepared {
+    /// Whether a restored model can be on its way to a frame: not beyond its target. After the last frame, `next` is one more.
+    pub(crate) fn is_before_frame(&self, next: u64) -> bool {
+        let frames = self.schedule.frames();
+        let is_possible = match self.schedule.target(next.min(frames)) {
+            Target::Count(count) => self.model.count() <= count,
+            Target::Time(time) => self.model.time() <= time * (1.0 + TIME_ROUNDING),
+        };
+        (1..=frames + 1).contains(&next) && is_possible
     }
 }
 

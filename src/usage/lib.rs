@@ -1,9 +1,18 @@
-//! Errors in the arguments of all programs: `error:` states what is wrong, `help:` names the nearest or the new name.
+//! What the three programs share: errors in their arguments (`error:` states what is wrong, `help:` names the nearest or the new
+//! name), standard output, and the escaping of text that was read from files.
 
+mod internal_error;
 mod old_flags;
+mod remedy;
+mod standard_output;
+pub mod text;
+
+pub use internal_error::{INTERNAL_ERROR, catch_internal_errors};
+pub use remedy::with_help;
+pub use standard_output::{StandardOutput, complain};
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
-use std::io::Write as _;
+use std::io::IsTerminal as _;
 
 /// How a call ends whose arguments were not accepted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,17 +21,28 @@ pub enum Ended {
     Answered,
     /// The arguments are wrong; the error was printed.
     Rejected,
+    /// Help or version was requested and cannot be written; the error was printed.
+    Unwritten,
 }
 
 /// Prints the help, the version or the error of `command`, such as "kinetoscope run". A closed pipe is not an error.
 #[must_use]
 pub fn report(error: &clap::Error, command: &str) -> Ended {
-    if !error.use_stderr() {
-        let _ = error.print();
-        return Ended::Answered;
+    if error.use_stderr() {
+        complain(&message(error, command), false);
+        return Ended::Rejected;
     }
-    let _ = writeln!(std::io::stderr(), "{}", message(error, command));
-    Ended::Rejected
+    let output = StandardOutput::default();
+    let text = error.render();
+    if std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none() {
+        output.print_styled(&text.ansi().to_string());
+    } else {
+        output.print(&text.to_string());
+    }
+    output.failure().map_or(Ended::Answered, |failure| {
+        complain(&failure, false);
+        Ended::Unwritten
+    })
 }
 
 /// Formats an error as `error: …` and `help: …`.
@@ -33,7 +53,7 @@ pub fn message(error: &clap::Error, command: &str) -> String {
         ErrorKind::UnknownArgument => {
             let name = context(ContextKind::InvalidArg).unwrap_or_default();
             let what = if name.starts_with('-') { "option" } else { "argument" };
-            let help = old_flags::replacement(&name).unwrap_or_else(|| {
+            let help = old_flags::replacement(&name, command).unwrap_or_else(|| {
                 match context(ContextKind::SuggestedArg) {
                     Some(near) => format!("did you mean `{near}`?"),
                     None => format!("`{command} --help` lists the options"),
@@ -49,6 +69,23 @@ pub fn message(error: &clap::Error, command: &str) -> String {
             };
             format!("error: unknown subcommand `{name}`\nhelp: {help}")
         }
+        ErrorKind::InvalidValue if error.get(ContextKind::ValidValue).is_some() => {
+            let argument = context(ContextKind::InvalidArg).unwrap_or_default();
+            let argument = argument.split(' ').next().unwrap_or_default();
+            let value = context(ContextKind::InvalidValue).unwrap_or_default();
+            let allowed = all_texts(error, ContextKind::ValidValue).join(", ");
+            let help = match context(ContextKind::SuggestedValue) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("write one of: {allowed}"),
+            };
+            format!("error: `{argument}` is `{value}`; must be one of: {allowed}\nhelp: {help}")
+        }
+        ErrorKind::MissingRequiredArgument => {
+            let missing = all_texts(error, ContextKind::InvalidArg).join(", ");
+            format!(
+                "error: missing argument: {missing}\nhelp: `{command} --help` lists the options"
+            )
+        }
         ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
             error.render().to_string().trim_end().to_owned()
         }
@@ -61,6 +98,14 @@ pub fn message(error: &clap::Error, command: &str) -> String {
                 .map_or(text.as_str(), |end| &text[..end]);
             format!("{}\nhelp: `{command} --help` lists the options", what.trim_end())
         }
+    }
+}
+
+/// All texts of a context.
+fn all_texts(error: &clap::Error, kind: ContextKind) -> Vec<String> {
+    match error.get(kind) {
+        Some(ContextValue::Strings(texts)) => texts.clone(),
+        other => other.and_then(best_text).into_iter().collect(),
     }
 }
 
@@ -92,6 +137,21 @@ mod tests {
     fn old_flag_names_its_replacement() {
         let expected = "error: unknown option `--time`\nhelp: use `kinetoscope benchmark MANIFEST`";
         assert_eq!(error(&["--time"]), expected);
+    }
+
+    #[test]
+    fn old_flag_of_another_command_names_that_command() {
+        let command = || clap::Command::new("program");
+        let message = |command: clap::Command, name: &str| {
+            let error = command.try_get_matches_from(["program", "--fresh"]).unwrap_err();
+            message(&error, name)
+        };
+        let here = "error: unknown option `--fresh`\nhelp: use `--no-cache`";
+        assert_eq!(message(command(), "kinetoscope analyze"), here);
+        assert_eq!(message(command(), "analyze-recordings"), here);
+        let there = "error: unknown option `--fresh`\nhelp: use `kinetoscope analyze --no-cache`";
+        assert_eq!(message(command(), "run-experiment"), there);
+        assert_eq!(message(command(), "kinetoscope run"), there);
     }
 
     #[test]

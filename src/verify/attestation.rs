@@ -3,9 +3,9 @@
 use kinetoscope_manifest::run_key;
 use kinetoscope_recording::atomic_file;
 use kinetoscope_recording::reader::Recording;
+use kinetoscope_recording::regular_file::{self, MAX_SIDE_FILE_BYTES};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
@@ -112,7 +112,7 @@ pub fn attestation_status(recording: &Path) -> io::Result<AttestationStatus> {
         let what = format!("{}: layout version {found} is not known", path.display());
         return Ok(AttestationStatus::Unattested(what));
     }
-    if File::open(recording)?.metadata()?.len() != attestation.bytes {
+    if regular_file::open(recording)?.1.len() != attestation.bytes {
         return Ok(AttestationStatus::Changed("size"));
     }
     if hash(recording)?.0 != attestation.sha256 {
@@ -125,7 +125,7 @@ pub fn attestation_status(recording: &Path) -> io::Result<AttestationStatus> {
 }
 
 fn read(path: &Path) -> io::Result<Attestation> {
-    let text = std::fs::read_to_string(path)?;
+    let text = regular_file::read_text(path, MAX_SIDE_FILE_BYTES)?;
     serde_json::from_str(&text).map_err(io::Error::other)
 }
 
@@ -141,7 +141,7 @@ fn has_key(path: &Path, key: &str) -> bool {
 
 /// SHA-256 and size of a file.
 fn hash(path: &Path) -> io::Result<(String, u64)> {
-    let mut file = File::open(path)?;
+    let (mut file, _) = regular_file::open(path)?;
     let mut hash = Sha256::new();
     let mut part = vec![0; HASHED_AT_ONCE];
     let mut bytes = 0;

@@ -1,5 +1,6 @@
 //! Comparison of two recordings: the manifest keys that differ, the versions, and the messages.
 
+use crate::run::recording;
 use crate::verify::diff::{Comparison, compare_messages};
 use kinetoscope_manifest::{KeyDifference, differing_keys};
 use kinetoscope_recording::error::{ReadError, RecordError};
@@ -37,7 +38,7 @@ pub enum CompareError {
 /// # Errors
 /// A file that is not a recording or cannot be opened. Damage after the first frame is part of the result.
 pub fn compare_recordings(left: &Path, right: &Path) -> Result<RecordingComparison, CompareError> {
-    let (left_recording, right_recording) = (Recording::open(left)?, Recording::open(right)?);
+    let (left_recording, right_recording) = (recording::open(left)?, recording::open(right)?);
     Ok(RecordingComparison {
         keys: differing_keys(left_recording.manifest(), right_recording.manifest()),
         versions: versions(&left_recording, &right_recording),

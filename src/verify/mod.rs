@@ -7,6 +7,7 @@ pub mod diff;
 use crate::interrupt::Interrupt;
 use crate::plan::restart_files::StartFiles;
 use crate::run::prepared::Prepared;
+use crate::run::recording;
 use crate::run::{RunError, record_frames, record_start};
 use crate::verify::diff::{Comparison, compare_messages};
 use kinetoscope_manifest::{KeyDifference, RunManifest, differing_keys, parse_run, run_key};
@@ -14,6 +15,7 @@ use kinetoscope_physics::kind_of;
 use kinetoscope_recording::error::{ReadError, ReadFault, RecordError};
 use kinetoscope_recording::reader::{Outcome, Recording};
 use kinetoscope_recording::recorder::Recorder;
+use kinetoscope_recording::regular_file;
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
@@ -76,7 +78,7 @@ pub enum VerifyError {
     )]
     Temporary(io::Error),
     /// The program received a signal.
-    #[error("stopped before the end: the recording is not verified")]
+    #[error("stopped before the end, the recording is not verified; run the same command again")]
     Interrupted(u8),
 }
 
@@ -91,7 +93,7 @@ pub fn verify(
     interrupt: &Interrupt,
     on_frame: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<Verification, VerifyError> {
-    let recording = Recording::open(path)?;
+    let recording = recording::open(path)?;
     let mut manifest = parse_run(recording.manifest())
         .map_err(|diagnostics| VerifyError::Manifest(diagnostics.render(false)))?;
     let starts = StartFiles::relative_to(&folder_of(path));
@@ -145,6 +147,10 @@ fn intact_part(recording: &Recording) -> Result<IntactPart, ReadError> {
             Err(_) => return Ok(IntactPart { frames, damaged: true }),
         }
     }
+    if frames == 0 {
+        let fault = ReadFault::Damaged { byte: 0, what: "it has no frame".to_owned() };
+        return Err(ReadError { path: recording.path().to_path_buf(), intact_frames: 0, fault });
+    }
     Ok(IntactPart { frames, damaged: false })
 }
 
@@ -161,7 +167,7 @@ impl Rerun<'_> {
     /// Whether the rerun has the bytes of the file. It stops at the first byte that differs.
     fn has_same_bytes(&self, path: &Path) -> Result<bool, VerifyError> {
         let differs = Arc::new(AtomicBool::new(false));
-        let expected = File::open(path).map_err(|error| self.unreadable(error))?;
+        let (expected, _) = regular_file::open(path).map_err(|error| self.unreadable(error))?;
         let sink = ByteComparison {
             expected: BufReader::new(expected),
             part: vec![0; COMPARED_AT_ONCE],

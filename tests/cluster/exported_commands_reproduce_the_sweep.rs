@@ -61,3 +61,35 @@ fn unknown_key_is_an_error() {
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("no run has the key 0123"));
 }
+
+/// `sh` would execute the second line of such a word as a command of its own, and other bytes than UTF-8 would be replaced.
+#[test]
+#[cfg(unix)]
+fn words_that_no_line_can_contain_are_rejected() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt as _;
+    let folder = tempfile::tempdir().unwrap();
+    let list = folder.path().join("commands");
+    let export = |workspace: &[u8], set: &str| {
+        let workspace = folder.path().join(OsStr::from_bytes(workspace));
+        fs::create_dir_all(&workspace).unwrap();
+        let manifest = workspace.join("sweep.toml");
+        fs::write(&manifest, SWEEP).unwrap();
+        let mut export = program();
+        export.arg(&manifest).args(["--set", set]).arg("--output").arg(workspace.join("listed"));
+        export.arg("--export-commands").arg(&list).output().unwrap()
+    };
+    let description = |text: &str| format!("description=\"\"\"{text}\"\"\"");
+    for (workspace, set) in [
+        (b"a\ntouch injected\n" as &[u8], description("a")),
+        (b"b", description("b\ntouch injected\n")),
+        (b"c\xff", description("c")),
+    ] {
+        let output = export(workspace, &set);
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{error}");
+        assert!(error.contains("control character or is not UTF-8\nhelp: rename"), "{error}");
+        assert!(!list.exists(), "no commands are written");
+    }
+    assert_eq!(export(b"d", &description("d")).status.code(), Some(0));
+}

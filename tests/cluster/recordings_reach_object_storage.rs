@@ -48,7 +48,7 @@ mod with_a_server {
     use std::path::{Path, PathBuf};
     use std::process::{Child, Command, Output, Stdio};
     use std::thread::sleep;
-    use std::time::{Duration, Instant};
+    use std::time::Duration;
     use tempfile::TempDir;
 
     const PROGRAM: &str = env!("CARGO_BIN_EXE_run-experiment");
@@ -124,10 +124,10 @@ mod with_a_server {
         }
     }
 
-    fn wait_until(condition: &str, holds: impl Fn() -> bool) {
-        let started = Instant::now();
+    /// Waits until a program has brought about a condition.
+    fn wait_until(program: &mut Child, condition: &str, holds: impl Fn() -> bool) {
         while !holds() {
-            assert!(started.elapsed() < Duration::from_secs(60), "{condition}");
+            assert_eq!(program.try_wait().unwrap(), None, "ended before {condition}");
             sleep(Duration::from_millis(20));
         }
     }
@@ -204,7 +204,7 @@ mod with_a_server {
         for signal in [libc_signal::KILL, libc_signal::INT] {
             workspace.server.allow(10 << 20);
             let mut child = start_upload(&workspace);
-            wait_until("the put is under way", || workspace.server.is_stopped());
+            wait_until(&mut child, "the put is under way", || workspace.server.is_stopped());
             let killed = Command::new("kill").args([signal, &child.id().to_string()]).status();
             assert!(killed.unwrap().success());
             let code = child.wait().unwrap().code();

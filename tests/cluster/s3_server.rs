@@ -7,7 +7,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, Ordering};
 use std::thread::{sleep, spawn};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// What the connection does when the allowed number of bytes has passed toward the server.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -29,13 +29,7 @@ pub(crate) struct S3Server {
 
 impl S3Server {
     pub(crate) fn start(wire: Wire) -> Self {
-        let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-        let child = Command::new("moto_server")
-            .args(["-H", "127.0.0.1", "-p", &port.to_string()])
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("moto_server of the Python package moto must be on the PATH");
+        let (child, port) = Self::start_server();
         let allowed = Arc::new(AtomicI64::new(i64::MAX));
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let server = Self {
@@ -50,13 +44,28 @@ impl S3Server {
                 spawn(move || pass(&client, port, &allowed, wire));
             }
         });
-        let started = Instant::now();
-        while TcpStream::connect(("127.0.0.1", port)).is_err() {
-            assert!(started.elapsed() < Duration::from_secs(60), "the server does not answer");
-            sleep(Duration::from_millis(50));
-        }
         server.put("/bucket", b"");
         server
+    }
+
+    /// Starts the server at a free port; again at another one if a program took the port in the meantime.
+    fn start_server() -> (Child, u16) {
+        for _ in 0..10 {
+            let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+            let mut child = Command::new("moto_server")
+                .args(["-H", "127.0.0.1", "-p", &port.to_string()])
+                .stdout(Stdio::null())
+                .stderr(Stdio::null())
+                .spawn()
+                .expect("moto_server of the Python package moto must be on the PATH");
+            while child.try_wait().unwrap().is_none() {
+                if TcpStream::connect(("127.0.0.1", port)).is_ok() {
+                    return (child, port);
+                }
+                sleep(Duration::from_millis(50));
+            }
+        }
+        panic!("moto_server ended ten times before it answered");
     }
 
     /// Allows more bytes to pass toward the server.

@@ -19,8 +19,6 @@ use std::time::{Duration, Instant};
 /// Runs of a few tenths of a second.
 const SWEEP: &str = "seed = 11\nreplicates = 24\n[model.dem]\ndiscs = 60\nwidth_m = 0.02\nheight_m = 0.02\n\
     duration_s = 0.9\n[record]\nframes = 40\n";
-/// Time limit for conditions that hold within seconds.
-const MINUTE: Duration = Duration::from_secs(60);
 
 fn on_slurm(cluster: &Cluster, manifest: &Path, output: &Path) -> Child {
     let warnings = File::create(cluster.folder().join("warnings")).unwrap();
@@ -64,7 +62,7 @@ fn disturbed(replicates: usize, moments: u64) {
     let (local, _) = local(&cluster, &manifest);
 
     let output = cluster.folder().join("clustered");
-    let waiting = on_slurm(&cluster, &manifest, &output);
+    let mut waiting = on_slurm(&cluster, &manifest, &output);
     let tasks_folder = output.join("sweep/.tasks");
     let tasks = || {
         let mine = processes_about(&tasks_folder);
@@ -74,7 +72,8 @@ fn disturbed(replicates: usize, moments: u64) {
     for moment in 0..moments {
         sleep(Duration::from_millis(moment * 7919 % 1000));
         let mut caught = Vec::new();
-        cluster.wait("a task", MINUTE, || {
+        cluster.wait("a task", || {
+            assert_eq!(waiting.try_wait().unwrap(), None, "the sweep ended undisturbed");
             cluster.resume_node();
             caught = tasks();
             !caught.is_empty()
@@ -95,22 +94,21 @@ fn disturbed(replicates: usize, moments: u64) {
 
     // The waiting program is interrupted; the submitted tasks continue.
     interrupt(&waiting);
-    let left = cluster.end_of(waiting, MINUTE, |_| {});
+    let left = cluster.end_of(waiting, |_| {});
     assert_eq!(left.status.code(), Some(130), "{}", warnings(&cluster));
     assert!(output_text(&left).contains("still on the cluster"), "{}", output_text(&left));
 
     let waiting = on_slurm(&cluster, &manifest, &output);
-    cluster.wait("a running task", MINUTE, || {
+    cluster.wait("a running task", || {
         cluster.resume_node();
         !cluster.running().is_empty()
     });
     cluster.restart_controller();
-    let longest = MINUTE * 10;
-    let mut ended = cluster.end_of(waiting, longest, Cluster::resume_node);
+    let mut ended = cluster.end_of(waiting, Cluster::resume_node);
     if ended.status.code() == Some(75) {
         // Only tasks remained that Slurm held because they were requeued during their launch; they are released by now.
         let again = on_slurm(&cluster, &manifest, &output);
-        ended = cluster.end_of(again, longest, Cluster::resume_node);
+        ended = cluster.end_of(again, Cluster::resume_node);
     }
     assert_eq!(ended.status.code(), Some(0), "{}{}", output_text(&ended), warnings(&cluster));
 
@@ -122,7 +120,7 @@ fn disturbed(replicates: usize, moments: u64) {
         "{replicates} runs, {killed} tasks killed, {requeued} requeued, the controller restarted, \
          one detachment: byte-identical"
     );
-    let nothing_left = cluster.end_of(on_slurm(&cluster, &manifest, &output), MINUTE, |_| {});
+    let nothing_left = cluster.end_of(on_slurm(&cluster, &manifest, &output), |_| {});
     assert_eq!(nothing_left.status.code(), Some(0));
 }
 
@@ -149,7 +147,7 @@ fn held_tasks_are_named_and_resume_when_released() {
     cluster.set_node("DRAIN");
     let waiting = on_slurm(&cluster, &manifest, &output);
     // Twelve tasks in job arrays of at most nine.
-    cluster.wait("two job arrays", MINUTE, || cluster.job_arrays().len() == 2);
+    cluster.wait("two job arrays", || cluster.job_arrays().len() == 2);
     let arrays: Vec<String> = cluster.job_arrays().into_iter().collect();
     let (first, second) = (&arrays[0], &arrays[1]);
     hold("hold", &format!("{first}_0"));
@@ -157,18 +155,18 @@ fn held_tasks_are_named_and_resume_when_released() {
     let both = format!(
         "Slurm holds back 2 tasks (JobHeldAdmin, JobHeldUser). `scontrol release {first} {second}`"
     );
-    cluster.wait("a warning that names both", MINUTE, || warnings(&cluster).contains(&both));
+    cluster.wait("a warning that names both", || warnings(&cluster).contains(&both));
 
     // A task that is released while the command waits resumes. Then only the other one remains.
     hold("release", &format!("{second}_0"));
     cluster.set_node("RESUME");
-    let ended = cluster.end_of(waiting, MINUTE * 2, |_| {});
+    let ended = cluster.end_of(waiting, |_| {});
     assert_eq!(ended.status.code(), Some(75), "{}{}", output_text(&ended), warnings(&cluster));
     assert!(output_text(&ended).contains("22 new recordings"), "{}", output_text(&ended));
     assert!(output_text(&ended).contains("2 runs still on the cluster"), "{}", output_text(&ended));
 
     // The same command submits no task in addition to the held one, and it prints the command that releases it.
-    let again = cluster.end_of(on_slurm(&cluster, &manifest, &output), MINUTE, |_| {});
+    let again = cluster.end_of(on_slurm(&cluster, &manifest, &output), |_| {});
     assert_eq!(again.status.code(), Some(75), "{}{}", output_text(&again), warnings(&cluster));
     assert_eq!(cluster.job_arrays().into_iter().collect::<Vec<_>>(), [first.as_str()]);
     let warning = warnings(&cluster);
@@ -178,7 +176,7 @@ fn held_tasks_are_named_and_resume_when_released() {
     // Slurm reports an error because other tasks of the array have ended, but it releases the held one.
     cluster.command(words.next().unwrap()).args(words).output().unwrap();
 
-    let done = cluster.end_of(on_slurm(&cluster, &manifest, &output), MINUTE, |_| {});
+    let done = cluster.end_of(on_slurm(&cluster, &manifest, &output), |_| {});
     assert_eq!(done.status.code(), Some(0), "{}{}", output_text(&done), warnings(&cluster));
     assert!(local == recordings_in(&output.join("sweep")), "the bytes differ");
     println!("24 runs, two tasks held and released: byte-identical");

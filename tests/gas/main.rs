@@ -31,6 +31,8 @@ mod wall_pressure_follows_mean_square_speed;
 
 // Colliding discs conserve energy and angular momentum and collide at Enskog's rate.
 mod colliding_discs_conserve_energy_and_momentum;
+// Pressure and collision rate of discs follow the equation of state with the correction for the wall.
+mod pressure_of_discs_agrees_with_theory;
 // Elastic collisions relax speeds to Maxwell's distribution.
 mod collisions_relax_speeds_to_maxwell;
 

@@ -10,7 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Output, Stdio};
 use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Three chunks of frames, recorded in a tenth of a second.
 const SHORT: &str =
@@ -18,7 +18,7 @@ const SHORT: &str =
 /// Tens of chunks, recorded in about a second.
 const MEDIUM: &str =
     "seed = 1\n[model.gas]\nparticles = 500\nduration_s = 0.2\n[record]\nframes = 1600\n";
-/// Takes half a minute; no test waits for its end.
+/// Takes half a minute at least; no test waits for its end.
 const LONG: &str =
     "seed = 2\n[model.dem]\ndiscs = 1000\nduration_s = 10.0\n[record]\nframes = 2000\n";
 /// Exit code of a failure that a later attempt may overcome, as stated in the help text.
@@ -98,12 +98,9 @@ impl Workspace {
         }
     }
 
-    fn wait_for_checkpoint(&self) {
-        let started = Instant::now();
-        while !self.has_checkpoint() {
-            assert!(started.elapsed() < Duration::from_secs(60), "no checkpoint within a minute");
-            sleep(Duration::from_millis(5));
-        }
+    /// Waits until a long run has a checkpoint. Only the end of the run ends the wait early.
+    fn wait_for_checkpoint(&self, child: &mut Child) {
+        assert!(self.wait_for_checkpoint_or_end(child), "the run ended before it was disturbed");
     }
 
     /// Runs to the end and returns the bytes of the recording. No other file of the run may remain.
@@ -132,10 +129,10 @@ fn signal(child: &Child, name: &str) {
 #[cfg(unix)]
 #[test]
 fn interrupted_run_keeps_a_readable_partial_recording() {
-    for (name, code) in [("-INT", 130), ("-TERM", 143)] {
+    for (name, code) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)] {
         let workspace = Workspace::new(LONG);
-        let child = workspace.spawn();
-        workspace.wait_for_checkpoint();
+        let mut child = workspace.spawn();
+        workspace.wait_for_checkpoint(&mut child);
         signal(&child, name);
         let ended = child.wait_with_output().unwrap();
         assert_eq!(ended.status.code(), Some(code), "{}", messages(&ended));
@@ -171,6 +168,20 @@ fn interrupted_run_resumes_to_the_same_bytes() {
     assert!(workspace.finish() == reference);
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn hangup_does_not_end_a_run_whose_caller_ignores_it() {
+    let workspace = Workspace::new(MEDIUM);
+    // As `nohup` does.
+    let ignoring = format!("trap '' HUP; exec '{}'", workspace.arguments().join("' '"));
+    let mut child = Command::new("sh").args(["-c", &ignoring]).spawn().unwrap();
+    if workspace.wait_for_checkpoint_or_end(&mut child) {
+        signal(&child, "-HUP");
+    }
+    assert!(child.wait().unwrap().success());
+    assert!(workspace.recording().is_some());
+}
+
 #[cfg(unix)]
 #[test]
 fn run_resumes_after_a_file_size_limit() {
@@ -191,7 +202,7 @@ fn run_resumes_after_a_file_size_limit() {
 fn second_process_reports_that_the_recording_is_in_use() {
     let workspace = Workspace::new(LONG);
     let mut first = workspace.spawn();
-    workspace.wait_for_checkpoint();
+    workspace.wait_for_checkpoint(&mut first);
     let second = workspace.run();
     assert_eq!(second.status.code(), Some(RETRYABLE), "{}", messages(&second));
     assert!(
@@ -206,8 +217,8 @@ fn second_process_reports_that_the_recording_is_in_use() {
 #[test]
 fn removed_output_folder_is_an_error() {
     let workspace = Workspace::new(LONG);
-    let child = workspace.spawn();
-    workspace.wait_for_checkpoint();
+    let mut child = workspace.spawn();
+    workspace.wait_for_checkpoint(&mut child);
     // The program may write a file between the listing and the removal.
     while workspace.output().exists() {
         let _ = fs::remove_dir_all(workspace.output());
@@ -284,18 +295,20 @@ fn run_resumes_after_a_read_only_folder() {
 
 #[test]
 fn damaged_leftovers_are_reported_and_the_run_restarts() {
-    let reference = reference();
+    let reference = Workspace::new(SHORT).finish();
     for (damaged, ending) in [("checkpoint", ".checkpoint"), ("partial file", ".partial.mcap")] {
-        let workspace = Workspace::new(SHORT);
-        let mut child = workspace.spawn();
-        workspace.wait_for_checkpoint();
-        sleep(Duration::from_millis(30));
-        child.kill().unwrap();
-        child.wait().unwrap();
-        let Some(path) =
-            workspace.files().into_iter().find(|path| path.to_string_lossy().ends_with(ending))
-        else {
-            continue;
+        // The checkpoint is there for most of the run. A run that ends before it is seen is started again.
+        let (workspace, path) = loop {
+            let workspace = Workspace::new(SHORT);
+            let mut child = workspace.spawn();
+            workspace.wait_for_checkpoint_or_end(&mut child);
+            child.kill().unwrap();
+            child.wait().unwrap();
+            let files = workspace.files();
+            let path = files.into_iter().find(|path| path.to_string_lossy().ends_with(ending));
+            if let Some(path) = path.filter(|_| workspace.has_checkpoint()) {
+                break (workspace, path);
+            }
         };
         let mut bytes = fs::read(&path).unwrap();
         let early = bytes.len().min(600) / 2;

@@ -9,6 +9,9 @@
 mod forged_recording;
 #[path = "../shared/kinetoscope_program.rs"]
 mod kinetoscope_program;
+// Recordings with changes of their structure behind correct checksums.
+#[path = "../shared/mutated_recording.rs"]
+mod mutated_recording;
 // A short experiment of each model and variant, and its trajectory as bits.
 mod small_experiments;
 // The distance of a sample from the uniform distribution.
@@ -24,6 +27,8 @@ mod observation_does_not_affect_the_trajectory;
 mod recording_is_byte_identical;
 // A run that was killed and resumed gives the bytes of an undisturbed run.
 mod resumed_run_is_byte_identical;
+// A forged checkpoint with a correct checksum neither panics nor hangs the run.
+mod forged_checkpoints_are_rejected;
 // The work budget does not change the trajectory.
 mod step_budget_does_not_affect_results;
 
@@ -31,6 +36,9 @@ mod step_budget_does_not_affect_results;
 mod verification_confirms_every_model;
 // Verification names the first difference of a changed recording.
 mod verification_names_the_first_difference;
+
+// Mutated recordings and random manifests cause no panic.
+mod mutated_recordings_are_reported;
 
 // Random placement is uniform and free of overlaps.
 mod random_placement_never_overlaps;
@@ -41,6 +49,9 @@ mod random_streams_are_pinned;
 mod manifest_accepts_every_channel;
 // Viewer layouts name only topics and fields that the recording contains.
 mod layouts_name_only_recorded_topics;
+
+// Standard errors equal the scatter over seeds.
+mod standard_errors_cover_other_seeds;
 
 // A large recorded DEM bed stays within its bytes per disc.
 mod dem_memory_per_disc_is_bounded;

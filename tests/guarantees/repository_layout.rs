@@ -144,6 +144,34 @@ fn external_packages_are_used_in_one_folder() {
     }
 }
 
+/// A named pipe or an endless device in place of a file must not block or fill the memory, wherever the file is read.
+#[test]
+fn files_are_opened_for_reading_in_one_place() {
+    const HOME: &str = "src/recording/regular_file.rs";
+    // A folder is opened to be synced, and a file of the system is none that a user could replace.
+    const OTHERS: [&str; 2] = [
+        "File::open(folder).and_then(|folder| folder.sync_all())",
+        "fs::read_to_string(\"/proc/self/status\")",
+    ];
+    let opens = |text: &str| {
+        let text = OTHERS.iter().fold(text.to_owned(), |text, other| text.replace(other, ""));
+        let product = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
+        ["File::open(", "fs::read(", "fs::read_to_string("]
+            .into_iter()
+            .find(|call| product.contains(call))
+            .map(str::to_owned)
+    };
+    assert_eq!(opens("let file = File::open(path)?;"), Some("File::open(".to_owned()));
+    for file in [sources("src"), sources("analysis/src")].concat() {
+        let path = file.strip_prefix(root()).unwrap();
+        let is_product = !path.iter().any(|part| part == "tests" || part == "benches");
+        if is_product && path != Path::new(HOME) {
+            let found = opens(&fs::read_to_string(&file).unwrap());
+            assert_eq!(found, None, "{} opens files; {HOME} does", path.display());
+        }
+    }
+}
+
 /// The list item of ARCHITECTURE.md, section "Rules", that names the files with unsafe code.
 fn unsafe_rule(document: &str) -> Option<String> {
     let (_, rules) = document.split_once("\n## Rules")?;

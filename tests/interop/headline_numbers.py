@@ -18,6 +18,7 @@ from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
 TOLERANCE = 1e-9
+SCHEMA = 2
 GM_SUN = 2.959122082322128e-4  # AU^3/day^2, orbit exercise 14to4
 
 
@@ -361,6 +362,11 @@ def orbit(recording, model):
     exact = kepler(r0, v0, recording.times[-1])
     states = [vectors(state) for state in recording.states]
     radii = [math.sqrt(place @ place) for place, _ in states]
+    elements = recording.messages.get("/orbit", [])
+    # The extremes are found within steps: frames alone bound them from one side.
+    extremes = {"radius.min": elements[-1].min_radius_au, "radius.max": elements[-1].max_radius_au} if elements else {}
+    if elements and not extremes["radius.min"] <= min(radii) <= max(radii) <= extremes["radius.max"]:
+        raise SystemExit(f"frames leave the range of {extremes}: {min(radii)} to {max(radii)}")
     eccentricity0, eccentricity = (
         numpy.cross(velocity, numpy.cross(place, velocity)) / GM_SUN - place / math.sqrt(place @ place)
         for place, velocity in (states[0], states[-1])
@@ -368,8 +374,7 @@ def orbit(recording, model):
     change = eccentricity - eccentricity0
     return {
         "energy.max_error_relative": max(abs(energy(*state) / energy(r0, v0) - 1) for state in states),
-        "radius.min": min(radii),
-        "radius.max": max(radii),
+        **extremes,
         "eccentricity_vector.change": math.sqrt(change @ change),
         "energy.drift_relative": (energy(r, v) - energy(r0, v0)) / abs(energy(r0, v0)),
         "angular_momentum.drift_relative": (momentum - momentum0) / momentum0,
@@ -403,9 +408,11 @@ SCALES = {name: 1.0 for name in (
 
 def check(folder):
     metrics = json.loads((folder / "metrics.json").read_text())
+    if metrics["schema"] != SCHEMA:
+        sys.exit(f"{folder}: metrics.json has schema {metrics['schema']}, not {SCHEMA}")
     reported = {}
     for metric in metrics["metrics"]:
-        if "file" in metric.get("run", {}) :
+        if "run" in metric and metric["applicable"]:
             reported.setdefault(metric["run"]["file"], {})[metric["name"]] = metric["value"]
     worst, compared, without_state = 0.0, 0, 0
     for file, values in reported.items():

@@ -3,7 +3,8 @@
 Usage: python live_viewer.py ADDRESS FOLDER    (packages: requirements.txt)
 
 ADDRESS is the address of `run-experiment --live`; FOLDER is the folder of the only recording. Every message is decoded by the schema
-that the server announces. Exit code 1 if a message differs from the recording, a frame is incomplete, or the last frame is missing.
+that the server announces. Exit code 1 if a message differs from the recording, a frame is incomplete, the last frame is missing, or the
+viewer's clock does not advance.
 """
 
 import base64
@@ -19,6 +20,7 @@ from websockets.sync.client import connect
 
 SUBPROTOCOL = "foxglove.sdk.v1"
 MESSAGE_DATA = 1
+TIME = 2
 
 
 def require(holds, what):
@@ -37,7 +39,7 @@ def decoder(channel):
 
 def watch(address):
     """All messages until the server closes: topic, log time, bytes."""
-    topics, decoders, seen = {}, {}, []
+    topics, decoders, seen, clock = {}, {}, [], 0
     with connect(f"ws://{address}", subprotocols=[SUBPROTOCOL], max_size=None) as socket:
         require(socket.subprotocol == SUBPROTOCOL, f"agreed on {socket.subprotocol}")
         while True:
@@ -57,6 +59,10 @@ def watch(address):
                 channel, log_time = struct.unpack_from("<IQ", said, 1)
                 decoders[channel].FromString(said[13:])
                 seen.append((topics[channel], log_time, said[13:]))
+            elif said[0] == TIME:
+                (time,) = struct.unpack_from("<Q", said, 1)
+                require(time > clock, f"the clock goes from {clock} to {time} ns")
+                clock = time
 
 
 def main():

@@ -3,12 +3,22 @@
 //! - `arguments`: help, old flags, misspelled names, closed pipes
 //! - `subcommands`: every subcommand on a recorded experiment
 //! - `hostile_files`: `info` on files that are not recordings
+//! - `hostile_text`: control characters and commands of CI systems in text of manifests
+//! - `full_output`: standard output and standard error on a full disk
+//! - `narrow_terminals`: output for 60 columns, and inputs that are something else
+//! - `oversized_files`: sizes that files and manifests claim, pipes, devices and links, and concurrent starts
+//! - `baselines`: other seeds, changed keys and the same run against an earlier analysis
 //! - `pipelines`: several manifests, folders, and manifests that start from manifests
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod arguments;
+mod baselines;
+mod full_output;
 mod hostile_files;
+mod hostile_text;
+mod narrow_terminals;
+mod oversized_files;
 mod pipelines;
 mod subcommands;
 

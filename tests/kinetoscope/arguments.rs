@@ -53,7 +53,8 @@ fn old_flags_name_their_replacement() {
         (&["run", "--time", "x.toml"], "kinetoscope benchmark MANIFEST"),
         (&["run", "--only", "0123", "x.toml"], "--only-keys"),
         (&["run", "--starts-in", ".", "x.toml"], "--start-from-dir"),
-        (&["analyze", "--metrics"], "kinetoscope analyze --list-metrics"),
+        (&["analyze", "--metrics"], "--list-metrics"),
+        (&["run", "--metrics"], "kinetoscope analyze --list-metrics"),
         (
             &["analyze", "--thumbnail", "x.png", "x"],
             "kinetoscope export --thumbnail FILE RECORDING",
@@ -63,6 +64,8 @@ fn old_flags_name_their_replacement() {
         (&["analyze", "--pictures-at", "1", "x"], "--snapshots-at"),
         (&["analyze", "--table", "x"], "--metrics-table"),
         (&["analyze", "--github", "x"], "--github-annotations"),
+        (&["run", "--fresh", "x"], "kinetoscope analyze --no-cache"),
+        (&["export", "--remember", "x"], "kinetoscope analyze --cache-only"),
     ] {
         let called = call(arguments);
         assert_eq!(called.code, Some(2), "{arguments:?}: {}", called.err);
@@ -90,6 +93,42 @@ fn misspelled_names_name_the_nearest() {
     ] {
         let called = call(arguments);
         assert_eq!((called.code, called.err.as_str()), (Some(2), expected));
+    }
+}
+
+#[test]
+fn unknown_words_list_the_allowed_ones() {
+    let models = "dem, gas, packing, orbit";
+    let foo = call(["new", "foo"]);
+    let expected = format!(
+        "error: `<MODEL>` is `foo`; must be one of: {models}\nhelp: write one of: {models}\n"
+    );
+    assert_eq!((foo.code, foo.err), (Some(2), expected));
+    let near = call(["new", "packin"]);
+    assert!(near.err.ends_with("\nhelp: did you mean `packing`?\n"), "{}", near.err);
+    let executor = call(["run", "--executor", "slrm", "x.toml"]);
+    assert!(executor.err.starts_with("error: `--executor` is `slrm`; must be one of: local,"));
+}
+
+#[test]
+fn help_lists_only_the_exit_codes_of_its_subcommand() {
+    for (subcommand, codes) in [
+        ("run", "0 1 2 70 75 129 130 143"),
+        ("check", "0 2 70 75"),
+        ("verify", "0 1 2 4 5 70 75 129 130 143"),
+        ("compare", "0 2 4 5 70 75"),
+        ("why", "0 2 70"),
+        ("info", "0 2 5 70"),
+        ("benchmark", "0 1 2 70 75"),
+        ("doctor", "0 1 2 70"),
+        ("analyze", "0 2 3 5 70 75"),
+    ] {
+        let help = call([subcommand, "--help"]).out;
+        let (_, listed) = help.split_once("Exit codes:\n").unwrap();
+        let code = |line: &str| line.split_whitespace().next().unwrap().parse::<u8>().ok();
+        let listed: Vec<String> =
+            listed.lines().filter_map(code).map(|code| code.to_string()).collect();
+        assert_eq!(listed.join(" "), codes, "{subcommand}");
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::{Bench, GAS, call, recordings};
 use std::fs;
+use std::path::Path;
 
 #[test]
 fn run_reports_written_and_finished_runs() {
@@ -87,6 +88,79 @@ fn check_reports_steps_memory_time_and_unknown_metrics() {
         assert!(typo.err.contains("did you mean `pressure.ideal_gas`?"), "{}", typo.err);
     }
     assert!(!bench.path("recordings").exists(), "nothing is written");
+}
+
+#[test]
+fn check_of_a_finished_experiment_reports_the_resources_of_a_rerun() {
+    let bench = Bench::new();
+    bench.write("dem.toml", "[model.dem]\ndiscs = 20\nduration_s = 0.01\n[record]\nframes = 2\n");
+    assert_eq!(bench.call(&["run", "--quiet", "dem.toml"]).code, Some(0));
+    let checked = bench.call(&["check", "dem.toml"]);
+    for part in
+        ["1 of 1 runs already finished", " steps per run", "memory: at most", " for a rerun"]
+    {
+        assert!(checked.out.contains(part), "{part} in {}", checked.out);
+    }
+    let json = &bench.call(&["check", "--json", "dem.toml"]).json()["experiments"][0];
+    assert_eq!((json["to_do"].as_u64(), json["bytes"].as_u64()), (Some(0), Some(0)));
+    assert!(json["steps"]["min"].as_u64() > Some(0) && json["expected_s"].is_number(), "{json}");
+}
+
+#[test]
+fn info_names_the_experiment_of_a_renamed_file() {
+    let bench = Bench::new();
+    let recording = bench.recording();
+    let folder = recording.parent().unwrap();
+    let name = |path: &Path| {
+        let json = bench.call(&["info", "--json", path.to_str().unwrap()]).json();
+        json["experiment"].as_str().map(str::to_owned)
+    };
+    let renamed = folder.join("other.mcap");
+    fs::copy(&recording, &renamed).unwrap();
+    assert_eq!(name(&renamed).as_deref(), Some("gas"), "listed in experiment.toml");
+    let apart = bench.path(recording.file_name().unwrap().to_str().unwrap());
+    fs::copy(&recording, &apart).unwrap();
+    assert_eq!(name(&apart).as_deref(), Some("gas"), "the file name belongs to the run key");
+    let unknown = bench.path("notes__01234567.mcap");
+    fs::copy(&recording, &unknown).unwrap();
+    assert_eq!(name(&unknown), None, "neither");
+}
+
+/// Control: before, each of these errors was one line.
+#[test]
+fn errors_of_runs_and_recordings_end_with_a_remedy() {
+    let bench = Bench::new();
+    let dem = "[model.dem]\ndiscs = 20\nduration_s = 0.01\n";
+    bench.write("unstable.toml", &format!("{dem}time_step_s = 1e-3\n"));
+    let soft = "gravity_m_per_s2 = [0.0, -1e6]\nstiffness_n_per_m = 10.0\n";
+    let warn = "on_unstable_time_step = \"warn\"\ntime_step_s = 1e-5\n[record]\nframes = 2\n";
+    bench.write("blow_up.toml", &format!("{dem}{soft}{warn}"));
+    let recording = bench.recording();
+    let bytes = fs::read(&recording).unwrap();
+    fs::write(bench.path("cut.mcap"), &bytes[..bytes.len() / 2]).unwrap();
+    for (arguments, what, help) in [
+        (&["run", "unstable.toml"] as &[&str], "The time step is unstable", "the nearest accepted"),
+        (&["check", "unstable.toml"], "The time step is unstable", "the nearest accepted"),
+        (&["run", "blow_up.toml"], "Blow-up at step", "the contacts are too soft"),
+        (&["benchmark", "blow_up.toml"], "Blow-up at step", "the contacts are too soft"),
+        (&["info", "cut.mcap"], "cut.mcap is cut off", "run its manifest again"),
+        (&["verify", "cut.mcap"], "cut off", "run its manifest again"),
+        (&["compare", "cut.mcap", "cut.mcap"], "cut off", "run its manifest again"),
+        (&["info", "missing.mcap"], "missing.mcap cannot be read", "check the path"),
+        (&["verify", "missing.mcap"], "missing.mcap", "check that the file exists"),
+        (&["compare", "missing.mcap", "cut.mcap"], "missing.mcap", "check that the file exists"),
+        (&["analyze", "missing"], "missing does not exist", "check the path"),
+        (&["run", "missing.toml"], "missing.toml", "`kinetoscope new gas"),
+    ] {
+        let called = bench.call(arguments);
+        let (error, remedy) = called
+            .err
+            .split_once("\nhelp: ")
+            .unwrap_or_else(|| panic!("{arguments:?} has no help: {}{}", called.out, called.err));
+        assert!(error.contains("error: ") && error.contains(what), "{arguments:?}: {error}");
+        assert!(remedy.to_lowercase().starts_with(help), "{arguments:?}: {remedy}");
+        assert_ne!(called.code, Some(0), "{arguments:?}");
+    }
 }
 
 #[test]

@@ -23,5 +23,7 @@ mod symplectic_methods_do_not_drift;
 
 // Step budget, observation and resuming change no bit; invalid initial states are rejected.
 mod observation_does_not_affect_the_trajectory;
+// Period, distances and phase do not depend on the number of frames.
+mod metrics_do_not_depend_on_the_frame_interval;
 // The angle around the Sun is continuous through whole revolutions.
 mod phase_is_unwrapped;

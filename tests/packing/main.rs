@@ -32,11 +32,15 @@ mod initial_states_have_no_overlap;
 mod initial_velocities_follow_their_distribution;
 // Z, a2, psi6 and distances at the accuracy of published references.
 mod many_discs_reproduce_reference_values;
+// Means over a run do not depend on the number of frames.
+mod metrics_do_not_depend_on_the_frame_interval;
 // The mean of a2 for n elastic discs is -1/(n + 1).
 mod mean_a2_equals_constant_energy_value;
 // Mixtures of diameters collide at the rates of their contact values.
 mod mixtures_follow_their_contact_values;
 // Compressibility factor of the periodic fluid, and compression to dense states.
 mod periodic_and_compressed_states_match_references;
+// The compressibility factor follows the equation of state, with and without walls.
+mod pressure_agrees_with_theory;
 // Collision rate and pressure of elastic discs between walls follow Enskog's theory.
 mod pressure_and_rate_follow_enskog;

@@ -9,12 +9,18 @@ use std::io::{BufRead, BufReader};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 use tungstenite::client::IntoClientRequest;
+use tungstenite::error::ProtocolError;
 use tungstenite::http::HeaderValue;
 use tungstenite::{Error, Message, WebSocket};
 
 /// Time between two frames at 25 frames per second, ns.
 pub(crate) const FRAME_NS: u64 = 40_000_000;
+
+/// A program that has not ended by then does not end.
+const HANG: Duration = Duration::from_secs(600);
 
 /// A message as recorded: topic, log time in ns, payload.
 pub(crate) type Recorded = (String, u64, Vec<u8>);
@@ -56,6 +62,20 @@ impl Experiment {
         // The output must be read to its end, or the program would block.
         std::thread::spawn(move || lines.for_each(drop));
         (program, address)
+    }
+
+    /// Waits for the end of a program and returns its exit code. The limit is far above the time that a busy machine needs.
+    pub(crate) fn end_of(program: &mut Child) -> Option<i32> {
+        let started = Instant::now();
+        loop {
+            if let Some(status) = program.try_wait().unwrap() {
+                return status.code();
+            }
+            if started.elapsed() > HANG {
+                program.kill().unwrap();
+            }
+            sleep(Duration::from_millis(5));
+        }
     }
 
     /// The recordings, sorted by name.
@@ -103,7 +123,7 @@ pub(crate) enum Received {
     Time(u64),
     /// Whether the run is paused, log time in ns, and the id of the answered request.
     Playback(bool, u64, String),
-    /// The server has closed the connection.
+    /// The connection has ended: the server has closed it, or the program has ended before this viewer replied.
     Closed,
 }
 
@@ -115,17 +135,29 @@ pub(crate) struct Viewer {
     subscribed: BTreeMap<u32, String>,
 }
 
+/// A connection on which the protocol was agreed, or the reason why the server did not agree.
+pub(crate) fn agree(address: &str) -> Result<WebSocket<TcpStream>, String> {
+    let stream = TcpStream::connect(address).map_err(|error| error.to_string())?;
+    let mut request = format!("ws://{address}").into_client_request().unwrap();
+    // Lichtblick offers an older protocol as well.
+    let offer = HeaderValue::from_static("foxglove.websocket.v1, foxglove.sdk.v1");
+    request.headers_mut().insert("sec-websocket-protocol", offer);
+    let (socket, response) =
+        tungstenite::client(request, stream).map_err(|error| error.to_string())?;
+    assert_eq!(response.headers()["sec-websocket-protocol"], "foxglove.sdk.v1");
+    Ok(socket)
+}
+
 impl Viewer {
     /// Connects without reading the announcement.
     pub(crate) fn connect(address: &str) -> Self {
-        let stream = TcpStream::connect(address).unwrap();
-        let mut request = format!("ws://{address}").into_client_request().unwrap();
-        // Lichtblick offers an older protocol as well.
-        let offer = HeaderValue::from_static("foxglove.websocket.v1, foxglove.sdk.v1");
-        request.headers_mut().insert("sec-websocket-protocol", offer);
-        let (socket, response) = tungstenite::client(request, stream).unwrap();
-        assert_eq!(response.headers()["sec-websocket-protocol"], "foxglove.sdk.v1");
-        Self { socket, topics: BTreeMap::new(), subscribed: BTreeMap::new() }
+        Self::try_connect(address).unwrap()
+    }
+
+    /// Connects to a program that may have ended.
+    pub(crate) fn try_connect(address: &str) -> Result<Self, String> {
+        let socket = agree(address)?;
+        Ok(Self { socket, topics: BTreeMap::new(), subscribed: BTreeMap::new() })
     }
 
     /// Receives the next message.
@@ -146,7 +178,12 @@ impl Viewer {
                 Received::Text(said)
             }
             Ok(Message::Binary(bytes)) => self.receive_binary(&bytes),
-            Ok(Message::Close(_)) | Err(Error::ConnectionClosed) => Received::Closed,
+            Ok(Message::Close(_))
+            | Err(
+                Error::ConnectionClosed
+                | Error::Io(_)
+                | Error::Protocol(ProtocolError::ResetWithoutClosingHandshake),
+            ) => Received::Closed,
             other => panic!("{other:?}"),
         }
     }
@@ -189,12 +226,22 @@ impl Viewer {
     }
 
     pub(crate) fn subscribe_to_all(&mut self) {
-        self.subscribed =
-            self.topics.iter().map(|(id, topic)| (*id as u32, topic.clone())).collect();
+        let topics: Vec<String> = self.topics.values().cloned().collect();
+        let topics: Vec<&str> = topics.iter().map(String::as_str).collect();
+        self.subscribe(&topics);
+    }
+
+    /// Subscribes to topics with one request.
+    pub(crate) fn subscribe(&mut self, wanted: &[&str]) {
+        let channels = self.topics.iter().filter(|(_, topic)| wanted.contains(&topic.as_str()));
+        let channels: Vec<(u32, String)> =
+            channels.map(|(id, topic)| (*id as u32, topic.clone())).collect();
+        assert_eq!(channels.len(), wanted.len(), "{wanted:?} of {:?}", self.topics);
         let wanted: Vec<Value> =
-            self.topics.keys().map(|id| json!({ "id": id, "channelId": id })).collect();
+            channels.iter().map(|(id, _)| json!({ "id": id, "channelId": id })).collect();
+        self.subscribed.extend(channels);
         let request = json!({ "op": "subscribe", "subscriptions": wanted });
-        self.socket.send(Message::text(request.to_string())).unwrap();
+        self.send(Message::text(request.to_string()));
     }
 
     /// Requests to play or pause at a speed, and to advance to a log time unless it is 0.
@@ -205,7 +252,12 @@ impl Viewer {
         request.extend(to_ns.to_le_bytes());
         request.extend((id.len() as u32).to_le_bytes());
         request.extend(id.as_bytes());
-        self.socket.send(Message::binary(request)).unwrap();
+        self.send(Message::binary(request));
+    }
+
+    /// Sends a request. If the connection has ended, [`Viewer::receive`] reports it.
+    fn send(&mut self, request: Message) {
+        let _ = self.socket.send(request);
     }
 }
 

@@ -9,13 +9,21 @@ mod forged_recording;
 mod kinetoscope_program;
 // A viewer of a run in progress, and the run.
 mod live_viewer;
+// Clients of the live server that send and read what no viewer does.
+mod hostile_client;
 
 // An attestation is valid for the verified bytes only.
 mod attestation_is_valid_for_one_file;
 // `--compare` lists differing keys, versions and the first differing message.
 mod comparison_lists_differences;
+// `verify` rejects manifests that no machine can execute, and recordings without frames.
+mod forged_manifests_are_rejected;
 // A live viewer receives the recorded messages and does not delay the run.
 mod live_viewers_receive_recorded_messages;
+// A panic or a failed allocation ends with an exit code of the help text.
+mod exit_codes_are_documented;
+// Hostile clients of the live server neither change nor delay a run, and foreign web pages are rejected.
+mod hostile_clients_change_no_run;
 // All errors of a manifest are reported at once, each with its line.
 mod manifest_errors_point_at_the_line;
 // The plan reports runs, steps, memory and size before a run starts.

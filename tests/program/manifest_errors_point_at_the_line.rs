@@ -139,3 +139,28 @@ fn color_is_used_only_on_request() {
     assert!(!errors.to_string().contains('\u{1b}'));
     assert!(errors.render(true).contains('\u{1b}'));
 }
+
+/// Control: before, a number where a string belongs was "out of range", as if another number could be right.
+#[test]
+fn number_in_place_of_another_type_is_a_wrong_type() {
+    for (manifest, what) in [
+        ("name = 5\n[model.gas]\n", "`name` is 5; must be a string"),
+        ("[model.gas]\npropagation = 5\n", "`model.gas.propagation` is 5; must be one of"),
+        ("[model.gas]\n[record]\nchannels = 5\n", "`record.channels` is 5; must be"),
+        ("model = 5\n", "`model` is 5; must be a table"),
+    ] {
+        let text = parse(manifest, "m.toml", &[]).unwrap_err().to_string();
+        assert!(text.contains(what) && text.contains("^ wrong type"), "{text}");
+        assert!(!text.contains("out of range"), "{text}");
+    }
+}
+
+#[test]
+fn old_key_with_an_old_value_is_reported_at_once() {
+    let manifest = "[model.dem]\nstability = \"refuse\"\n";
+    let errors = parse(manifest, "m.toml", &[]).unwrap_err();
+    let text = errors.to_string();
+    assert!(text.contains("`stability` was renamed; use `on_unstable_time_step`"), "{text}");
+    assert!(text.contains("`\"refuse\"` was renamed; use `\"error\"`"), "{text}");
+    assert_eq!(errors.len(), 2, "{text}");
+}

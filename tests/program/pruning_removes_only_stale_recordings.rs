@@ -1,4 +1,5 @@
-//! Guarantee: `--prune` removes recordings that the manifest no longer requests, with the files that belong to them, and nothing else.
+//! Guarantee: `--prune` removes recordings and partial files that the manifest no longer requests, with the files that belong to
+//! them and the plots that show them, and nothing else.
 //!
 //! Control: a dry run removes nothing; files that are not recordings of the experiment stay.
 
@@ -38,7 +39,23 @@ fn pruning_removes_only_what_is_stale() {
     let ours = wanted.iter().find(|name| name.ends_with(".mcap")).unwrap();
     fs::write(recordings.join("notes__00000000.mcap"), "a diary").unwrap();
     fs::copy(recordings.join(ours), recordings.join("the_best_one.mcap")).unwrap();
+    // An unfinished run of an earlier manifest, a plot that shows it, and files that only resemble them.
+    let add = |name: &str, text: &str| fs::write(recordings.join(name), text).unwrap();
+    add("orbit__time_step_days=2__0123abcd.partial.mcap", "");
+    add("orbit__time_step_days=2__0123abcd.checkpoint", "");
+    add(".analysis-plots", "energy_2.svg\n../../kept.svg\n");
+    add("energy_2.svg", "<svg/>");
+    for (name, text) in
+        [("orbit__draft.partial.mcap", ""), ("other__0123abcd.partial.mcap", ""), ("own.svg", "")]
+    {
+        add(name, text);
+    }
+    fs::write(folder.path().join("kept.svg"), "<svg/>").unwrap();
     let mut kept = wanted.clone();
+    for name in ["orbit__draft.partial.mcap", "other__0123abcd.partial.mcap", "own.svg"] {
+        kept.insert(name.to_owned());
+    }
+    kept.insert(".analysis-plots".to_owned());
     kept.extend(["notes__00000000.mcap".to_owned(), "the_best_one.mcap".to_owned()]);
 
     let before = files(folder.path());
@@ -47,4 +64,5 @@ fn pruning_removes_only_what_is_stale() {
     assert_eq!(files(folder.path()), before, "a dry run must not remove a file");
     run(folder.path(), &["--prune"]);
     assert_eq!(files(folder.path()), kept);
+    assert!(folder.path().join("kept.svg").exists(), "a plot list names only files of its folder");
 }

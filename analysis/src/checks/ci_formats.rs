@@ -1,6 +1,7 @@
 //! Outcomes and check results in the formats of CI systems.
 
-use crate::checks::{CheckKind, CheckResult, one_line};
+use crate::checks::{CheckKind, CheckResult};
+use kinetoscope_usage::text::{one_line, visible, xml};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
@@ -21,12 +22,14 @@ pub(crate) struct ExperimentChecks<'a> {
 /// unreadable file.
 pub(crate) fn junit(experiments: &[ExperimentChecks<'_>]) -> String {
     let mut text = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n".to_owned();
+    let mut suites = UniqueNames::default();
     for experiment in experiments {
         let is_error = |result: &&CheckResult| result.kind == CheckKind::Outcome;
         let failed = || experiment.check_results.iter().filter(|result| !result.passed);
         let errors = experiment.unreadable.len() + failed().filter(is_error).count();
         let failures = failed().count() - failed().filter(is_error).count();
-        let name = escaped(experiment.name);
+        // The same experiment in two folders gives two suites.
+        let name = xml(&suites.unique(experiment.name.to_owned()));
         let tests = experiment.check_results.len() + experiment.unreadable.len();
         let time: f64 =
             experiment.check_results.iter().fold(0.0, |sum, result| sum + result.seconds);
@@ -35,12 +38,12 @@ pub(crate) fn junit(experiments: &[ExperimentChecks<'_>]) -> String {
             text,
             "  <testsuite name=\"{name}\" tests=\"{tests}\" failures=\"{failures}\" errors=\"{errors}\" time=\"{time:.3}\">"
         );
-        let mut uses: BTreeMap<String, usize> = BTreeMap::new();
+        let mut cases = UniqueNames::default();
         for result in experiment.check_results {
-            text += &test_case(&name, result, &mut uses);
+            text += &test_case(&name, result, &mut cases);
         }
         for (index, why) in experiment.unreadable.iter().enumerate() {
-            let (number, why) = (index + 1, escaped(why));
+            let (number, why) = (index + 1, xml(why));
             let _ = writeln!(
                 text,
                 "    <testcase classname=\"{name}\" name=\"input {number}\" time=\"0.000\"><error message=\"{why}\"/></testcase>"
@@ -51,16 +54,22 @@ pub(crate) fn junit(experiments: &[ExperimentChecks<'_>]) -> String {
     text + "</testsuites>\n"
 }
 
-/// One result as a test case. `uses` counts the names, so that each is unique.
-fn test_case(suite: &str, result: &CheckResult, uses: &mut BTreeMap<String, usize>) -> String {
-    // An XML reader sees line breaks of an attribute as spaces, so names are compared without them.
-    let mut name = one_line(&format!("{}: {}", result.subject, result.requirement));
-    let count = uses.entry(name.clone()).or_default();
-    *count += 1;
-    if *count > 1 {
-        name = format!("{name} ({count})");
+/// Numbers the repetitions of names.
+#[derive(Default)]
+struct UniqueNames(BTreeMap<String, usize>);
+
+impl UniqueNames {
+    fn unique(&mut self, name: String) -> String {
+        let count = self.0.entry(name.clone()).or_default();
+        *count += 1;
+        if *count > 1 { format!("{name} ({count})") } else { name }
     }
-    let (name, finding) = (escaped(&name), escaped(&result.finding));
+}
+
+/// One result as a test case.
+fn test_case(suite: &str, result: &CheckResult, cases: &mut UniqueNames) -> String {
+    let name = format!("{}: {}", result.subject, result.requirement);
+    let (name, finding) = (xml(&cases.unique(one_line(&name).into_owned())), xml(&result.finding));
     let body = match (result.passed, result.kind) {
         (true, _) => format!("<system-out>{finding}</system-out>"),
         (false, CheckKind::Outcome) => format!("<error message=\"{finding}\"/>"),
@@ -126,27 +135,9 @@ fn cell(text: &str) -> String {
     escaped
 }
 
-/// Escapes text for XML. Characters that XML 1.0 does not allow become spaces.
-pub(crate) fn escaped(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for character in text.chars() {
-        match character {
-            '&' => escaped += "&amp;",
-            '<' => escaped += "&lt;",
-            '>' => escaped += "&gt;",
-            '"' => escaped += "&quot;",
-            '\n' | '\t' => escaped.push(character),
-            '\u{fffe}' | '\u{ffff}' => escaped.push(' '),
-            control if control.is_control() => escaped.push(' '),
-            other => escaped.push(other),
-        }
-    }
-    escaped
-}
-
 /// Escapes the message of an annotation.
 fn data(text: &str) -> String {
-    text.replace('%', "%25").replace('\r', "%0D").replace('\n', "%0A")
+    visible(text).replace('%', "%25").replace('\r', "%0D").replace('\n', "%0A")
 }
 
 /// Escapes the title of an annotation.
@@ -170,19 +161,39 @@ mod tests {
         }
     }
 
-    /// Names that an XML reader cannot tell apart are numbered, and characters that XML forbids are replaced.
+    fn experiment(check_results: &[CheckResult]) -> ExperimentChecks<'_> {
+        ExperimentChecks { name: "x", manifest: None, check_results, unreadable: &[] }
+    }
+
+    /// Repeated names are numbered, and characters that XML forbids are escaped.
     #[test]
     fn junit_names_are_unique_and_valid_for_any_text() {
-        let check_results = ["a\u{1}", "a ", "a\n", "a\u{fffe}"].map(result);
-        let xml = junit(&[ExperimentChecks {
-            name: "x",
-            manifest: None,
-            check_results: &check_results,
-            unreadable: &[],
-        }]);
-        for name in ["a : completes", "a : completes (2)", "a : completes (4)"] {
-            assert_eq!(xml.matches(&format!("name=\"{name}\"")).count(), 1, "{name} in {xml}");
+        let check_results = ["a\u{1}", "a", "a\n", "a", "a\u{fffe}"].map(result);
+        let xml = junit(&[experiment(&check_results)]);
+        for name in ["a\\u{1}", "a", "a\\n", "a\\u{fffe}"] {
+            let name = format!(" name=\"{name}: completes\"");
+            assert_eq!(xml.matches(&name).count(), 1, "{name} in {xml}");
         }
+        assert_eq!(xml.matches(" name=\"a: completes (2)\"").count(), 1, "{xml}");
         assert!(!xml.contains(['\u{1}', '\u{fffe}', '\u{ffff}']), "{xml}");
+        assert!(!xml.lines().any(|line| line.starts_with("::")), "{xml}");
+    }
+
+    /// The same experiment in two folders gives two suites with different names.
+    #[test]
+    fn junit_suites_have_unique_names() {
+        let xml = junit(&[experiment(&[]), experiment(&[])]);
+        for name in ["x", "x (2)"] {
+            let suite = format!("<testsuite name=\"{name}\"");
+            assert_eq!(xml.matches(&suite).count(), 1, "{name} in {xml}");
+        }
+    }
+
+    /// An annotation is one line without control characters, whatever the finding contains.
+    #[test]
+    fn annotations_are_single_lines_of_visible_characters() {
+        let text = github(&[experiment(&[result("a\u{1b}\n::stop-commands::x\u{202e}")])]);
+        assert_eq!(text.lines().count(), 1, "{text}");
+        assert!(!text.contains(['\u{1b}', '\u{202e}']), "{text}");
     }
 }

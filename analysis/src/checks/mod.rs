@@ -7,6 +7,7 @@ pub(crate) mod outcome;
 use crate::input::coordinates;
 use crate::metric::{Deviation, Metric, MetricScope};
 use kinetoscope_manifest::{Bound, Check, IfUndecided};
+use kinetoscope_usage::text::visible;
 use std::collections::BTreeSet;
 
 /// The result of a check, or of a comparison with a baseline, for one metric.
@@ -63,7 +64,7 @@ pub(crate) fn evaluate(check: &Check, metrics: &[Metric]) -> Vec<CheckResult> {
         .filter(|metric| match &metric.scope {
             MetricScope::Sweep(_) => true,
             MetricScope::Run(run) => {
-                let whole = run.outcome == "complete" || run.outcome.starts_with("fault");
+                let whole = matches!(run.outcome, "complete" | "fault");
                 whole && !means.contains(&coordinates::text(&run.coordinates))
             }
         })
@@ -96,15 +97,16 @@ fn missing(check: &Check, named: &[&Metric]) -> CheckResult {
 
 /// Compares a metric with a check's bound. A metric that lacks what the bound needs is undecided.
 fn compare(check: &Check, metric: &Metric) -> CheckResult {
-    let measured = in_unit(metric.value, metric);
+    let measured = if metric.value().is_finite() {
+        format!("measured {}", in_unit(metric.value(), metric))
+    } else {
+        "no value".to_owned()
+    };
     let (passed, finding) = match holds(check.bound, metric) {
-        Ok((passed, expectation)) => {
-            (passed, format!("measured {measured}, expected {expectation}"))
+        Ok((passed, expectation)) => (passed, format!("{measured}, expected {expectation}")),
+        Err(missing) => {
+            (check.if_undecided == IfUndecided::Pass, format!("undecided: {measured}, {missing}"))
         }
-        Err(missing) => (
-            check.if_undecided == IfUndecided::Pass,
-            format!("undecided: measured {measured}, {missing}"),
-        ),
     };
     CheckResult {
         passed,
@@ -124,9 +126,21 @@ const NO_ERROR: &str = "which has no standard error: record more frames or repli
 ///
 /// # Errors
 /// What the metric lacks.
-fn holds(bound: Bound, metric: &Metric) -> Result<(bool, String), &'static str> {
-    let measured = metric.value;
-    let expected_or_theory = |expected: Option<f64>| expected.or(metric.theory).ok_or(NO_THEORY);
+fn holds(bound: Bound, metric: &Metric) -> Result<(bool, String), String> {
+    let measured = metric.value();
+    if let Some(reason) = &metric.reason {
+        return Err(reason.to_string());
+    }
+    let theory = || match metric.theory {
+        Some(theory) if theory.in_range => Ok(theory.value),
+        Some(theory) => Err(theory.out_of_range()),
+        None => Err(NO_THEORY.to_owned()),
+    };
+    let no_error = || match metric.estimate.missing_error {
+        Some(missing) => missing.to_string(),
+        None => NO_ERROR.to_owned(),
+    };
+    let expected_or_theory = |expected: Option<f64>| expected.map_or_else(theory, Ok);
     Ok(match bound {
         Bound::Near { expected, tolerance } => {
             within(measured, expected_or_theory(expected)?, tolerance)
@@ -136,19 +150,23 @@ fn holds(bound: Bound, metric: &Metric) -> Result<(bool, String), &'static str> 
             let (passed, text) = within(measured, expected, relative_tolerance * expected.abs());
             (passed, format!("{text} ({relative_tolerance} of it)"))
         }
-        Bound::WithinStandardErrors { expected, standard_errors } => {
-            let expected = expected_or_theory(expected)?;
-            let error = metric.standard_error.ok_or(NO_ERROR)?;
+        Bound::WithinStandardErrors { expected: given, standard_errors } => {
+            let expected = expected_or_theory(given)?;
+            let conditional = metric.estimate.conditional_standard_error;
+            // A given value does not follow the start of the run, as theory does.
+            let error = conditional.filter(|_| given.is_none()).or(metric.standard_error());
+            let error = error.ok_or_else(no_error)?;
             let (passed, text) = within(measured, expected, standard_errors * error);
             (passed, format!("{text} ({standard_errors} standard errors)"))
         }
-        Bound::MaxDeviation { sigma } => match metric.deviation().ok_or(NO_THEORY)? {
-            Deviation::Rounding => (true, "theory's value, up to rounding".to_owned()),
-            Deviation::StandardErrors(deviation) => {
+        Bound::MaxDeviation { sigma } => match theory().map(|_| metric.deviation())? {
+            None => return Err(no_error()),
+            Some(Deviation::Rounding) => (true, "theory's value, up to rounding".to_owned()),
+            Some(Deviation::StandardErrors(deviation)) => {
                 let text = format!("a deviation of at most {sigma} σ, found {deviation:.2} σ");
                 (deviation.abs() <= sigma, text)
             }
-            Deviation::Bare(_) => return Err(NO_ERROR),
+            Some(Deviation::Bare(_)) => return Err(no_error()),
         },
         Bound::Range { minimum, maximum } => {
             let above = minimum.is_none_or(|minimum| measured >= minimum);
@@ -185,11 +203,10 @@ fn requirement(bound: Bound) -> String {
     }
 }
 
-/// Text from a file in one line: without line breaks and control characters, so that no part of it starts a line.
+/// Text from a file in one line: with spaces in place of line breaks, so that no part of it starts a line.
 pub(crate) fn one_line(text: &str) -> String {
-    let visible =
-        text.replace(|c: char| c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}'), " ");
-    let words: Vec<&str> = visible.split_whitespace().collect();
+    let text = visible(text);
+    let words: Vec<&str> = text.split_whitespace().collect();
     words.join(" ")
 }
 
@@ -213,7 +230,7 @@ fn within(measured: f64, expected: f64, tolerance: f64) -> (bool, String) {
 }
 
 /// Formats a value with seven digits, with a power of ten if it is very large or small.
-fn digits(value: f64) -> String {
+pub(crate) fn digits(value: f64) -> String {
     let text = format!("{value:.6e}");
     let trimmed = |digits: &str| digits.trim_end_matches('0').trim_end_matches('.').to_owned();
     match text.split_once('e').map(|(mantissa, exponent)| (mantissa, exponent.parse::<i32>())) {
@@ -242,24 +259,18 @@ mod tests {
     use super::*;
     use crate::metric::SweepScope;
     use crate::metric::definition::Definition;
+    use crate::metric::theory::Expected;
+    use crate::statistics::Estimate;
 
     const SLOPE: &Definition =
         &Definition { name: "slope", unit: "m", how: "", laws: &[], rounding: 0.0 };
 
     fn metric(value: f64, standard_error: Option<f64>, theory: Option<f64>) -> Metric {
-        Metric {
-            definition: SLOPE,
-            value,
-            standard_error,
-            theory,
-            rounding: 0.0,
-            source: String::new(),
-            scope: MetricScope::Sweep(SweepScope {
-                along: None,
-                coordinates: Vec::new(),
-                replicates: 1,
-            }),
-        }
+        let estimate = Estimate::new(value, standard_error);
+        let theory = theory.expected().map(|expected| expected.by(None));
+        let scope =
+            MetricScope::Sweep(SweepScope { along: None, coordinates: Vec::new(), replicates: 1 });
+        Metric::new(SLOPE, estimate, theory, String::new(), scope)
     }
 
     fn passes(bound: Bound, metric: &Metric) -> bool {
@@ -315,6 +326,14 @@ mod tests {
             if_undecided: IfUndecided::Pass,
             line: 0,
         };
+        // A metric without a value is undecided, with its reason.
+        let explained = Metric { reason: Some("the radii differ".into()), ..broken };
+        let undecided = Check { metric: "slope".to_owned(), ..check.clone() };
+        let found = evaluate(&undecided, &[explained]).remove(0);
+        assert!(
+            found.passed && found.finding == "undecided: no value, the radii differ",
+            "{found:?}"
+        );
         let check_results = evaluate(&check, &[bare]);
         assert!(!check_results[0].passed, "a missing metric fails even if undecided checks pass");
     }

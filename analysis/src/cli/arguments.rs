@@ -2,16 +2,18 @@
 
 use crate::export::ExportFormat;
 use clap::Parser;
+use kinetoscope_usage::StandardOutput;
 use std::path::PathBuf;
 
 /// The exit codes as the help shows them.
 pub const EXIT_CODES: &str = "Exit codes:
   0    done, and all checks pass
-  2    bad arguments or checks file
+  2    bad arguments, checks file or baseline
   3    a run failed, or completed where its manifest expects a
        fault; a check failed or its metric is missing, or a
-       metric has changed from the baseline
+       metric or a key has changed from the baseline
   5    some input is unreadable; the rest was analyzed
+  70   an internal error, or not enough memory
   75   the results cannot be written: the same command may
        succeed later";
 
@@ -44,10 +46,13 @@ pub struct AnalyzeArguments {
     /// TOML file with [[checks]] in addition to those of the experiment
     #[arg(long, value_name = "FILE", help_heading = "Checks")]
     pub(super) checks: Option<PathBuf>,
-    /// Compare with the metrics.json of an earlier analysis: exit code 3 if a metric has changed by more than 4 combined
-    /// standard errors
+    /// Compare with the metrics.json of an earlier analysis, run by run: same run, equal values; other versions, equal within
+    /// rounding; another seed, no significant difference; another key, exit code 3
     #[arg(long, value_name = "FILE", help_heading = "Checks")]
     pub(super) baseline: Vec<PathBuf>,
+    /// Compare with the baseline as for another seed although this key of the manifest differs; can be repeated
+    #[arg(long, value_name = "KEY", requires = "baseline", help_heading = "Checks")]
+    pub(super) allow_changed: Vec<String>,
     /// Write the results of the checks as JUnit XML
     #[arg(long, value_name = "FILE", help_heading = "Checks")]
     pub(super) junit: Option<PathBuf>,
@@ -73,6 +78,8 @@ pub struct AnalyzeArguments {
     /// Print metrics and checks as JSON
     #[arg(long, conflicts_with = "github_annotations", help_heading = "Messages")]
     pub(super) json: bool,
+    #[arg(skip)]
+    pub(super) standard_output: StandardOutput,
 }
 
 /// A finite number.

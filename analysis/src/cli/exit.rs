@@ -40,7 +40,10 @@ impl CommandError {
 
 impl From<WriteError> for CommandError {
     fn from(error: WriteError) -> Self {
-        Self { exit: AnalysisExit::Retry, message: error.to_string() }
+        Self {
+            exit: AnalysisExit::Retry,
+            message: kinetoscope_usage::with_help(&error.to_string()),
+        }
     }
 }
 
@@ -53,6 +56,6 @@ impl From<ExportError> for CommandError {
 impl From<InvalidPath> for CommandError {
     fn from(error: InvalidPath) -> Self {
         let exit = if error.is_retryable { AnalysisExit::Retry } else { AnalysisExit::Usage };
-        Self { exit, message: error.reason }
+        Self { exit, message: kinetoscope_usage::with_help(&error.reason) }
     }
 }

@@ -1,13 +1,16 @@
 //! The command `kinetoscope export`: recordings in the formats of other programs, or as a small picture.
 
 use super::exit::CommandError;
-use super::{AnalysisExit, concluded, export_all, print};
+use super::{AnalysisExit, concluded, export_all};
 use crate::export::{self, ExportFormat};
+use crate::input::recording::with_frame_limit;
 use crate::input::{self, RecordingFolder};
 use crate::thumbnail::{ThumbnailFormat, ThumbnailOptions, thumbnail};
 use crate::write_file;
 use clap::ValueEnum as _;
+use kinetoscope_usage::{StandardOutput, complain};
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
@@ -50,29 +53,32 @@ pub struct ExportArguments {
     /// Print the written files with their rows and bytes as JSON
     #[arg(long, help_heading = "Messages")]
     json: bool,
+    #[arg(skip)]
+    standard_output: StandardOutput,
 }
 
 impl ExportArguments {
     /// Writes the files.
     #[must_use]
     pub fn execute(&self) -> AnalysisExit {
-        concluded(match &self.thumbnail {
+        let result = match &self.thumbnail {
             Some(file) => self.draw(file),
             None => self.export(),
-        })
+        };
+        concluded(result, &self.standard_output)
     }
 
     fn say(&self, text: &str) {
         if !self.quiet && !self.json {
-            print(text);
+            self.standard_output.print_styled(text);
         }
     }
 
-    fn print_json(&self, exports: impl IntoIterator<Item = Value>) {
+    fn print_json(&self, exit: AnalysisExit, exports: impl IntoIterator<Item = Value>) {
         if self.json {
             let exports: Vec<Value> = exports.into_iter().collect();
-            let document = json!({ "exit_code": AnalysisExit::Done as u8, "exports": exports });
-            print(&format!("{document:#}\n"));
+            let document = json!({ "exit_code": exit as u8, "exports": exports });
+            self.standard_output.print_json(&format!("{document:#}\n"));
         }
     }
 
@@ -82,7 +88,10 @@ impl ExportArguments {
         }
         let sources = input::sources(&self.paths)?;
         let several = sources.len() > 1;
-        let mut exports = Vec::new();
+        let (mut exports, mut unreadable) = (Vec::new(), BTreeSet::new());
+        for source in &sources {
+            unreadable.extend(source.unreadable.iter().cloned());
+        }
         for source in &sources {
             let folder = match &self.output {
                 Some(output) if several => output.join(&source.name),
@@ -95,18 +104,25 @@ impl ExportArguments {
                 }
                 None => source.folder.join("export"),
             };
-            exports.extend(export_all(source, &self.format, &folder, |line| self.say(line))?);
+            let say = |line: &str| self.say(line);
+            exports.extend(export_all(source, &self.format, &folder, say, &mut unreadable)?);
         }
-        self.print_json(exports.iter().map(|export| {
-            let format = export.format.to_possible_value();
-            let files = export.files.iter().map(|file| written(&file.path, Some(file.rows)));
-            json!({
-                "recording": export.recording,
-                "format": format.map(|format| format.get_name().to_owned()),
-                "files": files.collect::<Vec<_>>(),
-            })
-        }));
-        Ok(AnalysisExit::Done)
+        unreadable.iter().for_each(|why| complain(&format!("error: {why}"), false));
+        let exit =
+            if unreadable.is_empty() { AnalysisExit::Done } else { AnalysisExit::Unreadable };
+        self.print_json(
+            exit,
+            exports.iter().map(|export| {
+                let format = export.format.to_possible_value();
+                let files = export.files.iter().map(|file| written(&file.path, Some(file.rows)));
+                json!({
+                    "recording": export.recording,
+                    "format": format.map(|format| format.get_name().to_owned()),
+                    "files": files.collect::<Vec<_>>(),
+                })
+            }),
+        );
+        Ok(exit)
     }
 
     /// Draws the one recording among the paths.
@@ -122,13 +138,17 @@ impl ExportArguments {
             return Err(CommandError::usage("a thumbnail shows one recording: name its file"));
         };
         let recording = source.recording(path).map_err(CommandError::unreadable)?;
+        let recording = with_frame_limit(recording);
         let options = ThumbnailOptions { format, width: self.thumbnail_width };
         let drawn = thumbnail(&recording, options).map_err(CommandError::unreadable)?;
         let size = drawn.len().div_ceil(1000);
-        write_file::replace(file, drawn)?;
+        write_file::write(file, drawn)?;
         self.say(&format!("written: {} ({size} kB)\n", file.display()));
         let files = [written(file, None)];
-        self.print_json([json!({ "recording": path, "format": "thumbnail", "files": files })]);
+        self.print_json(
+            AnalysisExit::Done,
+            [json!({ "recording": path, "format": "thumbnail", "files": files })],
+        );
         Ok(AnalysisExit::Done)
     }
 }

@@ -22,9 +22,11 @@ use clap::Parser;
 pub use exit::AnalysisExit;
 use exit::CommandError;
 use kinetoscope_manifest::{Check, parse_checks};
-use kinetoscope_usage::Ended;
+use kinetoscope_recording::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
+use kinetoscope_usage::{Ended, StandardOutput, complain};
 use serde_json::json;
-use std::io::{IsTerminal, Write};
+use std::collections::BTreeSet;
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 /// Width of a table that is written to a file or a pipe.
@@ -38,6 +40,7 @@ pub fn main() -> AnalysisExit {
         Err(error) => match kinetoscope_usage::report(&error, "analyze-recordings") {
             Ended::Answered => AnalysisExit::Done,
             Ended::Rejected => AnalysisExit::Usage,
+            Ended::Unwritten => AnalysisExit::Retry,
         },
     }
 }
@@ -46,25 +49,33 @@ impl AnalyzeArguments {
     /// Analyzes the recordings and prints the results.
     #[must_use]
     pub fn execute(&self) -> AnalysisExit {
-        concluded(run(self))
+        concluded(run(self), &self.standard_output)
     }
 
     /// Prints a text, unless only errors or JSON are requested.
     fn say(&self, text: &str) {
         if !self.quiet && !self.json {
-            print(text);
+            self.standard_output.print_styled(text);
         }
     }
 }
 
-/// Prints the error of a command, and returns its exit code.
-fn concluded(result: Result<AnalysisExit, CommandError>) -> AnalysisExit {
-    result.unwrap_or_else(|CommandError { exit, message }| {
+/// Prints the error of a command or of its output, and returns the exit code. A finding weighs more than output that cannot be
+/// written.
+fn concluded(result: Result<AnalysisExit, CommandError>, output: &StandardOutput) -> AnalysisExit {
+    let exit = result.unwrap_or_else(|CommandError { exit, message }| {
         // The errors of a checks file begin with the word already.
         let message = message.trim_end();
-        complain(&format!("error: {}", message.strip_prefix("error: ").unwrap_or(message)));
+        complain(&format!("error: {}", message.strip_prefix("error: ").unwrap_or(message)), false);
         exit
-    })
+    });
+    match output.failure() {
+        Some(failure) => {
+            complain(&failure, false);
+            if exit == AnalysisExit::Done { AnalysisExit::Retry } else { exit }
+        }
+        None => exit,
+    }
 }
 
 /// Analyzes recordings and caches the results next to them.
@@ -79,7 +90,7 @@ pub fn cache(recordings: &[PathBuf]) -> Result<(), String> {
 
 fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
     if arguments.list_metrics {
-        print(&report::metrics_reference());
+        arguments.standard_output.print_exactly(&report::metrics_reference());
         return Ok(AnalysisExit::Done);
     }
     let wants_parquet =
@@ -93,9 +104,17 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
         arguments.baseline.iter().map(|path| read_baseline(path)).collect();
     let mut baselines = baselines.map_err(CommandError::usage)?;
     let sources = sources(arguments)?;
+    for baseline in &baselines {
+        if !sources.iter().any(|source| source.name == baseline.experiment()) {
+            return Err(CommandError::usage(format!(
+                "the baseline is of the experiment {}, which is not among the recordings",
+                baseline.experiment()
+            )));
+        }
+    }
     if arguments.cache_only {
         let errors = fill_caches(sources, &arguments.snapshots_at, arguments.no_cache);
-        errors.iter().for_each(|error| complain(&format!("error: {error}")));
+        errors.iter().for_each(|error| complain(&format!("error: {error}"), false));
         let exit = if errors.is_empty() { AnalysisExit::Done } else { AnalysisExit::Unreadable };
         return Ok(exit);
     }
@@ -115,12 +134,14 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
             fresh: arguments.no_cache,
         };
         let mut report = analyze(&mut source, &options);
-        if let Some(at) = baselines.iter().position(|old| old.experiment == report.name) {
-            report.compare(&baselines.remove(at));
+        if let Some(at) = baselines.iter().position(|old| old.experiment() == report.name) {
+            let compared = report.compare(&baselines.remove(at), &arguments.allow_changed);
+            compared.map_err(CommandError::usage)?;
         }
         arguments.say(&report.text(terminal));
-        let exports = folder.join("export");
-        export_all(&source, &arguments.export, &exports, |line| arguments.say(line))?;
+        let say = |line: &str| arguments.say(line);
+        // The report names them already.
+        export_all(&source, &arguments.export, &folder.join("export"), say, &mut BTreeSet::new())?;
         #[cfg(feature = "parquet")]
         if arguments.metrics_table {
             arguments.say(&write_table(&report, &folder, terminal)?);
@@ -128,15 +149,15 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
         reports.push((folder, report));
     }
     if let Some(unused) = baselines.first() {
-        let name = &unused.experiment;
         return Err(CommandError::usage(format!(
-            "the baseline is of {name}, which is not among the recordings"
+            "there are two baselines of the experiment {}: give one",
+            unused.experiment()
         )));
     }
     write(arguments, &reports, terminal)?;
     let exit = conclude(&reports, terminal);
     if arguments.json {
-        print(&json(&reports, exit));
+        arguments.standard_output.print_json(&json(&reports, exit));
     }
     Ok(exit)
 }
@@ -144,9 +165,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
 /// Metrics and checks of all experiments, as one JSON document.
 fn json(reports: &[(PathBuf, AnalysisReport)], exit: AnalysisExit) -> String {
     let experiments = reports.iter().map(|(folder, report)| {
-        let metrics = metric_files::to_json(&report.name, report.model(), &report.metrics)
-            .ok()
-            .and_then(|text| serde_json::from_str::<serde_json::Value>(&text).ok());
+        let metrics = serde_json::to_value(metric_files::Document::of(report)).ok();
         let checks = report.check_results.iter().map(|result| {
             json!({ "subject": result.subject, "passed": result.passed, "finding": result.finding })
         });
@@ -176,16 +195,18 @@ fn fill_caches(sources: Vec<RecordingFolder>, snapshots_at: &[f64], no_cache: bo
     errors
 }
 
-/// Exports the recordings in all requested formats to a folder, and passes one line per format to `say`.
+/// Exports the recordings in all requested formats to a folder, and passes one line per format to `say`. `unreadable` receives
+/// what cannot be read.
 fn export_all(
     source: &RecordingFolder,
     formats: &[ExportFormat],
     folder: &Path,
     say: impl Fn(&str),
+    unreadable: &mut BTreeSet<String>,
 ) -> Result<Vec<Export>, CommandError> {
     let mut all = Vec::new();
     for format in formats {
-        let mut exports = export::export(source, *format, folder)?;
+        let mut exports = export::export(source, *format, folder, unreadable)?;
         let count = exports.len();
         let plural = if count == 1 { "recording" } else { "recordings" };
         let line = format!("exported: {count} {plural} to {}", folder.display());
@@ -252,10 +273,10 @@ fn write_for_ci(
     all: &[ExperimentChecks<'_>],
 ) -> Result<(), WriteError> {
     if let Some(path) = &arguments.junit {
-        write_file::replace(path, ci_formats::junit(all))?;
+        write_file::write(path, ci_formats::junit(all))?;
     }
     if arguments.github_annotations {
-        print(&ci_formats::github(all));
+        arguments.standard_output.print_exactly(&ci_formats::github(all));
         if let Some(path) = std::env::var_os("GITHUB_STEP_SUMMARY") {
             write_file::append(Path::new(&path), &ci_formats::markdown(all))?;
         }
@@ -285,7 +306,7 @@ fn conclude(reports: &[(PathBuf, AnalysisReport)], terminal: Terminal) -> Analys
     let unreadable: usize = reports.iter().map(|(_, report)| report.unreadable.len()).sum();
     if unreadable > 0 {
         let line = format!("{unreadable} unreadable: see above");
-        complain(&terminal.paint(Style::Bad, &line));
+        complain(&terminal.paint(Style::Bad, &line), terminal.colors);
     }
     let mut has_failed = false;
     for (of_outcomes, what) in
@@ -294,7 +315,7 @@ fn conclude(reports: &[(PathBuf, AnalysisReport)], terminal: Terminal) -> Analys
         let failed = results(of_outcomes).filter(|result| !result.passed).count();
         if failed > 0 {
             let line = format!("{failed} of {} {what}", results(of_outcomes).count());
-            complain(&terminal.paint(Style::Bad, &line));
+            complain(&terminal.paint(Style::Bad, &line), terminal.colors);
             has_failed = true;
         }
     }
@@ -305,14 +326,16 @@ fn conclude(reports: &[(PathBuf, AnalysisReport)], terminal: Terminal) -> Analys
 }
 
 fn read_checks(path: &Path) -> Result<Vec<Check>, String> {
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| format!("the checks file {} cannot be read: {error}", path.display()))?;
+    let text = read_text(path, MAX_SIDE_FILE_BYTES).map_err(|error| {
+        format!("the checks file {} cannot be read: {error}\nhelp: check the path", path.display())
+    })?;
     parse_checks(&text, &path.display().to_string()).map_err(|diagnostics| diagnostics.to_string())
 }
 
 fn read_baseline(path: &Path) -> Result<Baseline, String> {
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| format!("the baseline {} cannot be read: {error}", path.display()))?;
+    let text = read_text(path, MAX_SIDE_FILE_BYTES).map_err(|error| {
+        format!("the baseline {} cannot be read: {error}\nhelp: check the path", path.display())
+    })?;
     Baseline::read(&text).map_err(|why| format!("{} {why}", path.display()))
 }
 
@@ -323,14 +346,4 @@ fn terminal() -> Terminal {
     let width = size.map(|(width, _)| usize::from(width.0)).or(columns).unwrap_or(PLAIN_WIDTH);
     let colors = interactive && std::env::var_os("NO_COLOR").is_none();
     Terminal { width: width.max(40), colors }
-}
-
-/// Prints a line to standard error. If it is closed, the exit code still reports the error.
-fn complain(text: &str) {
-    let _ = writeln!(std::io::stderr(), "{text}");
-}
-
-/// Prints a text to standard output. A closed pipe (`| head`) is not an error.
-fn print(text: &str) {
-    let _ = std::io::stdout().lock().write_all(text.as_bytes());
 }

@@ -2,6 +2,7 @@
 
 use crate::models::contract::Extent;
 use crate::write_file::WriteError;
+use kinetoscope_manifest::Coordinate;
 use kinetoscope_recording::reader::RecordedFrame;
 use std::path::PathBuf;
 
@@ -24,7 +25,16 @@ pub(crate) struct WrittenFile {
 /// The exported run.
 pub(super) struct ExportedRun {
     pub(super) extent: Extent,
+    /// Names of the state's columns.
     pub(super) columns: Vec<String>,
+    /// Units of the state's columns; empty for dimensionless ones.
+    pub(super) units: Vec<String>,
+    /// "s", "d", or "" for dimensionless time.
+    pub(super) time_unit: String,
+    /// The run's point in the sweep, with the name of each axis.
+    pub(super) coordinates: Vec<(String, Coordinate)>,
+    /// Number of the replicate; `None` if the experiment has one.
+    pub(super) replicate: Option<u32>,
 }
 
 impl ExportedRun {

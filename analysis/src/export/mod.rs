@@ -9,11 +9,13 @@ pub(crate) mod sweep_table;
 mod tables;
 mod xyz;
 
-use crate::input::RecordingFolder;
-use crate::input::recording;
+use crate::input::coordinates::AxisNames;
+use crate::input::{OpenedRuns, RecordingFolder};
 use crate::models;
 use crate::write_file::{WriteError, create_folder};
 use exporter::{ExportedRun, Exporter, WrittenFile};
+use kinetoscope_recording::error::ReadError;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// A format of exported recordings.
@@ -51,6 +53,10 @@ pub(crate) enum ExportError {
     Write(#[from] WriteError),
     /// This program was built without the format.
     #[error("{NEEDS_PARQUET}")]
+    #[cfg_attr(
+        feature = "parquet",
+        allow(dead_code, reason = "the error of a build without the feature")
+    )]
     NotBuiltIn,
 }
 
@@ -61,32 +67,53 @@ pub(crate) struct Export {
     pub(crate) files: Vec<WrittenFile>,
 }
 
-/// Exports the recordings of a folder to one subfolder of `folder` per recording. Unreadable recordings are skipped,
-/// because the analysis reports them.
+/// Exports the recordings of a folder to one subfolder of `folder` per recording. `unreadable` receives the reasons why
+/// recordings, or the rest of a damaged one, cannot be read.
 pub(crate) fn export(
     source: &RecordingFolder,
     format: ExportFormat,
     folder: &Path,
+    unreadable: &mut BTreeSet<String>,
 ) -> Result<Vec<Export>, ExportError> {
     let mut exports = Vec::new();
-    for path in &source.files {
-        let Ok(recording) = source.recording(path) else { continue };
-        let Ok(run) = recording::opened(recording) else { continue };
+    let OpenedRuns { runs, unreadable: unread, .. } = source.opened();
+    unreadable.extend(unread);
+    let names = AxisNames::of(runs.iter().map(|(_, coordinates)| coordinates.as_slice()));
+    let has_replicates = runs.iter().any(|(run, _)| run.manifest.replicate > 0);
+    for (run, coordinates) in runs {
         let recording = run.recording();
+        let path = recording.path();
         let stem = path.file_stem().unwrap_or_default();
         let folder = folder.join(stem).join(format.folder());
         create_folder(&folder)?;
         let run = ExportedRun {
             extent: models::extent(&run.manifest.model),
             columns: recording.state_columns().to_vec(),
+            units: recording.provenance().state_units.clone(),
+            time_unit: recording.provenance().time_unit.clone(),
+            replicate: has_replicates.then_some(run.manifest.replicate),
+            coordinates: coordinates
+                .into_iter()
+                .map(|coordinate| (names.name(&coordinate.key).to_owned(), coordinate))
+                .collect(),
         };
         let mut exporter = exporter(format, run, folder)?;
-        let Ok(frames) = recording.frames() else { continue };
+        let mut reported = |error: ReadError| {
+            unreadable.insert(error.to_string());
+        };
         // The intact frames of a damaged recording are exported.
-        for frame in frames.map_while(Result::ok) {
-            exporter.write_frame(&frame)?;
+        match recording.frames() {
+            Ok(frames) => {
+                for frame in frames.map_while(|frame| frame.map_err(&mut reported).ok()) {
+                    exporter.write_frame(&frame)?;
+                }
+            }
+            Err(error) => {
+                reported(error);
+                continue;
+            }
         }
-        exports.push(Export { recording: path.clone(), format, files: exporter.finish()? });
+        exports.push(Export { recording: path.to_path_buf(), format, files: exporter.finish()? });
     }
     Ok(exports)
 }

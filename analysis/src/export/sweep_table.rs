@@ -3,33 +3,19 @@
 
 use crate::input::coordinates;
 use crate::metric::{Metric, MetricScope, RunScope};
+use crate::report::metric_table::MetricTable;
+use crate::table::parquet::ParquetTable;
 use crate::write_file::WriteError;
-use parquet::basic::{Compression, ConvertedType, Repetition, Type as Physical, ZstdLevel};
-use parquet::column::writer::ColumnWriter;
-use parquet::data_type::ByteArray;
 use parquet::errors::ParquetError;
-use parquet::file::properties::WriterProperties;
-use parquet::file::writer::SerializedFileWriter;
-use parquet::schema::types::Type;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 /// Maximum number of folders per table; further coordinates are columns.
 const MAX_FOLDERS: usize = 1000;
 
 /// A metric with its run.
 type Row<'a> = (&'a Metric, &'a RunScope);
-
-/// Values of one column, one per row.
-enum Column {
-    Text(Vec<String>),
-    Whole(Vec<i64>),
-    Number(Vec<f64>),
-    /// A number that may be missing.
-    Optional(Vec<Option<f64>>),
-}
 
 /// Writes the metrics of single runs to `folder/metrics/`, replaces earlier ones, and returns the number of rows.
 ///
@@ -40,16 +26,16 @@ pub(crate) fn write(metrics: &[Metric], folder: &Path) -> Result<usize, WriteErr
     let fresh = folder.join("metrics.new");
     let rows: Vec<Row<'_>> = metrics.iter().filter_map(row).collect();
     let keys = partition_keys(&rows);
-    let mut parts: BTreeMap<PathBuf, Vec<Row<'_>>> = BTreeMap::new();
-    for row in &rows {
-        parts.entry(folders(row.1, &keys)).or_default().push(*row);
+    let mut parts: BTreeMap<PathBuf, Vec<&Metric>> = BTreeMap::new();
+    for (metric, run) in &rows {
+        parts.entry(folders(run, &keys)).or_default().push(metric);
     }
     remove(&fresh)?;
-    for (part, rows) in &parts {
+    for (part, metrics) in &parts {
         let folder = fresh.join(part);
         fs::create_dir_all(&folder).map_err(|error| WriteError::new(&folder, error))?;
         let path = folder.join("metrics.parquet");
-        write_part(&path, &columns(rows, &keys)).map_err(|error| WriteError::new(&path, error))?;
+        write_part(&path, metrics, &keys).map_err(|error| WriteError::new(&path, error))?;
     }
     // Otherwise, parts of an earlier sweep would be read together with this one.
     remove(&table)?;
@@ -57,6 +43,14 @@ pub(crate) fn write(metrics: &[Metric], folder: &Path) -> Result<usize, WriteErr
         fs::rename(&fresh, &table).map_err(|error| WriteError::new(&table, error))?;
     }
     Ok(rows.len())
+}
+
+/// Writes the metrics of one folder; the coordinates of the folder's name are not columns.
+fn write_part(path: &Path, metrics: &[&Metric], keys: &[String]) -> Result<(), ParquetError> {
+    let table = MetricTable::new(metrics.iter().copied());
+    let mut file = ParquetTable::new(File::create(path)?, &table.columns(keys))?;
+    table.rows(keys).try_for_each(|row| file.row(row))?;
+    file.finish().map(drop)
 }
 
 fn row(metric: &Metric) -> Option<Row<'_>> {
@@ -77,7 +71,7 @@ fn remove(folder: &Path) -> Result<(), WriteError> {
 
 /// The leading axes that become folders.
 fn partition_keys(rows: &[Row<'_>]) -> Vec<String> {
-    let all = all_keys(rows);
+    let all = coordinates::keys_of(rows.iter().map(|(_, run)| run.coordinates.as_slice()));
     let count = |keys: &[String]| {
         let folders: BTreeSet<PathBuf> = rows.iter().map(|row| folders(row.1, keys)).collect();
         folders.len()
@@ -86,29 +80,15 @@ fn partition_keys(rows: &[Row<'_>]) -> Vec<String> {
     all[..fitting.unwrap_or(0)].to_vec()
 }
 
-/// The swept keys in the order of the sweep.
-fn all_keys(rows: &[Row<'_>]) -> Vec<String> {
-    let mut keys: Vec<String> = Vec::new();
-    for coordinate in rows.iter().flat_map(|(_, run)| &run.coordinates) {
-        if !keys.contains(&coordinate.key) {
-            keys.push(coordinate.key.clone());
-        }
-    }
-    keys
-}
-
 fn folders(run: &RunScope, keys: &[String]) -> PathBuf {
     let places = run.coordinates.iter().filter(|coordinate| keys.contains(&coordinate.key));
     places
         .map(|coordinate| {
-            format!("{}={}", column_name(&coordinate.key), escaped(&coordinate.value))
+            // The last part of a key, as in the names of recordings.
+            let name = coordinates::last_part(&coordinate.key);
+            format!("{name}={}", escaped(&coordinate.value))
         })
         .collect()
-}
-
-/// The last part of a key, as in the names of recordings.
-fn column_name(key: &str) -> &str {
-    coordinates::last_part(key)
 }
 
 /// Escapes characters that a folder name cannot contain, as Hive and URLs do: `%` and two hexadecimal digits per byte.
@@ -122,98 +102,4 @@ fn escaped(value: &str) -> String {
         }
     }
     text
-}
-
-/// The columns of rows; coordinates that are not folders come first.
-fn columns<'a>(rows: &[Row<'a>], folders: &[String]) -> Vec<(String, Column)> {
-    let text = |of: fn(&'a Metric, &'a RunScope) -> &'a str| {
-        Column::Text(rows.iter().map(|(metric, run)| of(metric, run).to_owned()).collect())
-    };
-    let mut columns = Vec::new();
-    for key in all_keys(rows).into_iter().filter(|key| !folders.contains(key)) {
-        let value = |(_, run): &Row<'a>| {
-            let coordinate = run.coordinates.iter().find(|coordinate| coordinate.key == key);
-            coordinate.map(|coordinate| coordinate.value.clone()).unwrap_or_default()
-        };
-        let values: Vec<String> = rows.iter().map(value).collect();
-        let numbers: Result<Vec<f64>, _> = values.iter().map(|value| value.parse()).collect();
-        let column = numbers.map_or(Column::Text(values), Column::Number);
-        columns.push((column_name(&key).to_owned(), column));
-    }
-    let replicates = rows.iter().map(|(_, run)| i64::from(run.replicate)).collect();
-    let more = [
-        ("replicate", Column::Whole(replicates)),
-        ("metric", text(|metric, _| metric.name())),
-        ("value", Column::Number(rows.iter().map(|(metric, _)| metric.value).collect())),
-        (
-            "standard_error",
-            Column::Optional(rows.iter().map(|(metric, _)| metric.standard_error).collect()),
-        ),
-        ("theory", Column::Optional(rows.iter().map(|(metric, _)| metric.theory).collect())),
-        ("unit", text(|metric, _| metric.unit())),
-        ("outcome", text(|_, run| &run.outcome)),
-        ("file", text(|_, run| &run.file)),
-    ];
-    columns.extend(more.map(|(name, column)| (name.to_owned(), column)));
-    columns
-}
-
-impl Column {
-    fn schema(&self, name: &str) -> Result<Arc<Type>, ParquetError> {
-        let (physical, repetition) = match self {
-            Self::Text(_) => (Physical::BYTE_ARRAY, Repetition::REQUIRED),
-            Self::Whole(_) => (Physical::INT64, Repetition::REQUIRED),
-            Self::Number(_) => (Physical::DOUBLE, Repetition::REQUIRED),
-            Self::Optional(_) => (Physical::DOUBLE, Repetition::OPTIONAL),
-        };
-        let column = Type::primitive_type_builder(name, physical).with_repetition(repetition);
-        let column = match self {
-            Self::Text(_) => column.with_converted_type(ConvertedType::UTF8),
-            Self::Whole(_) | Self::Number(_) | Self::Optional(_) => column,
-        };
-        column.build().map(Arc::new)
-    }
-
-    fn write(&self, writer: &mut ColumnWriter<'_>) -> Result<(), ParquetError> {
-        match (self, writer) {
-            (Self::Text(values), ColumnWriter::ByteArrayColumnWriter(writer)) => {
-                let values: Vec<ByteArray> =
-                    values.iter().map(|value| value.as_str().into()).collect();
-                writer.write_batch(&values, None, None)?;
-            }
-            (Self::Whole(values), ColumnWriter::Int64ColumnWriter(writer)) => {
-                writer.write_batch(values, None, None)?;
-            }
-            (Self::Number(values), ColumnWriter::DoubleColumnWriter(writer)) => {
-                writer.write_batch(values, None, None)?;
-            }
-            (Self::Optional(values), ColumnWriter::DoubleColumnWriter(writer)) => {
-                let levels: Vec<i16> =
-                    values.iter().map(|value| i16::from(value.is_some())).collect();
-                let values: Vec<f64> = values.iter().copied().flatten().collect();
-                writer.write_batch(&values, Some(&levels), None)?;
-            }
-            _ => return Err(ParquetError::General("a column of another type".to_owned())),
-        }
-        Ok(())
-    }
-}
-
-fn write_part(path: &Path, columns: &[(String, Column)]) -> Result<(), ParquetError> {
-    let fields: Result<Vec<Arc<Type>>, ParquetError> =
-        columns.iter().map(|(name, column)| column.schema(name)).collect();
-    let schema = Type::group_type_builder("metrics").with_fields(fields?).build()?;
-    let zstd = Compression::ZSTD(ZstdLevel::try_new(1)?);
-    let properties = WriterProperties::builder().set_compression(zstd).build();
-    let mut writer =
-        SerializedFileWriter::new(File::create(path)?, Arc::new(schema), Arc::new(properties))?;
-    let mut group = writer.next_row_group()?;
-    for (_, column) in columns {
-        if let Some(mut next) = group.next_column()? {
-            column.write(next.untyped())?;
-            next.close()?;
-        }
-    }
-    group.close()?;
-    writer.close().map(drop)
 }

@@ -1,10 +1,12 @@
-//! One table per topic, with the frame and its time in the first columns.
+//! One table per topic: the run's coordinates, the frame, its time, and the values, each with its unit in the header.
 
 use super::exporter::{ExportedRun, Exporter, WrittenFile};
+use crate::input::coordinates::{CoordinateValue, value_of};
+use crate::table::{Cell, CellKind, Column};
 use crate::write_file::WriteError;
-use kinetoscope_recording::channels;
-use kinetoscope_recording::fields::{FieldValue, read_fields};
-use kinetoscope_recording::reader::RecordedFrame;
+use kinetoscope_recording::channels::{self, Channel as _, FrameClock};
+use kinetoscope_recording::fields::{FieldValue, FieldValues, read_fields};
+use kinetoscope_recording::reader::{RecordedFrame, RecordedMessage};
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::fs::File;
@@ -13,15 +15,15 @@ use std::path::{Path, PathBuf};
 
 /// A table that is written row by row.
 pub(super) trait TableFile {
-    /// Adds a row: the frame, its time, and one value per column.
-    fn row(&mut self, frame: u64, time: f64, values: &[f64]) -> Result<(), WriteError>;
+    /// Adds a row with one cell per column.
+    fn row(&mut self, cells: Vec<Cell>) -> Result<(), WriteError>;
 
     /// Closes the file and returns its path.
     fn finish(&mut self) -> Result<PathBuf, WriteError>;
 }
 
-/// Creates a table with these columns, without frame and time, in a file with this name without its extension.
-pub(super) type Begin = fn(&Path, &[String]) -> Result<Box<dyn TableFile>, WriteError>;
+/// Creates a table with these columns in a file with this name without its extension.
+pub(super) type Begin = fn(&Path, &[Column]) -> Result<Box<dyn TableFile>, WriteError>;
 
 /// All tables of a recording.
 pub(super) struct Tables {
@@ -41,52 +43,86 @@ impl Tables {
         Self { run, folder, begin, open: BTreeMap::new() }
     }
 
-    fn table(&mut self, topic: &str, columns: &[String]) -> Result<&mut OpenTable, WriteError> {
-        Ok(match self.open.entry(topic.to_owned()) {
+    /// The columns that all tables begin with, and their cells in a frame.
+    fn first_cells(&self, clock: &FrameClock) -> Vec<(Column, Cell)> {
+        let coordinates = self.run.coordinates.iter().map(|(name, coordinate)| {
+            let (kind, cell) = match value_of(coordinate) {
+                CoordinateValue::Integer(number) => (CellKind::Integer, Cell::Integer(number)),
+                CoordinateValue::Number(number) => (CellKind::Number, Cell::Number(number)),
+                CoordinateValue::Text(text) => (CellKind::Text, Cell::Text(text)),
+            };
+            (Column::new(name, kind), cell)
+        });
+        let integer =
+            |name: &str, number: u64| (Column::new(name, CellKind::Integer), number.into());
+        let replicate = self.run.replicate.map(|replicate| integer("replicate", replicate.into()));
+        let time = Column::new(with_unit("time", &self.run.time_unit), CellKind::Number);
+        let clock = [integer("frame", clock.frame), (time, Cell::Number(clock.time))];
+        coordinates.chain(replicate).chain(clock).collect()
+    }
+
+    /// Writes rows to the table of a topic, which is created with the first of them.
+    fn write(
+        &mut self,
+        topic: &str,
+        clock: &FrameClock,
+        columns: impl Iterator<Item = Column>,
+        rows: impl Iterator<Item = Vec<Cell>>,
+    ) -> Result<(), WriteError> {
+        let (mut all, first): (Vec<Column>, Vec<Cell>) =
+            self.first_cells(clock).into_iter().unzip();
+        let table = match self.open.entry(topic.to_owned()) {
             Entry::Occupied(entry) => entry.into_mut(),
             Entry::Vacant(entry) => {
+                for column in columns {
+                    let is_taken = all.iter().any(|other| other.name == column.name);
+                    // A series may have a time of its own: that of each entry.
+                    let name =
+                        if is_taken { format!("entry_{}", column.name) } else { column.name };
+                    all.push(Column::new(name, column.kind));
+                }
                 let path = self.folder.join(topic.trim_start_matches('/'));
-                entry.insert(OpenTable { file: (self.begin)(&path, columns)?, rows: 0 })
+                entry.insert(OpenTable { file: (self.begin)(&path, &all)?, rows: 0 })
             }
-        })
+        };
+        for cells in rows {
+            table.rows += 1;
+            table.file.row(first.iter().cloned().chain(cells).collect())?;
+        }
+        Ok(())
     }
 }
 
 impl Exporter for Tables {
     fn write_frame(&mut self, frame: &RecordedFrame) -> Result<(), WriteError> {
-        let (index, time) = (frame.clock.frame, frame.clock.time);
         if let Some(state) = frame.state() {
-            let mut columns = vec!["particle".to_owned()];
-            columns.extend_from_slice(&self.run.columns);
-            let table = self.table(channels::STATE, &columns)?;
-            let mut values = vec![0.0; columns.len()];
-            for particle in 0..state.rows() {
-                values[0] = particle as f64;
-                values[1..].copy_from_slice(state.row(particle));
-                table.row(index, time, &values)?;
-            }
+            let units = self.run.units.iter().map(String::as_str).chain(std::iter::repeat(""));
+            let named = self.run.columns.iter().zip(units);
+            let named =
+                named.map(|(name, unit)| Column::new(with_unit(name, unit), CellKind::Number));
+            let particle = Column::new("particle", CellKind::Integer);
+            let columns: Vec<Column> = [particle].into_iter().chain(named).collect();
+            let rows = (0..state.rows()).map(|particle| {
+                let values = state.row(particle).iter().map(|value| Cell::Number(*value));
+                [Cell::from(particle as u64)].into_iter().chain(values).collect()
+            });
+            self.write(channels::STATE, &frame.clock, columns.into_iter(), rows)?;
         }
         for message in frame.messages() {
-            let declared = channels::ALL.iter().find(|channel| {
-                channel.topic == message.topic() && channel.schema == message.schema()
-            });
-            let Some(fields) = declared.and_then(|channel| read_fields(channel, message.payload()))
-            else {
-                continue;
-            };
-            // A message of series has one row per entry, any other message one row; texts are skipped.
-            let fields: Vec<_> = fields
-                .into_iter()
-                .filter(|field| !matches!(field.values.first(), Some(FieldValue::Text(_))))
-                .collect();
+            let fields = fields(message);
+            // A message of series has one row per entry, any other message one row.
             let rows = fields.iter().map(|field| field.values.len()).max().unwrap_or(0);
-            let columns: Vec<String> = fields.iter().map(|field| field.name.to_owned()).collect();
-            let table = self.table(message.topic(), &columns)?;
-            for row in 0..rows {
-                let values: Vec<f64> =
-                    fields.iter().map(|field| number(field.values.get(row))).collect();
-                table.row(index, time, &values)?;
+            if rows == 0 && fields.iter().all(|field| !field.series) {
+                continue;
             }
+            let columns = fields.iter().map(|field| {
+                let is_count = matches!(field.values.first(), Some(FieldValue::Count(_)));
+                let kind = if is_count { CellKind::Integer } else { CellKind::Number };
+                Column::new(field.name, kind)
+            });
+            let rows =
+                (0..rows).map(|row| fields.iter().map(|it| cell(it.values.get(row))).collect());
+            self.write(message.topic(), &frame.clock, columns, rows)?;
         }
         Ok(())
     }
@@ -99,18 +135,39 @@ impl Exporter for Tables {
     }
 }
 
-impl OpenTable {
-    fn row(&mut self, frame: u64, time: f64, values: &[f64]) -> Result<(), WriteError> {
-        self.rows += 1;
-        self.file.row(frame, time, values)
+/// The fields of a message that its table contains: numbers, except those of the first columns.
+fn fields(message: &RecordedMessage) -> Vec<FieldValues> {
+    let declared = channels::ALL
+        .iter()
+        .find(|channel| channel.topic == message.topic() && channel.schema == message.schema());
+    let fields = declared.and_then(|channel| read_fields(channel, message.payload()));
+    let is_clock = message.topic() == FrameClock::TOPIC;
+    let is_exported = |field: &FieldValues| {
+        let is_text = matches!(field.values.first(), Some(FieldValue::Text(_)));
+        let is_first_column = is_clock && matches!(field.name, "frame" | "time");
+        !is_text && !is_first_column
+    };
+    fields.unwrap_or_default().into_iter().filter(is_exported).collect()
+}
+
+fn cell(value: Option<&FieldValue>) -> Cell {
+    match value {
+        Some(FieldValue::Number(number)) => Cell::Number(*number),
+        Some(FieldValue::Count(count)) => (*count).into(),
+        Some(FieldValue::Text(_)) | None => Cell::Missing,
     }
 }
 
-fn number(value: Option<&FieldValue>) -> f64 {
-    match value {
-        Some(FieldValue::Number(number)) => *number,
-        Some(FieldValue::Count(count)) => *count as f64,
-        Some(FieldValue::Text(_)) | None => f64::NAN,
+/// A name with its unit last, as the fields of messages have it: `vx` in m/s is `vx_m_per_s`.
+fn with_unit(name: &str, unit: &str) -> String {
+    let words = unit.split('/').map(|part| match part {
+        "d" if unit == "d" => "days".to_owned(),
+        "d" => "day".to_owned(),
+        part => part.to_lowercase().replace('^', ""),
+    });
+    match words.collect::<Vec<_>>().join("_per_") {
+        unit if unit.is_empty() => name.to_owned(),
+        unit => format!("{name}_{unit}"),
     }
 }
 
@@ -120,24 +177,36 @@ struct CsvFile {
 }
 
 /// Creates a CSV table. Numbers read back to the same bits.
-pub(super) fn csv_file(path: &Path, columns: &[String]) -> Result<Box<dyn TableFile>, WriteError> {
+pub(super) fn csv_file(path: &Path, columns: &[Column]) -> Result<Box<dyn TableFile>, WriteError> {
     let path = path.with_extension("csv");
     let file = File::create(&path).map_err(|error| WriteError::new(&path, error))?;
     let mut writer = csv::Writer::from_writer(BufWriter::new(file));
-    let header = ["frame", "time"].into_iter().chain(columns.iter().map(String::as_str));
+    let header = columns.iter().map(|column| column.name.as_str());
     writer.write_record(header).map_err(|error| WriteError::new(&path, error))?;
     Ok(Box::new(CsvFile { path, writer }))
 }
 
 impl TableFile for CsvFile {
-    fn row(&mut self, frame: u64, time: f64, values: &[f64]) -> Result<(), WriteError> {
-        let numbers = values.iter().map(|value| format!("{value:?}"));
-        let record = [frame.to_string(), format!("{time:?}")].into_iter().chain(numbers);
+    fn row(&mut self, cells: Vec<Cell>) -> Result<(), WriteError> {
+        let record = cells.iter().map(Cell::text);
         self.writer.write_record(record).map_err(|error| WriteError::new(&self.path, error))
     }
 
     fn finish(&mut self) -> Result<PathBuf, WriteError> {
         self.writer.flush().map_err(|error| WriteError::new(&self.path, error))?;
         Ok(self.path.clone())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::with_unit;
+
+    #[test]
+    fn units_end_a_name_as_in_the_fields_of_messages() {
+        assert_eq!(with_unit("vx", "AU/d"), "vx_au_per_day");
+        assert_eq!(with_unit("time", "d"), "time_days");
+        assert_eq!(with_unit("spin", "rad/s"), "spin_rad_per_s");
+        assert_eq!(with_unit("x", ""), "x");
     }
 }

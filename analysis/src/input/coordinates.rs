@@ -1,7 +1,87 @@
 //! Coordinates of runs in a sweep: grouping, names, and derivation from manifests.
 
 use kinetoscope_manifest::Coordinate;
+use kinetoscope_usage::text::one_line;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::fmt;
+
+/// The value of a coordinate.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub(crate) enum CoordinateValue {
+    /// A whole number.
+    Integer(i64),
+    /// A number.
+    Number(f64),
+    /// A word, the name of a variant, or a value that is not a number.
+    Text(String),
+}
+
+impl fmt::Display for CoordinateValue {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Integer(number) => number.fmt(formatter),
+            Self::Number(number) => number.fmt(formatter),
+            Self::Text(text) => text.fmt(formatter),
+        }
+    }
+}
+
+/// The value of a coordinate: a number if it is one.
+pub(crate) fn value_of(coordinate: &Coordinate) -> CoordinateValue {
+    let text = &coordinate.value;
+    let is_written_as_number =
+        text.starts_with(|first: char| first.is_ascii_digit() || first == '-');
+    let number = text.parse().ok().filter(|number: &f64| number.is_finite());
+    match (text.parse(), number) {
+        _ if coordinate.key == "variant" || !is_written_as_number => {
+            CoordinateValue::Text(text.clone())
+        }
+        (Ok(integer), _) => CoordinateValue::Integer(integer),
+        (_, Some(number)) => CoordinateValue::Number(number),
+        _ => CoordinateValue::Text(text.clone()),
+    }
+}
+
+/// The keys of all coordinates, in the order of the sweep.
+pub(crate) fn keys_of<'a>(all: impl IntoIterator<Item = &'a [Coordinate]>) -> Vec<String> {
+    let mut keys: Vec<String> = Vec::new();
+    for coordinate in all.into_iter().flatten() {
+        if !keys.contains(&coordinate.key) {
+            keys.push(coordinate.key.clone());
+        }
+    }
+    keys
+}
+
+/// The names of a sweep's axes: the last part of a key, or the whole key where two keys have the same last part.
+#[derive(Debug)]
+pub(crate) struct AxisNames {
+    /// Keys with their names, in the order of the sweep.
+    names: Vec<(String, String)>,
+}
+
+impl AxisNames {
+    /// The names of the axes of these coordinates.
+    pub(crate) fn of<'a>(all: impl IntoIterator<Item = &'a [Coordinate]>) -> Self {
+        let keys = keys_of(all);
+        let is_unique =
+            |key: &str| keys.iter().filter(|other| last_part(other) == last_part(key)).count() == 1;
+        let name = |key: &String| if is_unique(key) { last_part(key) } else { key }.to_owned();
+        Self { names: keys.iter().map(|key| (key.clone(), name(key))).collect() }
+    }
+
+    /// Each key with its name.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.names.iter().map(|(key, name)| (key.as_str(), name.as_str()))
+    }
+
+    /// The name of a key.
+    pub(crate) fn name<'a>(&'a self, key: &'a str) -> &'a str {
+        self.iter().find(|(other, _)| *other == key).map_or(key, |(_, name)| name)
+    }
+}
 
 /// Formats coordinates, such as "temperature_k = 300, variant = Verlet"; empty for a single run.
 pub(crate) fn text(coordinates: &[Coordinate]) -> String {
@@ -11,13 +91,13 @@ pub(crate) fn text(coordinates: &[Coordinate]) -> String {
     parts.collect::<Vec<_>>().join(", ")
 }
 
-/// Formats coordinates for a curve's name: a variant by its name only.
+/// Formats coordinates for a curve's name, in one line: a variant by its name only.
 pub(crate) fn label(coordinates: &[Coordinate]) -> String {
     let parts = coordinates.iter().map(|coordinate| match coordinate.key.as_str() {
         "variant" => coordinate.value.clone(),
         key => format!("{} = {}", last_part(key), coordinate.value),
     });
-    parts.collect::<Vec<_>>().join(", ")
+    one_line(&parts.collect::<Vec<_>>().join(", ")).into_owned()
 }
 
 /// Formats coordinates for a file name.
@@ -134,5 +214,28 @@ mod tests {
         assert_eq!(text(&coordinates[1]), "temperature_k = 373.15");
         assert_eq!(coordinates[0], coordinates[2]);
         assert_eq!(coordinates[0][0].key, "model.gas.temperature_k");
+    }
+
+    #[test]
+    fn values_are_numbers_where_they_are_written_as_numbers() {
+        let value = |key: &str, value: &str| {
+            value_of(&Coordinate { key: key.to_owned(), value: value.to_owned() })
+        };
+        let text = |text: &str| CoordinateValue::Text(text.to_owned());
+        assert_eq!(value("model.gas.temperature_k", "300"), CoordinateValue::Integer(300));
+        assert_eq!(value("model.gas.temperature_k", "-1.5e-3"), CoordinateValue::Number(-1.5e-3));
+        assert_eq!(value("model.dem.gravity_m_per_s2", "0_-9.81"), text("0_-9.81"));
+        // Control: a word that Rust reads as a number, and a variant's name, are texts.
+        assert_eq!(value("model.gas.propagation", "infinity"), text("infinity"));
+        assert_eq!(value("variant", "300"), text("300"));
+    }
+
+    #[test]
+    fn axes_are_named_by_the_last_part_of_their_key_if_it_is_unique() {
+        let at = |key: &str| Coordinate { key: key.to_owned(), value: "1".to_owned() };
+        let all = [at("model.gas.radius_m"), at("model.gas.a.mean"), at("model.gas.b.mean")];
+        let names = AxisNames::of([all.as_slice()]);
+        assert_eq!(names.name("model.gas.radius_m"), "radius_m");
+        assert_eq!(names.name("model.gas.b.mean"), "model.gas.b.mean");
     }
 }

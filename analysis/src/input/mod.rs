@@ -13,9 +13,10 @@ use kinetoscope_manifest::{Coordinate, ExperimentRecord};
 use kinetoscope_object_storage::address::Address;
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::Recording;
-use kinetoscope_recording::storage::{LocalFolders, Storage};
+use kinetoscope_recording::regular_file::{MAX_EXPERIMENT_RECORD_BYTES, read_opened};
+use kinetoscope_recording::storage::{LocalFolders, Opened, Storage};
 use std::collections::BTreeMap;
-use std::io::{self, Read as _};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -45,6 +46,16 @@ pub(crate) struct RecordingFolder {
     pub(crate) unreadable: Vec<String>,
 }
 
+/// The open recordings of a folder.
+pub(crate) struct OpenedRuns {
+    /// The runs with their coordinates in the sweep, in the order of the experiment.
+    pub(crate) runs: Vec<(OpenRun, Vec<Coordinate>)>,
+    /// Notes for the user.
+    notes: Vec<String>,
+    /// What could not be read, with reasons.
+    pub(crate) unreadable: Vec<String>,
+}
+
 /// Finds the recordings behind paths and addresses (`s3://BUCKET/PREFIX`): one entry per folder, in the order of the
 /// paths.
 ///
@@ -66,12 +77,15 @@ pub(crate) fn sources(paths: &[PathBuf]) -> Result<Vec<RecordingFolder>, Invalid
             if found.len() == before {
                 return Err(InvalidPath::without_recordings(path));
             }
-        } else if is_remote || path.is_file() {
+        } else if is_remote || path.exists() {
             let folder = path.parent().filter(|parent| !parent.as_os_str().is_empty());
             let folder = folder.unwrap_or(Path::new(".")).to_path_buf();
             named.entry(folder).or_default().push(path.clone());
         } else {
-            return Err(InvalidPath::new(format!("{} does not exist", path.display())));
+            return Err(InvalidPath::new(format!(
+                "{} does not exist. Check the path, or run the experiment first",
+                path.display()
+            )));
         }
     }
     for (folder, mut files) in named {
@@ -102,8 +116,12 @@ fn search_remote(address: &Path, found: &mut Vec<RecordingFolder>) -> Result<(),
 
 /// Adds the recordings of a folder and its subfolders.
 fn search(folder: &Path, found: &mut Vec<RecordingFolder>) -> Result<(), InvalidPath> {
-    let unlisted =
-        |error| InvalidPath::new(format!("{} cannot be listed: {error}", folder.display()));
+    let unlisted = |error| {
+        InvalidPath::new(format!(
+            "{} cannot be listed: {error}. Check its permissions",
+            folder.display()
+        ))
+    };
     let entries = std::fs::read_dir(folder).map_err(unlisted)?;
     let mut paths: Vec<PathBuf> = entries
         .map(|entry| entry.map(|entry| entry.path()))
@@ -164,9 +182,9 @@ impl RecordingFolder {
 
     /// Reads a small text file.
     fn text(&self, path: &Path) -> io::Result<String> {
-        let mut text = String::new();
-        self.storage.open(path)?.input.read_to_string(&mut text)?;
-        Ok(text)
+        let Opened { input, bytes, .. } = self.storage.open(path)?;
+        let content = read_opened(input, bytes, MAX_EXPERIMENT_RECORD_BYTES)?;
+        String::from_utf8(content).map_err(io::Error::other)
     }
 
     fn read_side_car(&mut self) {
@@ -209,10 +227,13 @@ impl RecordingFolder {
             return;
         }
         for path in &stale {
-            self.notes.push(format!(
-                "{} is stale: the experiment as run last has no such run; left out",
-                file_name(path)
-            ));
+            match self.recording(path) {
+                Ok(_) => self.notes.push(format!(
+                    "{} is stale: the experiment as run last has no such run; left out",
+                    file_name(path)
+                )),
+                Err(error) => self.unreadable.push(error.to_string()),
+            }
         }
         self.files = files;
         self.name.clone_from(&record.name);
@@ -229,20 +250,30 @@ impl RecordingFolder {
         self.record = Some(record);
     }
 
-    /// Opens the recordings, with their coordinates in the sweep, in the order of the experiment.
+    /// Opens the recordings, with their coordinates in the sweep, in the order of the experiment. Notes and what could not
+    /// be read are added to those of the folder.
     pub(crate) fn open(&mut self) -> Vec<(OpenRun, Vec<Coordinate>)> {
-        let mut opened = Vec::new();
+        let OpenedRuns { runs, notes, unreadable } = self.opened();
+        self.notes.extend(notes);
+        self.unreadable.extend(unreadable);
+        runs
+    }
+
+    /// Opens the recordings as [`Self::open`], with notes and what could not be read.
+    pub(crate) fn opened(&self) -> OpenedRuns {
+        let (mut opened, mut notes, mut unreadable) = (Vec::new(), Vec::new(), Vec::new());
         for path in &self.files {
             match self.recording(path).map_err(UnreadableRecording::new).and_then(recording::opened)
             {
                 Ok(run) => opened.push((file_name(path), run)),
-                Err(UnreadableRecording(why)) => self.unreadable.push(why),
+                Err(UnreadableRecording(why)) => unreadable.push(why),
             }
         }
         let Some(record) = &self.record else {
             let texts: Vec<&str> = opened.iter().map(|(_, run)| run.canonical.as_str()).collect();
-            let places = coordinates::of_manifests(&texts);
-            return opened.into_iter().map(|(_, run)| run).zip(places).collect();
+            let all_coordinates = coordinates::of_manifests(&texts);
+            let runs = opened.into_iter().map(|(_, run)| run).zip(all_coordinates).collect();
+            return OpenedRuns { runs, notes, unreadable };
         };
         let mut ordered: Vec<(usize, OpenRun, Vec<Coordinate>)> = Vec::new();
         for (file, run) in opened {
@@ -251,13 +282,14 @@ impl RecordingFolder {
             if run.run_key == entry.run_key.to_string() {
                 ordered.push((index, run, entry.coordinates.clone()));
             } else {
-                self.notes.push(format!(
+                notes.push(format!(
                     "{file} is stale: its run key is not that of the experiment as run last; left out"
                 ));
             }
         }
         ordered.sort_by_key(|(index, ..)| *index);
-        ordered.into_iter().map(|(_, run, coordinates)| (run, coordinates)).collect()
+        let runs = ordered.into_iter().map(|(_, run, coordinates)| (run, coordinates)).collect();
+        OpenedRuns { runs, notes, unreadable }
     }
 }
 

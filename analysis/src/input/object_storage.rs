@@ -25,10 +25,10 @@ pub(crate) fn open(path: &Path) -> Result<Arc<Store>, InvalidPath> {
 /// # Errors
 /// A store that does not respond.
 pub(crate) fn folders(store: &Store) -> Result<Folders, InvalidPath> {
-    let place = PathBuf::from(store.address().to_string());
+    let address = PathBuf::from(store.address().to_string());
     let mut folders = Folders::new();
     for object in store.objects()? {
-        let path = place.join(&object.name);
+        let path = address.join(&object.name);
         let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
         if name.ends_with(".mcap")
             && !is_partial(name)

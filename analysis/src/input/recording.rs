@@ -1,6 +1,7 @@
 //! One open recording with its manifest.
 
 use crate::input::error::UnreadableRecording;
+use crate::metric::RunOrigin;
 use kinetoscope_manifest::{RunManifest, parse_run};
 use kinetoscope_recording::reader::Recording;
 use std::path::Path;
@@ -22,6 +23,16 @@ impl OpenRun {
     /// The recording.
     pub(crate) fn recording(&self) -> &Recording {
         &self.recording
+    }
+
+    /// The run's identity and the programs behind it.
+    pub(crate) fn origin(&self) -> RunOrigin {
+        let provenance = self.recording.provenance();
+        RunOrigin {
+            run_key: self.run_key.clone(),
+            program_version: provenance.program_version.clone(),
+            physics_version: provenance.physics_version,
+        }
     }
 }
 
@@ -48,7 +59,19 @@ pub(crate) fn opened(recording: Recording) -> Result<OpenRun, UnreadableRecordin
     })?;
     let file = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into());
     let run_key = recording.provenance().run_key.clone();
+    let recording = match manifest.particles_of_frames() {
+        Some(particles) => recording.with_max_particles(particles),
+        None => recording,
+    };
     Ok(OpenRun { recording, file, canonical, manifest, run_key })
+}
+
+/// Limits the frames of a recording to the particles of its manifest, if this version can read it.
+pub(crate) fn with_frame_limit(recording: Recording) -> Recording {
+    match parse_run(recording.manifest()).ok().and_then(|run| run.particles_of_frames()) {
+        Some(particles) => recording.with_max_particles(particles),
+        None => recording,
+    }
 }
 
 /// Whether a file name is that of a recording in progress.

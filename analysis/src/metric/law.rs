@@ -1,12 +1,16 @@
 //! A law of theory, with its statement and its source.
 
 /// A law of physics or of numerical mathematics that a metric is compared with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Law {
     /// The formula or the statement in one line.
     pub statement: &'static str,
     /// The literature or principle behind it.
     pub source: &'static str,
+    /// The range in which the law holds, such as "packing fraction < 0.7"; empty if it holds always.
+    pub range: &'static str,
+    /// The law's error as a fraction of its value; 0 for an exact law.
+    pub relative_accuracy: f64,
 }
 
 impl std::fmt::Display for Law {
@@ -15,13 +19,18 @@ impl std::fmt::Display for Law {
     }
 }
 
-/// Defines one constant per law: `CONSTANT: "statement", "source";`
+/// Defines one constant per law: `CONSTANT: "statement", "source";`, for a law that is not exact everywhere with
+/// `, range "packing fraction < 0.7", accuracy 1e-3` before the semicolon.
 macro_rules! laws {
-    ($($constant:ident: $statement:literal, $source:literal;)+) => {
+    ($($constant:ident: $statement:literal, $source:literal $(, range $range:literal)? $(, accuracy $accuracy:literal)?;)+) => {
         $(
             #[doc = concat!("`", $statement, "` (", $source, ").")]
-            pub(crate) const $constant: $crate::metric::Law =
-                $crate::metric::Law { statement: $statement, source: $source };
+            pub(crate) const $constant: $crate::metric::Law = $crate::metric::Law {
+                statement: $statement,
+                source: $source,
+                range: concat!("", $($range)?),
+                relative_accuracy: 0.0 $(+ $accuracy)?,
+            };
         )+
     };
 }

@@ -1,8 +1,11 @@
 //! The metrics of one recording.
 
 use crate::metric::definition::Definition;
+use crate::metric::deviation::Deviation;
 use crate::metric::law::Law;
+use crate::metric::theory::{Expected, Theory};
 use crate::statistics::Estimate;
+use std::borrow::Cow;
 
 /// A value with its error and the theoretical value.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,9 +15,9 @@ pub struct Measurement {
     /// The value and its error.
     pub estimate: Estimate,
     /// The theoretical value.
-    pub theory: Option<f64>,
-    /// The law of the definition that gives the theoretical value.
-    pub law: Option<Law>,
+    pub theory: Option<Theory>,
+    /// Why the metric has no value; then the value is NaN.
+    pub reason: Option<Cow<'static, str>>,
 }
 
 impl Measurement {
@@ -24,9 +27,16 @@ impl Measurement {
         self.definition.name
     }
 
+    /// Deviation from theory in standard errors; `None` without theory or error, and within rounding errors.
+    #[must_use]
+    pub fn deviation_in_standard_errors(&self) -> Option<f64> {
+        let deviation = Deviation::of(&self.estimate, self.theory, self.definition.rounding)?;
+        deviation.in_standard_errors()
+    }
+
     /// How the value is derived, and the law of the theoretical value.
     pub(crate) fn source(&self) -> String {
-        match self.law {
+        match self.theory.and_then(|theory| theory.law) {
             Some(law) => format!("{}; theory: {law}", self.definition.how),
             None => self.definition.how.to_owned(),
         }
@@ -40,7 +50,7 @@ pub(crate) struct Measurements(pub(crate) Vec<Measurement>);
 impl Measurements {
     /// Adds a value without a theoretical value.
     pub(crate) fn add(&mut self, definition: &'static Definition, value: impl Measured) {
-        self.compare(definition, value, None);
+        self.compare(definition, value, None::<f64>);
     }
 
     /// Adds a value with the theoretical value of the definition's first law, if there is one for this run.
@@ -48,7 +58,7 @@ impl Measurements {
         &mut self,
         definition: &'static Definition,
         value: impl Measured,
-        theory: impl Into<Option<f64>>,
+        theory: impl Expected,
     ) {
         self.compare_with(definition, value, definition.laws.first().copied(), theory);
     }
@@ -59,13 +69,28 @@ impl Measurements {
         definition: &'static Definition,
         value: impl Measured,
         law: impl Into<Option<Law>>,
-        theory: impl Into<Option<f64>>,
+        theory: impl Expected,
     ) {
         let Some(estimate) = value.estimate() else { return };
-        let theory = theory.into();
-        let law = law.into().filter(|_| theory.is_some());
+        let law = law.into();
         debug_assert!(law.is_none_or(|law| definition.laws.contains(&law)));
-        self.0.push(Measurement { definition, estimate, theory, law });
+        let theory = theory.expected().map(|expected| expected.by(law));
+        self.0.push(Measurement { definition, estimate, theory, reason: None });
+    }
+
+    /// Adds a metric that applies to the run but has no value, with the reason.
+    pub(crate) fn explain(
+        &mut self,
+        definition: &'static Definition,
+        reason: impl Into<Cow<'static, str>>,
+    ) {
+        let estimate = Estimate::bare(f64::NAN);
+        self.0.push(Measurement {
+            definition,
+            estimate,
+            theory: None,
+            reason: Some(reason.into()),
+        });
     }
 }
 

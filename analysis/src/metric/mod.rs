@@ -1,34 +1,38 @@
 //! Metrics: definition, value with a standard error, theoretical value, and the run or sweep described.
 
 pub(crate) mod definition;
+pub(crate) mod deviation;
 pub(crate) mod law;
 pub(crate) mod measurement;
 pub(crate) mod symbols;
+pub(crate) mod theory;
 
 pub use definition::Definition;
+pub(crate) use deviation::Deviation;
 pub use law::Law;
 pub use measurement::Measurement;
 pub(crate) use measurement::Measurements;
+pub use theory::Theory;
 
 use crate::statistics::Estimate;
 use kinetoscope_manifest::Coordinate;
-use serde::Serialize;
-use std::collections::BTreeMap;
+use std::borrow::Cow;
+use std::sync::Arc;
 
 /// Version of the layout of `metrics.json`.
-pub(crate) const SCHEMA: u32 = 1;
+pub(crate) const SCHEMA: u32 = 2;
 
 /// A value with its definition and scope.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Metric {
     /// The definition.
     pub(crate) definition: &'static Definition,
-    /// The value.
-    pub(crate) value: f64,
-    /// The standard error, if known.
-    pub(crate) standard_error: Option<f64>,
+    /// The value with its errors.
+    pub(crate) estimate: Estimate,
     /// The theoretical value, if there is one.
-    pub(crate) theory: Option<f64>,
+    pub(crate) theory: Option<Theory>,
+    /// Why the metric has no value; then the value is NaN.
+    pub(crate) reason: Option<Cow<'static, str>>,
     /// A deviation below this is a rounding error.
     pub(crate) rounding: f64,
     /// How the value is derived, and the law of the theoretical value.
@@ -37,31 +41,31 @@ pub(crate) struct Metric {
     pub(crate) scope: MetricScope,
 }
 
-/// Deviation of a value from theory.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Deviation {
-    /// Within rounding errors.
-    Rounding,
-    /// In standard errors.
-    StandardErrors(f64),
-    /// The difference, if no standard error is known.
-    Bare(f64),
-}
-
-/// Deviations below this fraction of the theoretical value are rounding errors.
-const ROUNDING_FRACTION: f64 = 1e-9;
-
 impl Metric {
     pub(crate) fn new(
         definition: &'static Definition,
         estimate: Estimate,
-        theory: Option<f64>,
+        theory: Option<Theory>,
         source: String,
         scope: MetricScope,
     ) -> Self {
-        let Estimate { value, standard_error } = estimate;
         let rounding = definition.rounding;
-        Self { definition, value, standard_error, theory, rounding, source, scope }
+        Self { definition, estimate, theory, reason: None, rounding, source, scope }
+    }
+
+    /// The value; NaN if there is none.
+    pub(crate) const fn value(&self) -> f64 {
+        self.estimate.value
+    }
+
+    /// The standard error, if it is known.
+    pub(crate) const fn standard_error(&self) -> Option<f64> {
+        self.estimate.standard_error
+    }
+
+    /// The theoretical value, if there is one.
+    pub(crate) fn theory_value(&self) -> Option<f64> {
+        self.theory.map(|theory| theory.value)
     }
 
     /// The metric's name.
@@ -82,71 +86,82 @@ impl Metric {
         }
     }
 
-    /// Deviation from theory; `None` without a theoretical value.
+    /// Whether the metric has a value; if not, [`Self::reason`] states why.
+    pub(crate) fn is_applicable(&self) -> bool {
+        self.reason.is_none() && self.value().is_finite()
+    }
+
+    /// Why the value, its error or its deviation from theory is missing; `None` if none is, or if there is no reason to give.
+    pub(crate) fn reason(&self) -> Option<String> {
+        if let Some(reason) = &self.reason {
+            return Some(reason.to_string());
+        }
+        if !self.value().is_finite() {
+            return Some("the value is not finite".to_owned());
+        }
+        let error = self.estimate.missing_error.filter(|_| self.standard_error().is_none());
+        let error = error.map(|missing| missing.to_string());
+        let range =
+            self.theory.filter(|theory| !theory.in_range).map(|theory| theory.out_of_range());
+        let reasons: Vec<String> = error.into_iter().chain(range).collect();
+        (!reasons.is_empty()).then(|| reasons.join("; "))
+    }
+
+    /// Deviation from theory; `None` without a theoretical value, and outside its law's range.
     pub(crate) fn deviation(&self) -> Option<Deviation> {
-        let theory = self.theory?;
-        let difference = self.value - theory;
-        let rounding = self.rounding.max(ROUNDING_FRACTION * theory.abs());
-        Some(match self.standard_error {
-            _ if difference.abs() <= rounding => Deviation::Rounding,
-            // A standard error within rounding is not a measure of the deviation.
-            Some(error) if error > rounding => Deviation::StandardErrors(difference / error),
-            _ => Deviation::Bare(difference),
-        })
+        Deviation::of(&self.estimate, self.theory, self.rounding)
     }
 
     /// Deviation from theory in standard errors, if a standard error is known.
     pub(crate) fn deviation_in_standard_errors(&self) -> Option<f64> {
-        match self.deviation() {
-            Some(Deviation::StandardErrors(deviation)) => Some(deviation),
-            _ => None,
-        }
+        self.deviation().and_then(Deviation::in_standard_errors)
     }
 }
 
 /// The run or the part of a sweep that a metric describes.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) enum MetricScope {
     /// One run.
-    Run(RunScope),
+    Run(Arc<RunScope>),
     /// A point of the sweep, or a fit along one of its axes.
     Sweep(SweepScope),
 }
 
 /// One run.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RunScope {
     /// The recording's file name.
     pub(crate) file: String,
     /// The run's coordinates in the sweep.
-    #[serde(serialize_with = "as_map")]
     pub(crate) coordinates: Vec<Coordinate>,
     /// Number of the replicate.
     pub(crate) replicate: u32,
-    /// How the run ended.
-    pub(crate) outcome: String,
+    /// Seed of the random streams.
+    pub(crate) seed: u64,
+    /// How the run ended, in one word.
+    pub(crate) outcome: &'static str,
+    /// The run's identity and the programs behind it.
+    pub(crate) origin: RunOrigin,
+}
+
+/// What identifies a recorded run, and the versions that produced it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct RunOrigin {
+    /// The run key.
+    pub(crate) run_key: String,
+    /// Version of the program that recorded the run.
+    pub(crate) program_version: String,
+    /// Version of the model's physics.
+    pub(crate) physics_version: u32,
 }
 
 /// A part of a sweep.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SweepScope {
     /// The key along which a fit was made; `None` for the mean over a point's replicates.
     pub(crate) along: Option<String>,
     /// The coordinates that all runs of this part share.
-    #[serde(serialize_with = "as_map")]
     pub(crate) coordinates: Vec<Coordinate>,
     /// Number of averaged replicates.
     pub(crate) replicates: usize,
-}
-
-fn as_map<S: serde::Serializer>(
-    coordinates: &[Coordinate],
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
-    let pairs: BTreeMap<&str, &str> = coordinates
-        .iter()
-        .map(|coordinate| (coordinate.key.as_str(), coordinate.value.as_str()))
-        .collect();
-    pairs.serialize(serializer)
 }

@@ -68,8 +68,18 @@ pub(crate) struct Fit {
     pub(crate) parameters: &'static [&'static Definition],
     /// The theoretical value of the first parameter.
     pub(crate) theory: fn(&ModelConfig) -> Option<f64>,
-    /// Whether the fit is an order of convergence: all runs must end at the same time, and the theory must know an order.
-    pub(crate) is_convergence_order: bool,
+    /// Given if the fit is an order of convergence: all runs must end at the same time, the theory must know an order, and only
+    /// runs in this range are used.
+    pub(crate) asymptotic_range: Option<AsymptoticRange>,
+}
+
+/// Where an error is proportional to a power of the step.
+#[derive(Clone, Copy)]
+pub(crate) struct AsymptoticRange {
+    /// The metric that is the phase error, rad; it must be small.
+    pub(crate) phase_error: &'static str,
+    /// Rounding error of the fitted metric, from the configuration and the end time; the metric must be much larger.
+    pub(crate) rounding: fn(&ModelConfig, f64) -> f64,
 }
 
 impl Fit {
@@ -81,7 +91,7 @@ impl Fit {
         parameters: &'static [&'static Definition],
     ) -> Self {
         let theory = |_: &ModelConfig| None;
-        Self { along, over: None, of, shape, parameters, theory, is_convergence_order: false }
+        Self { along, over: None, of, shape, parameters, theory, asymptotic_range: None }
     }
 }
 

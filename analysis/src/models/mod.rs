@@ -4,6 +4,8 @@
 
 pub(crate) mod contract;
 pub(crate) mod figures;
+pub(crate) mod flow_statistics;
+pub(crate) mod hard_discs;
 pub(crate) mod series;
 pub(crate) mod snapshots;
 

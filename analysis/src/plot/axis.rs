@@ -137,7 +137,7 @@ impl Layout {
     }
 
     /// The drawn coordinate of a value.
-    pub(super) fn place(&self, value: f64) -> f64 {
+    pub(super) fn position(&self, value: f64) -> f64 {
         match self.scale {
             Scale::Linear => value / power_of_ten(self.exponent),
             Scale::Logarithmic => value.log10(),
@@ -165,8 +165,8 @@ impl Ranged for Layout {
     type ValueType = f64;
 
     fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
-        let share = (value - self.low) / (self.high - self.low);
-        limit.0 + (share * f64::from(limit.1 - limit.0)).round() as i32
+        let fraction = (value - self.low) / (self.high - self.low);
+        limit.0 + (fraction * f64::from(limit.1 - limit.0)).round() as i32
     }
 
     fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {

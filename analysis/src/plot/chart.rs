@@ -93,6 +93,8 @@ pub(crate) struct Chart {
     pub(crate) equal_aspect: bool,
     /// The curves; later ones are drawn on top.
     pub(crate) curves: Vec<Curve>,
+    /// A remark below the chart; may be empty.
+    pub(crate) remark: String,
 }
 
 const WIDTH: i32 = 640;
@@ -106,6 +108,8 @@ const LEGEND_TEXT: i32 = 16;
 const TICK_TEXT: i32 = 15;
 const LEGEND_SAMPLE: i32 = 30;
 const LEGEND_GAP: i32 = 22;
+const REMARK_HEIGHT: i32 = 24;
+const REMARK_TEXT: i32 = 14;
 
 impl Chart {
     /// The chart as an SVG document; `None` if no curve has a point that the axes can show.
@@ -120,11 +124,18 @@ impl Chart {
             self.equalise(&mut x, &mut y, f64::from(plot_width) / f64::from(plot_height));
         }
         let height = TITLE_HEIGHT + legend_height + plot_height + BOTTOM_LABELS + 10;
-        draw(WIDTH, height, |sheet| {
+        let remark_height = if self.remark.is_empty() { 0 } else { REMARK_HEIGHT };
+        draw(WIDTH, height + remark_height, |sheet| {
             let style = text_style(20, HPos::Center, VPos::Center);
             sheet.draw(&Text::new(title, (fine(WIDTH / 2), fine(22)), style)).map_err(failure)?;
             for (row, entries) in legend.iter().enumerate() {
                 draw_legend_row(sheet, TITLE_HEIGHT + row as i32 * LEGEND_ROW_HEIGHT, entries)?;
+            }
+            let (sheet, below) = sheet.split_vertically(fine(height));
+            if !self.remark.is_empty() {
+                let style = text_style(REMARK_TEXT, HPos::Center, VPos::Center);
+                let middle = (fine(WIDTH / 2), fine(REMARK_HEIGHT / 2 - 4));
+                below.draw(&Text::new(self.remark.clone(), middle, style)).map_err(failure)?;
             }
             let (_, plot) = sheet.split_vertically(fine(TITLE_HEIGHT + legend_height));
             draw_plot(&plot, &x, &y, &curves)?;
@@ -259,20 +270,22 @@ fn draw_plot(
         .map_err(failure)?;
     for curve in curves {
         let color = curve_color(curve.color);
-        let places: Vec<(f64, f64)> =
-            curve.points.iter().map(|point| (x.place(point.x), y.place(point.y))).collect();
+        let positions: Vec<(f64, f64)> =
+            curve.points.iter().map(|point| (x.position(point.x), y.position(point.y))).collect();
         match curve.style {
             CurveStyle::Line => {
-                chart.draw_series(LineSeries::new(places, stroke(color, 3))).map_err(failure)?;
+                chart.draw_series(LineSeries::new(positions, stroke(color, 3))).map_err(failure)?;
             }
             CurveStyle::Theory => {
-                let dashes = DashedLineSeries::new(places, fine(7), fine(4), stroke(color, 3));
+                let dashes = DashedLineSeries::new(positions, fine(7), fine(4), stroke(color, 3));
                 chart.draw_series(dashes).map_err(failure)?;
             }
             CurveStyle::Data => {
                 chart
                     .draw_series(
-                        places.iter().map(|place| Circle::new(*place, fine(4), color.filled())),
+                        positions
+                            .iter()
+                            .map(|position| Circle::new(*position, fine(4), color.filled())),
                     )
                     .map_err(failure)?;
                 chart.draw_series(error_bars(curve, x, y, color)).map_err(failure)?;
@@ -293,8 +306,8 @@ fn error_bars(
     let style = stroke(color, 3);
     let bar = |point: &Point| {
         let error = point.error.filter(|error| *error > 0.0)?;
-        let (center, top) = (x.place(point.x), y.place(point.y + error));
-        let low = y.place(point.y - error);
+        let (center, top) = (x.position(point.x), y.position(point.y + error));
+        let low = y.position(point.y - error);
         let reached = low.is_finite() && low >= y.low;
         let bottom = if reached { low } else { y.low };
         let across = |height: f64| vec![(center - cap, height), (center + cap, height)];

@@ -103,9 +103,9 @@ pub(crate) fn wall(segments: Vec<[[f64; 2]; 2]>) -> Shape {
 fn speed_color(fraction: f64) -> Rgb {
     const STOPS: [[f64; 3]; 4] =
         [[40.0, 44.0, 120.0], [30.0, 130.0, 170.0], [120.0, 180.0, 90.0], [240.0, 150.0, 30.0]];
-    let place = fraction.clamp(0.0, 1.0) * 3.0;
-    let stop = (place as usize).min(2);
-    let along = place - stop as f64;
+    let position = fraction.clamp(0.0, 1.0) * 3.0;
+    let stop = (position as usize).min(2);
+    let along = position - stop as f64;
     std::array::from_fn(|part| {
         (STOPS[stop][part] + along * (STOPS[stop + 1][part] - STOPS[stop][part])).round() as u8
     })

@@ -12,6 +12,7 @@ pub(crate) use axis::{Axis, Scale, extremes, short_number, three_digits};
 pub(crate) use chart::{Chart, Curve, CurveStyle, Point, thinned};
 pub(crate) use picture::Picture;
 
+use kinetoscope_usage::text::visible;
 use serde::{Deserialize, Serialize};
 
 /// A plot that could not be drawn, with the message of the drawing library.
@@ -44,15 +45,26 @@ impl Plot {
         [x, y]: [Axis; 2],
         curves: Vec<Curve>,
     ) -> Self {
-        let content = PlotContent::Chart(Chart { x, y, equal_aspect: false, curves });
+        let remark = String::new();
+        let content = PlotContent::Chart(Chart { x, y, equal_aspect: false, curves, remark });
         Self { stem: stem.into(), title: title.into(), content }
     }
 
-    /// The plot as an SVG document; `None` if it is empty.
-    pub(crate) fn svg(&self) -> Result<Option<String>, DrawingError> {
-        match &self.content {
-            PlotContent::Chart(chart) => chart.svg(&self.title),
-            PlotContent::Picture(picture) => Ok(picture.svg(&self.title)),
+    /// The same plot with a remark below, if it is a chart.
+    pub(crate) fn with_remark(mut self, remark: &str) -> Self {
+        if let PlotContent::Chart(chart) = &mut self.content {
+            chart.remark = remark.to_owned();
         }
+        self
+    }
+
+    /// The plot as an SVG document; `None` if it is empty. Characters that XML does not allow are escaped.
+    pub(crate) fn svg(&self) -> Result<Option<String>, DrawingError> {
+        let svg = match &self.content {
+            // The drawing library escapes markup, but not these characters.
+            PlotContent::Chart(chart) => chart.svg(&self.title)?,
+            PlotContent::Picture(picture) => picture.svg(&self.title),
+        };
+        Ok(svg.map(|svg| visible(&svg).into_owned()))
     }
 }

@@ -66,16 +66,16 @@ impl PageLayout {
     }
 
     /// Position of a point from the upper left corner, px.
-    pub(crate) fn place(&self, point: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn position(&self, point: [f64; 2]) -> [f64; 2] {
         [(point[0] - self.left) * self.scale, (self.top - point[1]) * self.scale]
     }
 
     /// Whether a disc is at least partly on the page; other shapes are always drawn.
     pub(super) fn shows(&self, shape: &Shape) -> bool {
         let Shape::Disc { center, radius, .. } = shape else { return true };
-        let (place, radius) = (self.place(*center), self.length(*radius));
+        let (position, radius) = (self.position(*center), self.length(*radius));
         // Comparisons with NaN are false.
-        [self.width, self.height].into_iter().zip(place).all(|(side, coordinate)| {
+        [self.width, self.height].into_iter().zip(position).all(|(side, coordinate)| {
             coordinate + radius >= 0.0 && coordinate - radius <= f64::from(side)
         })
     }

@@ -2,7 +2,8 @@
 
 use super::drawing::Drawing;
 use super::page::PageLayout;
-use super::shapes_svg::{escaped, write_shapes};
+use super::shapes_svg::write_shapes;
+use kinetoscope_usage::text::xml;
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroU32;
 
@@ -38,7 +39,7 @@ impl Picture {
         for (text, size, y) in [(title, 18, 26), (&caption, 15, 50), (&self.size, 14, 72)] {
             svg += &format!(
                 "<text x=\"{middle}\" y=\"{y}\" font-size=\"{size}\" font-family=\"sans-serif\" text-anchor=\"middle\" fill=\"#262626\">{}</text>\n",
-                escaped(text)
+                xml(text)
             );
         }
         svg += &format!("<g transform=\"translate(0 {HEADER})\">\n");

@@ -3,6 +3,7 @@
 use super::drawing::Drawing;
 use super::page::PageLayout;
 use kinetoscope_recording::drawing::{Rgb, Shape};
+use kinetoscope_usage::text::xml;
 use std::fmt::Write;
 
 /// A whole document on a white background.
@@ -26,14 +27,14 @@ pub(super) fn write_shapes(svg: &mut String, page: &PageLayout, drawing: &Drawin
 fn write_shape(svg: &mut String, page: &PageLayout, shape: &Shape) -> std::fmt::Result {
     match shape {
         Shape::Disc { center, radius, color } => {
-            let ([x, y], radius) = (page.place(*center), page.length(*radius));
+            let ([x, y], radius) = (page.position(*center), page.length(*radius));
             let fill = hexadecimal(*color);
             writeln!(svg, "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{radius:.2}\" fill=\"{fill}\"/>")
         }
         Shape::Rectangle { center, size, color } => {
             let corner = [center[0] - size[0] / 2.0, center[1] + size[1] / 2.0];
             let ([x, y], [width, height]) =
-                (page.place(corner), size.map(|length| page.length(length)));
+                (page.position(corner), size.map(|length| page.length(length)));
             // Neighbors overlap slightly, so that no seam is visible.
             let (width, fill) = (width + 0.3, hexadecimal(*color));
             writeln!(
@@ -48,18 +49,18 @@ fn write_shape(svg: &mut String, page: &PageLayout, shape: &Shape) -> std::fmt::
                 "<path fill=\"none\" stroke-linecap=\"round\" stroke-width=\"{width:.2}\" stroke=\"{stroke}\" d=\""
             )?;
             for [from, to] in segments {
-                let ([x0, y0], [x1, y1]) = (page.place(*from), page.place(*to));
+                let ([x0, y0], [x1, y1]) = (page.position(*from), page.position(*to));
                 write!(svg, "M{x0:.2} {y0:.2}L{x1:.2} {y1:.2}")?;
             }
             writeln!(svg, "\"/>")
         }
         Shape::Text { center, text } => {
-            let ([x, y], size) = (page.place(*center), 1.4 * page.text_height());
+            let ([x, y], size) = (page.position(*center), 1.4 * page.text_height());
             let baseline = y + page.text_height() / 2.0;
             writeln!(
                 svg,
                 "<text x=\"{x:.2}\" y=\"{baseline:.2}\" font-size=\"{size:.1}\" font-family=\"sans-serif\" text-anchor=\"middle\" fill=\"#262626\">{}</text>",
-                escaped(text)
+                xml(text)
             )
         }
     }
@@ -67,9 +68,4 @@ fn write_shape(svg: &mut String, page: &PageLayout, shape: &Shape) -> std::fmt::
 
 fn hexadecimal([red, green, blue]: Rgb) -> String {
     format!("#{red:02x}{green:02x}{blue:02x}")
-}
-
-/// Escapes text for XML.
-pub(super) fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;")
 }

@@ -2,17 +2,19 @@
 
 use crate::report::{AnalysisReport, html, metric_files};
 use crate::write_file::{WriteError, create_folder, replace};
+use kinetoscope_recording::plot_list::{PLOT_LIST, listed_plots};
 use std::path::Path;
 
 /// Writes `metrics.json`, `metrics.csv`, `report.html` and the plots (with the feature `parquet` also
-/// `metrics.parquet`); returns the number of plots.
+/// `metrics.parquet`); returns the number of plots. Plots of the analysis before that are not drawn again are removed.
 ///
 /// # Errors
 /// The first file that cannot be written.
 pub(crate) fn write(report: &AnalysisReport, folder: &Path) -> Result<usize, WriteError> {
     create_folder(folder)?;
     let failed = |name: &str, why: String| WriteError::new(&folder.join(name), why);
-    let json = metric_files::to_json(&report.name, report.model(), &report.metrics)
+    let json = metric_files::Document::of(report)
+        .to_json()
         .map_err(|error| failed("metrics.json", error.to_string()))?;
     replace(&folder.join("metrics.json"), &json)?;
     let csv = metric_files::to_csv(&report.metrics)
@@ -20,19 +22,26 @@ pub(crate) fn write(report: &AnalysisReport, folder: &Path) -> Result<usize, Wri
     replace(&folder.join("metrics.csv"), &csv)?;
     #[cfg(feature = "parquet")]
     {
-        let parquet = crate::report::metrics_parquet::to_parquet(&report.metrics)
+        let parquet = metric_files::to_parquet(&report.metrics)
             .map_err(|error| failed("metrics.parquet", error.to_string()))?;
         replace(&folder.join("metrics.parquet"), parquet)?;
     }
+    let (earlier, mut list) = (listed_plots(folder), String::new());
     let mut drawn = Vec::new();
     for (stem, plot) in &report.plots {
         let name = format!("{stem}.svg");
         let svg = plot.svg().map_err(|error| failed(&name, error.to_string()))?;
         if let Some(svg) = svg {
-            replace(&folder.join(name), &svg)?;
+            replace(&folder.join(&name), &svg)?;
+            list += &format!("{name}\n");
             drawn.push((plot.title.as_str(), svg));
         }
     }
+    for stale in earlier.iter().filter(|name| !list.lines().any(|drawn| drawn == *name)) {
+        // A plot that cannot be removed is of no harm.
+        let _ = std::fs::remove_file(folder.join(stale));
+    }
+    replace(&folder.join(PLOT_LIST), &list)?;
     replace(&folder.join("report.html"), html::page(report, &drawn))?;
     Ok(drawn.len())
 }

@@ -1,13 +1,17 @@
 //! `report.html`: one self-contained file for a wide screen, a phone and paper, in light or dark.
 //!
-//! Text is escaped by the type [`Markup`]; only the style sheet and the SVG documents are inserted as they are.
+//! Text is escaped by the type [`Markup`], and control and bidirectional characters in the whole page; only the style sheet and the SVG documents are inserted as they are.
 
 use crate::checks::CheckKind;
+use crate::checks::baseline::BaselineComparison;
 use crate::input::coordinates::label;
-use crate::metric::{Definition, Metric, symbols};
+use crate::metric::{Definition, Law, Metric, symbols};
 use crate::report::AnalysisReport;
-use crate::report::table::{deviation_text, six_digits, with_error};
+use crate::report::table::{
+    deviation_text, reasons, six_digits, theory_text, value_text, with_error,
+};
 use kinetoscope_manifest::{Coordinate, TimingTable};
+use kinetoscope_usage::text::visible;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::collections::BTreeSet;
 
@@ -34,7 +38,7 @@ pub(crate) fn page(report: &AnalysisReport, plots: &[(&str, String)]) -> String 
                         (check_table(report, CheckKind::Outcome, "Outcomes"))
                     }
                     (check_table(report, CheckKind::Check, "Checks"))
-                    (check_table(report, CheckKind::Baseline, "Against the baseline"))
+                    @if let Some(comparison) = &report.baseline { (baseline(comparison)) }
                     (figures(plots))
                     @if let Some(table) = &report.timing { (timing(table)) }
                     (numbers(report))
@@ -44,7 +48,7 @@ pub(crate) fn page(report: &AnalysisReport, plots: &[(&str, String)]) -> String 
             }
         }
     };
-    page.into_string() + "\n"
+    visible(&(page.into_string() + "\n")).into_owned()
 }
 
 fn heading(report: &AnalysisReport) -> Markup {
@@ -110,6 +114,48 @@ fn check_table(report: &AnalysisReport, kind: CheckKind, title: &str) -> Markup 
     }
 }
 
+/// All metrics of both analyses, the worst first.
+fn baseline(comparison: &BaselineComparison) -> Markup {
+    let number = |value: Option<f64>| {
+        value.map_or_else(String::new, |value| typographic(&six_digits(value)))
+    };
+    html! {
+        section {
+            h2 { "Against the baseline" }
+            @for rule in &comparison.rules { p { (rule) } }
+            @for (subject, finding) in comparison.failures() {
+                p { strong class="bad" { "failed" } " " (breakable(subject)) ": " (finding) }
+            }
+            table class="numbers" {
+                thead {
+                    tr {
+                        th { "metric" } th { "baseline" } th { "now" } th { "difference" }
+                        th { "unit" } th { "σ" } th { "result" }
+                    }
+                }
+                tbody {
+                    @for row in &comparison.rows {
+                        @let (class, word) = match row.passed {
+                            Some(true) => ("good", "ok"),
+                            Some(false) => ("bad", "failed"),
+                            None => ("", "not compared"),
+                        };
+                        tr {
+                            td { (breakable(&row.subject)) }
+                            td data-label="baseline" { (number(row.old)) }
+                            td data-label="now" { (number(row.new)) }
+                            td data-label="difference" { (number(row.difference())) }
+                            td data-label="" { (if row.unit == "1" { "" } else { &row.unit }) }
+                            td data-label="" { (row.sigma_text()) }
+                            td data-label="" { strong class=(class) { (word) } ": " (row.reason) }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
 fn figures(plots: &[(&str, String)]) -> Markup {
     html! {
         @if !plots.is_empty() {
@@ -136,7 +182,8 @@ fn numbers(report: &AnalysisReport) -> Markup {
             h2 { "Numbers" }
             p {
                 "Digits in brackets are one standard error, in units of the last digits. "
-                "σ is the deviation from theory in standard errors."
+                "σ is the deviation from theory in standard errors; with few degrees of freedom ν it is the equally probable one of a normal distribution, by Student's t. "
+                "A theoretical value is followed by the accuracy of its law, if that is not exact."
             }
             @for (title, metrics) in report.sections() {
                 h3 { (breakable(&title)) }
@@ -148,8 +195,10 @@ fn numbers(report: &AnalysisReport) -> Markup {
                                 th { "deviation" }
                             }
                         }
-                        tbody { @for metric in metrics { (metric_row(metric)) } }
+                        tbody { @for metric in &metrics { (metric_row(metric)) } }
                     }
+                    @let reasons = reasons(&metrics);
+                    @if !reasons.is_empty() { ul { @for line in &reasons { li { (breakable(line)) } } } }
                 }
             }
         }
@@ -158,18 +207,23 @@ fn numbers(report: &AnalysisReport) -> Markup {
 
 fn metric_row(metric: &Metric) -> Markup {
     let unit = if metric.unit() == "1" { "" } else { metric.unit() };
-    let theory = metric.theory.map_or_else(String::new, six_digits);
-    let deviation = deviation_text(metric);
+    let theory = typographic(&theory_text(metric));
+    let deviation = typographic(&deviation_text(metric));
     let label = |label: &'static str, text: &str| if text.is_empty() { "" } else { label };
     html! {
         tr {
             td { (breakable(metric.name())) }
-            td data-label="" { (with_error(metric.value, metric.standard_error)) }
+            td data-label="" { (typographic(&value_text(metric))) }
             td data-label="" { (unit) }
             td data-label=(label("theory", &theory)) { (theory) }
             td data-label=(label("deviation", &deviation)) { (deviation) }
         }
     }
+}
+
+/// A number with a minus sign in place of the hyphen that terminals and files contain.
+fn typographic(number: &str) -> String {
+    number.replace('-', "−")
 }
 
 /// The run times, which no metric contains.
@@ -264,7 +318,7 @@ fn definitions(report: &AnalysisReport) -> Markup {
             dl {
                 @for definition in definitions {
                     @let laws: Vec<String> =
-                        definition.laws.iter().map(ToString::to_string).collect();
+                        definition.laws.iter().map(law_text).collect();
                     dt { (breakable(definition.name)) }
                     dd {
                         (definition.how)
@@ -274,6 +328,17 @@ fn definitions(report: &AnalysisReport) -> Markup {
             }
         }
     }
+}
+
+/// A law with its source, range and accuracy.
+fn law_text(law: &Law) -> String {
+    let range =
+        if law.range.is_empty() { String::new() } else { format!("; range: {}", law.range) };
+    let accuracy = match law.relative_accuracy {
+        0.0 => String::new(),
+        accuracy => format!("; accuracy: {accuracy} of the value"),
+    };
+    format!("{law}{range}{accuracy}")
 }
 
 fn manifest(report: &AnalysisReport) -> Markup {

@@ -1,59 +1,197 @@
-//! `metrics.json` and `metrics.csv`.
+//! `metrics.json`, `metrics.csv` and `metrics.parquet`.
 
-use crate::input::coordinates;
+use crate::input::coordinates::{AxisNames, CoordinateValue, value_of};
 use crate::metric::{Metric, MetricScope, SCHEMA};
-use serde::Serialize;
+use crate::report::AnalysisReport;
+use crate::report::metric_table::MetricTable;
+use crate::run::RunAnalysis;
+use kinetoscope_manifest::{Coordinate, manifest_values, unit_of_key};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
-#[derive(Serialize)]
-struct Document<'a> {
-    schema: u32,
-    experiment: &'a str,
-    model: &'a str,
-    metrics: Vec<Entry<'a>>,
+/// The contents of `metrics.json`.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct Document {
+    /// Version of the layout.
+    pub(crate) schema: u32,
+    /// The experiment's name.
+    pub(crate) experiment: String,
+    /// The model's name.
+    pub(crate) model: String,
+    /// Version of the program that derived the metrics.
+    pub(crate) analysis_version: String,
+    /// The runs.
+    pub(crate) runs: Vec<RunEntry>,
+    /// The metrics of the sweep, then those of the runs.
+    pub(crate) metrics: Vec<MetricEntry>,
+}
+
+/// A run in the file.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct RunEntry {
+    pub(crate) file: String,
+    pub(crate) run_key: String,
+    pub(crate) coordinates: Coordinates,
+    pub(crate) replicate: u32,
+    pub(crate) seed: u64,
+    pub(crate) program_version: String,
+    pub(crate) physics_version: u32,
+    pub(crate) outcome: String,
+    /// What failed.
+    pub(crate) outcome_detail: Option<String>,
+    pub(crate) frames: u64,
+    /// The dotted keys of the run's manifest with their values as TOML.
+    pub(crate) manifest: BTreeMap<String, String>,
 }
 
 /// A metric in the file.
-#[derive(Serialize)]
-struct Entry<'a> {
-    name: &'a str,
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct MetricEntry {
+    pub(crate) name: String,
     /// Null if it is not finite.
-    value: f64,
-    unit: &'a str,
-    standard_error: Option<f64>,
-    theory: Option<f64>,
-    deviation_in_standard_errors: Option<f64>,
-    source: &'a str,
+    pub(crate) value: Option<f64>,
+    pub(crate) unit: String,
+    pub(crate) standard_error: Option<f64>,
+    pub(crate) conditional_standard_error: Option<f64>,
+    pub(crate) degrees_of_freedom: Option<f64>,
+    pub(crate) theory: Option<TheoryEntry>,
+    pub(crate) deviation_sigma: Option<f64>,
+    pub(crate) applicable: bool,
+    pub(crate) reason: Option<String>,
+    pub(crate) source: String,
     #[serde(flatten)]
-    scope: &'a MetricScope,
+    pub(crate) scope: ScopeEntry,
 }
 
-impl<'a> Entry<'a> {
-    fn of(metric: &'a Metric) -> Self {
+/// The theoretical value in the file.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct TheoryEntry {
+    value: Option<f64>,
+    accuracy: Option<f64>,
+    range: Option<String>,
+    source: Option<String>,
+    in_range: bool,
+}
+
+/// What a metric in the file describes.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum ScopeEntry {
+    /// One run, by its file; the other fields are those of the run.
+    Run { file: String, coordinates: Coordinates, replicate: u32, outcome: String },
+    /// The mean over the replicates of a point, or a fit along an axis.
+    Sweep { along: Option<String>, coordinates: Coordinates, replicates: usize },
+}
+
+/// Coordinates by the name of their axis.
+pub(crate) type Coordinates = BTreeMap<String, CoordinateEntry>;
+
+/// A coordinate with its unit: "1" for a pure number, empty for a word.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct CoordinateEntry {
+    pub(crate) value: CoordinateValue,
+    pub(crate) unit: String,
+}
+
+impl Document {
+    /// The contents for a report.
+    pub(crate) fn of(report: &AnalysisReport) -> Self {
+        let names = AxisNames::of(report.runs.iter().map(|run| run.coordinates.as_slice()));
+        let runs = report.runs.iter().map(|run| RunEntry::of(run, &names)).collect();
+        let metrics = report.metrics.iter().map(|metric| MetricEntry::of(metric, &names)).collect();
         Self {
-            name: metric.name(),
-            value: metric.value,
-            unit: metric.unit(),
-            standard_error: metric.standard_error,
-            theory: metric.theory,
-            deviation_in_standard_errors: metric.deviation_in_standard_errors(),
-            source: &metric.source,
-            scope: &metric.scope,
+            schema: SCHEMA,
+            experiment: report.name.clone(),
+            model: report.model().to_owned(),
+            analysis_version: env!("CARGO_PKG_VERSION").to_owned(),
+            runs,
+            metrics,
+        }
+    }
+
+    /// The text of `metrics.json`; equal recordings give equal bytes.
+    ///
+    /// # Errors
+    /// Errors of the serializer; none is expected.
+    pub(crate) fn to_json(&self) -> serde_json::Result<String> {
+        serde_json::to_string_pretty(self).map(|text| text + "\n")
+    }
+}
+
+impl RunEntry {
+    fn of(run: &RunAnalysis, names: &AxisNames) -> Self {
+        Self {
+            file: run.file.clone(),
+            run_key: run.origin.run_key.clone(),
+            coordinates: entries(&run.coordinates, names),
+            replicate: run.manifest.replicate,
+            seed: run.manifest.seed,
+            program_version: run.origin.program_version.clone(),
+            physics_version: run.origin.physics_version,
+            outcome: run.ending.word().to_owned(),
+            outcome_detail: run.ending.detail().map(str::to_owned),
+            frames: run.frames,
+            manifest: manifest_values(&run.manifest.canonical()).into_iter().collect(),
         }
     }
 }
 
-/// The text of `metrics.json`; equal recordings give equal bytes.
-///
-/// # Errors
-/// Errors of the serializer; none is expected.
-pub(crate) fn to_json(
-    experiment: &str,
-    model: &str,
-    metrics: &[Metric],
-) -> serde_json::Result<String> {
-    let metrics = metrics.iter().map(Entry::of).collect();
-    let document = Document { schema: SCHEMA, experiment, model, metrics };
-    serde_json::to_string_pretty(&document).map(|text| text + "\n")
+impl MetricEntry {
+    fn of(metric: &Metric, names: &AxisNames) -> Self {
+        let finite = |number: f64| Some(number).filter(|number| number.is_finite());
+        let estimate = metric.estimate;
+        Self {
+            name: metric.name().to_owned(),
+            value: finite(estimate.value),
+            unit: metric.unit().to_owned(),
+            standard_error: estimate.standard_error.and_then(finite),
+            conditional_standard_error: estimate.conditional_standard_error.and_then(finite),
+            degrees_of_freedom: estimate.degrees_of_freedom.and_then(finite),
+            theory: metric.theory.map(|theory| TheoryEntry {
+                value: finite(theory.value),
+                accuracy: finite(theory.accuracy),
+                range: theory
+                    .law
+                    .map(|law| law.range)
+                    .filter(|range| !range.is_empty())
+                    .map(str::to_owned),
+                source: theory.law.map(|law| law.to_string()),
+                in_range: theory.in_range,
+            }),
+            deviation_sigma: metric.deviation_in_standard_errors().and_then(finite),
+            applicable: metric.is_applicable(),
+            reason: metric.reason(),
+            source: metric.source.clone(),
+            scope: ScopeEntry::of(&metric.scope, names),
+        }
+    }
+}
+
+impl ScopeEntry {
+    fn of(scope: &MetricScope, names: &AxisNames) -> Self {
+        match scope {
+            MetricScope::Run(run) => Self::Run {
+                file: run.file.clone(),
+                coordinates: entries(&run.coordinates, names),
+                replicate: run.replicate,
+                outcome: run.outcome.to_owned(),
+            },
+            MetricScope::Sweep(sweep) => Self::Sweep {
+                along: sweep.along.as_deref().map(|key| names.name(key).to_owned()),
+                coordinates: entries(&sweep.coordinates, names),
+                replicates: sweep.replicates,
+            },
+        }
+    }
+}
+
+fn entries(coordinates: &[Coordinate], names: &AxisNames) -> Coordinates {
+    let entry = |coordinate: &Coordinate| CoordinateEntry {
+        value: value_of(coordinate),
+        unit: unit_of_key(&coordinate.key).to_owned(),
+    };
+    let named = coordinates.iter().map(|it| (names.name(&it.key).to_owned(), entry(it)));
+    named.collect()
 }
 
 /// The text of `metrics.csv`: one line per metric.
@@ -61,53 +199,24 @@ pub(crate) fn to_json(
 /// # Errors
 /// Errors of the writer; none is expected.
 pub(crate) fn to_csv(metrics: &[Metric]) -> Result<String, csv::Error> {
+    let table = MetricTable::new(metrics);
     let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record([
-        "name",
-        "value",
-        "unit",
-        "standard_error",
-        "theory",
-        "deviation_in_standard_errors",
-        "scope",
-        "coordinates",
-        "along",
-        "replicate",
-        "replicates",
-        "file",
-        "outcome",
-        "source",
-    ])?;
-    let number = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
-    for metric in metrics {
-        let places = coordinates::text(metric.coordinates());
-        let (scope, along, replicate, replicates, file, outcome) = match &metric.scope {
-            MetricScope::Run(run) => {
-                let replicate = run.replicate.to_string();
-                ("run", "", replicate, String::new(), run.file.as_str(), run.outcome.as_str())
-            }
-            MetricScope::Sweep(sweep) => {
-                let along = sweep.along.as_deref().unwrap_or("");
-                ("sweep", along, String::new(), sweep.replicates.to_string(), "", "")
-            }
-        };
-        writer.write_record([
-            metric.name(),
-            &metric.value.to_string(),
-            metric.unit(),
-            &number(metric.standard_error),
-            &number(metric.theory),
-            &number(metric.deviation_in_standard_errors()),
-            scope,
-            &places,
-            along,
-            &replicate,
-            &replicates,
-            file,
-            outcome,
-            &metric.source,
-        ])?;
+    writer.write_record(table.columns(&[]).iter().map(|column| column.name.as_str()))?;
+    for row in table.rows(&[]) {
+        writer.write_record(row.iter().map(|cell| cell.text()))?;
     }
     let bytes = writer.into_inner().map_err(|error| csv::Error::from(error.into_error()))?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+/// The bytes of `metrics.parquet`: the table of `metrics.csv`.
+///
+/// # Errors
+/// Errors of the writer; none is expected.
+#[cfg(feature = "parquet")]
+pub(crate) fn to_parquet(metrics: &[Metric]) -> Result<Vec<u8>, parquet::errors::ParquetError> {
+    let table = MetricTable::new(metrics);
+    let mut file = crate::table::parquet::ParquetTable::new(Vec::new(), &table.columns(&[]))?;
+    table.rows(&[]).try_for_each(|row| file.row(row))?;
+    file.finish()
 }

@@ -1,7 +1,7 @@
 //! The reference of all metrics, `docs/metrics.md`.
 
-use crate::metric::Definition;
 use crate::metric::symbols::SYMBOLS;
+use crate::metric::{Definition, Law};
 use crate::models::MODELS;
 use std::fmt::Write as _;
 
@@ -15,6 +15,9 @@ Each metric has a value. It has a standard error if replicates or a time series 
 Flyvbjerg and Petersen 1989), a theoretical value if a law below provides one, and then the deviation from theory in standard errors. A
 deviation within the stated rounding, or within 1e-9 of the theoretical value, is reported as rounding, without a number.
 For several replicates at one point of a sweep, the mean is reported as well, under the same name. An empty unit is the model's own.
+
+A metric does not depend on the frame interval unless its definition names frames: largest energy errors and residuals are those `of the frames`,
+a settling time is that of a frame, and averages over the last tenth or the second half of a run begin at a frame.
 
 `last frame` is the last intact frame; `/energy` and the like are topics of the recording. For packing, the `sampled frames` are every k-th
 frame after 5 events per disc, with k the number of discs over 32, rounded up, or the last frame if there is none.
@@ -30,10 +33,36 @@ frame after 5 events per disc, with k the number of discs over 32, rounded up, o
 const FILES: &str = "
 ## metrics.json
 
-`{\"schema\": 1, \"experiment\", \"model\", \"metrics\": [...]}`. A metric has `name`, `value`, `unit`, `standard_error`, `theory`,
-`deviation_in_standard_errors`, `source` (how it is found, and the law), and either `run` (`file`, `coordinates`, `replicate`,
-`outcome`) or `sweep` (`along`, `coordinates`, `replicates`). Numbers that are not known or not finite are null. `schema` is raised
-when a field goes or changes its meaning; new fields do not raise it. `docs/metrics.schema.json` is its JSON Schema.
+`{\"schema\": 2, \"experiment\", \"model\", \"analysis_version\", \"runs\": [...], \"metrics\": [...]}`. `docs/metrics.schema.json` is its JSON Schema.
+Numbers that are not known or not finite are null. `schema` is raised when a field goes or changes its meaning; new fields do not raise it.
+
+A run has `file`, `run_key`, `coordinates`, `replicate`, `seed`, `program_version` and `physics_version` (of the program that recorded it), `outcome`
+(complete, fault, unfinished or damaged), `outcome_detail` (what failed), `frames`, and `manifest`: the dotted keys of its canonical manifest with their values as
+TOML. A value of more than 200 characters is represented by its SHA-256.
+
+| field of a metric | meaning |
+|---|---|
+| `name`, `unit` | as in the tables above |
+| `value` | the value; null if it cannot be computed |
+| `standard_error` | the scatter that other seeds would show |
+| `conditional_standard_error` | the error given the run's own start, where theory is computed from that start; the deviation uses it |
+| `degrees_of_freedom` | of the standard error, for Student's t; null if the error is as good as exact |
+| `theory` | null, or `value`, `accuracy` (of the law, in the metric's unit; 0 if exact), `range` in which the law holds (null: everywhere), `source` (law and literature), `in_range` (whether the run is in the range) |
+| `deviation_sigma` | deviation from theory over error and accuracy together; null within rounding, without an error, and outside the range |
+| `applicable` | whether the metric has a value |
+| `reason` | why the value, its error or its deviation is missing |
+| `source` | how the value is found, and the law |
+| `run` | of a metric of one run: `file`, `coordinates`, `replicate`, `outcome`, as in `runs` |
+| `sweep` | of a mean or a fit: `along` (the axis of a fit; null for a mean over replicates), `coordinates`, `replicates` (their number) |
+
+`coordinates` are the run's point in the sweep: `{\"temperature_k\": {\"value\": 300, \"unit\": \"K\"}}`. A key is named by its last part, or in full where two keys have the
+same last part. The value is a number where the manifest has one; the unit is \"1\" for a pure number and empty for a word.
+
+## metrics.csv
+
+One row per run and metric, and one per mean or fit: first one column per coordinate, then `replicate`, `metric`, `value`, and so on as in `metrics.json`. Empty cells are
+missing values; numbers have the fewest digits that give them back exactly. `metrics.parquet` (with the feature `parquet`) and the table of a sweep
+(`--metrics-table`) have the same columns.
 ";
 
 /// The reference of all metrics, in Markdown.
@@ -63,8 +92,20 @@ fn cell(text: &str) -> String {
     text.replace('|', "\\|")
 }
 
+/// The law with its range and accuracy; neither for an exact law.
+fn law_with_range(law: &Law) -> String {
+    let mut text = law.to_string();
+    if !law.range.is_empty() {
+        let _ = write!(text, "; range: {}", law.range);
+    }
+    if law.relative_accuracy > 0.0 {
+        let _ = write!(text, "; accuracy {} %", 100.0 * law.relative_accuracy);
+    }
+    text
+}
+
 fn row(definition: &Definition) -> String {
-    let laws: Vec<String> = definition.laws.iter().map(ToString::to_string).collect();
+    let laws: Vec<String> = definition.laws.iter().map(law_with_range).collect();
     let rounding = match definition.rounding {
         0.0 => String::new(),
         rounding => format!("{rounding:e}"),

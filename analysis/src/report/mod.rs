@@ -4,16 +4,16 @@
 pub(crate) mod files;
 pub(crate) mod html;
 pub(crate) mod metric_files;
-#[cfg(feature = "parquet")]
-pub(crate) mod metrics_parquet;
+pub(crate) mod metric_table;
 mod metrics_reference;
 pub(crate) mod table;
+mod text;
 
 pub use metrics_reference::metrics_reference;
 
-use crate::checks::baseline::Baseline;
+use crate::checks::baseline::{Baseline, BaselineComparison};
 use crate::checks::ci_formats::ExperimentChecks;
-use crate::checks::{CheckKind, CheckResult, evaluate, outcome};
+use crate::checks::{CheckResult, evaluate, outcome};
 use crate::input::RecordingFolder;
 use crate::input::UnreadableRecording;
 use crate::input::coordinates;
@@ -21,15 +21,17 @@ use crate::input::recording::OpenRun;
 use crate::metric::{Metric, MetricScope};
 use crate::models::figures::Figures;
 use crate::plot::Plot;
-use crate::report::table::{Style, Terminal, six_digits, table};
+use crate::report::table::six_digits;
 use crate::run::cache::AnalysisCache;
 use crate::run::{self, RunAnalysis, RunStatus};
 use crate::sweep;
-use kinetoscope_manifest::{Check, Coordinate, ExpectedOutcome, ExperimentRecord, TimingTable};
+use kinetoscope_manifest::{
+    BaselineTolerance, Check, Coordinate, ExpectedOutcome, ExperimentRecord, TimingTable,
+};
+use kinetoscope_recording::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
 use rayon::iter::{
     IndexedParallelIterator as _, IntoParallelRefIterator as _, ParallelIterator as _,
 };
-use std::fmt::Write as _;
 use std::num::NonZeroUsize;
 use std::thread::available_parallelism;
 use std::time::Instant;
@@ -47,6 +49,10 @@ pub(crate) struct AnalysisReport {
     pub(crate) metrics: Vec<Metric>,
     /// The outcomes of the runs against the expected one, and the results of the checks.
     pub(crate) check_results: Vec<CheckResult>,
+    /// The comparison with an earlier analysis, if there is one.
+    pub(crate) baseline: Option<BaselineComparison>,
+    /// How much metrics may differ from those of an earlier analysis.
+    tolerances: Vec<BaselineTolerance>,
     /// The manifest as it was named, if it is known.
     pub(crate) manifest: Option<String>,
     /// The plots, each with a unique file name.
@@ -101,7 +107,9 @@ impl AnalysisTask {
         if let Some(found) = cached {
             return Ok(found);
         }
-        let found = run::analyze(run, coordinates.clone(), figures, snapshots_at, threads)?;
+        let found = run::catch_defect(run.recording().path(), || {
+            run::analyze(run, coordinates.clone(), figures, snapshots_at, threads)
+        })?;
         if let Some(cache) = &options.cache {
             cache.store(run, &found, figures, snapshots_at);
         }
@@ -193,16 +201,18 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
             other => notes.push(format!(
                 "{}: {} after {} frames, t = {}; not part of means and fits",
                 run.file,
-                other.text(),
+                other.word(),
                 run.frames,
                 last_time(run)
             )),
         }
     }
+    notes.extend(snapshots_outside(&runs, &options.snapshots_at));
     let timing = timing_beside(source, &mut notes);
     let points = sweep::points(&runs);
     let (mut metrics, refused) = sweep::fits::fits(&points);
     notes.extend(refused);
+    notes.extend(sweep::correlation_note(&points).map(str::to_owned));
     metrics.extend(sweep::replicate_means(&points));
     metrics.extend(runs.iter().flat_map(RunAnalysis::metrics));
     let plots = plots(&runs, &points, &mut notes);
@@ -221,6 +231,8 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
         runs,
         metrics,
         check_results,
+        baseline: None,
+        tolerances: record.map_or_else(Vec::new, |record| record.baseline.clone()),
         manifest: record.map(|record| record.manifest.clone()).filter(|name| !name.is_empty()),
         plots,
         notes,
@@ -229,10 +241,22 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     }
 }
 
+/// Notes about requested snapshots that no run reaches.
+fn snapshots_outside(runs: &[RunAnalysis], requested: &[f64]) -> Vec<String> {
+    let Some(end) = runs.iter().map(|run| run.end_time).reduce(f64::max) else { return Vec::new() };
+    let unit = runs.first().map_or("", |run| run.time_unit.as_str());
+    let outside = requested.iter().filter(|time| **time > end || **time < 0.0);
+    let note = |time: &f64| {
+        let (time, end) = (six_digits(*time), six_digits(end));
+        format!("no snapshot at t = {time} {unit}: the recordings are from 0 to {end} {unit}")
+    };
+    outside.map(note).collect()
+}
+
 /// The timing table next to the recordings; an unreadable table adds a note.
 fn timing_beside(source: &RecordingFolder, notes: &mut Vec<String>) -> Option<TimingTable> {
     let path = source.folder.join(TimingTable::FILE);
-    let text = match std::fs::read_to_string(&path) {
+    let text = match read_text(&path, MAX_SIDE_FILE_BYTES) {
         Ok(text) => text,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return None,
         Err(error) => {
@@ -318,74 +342,20 @@ impl AnalysisReport {
         outcome::headline(&self.runs, &self.check_results)
     }
 
-    /// Compares the metrics with those of an earlier analysis.
-    pub(crate) fn compare(&mut self, baseline: &Baseline) {
-        let (check_results, notes) = baseline.compare_all(&self.metrics);
-        self.check_results.extend(check_results);
-        self.notes.extend(notes);
-    }
-
-    /// Formats the report for the terminal.
-    pub(crate) fn text(&self, terminal: Terminal) -> String {
-        let mut text = String::new();
-        let runs = match self.runs.len() {
-            0 => "nothing readable".to_owned(),
-            1 => format!("{}, 1 run", self.model()),
-            runs => format!("{}, {runs} runs", self.model()),
-        };
-        let heading = format!("{} ({runs})", self.name);
-        let _ = writeln!(text, "{}", terminal.paint(Style::Heading, &heading));
-        if let Some(headline) = self.headline() {
-            let line = terminal.wrapped(&format!("FAILED: {headline}"), 2);
-            let _ = writeln!(text, "{}", terminal.paint(Style::Bad, &line));
-        }
-        if !self.description.is_empty() {
-            let _ = writeln!(text, "{}", terminal.wrapped(&self.description, 0));
-        }
-        for note in &self.notes {
-            let _ = writeln!(text, "{}", terminal.wrapped(&format!("note: {note}"), 2));
-        }
-        for why in &self.unreadable {
-            let line = terminal.wrapped(&format!("unreadable: {why}"), 2);
-            let _ = writeln!(text, "{}", terminal.paint(Style::Bad, &line));
-        }
-        for (title, metrics) in self.sections() {
-            let _ = writeln!(text, "\n{}", terminal.wrapped(&title, 2));
-            if !metrics.is_empty() {
-                let _ = writeln!(text, "{}", table(&metrics, terminal));
-            }
-        }
-        for (kind, title) in [
-            (CheckKind::Outcome, "outcomes"),
-            (CheckKind::Check, "checks"),
-            (CheckKind::Baseline, "against the baseline"),
-        ] {
-            text += &self.check_text(kind, title, terminal);
-        }
-        text
-    }
-
-    /// Formats the results of one kind. Of outcomes and baseline comparisons, only failures are listed.
-    fn check_text(&self, kind: CheckKind, title: &str, terminal: Terminal) -> String {
-        let results = || self.check_results.iter().filter(|result| result.kind == kind);
-        let is_silent = kind == CheckKind::Outcome && results().all(|result| result.passed);
-        if results().next().is_none() || is_silent {
-            return String::new();
-        }
-        let mut text = format!("\n{title}\n");
-        let inside = Terminal { width: terminal.width - 2, ..terminal };
-        let counted = kind == CheckKind::Baseline;
-        for result in results().filter(|result| kind == CheckKind::Check || !result.passed) {
-            let (style, word) =
-                if result.passed { (Style::Good, "ok") } else { (Style::Bad, "FAILED") };
-            let line = inside.wrapped(&format!("{word} {}", result.text()), 4);
-            let _ = writeln!(text, "  {}", line.replacen(word, &terminal.paint(style, word), 1));
-        }
-        if counted {
-            let held = results().filter(|result| result.passed).count();
-            let _ = writeln!(text, "  {held} of {} metrics are where they were", results().count());
-        }
-        text
+    /// Compares the metrics with those of an earlier analysis. Keys that are `allowed` may differ.
+    ///
+    /// # Errors
+    /// A key in `allowed` that no manifest has.
+    pub(crate) fn compare(
+        &mut self,
+        baseline: &Baseline,
+        allowed: &[String],
+    ) -> Result<(), String> {
+        let document = metric_files::Document::of(self);
+        let comparison = baseline.compare(&self.metrics, &document, &self.tolerances, allowed)?;
+        self.check_results.extend(comparison.check_results());
+        self.baseline = Some(comparison);
+        Ok(())
     }
 
     /// The metrics to show with their titles: fits, then the points of a short sweep.
@@ -443,7 +413,7 @@ impl AnalysisReport {
 
 fn run_title(run: &RunAnalysis, place: &str) -> String {
     let name = if place.is_empty() { run.file.clone() } else { place.to_owned() };
-    format!("{name}: {} frames to t = {}, {}", run.frames, last_time(run), run.ending.text())
+    format!("{name}: {} frames to t = {}, {}", run.frames, last_time(run), run.ending.word())
 }
 
 /// Formats the simulated time of the last frame with its unit.

@@ -2,6 +2,7 @@
 
 use crate::metric::{Deviation, Metric};
 use crate::plot::{short_number, three_digits};
+use kinetoscope_usage::text::visible;
 
 /// Width and color support of the terminal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,10 +27,11 @@ pub(crate) enum Style {
 }
 
 impl Terminal {
-    /// The text in its style, if colors may be used.
+    /// The text in its style, if colors may be used, without control characters.
     pub(crate) fn paint(&self, style: Style, text: &str) -> String {
+        let text = visible(text);
         if !self.colors {
-            return text.to_owned();
+            return text.into_owned();
         }
         let code = match style {
             Style::Heading => "1",
@@ -40,10 +42,11 @@ impl Terminal {
         format!("\x1b[{code}m{text}\x1b[0m")
     }
 
-    /// Wraps text at the terminal's width with indented continuation lines; long words are not split.
+    /// Wraps text at the terminal's width with indented continuation lines; long words are not split, and control characters
+    /// are escaped.
     pub(crate) fn wrapped(&self, text: &str, indent: usize) -> String {
         let mut lines: Vec<String> = Vec::new();
-        for paragraph in text.lines() {
+        for paragraph in visible(text).lines() {
             let mut line = String::new();
             // Lines of an underlined manifest are not wrapped.
             if paragraph.starts_with(' ') || paragraph.contains('|') {
@@ -88,7 +91,7 @@ pub(crate) fn with_error(value: f64, standard_error: Option<f64>) -> String {
     let shift = 10.0_f64.powi(decimals);
     let digits = (error * shift).round();
     let digits = if decimals == 0 { error.round() } else { digits };
-    let text = format!("{value:.*}({digits})", decimals as usize).replace('-', "−");
+    let text = format!("{value:.*}({digits})", decimals as usize);
     if plain { text } else { format!("{text}·{}", short_number(unit)) }
 }
 
@@ -104,16 +107,15 @@ pub(crate) fn six_digits(value: f64) -> String {
     let exponent = decimal_exponent(value.abs());
     if (-3..=5).contains(&exponent) {
         let text = format!("{value:.*}", usize::try_from(5 - exponent).unwrap_or(0));
-        let text = if text.contains('.') {
+        if text.contains('.') {
             text.trim_end_matches('0').trim_end_matches('.').to_owned()
         } else {
             text
-        };
-        text.replace('-', "−")
+        }
     } else {
         let unit = 10.0_f64.powi(exponent);
         let text = format!("{:.5}", value / unit);
-        let mantissa = text.trim_end_matches('0').trim_end_matches('.').replace('-', "−");
+        let mantissa = text.trim_end_matches('0').trim_end_matches('.');
         format!("{mantissa}·{}", short_number(unit))
     }
 }
@@ -158,44 +160,105 @@ fn row(metric: &Metric) -> [String; 4] {
         "" | "1" => String::new(),
         unit => format!(" {unit}"),
     };
-    let value = format!("{}{unit}", with_error(metric.value, metric.standard_error));
-    let theory = metric.theory.map_or_else(String::new, six_digits);
-    [metric.name().to_owned(), value, theory, deviation_text(metric)]
+    let value = match value_text(metric) {
+        missing if !metric.value().is_finite() => missing,
+        value => format!("{value}{unit}"),
+    };
+    [metric.name().to_owned(), value, theory_text(metric), deviation_text(metric)]
 }
 
-/// Formats the deviation from theory: in standard errors if these are known and meaningful, else in percent or as a
-/// factor; "rounding" within rounding errors.
-pub(crate) fn deviation_text(metric: &Metric) -> String {
-    let theory = metric.theory.unwrap_or(0.0);
-    let deviation = metric.value - theory;
-    match metric.deviation() {
-        None => String::new(),
-        Some(Deviation::Rounding) => "rounding".to_owned(),
-        Some(Deviation::StandardErrors(deviation)) if deviation.abs() < 1000.0 => {
-            format!("{deviation:+.1} σ").replace('-', "−")
-        }
-        Some(_) if theory != 0.0 => {
-            let percent = 100.0 * deviation / theory.abs();
-            if percent.abs() < 1000.0 {
-                format!("{percent:+.2} %").replace('-', "−")
-            } else {
-                format!("× {}", three_digits(metric.value / theory))
-            }
-        }
-        Some(_) => String::new(),
+/// Formats the value with its standard error; "none" if there is no value, for which [`reasons`] gives the reason.
+pub(crate) fn value_text(metric: &Metric) -> String {
+    if !metric.value().is_finite() {
+        return "none".to_owned();
     }
+    with_error(metric.value(), metric.standard_error())
+}
+
+/// Formats the theoretical value with the accuracy of its law, if that is not exact.
+pub(crate) fn theory_text(metric: &Metric) -> String {
+    let Some(theory) = metric.theory else { return String::new() };
+    let value = six_digits(theory.value);
+    if theory.accuracy > 0.0 {
+        return format!("{value} ± {}", two_digits(theory.accuracy));
+    }
+    value
+}
+
+/// Degrees of freedom above which Student's t is close to the normal distribution, so that they are not shown.
+const MANY_DEGREES_OF_FREEDOM: f64 = 30.0;
+
+/// Formats the deviation from theory: in standard errors if these are known and meaningful, else in percent, as a factor, or as
+/// a difference. A number that equals theory is "equal", or "within round-off".
+pub(crate) fn deviation_text(metric: &Metric) -> String {
+    let theory = metric.theory_value().unwrap_or(0.0);
+    let difference = metric.value() - theory;
+    let Some(deviation) = metric.deviation() else {
+        let is_outside = metric.theory.is_some_and(|theory| !theory.in_range);
+        return if is_outside { "out of range".to_owned() } else { String::new() };
+    };
+    let few = |freedom: &f64| *freedom < MANY_DEGREES_OF_FREEDOM;
+    match deviation {
+        _ if difference == 0.0 => "equal".to_owned(),
+        Deviation::Rounding => "within round-off".to_owned(),
+        Deviation::StandardErrors(sigma) if sigma.abs() < 1000.0 => {
+            let freedom = metric.estimate.degrees_of_freedom.filter(few);
+            let freedom = freedom.map(|freedom| format!(" (ν = {})", two_digits(freedom)));
+            format!("{sigma:+.1} σ{}", freedom.unwrap_or_default())
+        }
+        _ if theory == 0.0 => signed(difference),
+        _ => match 100.0 * difference / theory.abs() {
+            percent if percent.abs() < 0.1 => format!("{} %", signed(percent)),
+            percent if percent.abs() < 1000.0 => format!("{percent:+.2} %"),
+            _ => format!("× {}", three_digits(metric.value() / theory)),
+        },
+    }
+}
+
+/// Formats a difference with its sign and two digits.
+fn signed(difference: f64) -> String {
+    let sign = if difference < 0.0 { "" } else { "+" };
+    format!("{sign}{}", two_digits(difference))
+}
+
+/// Formats a number with two digits.
+fn two_digits(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    let exponent = decimal_exponent(value.abs());
+    let unit = 10.0_f64.powi(exponent - 1);
+    // A power of ten below 1e-300 and its inverse are not both exact.
+    six_digits(if exponent > -300 { (value / unit).round() * unit } else { value })
+}
+
+/// The reasons why values, errors or deviations are missing, each once with the metrics that it concerns.
+pub(crate) fn reasons(metrics: &[&Metric]) -> Vec<String> {
+    let mut reasons: Vec<(String, Vec<&str>)> = Vec::new();
+    for metric in metrics {
+        let Some(reason) = metric.reason() else { continue };
+        match reasons.iter_mut().find(|(other, _)| *other == reason) {
+            Some((_, names)) => names.push(metric.name()),
+            None => reasons.push((reason, vec![metric.name()])),
+        }
+    }
+    let lines =
+        reasons.into_iter().map(|(reason, names)| format!("{}: {reason}", names.join(", ")));
+    lines.collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::metric::definition::Definition;
+    use crate::metric::theory::{Expected, ExpectedValue};
     use crate::metric::{MetricScope, SweepScope};
+    use crate::statistics::Estimate;
 
     #[test]
     fn numbers_carry_their_error_in_the_last_digits() {
         assert_eq!(with_error(1.318_24e-18, Some(1.3e-21)), "1.3182(13)·10⁻¹⁸");
-        assert_eq!(with_error(-0.019_61, Some(0.000_73)), "−0.01961(73)");
+        assert_eq!(with_error(-0.019_61, Some(0.000_73)), "-0.01961(73)");
         assert_eq!(with_error(912.3456, Some(0.123)), "912.35(12)");
         assert_eq!(with_error(12_345.0, Some(250.0)), "12345(250)");
         assert_eq!(with_error(0.000_4, Some(0.02)), "0.000(20)");
@@ -204,30 +267,67 @@ mod tests {
         assert_eq!(with_error(f64::NAN, None), "NaN");
     }
 
+    const LENGTH: &Definition =
+        &Definition { name: "length", unit: "m", how: "", laws: &[], rounding: 1e-12 };
+
+    fn compared(estimate: Estimate, theory: impl Expected) -> Metric {
+        let scope =
+            MetricScope::Sweep(SweepScope { along: None, coordinates: Vec::new(), replicates: 2 });
+        let theory = theory.expected().map(|expected| expected.by(None));
+        Metric::new(LENGTH, estimate, theory, String::new(), scope)
+    }
+
+    /// A huge deviation is never blank, a tiny one is not "+0.00 %", and only a rounding error is called one.
+    #[test]
+    fn deviations_are_never_blank_and_rounding_is_named_only_where_it_is() {
+        let text =
+            |value: f64, theory: f64| deviation_text(&compared(Estimate::bare(value), theory));
+        assert_eq!(text(3.0, 3.0), "equal");
+        assert_eq!(text(3.0 + 1e-10, 3.0), "within round-off");
+        assert_eq!(text(3.0 + 3e-8, 3.0), "+1·10⁻⁶ %");
+        assert_eq!(text(2.7, 3.0), "-10.00 %");
+        assert_eq!(text(3e20, 3.0), "× 10²⁰");
+        assert_eq!(text(-3e20, 0.0), "-3·10²⁰");
+        assert_eq!(text(4e-9, 0.0), "+4·10⁻⁹");
+        let with_error = |sigma: f64| deviation_text(&compared(Estimate::new(sigma, 1.0), 0.0));
+        assert_eq!(with_error(-5.13), "-5.1 σ");
+        assert_eq!(with_error(5e15), "+5·10¹⁵");
+    }
+
+    #[test]
+    fn accuracy_range_and_reasons_are_shown() {
+        let expected = ExpectedValue { value: 3.0, accuracy: Some(0.012), in_range: false };
+        let outside = compared(Estimate::new(4.0, 0.1), expected);
+        assert_eq!(theory_text(&outside), "3 ± 0.012");
+        assert_eq!(deviation_text(&outside), "out of range");
+        let mut missing = compared(Estimate::bare(f64::NAN), 3.0);
+        missing.reason = Some("the radii differ".into());
+        assert_eq!(value_text(&missing), "none");
+        let lines = reasons(&[&missing, &outside, &missing]);
+        assert_eq!(lines.len(), 2);
+        assert_eq!(lines[0], "length, length: the radii differ");
+        assert!(lines[1].starts_with("length: the run is outside the range"), "{lines:?}");
+    }
+
     #[test]
     fn sixty_columns_are_enough() {
         let scope =
             MetricScope::Sweep(SweepScope { along: None, coordinates: Vec::new(), replicates: 2 });
-        let metric = Metric {
-            definition: &Definition {
-                name: "pressure_vs_temperature.mean_speed_formula.intercept",
-                unit: "N/(m K)",
-                how: "",
-                laws: &[],
-                rounding: 0.0,
-            },
-            value: -1.234_567e-23,
+        const INTERCEPT: &Definition = &Definition {
+            name: "pressure_vs_temperature.mean_speed_formula.intercept",
+            unit: "N/(m K)",
+            how: "",
+            laws: &[],
             rounding: 0.0,
-            standard_error: Some(2.3e-24),
-            theory: Some(0.0),
-            source: String::new(),
-            scope,
         };
+        let estimate = Estimate::new(-1.234_567e-23, 2.3e-24);
+        let theory = 0.0.expected().map(|expected| expected.by(None));
+        let metric = Metric::new(INTERCEPT, estimate, theory, String::new(), scope);
         let text = table(&[&metric], Terminal { width: 60, colors: false });
         for line in text.lines() {
             assert!(line.chars().count() <= 60, "{line}");
         }
-        assert!(text.contains("−1.23(23)·10⁻²³ N/(m K)") && text.contains("−5.4 σ"), "{text}");
+        assert!(text.contains("-1.23(23)·10⁻²³ N/(m K)") && text.contains("-5.4 σ"), "{text}");
         let wide = table(&[&metric], Terminal { width: 120, colors: false });
         assert_eq!(wide.lines().count(), 2);
     }

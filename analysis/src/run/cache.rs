@@ -1,13 +1,15 @@
 //! Cache of the analyses of unchanged recordings, in a folder next to the results.
 
 use crate::input::recording::OpenRun;
-use crate::metric::{Definition, Measurement};
+use crate::metric::{Definition, Measurement, Theory};
 use crate::models::figures::Figures;
 use crate::models::metrics_of;
 use crate::run::{RunAnalysis, RunStatus};
 use crate::statistics::Estimate;
 use crate::write_file;
 use kinetoscope_manifest::Coordinate;
+use kinetoscope_recording::atomic_file::replace_unsynced;
+use kinetoscope_recording::regular_file::{MAX_SIDE_FILE_BYTES, read};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -56,11 +58,10 @@ struct CachedAnalysis {
 #[derive(Serialize, Deserialize)]
 struct CachedMeasurement {
     name: String,
-    value: f64,
-    standard_error: Option<f64>,
-    theory: Option<f64>,
-    /// Index of the law among those of the definition.
-    law: Option<usize>,
+    estimate: Estimate,
+    /// Value, accuracy, whether it is in range, and index of the law among those of the definition.
+    theory: Option<(f64, f64, bool, Option<usize>)>,
+    reason: Option<String>,
 }
 
 /// The cache of one folder of results.
@@ -101,7 +102,7 @@ impl AnalysisCache {
         snapshots_at: &[f64],
     ) -> Option<RunAnalysis> {
         let identity = self.identity(run, snapshots_at)?;
-        let bytes = std::fs::read(self.path(&run.file)).ok()?;
+        let bytes = read(&self.path(&run.file), MAX_SIDE_FILE_BYTES).ok()?;
         let cached: CachedAnalysis = postcard::from_bytes(&bytes).ok()?;
         if cached.identity != identity || with_figures && cached.figures.is_none() {
             return None;
@@ -112,6 +113,7 @@ impl AnalysisCache {
             file: run.file.clone(),
             coordinates: coordinates.to_vec(),
             manifest: run.manifest.clone(),
+            origin: run.origin(),
             frames: cached.frames,
             end_time: cached.end_time,
             time_unit: cached.time_unit,
@@ -148,10 +150,10 @@ impl AnalysisCache {
         };
         if let Ok(bytes) = postcard::to_stdvec(&cached) {
             let path = self.path(&run.file);
-            drop(
-                write_file::create_folder(&self.folder)
-                    .and_then(|()| write_file::replace(&path, bytes)),
-            );
+            if write_file::create_folder(&self.folder).is_ok() {
+                // Not synced: a lost entry is written again.
+                drop(replace_unsynced(&path, &bytes));
+            }
         }
     }
 }
@@ -160,17 +162,22 @@ fn number(measurement: &Measurement) -> CachedMeasurement {
     let laws = measurement.definition.laws;
     CachedMeasurement {
         name: measurement.name().to_owned(),
-        value: measurement.estimate.value,
-        standard_error: measurement.estimate.standard_error,
-        theory: measurement.theory,
-        law: measurement.law.and_then(|law| laws.iter().position(|other| *other == law)),
+        estimate: measurement.estimate,
+        theory: measurement.theory.map(|theory| {
+            let law = theory.law.and_then(|law| laws.iter().position(|other| *other == law));
+            (theory.value, theory.accuracy, theory.in_range, law)
+        }),
+        reason: measurement.reason.as_deref().map(str::to_owned),
     }
 }
 
 fn measurement(model: &str, number: &CachedMeasurement) -> Option<Measurement> {
     let named = |definition: &&&Definition| definition.name == number.name;
     let definition = metrics_of(model).iter().find(named)?;
-    let law = number.law.and_then(|law| definition.laws.get(law)).copied();
-    let estimate = Estimate::new(number.value, number.standard_error);
-    Some(Measurement { definition, estimate, theory: number.theory, law })
+    let theory = number.theory.map(|(value, accuracy, in_range, law)| {
+        let law = law.and_then(|law| definition.laws.get(law)).copied();
+        Theory { value, accuracy, in_range, law }
+    });
+    let reason = number.reason.clone().map(Into::into);
+    Some(Measurement { definition, estimate: number.estimate, theory, reason })
 }

@@ -4,7 +4,7 @@ pub(crate) mod cache;
 
 use crate::input::UnreadableRecording;
 use crate::input::recording::{OpenRun, is_partial};
-use crate::metric::{Measurement, Measurements, Metric, MetricScope, RunScope};
+use crate::metric::{Measurement, Measurements, Metric, MetricScope, RunOrigin, RunScope};
 use crate::models;
 use crate::models::figures::Figures;
 use kinetoscope_manifest::model::ModelConfig;
@@ -12,6 +12,9 @@ use kinetoscope_manifest::{Coordinate, RunManifest};
 use kinetoscope_recording::error::{ReadError, ReadFault};
 use kinetoscope_recording::reader::Outcome;
 use std::num::NonZeroUsize;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::sync::Arc;
 
 /// Status of a run or of its file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,13 +30,21 @@ pub enum RunStatus {
 }
 
 impl RunStatus {
-    /// The status as text.
-    pub(crate) fn text(&self) -> String {
+    /// The status in one word.
+    pub(crate) const fn word(&self) -> &'static str {
         match self {
-            Self::Complete => "complete".to_owned(),
-            Self::Fault(what) => format!("fault: {what}"),
-            Self::Unfinished => "unfinished".to_owned(),
-            Self::Damaged(_) => "damaged".to_owned(),
+            Self::Complete => "complete",
+            Self::Fault(_) => "fault",
+            Self::Unfinished => "unfinished",
+            Self::Damaged(_) => "damaged",
+        }
+    }
+
+    /// What failed in the run or in its file.
+    pub(crate) fn detail(&self) -> Option<&str> {
+        match self {
+            Self::Complete | Self::Unfinished => None,
+            Self::Fault(what) | Self::Damaged(what) => Some(what),
         }
     }
 }
@@ -47,6 +58,8 @@ pub struct RunAnalysis {
     pub(crate) coordinates: Vec<Coordinate>,
     /// The run's manifest.
     pub(crate) manifest: RunManifest,
+    /// The run's identity and the programs behind it.
+    pub(crate) origin: RunOrigin,
     /// Number of frames read.
     pub frames: u64,
     /// Simulated time of the last frame, in the model's unit.
@@ -62,10 +75,11 @@ pub struct RunAnalysis {
 }
 
 impl RunAnalysis {
-    /// The measurement with this name.
+    /// The measurement with this name; `None` if it has no value.
     #[must_use]
     pub fn measurement(&self, name: &str) -> Option<&Measurement> {
-        self.measurements.iter().find(|measurement| measurement.name() == name)
+        let named = |measurement: &&Measurement| measurement.name() == name;
+        self.measurements.iter().find(named).filter(|found| found.reason.is_none())
     }
 
     /// The model's configuration.
@@ -75,15 +89,19 @@ impl RunAnalysis {
 
     /// The metrics of the run.
     pub(crate) fn metrics(&self) -> impl Iterator<Item = Metric> + '_ {
-        self.measurements.iter().map(|measurement| {
-            let scope = MetricScope::Run(RunScope {
-                file: self.file.clone(),
-                coordinates: self.coordinates.clone(),
-                replicate: self.manifest.replicate,
-                outcome: self.ending.text(),
-            });
+        let scope = Arc::new(RunScope {
+            file: self.file.clone(),
+            coordinates: self.coordinates.clone(),
+            replicate: self.manifest.replicate,
+            seed: self.manifest.seed,
+            outcome: self.ending.word(),
+            origin: self.origin.clone(),
+        });
+        self.measurements.iter().map(move |measurement| {
+            let scope = MetricScope::Run(Arc::clone(&scope));
             let Measurement { definition, estimate, theory, .. } = *measurement;
-            Metric::new(definition, estimate, theory, measurement.source(), scope)
+            let metric = Metric::new(definition, estimate, theory, measurement.source(), scope);
+            Metric { reason: measurement.reason.clone(), ..metric }
         })
     }
 
@@ -108,11 +126,11 @@ pub fn analyze(
     let mut observer = models::observer(&run.manifest.model, snapshots_at);
     let (mut frames, mut end_time, mut failure) = (0, 0.0, None);
     for frame in run.recording().frames_on(threads).map_err(UnreadableRecording::new)? {
-        let seen = frame.and_then(|frame| {
+        let observed = frame.and_then(|frame| {
             let time = frame.clock.time;
             observer.observe(frame).map(|()| time)
         });
-        match seen {
+        match observed {
             Ok(time) => {
                 frames += 1;
                 end_time = time;
@@ -147,10 +165,42 @@ pub fn analyze(
         figures: if with_figures { observer.figures() } else { Figures::default() },
         file: run.file.clone(),
         manifest: run.manifest.clone(),
+        origin: run.origin(),
+    })
+}
+
+/// Analyzes a recording so that a panic, which is a defect of the program, leaves only this recording unread.
+///
+/// # Errors
+/// Those of `analyze`, or a panic.
+pub(crate) fn catch_defect<T>(
+    recording: &Path,
+    analyze: impl FnOnce() -> Result<T, UnreadableRecording>,
+) -> Result<T, UnreadableRecording> {
+    // A panic leaves nothing behind that is used again: the recording was only read.
+    catch_unwind(AssertUnwindSafe(analyze)).unwrap_or_else(|_| {
+        Err(UnreadableRecording(format!(
+            "{} cannot be analyzed: a defect of the program, which is described above. Please report it with this recording",
+            recording.display()
+        )))
     })
 }
 
 /// Whether an error is only the missing footer of a recording in progress.
 fn is_under_way(file: &str, error: &ReadError) -> bool {
     is_partial(file) && matches!(error.fault, ReadFault::Torn { .. })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn panic_in_the_analysis_of_one_run_makes_only_this_run_unreadable() {
+        let path = Path::new("one.mcap");
+        let panicked: Result<(), _> = catch_defect(path, || panic!("a defect, on purpose"));
+        let Err(UnreadableRecording(why)) = panicked else { panic!("the panic was lost") };
+        assert!(why.contains("one.mcap") && why.contains("defect"), "{why}");
+        assert_eq!(catch_defect(path, || Ok(7)), Ok(7));
+    }
 }

@@ -6,7 +6,7 @@ use crate::models::contract::{ModelAnalysis, Ordinate, TradeOff};
 use crate::models::figures::SharedCurve;
 use crate::plot::{Axis, Curve, CurveStyle, Plot, Point, Scale, extremes};
 use crate::run::RunAnalysis;
-use crate::sweep::SweepPoint;
+use crate::sweep::{SHARED_STREAMS, SweepPoint, share_random_streams};
 use std::collections::BTreeSet;
 
 /// Maximum number of curves per chart: the number of distinct colors.
@@ -112,7 +112,9 @@ fn plot(points: &[SweepPoint<'_>], key: &str, ordinate: &Ordinate) -> Option<Plo
         [axis(|point| point.x, &x_label, x_unit), axis(|point| point.y, ordinate.title, unit)];
     let stem = format!("{}_vs_{}", stem_of(ordinate.metric), x_label.replace(' ', "_"));
     let title = format!("{} against {x_label}", capitalized(ordinate.title));
-    Some(Plot::chart(stem, title, axes, curves))
+    let plot = Plot::chart(stem, title, axes, curves);
+    let is_shared = share_random_streams(points, ordinate.metric);
+    Some(if is_shared { plot.with_remark(SHARED_STREAMS) } else { plot })
 }
 
 /// A line of known order through the group's first point, for groups without a theoretical value.
@@ -151,7 +153,7 @@ fn curves_of(
         let Some(x) = abscissa(point, key) else { continue };
         let Some((estimate, expected, _)) = point.mean_of(metric) else { continue };
         data.push(Point { x, y: estimate.value, error: estimate.standard_error });
-        theory.extend(expected.map(|y| Point::bare(x, y)));
+        theory.extend(expected.map(|theory| Point::bare(x, theory.value)));
     }
     let by_x = |a: &Point, b: &Point| a.x.total_cmp(&b.x);
     data.sort_by(by_x);

@@ -4,6 +4,7 @@
 //! replicate is fitted on its own and the error is that of the mean over replicates; for one replicate it is unknown.
 
 use crate::input::coordinates::{self, grouped, without};
+use crate::metric::theory::Expected;
 use crate::metric::{Definition, Metric, MetricScope, SweepScope};
 use crate::models::MODELS;
 use crate::models::contract::{Fit, FitShape};
@@ -33,7 +34,7 @@ pub(crate) fn fits(points: &[SweepPoint<'_>]) -> (Vec<Metric>, Vec<String>) {
             }
             // An error that is dominated by rounding has no order and is not fitted.
             let has_order =
-                !fit.is_convergence_order || (fit.theory)(group[0].runs[0].model()).is_some();
+                fit.asymptotic_range.is_none() || (fit.theory)(group[0].runs[0].model()).is_some();
             if group.len() > 1 && has_order {
                 match fit.make(&others, &group) {
                     Ok(found) => metrics.extend(found),
@@ -51,9 +52,14 @@ impl Fit {
         others: &[Coordinate],
         group: &[&SweepPoint<'_>],
     ) -> Result<Vec<Metric>, String> {
-        if self.is_convergence_order {
+        let mut in_range = group.to_vec();
+        if let Some(range) = &self.asymptotic_range {
             self.reject_unequal_end_times(others, group)?;
+            in_range = self
+                .in_asymptotic_range(range, group)
+                .map_err(|outside| self.refusal(others, &outside))?;
         }
+        let group = in_range.as_slice();
         let fitted: Vec<[f64; 2]> = self
             .replicates(group)
             .values()
@@ -158,7 +164,8 @@ impl Fit {
         others: &[Coordinate],
     ) -> Option<Metric> {
         let estimate = mean_of_independent(values)?;
-        let law = definition.laws.first().filter(|_| theory.is_some());
+        let law = definition.laws.first().copied().filter(|_| theory.is_some());
+        let theory = theory.expected().map(|expected| expected.by(law));
         let law = law.map_or_else(String::new, |law| format!("; theory: {law}"));
         let source = format!("{}, a replicate at a time{law}", definition.how);
         let scope = MetricScope::Sweep(SweepScope {

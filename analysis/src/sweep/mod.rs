@@ -1,13 +1,15 @@
 //! Metrics of several runs: means over replicates, fits and plots along an axis of a sweep.
 
+mod asymptotic_range;
 pub(crate) mod figures;
 pub(crate) mod fits;
 
 use crate::input::coordinates::grouped;
-use crate::metric::{Measurement, Metric, MetricScope, SweepScope};
+use crate::metric::{Measurement, Metric, MetricScope, SweepScope, Theory};
 use crate::run::RunAnalysis;
 use crate::statistics::{Estimate, mean, mean_of_independent};
 use kinetoscope_manifest::Coordinate;
+use std::collections::BTreeSet;
 
 /// The runs at one point of a sweep.
 #[derive(Clone, Debug)]
@@ -21,17 +23,66 @@ pub(crate) struct SweepPoint<'a> {
 impl SweepPoint<'_> {
     /// Mean of a metric over the replicates that have it, with the mean theoretical value if all have one, and the number
     /// of these replicates. A single value keeps its own error.
-    fn mean_of(&self, metric: &str) -> Option<(Estimate, Option<f64>, usize)> {
+    fn mean_of(&self, metric: &str) -> Option<(Estimate, Option<Theory>, usize)> {
         let found = self.runs.iter().filter_map(|run| run.measurement(metric));
         let found: Vec<&Measurement> = found.collect();
         if let [single] = found.as_slice() {
             return Some((single.estimate, single.theory, 1));
         }
         let values: Vec<f64> = found.iter().map(|found| found.estimate.value).collect();
-        let theories: Option<Vec<f64>> = found.iter().map(|found| found.theory).collect();
-        let theory = theories.and_then(|theories| mean(&theories));
-        Some((mean_of_independent(&values)?, theory, found.len()))
+        let mut estimate = mean_of_independent(&values)?;
+        let theories: Option<Vec<Theory>> = found.iter().map(|found| found.theory).collect();
+        let Some(theories) = theories else { return Some((estimate, None, found.len())) };
+        let is_conditional = theories.iter().any(|theory| theory.value != theories[0].value);
+        if is_conditional {
+            // Theory that follows each run's start does not deviate by the scatter of the starts.
+            let pairs = values.iter().zip(&theories);
+            let deviations: Vec<f64> = pairs.map(|(value, theory)| value - theory.value).collect();
+            estimate.conditional_standard_error = mean_of_independent(&deviations)?.standard_error;
+        }
+        Some((estimate, mean_theory(&theories), found.len()))
     }
+}
+
+/// The remark on plots and tables of points whose deviations are correlated.
+pub(crate) const SHARED_STREAMS: &str =
+    "points share their random streams: deviations are correlated";
+
+/// Whether a metric scatters from seed to seed and two points of the sweep have the same seed and replicate: a run's random
+/// streams depend on these two only, so that points differ by the swept keys and not by chance.
+pub(crate) fn share_random_streams(points: &[SweepPoint<'_>], metric: &str) -> bool {
+    let mut streams = BTreeSet::new();
+    let mut is_shared = false;
+    let mut scatters = false;
+    for point in points {
+        let own: BTreeSet<(u64, u32)> =
+            point.runs.iter().map(|run| (run.manifest.seed, run.manifest.replicate)).collect();
+        is_shared |= own.iter().any(|stream| streams.contains(stream));
+        streams.extend(own);
+        scatters |= point.mean_of(metric).is_some_and(|(estimate, ..)| {
+            let errors = [estimate.standard_error, estimate.conditional_standard_error];
+            errors.iter().flatten().any(|error| *error > 0.0)
+        });
+    }
+    is_shared && scatters
+}
+
+/// The remark for the table of a sweep, if deviations of its points from theory are correlated.
+pub(crate) fn correlation_note(points: &[SweepPoint<'_>]) -> Option<&'static str> {
+    let first = points.first()?.runs.first()?;
+    let mut compared = first.measurements.iter().filter(|found| found.theory.is_some());
+    compared.any(|found| share_random_streams(points, found.name())).then_some(SHARED_STREAMS)
+}
+
+/// The mean of the replicates' theoretical values, which is as accurate as the least accurate of them.
+fn mean_theory(theories: &[Theory]) -> Option<Theory> {
+    let values: Vec<f64> = theories.iter().map(|theory| theory.value).collect();
+    Some(Theory {
+        value: mean(&values)?,
+        accuracy: theories.iter().map(|theory| theory.accuracy).fold(0.0, f64::max),
+        in_range: theories.iter().all(|theory| theory.in_range),
+        law: theories[0].law,
+    })
 }
 
 /// The points of a sweep with their complete runs, in the order of the runs.

@@ -64,10 +64,10 @@ impl Part {
         let (mut low, mut high) = ([usize::MAX; 2], [0; 2]);
         let pairs = before.pixels.iter().zip(&after.pixels).enumerate();
         for (index, _) in pairs.filter(|(_, (before, after))| before != after) {
-            let place = [index % width, index / width];
+            let pixel = [index % width, index / width];
             for axis in 0..2 {
-                low[axis] = low[axis].min(place[axis]);
-                high[axis] = high[axis].max(place[axis] + 1);
+                low[axis] = low[axis].min(pixel[axis]);
+                high[axis] = high[axis].max(pixel[axis] + 1);
             }
         }
         if low[0] == usize::MAX {

@@ -35,7 +35,7 @@ impl Raster {
     fn draw(&mut self, page: &PageLayout, shape: &Shape) {
         match shape {
             Shape::Disc { center, radius, color } => {
-                let (center, radius) = (page.place(*center), page.length(*radius));
+                let (center, radius) = (page.position(*center), page.length(*radius));
                 self.fill(*color, [center, center], radius, |point| {
                     radius - (point[0] - center[0]).hypot(point[1] - center[1])
                 });
@@ -43,11 +43,11 @@ impl Raster {
             Shape::Segments { segments, width_px, color } => {
                 let half_width = page.line_width(*width_px) / 2.0;
                 for [from, to] in segments {
-                    self.segment([page.place(*from), page.place(*to)], half_width, *color);
+                    self.segment([page.position(*from), page.position(*to)], half_width, *color);
                 }
             }
             Shape::Rectangle { center, size, color } => {
-                let center = page.place(*center);
+                let center = page.position(*center);
                 let [width, height] = size.map(|length| page.length(length) / 2.0);
                 // Neighbors overlap slightly, so that no seam is visible.
                 let half = [width + 0.5, height];
@@ -59,7 +59,7 @@ impl Raster {
             }
             Shape::Text { center, text } => {
                 let height = page.text_height();
-                for segment in glyphs::strokes(text, page.place(*center), height) {
+                for segment in glyphs::strokes(text, page.position(*center), height) {
                     self.segment(segment, (height / 14.0).max(0.55), INK);
                 }
             }
@@ -72,12 +72,12 @@ impl Raster {
         let length_squared = along[0] * along[0] + along[1] * along[1];
         self.fill(color, [from, to], half_width, |point| {
             let off = [point[0] - from[0], point[1] - from[1]];
-            let share = if length_squared > 0.0 {
+            let fraction = if length_squared > 0.0 {
                 ((off[0] * along[0] + off[1] * along[1]) / length_squared).clamp(0.0, 1.0)
             } else {
                 0.0
             };
-            half_width - (off[0] - share * along[0]).hypot(off[1] - share * along[1])
+            half_width - (off[0] - fraction * along[0]).hypot(off[1] - fraction * along[1])
         });
     }
 
@@ -98,21 +98,22 @@ impl Raster {
         };
         for y in span(1, self.height) {
             for x in span(0, self.width) {
-                let share = (depth([f64::from(x) + 0.5, f64::from(y) + 0.5]) + 0.5).clamp(0.0, 1.0);
-                let share = (share * RIM_STEPS).round() / RIM_STEPS;
-                if share > 0.0 {
+                let fraction =
+                    (depth([f64::from(x) + 0.5, f64::from(y) + 0.5]) + 0.5).clamp(0.0, 1.0);
+                let fraction = (fraction * RIM_STEPS).round() / RIM_STEPS;
+                if fraction > 0.0 {
                     let pixel = &mut self.pixels[(y * self.width + x) as usize];
-                    *pixel = mixed(*pixel, color, share);
+                    *pixel = mixed(*pixel, color, fraction);
                 }
             }
         }
     }
 }
 
-fn mixed(under: Rgb, over: Rgb, share: f64) -> Rgb {
+fn mixed(under: Rgb, over: Rgb, fraction: f64) -> Rgb {
     std::array::from_fn(|part| {
         let (under, over) = (f64::from(under[part]), f64::from(over[part]));
-        (under + share * (over - under)).round() as u8
+        (under + fraction * (over - under)).round() as u8
     })
 }
 

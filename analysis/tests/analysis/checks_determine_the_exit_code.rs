@@ -142,19 +142,27 @@ fn results_do_not_depend_on_the_folder() {
     }
 }
 
-/// `metrics.csv` has one line per metric, with the same numbers as `metrics.json`.
+/// `metrics.csv` has one line per metric, with the same numbers as `metrics.json`, and one column per coordinate.
 #[test]
 fn csv_and_json_agree() {
     let folder = Folder::write(MANIFEST, frames);
     let metrics = folder.metrics();
     let text = fs::read_to_string(folder.path().join("metrics.csv")).unwrap();
     let mut reader = csv::Reader::from_reader(text.as_bytes());
-    let values: Vec<f64> = reader
-        .records()
-        .map(|record| record.unwrap())
-        .filter(|record| &record[0] == "pressure.measured")
-        .map(|record| record[1].parse().unwrap())
-        .collect();
+    let header = reader.headers().unwrap().clone();
+    assert_eq!(
+        header.iter().take(4).collect::<Vec<_>>(),
+        ["temperature_k", "replicate", "metric", "value"]
+    );
+    let mut names: Vec<&str> = header.iter().collect();
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), header.len(), "a column has two values: {header:?}");
+    let rows: Vec<csv::StringRecord> = reader.records().map(|record| record.unwrap()).collect();
+    let rows: Vec<_> = rows.iter().filter(|row| &row[2] == "pressure.measured").collect();
+    let values: Vec<f64> = rows.iter().map(|row| row[3].parse().unwrap()).collect();
+    let points: Vec<[&str; 2]> = rows.iter().map(|row| [&row[0], &row[1]]).collect();
+    assert_eq!(points[..3], [["100", ""], ["300", ""], ["100", "0"]]);
     let expected: Vec<f64> = metrics
         .all("pressure.measured")
         .iter()

@@ -4,7 +4,7 @@
 
 use crate::synthetic::{Folder, Frames, analyze};
 use kinetoscope_manifest::RunManifest;
-use kinetoscope_recording::channels::{PackingCollisions, PackingTemperature};
+use kinetoscope_recording::channels::{PackingCollisions, PackingTemperature, PerCollision};
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::recorder::Clock;
 use std::fs;
@@ -56,6 +56,68 @@ fn rows(text: &str, separator: char) -> Vec<Vec<f64>> {
     text.lines()
         .map(|line| line.split(separator).map(|word| word.parse().unwrap()).collect())
         .collect()
+}
+
+/// A table in a sweep has the coordinates as columns; identifiers and counts are integers; no column is there twice, although
+/// the clock and the series of collisions have a time of their own.
+#[test]
+fn csv_has_coordinates_integer_identifiers_and_no_column_twice() {
+    let sweep = MANIFEST.replace("\"collisions\"]", "\"collisions\", \"per_collision\"]")
+        + "\n[sweep]\n\"model.packing.restitution\" = [0.25, 1]\n";
+    let folder = Folder::write(&sweep, |run| {
+        let mut all = frames(run);
+        for (_, frame) in &mut all {
+            frame.push(&PerCollision {
+                event: vec![1, 2],
+                time: vec![0.5, 1.5],
+                mean_square_velocity: vec![1.0, 2.0],
+                a2: vec![0.0, 0.0],
+            });
+        }
+        all
+    });
+    assert_eq!(analyze(&["--export", "csv", folder.name()]).code, 0);
+    for (file, restitution) in folder.files.iter().zip(["0.25", "1"]) {
+        let path = folder.path().join("export").join(file.trim_end_matches(".mcap"));
+        let read = |name: &str| fs::read_to_string(path.join(name)).unwrap();
+        let (state, series) = (read("state.csv"), read("per_collision.csv"));
+        assert!(state.starts_with("restitution,frame,time,particle,x,y,vx,vy\n"), "{state}");
+        assert!(
+            state.lines().nth(2).unwrap().starts_with(&format!("{restitution},0,0,1,")),
+            "{state}"
+        );
+        let header = "restitution,frame,time,event,entry_time,mean_square_velocity,a2\n";
+        assert!(series.starts_with(header), "{series}");
+        assert_eq!(series.lines().nth(2).unwrap(), format!("{restitution},0,0,2,1.5,2,0"));
+        let counts = read("collisions.csv");
+        assert_eq!(
+            counts.lines().nth(3).unwrap(),
+            format!("{restitution},2,0.2857142857142857,14,0,0,0")
+        );
+        let clock = read("frame.csv");
+        assert!(clock.starts_with("restitution,frame,time,step_or_event_count\n"), "{clock}");
+    }
+}
+
+/// The columns of the state carry the units that the recording declares.
+#[test]
+fn csv_has_units_in_its_header() {
+    let manifest = "name = \"orbit\"\n[model.orbit]\nduration_days = 1\n[record]\nframes = 1\nchannels = [\"state\"]\n";
+    let folder = Folder::write(manifest, |_| {
+        let frame = |index: u8| {
+            let mut frame = Frame::new();
+            frame.push_state(&[1.0, 0.0, 0.0, 0.0, 0.017, 0.0]);
+            (Clock { count: u64::from(index), time: f64::from(index) }, frame)
+        };
+        vec![frame(0), frame(1)]
+    });
+    assert_eq!(analyze(&["--export", "csv", folder.name()]).code, 0);
+    let stem = folder.files[0].trim_end_matches(".mcap");
+    let text =
+        fs::read_to_string(folder.path().join("export").join(stem).join("state.csv")).unwrap();
+    let header =
+        "frame,time_days,particle,x_au,y_au,z_au,vx_au_per_day,vy_au_per_day,vz_au_per_day\n";
+    assert!(text.starts_with(header), "{text}");
 }
 
 #[test]
@@ -159,9 +221,8 @@ import sys, json, duckdb, polars
 table = sys.argv[1] + '/export/metrics/**/*.parquet'
 document = json.load(open(sys.argv[1] + '/metrics.json'))
 runs = [entry for entry in document['metrics'] if 'run' in entry]
-where = 'model.packing.'
 expected = sorted(
-    (float(entry['run']['coordinates'][where + 'restitution']), entry['run']['coordinates'][where + 'boundary'],
+    (float(entry['run']['coordinates']['restitution']['value']), entry['run']['coordinates']['boundary']['value'],
      entry['run']['replicate'], entry['name'], entry['value'], entry['standard_error'], entry['run']['file'])
     for entry in runs)
 assert len(expected) >= 8
@@ -208,7 +269,14 @@ for row, metric in zip(rows, table):
     assert list(row) == list(metric)
     for name, text in row.items():
         value = metric[name]
-        assert text == ('' if value is None else value) if not isinstance(value, float) else float(text) == value
+        if value is None:
+            assert text == ''
+        elif isinstance(value, bool):
+            assert text == str(value).lower()
+        elif isinstance(value, str):
+            assert text == value
+        else:
+            assert type(value)(text) == value
 ";
     python(program, folder.path().join("metrics.parquet"));
 }

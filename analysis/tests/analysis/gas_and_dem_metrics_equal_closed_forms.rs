@@ -4,7 +4,7 @@
 //! Control: an energy balance that contradicts the state is found.
 #![allow(clippy::disallowed_methods, missing_docs, reason = "closed forms need std's maths")]
 
-use crate::synthetic::{Folder, Frames};
+use crate::synthetic::{Folder, Frames, analyze};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::model::{ModelConfig, SpeedScale};
 use kinetoscope_recording::channels::{
@@ -91,7 +91,8 @@ fn gas_metrics_of_points_and_runs_are_exact() {
     let points = metrics.all("pressure.measured");
     // 3 means over replicates, then 9 runs.
     assert_eq!(points.len(), 12);
-    assert_eq!(points[0]["sweep"]["coordinates"]["model.gas.temperature_k"], "100");
+    assert_eq!(points[0]["sweep"]["coordinates"]["temperature_k"]["value"], 100);
+    assert_eq!(points[0]["sweep"]["coordinates"]["temperature_k"]["unit"], "K");
     assert_eq!(points[0]["sweep"]["replicates"], 3);
     metrics.assert_near("pressure.measured", (200.0 + 310.0 + 420.0) / 3.0, 1e-13);
     // <v^2> = (1 + 9)/2 T.
@@ -113,6 +114,23 @@ fn gas_metrics_of_points_and_runs_are_exact() {
     metrics.assert_near("energy.drift_relative", 2e-3, 1e-12);
     metrics.assert_near("max_speed_change_relative", 2e-12, 1e-15);
     metrics.assert_near("particles_outside", 1.0, 0.0);
+}
+
+/// Guarantee: points of a sweep that have the same seed and replicates are reported as correlated, in table and plot. Control: a
+/// single point is not.
+#[test]
+fn points_that_share_random_streams_are_reported_as_correlated() {
+    const REMARK: &str = "points share their random streams: deviations are correlated";
+    let read = |folder: &Folder, file: &str| {
+        assert_eq!(analyze(&[folder.name()]).code, 0);
+        std::fs::read_to_string(folder.path().join(file)).unwrap()
+    };
+    let sweep = Folder::write(GAS_SWEEP, gas_frames);
+    assert!(read(&sweep, "report.html").contains(&format!("<li>{REMARK}</li>")));
+    assert!(read(&sweep, "pressure_vs_temperature.svg").contains(REMARK));
+    let point = GAS_SWEEP.replace("[100.0, 200.0, 400.0]", "[100.0]");
+    let point = Folder::write(&point, gas_frames);
+    assert!(!read(&point, "report.html").contains(REMARK), "control");
 }
 
 #[test]
@@ -145,11 +163,11 @@ fn gas_pressure_falls_with_the_square_of_the_radius() {
     let metrics = folder.metrics();
     let exponents = metrics.all("pressure_vs_radius.measured.exponent");
     assert_eq!(exponents.len(), 2);
-    for (exponent, (mass, expected)) in exponents.iter().zip([("1e-26", -2.0), ("2e-26", -2.5)]) {
-        assert_eq!(exponent["sweep"]["coordinates"]["model.gas.mass_kg"], mass);
-        assert_eq!(exponent["sweep"]["along"], "model.gas.radius_m");
+    for (exponent, (mass, expected)) in exponents.iter().zip([(1e-26, -2.0), (2e-26, -2.5)]) {
+        assert_eq!(exponent["sweep"]["coordinates"]["mass_kg"]["value"], mass);
+        assert_eq!(exponent["sweep"]["along"], "radius_m");
         assert!((exponent["value"].as_f64().unwrap() - expected).abs() < 1e-12);
-        assert_eq!(exponent["theory"], -2.0);
+        assert_eq!(exponent["theory"]["value"], -2.0);
     }
 }
 

@@ -11,6 +11,8 @@ mod gas_and_dem_metrics_equal_closed_forms;
 mod orbit_and_packing_metrics_equal_closed_forms;
 // The stress by height equals the weight above.
 mod stress_equals_weight_above;
+// Orders of convergence come from runs in the asymptotic range only.
+mod convergence_order_uses_the_asymptotic_range;
 // Order, correlations, displacements and floor loads equal the values put in.
 mod structure_and_bed_metrics_equal_closed_forms;
 
@@ -18,8 +20,10 @@ mod structure_and_bed_metrics_equal_closed_forms;
 mod checks_determine_the_exit_code;
 // Unreadable inputs are named; the rest is analyzed.
 mod unreadable_inputs_are_reported;
-// JUnit, GitHub annotations, baselines and the analysis cache.
+// JUnit, GitHub annotations and the analysis cache.
 mod check_results_are_machine_readable;
+// A baseline is compared run by run, by what differs.
+mod baselines_are_compared_run_by_run;
 
 // Exports contain the recorded bits in every format.
 mod exports_contain_the_recorded_bits;

@@ -62,17 +62,31 @@ fn metrics_file_conforms_to_its_schema() {
     let schema: Value = serde_json::from_str(&document("metrics.schema.json")).unwrap();
     assert_fits(&file, &schema);
     assert_eq!(file["schema"], schema["properties"]["schema"]["const"]);
-    let of_metric = &schema["$defs"]["metric"];
+    let [of_metric, of_run, of_theory] =
+        ["metric", "run", "theory"].map(|name| &schema["$defs"][name]);
+    for run in file["runs"].as_array().unwrap() {
+        assert_fits(run, of_run);
+        let coordinate = serde_json::json!({ "value": run["coordinates"]["temperature_k"]["value"], "unit": "K" });
+        assert_eq!(run["coordinates"]["temperature_k"], coordinate);
+        assert!(coordinate["value"].is_number());
+        let in_manifest: f64 =
+            run["manifest"]["model.gas.temperature_k"].as_str().unwrap().parse().unwrap();
+        assert_eq!(Some(in_manifest), coordinate["value"].as_f64());
+    }
     let metrics = file["metrics"].as_array().unwrap();
     for metric in metrics {
         assert_fits(metric, of_metric);
+        if !metric["theory"].is_null() {
+            assert_fits(&metric["theory"], of_theory);
+        }
         for place in ["run", "sweep"] {
             if let Some(found) = metric.get(place) {
                 assert_fits(found, &of_metric["properties"][place]);
             }
         }
     }
-    for place in ["run", "sweep"] {
-        assert!(metrics.iter().any(|metric| metric.get(place).is_some()), "no metric has {place}");
+    for place in ["run", "sweep", "theory"] {
+        let has_one = metrics.iter().any(|metric| metric.get(place).is_some_and(Value::is_object));
+        assert!(has_one, "no metric has {place}");
     }
 }

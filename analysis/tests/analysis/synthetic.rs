@@ -211,6 +211,11 @@ pub(crate) fn analyze(arguments: &[&str]) -> AnalysisOutput {
 pub(crate) struct Metrics(serde_json::Value);
 
 impl Metrics {
+    /// Number of all metrics.
+    pub(crate) fn len(&self) -> usize {
+        self.0["metrics"].as_array().unwrap().len()
+    }
+
     /// All metrics of a name.
     pub(crate) fn all(&self, name: &str) -> Vec<&serde_json::Value> {
         let metrics = self.0["metrics"].as_array().unwrap();
@@ -236,7 +241,7 @@ impl Metrics {
 
     /// Theory's value.
     pub(crate) fn theory(&self, name: &str) -> Option<f64> {
-        self.first(name)["theory"].as_f64()
+        self.first(name)["theory"]["value"].as_f64()
     }
 
     /// Asserts that a value is within a relative tolerance, or an absolute one if the expected value is zero.

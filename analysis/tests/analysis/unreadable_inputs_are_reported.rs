@@ -4,7 +4,7 @@
 
 use crate::synthetic::{Folder, Frames, analyze, flat, write_run};
 use kinetoscope_manifest::{RunManifest, parse};
-use kinetoscope_recording::channels::GasPressure;
+use kinetoscope_recording::channels::{DemContactForces, GasPressure};
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::recorder::{Clock, Outcome};
 use std::fs;
@@ -237,4 +237,30 @@ fn table_fits_sixty_columns() {
         "{}",
         output.text
     );
+}
+
+#[test]
+fn contact_forces_with_unequal_columns_are_damage_and_the_rest_is_analyzed() {
+    let manifest = "name = \"bed\"\nreplicates = 2\n[model.dem]\ndiscs = 2\n\
+                    [record]\nchannels = [\"state\", \"contact_forces\"]\n";
+    let folder = Folder::write(manifest, |run| {
+        let mut frame = Frame::new();
+        frame.push_state(&[0.01, 5e-4, 0.0, 0.0]);
+        frame.push_state(&[0.02, 5e-4, 0.0, 0.0]);
+        let lost = usize::from(run.replicate == 0);
+        frame.push(&DemContactForces {
+            from_x_m: vec![0.01; 2],
+            from_y_m: vec![5e-4; 2],
+            to_x_m: vec![0.01; 2],
+            to_y_m: vec![0.0; 2],
+            force_x_n: vec![0.0; 2 - lost],
+            force_y_n: vec![1e-3; 2 - lost],
+        });
+        vec![(Clock { count: 1, time: 1.0 }, frame)]
+    });
+    let output = analyze(&[folder.name()]);
+    assert_eq!(output.code, 5, "{}", output.text);
+    let text = flat(&output.text);
+    assert!(text.contains("/contact_forces: its columns have different lengths"), "{text}");
+    assert!(!folder.written().all("bed.packing_fraction").is_empty());
 }

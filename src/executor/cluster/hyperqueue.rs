@@ -50,14 +50,14 @@ pub(super) fn submit(
     resources: Resources,
 ) -> io::Result<()> {
     let submission = submission::write(folder, tasks, command, "HQ_TASK_ID")?;
-    let log = submission.place.join("%{TASK_ID}.log");
+    let log = submission.own_folder.join("%{TASK_ID}.log");
     let mut hq = Command::new("hq");
     hq.args(["--output-mode", "json", "submit", "--crash-limit", "unlimited"])
         .arg(format!("--name={JOB_NAME}{}", submission.name))
         .arg(format!("--array=0-{}", tasks.len() - 1))
         .arg(format!("--cpus={}", resources.processors))
         .arg("--cwd")
-        .arg(&submission.place)
+        .arg(&submission.own_folder)
         .arg("--stdout")
         .arg(&log)
         .arg("--stderr")

@@ -4,6 +4,9 @@
 use crate::executor::cluster::task::{TaskCommand, keys, quoted};
 use crate::plan::PlannedRun;
 use kinetoscope_recording::atomic_file::replace;
+use kinetoscope_recording::regular_file::{
+    MAX_EXPERIMENT_RECORD_BYTES, MAX_MANIFEST_BYTES, read, read_text,
+};
 use sha2::{Digest as _, Sha256};
 use std::fmt::Write as _;
 use std::fs;
@@ -29,7 +32,7 @@ pub(super) struct Submission {
     /// Its name, a hash of the tasks, so that a submission is recognized if the engine's answer was lost.
     pub(super) name: String,
     /// Its absolute folder, because tasks run in another working folder.
-    pub(super) place: PathBuf,
+    pub(super) own_folder: PathBuf,
     /// The script of a task.
     pub(super) script: PathBuf,
 }
@@ -41,7 +44,8 @@ fn folder_of_all(folder: &Path) -> PathBuf {
 
 /// The run keys of a submission, one line per task; empty if the submission belongs to another folder.
 pub(super) fn key_lines(folder: &Path, name: &str) -> Vec<String> {
-    let text = fs::read_to_string(folder_of_all(folder).join(name).join("keys"));
+    let text =
+        read_text(&folder_of_all(folder).join(name).join("keys"), MAX_EXPERIMENT_RECORD_BYTES);
     text.unwrap_or_default().lines().map(str::to_owned).collect()
 }
 
@@ -59,13 +63,13 @@ pub(super) fn write(
     });
     let digest = Sha256::digest(lines.as_bytes());
     let name: String = digest.iter().take(8).map(|byte| format!("{byte:02x}")).collect();
-    let place = folder_of_all(folder).join(&name);
-    fs::create_dir_all(&place)?;
-    let place = fs::canonicalize(place)?;
+    let own_folder = folder_of_all(folder).join(&name);
+    fs::create_dir_all(&own_folder)?;
+    let own_folder = fs::canonicalize(own_folder)?;
     // A later change of the manifest does not affect the submission. The experiment may be named after the manifest's file.
-    let manifest = place.join(command.manifest.file_name().unwrap_or_default());
-    replace(&manifest, &fs::read(&command.manifest)?)?;
-    let keys_file = place.join("keys");
+    let manifest = own_folder.join(command.manifest.file_name().unwrap_or_default());
+    replace(&manifest, &read(&command.manifest, MAX_MANIFEST_BYTES)?)?;
+    let keys_file = own_folder.join("keys");
     replace(&keys_file, lines.as_bytes())?;
     let starts_in = command.manifest.parent().map(Path::to_owned);
     let command = TaskCommand { manifest, starts_in, ..command.clone() };
@@ -74,7 +78,7 @@ pub(super) fn write(
         quoted(&keys_file.display().to_string()),
         command.line("\"$keys\"")
     );
-    let script = place.join("task.sh");
+    let script = own_folder.join("task.sh");
     replace(&script, text.as_bytes())?;
-    Ok(Submission { name, place, script })
+    Ok(Submission { name, own_folder, script })
 }

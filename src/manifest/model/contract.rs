@@ -8,6 +8,9 @@ pub(crate) trait Model: HasKeys + Default {
     /// table has errors, it is not `sound`, and the keys are those that any table of the model allows.
     fn intervals(&self, sound: bool) -> &'static [&'static str];
 
+    /// Maximum number of particles in a frame, those included that enter during the run.
+    fn particles(&self) -> u64;
+
     /// Reports the broken rules between the keys.
     fn check(&mut self, table: &mut Reader<'_>);
 }

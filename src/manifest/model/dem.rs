@@ -206,6 +206,11 @@ impl Model for DemConfig {
         &["every_s", "every_steps"]
     }
 
+    fn particles(&self) -> u64 {
+        let inserted = self.insertion.map_or(0, |insertion| insertion.discs.get());
+        u64::from(self.discs.get()) + u64::from(inserted)
+    }
+
     fn check(&mut self, table: &mut Reader<'_>) {
         self.discs = self.placement.count(table, "discs", self.discs);
         self.check_sizes(table);

@@ -173,6 +173,10 @@ impl Model for GasConfig {
         }
     }
 
+    fn particles(&self) -> u64 {
+        u64::from(self.particles.get())
+    }
+
     fn check(&mut self, table: &mut Reader<'_>) {
         self.check_start(table);
         self.check_speeds(table);

@@ -44,7 +44,7 @@ pub use start_from::{RecordedState, Recordings, StartFrom};
 use crate::diagnostics::{Diagnostic, nearest};
 use crate::keys::{HasKeys, Keys, Reader};
 use crate::tree::{Entry, Table};
-use crate::value::refuse;
+use crate::value::refuse_type;
 use contract::Model;
 use start_from::MayBeRecorded as _;
 
@@ -172,6 +172,12 @@ impl ModelConfig {
         self.start_from_mut().map_or(Ok(()), |start| start.read_by(recordings, name))
     }
 
+    /// Maximum number of particles in a frame, those included that enter during the run.
+    #[must_use]
+    pub fn particles(&self) -> u64 {
+        each!(self, model => model.particles())
+    }
+
     /// The keys of `[record]` that give an interval between frames of this model.
     pub(crate) fn intervals(&self, sound: bool) -> Vec<&'static str> {
         let own = each!(self, model => model.intervals(sound));
@@ -199,7 +205,7 @@ impl ModelConfig {
         let mut model = Self::with_defaults(&entry.key)?;
         let path = format!("model.{}", entry.key);
         let Some(table) = entry.node.table() else {
-            return refuse(&entry.node, &path, "a table", errors).or(Some(model));
+            return refuse_type(&entry.node, &path, "a table", errors).or(Some(model));
         };
         let mut reader = Reader::new(&path, table, errors);
         model.keys(&mut reader);

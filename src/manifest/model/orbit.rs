@@ -113,6 +113,10 @@ impl Model for OrbitConfig {
         &["every_days", "every_steps"]
     }
 
+    fn particles(&self) -> u64 {
+        self.bodies.as_ref().map_or(1, |bodies| bodies.len() as u64)
+    }
+
     fn check(&mut self, table: &mut Reader<'_>) {
         let steps = self.duration_days.get() / self.time_step_days.get();
         at_least_one_step(steps, table, &["time_step_days", "duration_days"]);

@@ -142,6 +142,10 @@ impl Model for PackingConfig {
         }
     }
 
+    fn particles(&self) -> u64 {
+        u64::from(self.discs.get())
+    }
+
     fn check(&mut self, table: &mut Reader<'_>) {
         self.discs = self.placement.count(table, "discs", self.discs);
         let (width, height) = (self.width.get(), self.height.get());

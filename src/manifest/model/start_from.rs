@@ -3,7 +3,7 @@
 use crate::diagnostics::Diagnostic;
 use crate::keys::{Key, Keys};
 use crate::tree::{Node, Value};
-use crate::value::{TomlValue, quoted, refuse};
+use crate::value::{TomlValue, quoted, refuse_type};
 use serde_json::{Value as Json, json};
 use sha2::{Digest, Sha256};
 use std::sync::Arc;
@@ -172,7 +172,7 @@ impl TomlValue for StartFrom {
     fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
         match &node.value {
             Value::Text(text) if !text.is_empty() => Some(Self::Named(text.clone())),
-            _ => refuse(node, name, "the path of a recording", errors),
+            _ => refuse_type(node, name, "the path of a recording", errors),
         }
     }
 

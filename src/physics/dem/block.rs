@@ -52,6 +52,15 @@ pub(super) struct Pairs {
     pub(super) ends: [u32; TIERS],
 }
 
+/// The other side of a contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Partner {
+    /// A disc, by its index.
+    Disc(u32),
+    /// A wall, by its number.
+    Wall(u32),
+}
+
 /// A disc and a wall that it may touch.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct WallPair {
@@ -194,7 +203,41 @@ impl Pairs {
     }
 }
 
+impl Pairs {
+    /// Whether all columns have one length, tiers end in order, indices are below the given numbers of discs, and numbers are
+    /// finite. Springs are missing without friction.
+    fn is_valid(&self, firsts: usize, seconds: usize, has_springs: [bool; 2]) -> bool {
+        let count = self.first.len();
+        let are_below = |column: &[u32], limit| column.iter().all(|&disc| (disc as usize) < limit);
+        let springs = [&self.stretch, &self.rolling_stretch];
+        let numbers = self.reach.iter().chain(&self.damping).chain(springs.into_iter().flatten());
+        [self.second.len(), self.reach.len(), self.damping.len()].iter().all(|len| *len == count)
+            && (0..2).all(|kind| springs[kind].len() == if has_springs[kind] { count } else { 0 })
+            && self.ends.is_sorted()
+            && self.ends[TIERS - 1] as usize == count
+            && are_below(&self.first, firsts)
+            && are_below(&self.second, seconds)
+            && numbers.into_iter().all(|number| number.is_finite())
+    }
+}
+
 impl Block {
+    /// Whether the lists refer to existing discs and walls. `discs` is the number of all discs.
+    pub(super) fn is_valid(&self, discs: usize, walls: usize, has_springs: [bool; 2]) -> bool {
+        let own = self.len(discs);
+        let is_valid = |pair: &WallPair| {
+            (pair.disc as usize) < own
+                && (pair.wall as usize) < walls
+                && pair.damping.is_finite()
+                && pair.stretch.iter().all(|stretch| stretch.is_finite())
+        };
+        self.inner.is_valid(own, own, has_springs)
+            && self.inter_block.is_valid(own, discs, has_springs)
+            && self.shifts.len() == self.inter_block.len()
+            && self.shifts.iter().flatten().all(|shift| shift.is_finite())
+            && self.walls.iter().all(is_valid)
+    }
+
     /// The indices of the two discs of an inter-block pair.
     pub(super) fn inter_block_ends(&self, pair: usize) -> [usize; 2] {
         [self.start + self.inter_block.first[pair] as usize, self.inter_block.second[pair] as usize]

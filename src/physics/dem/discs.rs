@@ -2,7 +2,7 @@
 //!
 //! The scans use SIMD instructions. Maxima and minima do not depend on the width; they ignore a position that is not a number.
 
-use super::block::{BLOCK, BlockDiscs};
+use super::block::{BLOCK, BlockDiscs, Partner};
 use super::motion;
 use crate::simd::registers::{Register as _, each, vectorized};
 use serde::{Deserialize, Serialize};
@@ -54,6 +54,30 @@ impl Discs {
         self.positions.len()
     }
 
+    /// Whether all columns have one length, numbers are finite, materials exist, and ids are different numbers below `total`.
+    pub(super) fn is_valid(&self, total: u64, materials: usize) -> bool {
+        let count = self.len();
+        let lengths = [
+            self.ids.len(),
+            self.velocities.len(),
+            self.spins.len(),
+            self.radii.len(),
+            self.masses.len(),
+            self.inverse_masses.len(),
+            self.materials.len(),
+        ];
+        let sizes = self.radii.iter().chain(&self.masses).chain(&self.inverse_masses);
+        let mut ids = self.ids.clone();
+        ids.sort_unstable();
+        lengths.iter().all(|length| *length == count)
+            && self.positions.iter().chain(&self.velocities).flatten().all(|part| part.is_finite())
+            && self.spins.iter().all(|spin| spin.is_finite())
+            && sizes.into_iter().all(|size| size.is_finite() && *size > 0.0)
+            && self.materials.iter().all(|&material| usize::from(material) < materials)
+            && ids.is_sorted_by(|one, other| one < other)
+            && ids.last().is_none_or(|last| u64::from(*last) < total)
+    }
+
     /// Reorders the discs; `order` holds the old index for each new one and may omit discs.
     pub(super) fn reorder(&mut self, order: &[u32]) {
         fn sort<T: Copy>(column: &mut Vec<T>, order: &[u32]) {
@@ -95,6 +119,20 @@ impl Discs {
         self.materials.push(disc.material);
     }
 
+    /// Effective mass of a disc and its partner, kg.
+    pub(super) fn effective_mass(&self, disc: usize, partner: Partner) -> f64 {
+        let mass = self.masses[disc];
+        match partner {
+            Partner::Disc(other) => motion::effective_mass(mass, self.masses[other as usize]),
+            Partner::Wall(_) => mass,
+        }
+    }
+
+    /// Adds discs without spin.
+    pub(super) fn extend(&mut self, discs: &[Disc]) {
+        discs.iter().for_each(|disc| self.push(disc));
+    }
+
     /// Discs of mass 1 at rest.
     #[cfg(test)]
     pub(super) fn at_rest(positions: Vec<[f64; 2]>, mut radius: impl FnMut() -> f64) -> Self {
@@ -108,25 +146,23 @@ impl Discs {
 
     /// The discs of each block.
     pub(super) fn blocks(&mut self) -> Vec<BlockDiscs<'_>> {
-        let states = self.positions.chunks_mut(BLOCK).zip(self.velocities.chunks_mut(BLOCK));
-        let mut spins = self.spins.chunks_mut(BLOCK);
-        let mut radii = self.radii.chunks(BLOCK);
-        let mut masses = self.masses.chunks(BLOCK).zip(self.inverse_masses.chunks(BLOCK));
-        let mut materials = self.materials.chunks(BLOCK);
-        let block = |(number, (positions, velocities))| {
-            let (masses, inverse_masses) = masses.next()?;
-            Some(BlockDiscs {
-                start: number * BLOCK,
+        let Self { positions, velocities, spins, .. } = self;
+        let states = positions.chunks_mut(BLOCK).zip(velocities.chunks_mut(BLOCK));
+        let states = (0..).step_by(BLOCK).zip(states.zip(spins.chunks_mut(BLOCK)));
+        let blocks = states.map(|(start, ((positions, velocities), spins))| {
+            let own = start..start + spins.len();
+            BlockDiscs {
+                start,
                 positions,
                 velocities,
-                spins: spins.next()?,
-                radii: radii.next()?,
-                masses,
-                inverse_masses,
-                materials: materials.next()?,
-            })
-        };
-        states.enumerate().filter_map(block).collect()
+                spins,
+                radii: &self.radii[own.clone()],
+                masses: &self.masses[own.clone()],
+                inverse_masses: &self.inverse_masses[own.clone()],
+                materials: &self.materials[own],
+            }
+        });
+        blocks.collect()
     }
 
     /// The index of each disc, in the order of the ids.

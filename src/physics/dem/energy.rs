@@ -1,7 +1,5 @@
 //! The energy balance: kinetic + m g y + elastic + dissipated + removed - entered - work of the walls = constant.
 //!
-//! The residual is the integrator's error, and is reported separately.
-//!
 //! With the mid-step velocity, the work of all forces equals the change of the kinetic energy exactly: m (v' - v) . (v' + v)/2.
 //! Therefore, dashpots and walls count with that velocity; the power at a frame's time counts half before and half after it.
 
@@ -76,6 +74,18 @@ pub(super) struct EnergyBalance {
     pub(super) put_back: CompensatedSum,
 }
 
+impl EnergyBalance {
+    /// Whether the sums are numbers, one per wall.
+    pub(super) fn is_valid(&self, walls: usize) -> bool {
+        let Self { dashpot, friction, rolling, removed, entered, put_back, .. } = self;
+        let mut sums = [dashpot, friction, rolling, removed, entered, put_back].into_iter();
+        self.initial.is_finite()
+            && sums.all(|sum| sum.is_finite())
+            && [0, walls].contains(&self.walls.len())
+            && self.walls.iter().all(|sum| sum.is_finite())
+    }
+}
+
 /// The balance at a frame's time, J.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ClosedBalance {
@@ -86,6 +96,8 @@ pub(super) struct ClosedBalance {
     pub(super) walls: Vec<f64>,
     /// Work of all walls.
     pub(super) wall_work: f64,
+    /// Energy that the balance does not account for: the error of the integrator.
+    pub(super) residual: f64,
 }
 
 impl EnergyBalance {
@@ -111,18 +123,27 @@ impl EnergyBalance {
         }
     }
 
-    /// The balance of the present state, with the totals of the step that begins there.
-    pub(super) fn balance(&self, totals: &StepTotals, time_step: f64) -> ClosedBalance {
+    /// The balance of a state with these energies, with the totals of the step that begins there.
+    pub(super) fn balance(
+        &self,
+        energies: &Energies,
+        totals: &StepTotals,
+        time_step: f64,
+    ) -> ClosedBalance {
         let mut closed = self.clone();
         closed.add_powers(totals, 0.5 * time_step);
         let walls: Vec<f64> = closed.walls.iter().map(CompensatedSum::value).collect();
-        ClosedBalance {
+        let mut balance = ClosedBalance {
             dashpot: closed.dashpot.value(),
             friction: closed.friction.value() + totals.contacts.friction,
             rolling: closed.rolling.value() + totals.contacts.rolling,
             wall_work: walls.iter().sum(),
             walls,
-        }
+            residual: 0.0,
+        };
+        let lost = balance.dissipated() + self.removed.value() - self.entered.value();
+        balance.residual = energies.total() + lost - balance.wall_work - self.initial;
+        balance
     }
 }
 

@@ -6,7 +6,7 @@ use super::parameters::Parameters;
 use super::start;
 use super::walls::PlacedWall;
 use crate::random::{Generator, Seed, Stream};
-use kinetoscope_manifest::model::{DemConfig, DemIntegrator};
+use kinetoscope_manifest::model::DemConfig;
 use serde::{Deserialize, Serialize};
 
 /// Positions that are tried for a disc at a time.
@@ -38,27 +38,36 @@ impl Insertion {
         config: &DemConfig,
         parameters: &Parameters,
         seed: Seed,
-        discs: impl DoubleEndedIterator<Item = Disc>,
+        mut discs: Vec<Disc>,
     ) -> Option<Self> {
         let insertion = config.insertion?;
         let [vx, vy] = insertion.velocity_m_per_s.map(|v| v.get());
         let clearing = 2.0 * parameters.radius_range.1 / (vx * vx + vy * vy).sqrt();
         let steps = (clearing / parameters.time_step).ceil() as u64;
-        // Velocity Verlet's own velocities are half a step behind, see `step`. Nothing overlaps, so a is gravity.
-        let back = match config.integrator {
-            DemIntegrator::VelocityVerlet => 0.5 * parameters.time_step,
-            DemIntegrator::SemiImplicitEuler => 0.0,
-        };
+        discs.reverse();
         Some(Self {
             line: [insertion.from_m, insertion.to_m].map(|end| end.map(|at| at.get())),
-            velocity: [vx - parameters.gravity[0] * back, vy - parameters.gravity[1] * back],
+            velocity: parameters.integrator_velocity(config, [vx, vy]),
             rate: insertion.discs_per_s.get(),
             starts: insertion.starts_s.get(),
             interval: if steps > 0 { steps } else { 1 },
-            waiting: discs.rev().collect(),
+            waiting: discs,
             entered: 0,
             generator: seed.stream(Stream::Insertion),
         })
+    }
+
+    /// Whether numbers are finite and the waiting discs are the last of `total`.
+    pub(super) fn is_valid(&self, total: u64) -> bool {
+        let numbers = [self.velocity[0], self.velocity[1], self.rate, self.starts];
+        let is_valid = |disc: &Disc| {
+            u64::from(disc.id) < total
+                && [disc.radius, disc.mass].iter().all(|size| size.is_finite() && *size > 0.0)
+        };
+        self.line.iter().flatten().chain(&numbers).all(|number| number.is_finite())
+            && self.interval > 0
+            && self.entered <= total
+            && self.waiting.iter().all(is_valid)
     }
 
     /// Number of discs that are still to be inserted.
@@ -103,13 +112,13 @@ impl Insertion {
                     })
             };
             let [from, to] = self.line;
-            let place = (0..TRIALS).find_map(|_| {
-                let share = self.generator.uniform();
-                let along = |axis: usize| from[axis] + share * (to[axis] - from[axis]);
+            let position = (0..TRIALS).find_map(|_| {
+                let fraction = self.generator.uniform();
+                let along = |axis: usize| from[axis] + fraction * (to[axis] - from[axis]);
                 let center = [along(0), along(1)];
                 is_free(center).then_some(center)
             });
-            let Some(position) = place else { break };
+            let Some(position) = position else { break };
             entering.push(Disc { position, velocity: self.velocity, ..*next });
             self.waiting.pop();
             self.entered += 1;
@@ -123,12 +132,10 @@ impl Insertion {
         let [from, to] = self.line;
         let is_near = |at: [f64; 2]| {
             let near = |axis: usize| {
-                let (low, high) = if from[axis] < to[axis] {
-                    (from[axis], to[axis])
-                } else {
-                    (to[axis], from[axis])
-                };
-                parameters.periodic[axis] || (at[axis] >= low - reach && at[axis] <= high + reach)
+                let mut ends = [from[axis], to[axis]];
+                ends.sort_by(f64::total_cmp);
+                let [low, high] = [ends[0] - reach, ends[1] + reach];
+                parameters.periodic[axis] || (at[axis] >= low && at[axis] <= high)
             };
             near(0) && near(1)
         };

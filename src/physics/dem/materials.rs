@@ -8,11 +8,15 @@
 //!
 //! All contacts have the same stiffness: it sets the duration and the overlap of a contact, which only need to be small enough.
 
+use crate::dem::block::Partner;
 use crate::dem::discs::Discs;
 use crate::dem::{motion, restitution};
 use crate::random::{Seed, Stream};
 use crate::simd::registers::{each, vectorized};
-use kinetoscope_manifest::model::{DISC, DemConfig, DemContactConstants, Dissipation, WALL};
+use kinetoscope_manifest::model::{
+    DISC, DemConfig, DemContactConstants, DemMaterial, Dissipation, WALL,
+};
+use kinetoscope_manifest::quantity::Positive;
 use serde::{Deserialize, Serialize};
 
 /// The rule for the damping of a contact.
@@ -103,15 +107,10 @@ impl Surface {
     /// The mixing rule.
     fn with(self, other: Self) -> Self {
         let smaller = |one: f64, other: f64| if one < other { one } else { other };
-        let restitution = if self.restitution == other.restitution {
-            self.restitution
-        } else {
-            let squares =
-                self.restitution * self.restitution + other.restitution * other.restitution;
-            (0.5 * squares).sqrt()
-        };
+        let (e, e_other) = (self.restitution, other.restitution);
         Self {
-            restitution,
+            // Without rounding if the two are equal.
+            restitution: if e == e_other { e } else { (0.5 * (e * e + e_other * e_other)).sqrt() },
             friction: smaller(self.friction, other.friction),
             rolling_friction: smaller(self.rolling_friction, other.rolling_friction),
         }
@@ -119,6 +118,11 @@ impl Surface {
 }
 
 impl Materials {
+    /// Number of materials that discs can have.
+    pub(super) fn of_discs(&self) -> usize {
+        self.density_ratios.len()
+    }
+
     pub(super) fn new(config: &DemConfig) -> Self {
         let common = Surface {
             restitution: match config.dissipation {
@@ -128,16 +132,12 @@ impl Materials {
             friction: config.friction.get(),
             rolling_friction: config.rolling_friction.get(),
         };
-        let listed = config.materials.iter();
-        let (mut names, mut surfaces): (Vec<&str>, Vec<Surface>) = listed
-            .map(|material| (&*material.name, Surface::of(&material.constants, common)))
-            .unzip();
-        if names.is_empty() {
-            names.push(DISC);
-            surfaces.push(common);
-        }
-        names.push(WALL);
-        surfaces.push(common);
+        let single = [single_material()];
+        let listed = if config.materials.is_empty() { &single[..] } else { &config.materials };
+        let disc_materials =
+            listed.iter().map(|one| (&*one.name, Surface::of(&one.constants, common)));
+        let (names, surfaces): (Vec<&str>, Vec<Surface>) =
+            disc_materials.chain([(WALL, common)]).unzip();
         let count = names.len();
         let constants = |place: usize| {
             let (one, other) = (place / count, place % count);
@@ -155,12 +155,8 @@ impl Materials {
         Self {
             pairs: (0..count * count).map(constants).collect(),
             count,
-            fractions: cumulative_fractions(config),
-            density_ratios: if config.materials.is_empty() {
-                vec![1.0]
-            } else {
-                config.materials.iter().map(|material| material.density_ratio.get()).collect()
-            },
+            fractions: cumulative_fractions(listed),
+            density_ratios: listed.iter().map(|material| material.density_ratio.get()).collect(),
         }
     }
 
@@ -240,8 +236,14 @@ fn contact_constants(config: &DemConfig, surface: Surface) -> ContactConstants {
     }
 }
 
-fn cumulative_fractions(config: &DemConfig) -> Vec<f64> {
-    let fractions = || config.materials.iter().map(|material| material.fraction.get());
+/// The material of all discs of a manifest that lists none.
+fn single_material() -> DemMaterial {
+    let (name, one) = (DISC.to_owned(), Positive::literal(1.0));
+    DemMaterial { name, fraction: one, density_ratio: one, constants: Default::default() }
+}
+
+fn cumulative_fractions(materials: &[DemMaterial]) -> Vec<f64> {
+    let fractions = || materials.iter().map(|material| material.fraction.get());
     let (total, mut sum): (f64, f64) = (fractions().sum(), 0.0);
     let add = |fraction: f64| {
         sum += fraction;
@@ -251,11 +253,16 @@ fn cumulative_fractions(config: &DemConfig) -> Vec<f64> {
 }
 
 impl ContactLaw {
-    /// Damping eta of a pair of discs, N s/m.
-    pub(super) fn damping(&self, discs: &Discs, disc: usize, other: usize) -> f64 {
-        let mass = motion::effective_mass(discs.masses[disc], discs.masses[other]);
-        let pair = self.materials.between(discs.materials[disc], discs.materials[other]);
-        pair.damping(self.stiffness, mass)
+    /// Damping eta of a disc and its partner, N s/m.
+    pub(super) fn damping(&self, discs: &Discs, disc: usize, partner: Partner) -> f64 {
+        let material = discs.materials[disc];
+        let constants = match partner {
+            Partner::Disc(other) => {
+                self.materials.between(material, discs.materials[other as usize])
+            }
+            Partner::Wall(_) => self.materials.with_walls(material),
+        };
+        constants.damping(self.stiffness, discs.effective_mass(disc, partner))
     }
 
     /// Damping eta of pairs of discs, N s/m, whose indices are counted from given discs.
@@ -273,18 +280,13 @@ impl ContactLaw {
                 dampings_of_ratio(ratio, self.stiffness, masses, [first, second], dampings);
             }
             None => {
+                let [from, others_from] = counted_from;
                 for (damping, (&one, &other)) in dampings.iter_mut().zip(first.iter().zip(second)) {
-                    let [from, others_from] = counted_from;
-                    *damping =
-                        self.damping(discs, from + one as usize, others_from + other as usize);
+                    let [one, other] = [from + one as usize, others_from + other as usize];
+                    *damping = self.damping(discs, one, Partner::Disc(other as u32));
                 }
             }
         }
-    }
-
-    /// Damping eta of a disc with a wall, N s/m.
-    pub(super) fn wall_damping(&self, discs: &Discs, disc: usize) -> f64 {
-        self.materials.with_walls(discs.materials[disc]).damping(self.stiffness, discs.masses[disc])
     }
 
     /// The lower bound of the normal force, N: zero if it is clamped.
@@ -334,6 +336,7 @@ vectorized! {
 mod tests {
     use super::*;
     use crate::dem::discs::Disc;
+    use crate::dem::parameters::Parameters;
     use kinetoscope_manifest::quantity::{Fraction, NonNegative};
 
     #[test]
@@ -351,19 +354,14 @@ mod tests {
             Dissipation::Damping(NonNegative::new(0.3).unwrap()),
         ] {
             let config = DemConfig { dissipation, ..DemConfig::default() };
-            let law = ContactLaw {
-                stiffness: 5e4,
-                materials: Materials::new(&config),
-                only_pushes: true,
-                is_implicit: false,
-                tangential_stiffness: 1e4,
-                tangential_to_normal_damping: 1.0,
-            };
+            let law = Parameters::new(&config).law;
             let mut dampings = vec![0.0; 19];
             law.dampings(&discs, [5, 9], [&first, &second], &mut dampings);
             let pairs = first.iter().zip(&second);
             let wanted: Vec<f64> = pairs
-                .map(|(&one, &other)| law.damping(&discs, 5 + one as usize, 9 + other as usize))
+                .map(|(&one, &other)| {
+                    law.damping(&discs, 5 + one as usize, Partner::Disc(9 + other))
+                })
                 .collect();
             assert_eq!(dampings, wanted);
         }

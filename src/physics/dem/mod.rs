@@ -24,16 +24,17 @@ mod parameters;
 mod start;
 mod step;
 mod totals;
+mod validity;
 mod walls;
 
 use crate::model::{Extent, Model, ModelKind, Progress, SetupError, SimulationFault, Target};
 use crate::random::Seed;
-use crate::simd::registers::MAX_WIDTH;
+use crate::simd::registers::Register as _;
 use diagnosis::{Diagnosis, messages};
 use discs::Discs;
 use energy::{ClosedBalance, Energies, EnergyBalance};
 use insertion::Insertion;
-use kinetoscope_manifest::model::{DemConfig, DemIntegrator, Placement, UnstableTimeStep};
+use kinetoscope_manifest::model::{DemConfig, Placement, UnstableTimeStep};
 use kinetoscope_recording::channels::{
     ChannelDeclaration, DemContactForces, DemContactStatistics, DemEnergy, DemEnergyPercent,
     DemTemperature, DemWalls,
@@ -42,9 +43,8 @@ use kinetoscope_recording::frame::{Frame, StateColumn};
 use kinetoscope_recording::scenery::Scenery;
 use neighbors::Neighbors;
 use neighbors::pair_search::Surroundings;
-use parameters::Parameters;
+use parameters::{Parameters, StepContext};
 use serde::{Deserialize, Serialize};
-use start::Kinds;
 use step::{Evaluation, Workspace};
 use totals::{BlowUp, Contact, StepTotals};
 
@@ -70,9 +70,6 @@ pub struct Dem {
     /// Log lines of frame 0.
     facts: Vec<String>,
     warnings: Vec<String>,
-    /// Numbers in the widest register that may be used; results have the same bits at every width.
-    #[serde(skip, default = "max_width")]
-    max_width: usize,
     #[serde(skip)]
     workspace: Workspace,
 }
@@ -81,10 +78,6 @@ pub struct Dem {
 const AUDIT_INTERVAL: u64 = 1000;
 /// Residual over all energy, above which a run has blown up.
 const MAX_RESIDUAL: f64 = 0.5;
-
-fn max_width() -> usize {
-    MAX_WIDTH
-}
 
 /// Quantities accumulated between frames.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -138,28 +131,29 @@ impl Model for Dem {
         let diagnosis = Diagnosis::of(config);
         let mut warnings = Vec::new();
         if diagnosis.is_rejected() {
-            let text = messages::rejection(config, &diagnosis);
+            let [problems, remedies] = messages::rejection(config, &diagnosis);
             if config.on_unstable_time_step == UnstableTimeStep::Error || !diagnosis.is_countable {
-                return Err(SetupError(text));
+                return Err(SetupError(format!("{problems}\nhelp: {remedies}")));
             }
-            warnings.push(text);
+            warnings.push(format!("{problems} {remedies}"));
         }
         warnings.extend(diagnosis.warnings());
         let parameters =
             Parameters { records_contact_forces: contact_forces, ..Parameters::new(config) };
-        let kinds = Kinds::drawn(config, &parameters, seed);
-        let mut discs = start::discs(config, &parameters, seed, &kinds)?;
-        let later = kinds.inserted(config, &parameters);
-        let insertion = Insertion::new(config, &parameters, seed, later);
+        let mut drawn = start::drawn_discs(config, &parameters, seed);
+        let inserted = drawn.split_off(config.discs.get() as usize);
+        let mut discs = start::place(drawn, config, &parameters, seed)?;
+        let insertion = Insertion::new(config, &parameters, seed, inserted);
         let facts = messages::facts(config, &parameters, &diagnosis, &discs);
-        let initial_top_speed = discs.velocities.iter().fold(0.0, |top, [vx, vy]| {
-            let speed = (vx * vx + vy * vy).sqrt();
-            if speed > top { speed } else { top }
-        });
+        let initial_top_speed = discs
+            .velocities
+            .iter()
+            .fold(0.0, |top, [vx, vy]| (vx * vx + vy * vy).sqrt().larger(top));
         // The velocities of a recording are the integrator's own already.
-        let is_recorded = matches!(config.placement, Placement::Recorded(_));
-        if config.integrator == DemIntegrator::VelocityVerlet && !is_recorded {
-            step::set_back_by_half_a_step(&mut discs, parameters.gravity, parameters.time_step);
+        if !matches!(config.placement, Placement::Recorded(_)) {
+            for velocity in &mut discs.velocities {
+                *velocity = parameters.integrator_velocity(config, *velocity);
+            }
         }
         let mut model = Self {
             neighbors: Neighbors::new(parameters.radius),
@@ -174,12 +168,15 @@ impl Model for Dem {
             window: Window { is_closed: true, ..Window::default() },
             facts,
             warnings,
-            max_width: MAX_WIDTH,
             workspace: Workspace::default(),
         };
         model.list_neighbors();
         model.open_balance();
         Ok(model)
+    }
+
+    fn is_valid_for(&self, config: &DemConfig) -> bool {
+        self.is_valid_state(config)
     }
 
     fn channels(&self) -> &'static [ChannelDeclaration] {
@@ -235,15 +232,15 @@ impl Dem {
     /// Limits the registers of force loops to `max_width` numbers (1, 4 or 8), which changes no bit; for tests and benchmarks.
     #[must_use]
     pub fn with_max_width(self, max_width: usize) -> Self {
-        Self { max_width, ..self }
+        let parameters = Parameters { max_width, ..self.parameters };
+        Self { parameters, ..self }
     }
 
     /// One time step: forces of the present state, energy balance, kick and drift; then the neighbor lists are made valid again.
     fn step(&mut self) -> Result<(), BlowUp> {
-        let walls = self.parameters.walls_at(self.count);
-        let scope = self.neighbors.scope();
-        let known_overlap = self.window.max_overlap;
-        let step = self.parameters.step(&walls, known_overlap, scope, self.max_width);
+        let (parameters, scope) = (&self.parameters, self.neighbors.scope());
+        let (walls, known_overlap) = (&parameters.walls_at(self.count), self.window.max_overlap);
+        let step = StepContext { parameters, walls, known_overlap, scope };
         let totals = self.workspace.advance(&mut self.neighbors, &mut self.discs, &step);
         self.window.add(&totals);
         let time_step = self.parameters.time_step;
@@ -271,7 +268,6 @@ impl Dem {
             walls: &walls,
             displacements: &self.parameters.displacements_at(self.count),
             memory: &self.workspace.search,
-            max_width: self.max_width,
         };
         self.neighbors.build(&mut self.discs, &around);
     }
@@ -283,17 +279,11 @@ impl Dem {
             .filter(|&disc| self.discs.positions[disc as usize][1] >= outlet)
             .collect();
         let leaving = self.discs.len() - remaining.len();
-        if leaving == 0 {
-            return;
+        if leaving > 0 {
+            let gained = self.change_discs(|discs| discs.reorder(&remaining));
+            self.balance.removed.add(-gained);
+            self.removed += leaving as u64;
         }
-        let before = self.energies(&self.evaluate()).total();
-        // Lists contain indices; they are rebuilt at once, with the springs of the remaining discs.
-        self.neighbors.hold_springs(&self.discs);
-        self.discs.reorder(&remaining);
-        self.list_neighbors();
-        let after = self.energies(&self.evaluate()).total();
-        self.balance.removed.add(before - after);
-        self.removed += leaving as u64;
     }
 
     /// Inserts the discs that are due, with their energy.
@@ -305,15 +295,20 @@ impl Dem {
         };
         let walls = self.parameters.walls_at(self.count);
         let entering = insertion.due(time, &self.discs, &walls, &self.parameters);
-        if entering.is_empty() {
-            return;
+        if !entering.is_empty() {
+            let gained = self.change_discs(|discs| discs.extend(&entering));
+            self.balance.entered.add(gained);
         }
+    }
+
+    /// Removes or adds discs, and returns the energy that they add, J. The lists, which contain indices, are rebuilt at once, with
+    /// the springs of the discs that remain.
+    fn change_discs(&mut self, change: impl FnOnce(&mut Discs)) -> f64 {
         let before = self.energies(&self.evaluate()).total();
         self.neighbors.hold_springs(&self.discs);
-        entering.iter().for_each(|disc| self.discs.push(disc));
+        change(&mut self.discs);
         self.list_neighbors();
-        let after = self.energies(&self.evaluate()).total();
-        self.balance.entered.add(after - before);
+        self.energies(&self.evaluate()).total() - before
     }
 
     /// Wraps discs that left through a periodic side around to the other one.
@@ -338,17 +333,14 @@ impl Dem {
 
     /// Stops a run whose energy balance does not close.
     fn audit(&self) -> Result<(), BlowUp> {
-        let evaluation = self.evaluate();
-        let energies = self.energies(&evaluation);
-        let balance = self.balance.balance(&evaluation.totals, self.parameters.time_step);
-        let residual = self.residual(&energies, &balance);
+        let (energies, balance) = self.balance_of(&self.evaluate());
         let throughput = energies.kinetic + energies.elastic_normal + energies.elastic_tangential;
         let supplied = self.balance.initial.abs() + self.balance.entered.value().abs();
         let scale = supplied + throughput + balance.dissipated().abs();
-        let share = residual.abs() / scale;
+        let fraction = balance.residual.abs() / scale;
         // Written so that a residual that is not a number fails.
-        let is_closed = share <= MAX_RESIDUAL || scale == 0.0;
-        if is_closed { Ok(()) } else { Err(BlowUp::Residual(share)) }
+        let is_closed = fraction <= MAX_RESIDUAL || scale == 0.0;
+        if is_closed { Ok(()) } else { Err(BlowUp::Residual(fraction)) }
     }
 
     /// Opens the energy balance at the start, so that its residual begins at zero.
@@ -365,9 +357,9 @@ impl Dem {
 
     /// The same; `on_contact` receives all contacts.
     fn evaluate_contacts(&self, on_contact: &mut dyn FnMut(&Contact)) -> Evaluation {
-        let walls = self.parameters.walls_at(self.count);
-        let scope = self.neighbors.scope();
-        let step = self.parameters.step(&walls, 0.0, scope, self.max_width);
+        let (parameters, scope) = (&self.parameters, self.neighbors.scope());
+        let walls = &parameters.walls_at(self.count);
+        let step = StepContext { parameters, walls, known_overlap: 0.0, scope };
         Evaluation::of(&self.neighbors, &self.discs, &step, on_contact)
     }
 
@@ -383,20 +375,17 @@ impl Dem {
         energies
     }
 
-    fn residual(&self, energies: &Energies, balance: &ClosedBalance) -> f64 {
-        let lost =
-            balance.dissipated() + self.balance.removed.value() - self.balance.entered.value();
-        energies.total() + lost - balance.wall_work - self.balance.initial
+    /// The energies and the balance of a state.
+    fn balance_of(&self, evaluation: &Evaluation) -> (Energies, ClosedBalance) {
+        let (energies, time_step) = (self.energies(evaluation), self.parameters.time_step);
+        (energies, self.balance.balance(&energies, &evaluation.totals, time_step))
     }
 }
 
 impl Window {
     /// Adds a step.
     fn add(&mut self, totals: &StepTotals) {
-        let max_overlap = totals.contacts.max_overlap.over_radius;
-        if max_overlap > self.max_overlap {
-            self.max_overlap = max_overlap;
-        }
+        self.max_overlap = totals.contacts.max_overlap.over_radius.larger(self.max_overlap);
         self.wall_forces.resize(totals.contacts.walls.len(), [0.0; 2]);
         for (sum, [fx, fy, _]) in self.wall_forces.iter_mut().zip(&totals.contacts.walls) {
             *sum = [sum[0] + fx, sum[1] + fy];

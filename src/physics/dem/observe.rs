@@ -6,6 +6,7 @@ use super::step::{ContactStatistics, Evaluation};
 use super::totals::Contact;
 use super::walls::Shape;
 use crate::model::Model as _;
+use crate::simd::registers::Register as _;
 use kinetoscope_recording::channels::{
     DemContactForces, DemContactStatistics, DemEnergy, DemEnergyPercent, DemTemperature, DemWalls,
 };
@@ -71,10 +72,7 @@ impl Dem {
     }
 
     fn push_energy(&self, frame: &mut Frame, evaluation: &Evaluation) {
-        let energies = self.energies(evaluation);
-        let balance = self.balance.balance(&evaluation.totals, self.parameters.time_step);
-        let total = energies.total();
-        let residual = self.residual(&energies, &balance);
+        let (energies, balance) = self.balance_of(evaluation);
         let elastic = energies.elastic_normal + energies.elastic_tangential;
         frame.push(&DemEnergy {
             kinetic_j: energies.kinetic,
@@ -82,8 +80,8 @@ impl Dem {
             elastic_j: elastic,
             dissipated_j: balance.dissipated(),
             wall_work_j: balance.wall_work,
-            total_j: total,
-            residual_j: residual,
+            total_j: energies.total(),
+            residual_j: balance.residual,
             elastic_tangential_j: energies.elastic_tangential,
             friction_j: balance.friction,
             rolling_j: balance.rolling,
@@ -91,26 +89,25 @@ impl Dem {
             entered_j: self.balance.entered.value(),
         });
         let scale = (self.balance.initial + self.balance.entered.value()).abs();
-        let share = |energy: f64| if scale > 0.0 { energy / scale } else { 0.0 };
+        let fraction = |energy: f64| if scale > 0.0 { energy / scale } else { 0.0 };
         frame.push(&DemEnergyPercent {
-            kinetic_percent: 100.0 * share(energies.kinetic),
-            gravitational_percent: 100.0 * share(energies.gravitational),
-            elastic_percent: 100.0 * share(elastic),
-            dissipated_percent: 100.0 * share(balance.dissipated()),
-            residual_ppm: 1e6 * share(residual),
-            wall_work_percent: 100.0 * share(balance.wall_work),
-            removed_percent: 100.0 * share(self.balance.removed.value()),
+            kinetic_percent: 100.0 * fraction(energies.kinetic),
+            gravitational_percent: 100.0 * fraction(energies.gravitational),
+            elastic_percent: 100.0 * fraction(elastic),
+            dissipated_percent: 100.0 * fraction(balance.dissipated()),
+            residual_ppm: 1e6 * fraction(balance.residual),
+            wall_work_percent: 100.0 * fraction(balance.wall_work),
+            removed_percent: 100.0 * fraction(self.balance.removed.value()),
         });
-        let steps = self.window.steps as f64;
-        let mean = |axis: usize| {
-            let walls = self.window.wall_forces.iter();
-            walls.map(|sum| sum[axis] / steps).collect::<Vec<f64>>()
+        // Before the first step, there are no sums.
+        let mean = |axis: usize, wall: usize| {
+            let sums = self.window.wall_forces.get(wall);
+            sums.map_or(0.0, |sum| sum[axis] / self.window.steps as f64)
         };
-        let zeros = || vec![0.0; self.parameters.walls.len()];
-        let has_begun = self.window.steps > 0;
+        let walls = 0..self.parameters.walls.len();
         frame.push(&DemWalls {
-            mean_force_x_n: if has_begun { mean(0) } else { zeros() },
-            mean_force_y_n: if has_begun { mean(1) } else { zeros() },
+            mean_force_x_n: walls.clone().map(|wall| mean(0, wall)).collect(),
+            mean_force_y_n: walls.map(|wall| mean(1, wall)).collect(),
             work_j: balance.walls,
             discs_removed: self.removed,
             discs_entered: self.insertion.as_ref().map_or(0, |all| all.entered),
@@ -119,12 +116,11 @@ impl Dem {
 
     fn push_contacts(&self, frame: &mut Frame, evaluation: &Evaluation) {
         let ContactStatistics { pairs, walls, max_overlap: now, .. } = evaluation.contacts;
-        let before = self.window.max_overlap;
         frame.push(&DemContactStatistics {
             pair_contacts: pairs,
             wall_contacts: walls,
             coordination_number: (2 * pairs + walls) as f64 / Ord::max(self.discs.len(), 1) as f64,
-            max_overlap_over_radius: if now > before { now } else { before },
+            max_overlap_over_radius: now.larger(self.window.max_overlap),
         });
     }
 
@@ -169,11 +165,9 @@ impl Dem {
     /// The upper end of the color bar of forces, N: the geometric mean of the force of an impact, v sqrt(k m), and the weight of a
     /// column of discs, which differ by orders of magnitude. Without gravity, the force of an impact.
     fn force_range_top(&self, speed: f64) -> f64 {
-        let Parameters { gravity, mass, radius, sides, law, .. } = &self.parameters;
+        let Parameters { mass, ref law, .. } = self.parameters;
         let impact = speed * (law.stiffness * mass).sqrt();
-        let layers = |side: f64| 1.0 + self.discs.radii.len() as f64 * 2.0 * radius / side;
-        let weight =
-            mass * (gravity[0].abs() * layers(sides[1]) + gravity[1].abs() * layers(sides[0]));
+        let weight = self.parameters.column_weight(mass, self.discs.len() as f64);
         if weight > 0.0 { (impact * weight).sqrt() } else { impact }
     }
 }

@@ -3,8 +3,9 @@
 use super::materials::{ContactLaw, Materials};
 use super::neighbors::tiers::Scope;
 use super::walls::{Motion, PlacedWall, Shape, Wall};
+use crate::simd::registers::MAX_WIDTH;
 use kinetoscope_manifest::model::{
-    DemConfig, DemDashpot, DemWall, DemWallShape, StepLength, TimeStep,
+    DemConfig, DemDashpot, DemIntegrator, DemWall, DemWallShape, StepLength, TimeStep,
 };
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -38,21 +39,24 @@ pub(super) struct Parameters {
     pub(super) outlet_below: Option<f64>,
     /// Whether frames contain the force of every contact.
     pub(super) records_contact_forces: bool,
+    /// Numbers in the widest register that may be used; results have the same bits at every width.
+    #[serde(skip, default = "max_width")]
+    pub(super) max_width: usize,
+}
+
+fn max_width() -> usize {
+    MAX_WIDTH
 }
 
 /// The constants of a step, besides discs and lists.
 #[derive(Clone, Copy)]
 pub(super) struct StepContext<'a> {
     pub(super) parameters: &'a Parameters,
-    pub(super) law: &'a ContactLaw,
     pub(super) walls: &'a [PlacedWall],
-    pub(super) time_step: f64,
     /// The largest overlap over radius that is known already.
     pub(super) known_overlap: f64,
     /// The part of the lists that the step must visit.
     pub(super) scope: Scope,
-    /// Numbers in the widest register that may be used; results have the same bits at every width.
-    pub(super) max_width: usize,
 }
 
 /// An automatic time step: pi sqrt(m/k) over this number, with c = eta dt/m_eff of at most the second value.
@@ -105,6 +109,7 @@ impl Parameters {
             walls,
             outlet_below: config.remove_below_m.map(|height| height.get()),
             records_contact_forces: false,
+            max_width: MAX_WIDTH,
         }
     }
 
@@ -161,16 +166,28 @@ impl Parameters {
         self.walls.iter().map(|wall| wall.motion.displacement(time)).collect()
     }
 
-    /// The constants of a step.
-    pub(super) fn step<'a>(
-        &'a self,
-        walls: &'a [PlacedWall],
-        known_overlap: f64,
-        scope: Scope,
-        max_width: usize,
-    ) -> StepContext<'a> {
-        let (law, time_step) = (&self.law, self.time_step);
-        StepContext { parameters: self, law, walls, time_step, known_overlap, scope, max_width }
+    /// Weight of a column of discs as high as the box, and of a row as wide, in N: a disc of `mass` and `others` in even layers.
+    pub(super) fn column_weight(&self, mass: f64, others: f64) -> f64 {
+        let layers = |side: f64| 1.0 + others * 2.0 * self.radius / side;
+        mass * (self.gravity[0].abs() * layers(self.sides[1])
+            + self.gravity[1].abs() * layers(self.sides[0]))
+    }
+
+    /// Mass of a disc: discs of one material have one areal density.
+    pub(super) fn mass_of(&self, radius: f64, material: u8) -> f64 {
+        self.law.materials.density_ratio(material) * mass_of(radius, self.radius, self.mass)
+    }
+
+    /// The integrator's velocity of a disc without contacts, by that at the positions' time: v - g dt/2 with velocity Verlet, whose
+    /// velocities are half a step behind; see `step`.
+    pub(super) fn integrator_velocity(&self, config: &DemConfig, velocity: [f64; 2]) -> [f64; 2] {
+        let half = 0.5 * self.time_step;
+        match config.integrator {
+            DemIntegrator::VelocityVerlet => {
+                [velocity[0] - self.gravity[0] * half, velocity[1] - self.gravity[1] * half]
+            }
+            DemIntegrator::SemiImplicitEuler => velocity,
+        }
     }
 
     /// Specific potential energy of a fall through the whole box, J/kg.
@@ -216,7 +233,7 @@ fn wall(config: &DemWall) -> Wall {
 }
 
 /// Mass of a disc at the areal density at which a disc of the mean radius has the mean mass.
-pub(super) fn mass_of(radius: f64, mean_radius: f64, mean_mass: f64) -> f64 {
+fn mass_of(radius: f64, mean_radius: f64, mean_mass: f64) -> f64 {
     let ratio = radius / mean_radius;
     mean_mass * ratio * ratio
 }

@@ -16,7 +16,7 @@ use std::f64::consts::PI;
 pub fn restitution(damping_ratio: f64, tail: bool) -> f64 {
     match tail {
         false if damping_ratio >= 1.0 => 0.0,
-        false => libm::exp(-PI * damping_ratio / damped_share(damping_ratio)),
+        false => libm::exp(-PI * damping_ratio / damped_frequency_ratio(damping_ratio)),
         true => libm::exp(-2.0 * damping_ratio * phase_at_turn(damping_ratio)),
     }
 }
@@ -70,7 +70,7 @@ pub fn damping(damping_ratio: f64, stiffness: f64, effective_mass: f64) -> f64 {
 pub fn contact_duration(damping_ratio: f64, natural_frequency: f64, tail: bool) -> Option<f64> {
     match tail {
         false if damping_ratio >= 1.0 => None,
-        false => Some(PI / (natural_frequency * damped_share(damping_ratio))),
+        false => Some(PI / (natural_frequency * damped_frequency_ratio(damping_ratio))),
         true => Some(2.0 * phase_at_turn(damping_ratio) / natural_frequency),
     }
 }
@@ -82,7 +82,7 @@ pub fn max_overlap(speed: f64, damping_ratio: f64, natural_frequency: f64) -> f6
 }
 
 /// w/w0 = sqrt(1 - zeta^2), for zeta <= 1.
-fn damped_share(damping_ratio: f64) -> f64 {
+fn damped_frequency_ratio(damping_ratio: f64) -> f64 {
     ((1.0 - damping_ratio) * (1.0 + damping_ratio)).sqrt()
 }
 
@@ -90,12 +90,12 @@ fn damped_share(damping_ratio: f64) -> f64 {
 /// it, acosh(zeta) / sqrt(zeta^2 - 1) above.
 fn phase_at_turn(damping_ratio: f64) -> f64 {
     if damping_ratio < 1.0 {
-        let share = damped_share(damping_ratio);
-        libm::atan2(share, damping_ratio) / share
+        let root = damped_frequency_ratio(damping_ratio);
+        libm::atan2(root, damping_ratio) / root
     } else if damping_ratio > 1.0 {
         // Factor by factor: the square of a huge ratio would overflow.
-        let share = (damping_ratio - 1.0).sqrt() * (damping_ratio + 1.0).sqrt();
-        libm::log1p(damping_ratio - 1.0 + share) / share
+        let root = (damping_ratio - 1.0).sqrt() * (damping_ratio + 1.0).sqrt();
+        libm::log1p(damping_ratio - 1.0 + root) / root
     } else {
         1.0
     }

@@ -3,7 +3,7 @@
 use super::discs::{Disc, Discs};
 use super::motion;
 use super::neighbors::cell_grid::CellGrid;
-use super::parameters::{Parameters, mass_of};
+use super::parameters::Parameters;
 use super::walls::PlacedWall;
 use crate::model::SetupError;
 use crate::placement::{Rectangle, random_sequential_addition, square_lattice};
@@ -16,18 +16,17 @@ use kinetoscope_manifest::model::{
 /// Overlap over the sum of radii that still counts as contact without overlap: decimal input is rounded.
 const TOUCHING: f64 = 1e-12;
 
-/// Discs without overlap, inside the box, with their velocities at the positions' time.
+/// The drawn discs without overlap, inside the box, with their velocities at the positions' time.
 ///
 /// # Errors
 /// If the discs do not fit, or if given ones overlap or are outside the box.
-pub(super) fn discs(
+pub(super) fn place(
+    drawn: Vec<Disc>,
     config: &DemConfig,
     parameters: &Parameters,
     seed: Seed,
-    kinds: &Kinds,
 ) -> Result<Discs, SetupError> {
-    let placed = config.discs.get() as usize;
-    let radii = &kinds.radii[..placed];
+    let radii: &Vec<f64> = &drawn.iter().map(|disc| disc.radius).collect();
     let (_, largest) = parameters.radius_range;
     if 2.0 * largest > parameters.sides[0] || 2.0 * largest > parameters.sides[1] {
         return Err(SetupError(format!(
@@ -44,7 +43,7 @@ pub(super) fn discs(
     };
     let walls = parameters.walls_at(0);
     let positions = match &config.placement {
-        Placement::Recorded(start) => return recorded_discs(start, config, parameters, kinds),
+        Placement::Recorded(start) => return recorded_discs(start, config, parameters, drawn),
         Placement::Random => {
             let mut generator = seed.stream(Stream::Positions);
             let is_free = |center, radius| overlapped_wall(&walls, center, radius).is_none();
@@ -73,55 +72,28 @@ pub(super) fn discs(
             given.velocities_m_per_s.iter().map(|velocity| velocity.map(|v| v.get())).collect()
         }
         Placement::Random | Placement::Lattice | Placement::Recorded(_) => {
-            drawn_velocities(config, seed, placed)
+            drawn_velocities(config, seed, drawn.len())
         }
     };
     let mut discs = Discs::default();
-    for (number, (&position, velocity)) in positions.iter().zip(velocities).enumerate() {
-        discs.push(&Disc { position, velocity, ..kinds.disc(number, parameters) });
+    for (disc, (position, velocity)) in drawn.into_iter().zip(positions.into_iter().zip(velocities))
+    {
+        discs.push(&Disc { position, velocity, ..disc });
     }
     Ok(discs)
 }
 
-/// Radii and materials of all discs, including those inserted later, in the order of their ids.
-pub(super) struct Kinds {
-    radii: Vec<f64>,
-    materials: Vec<u8>,
-}
-
-impl Kinds {
-    pub(super) fn drawn(config: &DemConfig, parameters: &Parameters, seed: Seed) -> Self {
-        let insertion = config.insertion.map_or(0, |insertion| insertion.discs.get());
-        let count = config.discs.get() as usize + insertion as usize;
-        Self {
-            radii: radii(config, seed, count),
-            materials: parameters.law.materials.drawn(count, seed),
-        }
-    }
-
-    /// A disc by its number, with only its radius, mass and material.
-    pub(super) fn disc(&self, number: usize, parameters: &Parameters) -> Disc {
-        let (radius, material) = (self.radii[number], self.materials[number]);
-        let density_ratio = parameters.law.materials.density_ratio(material);
-        Disc {
-            id: number as u32,
-            position: [0.0; 2],
-            velocity: [0.0; 2],
-            radius,
-            mass: density_ratio * mass_of(radius, parameters.radius, parameters.mass),
-            material,
-        }
-    }
-
-    /// The discs that are inserted later.
-    pub(super) fn inserted(
-        &self,
-        config: &DemConfig,
-        parameters: &Parameters,
-    ) -> impl DoubleEndedIterator<Item = Disc> {
-        let later = config.discs.get() as usize..self.radii.len();
-        later.map(|number| self.disc(number, parameters))
-    }
+/// All discs, including those inserted later, with their radii, materials and masses only.
+pub(super) fn drawn_discs(config: &DemConfig, parameters: &Parameters, seed: Seed) -> Vec<Disc> {
+    let insertion = config.insertion.map_or(0, |insertion| insertion.discs.get());
+    let count = config.discs.get() as usize + insertion as usize;
+    let materials = parameters.law.materials.drawn(count, seed);
+    let disc = |(id, (radius, material))| {
+        let (position, velocity) = ([0.0; 2], [0.0; 2]);
+        let mass = parameters.mass_of(radius, material);
+        Disc { id, position, velocity, radius, mass, material }
+    };
+    (0..).zip(radii(config, seed, count).into_iter().zip(materials)).map(disc).collect()
 }
 
 /// Normally distributed velocities of mean zero, or discs at rest.
@@ -148,10 +120,14 @@ pub(super) fn overlapped_wall(
     center: [f64; 2],
     radius: f64,
 ) -> Option<usize> {
+    wall_within(walls, center, radius * (1.0 - TOUCHING))
+}
+
+/// The first wall closer to a center than a distance, m. A position that is not a number is close to every wall.
+fn wall_within(walls: &[PlacedWall], center: [f64; 2], distance: f64) -> Option<usize> {
     walls.iter().position(|wall| {
-        let distance = wall.shape.contact(center).distance;
-        let is_free = distance >= radius * (1.0 - TOUCHING);
-        !is_free
+        let is_apart = wall.shape.contact(center).distance >= distance;
+        !is_apart
     })
 }
 
@@ -162,22 +138,17 @@ pub(super) fn packing_fraction(radii: &[f64], sides: [f64; 2]) -> f64 {
 }
 
 fn radii(config: &DemConfig, seed: Seed, count: usize) -> Vec<f64> {
-    match config.radius_m {
-        DiscRadius::Equal(radius) => vec![radius.get(); count],
-        DiscRadius::Uniform { min, max } => {
-            let mut generator = seed.stream(Stream::Radii);
-            (0..count).map(|_| generator.uniform_in(min.get(), max.get())).collect()
-        }
-        DiscRadius::Normal { mean, std } => {
-            let mut generator = seed.stream(Stream::Radii);
-            (0..count).map(|_| normal_radius(mean.get(), std.get(), &mut generator)).collect()
-        }
+    let mut generator = seed.stream(Stream::Radii);
+    let mut draw = || match config.radius_m {
+        DiscRadius::Equal(radius) => radius.get(),
+        DiscRadius::Uniform { min, max } => generator.uniform_in(min.get(), max.get()),
+        DiscRadius::Normal { mean, std } => normal_radius(mean.get(), std.get(), &mut generator),
         DiscRadius::TwoSizes { small, large, small_fraction } => {
-            let mut generator = seed.stream(Stream::Radii);
-            let mut draw = || generator.uniform() < small_fraction.get();
-            (0..count).map(|_| if draw() { small.get() } else { large.get() }).collect()
+            let is_small = generator.uniform() < small_fraction.get();
+            if is_small { small.get() } else { large.get() }
         }
-    }
+    };
+    (0..count).map(|_| draw()).collect()
 }
 
 /// A normally distributed radius; values beyond three standard deviations are rejected.
@@ -286,7 +257,7 @@ fn recorded_discs(
     start: &StartFrom,
     config: &DemConfig,
     parameters: &Parameters,
-    kinds: &Kinds,
+    drawn: Vec<Disc>,
 ) -> Result<Discs, SetupError> {
     if config.materials.len() > 1 {
         return Err(SetupError(
@@ -297,13 +268,11 @@ fn recorded_discs(
     let rows = restart_state::rows(start, ["x", "y", "vx_step", "vy_step", "radius", "spin"])?;
     check_recorded(&rows, config, parameters)?;
     let mut discs = Discs::default();
-    for (number, &[x, y, vx, vy, radius, spin]) in rows.iter().enumerate() {
-        let kind = kinds.disc(number, parameters);
-        let density_ratio = parameters.law.materials.density_ratio(kind.material);
-        let mass = density_ratio * mass_of(radius, parameters.radius, parameters.mass);
-        discs.push(&Disc { position: [x, y], velocity: [vx, vy], radius, mass, ..kind });
-        discs.spins[number] = spin;
+    for (disc, &[x, y, vx, vy, radius, _]) in drawn.iter().zip(&rows) {
+        let mass = parameters.mass_of(radius, disc.material);
+        discs.push(&Disc { position: [x, y], velocity: [vx, vy], radius, mass, ..*disc });
     }
+    discs.spins = rows.iter().map(|row| row[5]).collect();
     Ok(discs)
 }
 
@@ -326,12 +295,10 @@ fn check_recorded(
                  does not allow: write the radius_m of the recording's manifest."
             )));
         }
-        let is_inside =
-            (0.0..=parameters.sides[0]).contains(&x) && (0.0..=parameters.sides[1]).contains(&y);
-        let is_free = walls
-            .iter()
-            .all(|wall| wall.shape.contact([x, y]).distance >= radius * (1.0 - MAX_WALL_OVERLAP));
-        if !is_inside || !is_free {
+        let [width, height] = parameters.sides;
+        let is_inside = (0.0..=width).contains(&x) && (0.0..=height).contains(&y);
+        let within = wall_within(&walls, [x, y], radius * (1.0 - MAX_WALL_OVERLAP));
+        if !is_inside || within.is_some() {
             return Err(SetupError(format!(
                 "Disc {disc} (counted from 0) of the recording in start_from is at [{x:e}, {y:e}] m, outside of this \
                  run's box or within one of its walls: keep width_m, height_m and walls as they were, or move the walls \

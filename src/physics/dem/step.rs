@@ -15,7 +15,7 @@
 //! Blocks of discs move in parallel. First all inter-block forces are found, while every disc is at rest; then each block finds
 //! its other forces and moves its own discs, which no other block reads.
 
-use super::block::{BLOCK, Block, BlockDiscs};
+use super::block::{BLOCK, Block, BlockDiscs, Partner};
 use super::discs::Discs;
 use super::forces::ForceFinder;
 use super::forces::implicit;
@@ -26,7 +26,7 @@ use super::neighbors::Neighbors;
 use super::neighbors::near_pairs::NearPairs;
 use super::neighbors::pair_search::SearchMemory;
 use super::parameters::StepContext;
-use super::totals::{BlockForces, Contact, Partner, StepTotals};
+use super::totals::{BlockForces, Contact, StepTotals};
 use crate::sum::CompensatedSum;
 use rayon::prelude::*;
 
@@ -129,7 +129,7 @@ struct Solution {
 
 /// The solution with implicit dashpots; `None` with explicit ones.
 fn solved(neighbors: &Neighbors, discs: &Discs, step: &StepContext<'_>) -> Option<Solution> {
-    if !step.law.is_implicit {
+    if !step.parameters.law.is_implicit {
         return None;
     }
     let (mut contacts, mut copy) = (Vec::new(), discs.clone());
@@ -209,7 +209,7 @@ impl Evaluation {
         };
         let solved = solved(neighbors, discs, step);
         let mut take = |contact: &Contact| {
-            all.contacts.add(contact, step.law.stiffness);
+            all.contacts.add(contact, step.parameters.law.stiffness);
             on_contact(contact);
         };
         let mut totals = Vec::with_capacity(neighbors.blocks.len());
@@ -260,7 +260,7 @@ fn evaluate_block(
         Some(solved) => solved.clone(),
         None => find_forces(block, &copy, discs, step, &mut contacts),
     };
-    let half = 0.5 * step.time_step;
+    let half = 0.5 * step.parameters.time_step;
     for (disc, &[fx, fy, ..]) in forces.forces.iter().enumerate() {
         let inverse_mass = copy.inverse_masses[disc];
         let [ax, ay] = motion::acceleration(step.parameters.gravity, [fx, fy], inverse_mass);
@@ -275,14 +275,4 @@ fn evaluate_block(
     }
     let totals = integrate::kick_and_drift(&mut copy, &mut forces, step);
     (totals, contacts)
-}
-
-/// Turns the velocities of the start, at the positions' time, into those of velocity Verlet's half step before:
-/// v - a dt/2. Nothing overlaps at the start, so a is gravity.
-pub(super) fn set_back_by_half_a_step(discs: &mut Discs, gravity: [f64; 2], time_step: f64) {
-    let half = 0.5 * time_step;
-    for [vx, vy] in &mut discs.velocities {
-        *vx -= gravity[0] * half;
-        *vy -= gravity[1] * half;
-    }
 }

@@ -1,8 +1,9 @@
 //! What contacts add up to: forces per disc, sums per block, and single contacts as they are reported.
 
-use super::block::BLOCK;
+use super::block::{BLOCK, Partner};
 use super::parameters::StepContext;
 use crate::simd::aligned_rows::AlignedRows;
+use crate::simd::registers::Register as _;
 
 /// Forces on the discs of a block, and sums over its contacts.
 #[derive(Clone, Debug, Default)]
@@ -37,15 +38,6 @@ pub(super) struct Contact {
     pub(super) normal_force: f64,
     /// Force on the disc, friction included, N.
     pub(super) force: [f64; 2],
-}
-
-/// The other side of a contact.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Partner {
-    /// A disc, by its index.
-    Disc(u32),
-    /// A wall, by its number.
-    Wall(u32),
 }
 
 /// A receiver of single contacts. `()` receives nothing, at no cost.
@@ -152,9 +144,14 @@ impl MaxOverlap {
         partner_radius: f64,
     ) {
         let ratio = overlap_over_radius(overlap, radius, partner_radius);
-        if ratio > self.over_radius {
-            self.over_radius = ratio;
-            self.ends = Some(((self.start + disc) as u32, partner));
+        self.note_ratio(ratio, ((self.start + disc) as u32, partner));
+    }
+
+    /// Notes the overlap over the smaller radius of a contact between a disc, by its index, and its partner.
+    #[inline]
+    pub(super) fn note_ratio(&mut self, over_radius: f64, ends: (u32, Partner)) {
+        if over_radius > self.over_radius {
+            (self.over_radius, self.ends) = (over_radius, Some(ends));
         }
     }
 
@@ -178,8 +175,8 @@ const WORDS: usize = BLOCK.div_ceil(64);
 #[derive(Clone, Debug)]
 pub(super) struct ContactMask {
     bits: [u64; WORDS],
-    /// Whether all discs in contact are in the set.
-    is_complete: bool,
+    /// Whether all discs with contacts inside the block are in the set.
+    pub(super) is_complete: bool,
 }
 
 impl Default for ContactMask {
@@ -189,16 +186,6 @@ impl Default for ContactMask {
 }
 
 impl ContactMask {
-    /// Empties the set.
-    pub(super) fn clear(&mut self) {
-        *self = Self::default();
-    }
-
-    /// Declares that all discs with contacts inside the block have been inserted.
-    pub(super) fn mark_complete(&mut self) {
-        self.is_complete = true;
-    }
-
     /// Inserts a disc, counted from the block's first disc.
     #[inline]
     pub(super) fn insert(&mut self, disc: u32) {
@@ -267,9 +254,7 @@ impl StepTotals {
         let mut whole = Self::default();
         for block in blocks {
             whole.dashpot_power += block.dashpot_power;
-            if block.fastest_squared > whole.fastest_squared {
-                whole.fastest_squared = block.fastest_squared;
-            }
+            whole.fastest_squared = block.fastest_squared.larger(whole.fastest_squared);
             whole.outside = whole.outside.or(block.outside);
             whole.contacts.add(&block.contacts);
         }

@@ -134,10 +134,11 @@ impl Shape {
             Self::Segment { from, to } => {
                 let along = [to[0] - from[0], to[1] - from[1]];
                 let length_squared = along[0] * along[0] + along[1] * along[1];
-                let share = ((x - from[0]) * along[0] + (y - from[1]) * along[1]) / length_squared;
-                let share = if share > 0.0 { share } else { 0.0 };
-                let share = if share < 1.0 { share } else { 1.0 };
-                away_from([from[0] + share * along[0], from[1] + share * along[1]], [x, y])
+                let fraction =
+                    ((x - from[0]) * along[0] + (y - from[1]) * along[1]) / length_squared;
+                let fraction = if fraction > 0.0 { fraction } else { 0.0 };
+                let fraction = if fraction < 1.0 { fraction } else { 1.0 };
+                away_from([from[0] + fraction * along[0], from[1] + fraction * along[1]], [x, y])
             }
             Self::Drum { center, radius } => {
                 let inward = away_from([x, y], center);

@@ -41,6 +41,13 @@ impl Propagator for AsPrinted {
         Clock::Steps(self.clock)
     }
 
+    fn is_valid_for(&self, state: &GasState, _max_speed: f64) -> bool {
+        let count = state.particles.len();
+        self.tallies.len() == count
+            && self.is_lost.len() == count
+            && self.tallies.iter().all(ParticleTally::is_valid)
+    }
+
     fn advance(&mut self, target: Target, budget: &mut u64, state: &mut GasState) -> bool {
         let steps = self.clock.steps_toward(target, budget);
         let time_step = self.clock.time_step_s;

@@ -113,6 +113,35 @@ impl Propagator for ClosedForm {
         Clock::Continuous { time_s: self.time_s, duration_s: self.duration_s }
     }
 
+    fn is_valid_for(&self, state: &GasState, max_speed: f64) -> bool {
+        let has_chords = |group: &PathGroup| {
+            let PathGroup { along, offset, half_chord, speed, rotation_turns, .. } = group;
+            let lanes = [
+                along,
+                offset,
+                half_chord,
+                speed,
+                rotation_turns,
+                &group.direction_x,
+                &group.direction_y,
+                &group.mass_ratio,
+                &group.collisions,
+            ];
+            lanes.into_iter().flatten().all(|number| number.is_finite())
+                && half_chord.iter().all(|half_chord| *half_chord > 0.0)
+        };
+        let scaled = 2.0 * self.circle.radius * (max_speed + self.circle.wall_speed.abs());
+        (0.0..=self.time_s).contains(&self.started_s)
+            && self.circle == state.container.circle.restarted_at(self.started_s)
+            && self.groups.len() == state.particles.groups.len()
+            && self.groups.iter().all(has_chords)
+            && self.chordless.iter().all(|chordless| {
+                chordless.id < state.particles.len()
+                    && chordless.mass_ratio.is_finite()
+                    && chordless.path.is_in_unit_circle(scaled)
+            })
+    }
+
     /// Counts the wall collisions since the start of the paths by the closed form, and those since the last call by its difference.
     fn advance(&mut self, target: Target, _budget: &mut u64, state: &mut GasState) -> bool {
         let Target::Time(until_s) = target else { return true };

@@ -17,3 +17,11 @@ pub(super) struct EnergyBalance {
     /// Number of particles that left through the opening.
     pub(super) escaped: u64,
 }
+
+impl EnergyBalance {
+    /// Whether all sums are numbers.
+    pub(super) fn is_finite(&self) -> bool {
+        let sums = [&self.rescaling, &self.heat, &self.escaped_energy];
+        self.at_start.is_finite() && sums.iter().all(|sum| sum.is_finite())
+    }
+}

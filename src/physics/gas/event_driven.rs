@@ -84,6 +84,21 @@ impl Propagator for EventDriven {
     }
 
     /// Moves all particles to a time, in blocks of fixed size.
+    fn is_valid_for(&self, state: &GasState, max_speed: f64) -> bool {
+        let circle = state.container.circle;
+        let is_inside_now = circle.radius_at(self.time_s) > 0.0;
+        self.paths.len() == state.particles.len()
+            && self.wall.circle == circle
+            && self.wall.half_opening_rad == state.container.half_opening_rad
+            && self.wall.emission.is_none_or(|emission| emission.is_valid(max_speed))
+            && is_inside_now
+            && self.paths.iter().zip(&state.substance.mass_ratios).all(|(path, &mass_ratio)| {
+                path.mass_ratio == mass_ratio
+                    && (0.0..=self.time_s * (1.0 + 1e-9)).contains(&path.started_s)
+                    && path.is_valid(circle, max_speed)
+            })
+    }
+
     fn advance(&mut self, target: Target, _budget: &mut u64, state: &mut GasState) -> bool {
         let Target::Time(until_s) = target else { return true };
         let wall = self.wall;
@@ -130,6 +145,29 @@ impl Propagator for EventDriven {
 
     fn description(&self, _state: &GasState) -> String {
         "propagation: closed form between wall collisions, exact at any time".to_owned()
+    }
+}
+
+impl ThermalEmission {
+    fn is_valid(&self, max_speed: f64) -> bool {
+        (0.0..=max_speed).contains(&self.thermal_speed) && (0.0..=1.0).contains(&self.accommodation)
+    }
+}
+
+impl Path {
+    /// Whether the path is possible in a container; an open path begins where the particle left.
+    fn is_valid(&self, circle: Circle, max_speed: f64) -> bool {
+        // A scaled velocity is R v - u p.
+        let radius = circle.radius_at(self.started_s);
+        let scaled = radius * max_speed + (circle.wall_speed * radius).abs();
+        let is_finite = |particle: Particle| {
+            let numbers = [particle.position, particle.velocity];
+            numbers.iter().flatten().all(|number| number.is_finite())
+        };
+        self.chords.is_in_unit_circle(2.0 * scaled)
+            && self.exit.is_none_or(is_finite)
+            && self.collisions < 1 << 60
+            && self.draws < 1 << 60
     }
 }
 

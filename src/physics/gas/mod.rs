@@ -69,6 +69,10 @@ pub struct Gas {
     is_target_reached: bool,
 }
 
+/// Greatest speed of a restored particle over the range of the displayed speeds. A thermal wall or a set temperature may be far
+/// hotter than the start; much faster particles would have so many collisions that the run would not end.
+const MAX_SPEED_OVER_RANGE: f64 = 1e3;
+
 const KIND: ModelKind = ModelKind {
     name: "gas",
     physics_version: 2,
@@ -126,6 +130,27 @@ impl Model for Gas {
         gas.speed_range_top =
             gas.initial_speeds.range_top(rms_speed, config.disc_radius_m.is_some());
         Ok(gas)
+    }
+
+    fn is_valid_for(&self, config: &GasConfig) -> bool {
+        let count = config.particles.get() as usize;
+        let duration_s = config.duration_s.get();
+        // The header of the recording contains the top of the range, and is compared with the file.
+        let max_speed = MAX_SPEED_OVER_RANGE * self.speed_range_top;
+        let state = &self.state;
+        state.container == Container::new(config)
+            && state.substance == Substance::new(config)
+            && state.wall.is_finite()
+            && state.energy_balance.is_finite()
+            && [&state.particles, &self.start]
+                .into_iter()
+                .all(|particles| particles.is_valid(count, max_speed))
+            && self.schedule.is_valid_for(config)
+            && (0.0..=duration_s).contains(&self.start_s)
+            && self.speed_range_top.is_finite()
+            && self.scheme.is_of(config)
+            && self.time() <= duration_s * (1.0 + 1e-9)
+            && self.scheme.is_valid_for(state, max_speed)
     }
 
     fn channels(&self) -> &'static [ChannelDeclaration] {

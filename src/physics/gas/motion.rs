@@ -131,6 +131,14 @@ pub struct ChordPath {
 }
 
 impl ChordPath {
+    /// Whether the path is that of a particle inside a unit circle, or on it up to rounding, that is not faster than `max_speed`.
+    pub(super) fn is_in_unit_circle(&self, max_speed: f64) -> bool {
+        let Particle { position, .. } = self.start;
+        *self == Self::of(self.start, 1.0)
+            && dot(position, position) <= 1.0 + 1e-6
+            && self.speed <= max_speed
+    }
+
     /// Computes the path of a particle that starts inside a circle of the given radius, or on it.
     #[must_use]
     pub fn of(start: Particle, radius: f64) -> Self {

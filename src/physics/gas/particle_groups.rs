@@ -46,6 +46,19 @@ pub(super) struct Particles {
 }
 
 impl Particles {
+    /// Whether these are `count` particles at finite positions, none of which is faster than `max_speed`, m/s.
+    pub(super) fn is_valid(&self, count: usize, max_speed: f64) -> bool {
+        let is_valid = |particle: Particle| {
+            let [position, speed] =
+                [particle.position, particle.velocity].map(|v| v[0].abs() + v[1].abs());
+            // Comparisons with numbers that are not finite are false.
+            position < f64::INFINITY && speed <= 2.0 * max_speed
+        };
+        self.count == count
+            && self.groups.len() == count.div_ceil(LANES)
+            && self.groups.iter().all(|group| (0..LANES).all(|lane| is_valid(group.particle(lane))))
+    }
+
     pub(super) fn of(list: &[Particle]) -> Self {
         let mut groups = vec![Group::default(); list.len().div_ceil(LANES)];
         for (group, members) in groups.iter_mut().zip(list.chunks(LANES)) {

@@ -20,6 +20,10 @@ pub(super) trait Propagator {
         }
     }
 
+    /// Whether a restored scheme fits the particles of a valid state: as many paths, finite numbers, existing indices. No particle
+    /// is faster than `max_speed`, m/s.
+    fn is_valid_for(&self, state: &GasState, max_speed: f64) -> bool;
+
     /// Moves the particles toward a target, reduces the budget by the steps or events that this took, and returns whether the
     /// target is reached. Schemes without a cost per event ignore the budget.
     fn advance(&mut self, target: Target, budget: &mut u64, state: &mut GasState) -> bool;

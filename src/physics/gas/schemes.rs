@@ -2,7 +2,7 @@
 //! [`Scheme::prepare`].
 
 use super::as_printed::AsPrinted;
-use super::clock::StepClock;
+use super::clock::{Clock, StepClock};
 use super::closed_form::ClosedForm;
 use super::collisions::CollidingDiscs;
 use super::event_driven::EventDriven;
@@ -52,6 +52,33 @@ schemes! {
 }
 
 impl Scheme {
+    /// Whether this is the scheme of a manifest, with its duration or its steps.
+    pub(super) fn is_of(&self, config: &GasConfig) -> bool {
+        let has_special_wall = config.thermal_wall.is_some() || config.orifice_width_m.is_some();
+        let is_its_scheme = match (config.propagation, config.disc_radius_m) {
+            (Propagation::Exact, Some(_)) => matches!(self, Self::CollidingDiscs(_)),
+            (Propagation::Exact, None) if has_special_wall => matches!(self, Self::EventDriven(_)),
+            (Propagation::Exact, None) => matches!(self, Self::ClosedForm(_)),
+            (Propagation::TimeStepped { .. }, _) => matches!(self, Self::TimeStepped(_)),
+            (Propagation::AsPrinted { .. }, _) => matches!(self, Self::AsPrinted(_)),
+        };
+        let has_its_clock = match (config.propagation, self.clock()) {
+            (Propagation::Exact, Clock::Continuous { time_s, duration_s }) => {
+                duration_s == config.duration_s.get() && time_s >= 0.0
+            }
+            (
+                Propagation::TimeStepped { time_step_s } | Propagation::AsPrinted { time_step_s },
+                Clock::Steps(clock),
+            ) => {
+                let done = clock.done;
+                clock == StepClock { done, ..StepClock::new(config.duration_s, time_step_s) }
+                    && done <= clock.total
+            }
+            _ => false,
+        };
+        is_its_scheme && has_its_clock
+    }
+
     /// The propagator that the manifest requests, at time 0.
     ///
     /// # Errors

@@ -12,6 +12,11 @@ pub(super) struct WallTally {
 }
 
 impl WallTally {
+    /// Whether the impulse is a number.
+    fn is_finite(&self) -> bool {
+        self.impulse_per_mass.is_finite()
+    }
+
     /// Adds wall collisions and their impulse.
     pub(super) fn add(&mut self, collisions: u64, impulse_per_mass: f64) {
         self.collisions = self.collisions.saturating_add(collisions);
@@ -31,6 +36,11 @@ pub(super) struct WallTallies {
 }
 
 impl WallTallies {
+    /// Whether all sums are numbers.
+    pub(super) fn is_finite(&self) -> bool {
+        self.total.is_finite() && self.window.is_finite() && self.window_opened_s.is_finite()
+    }
+
     /// Resets the sums since the last frame.
     pub(super) fn open_window(&mut self, time_s: f64) {
         self.window = WallTally::default();
@@ -69,6 +79,20 @@ pub(super) struct ParticleTally {
 }
 
 impl ParticleTally {
+    /// Whether all sums are numbers, and no count is so large that it could overflow.
+    pub(super) fn is_valid(&self) -> bool {
+        let Self {
+            collisions, impulse_per_mass, window_collisions, window_impulse_per_mass, ..
+        } = *self;
+        let sums = [
+            impulse_per_mass,
+            window_impulse_per_mass,
+            self.square,
+            self.angular_momentum_per_mass,
+        ];
+        sums.iter().all(|sum| sum.is_finite()) && (collisions | window_collisions) < 1 << 60
+    }
+
     /// Tally of an empty lane: its speed is 1, so that no lane divides by zero.
     pub(super) fn at_unit_speed() -> Self {
         Self { square: 1.0, ..Self::default() }

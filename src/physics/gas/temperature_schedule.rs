@@ -20,6 +20,11 @@ impl TemperatureSchedule {
         Self { settings, next: 0 }
     }
 
+    /// Whether this is the schedule of a manifest, in part completed.
+    pub(super) fn is_valid_for(&self, config: &GasConfig) -> bool {
+        self.settings == Self::new(config).settings && self.next <= self.settings.len()
+    }
+
     /// Time and temperature of the next setting, if it is not later than the given time.
     pub(super) fn due(&self, time_s: f64) -> Option<[f64; 2]> {
         self.settings.get(self.next).copied().filter(|setting| setting[0] <= time_s)

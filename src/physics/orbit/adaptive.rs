@@ -6,6 +6,7 @@
 
 use super::dormand_prince::{DORMAND_PRINCE_8, ERROR_OF_ORDER_3, ERROR_OF_ORDER_5};
 use super::motion::{Force, Phase};
+use super::path::PathRecord;
 use super::single_step::{IntegrationState, weighted};
 use serde::{Deserialize, Serialize};
 
@@ -18,8 +19,8 @@ pub(super) struct AdaptiveStep<V> {
     pub(super) next_length: f64,
     pub(super) phase: Phase<V>,
     pub(super) compensation: Phase<V>,
-    /// Whole turns up to this time.
-    pub(super) turns: i64,
+    /// Events of the path up to this time.
+    pub(super) path: PathRecord,
 }
 
 /// Result of an attempted step.

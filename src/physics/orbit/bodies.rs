@@ -3,7 +3,8 @@
 //! Energy and momenta are divided by the total mass, so that only AU and days remain: m_i is G m_i over the sum of all.
 
 use super::motion::{MutualGravity, Phase, add_scaled, cross, dot, length};
-use super::trajectory::{Discretization, NotFinite, Trajectory, TurnCounter};
+use super::path::Untracked;
+use super::trajectory::{Discretization, NotFinite, Trajectory};
 use crate::model::SetupError;
 use kinetoscope_manifest::model::OrbitBody;
 use kinetoscope_recording::channels::{OrbitConserved, OrbitEnergy};
@@ -45,19 +46,6 @@ struct Conserved {
     min_separation: f64,
 }
 
-/// Several bodies have no common center around which turns could be counted.
-struct NoTurns;
-
-impl TurnCounter<Vec<f64>> for NoTurns {
-    fn side(&self, _position: &Vec<f64>) -> bool {
-        true
-    }
-
-    fn turns_between(&self, _from: &Vec<f64>, _to: &Vec<f64>) -> i64 {
-        0
-    }
-}
-
 impl Conserved {
     /// Sums over the bodies in the order of their numbers.
     fn of(gravitational_parameters: &[f64], phase: &Phase<Vec<f64>>) -> Self {
@@ -97,6 +85,15 @@ impl Conserved {
 }
 
 impl Bodies {
+    /// Whether this can be a later state of a start.
+    pub(super) fn is_valid_after(&self, start: &Self) -> bool {
+        self.force == start.force
+            && self.start == start.start
+            && self.view_half_width == start.view_half_width
+            && self.max_speed == start.max_speed
+            && self.trajectory.is_valid_after(&start.trajectory)
+    }
+
     /// Bodies of the manifest, shifted so that their center of mass is at rest at the origin.
     pub(super) fn prepare(
         bodies: &[OrbitBody],
@@ -134,7 +131,7 @@ impl Bodies {
         discretization: &Discretization,
         steps: u64,
     ) -> Result<(), NotFinite> {
-        self.trajectory.advance(&self.force, discretization, steps, &NoTurns)
+        self.trajectory.advance(&self.force, discretization, steps, &Untracked)
     }
 
     pub(super) fn observe(&self, frame: &mut Frame) {

@@ -13,6 +13,7 @@ pub mod integrators;
 pub mod kepler;
 pub mod motion;
 pub mod orbital_plane;
+mod path;
 mod planet;
 pub mod single_step;
 mod starts;
@@ -51,7 +52,7 @@ enum System {
 
 const KIND: ModelKind = ModelKind {
     name: "orbit",
-    physics_version: 2,
+    physics_version: 3,
     time_unit: "d",
     state_columns: &[
         StateColumn { name: "x", unit: "AU" },
@@ -101,6 +102,22 @@ impl Model for Orbit {
             None => System::Planet(Planet::prepare(&config.start, &discretization)?),
         };
         Ok(Self { discretization, total_steps, system })
+    }
+
+    /// The constants are compared with those of a start, which takes no time to build.
+    fn is_valid_for(&self, config: &OrbitConfig) -> bool {
+        let Ok(start) = Self::prepare(config, Seed { seed: 0, replicate: 0 }, false) else {
+            return false;
+        };
+        let has_its_system = match (&self.system, &start.system) {
+            (System::Planet(planet), System::Planet(start)) => planet.is_valid_after(start),
+            (System::Bodies(bodies), System::Bodies(start)) => bodies.is_valid_after(start),
+            _ => false,
+        };
+        self.discretization == start.discretization
+            && self.total_steps == start.total_steps
+            && self.count() <= self.total_steps
+            && has_its_system
     }
 
     fn channels(&self) -> &'static [ChannelDeclaration] {

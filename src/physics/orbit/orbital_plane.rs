@@ -51,6 +51,22 @@ impl OrbitalPlane {
         }
     }
 
+    /// Whether the straight line between two positions crosses the direction of the start forward. The line must span less than half a
+    /// turn.
+    #[must_use]
+    pub fn passes_start(&self, from: [f64; 3], to: [f64; 3]) -> bool {
+        let [radial, transverse] = self.coordinates(from);
+        let [next_radial, next_transverse] = self.coordinates(to);
+        let is_forward = radial * next_transverse - transverse * next_radial > 0.0;
+        transverse < 0.0 && next_transverse >= 0.0 && is_forward
+    }
+
+    /// Distance from the line through the Sun and the start, positive ahead of the start, AU.
+    #[must_use]
+    pub fn transverse(&self, position: [f64; 3]) -> f64 {
+        dot(position, self.transverse)
+    }
+
     fn coordinates(&self, position: [f64; 3]) -> [f64; 2] {
         [dot(position, self.radial), dot(position, self.transverse)]
     }

@@ -5,8 +5,9 @@ use super::estimates;
 use super::kepler::Kepler;
 use super::motion::{self, FixedSun, State, energy, kinetic_energy, length, potential_energy};
 use super::orbital_plane::OrbitalPlane;
+use super::path::PathRecord;
 use super::starts::{BARYCENTRIC_START, HELIOCENTRIC_START};
-use super::trajectory::{Discretization, NotFinite, Trajectory, TurnCounter};
+use super::trajectory::{Discretization, NotFinite, Trajectory};
 use crate::model::SetupError;
 use crate::restart_state;
 use kinetoscope_manifest::model::{OrbitIntegrator, OrbitStart, OrbitState};
@@ -32,19 +33,15 @@ pub(super) struct Planet {
     pub(super) trajectory: Trajectory<[f64; 3]>,
 }
 
-impl TurnCounter<[f64; 3]> for OrbitalPlane {
-    #[inline]
-    fn side(&self, position: &[f64; 3]) -> bool {
-        self.is_first_half(*position)
-    }
-
-    #[inline]
-    fn turns_between(&self, from: &[f64; 3], to: &[f64; 3]) -> i64 {
-        self.turns_between(*from, *to)
-    }
-}
-
 impl Planet {
+    /// Whether this can be a later state of a start.
+    pub(super) fn is_valid_after(&self, start: &Self) -> bool {
+        self.start_description == start.start_description
+            && self.exact == start.exact
+            && self.plane == start.plane
+            && self.trajectory.is_valid_after(&start.trajectory)
+    }
+
     /// The body at the start that the manifest describes.
     pub(super) fn prepare(
         start: &OrbitStart,
@@ -104,14 +101,16 @@ impl Planet {
         steps: u64,
     ) -> Result<(), NotFinite> {
         let count = self.trajectory.count + steps;
-        let point = self.exact.at(discretization.time_at(count));
+        let time = discretization.time_at(count);
+        let point = self.exact.at(time);
         if !point.state.is_finite() {
             return Err(NotFinite);
         }
         let unwrapped = point.angle - self.plane.angle(point.state.position);
         self.trajectory.phase = point.state;
         self.trajectory.count = count;
-        self.trajectory.turns = point.turns + (unwrapped / TAU + 0.5).floor() as i64;
+        let turns = point.turns + (unwrapped / TAU + 0.5).floor() as i64;
+        self.trajectory.path = PathRecord::exact(&self.exact, &point, turns, time);
         Ok(())
     }
 
@@ -157,6 +156,9 @@ impl Planet {
         let angle = self.plane.angle(state.position);
         let error = motion::add_scaled(state.position, exact.state.position, -1.0);
         let bound = now.bound;
+        let path = &self.trajectory.path;
+        let [min_radius_au, max_radius_au] =
+            path.radii(self.exact.start().position, state.position);
         OrbitElements {
             radius_au: length(state.position),
             semi_major_axis_au: now.semi_major_axis,
@@ -167,9 +169,8 @@ impl Planet {
                 * 1e6,
             position_error_au: length(error),
             // The difference of the whole turns is exact.
-            phase_error_rad: (self.trajectory.turns - exact.turns) as f64 * TAU
-                + (angle - exact.angle),
-            revolutions: self.trajectory.turns as f64 + angle / TAU,
+            phase_error_rad: (path.turns - exact.turns) as f64 * TAU + (angle - exact.angle),
+            revolutions: path.turns as f64 + angle / TAU,
             inclination_rad: now.inclination,
             longitude_of_ascending_node_rad: now.ascending_node,
             argument_of_perihelion_rad: now.argument_of_perihelion,
@@ -179,6 +180,10 @@ impl Planet {
             aphelion_distance_au: bound.map_or(f64::NAN, |bound| bound.aphelion),
             period_days: bound.map_or(f64::NAN, |bound| bound.period),
             force_evaluations: self.trajectory.evaluations,
+            completed_revolutions: path.revolutions.unsigned_abs(),
+            last_revolution_end_days: path.last_revolution_end.unwrap_or(f64::NAN),
+            min_radius_au,
+            max_radius_au,
         }
     }
 

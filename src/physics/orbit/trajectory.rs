@@ -4,6 +4,7 @@ use super::adaptive::{AdaptiveStep, Attempt, try_step};
 use super::dormand_prince::DORMAND_PRINCE_8;
 use super::integrators::{MethodVisitor, with_fixed_steps};
 use super::motion::{Force, Phase};
+use super::path::{PathRecord, PathTracker, StepPath};
 use super::single_step::{IntegrationState, Method};
 use kinetoscope_manifest::model::{OrbitIntegrator, OrbitSummation};
 use serde::{Deserialize, Serialize};
@@ -26,15 +27,6 @@ impl Discretization {
     }
 }
 
-/// Counts the whole turns of the angle around the Sun.
-pub(super) trait TurnCounter<V> {
-    /// Half space that contains a position: the number of turns does not change within a half space.
-    fn side(&self, position: &V) -> bool;
-
-    /// Turns on the straight line from one position to the next.
-    fn turns_between(&self, from: &V, to: &V) -> i64;
-}
-
 /// Positions and velocities of bodies, with the sums over their path.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Trajectory<V> {
@@ -43,8 +35,8 @@ pub(super) struct Trajectory<V> {
     pub(super) count: u64,
     /// Rounding errors that compensated sums have not yet added.
     compensation: Phase<V>,
-    /// Whole turns around the Sun, counted in every step, so that they do not depend on the frames.
-    pub(super) turns: i64,
+    /// Events of the path, tracked at every step, so that they do not depend on the frames.
+    pub(super) path: PathRecord,
     /// Number of force evaluations.
     pub(super) evaluations: u64,
     /// Last whole step of the adaptive method.
@@ -69,9 +61,38 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Trajectory<V> {
             next_length: discretization.step,
             phase: phase.clone(),
             compensation: compensation.clone(),
-            turns: 0,
+            path: PathRecord::default(),
         });
-        Self { phase, count: 0, compensation, turns: 0, evaluations: 0, last_step }
+        Self {
+            phase,
+            count: 0,
+            compensation,
+            path: PathRecord::default(),
+            evaluations: 0,
+            last_step,
+        }
+    }
+
+    /// Whether this can be a later state of a start: finite numbers, and as many bodies.
+    pub(super) fn is_valid_after(&self, start: &Self) -> bool {
+        let has_its_bodies = |phase: &Phase<V>| {
+            let count = start.phase.position.as_ref().len();
+            let columns = [&phase.position, &phase.velocity];
+            phase.is_finite() && columns.iter().all(|column| column.as_ref().len() == count)
+        };
+        let has_last_step = match &self.last_step {
+            None => start.last_step.is_none(),
+            Some(step) => {
+                start.last_step.is_some()
+                    && step.time.is_finite()
+                    && step.time >= 0.0
+                    && step.next_length.is_normal()
+                    && step.next_length > 0.0
+                    && has_its_bodies(&step.phase)
+                    && has_its_bodies(&step.compensation)
+            }
+        };
+        has_its_bodies(&self.phase) && has_its_bodies(&self.compensation) && has_last_step
     }
 
     /// Takes the given number of steps. A step whose result is not finite is not taken.
@@ -80,24 +101,24 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Trajectory<V> {
         force: &F,
         discretization: &Discretization,
         steps: u64,
-        counter: &impl TurnCounter<V>,
+        tracker: &impl PathTracker<V>,
     ) -> Result<(), NotFinite> {
         match discretization.summation {
             OrbitSummation::Compensated => {
-                self.integrate::<F, _, true>(force, discretization, steps, counter)
+                self.integrate::<F, _, true>(force, discretization, steps, tracker)
             }
             OrbitSummation::Plain => {
-                self.integrate::<F, _, false>(force, discretization, steps, counter)
+                self.integrate::<F, _, false>(force, discretization, steps, tracker)
             }
         }
     }
 
-    fn integrate<F: Force<Vector = V>, T: TurnCounter<V>, const COMPENSATED: bool>(
+    fn integrate<F: Force<Vector = V>, T: PathTracker<V>, const COMPENSATED: bool>(
         &mut self,
         force: &F,
         discretization: &Discretization,
         steps: u64,
-        counter: &T,
+        tracker: &T,
     ) -> Result<(), NotFinite> {
         if discretization.integrator == OrbitIntegrator::Dop853 {
             let before = self.clone();
@@ -106,7 +127,7 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Trajectory<V> {
                     force,
                     discretization,
                     steps,
-                    counter,
+                    tracker,
                 )
             };
             return take(self, steps).or_else(|NotFinite| {
@@ -116,7 +137,7 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Trajectory<V> {
             });
         }
         let h = discretization.step;
-        let steps = FixedSteps::<F, T, COMPENSATED> { trajectory: self, force, h, steps, counter };
+        let steps = FixedSteps::<F, T, COMPENSATED> { trajectory: self, force, h, steps, tracker };
         // The exact solution takes no steps.
         with_fixed_steps(discretization.integrator, steps).unwrap_or(Ok(()))
     }
@@ -128,7 +149,7 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Trajectory<V> {
         force: &F,
         discretization: &Discretization,
         steps: u64,
-        counter: &impl TurnCounter<V>,
+        tracker: &impl PathTracker<V>,
     ) -> Result<(), NotFinite> {
         let Some(last) = &mut self.last_step else { return Ok(()) };
         let end = discretization.time_at(self.count + steps);
@@ -146,7 +167,9 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Trajectory<V> {
                 try_step(&mut state, h, discretization.tolerance);
             last.next_length *= length_factor;
             if is_accepted {
-                last.turns += counter.turns_between(&last.phase.position, &state.phase.position);
+                let mut path = std::mem::take(&mut last.path);
+                last.track(force, tracker, &state.phase, h, &mut path);
+                last.path = path;
                 last.time = next;
                 last.phase.clone_from(&state.phase);
                 last.compensation.clone_from(&state.compensation);
@@ -156,8 +179,9 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Trajectory<V> {
         if !state.phase.is_finite() {
             return Err(NotFinite);
         }
-        self.turns =
-            last.turns + counter.turns_between(&last.phase.position, &state.phase.position);
+        let mut path = last.path.clone();
+        last.track(force, tracker, &state.phase, end - last.time, &mut path);
+        self.path = path;
         self.phase = state.phase;
         self.count += steps;
         Ok(())
@@ -170,10 +194,10 @@ struct FixedSteps<'a, F: Force, T, const COMPENSATED: bool> {
     force: &'a F,
     h: f64,
     steps: u64,
-    counter: &'a T,
+    tracker: &'a T,
 }
 
-impl<F: Force, T: TurnCounter<F::Vector>, const COMPENSATED: bool> MethodVisitor
+impl<F: Force, T: PathTracker<F::Vector>, const COMPENSATED: bool> MethodVisitor
     for FixedSteps<'_, F, T, COMPENSATED>
 {
     type Output = Result<(), NotFinite>;
@@ -181,27 +205,34 @@ impl<F: Force, T: TurnCounter<F::Vector>, const COMPENSATED: bool> MethodVisitor
     // Inlined, so that the coefficients are constants: with them in memory, Runge–Kutta steps take 2.7 times as long.
     #[inline(always)]
     fn visit(self, method: &impl Method) -> Self::Output {
-        let Self { trajectory, force, h, steps, counter } = self;
+        let Self { trajectory, force, h, steps, tracker } = self;
         let restart = |trajectory: &Trajectory<F::Vector>| {
             let (phase, compensation) = (trajectory.phase.clone(), trajectory.compensation.clone());
             IntegrationState::<F, COMPENSATED>::new(force, phase, compensation)
         };
         let mut state = restart(trajectory);
         let end = trajectory.count + steps;
-        let mut from = trajectory.phase.position.clone();
-        let mut side = counter.side(&from);
+        let mut from = trajectory.phase.clone();
+        let mut signs = tracker.signs(&from);
         let mut steps_per_check = MAX_STEPS_PER_CHECK;
         while trajectory.count < end {
             let steps = steps_per_check.min(end - trajectory.count);
-            let turns_before = trajectory.turns;
-            for _ in 0..steps {
+            let path_before = trajectory.path.clone();
+            for index in 0..steps {
                 method.step(&mut state, h);
-                let next = counter.side(&state.phase.position);
-                if next != side {
-                    trajectory.turns += counter.turns_between(&from, &state.phase.position);
-                    side = next;
+                if !T::IS_ACTIVE {
+                    continue;
                 }
-                from.clone_from(&state.phase.position);
+                let next = tracker.signs(&state.phase);
+                if next != signs {
+                    signs = next;
+                    let start = (trajectory.count + index) as f64 * h;
+                    let part = |part| after_part(method, force, &from, part);
+                    let step =
+                        StepPath { from: &from, to: &state.phase, start, length: h, part: &part };
+                    tracker.add_step(&step, &mut trajectory.path);
+                }
+                from.clone_from(&state.phase);
             }
             if state.phase.is_finite() {
                 trajectory.phase.clone_from(&state.phase);
@@ -211,15 +242,50 @@ impl<F: Force, T: TurnCounter<F::Vector>, const COMPENSATED: bool> MethodVisitor
             } else {
                 // Repeats the steps one by one up to the last one with finite numbers.
                 state = restart(trajectory);
-                trajectory.turns = turns_before;
+                trajectory.path = path_before;
                 if steps == 1 {
                     return Err(NotFinite);
                 }
-                from.clone_from(&state.phase.position);
-                side = counter.side(&from);
+                from.clone_from(&state.phase);
+                signs = tracker.signs(&from);
                 steps_per_check = 1;
             }
         }
         Ok(())
     }
+}
+
+impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> AdaptiveStep<V> {
+    /// Adds the events of the step of length h from this one to another state.
+    fn track<F: Force<Vector = V>>(
+        &self,
+        force: &F,
+        tracker: &impl PathTracker<V>,
+        to: &Phase<V>,
+        h: f64,
+        path: &mut PathRecord,
+    ) {
+        if tracker.signs(&self.phase) != tracker.signs(to) {
+            let part = |part| after_part(&DORMAND_PRINCE_8, force, &self.phase, part);
+            let step = StepPath { from: &self.phase, to, start: self.time, length: h, part: &part };
+            tracker.add_step(&step, path);
+        }
+    }
+}
+
+/// State after a step that is shorter than that of the integration.
+#[cold]
+#[inline(never)]
+fn after_part<F: Force>(
+    method: &impl Method,
+    force: &F,
+    from: &Phase<F::Vector>,
+    h: f64,
+) -> Phase<F::Vector> {
+    let mut zeros = from.clone();
+    zeros.position.as_mut().fill(0.0);
+    zeros.velocity.as_mut().fill(0.0);
+    let mut state = IntegrationState::<F, false>::new(force, from.clone(), zeros);
+    method.step(&mut state, h);
+    state.phase
 }

@@ -27,6 +27,17 @@ impl Clock {
         }
     }
 
+    /// Whether the clock can be reached by advances and shifts from time 0.
+    pub(super) fn is_valid(&self) -> bool {
+        let is_power_of_two = self.unit.is_normal() && self.unit == power_of_two_below(self.unit);
+        is_power_of_two
+            && self.whole_units.is_finite()
+            && self.whole_units >= 0.0
+            && self.whole_units == self.whole_units.floor()
+            && self.local.is_finite()
+            && self.local >= 0.0
+    }
+
     /// Time since the start.
     pub(super) fn time(&self) -> f64 {
         self.whole_units * self.unit + self.local

@@ -31,6 +31,11 @@ impl CollapseDetector {
         detector
     }
 
+    /// Whether no count has reached the limit.
+    pub(super) fn is_valid(&self) -> bool {
+        self.rapid_interval >= 0.0 && self.counts.values().all(|count| *count < COLLAPSE_COUNT)
+    }
+
     /// Adapts the interval to the present speeds of a system that cools.
     pub(super) fn set_scale(&mut self, diameter: f64, mean_square_speed: f64) {
         let interval = RAPID_FRACTION * diameter / mean_square_speed.sqrt();

@@ -75,7 +75,7 @@ pub struct Packing {
 
 const KIND: ModelKind = ModelKind {
     name: "packing",
-    physics_version: 2,
+    physics_version: 3,
     time_unit: "",
     state_columns: &[
         StateColumn { name: "x", unit: "" },
@@ -122,17 +122,25 @@ impl Model for Packing {
             ),
             statistics: CollisionStatistics::new(moments),
             series,
-            length: match config.length {
-                RunLength::EventsPerDisc(events) => {
-                    Extent::Events(u64::from(events.get()) * u64::from(config.discs.get()))
-                }
-                RunLength::Duration(duration) => Extent::Time(duration.get()),
-            },
+            length: run_length(config),
             time: 0.0,
             is_at_target: true,
             start_description: Some(start.description),
             speed_range_top: if rms_speed > 0.0 { SPEED_RANGE * rms_speed } else { 1.0 },
         })
+    }
+
+    fn is_valid_for(&self, config: &PackingConfig) -> bool {
+        let max_radius = self.engine.domain().max_radius;
+        let moments = VelocityMoments::of(self.engine.velocities());
+        self.engine.count() == config.discs.get() as usize
+            && *self.engine.domain() == Domain::new(config, max_radius)
+            && self.length == run_length(config)
+            && self.time.is_finite()
+            && self.time >= 0.0
+            && self.speed_range_top.is_finite()
+            && self.statistics.is_valid_for(&moments, self.speed_range_top)
+            && self.series.as_ref().is_none_or(CollisionSeries::is_valid)
     }
 
     fn channels(&self) -> &'static [ChannelDeclaration] {
@@ -164,7 +172,7 @@ impl Model for Packing {
         }
         let moments = VelocityMoments::of(self.engine.velocities());
         let time_since_last = self.engine.time_since_last_collision();
-        frame.push(&self.statistics.temperature(&moments));
+        frame.push(&self.statistics.temperature(&moments, time_since_last));
         frame.push(&self.statistics.collisions(self.time));
         frame.push(&self.statistics.pressure(domain, self.time, time_since_last));
         if let Some(series) = &self.series {
@@ -188,6 +196,15 @@ impl Model for Packing {
             force_range_top: None,
             trail: false,
         }
+    }
+}
+
+fn run_length(config: &PackingConfig) -> Extent {
+    match config.length {
+        RunLength::EventsPerDisc(events) => {
+            Extent::Events(u64::from(events.get()) * u64::from(config.discs.get()))
+        }
+        RunLength::Duration(duration) => Extent::Time(duration.get()),
     }
 }
 

@@ -73,6 +73,10 @@ pub(super) struct CollisionStatistics {
     initial_mean_square_speed: f64,
     /// Up to the last collision.
     kinetic_energy_time_integral: CompensatedSum,
+    /// Up to the last collision.
+    a2_time_integral: CompensatedSum,
+    /// Sum of a2 after each collision.
+    a2_event_sum: CompensatedSum,
     /// Sum of s |J| over pair collisions.
     pair_virial_sum: CompensatedSum,
     /// Sum of |J| over wall collisions.
@@ -80,6 +84,27 @@ pub(super) struct CollisionStatistics {
 }
 
 impl CollisionStatistics {
+    /// Whether the sums are numbers, and the kinetic energy is that of the present velocities and not above the initial one, which
+    /// no collision increases. `range_top` is the top of the displayed speeds; the recording's header contains it.
+    pub(super) fn is_valid_for(&self, present: &VelocityMoments, range_top: f64) -> bool {
+        /// Tolerance of energies that are updated at each collision.
+        const ROUNDING: f64 = 1e-6;
+        /// Greatest root mean square speed over the range of the displayed speeds.
+        const MAX_SPEED_OVER_RANGE: f64 = 1e3;
+        let [updated, now] = [&self.moments, present].map(VelocityMoments::mean_square_speed);
+        let initial = self.initial_mean_square_speed;
+        let sums =
+            [&self.kinetic_energy_time_integral, &self.pair_virial_sum, &self.wall_impulse_sum];
+        self.pairs < 1 << 60
+            && self.walls < 1 << 60
+            && sums.iter().all(|sum| sum.is_finite())
+            && self.moments.count == present.count
+            && self.moments.fourth.is_finite()
+            && (updated - now).abs() <= ROUNDING * initial
+            && now <= initial * (1.0 + ROUNDING)
+            && initial <= (MAX_SPEED_OVER_RANGE * range_top) * (MAX_SPEED_OVER_RANGE * range_top)
+    }
+
     /// The statistics at the start.
     pub(super) fn new(initial: VelocityMoments) -> Self {
         Self {
@@ -88,6 +113,8 @@ impl CollisionStatistics {
             moments: initial,
             initial_mean_square_speed: initial.mean_square_speed(),
             kinetic_energy_time_integral: CompensatedSum::default(),
+            a2_time_integral: CompensatedSum::default(),
+            a2_event_sum: CompensatedSum::default(),
             pair_virial_sum: CompensatedSum::default(),
             wall_impulse_sum: CompensatedSum::default(),
         }
@@ -113,7 +140,9 @@ impl CollisionStatistics {
     pub(super) fn add(&mut self, collision: &Collision) {
         let kinetic_energy = self.moments.kinetic_energy();
         self.kinetic_energy_time_integral.add(kinetic_energy * collision.time_since_previous);
+        self.a2_time_integral.add(self.moments.a2() * collision.time_since_previous);
         self.moments.update(&collision.velocity_changes);
+        self.a2_event_sum.add(self.moments.a2());
         match collision.partner {
             CollisionPartner::Disc(contact_distance) => {
                 self.pairs += 1;
@@ -126,8 +155,14 @@ impl CollisionStatistics {
         }
     }
 
-    /// The message of `/temperature`, from recalculated moments.
-    pub(super) fn temperature(&self, now: &VelocityMoments) -> PackingTemperature {
+    /// The message of `/temperature`, from recalculated moments. `time_since_last` is the time since the last collision.
+    pub(super) fn temperature(
+        &self,
+        now: &VelocityMoments,
+        time_since_last: f64,
+    ) -> PackingTemperature {
+        let mut a2_integral = self.a2_time_integral;
+        a2_integral.add(self.moments.a2() * time_since_last);
         let mean_square = now.mean_square_speed();
         let initial = self.initial_mean_square_speed;
         PackingTemperature {
@@ -136,6 +171,8 @@ impl CollisionStatistics {
             a2: now.a2(),
             temperature_over_initial: if initial > 0.0 { mean_square / initial } else { 1.0 },
             kinetic_energy: now.kinetic_energy(),
+            a2_time_integral: a2_integral.value(),
+            a2_event_sum: self.a2_event_sum.value(),
         }
     }
 
@@ -192,6 +229,12 @@ pub(super) struct CollisionSeries {
 }
 
 impl CollisionSeries {
+    /// Whether all columns have one length.
+    pub(super) fn is_valid(&self) -> bool {
+        let lengths = [self.time.len(), self.mean_square_speed.len(), self.a2.len()];
+        lengths.iter().all(|length| *length == self.event.len())
+    }
+
     /// Appends the moments after a collision; event 0 is the start.
     pub(super) fn push(&mut self, event: u64, time: f64, moments: &VelocityMoments) {
         self.event.push(event);

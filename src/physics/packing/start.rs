@@ -156,7 +156,7 @@ fn given_start(
     let discs = config.discs.get() as usize;
     if given.positions.len() != discs || given.velocities.len() != discs {
         return Err(SetupError(format!(
-            "discs = {discs}, but the placement gives {} positions and {} velocities",
+            "discs = {discs}, but the placement gives {} positions and {} velocities: make them equal",
             given.positions.len(),
             given.velocities.len()
         )));

@@ -26,6 +26,14 @@ pub struct RecorderState {
     trails: Trails,
 }
 
+impl RecorderState {
+    /// Number of frames written so far, including the start.
+    #[must_use]
+    pub fn frames(&self) -> u64 {
+        self.frames
+    }
+}
+
 impl Recorder<RecordingFile> {
     /// Starts a recording that can be resumed after a kill: see [`Recorder::save_point`].
     ///

@@ -1,17 +1,19 @@
 //! Shape of a bed: its surface, its length on the floor, and the angle of a heap's flanks.
 
 use crate::statistics::least_squares_line;
+use std::collections::BTreeMap;
 
-/// Upper surface of discs (x, y, radius, mass): the highest point above each column of two mean diameters, from the
-/// left wall; `None` for empty columns.
-fn surface(discs: &[[f64; 4]], width: f64) -> (f64, Vec<Option<f64>>) {
+/// Upper surface of discs (x, y, radius, mass): the highest point above each column of two mean diameters, counted from the left
+/// wall. Empty columns are left out, so that memory depends on the number of discs and not on the box.
+fn surface(discs: &[[f64; 4]], width: f64) -> (f64, BTreeMap<u64, f64>) {
     let mean = discs.iter().map(|disc| disc[2]).sum::<f64>() / discs.len() as f64;
     let columns = (width / (4.0 * mean)).floor().max(1.0);
     let pitch = width / columns;
-    let mut tops: Vec<Option<f64>> = vec![None; columns as usize];
+    let last = columns as u64 - 1;
+    let mut tops = BTreeMap::new();
     for &[x, y, radius, _] in discs {
-        let column = ((x / pitch).max(0.0) as usize).min(tops.len() - 1);
-        let top = tops[column].get_or_insert(0.0);
+        let column = ((x / pitch).max(0.0) as u64).min(last);
+        let top: &mut f64 = tops.entry(column).or_insert(0.0);
         *top = top.max(y + radius);
     }
     (pitch, tops)
@@ -20,7 +22,7 @@ fn surface(discs: &[[f64; 4]], width: f64) -> (f64, Vec<Option<f64>>) {
 /// Length of the deposit from the left wall to the first gap as wide as a column, m.
 pub(super) fn deposit_length_m(discs: &[[f64; 4]], width: f64) -> Option<f64> {
     let (pitch, tops) = surface(discs, width);
-    let columns = tops.iter().position(Option::is_none).unwrap_or(tops.len());
+    let columns = (0_u64..).zip(tops.keys()).take_while(|(column, found)| column == *found).count();
     let edge = columns as f64 * pitch;
     let ends = discs.iter().filter(|disc| disc[0] < edge).map(|disc| disc[0] + disc[2]);
     (columns > 0).then(|| ends.fold(0.0, f64::max))
@@ -36,11 +38,11 @@ pub(super) fn surface_angle_deg(discs: &[[f64; 4]], width: f64) -> Option<f64> {
     let areas = discs.iter().map(|disc| disc[2] * disc[2]).sum::<f64>();
     let middle = discs.iter().map(|disc| disc[0] * disc[2] * disc[2]).sum::<f64>() / areas;
     let floor = discs.iter().map(|disc| disc[1] - disc[2]).fold(f64::INFINITY, f64::min);
-    let height = tops.iter().flatten().fold(0.0_f64, |top, &at| top.max(at)) - floor;
+    let height = tops.values().fold(0.0_f64, |top, &at| top.max(at)) - floor;
     let [low, high] = FLANK.map(|share| floor + share * height);
-    let columns = tops.iter().enumerate();
-    let flanks: Vec<(f64, f64)> = columns
-        .filter_map(|(column, top)| Some((((column as f64 + 0.5) * pitch - middle).abs(), (*top)?)))
+    let flanks: Vec<(f64, f64)> = tops
+        .iter()
+        .map(|(&column, &top)| (((column as f64 + 0.5) * pitch - middle).abs(), top))
         .filter(|(_, top)| (low..=high).contains(top))
         .collect();
     if flanks.len() < 4 {

@@ -113,8 +113,8 @@ fn stress_by_height(run: &DemRun) -> Option<Plot> {
     let floor = layers.first()?;
     let data = |name: &str, color: usize, of: fn(&StressLayer) -> Estimate| {
         let points = layers.iter().map(|layer| {
-            let Estimate { value, standard_error } = of(layer);
-            Point { x: layer.height_m, y: value, error: standard_error }
+            let Estimate { value, conditional_standard_error, .. } = of(layer);
+            Point { x: layer.height_m, y: value, error: conditional_standard_error }
         });
         Curve { name: name.to_owned(), style: CurveStyle::Data, color, points: points.collect() }
     };
@@ -126,7 +126,7 @@ fn stress_by_height(run: &DemRun) -> Option<Plot> {
     let even = [(0.0, weight), (2.0 * area / weight, 0.0)];
     let curves = vec![
         data("vertical", 0, |layer| layer.vertical),
-        data("horizontal", 1, |layer| layer.horizontal),
+        data("horizontal", 1, |layer| Estimate::bare(layer.horizontal)),
         Curve::theory("weight of the discs above / width", 6, above),
         Curve::theory("mean density × gravity × depth, an even bed", 3, even),
     ];

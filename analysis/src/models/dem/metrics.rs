@@ -29,7 +29,7 @@ definitions! {
     FLOOR_FORCE: "floor.force", "N", "/state: sum of k_n times overlap with the floor, last frame", [law::WEIGHT], 0.0;
     FLOOR_STRESS: "floor.stress", "N/m", "/state: floor.force over the box's width", [law::WEIGHT_PER_WIDTH], 0.0;
     SIDE_WALL_STRESS: "side_wall.stress", "N/m", "/state: sum of k_n times overlap with both side walls, over twice bed.height, last frame", [], 0.0;
-    STRESS_AT_FLOOR: "stress.vertical_at_floor", "N/m", "/contact_forces and /state: S_yy = (sum of F_y l_y + sum of m u_y u_y)/A (Love 1927, Weber 1966; kinetic part Goldhirsch 2010) in the lowest layer, a mean diameter thick, with the branches l of the contacts as far as they lie in it; mean over the frames of the last tenth of the run, their standard deviation as its error", [law::WEIGHT_ABOVE], 0.0;
+    STRESS_AT_FLOOR: "stress.vertical_at_floor", "N/m", "/contact_forces and /state: S_yy = (sum of F_y l_y + sum of m u_y u_y)/A (Love 1927, Weber 1966; kinetic part Goldhirsch 2010) in the lowest layer, a mean diameter thick, with the branches l of the contacts as far as they lie in it; mean over the frames of the last tenth of the run; conditional error from 64 frames by the vertical momentum above at both ends of that time", [law::WEIGHT_ABOVE], 0.0;
     STRESS_AT_MID_HEIGHT: "stress.vertical_at_mid_height", "N/m", "the same in the lowest layer that has at most half of the weight above it", [law::WEIGHT_ABOVE], 0.0;
     LATERAL_STRESS_RATIO: "stress.lateral_ratio", "1", "the same: sum of S_xx over sum of S_yy of all layers", [], 0.0;
     OVERBURDEN_DEVIATION: "stress.overburden_deviation", "1", "the same: max |S_yy - weight above/width| of a layer, over the weight of all discs/width: what walls carry, or what still moves", [], 0.0;
@@ -39,7 +39,7 @@ definitions! {
     DISCHARGE_RATE: "outlet.discharge_rate", "1/s", "/wall_forces: slope of the number of removed discs between a tenth and six tenths of the last", [], 0.0;
     COOLING_RATE: "cooling.rate", "1/s", "/temperature: slope of sqrt(T_0/T) - 1 over time, through the origin", [law::HAFF], 0.0;
     VELOCITY_TRANSMISSION: "row.velocity_transmission", "1", "/state: final velocity of a row's last disc over the initial velocity of its first", [law::ROW_OF_DISCS], 1e-12;
-    SURFACE_ANGLE: "bed.surface_angle", "degrees", "/state: mean slope of the surface on both sides of the bed's middle, between 15 and 85 percent of its height, last frame", [], 0.0;
+    SURFACE_ANGLE: "bed.surface_angle", "degrees", "/state: mean slope of the surface on both sides of the bed's middle, between 15 and 85 percent of its height, last frame; none of flying discs", [], 0.0;
     DEPOSIT_LENGTH: "bed.deposit_length", "m", "/state: distance from the left wall up to which discs lie without a gap of two diameters, last frame", [], 0.0;
     RUNOUT: "bed.normalized_runout", "1", "/state: bed.deposit_length over its initial value, minus 1", [], 0.0;
     SETTLING_TIME: "settling_time", "s", "/energy: time of the last frame whose kinetic energy is above a thousandth of the mechanical energy at the start; none where it is the last of all", [], 0.0;

@@ -8,7 +8,9 @@ use super::rebounds::Rebounds;
 use super::special_setups;
 use super::stress::{self, StressProfile};
 use crate::metric::Measurements;
+use crate::metric::theory::ExpectedValue;
 use crate::models::contract::Observer;
+use crate::models::flow_statistics::FlowStatistics;
 use crate::models::series::Series;
 use crate::models::snapshots::{Snapshots, StateStyle};
 use crate::models::{max_or_nan, relative_change};
@@ -38,6 +40,8 @@ pub(super) struct DemRun {
     /// Time, s, and energies.
     pub(super) energies: Series<(f64, DemEnergy)>,
     pub(super) snapshots: Snapshots,
+    /// Homogeneity of a free gas.
+    flow: FlowStatistics,
     max_residual_j: f64,
     last_motion_s: f64,
     rebounds: Option<Rebounds>,
@@ -223,7 +227,13 @@ impl DemRun {
             && special_setups::is_free_gas(config)
         {
             let rate = special_setups::cooling_rate_per_s(&self.temperature);
-            found.compare(metric::COOLING_RATE, rate, law::cooling_rate_per_s(config, *first));
+            let in_range = self.flow.is_homogeneous() == Some(true);
+            let theory = law::cooling_rate_per_s(config, *first).map(|value| ExpectedValue {
+                value,
+                accuracy: None,
+                in_range,
+            });
+            found.compare(metric::COOLING_RATE, rate, theory);
         }
         let end = self.snapshots.last();
         let transmission = end.and_then(|end| special_setups::velocity_transmission(config, end));
@@ -235,7 +245,8 @@ impl DemRun {
         let discs = self.discs_at_end().filter(|discs| falls && discs.len() > 1);
         let Some(discs) = discs else { return };
         let width = config.width_m.get();
-        found.add(metric::SURFACE_ANGLE, bed_shape::surface_angle_deg(&discs, width));
+        let angle = bed_shape::surface_angle_deg(&discs, width).filter(|_| self.is_bed(&discs));
+        found.add(metric::SURFACE_ANGLE, angle);
         if let (Some(length), Some(start)) =
             (bed_shape::deposit_length_m(&discs, width), self.deposit_length_at_start_m)
         {
@@ -243,6 +254,16 @@ impl DemRun {
             found.add(metric::DEPOSIT_LENGTH, length);
             found.add(metric::RUNOUT, has_gate.then(|| length / start - 1.0));
         }
+    }
+
+    /// Whether the discs of the last frame form a bed instead of flying: each touches another on average, or the kinetic energy
+    /// could not raise them by a quarter of a radius.
+    fn is_bed(&self, discs: &[[f64; 4]]) -> bool {
+        let down = -self.config.gravity_m_per_s2[1].get();
+        let raised: f64 = discs.iter().map(|[.., radius, mass]| mass * down * radius / 4.0).sum();
+        let is_slow = self.energies.last().is_none_or(|(_, last)| last.kinetic_j < raised);
+        let touches = |contacts: &DemContactStatistics| contacts.coordination_number >= 1.0;
+        is_slow || self.contacts.as_ref().is_some_and(touches)
     }
 
     /// x, y, radius (m) and mass (kg) of all discs in the last frame.
@@ -285,6 +306,10 @@ impl Observer for DemRun {
                 self.add_stress(time_s, &state, &forces);
             }
             self.add_state(time_s, &state, energy.as_ref());
+            if special_setups::is_free_gas(&self.config) {
+                let sides = [self.config.width_m.get(), self.config.height_m.get()];
+                self.flow.add_state(&state, [0.0; 2], sides);
+            }
             self.snapshots.add_state(&frame, state);
             if self.deposit_length_at_start_m.is_none() {
                 let width = self.config.width_m.get();

@@ -11,7 +11,7 @@
 
 use super::disc::Disc;
 use super::special_setups::has_floor;
-use crate::statistics::Estimate;
+use crate::statistics::{Entries, Estimate, MissingError};
 use kinetoscope_manifest::model::{DemConfig, DemWall, DemWallShape};
 use kinetoscope_recording::channels::DemContactForces;
 use std::f64::consts::TAU;
@@ -20,6 +20,10 @@ use std::f64::consts::TAU;
 const MAX_LAYERS: f64 = 200.0;
 /// Fraction of the run's duration after which frames are averaged.
 const AVERAGED_FROM: f64 = 0.9;
+/// Minimum number of averaged frames for an error: enough for the mean over frames to be that over time.
+const MIN_FRAMES: u64 = 64;
+/// Fraction of the averaged interval that counts as one of its ends.
+const END_FRACTION: f64 = 0.2;
 
 /// Stress in a layer of the bed, averaged over frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,7 +33,7 @@ pub(crate) struct StressLayer {
     /// sigma_yy, N/m.
     pub(crate) vertical: Estimate,
     /// sigma_xx, N/m.
-    pub(crate) horizontal: Estimate,
+    pub(crate) horizontal: f64,
     /// Weight of the discs above, divided by the width, N/m, averaged over the layer's heights.
     pub(crate) weight_above: f64,
 }
@@ -41,7 +45,9 @@ pub(crate) struct StressProfile {
     thickness: f64,
     /// Downward acceleration of gravity, m/s^2.
     gravity: f64,
+    /// Begin and length of the averaged interval, s.
     since_s: f64,
+    averaged_s: f64,
     layers: Vec<LayerMeans>,
     lateral_ratio: FrameMean,
 }
@@ -51,6 +57,26 @@ struct LayerMeans {
     vertical: FrameMean,
     horizontal: FrameMean,
     weight: FrameMean,
+    /// Squared vertical momentum of the discs above, in the first and in the last part of the averaged interval.
+    squared_momentum: [FrameMean; 2],
+}
+
+/// Mean over frames.
+#[derive(Clone, Copy, Debug, Default)]
+struct FrameMean {
+    frames: u64,
+    sum: f64,
+}
+
+impl FrameMean {
+    fn add(&mut self, value: f64) {
+        self.frames += 1;
+        self.sum += value;
+    }
+
+    fn mean(self) -> Option<f64> {
+        (self.frames > 0).then(|| self.sum / self.frames as f64)
+    }
 }
 
 /// Contribution of one frame to a layer: sums of f l in N m, kinetic sums, and weight.
@@ -63,31 +89,8 @@ struct LayerSums {
     /// Weight of the layer's discs, N, and the same weighted by the fraction of the layer below their centers.
     weight: f64,
     weight_over_layer: f64,
-}
-
-/// Mean of a value over frames. Its error is the standard deviation of the frames: a bed oscillates slowly as a whole,
-/// so frames are not independent samples.
-#[derive(Clone, Copy, Debug, Default)]
-struct FrameMean {
-    frames: f64,
-    mean: f64,
-    squares: f64,
-}
-
-impl FrameMean {
-    /// Adds a frame (Welford 1962).
-    fn add(&mut self, value: f64) {
-        self.frames += 1.0;
-        let apart = value - self.mean;
-        self.mean += apart / self.frames;
-        self.squares += apart * (value - self.mean);
-    }
-
-    fn estimate(&self) -> Option<Estimate> {
-        let deviation = (self.squares / (self.frames - 1.0)).sqrt();
-        let standard_error = (self.frames > 1.0).then_some(deviation);
-        (self.frames > 0.0).then_some(Estimate::new(self.mean, standard_error))
-    }
+    /// The same of the vertical momentum, kg m/s.
+    momentum_over_layer: f64,
 }
 
 impl StressProfile {
@@ -97,12 +100,13 @@ impl StressProfile {
         floor_m(config, 0.0).filter(|_| has_floor(config) && gravity > 0.0)?;
         let height = config.height_m.get();
         let thickness = (2.0 * config.radius_m.mean()).max(height / MAX_LAYERS);
-        let count = (height / thickness).ceil() as usize;
+        let count = (height / thickness).ceil().max(1.0) as usize;
         Some(Self {
             width: config.width_m.get(),
             thickness,
             gravity,
             since_s: AVERAGED_FROM * config.duration_s.get(),
+            averaged_s: (1.0 - AVERAGED_FROM) * config.duration_s.get(),
             layers: vec![LayerMeans::default(); count],
             lateral_ratio: FrameMean::default(),
         })
@@ -126,7 +130,7 @@ impl StressProfile {
         for contact in 0..forces.from_x_m.len() {
             self.add_contact(&mut sums, floor, forces, contact);
         }
-        self.add_sums(&sums);
+        self.add_sums(time_s, &sums);
     }
 
     /// Index of the layer at a height above the floor, limited to the existing layers.
@@ -141,7 +145,9 @@ impl StressProfile {
         let weight = disc.mass * self.gravity;
         sum.mass += disc.mass;
         sum.weight += weight;
-        sum.weight_over_layer += weight * (height / self.thickness - layer as f64);
+        let share = height / self.thickness - layer as f64;
+        sum.weight_over_layer += weight * share;
+        sum.momentum_over_layer += disc.mass * disc.velocity[1] * share;
         for axis in [0, 1] {
             let momentum = disc.mass * disc.velocity[axis];
             sum.momentum[axis] += momentum;
@@ -172,9 +178,10 @@ impl StressProfile {
         }
     }
 
-    fn add_sums(&mut self, sums: &[LayerSums]) {
+    fn add_sums(&mut self, time_s: f64, sums: &[LayerSums]) {
         let area = self.width * self.thickness;
-        let (mut above, mut whole) = (0.0, [0.0; 2]);
+        let share = (time_s - self.since_s) / self.averaged_s;
+        let (mut above, mut momentum_above, mut whole) = (0.0, 0.0, [0.0; 2]);
         for (means, sum) in self.layers.iter_mut().zip(sums).rev() {
             let stress = [0, 1].map(|axis: usize| {
                 let square = sum.momentum[axis] * sum.momentum[axis];
@@ -184,7 +191,15 @@ impl StressProfile {
             means.horizontal.add(stress[0]);
             means.vertical.add(stress[1]);
             means.weight.add((above + sum.weight_over_layer) / self.width);
+            let momentum = momentum_above + sum.momentum_over_layer;
+            for (end, squares) in means.squared_momentum.iter_mut().enumerate() {
+                let apart = if end == 0 { share } else { 1.0 - share };
+                if apart < END_FRACTION {
+                    squares.add(momentum * momentum);
+                }
+            }
             above += sum.weight;
+            momentum_above += sum.momentum[1];
             whole = [whole[0] + stress[0], whole[1] + stress[1]];
         }
         if whole[1] > 0.0 {
@@ -195,11 +210,11 @@ impl StressProfile {
     /// The layers with discs, from the floor upwards; empty if no frame was averaged.
     pub(crate) fn layers(&self) -> Vec<StressLayer> {
         let layers = self.layers.iter().enumerate().map_while(|(layer, means)| {
-            let weight_above = means.weight.estimate()?.value;
+            let weight_above = means.weight.mean()?;
             let stress = StressLayer {
                 height_m: (layer as f64 + 0.5) * self.thickness,
-                vertical: means.vertical.estimate()?,
-                horizontal: means.horizontal.estimate()?,
+                vertical: self.vertical(means)?,
+                horizontal: means.horizontal.mean()?,
                 weight_above,
             };
             (weight_above > 0.0).then_some(stress)
@@ -207,9 +222,26 @@ impl StressProfile {
         layers.collect()
     }
 
+    /// Mean sigma_yy of a layer. Its time average differs from the weight above by the change of the momentum above over
+    /// the averaged time. The momentum oscillates with a phase at random, so the conditional error results from its mean
+    /// squares near the two ends. Other seeds give other beds, whose scatter is unknown.
+    fn vertical(&self, means: &LayerMeans) -> Option<Estimate> {
+        let value = Estimate::bare(means.vertical.mean()?);
+        let has = means.vertical.frames;
+        if has < MIN_FRAMES {
+            let entries = Entries::AveragedFrames;
+            let too_few = MissingError::TooFewEntries { entries, needs: MIN_FRAMES, has };
+            return Some(value.without_error(too_few));
+        }
+        let [first, last] = means.squared_momentum.map(FrameMean::mean);
+        let error = (first? + last?).sqrt() / (self.averaged_s * self.width);
+        Some(Estimate::new(value.value, error).with_unknown_scatter_of_starts())
+    }
+
     /// Ratio of sigma_xx to sigma_yy of the whole bed.
     pub(super) fn lateral_ratio(&self) -> Option<Estimate> {
-        self.lateral_ratio.estimate()
+        let ratio = Estimate::bare(self.lateral_ratio.mean()?);
+        Some(ratio.without_error(MissingError::DependsOnStart))
     }
 }
 

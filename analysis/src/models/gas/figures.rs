@@ -31,9 +31,8 @@ impl PlottedObserver for GasRun {
 fn h_over_time(run: &GasRun) -> Plot {
     let series = &run.relative_entropy;
     let mut curves = vec![Curve::line("measured", 0, series.iter().copied())];
-    if run.config.keeps_energy() && run.config.disc_radius_m.is_some() {
-        let scatter =
-            run.bins().saturating_sub(2) as f64 / (2.0 * f64::from(run.config.particles.get()));
+    let collides = run.config.keeps_energy() && run.config.disc_radius_m.is_some();
+    if let Some([scatter, _]) = run.relaxed_entropy().filter(|_| collides) {
         let level = series.ends().map(|(time, _)| (*time, scatter));
         curves.push(Curve::theory("Maxwell's speeds, N discs in as many bins", 2, level));
     }

@@ -1,9 +1,10 @@
 //! Effect of collisions and time on a gas: relaxation to Maxwell's distribution, collision rates, stationarity.
 
-use super::kinetics_laws as law;
+use super::kinetics_laws::{self as law, relative_entropy_moments};
 use super::laws as ideal;
 use super::metrics as metric;
 use super::observe::GasRun;
+use super::scatter::StartScatter;
 use crate::metric::Measurements;
 use crate::statistics::{Estimate, mean};
 use kinetoscope_manifest::model::GasConfig;
@@ -65,8 +66,13 @@ impl GasRun {
         let ratio = Estimate::new(speed / square.sqrt(), relaxed.then_some(error));
         found.compare(metric::MEAN_OVER_RMS, ratio, relaxed.then_some(PI.sqrt() / 2.0));
         let a2 = fourth / (2.0 * square * square) - 1.0;
-        let a2 = Estimate::new(a2, relaxed.then(|| 1.0 / particles.sqrt()));
+        let a2 = Estimate::new(a2, relaxed.then(|| a2_scatter(particles)));
         found.compare(metric::A2, a2, relaxed.then(|| -1.0 / (particles + 1.0)));
+    }
+
+    /// Mean and standard deviation of the relative entropy of discs that have relaxed.
+    pub(super) fn relaxed_entropy(&self) -> Option<[f64; 2]> {
+        relative_entropy_moments(&self.maxwell_counts()?, self.particles())
     }
 
     fn measure_h(&self, found: &mut Measurements) {
@@ -75,45 +81,51 @@ impl GasRun {
         else {
             return;
         };
-        let twice = 2.0 * self.particles();
-        let degrees_of_freedom = self.bins().saturating_sub(2) as f64;
-        let relaxed = self.has_relaxed();
-        let scatter = relaxed.then(|| (2.0 * degrees_of_freedom).sqrt() / twice);
-        let theory = relaxed.then(|| degrees_of_freedom / twice);
+        let moments = self.relaxed_entropy().filter(|_| self.has_relaxed());
+        let (theory, scatter) = (moments.map(|[mean, _]| mean), moments.map(|[_, std]| std));
         found.compare(metric::RELATIVE_ENTROPY, Estimate::new(*last, scatter), theory);
         found.add(metric::RELATIVE_ENTROPY_AT_START, *first);
         if let Some(square) = self.mean_square_of_one_mass().filter(|square| *square > 0.0) {
             let min = law::min_h(square);
             let theory = theory.map(|excess| min + excess);
-            found.compare(metric::H_FUNCTION, Estimate::new(min + last, scatter), theory);
+            let start = StartScatter::new(&self.config).unwrap_or_default();
+            let h = Estimate::new(min + last, scatter).with_scatter_of_starts(start.mean_square);
+            found.compare(metric::H_FUNCTION, h, theory);
         }
     }
 
     /// Collision rate and compressibility factor, for discs only.
     fn measure_collisions(&self, found: &mut Measurements) {
-        let (Some(_), Some((time, pairs, virial))) = (self.config.disc_radius_m, self.pairs.last())
+        let (Some(_), Some((time, ..)), Some(start)) =
+            (self.config.disc_radius_m, self.pairs.last(), StartScatter::new(&self.config))
         else {
             return;
         };
         let square = self.mean_square_of_one_mass().filter(|_| self.config.keeps_energy());
         let theory = square.and_then(|square| law::collisions(&self.config, square));
         let half = self.pairs.iter().find(|(at, ..)| 2.0 * at >= *time);
-        if let Some((from, before, _)) = half.filter(|(from, ..)| from < time) {
-            let count = pairs - before;
-            let per_disc = 2.0 / (self.particles() * (time - from));
-            let rate = Estimate::new(count * per_disc, count.sqrt() * per_disc);
-            let theory = theory.filter(|_| self.has_relaxed()).map(|theory| theory.rate_per_s);
+        if let Some((from, ..)) = half.filter(|(from, ..)| from < time) {
+            let rate = self.pair_rate(*from).estimate();
+            let rate = rate.map(|rate| {
+                let rotation = rate.value * start.thermal_energy / 2.0;
+                let rate = rate.with_further_error(rotation);
+                let scatter = rate.value * start.mean_square / 2.0;
+                rate.with_scatter_of_starts(scatter).times(2.0 / self.particles())
+            });
+            let theory = theory.filter(|_| self.has_relaxed()).map(|theory| theory.rate());
             found.compare(metric::PAIR_COLLISION_RATE, rate, theory);
         }
         let energy = self.invariants.as_ref().map(|invariants| invariants.kinetic_j);
         if let Some(energy) =
             energy.filter(|energy| *energy > 0.0 && *time > 0.0 && self.config.keeps_energy())
         {
-            let excess = virial / (2.0 * energy * time);
-            // Approach speeds at collisions follow x exp(-x^2/2): <x^2>/<x>^2 = 4/pi.
-            let error = excess * (4.0 / (PI * pairs)).sqrt();
-            let theory = theory.map(|theory| theory.compressibility_factor);
-            found.compare(metric::COMPRESSIBILITY, Estimate::new(1.0 + excess, error), theory);
+            let factor = self.virial_rate().estimate();
+            let factor = factor.map(|virial| {
+                let excess = virial.times(0.5 / energy);
+                excess.with_further_error(excess.value * start.thermal_energy).plus(1.0)
+            });
+            let theory = theory.map(|theory| theory.compressibility());
+            found.compare(metric::COMPRESSIBILITY, factor, theory);
         }
     }
 
@@ -161,6 +173,14 @@ impl GasRun {
         let theory = (is_stationary && error.is_some()).then_some(1.0);
         found.compare(metric::PRESSURE_DRIFT, Estimate::new(second / first, error), theory);
     }
+}
+
+/// Standard deviation of a2 of N particles whose energies are uniform on the simplex of a fixed total, about 1/sqrt(N):
+/// a2 + 1 = N/2 times the sum of the squared fractions, whose moments are those of Dirichlet's distribution.
+fn a2_scatter(particles: f64) -> f64 {
+    let n = particles;
+    let variance = n * n * (n - 1.0) / ((n + 1.0) * (n + 1.0) * (n + 2.0) * (n + 3.0));
+    variance.sqrt()
 }
 
 /// Squared speed of each particle; `None` without velocities.

@@ -5,16 +5,16 @@ use super::laws as law;
 use crate::metric::definition::definitions;
 
 definitions! {
-    PRESSURE_MEASURED: "pressure.measured", "N/m", "/pressure: impulse on the wall since the start; error R P / (v_rms t sqrt(2N))", [law::KINETIC_PRESSURE, kinetics::CLAUSIUS], 0.0;
-    PRESSURE_MEAN_SPEED: "pressure.mean_speed_formula", "N/m", "/pressure: N m <v>^2 / (2A), the gas exercise's formula (12)", [law::SPEED_LAW], 0.0;
-    PRESSURE_MEAN_SQUARE: "pressure.mean_square_formula", "N/m", "/pressure: N m <v^2> / (2A)", [law::SPEED_LAW], 0.0;
-    PRESSURE_IDEAL: "pressure.ideal_gas", "N/m", "/pressure: N k_B T / A", [law::IDEAL_GAS], 0.0;
-    TEMPERATURE_MEAN_SQUARE: "temperature.mean_square", "K", "speeds of the last frame: m <v^2> / (2 k_B)", [law::SPEED_LAW], 0.0;
-    TEMPERATURE_MEAN_SPEED: "temperature.mean_speed", "K", "speeds of the last frame: m <v>^2 / (2 k_B), the gas exercise's equation (13)", [law::SPEED_LAW], 0.0;
-    MEAN_SPEED: "mean_speed", "m/s", "mean |v|, last frame", [law::SPEED_LAW], 0.0;
-    RMS_SPEED: "rms_speed", "m/s", "sqrt <v^2>, last frame", [law::SPEED_LAW], 0.0;
+    PRESSURE_MEASURED: "pressure.measured", "N/m", "/pressure: impulse on the wall since the start; conditional error sqrt(N) m v_rms/(sqrt(8) pi R t), the momentum in transit at given <v^2> and W; other seeds differ in <v^2> unless it is given, and discs in W, by blocking", [law::KINETIC_PRESSURE, kinetics::CLAUSIUS], 0.0;
+    PRESSURE_MEAN_SPEED: "pressure.mean_speed_formula", "N/m", "/pressure: N m <v>^2 / (2A), the gas exercise's formula (12); error of drawn speeds", [law::SPEED_LAW], 0.0;
+    PRESSURE_MEAN_SQUARE: "pressure.mean_square_formula", "N/m", "/pressure: N m <v^2> / (2A); error of drawn speeds", [law::SPEED_LAW], 0.0;
+    PRESSURE_IDEAL: "pressure.ideal_gas", "N/m", "/pressure: N k_B T / A, T by the definition in use", [], 0.0;
+    TEMPERATURE_MEAN_SQUARE: "temperature.mean_square", "K", "speeds of the last frame: m <v^2> / (2 k_B); error of drawn speeds", [law::SPEED_LAW], 0.0;
+    TEMPERATURE_MEAN_SPEED: "temperature.mean_speed", "K", "speeds of the last frame: m <v>^2 / (2 k_B), the gas exercise's equation (13); error of drawn speeds", [law::SPEED_LAW], 0.0;
+    MEAN_SPEED: "mean_speed", "m/s", "mean |v|, last frame; error of drawn speeds", [law::SPEED_LAW], 0.0;
+    RMS_SPEED: "rms_speed", "m/s", "sqrt <v^2>, last frame; error of drawn speeds", [law::SPEED_LAW], 0.0;
     MEAN_VELOCITY: "mean_velocity", "m/s", "|mean v|, last frame", [], 0.0;
-    WALL_COLLISION_RATE: "wall_collision_rate", "1/s", "/collisions: wall collisions of all particles over time; error from the scatter between particles", [law::WALL_COLLISION_RATE], 0.0;
+    WALL_COLLISION_RATE: "wall_collision_rate", "1/s", "/collisions: wall collisions of all particles over time; conditional error at given speeds, by the chords of the particles and their phases, to which the scatter of <v> between seeds is added; of discs by blocking", [law::WALL_COLLISION_RATE], 0.0;
     ENERGY_DRIFT: "energy.drift_relative", "1", "/energy: kinetic energy, last frame against the first", [law::INVARIANTS], 1e-9;
     MAX_SPEED_CHANGE: "max_speed_change_relative", "1", "/energy: largest of any particle and frame", [law::INVARIANTS], 1e-9;
     MAX_ANGULAR_MOMENTUM_CHANGE: "max_angular_momentum_change_relative", "1", "/energy: largest of any particle and frame, over m R v", [law::INVARIANTS], 1e-9;
@@ -23,16 +23,16 @@ definitions! {
     EFFUSION_RATE: "effusion_rate", "1/s", "/energy_balance: escaped particles over time; error sqrt of their number", [law::EFFUSION], 0.0;
     ADIABATIC_INVARIANT: "adiabatic_invariant", "1", "/energy_balance: energy times area, last frame over the first", [law::ADIABATIC], 0.0;
     THERMALIZED_TEMPERATURE: "temperature.thermalized", "K", "speeds of the last frame; error T / sqrt(N)", [law::THERMALIZATION], 0.0;
-    RELATIVE_ENTROPY: "relative_entropy", "1", "/energy_balance: H above Maxwell's, last frame; error of discs that have collided, sqrt(2 (bins - 2))/(2N)", [kinetics::MIN_H], 0.0;
+    RELATIVE_ENTROPY: "relative_entropy", "1", "/energy_balance: H above Maxwell's, last frame; error of discs that have collided, that of Poisson counts with given N and <v^2>", [kinetics::MIN_H], 0.0;
     RELATIVE_ENTROPY_AT_START: "relative_entropy.start", "1", "/energy_balance: H above Maxwell's, first frame", [], 0.0;
     H_FUNCTION: "h_function", "1", "/energy_balance and speeds, last frame: H above Maxwell's and -ln(pi <v^2>) - 1, with v in meters per second; error as of relative_entropy", [kinetics::MIN_H], 0.0;
     MEAN_OVER_RMS: "mean_speed_over_rms", "1", "speeds of the last frame: <v>/sqrt(<v^2>); error of discs 0.135/sqrt(N)", [kinetics::MAXWELL_MEAN], 0.0;
-    A2: "a2", "1", "speeds of the last frame: <v^4>/(2 <v^2>^2) - 1; error of discs 1/sqrt(N)", [kinetics::MAXWELL_A2], 0.0;
-    PAIR_COLLISION_RATE: "pair_collision_rate_per_disc", "1/s", "/collisions: collisions of two discs per disc over the second half of the run; error by the root of their number", [kinetics::ENSKOG_RATE], 0.0;
-    COMPRESSIBILITY: "compressibility_factor", "1", "/collisions, /energy: 1 + W/(2 E t) since the start; error 1.13 (Z - 1) over the root of their number", [kinetics::HENDERSON], 0.0;
-    PRESSURE_DRIFT: "pressure.second_half_over_first", "1", "/pressure: mean over the second half of the run over that of the first; error sqrt(3) R / (v_rms t/2 sqrt(2N))", [kinetics::STATIONARY], 0.0;
+    A2: "a2", "1", "speeds of the last frame: <v^4>/(2 <v^2>^2) - 1; error of discs about 1/sqrt(N), by Dirichlet's distribution", [kinetics::MAXWELL_A2], 0.0;
+    PAIR_COLLISION_RATE: "pair_collision_rate_per_disc", "1/s", "/collisions: collisions of two discs per disc over the second half of the run; error by blocking, and of the energy of rotation, which is conserved", [kinetics::ENSKOG_RATE], 0.0;
+    COMPRESSIBILITY: "compressibility_factor", "1", "/collisions, /energy: 1 + W/(2 E t) since the start; error by blocking, and of the energy of rotation, which is conserved", [kinetics::CONFINED_DISCS], 0.0;
+    PRESSURE_DRIFT: "pressure.second_half_over_first", "1", "/pressure: mean over the second half of the run over that of the first; error sqrt(3) times the conditional one of pressure.measured in a half", [kinetics::STATIONARY], 0.0;
     WITHIN_HALF_RADIUS: "fraction_within_half_radius", "1", "/state, last frame: fraction of the particles within R/2; error sqrt(p (1 - p)/N)", [kinetics::FRACTION_WITHIN], 0.0;
     WITHIN_HALF_RADIUS_AT_START: "fraction_within_half_radius.start", "1", "/state, first frame: the same", [kinetics::FRACTION_WITHIN], 0.0;
-    HISTOGRAM_CHI_SQUARE: "speed_histogram.chi_square_per_bin", "1", "/speeds, last frame: mean over bins of (count - expected)^2 / expected against the law of the start, where 5 or more are expected; error sqrt(2/bins)", [law::HISTOGRAM], 0.0;
+    HISTOGRAM_CHI_SQUARE: "speed_histogram.chi_square_per_bin", "1", "/speeds, last frame: mean over bins of (count - expected)^2 / expected against the law of the start, bins merged until 5 or more are expected; error sqrt(2 (bins - constraints))/bins", [law::HISTOGRAM], 0.0;
     TOTAL_VARIATION_DISTANCE: "speed_histogram.total_variation_distance", "1", "/speeds, last frame: half of the integral of |density - Maxwell's at the same <v^2>|", [], 0.0;
 }

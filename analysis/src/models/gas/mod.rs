@@ -1,12 +1,15 @@
 //! Analysis of gas runs: wall pressure, speeds, collisions and conserved quantities.
 
+mod chi_square;
 mod figures;
 mod kinetics;
 mod kinetics_laws;
 mod laws;
 mod metrics;
 mod observe;
+mod scatter;
 mod sweep;
+mod wall_collisions;
 
 use crate::models::contract::{Extent, ModelAnalysis, PlottedObserver};
 use crate::models::snapshots::Snapshots;

@@ -1,17 +1,21 @@
 //! Observer of gas runs: wall pressure, speed moments, wall collisions, conserved quantities.
 
+use super::chi_square::ChiSquare;
 use super::kinetics::fraction_within_half_radius;
 use super::kinetics_laws as kinetics;
 use super::laws as law;
 use super::metrics as metric;
+use super::scatter::StartScatter;
+use super::wall_collisions::{OwnRates, own_rates};
 use crate::metric::Measurements;
+use crate::metric::theory::ExpectedValue;
 use crate::models::contract::Observer;
 use crate::models::series::Series;
 use crate::models::snapshots::{Snapshots, StateStyle};
 use crate::models::{max_or_nan, relative_change};
 use crate::plot::drawing;
-use crate::statistics::{Estimate, mean, standard_deviation};
-use kinetoscope_manifest::model::{GasConfig, PositionDistribution};
+use crate::statistics::{Estimate, mean};
+use kinetoscope_manifest::model::{GasConfig, PositionDistribution, SpeedScale};
 use kinetoscope_recording::channels::{
     GasCollisions, GasEnergyBalance, GasInvariants, GasPressure, GasSpeeds, GasTemperature,
 };
@@ -39,9 +43,9 @@ pub(super) struct GasRun {
     pub(super) snapshots: Snapshots,
     /// As recorded in `/temperature`.
     recorded_speeds: Option<SpeedMeans>,
-    /// Wall collision rate of each particle at the start, 1/s.
-    wall_collision_rates: Vec<f64>,
-    wall_collisions: Option<u64>,
+    pub(super) own_rates: OwnRates,
+    /// Time, s, and wall collisions since the start.
+    pub(super) wall_counts: Series<(f64, f64)>,
     first_invariants: Option<GasInvariants>,
     pub(super) invariants: Option<GasInvariants>,
     max_speed_change: f64,
@@ -96,9 +100,13 @@ impl GasRun {
         self.invariants = Some(invariants);
     }
 
-    /// Number of bins of the histogram that H is derived from.
-    pub(super) fn bins(&self) -> usize {
-        self.histogram.as_ref().map_or(0, |histogram| histogram.density.len())
+    /// Number of particles per bin of the last histogram that Maxwell's distribution gives at the same `<v^2>`.
+    pub(super) fn maxwell_counts(&self) -> Option<Vec<f64>> {
+        let histogram = self.histogram.as_ref()?;
+        let bins = &histogram.speed_m_per_s;
+        let width = bins.get(1)? - bins[0];
+        let counted = f64::from(self.config.particles.get()) * width;
+        Some(histogram.maxwell.iter().map(|density| counted * density).collect())
     }
 
     /// Whether no particle leaves or changes its speed.
@@ -107,7 +115,7 @@ impl GasRun {
     }
 
     /// Whether no particle leaves and the total energy is conserved.
-    fn keeps_energy(&self) -> bool {
+    pub(super) fn keeps_energy(&self) -> bool {
         self.config.keeps_energy() && self.config.orifice_width_m.is_none()
     }
 
@@ -126,16 +134,18 @@ impl GasRun {
         Some(force / (2.0 * std::f64::consts::PI * radius))
     }
 
+    /// Scatter of the means over speeds that particles keep; none where they change or differ in mass.
+    fn start_scatter(&self) -> StartScatter {
+        let start = StartScatter::new(&self.config).filter(|_| self.keeps_particles());
+        start.unwrap_or_default()
+    }
+
     fn measure_pressure(&self, found: &mut Measurements) {
         let Some(pressure) = &self.pressure else { return };
         let by_square = |square: f64| law::pressure_n_per_m(&self.config, square);
         if self.time_s > 0.0 {
             let square = self.mean_square().filter(|_| self.keeps_energy_of_one_mass());
-            let error = square.map(|square| {
-                by_square(square)
-                    * law::pressure_error_relative(&self.config, square.sqrt(), self.time_s)
-            });
-            let measured = Estimate::new(pressure.measured_since_start_n_per_m, error);
+            let measured = self.measured_pressure(pressure.measured_since_start_n_per_m, square);
             let (law, theory) = match (self.config.disc_radius_m, square) {
                 (Some(_), Some(square)) => (kinetics::CLAUSIUS, self.pressure_by_virial(square)),
                 _ => (law::KINETIC_PRESSURE, square.map(by_square)),
@@ -143,16 +153,14 @@ impl GasRun {
             found.compare_with(metric::PRESSURE_MEASURED, measured, law, theory);
         }
         let moments = law::speed_moments(&self.config);
+        let start = self.start_scatter();
         let mean_speed = moments.map(|of| by_square(of.mean_m_per_s * of.mean_m_per_s));
         let mean_square = moments.map(|of| by_square(of.mean_square_m2_per_s2));
-        let ideal = law::temperature_k(&self.config)
-            .filter(|_| self.keeps_particles())
-            .map(|temperature| law::pressure_slope_n_per_m_k(&self.config) * temperature);
-        let by_mean_speed = pressure.mean_speed_formula_n_per_m;
+        let by_mean_speed = scattered(pressure.mean_speed_formula_n_per_m, 2.0 * start.mean);
         found.compare(metric::PRESSURE_MEAN_SPEED, by_mean_speed, mean_speed);
-        let by_mean_square = pressure.mean_square_formula_n_per_m;
+        let by_mean_square = scattered(pressure.mean_square_formula_n_per_m, start.mean_square);
         found.compare(metric::PRESSURE_MEAN_SQUARE, by_mean_square, mean_square);
-        found.compare(metric::PRESSURE_IDEAL, pressure.ideal_gas_n_per_m, ideal);
+        found.add(metric::PRESSURE_IDEAL, pressure.ideal_gas_n_per_m);
     }
 
     fn measure_speeds(&self, found: &mut Measurements) {
@@ -161,29 +169,31 @@ impl GasRun {
         let moments = law::speed_moments(&self.config);
         let expected_mean = moments.map(|moments| moments.mean_m_per_s);
         let expected_square = moments.map(|moments| moments.mean_square_m2_per_s2);
+        let start = self.start_scatter();
         // The state does not contain the masses of the particles.
         if !law::has_several_masses(&self.config) {
             let kelvin = |square: f64| law::temperature_of_k(&self.config, square);
             let theory = expected_square.map(kelvin);
-            found.compare(metric::TEMPERATURE_MEAN_SQUARE, kelvin(square), theory);
+            let temperature = scattered(kelvin(square), start.mean_square);
+            found.compare(metric::TEMPERATURE_MEAN_SQUARE, temperature, theory);
             let theory = expected_mean.map(|mean| kelvin(mean * mean));
-            found.compare(metric::TEMPERATURE_MEAN_SPEED, kelvin(mean * mean), theory);
+            let temperature = scattered(kelvin(mean * mean), 2.0 * start.mean);
+            found.compare(metric::TEMPERATURE_MEAN_SPEED, temperature, theory);
         }
-        found.compare(metric::MEAN_SPEED, mean, expected_mean);
-        found.compare(metric::RMS_SPEED, square.sqrt(), expected_square.map(f64::sqrt));
+        found.compare(metric::MEAN_SPEED, scattered(mean, start.mean), expected_mean);
+        let rms = scattered(square.sqrt(), start.mean_square / 2.0);
+        found.compare(metric::RMS_SPEED, rms, expected_square.map(f64::sqrt));
         found.add(metric::MEAN_VELOCITY, speeds.drift_m_per_s);
     }
 
     fn measure_wall_collisions(&self, found: &mut Measurements) {
-        let Some(count) = self.wall_collisions.filter(|_| self.time_s > 0.0) else { return };
-        let error = wall_collision_rate_error(&self.wall_collision_rates, self.time_s);
+        let Some(rate) = self.wall_collision_rate() else { return };
         let is_stationary = self.keeps_particles()
             && self.config.position_distribution == PositionDistribution::UniformInArea;
         let theory = self
             .speeds()
             .filter(|_| is_stationary)
             .map(|speeds| law::wall_collision_rate_per_s(&self.config, speeds.mean_m_per_s));
-        let rate = Estimate::new(count as f64 / self.time_s, error);
         found.compare(metric::WALL_COLLISION_RATE, rate, theory);
     }
 
@@ -193,15 +203,16 @@ impl GasRun {
         let width = if bins.len() > 1 { bins[1] - bins[0] } else { return };
         let counted = f64::from(self.config.particles.get()) * width;
         let pairs = histogram.density.iter().zip(&histogram.initial_distribution);
-        let terms: Vec<f64> = pairs
-            .map(|(density, initial)| (counted * density, counted * initial))
-            .filter(|(_, expected)| *expected >= 5.0)
-            .map(|(count, expected)| (count - expected) * (count - expected) / expected)
-            .collect();
-        let error = (2.0 / terms.len() as f64).sqrt();
-        let chi_square = mean(&terms).map(|value| Estimate::new(value, error));
-        let theory = self.keeps_particles().then_some(1.0);
-        found.compare(metric::HISTOGRAM_CHI_SQUARE, chi_square, theory);
+        let counts = pairs.map(|(density, initial)| [counted * density, counted * initial]);
+        if let Some(chi_square) = ChiSquare::of(counts) {
+            // The number of particles is given, and so is their mean speed or mean square if they were rescaled.
+            let is_rescaled = matches!(self.config.speed_scale, SpeedScale::Temperature(_));
+            let theory = chi_square.expected(if is_rescaled { 2.0 } else { 1.0 });
+            let theory = theory.filter(|_| self.keeps_particles());
+            let error = theory.map(|expected| (2.0 * expected / chi_square.bins).sqrt());
+            let per_bin = Estimate::new(chi_square.per_bin, error);
+            found.compare(metric::HISTOGRAM_CHI_SQUARE, per_bin, theory);
+        }
         let pairs = histogram.density.iter().zip(&histogram.maxwell);
         let distance: f64 =
             pairs.map(|(density, maxwell)| (density - maxwell).abs() * width / 2.0).sum();
@@ -230,11 +241,17 @@ impl GasRun {
         {
             let escaped = balance.particles_escaped as f64;
             let rate = Estimate::new(escaped / self.time_s, escaped.sqrt() / self.time_s);
+            let fraction = escaped / f64::from(self.config.particles.get());
+            let accuracy = Some(theory * fraction);
+            let theory = ExpectedValue { value: theory, accuracy, in_range: fraction < 0.1 };
             found.compare(metric::EFFUSION_RATE, rate, theory);
         }
         if self.config.wall_speed_m_per_s.get() != 0.0 {
             let invariant = balance.energy_times_area_over_initial;
-            found.compare(metric::ADIABATIC_INVARIANT, invariant, 1.0);
+            let rms = self.mean_square().map_or(0.0, f64::sqrt);
+            let in_range = self.config.wall_speed_m_per_s.get().abs() < 0.1 * rms;
+            let theory = ExpectedValue { value: 1.0, accuracy: None, in_range };
+            found.compare(metric::ADIABATIC_INVARIANT, invariant, theory);
         }
         if let (Some(wall), Some(speeds)) = (self.config.thermal_wall, self.speeds())
             && !law::has_several_masses(&self.config)
@@ -243,7 +260,11 @@ impl GasRun {
             // In two dimensions, the standard deviation of a particle's energy equals its mean.
             let error = temperature / f64::from(self.config.particles.get()).sqrt();
             let estimate = Estimate::new(temperature, error);
-            found.compare(metric::THERMALIZED_TEMPERATURE, estimate, wall.temperature_k.get());
+            let speed = speeds.mean_square_m2_per_s2.sqrt();
+            let crossings = speed * self.time_s / (2.0 * self.config.radius_m.get());
+            let value = wall.temperature_k.get();
+            let theory = ExpectedValue { value, accuracy: None, in_range: crossings >= 20.0 };
+            found.compare(metric::THERMALIZED_TEMPERATURE, estimate, theory);
         }
     }
 }
@@ -266,8 +287,8 @@ impl Observer for GasRun {
             });
         }
         if let Some(state) = frame.take_state() {
-            if self.wall_collision_rates.is_empty() {
-                self.wall_collision_rates = own_wall_collision_rates(&state, &self.config);
+            if self.own_rates.is_empty() {
+                self.own_rates = own_rates(&state, &self.config);
             }
             if self.within_half_radius_at_start.is_none() {
                 self.within_half_radius_at_start =
@@ -277,7 +298,7 @@ impl Observer for GasRun {
         }
         self.histogram = frame.get::<GasSpeeds>()?.or(self.histogram.take());
         if let Some(collisions) = frame.get::<GasCollisions>()? {
-            self.wall_collisions = Some(collisions.wall_collisions);
+            self.wall_counts.add((self.time_s, collisions.wall_collisions as f64));
             let GasCollisions { pair_collisions, pair_virial_sum_j_s, .. } = collisions;
             self.pairs.add((self.time_s, pair_collisions as f64, pair_virial_sum_j_s));
         }
@@ -307,6 +328,11 @@ impl Observer for GasRun {
     }
 }
 
+/// A value with its relative scatter over seeds; a value that all seeds share has no error.
+fn scattered(value: f64, relative: f64) -> Estimate {
+    Estimate::new(value, (relative > 0.0).then_some(value.abs() * relative))
+}
+
 /// Speed moments of a state; `None` without velocities.
 fn speeds_of(state: &StateTable) -> Option<SpeedMeans> {
     let (vx, vy): (Vec<f64>, Vec<f64>) =
@@ -318,37 +344,4 @@ fn speeds_of(state: &StateTable) -> Option<SpeedMeans> {
         mean_square_m2_per_s2: mean(&squares)?,
         drift_m_per_s: mean(&vx)?.hypot(mean(&vy)?),
     })
-}
-
-/// Wall collision rate of each particle: its speed over its chord 2 sqrt(R^2 - d^2), d its distance of closest
-/// approach.
-fn own_wall_collision_rates(state: &StateTable, config: &GasConfig) -> Vec<f64> {
-    let places = ["x", "y", "vx", "vy"].map(|name| state.index(name));
-    let [Some(x), Some(y), Some(vx), Some(vy)] = places else { return Vec::new() };
-    let [center_x, center_y] = config.center_m.map(|component| component.get());
-    let radius = config.radius_m.get();
-    (0..state.rows())
-        .map(|particle| {
-            let row = state.row(particle);
-            let moment = (row[x] - center_x) * row[vy] - (row[y] - center_y) * row[vx];
-            let square = row[vx] * row[vx] + row[vy] * row[vy];
-            let chord = 2.0 * (radius * radius - moment * moment / square).sqrt();
-            if square > 0.0 { square.sqrt() / chord } else { 0.0 }
-        })
-        .collect()
-}
-
-/// Standard error of the total wall collision rate: the scatter of the particles' constant rates, and of the phase of
-/// each particle.
-fn wall_collision_rate_error(rates: &[f64], time_s: f64) -> Option<f64> {
-    let scatter = standard_deviation(rates)?;
-    let begun: f64 = rates
-        .iter()
-        .map(|rate| {
-            let phase = (rate * time_s).fract();
-            phase * (1.0 - phase)
-        })
-        .sum();
-    let variance = rates.len() as f64 * scatter * scatter + begun / (time_s * time_s);
-    variance.is_finite().then(|| variance.sqrt())
 }

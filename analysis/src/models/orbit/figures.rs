@@ -61,7 +61,8 @@ fn path<T>(
 
 fn path_chart(title: &str, curves: Vec<Curve>) -> Plot {
     let [x, y] = ["x", "y"].map(|label| Axis::linear(label, "AU"));
-    let content = PlotContent::Chart(Chart { x, y, equal_aspect: true, curves });
+    let content =
+        PlotContent::Chart(Chart { x, y, equal_aspect: true, curves, remark: String::new() });
     Plot { stem: "path".to_owned(), title: title.to_owned(), content }
 }
 

@@ -8,17 +8,17 @@ use std::f64::consts::{PI, TAU};
 pub(crate) const GM_SUN_AU3_PER_DAY2: f64 = 2.959_122_082_322_128e-4;
 
 laws! {
-    EULER_ENERGY: "E/E_0 = (1 + 6 Δt ω^2 t)^(-1/3)", "orbit average of the first-order modified equation, small eccentricity";
-    EULER_ENERGY_PER_REVOLUTION: "4 pi ω Δt of |E_0| at the start", "orbit average of the first-order modified equation, small eccentricity";
-    EULER_ANGULAR_MOMENTUM: "L/L_0 = (1 + 6 Δt ω^2 t)^(1/6)", "orbit average of the step from L to L (1 + Δt^2 GM/|r|^3), small eccentricity";
+    EULER_ENERGY: "E/E_0 = (1 + 6 Δt ω^2 t)^(-1/3)", "orbit average of the first-order modified equation, small eccentricity", range "ε up to 0.05, ω Δt up to 0.02, at least one revolution", accuracy 0.02;
+    EULER_ENERGY_PER_REVOLUTION: "4 pi ω Δt of |E_0| at the start", "orbit average of the first-order modified equation, small eccentricity", range "ε up to 0.05, ω Δt up to 0.02, at least one revolution", accuracy 0.02;
+    EULER_ANGULAR_MOMENTUM: "L/L_0 = (1 + 6 Δt ω^2 t)^(1/6)", "orbit average of the step from L to L (1 + Δt^2 GM/|r|^3), small eccentricity", range "ε up to 0.05, ω Δt up to 0.02, at least one revolution", accuracy 0.02;
     ENERGY: "constant", "conservation of energy";
     ANGULAR_MOMENTUM: "constant", "kicks along r and drifts along v keep L = r × v";
     MUTUAL_ANGULAR_MOMENTUM: "constant", "the forces of a pair are opposite and along its line";
     KEPLERS_THIRD: "4 pi^2 over GM, times the cube of the semi-major axis, over the square of the period, is 1", "Kepler's third law, in Newton's form";
-    SYMPLECTIC_ENERGY: "about ω Δt ε (1 + sin u_0) for semi-implicit Euler, (ω Δt)^2 ε for velocity Verlet", "first term of the modified Hamiltonian";
+    SYMPLECTIC_ENERGY: "about ω Δt ε (1 + sin u_0) for semi-implicit Euler, (ω Δt)^2 ε for velocity Verlet", "first term of the modified Hamiltonian", range "ε up to 0.1, ω Δt up to 0.02, at least one revolution with 20 frames or more", accuracy 0.1;
     EXACT: "0 for the exact solution", "Kepler's ellipse is fixed";
     CONVERGENCE: "error of position proportional to Δt^order", "order of the method";
-    ENERGY_CONVERGENCE: "largest energy error proportional to Δt^order", "order of the method; one more for RK4 on a nearly circular orbit";
+    ENERGY_CONVERGENCE: "largest energy error proportional to Δt^order", "order of the method; 5 for RK4: its error of order Δt^4 only shifts the phase of a nearly circular orbit, while the radius shrinks by (ω Δt)^6/144 per step, which is Δt^5 per unit of time";
 }
 
 /// Order of an integrator's position error; `None` for the exact solution and for adaptive steps, whose errors are
@@ -49,6 +49,13 @@ pub(crate) fn model_order(
         ModelConfig::Orbit(config) if config.bodies.is_none() => order(config.integrator),
         _ => None,
     }
+}
+
+/// Whether a run is in the range of Euler's laws, which average over revolutions of a nearly circular orbit.
+pub(crate) fn is_in_euler_range(time_step_days: f64, orbit: &KeplerOrbit, time_days: f64) -> bool {
+    orbit.eccentricity() <= 0.05
+        && time_step_days * orbit.mean_motion_rad_per_day <= 0.02
+        && time_days >= orbit.period_days()
 }
 
 /// 6 h n^2 t in the energy law of explicit Euler.

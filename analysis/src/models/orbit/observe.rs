@@ -5,6 +5,7 @@ use super::laws::{
 };
 use super::metrics as metric;
 use crate::metric::Measurements;
+use crate::metric::theory::{Expected, ExpectedValue};
 use crate::models::contract::Observer;
 use crate::models::series::Series;
 use crate::models::{max_or_nan, relative_change};
@@ -29,8 +30,6 @@ pub(super) struct OrbitPoint {
     pub(super) eccentricity_vector: [f64; 3],
     /// Distance from the exact position, AU; NaN if the orbit is not an ellipse.
     pub(super) position_error_au: f64,
-    /// Angle in the initial orbital plane minus the exact one, continuous between frames, rad.
-    pub(super) phase_error_rad: f64,
 }
 
 /// Observer of one orbit run.
@@ -40,9 +39,9 @@ pub(super) struct OrbitRun {
     pub(super) exact: Option<KeplerOrbit>,
     pub(super) points: Series<OrbitPoint>,
     max_energy_error: f64,
-    radii: Option<[f64; 2]>,
-    force_evaluations: Option<u64>,
-    revolutions: Revolutions,
+    frames: u64,
+    /// The channel `/orbit` of the last frame.
+    elements: Option<OrbitElements>,
     /// Unit vectors of the initial orbital plane: along r0, and perpendicular to it in the sense of motion.
     plane: [[f64; 3]; 2],
 }
@@ -69,12 +68,6 @@ impl OrbitRun {
         let turned = cross(velocity, angular_momentum);
         let exact = self.exact.map(|orbit| orbit.position_au(time_days));
         let position_error_au = exact.map_or(f64::NAN, |exact| norm(difference(position, exact)));
-        let phase_error_rad = exact.map_or(f64::NAN, |exact| {
-            let apart = self.angle(position) - self.angle(exact);
-            let before = self.points.last().map_or(0.0, |point| point.phase_error_rad);
-            // The error changes by less than half a revolution between two frames.
-            apart + TAU * ((before - apart) / TAU).round()
-        });
         OrbitPoint {
             time_days,
             position_au: position,
@@ -84,20 +77,27 @@ impl OrbitRun {
                 turned[axis] / GM_SUN_AU3_PER_DAY2 - position[axis] / radius
             }),
             position_error_au,
-            phase_error_rad,
         }
+    }
+
+    /// Angle of the last frame minus the exact one, rad. The whole turns are those that the model counted at every step.
+    fn phase_error_rad(&self, last: &OrbitPoint, tracked: &OrbitElements) -> Option<f64> {
+        let exact = self.exact?.position_au(last.time_days);
+        let apart = self.angle(last.position_au) - self.angle(exact);
+        Some(apart + TAU * ((tracked.phase_error_rad - apart) / TAU).round())
     }
 
     fn measure_energy(&self, first: &OrbitPoint, last: &OrbitPoint, found: &mut Measurements) {
         let step = self.config.time_step_days.get();
         let orbit = self.exact.as_ref();
         let euler = orbit.filter(|_| self.config.integrator == OrbitIntegrator::ExplicitEuler);
+        let averaged = |value, orbit| self.averaged_over_revolutions(value, orbit, last.time_days);
         let (law, theory) = match (self.config.integrator, euler) {
             (_, Some(orbit)) => {
                 let drift = law::euler_energy_drift(step, orbit, last.time_days);
-                (law::EULER_ENERGY, Some(drift))
+                (law::EULER_ENERGY, Some(averaged(drift, orbit)))
             }
-            (OrbitIntegrator::Kepler, None) => (law::ENERGY, Some(0.0)),
+            (OrbitIntegrator::Kepler, None) => (law::ENERGY, 0.0.expected()),
             _ => (law::ENERGY, None),
         };
         let drift = relative_change(last.energy, first.energy);
@@ -106,26 +106,44 @@ impl OrbitRun {
             let ratio = first.energy / last.energy;
             let revolutions = last.time_days / orbit.period_days();
             let rate = (ratio * ratio * ratio - 1.0) / (3.0 * revolutions);
-            let theory = euler.map(|orbit| law::euler_energy_drift_per_revolution(step, orbit));
+            let theory = euler
+                .map(|orbit| averaged(law::euler_energy_drift_per_revolution(step, orbit), orbit));
             found.compare(metric::DRIFT_PER_REVOLUTION, rate, theory);
         }
         let theory = self.symplectic_energy_error();
         found.compare(metric::MAX_ENERGY_ERROR, self.max_energy_error, theory);
     }
 
-    /// Leading term of the energy error of the two lowest-order symplectic methods, after at least one revolution.
-    fn symplectic_energy_error(&self) -> Option<f64> {
+    /// A value of explicit Euler's laws, which average over revolutions.
+    fn averaged_over_revolutions(
+        &self,
+        value: f64,
+        orbit: &KeplerOrbit,
+        time_days: f64,
+    ) -> ExpectedValue {
+        let step = self.config.time_step_days.get();
+        let in_range = law::is_in_euler_range(step, orbit, time_days);
+        ExpectedValue { value, accuracy: None, in_range }
+    }
+
+    /// Leading term of the energy error of the two lowest-order symplectic methods.
+    fn symplectic_energy_error(&self) -> Option<ExpectedValue> {
         let orbit = self.exact?;
-        let covered = self.points.last()?.time_days >= orbit.period_days();
+        let revolutions = self.points.last()?.time_days / orbit.period_days();
+        let eccentricity = orbit.eccentricity();
         let step = self.config.time_step_days.get() * orbit.mean_motion_rad_per_day;
-        match self.config.integrator {
-            OrbitIntegrator::SemiImplicitEuler if covered => {
-                let sine = orbit.sine_of_anomaly_at_start().abs();
-                Some(step * orbit.eccentricity() * (1.0 + sine))
+        let value = match self.config.integrator {
+            OrbitIntegrator::SemiImplicitEuler => {
+                step * eccentricity * (1.0 + orbit.sine_of_anomaly_at_start().abs())
             }
-            OrbitIntegrator::VelocityVerlet if covered => Some(step * step * orbit.eccentricity()),
-            _ => None,
-        }
+            OrbitIntegrator::VelocityVerlet => step * step * eccentricity,
+            _ => return None,
+        };
+        // The maximum lies between two frames.
+        let has_enough_frames = self.frames as f64 >= MIN_FRAMES_PER_REVOLUTION * revolutions;
+        let in_range =
+            eccentricity <= 0.1 && step <= 0.02 && revolutions >= 1.0 && has_enough_frames;
+        Some(ExpectedValue { value, accuracy: None, in_range })
     }
 
     fn measure_angular_momentum(
@@ -139,72 +157,61 @@ impl OrbitRun {
         let (law, theory) = match (self.config.integrator, &self.exact) {
             (OrbitIntegrator::ExplicitEuler, Some(orbit)) => {
                 let drift = law::euler_angular_momentum_drift(step, orbit, last.time_days);
+                let drift = self.averaged_over_revolutions(drift, orbit, last.time_days);
                 (law::EULER_ANGULAR_MOMENTUM, Some(drift))
             }
             (OrbitIntegrator::ExplicitEuler | OrbitIntegrator::Rk4, _) => {
                 (law::ANGULAR_MOMENTUM, None)
             }
-            _ => (law::ANGULAR_MOMENTUM, Some(0.0)),
+            _ => (law::ANGULAR_MOMENTUM, 0.0.expected()),
         };
         found.compare_with(metric::ANGULAR_MOMENTUM_DRIFT, drift, law, theory);
     }
 
-    /// The measured period, and Kepler's third law with this period and the width of the path; nothing before the first
-    /// revolution.
-    fn measure_third_law(&self, found: &mut Measurements) {
-        let (Some(period), Some([least, greatest])) = (self.revolutions.period_days(), self.radii)
+    /// Measures what the model tracks at every step: extremes of the distance, phase, and period with Kepler's third law.
+    fn measure_path(&self, last: &OrbitPoint, found: &mut Measurements) {
+        let tracked = [
+            metric::MIN_RADIUS,
+            metric::MAX_RADIUS,
+            metric::PHASE_ERROR,
+            metric::PERIOD,
+            metric::THIRD_LAW,
+        ];
+        // Recordings of earlier versions have no minimum distance.
+        let Some(elements) = self.elements.as_ref().filter(|found| found.min_radius_au > 0.0)
         else {
-            return;
+            return tracked.iter().for_each(|metric| found.explain(metric, NOT_TRACKED));
         };
+        let [least, greatest] = [elements.min_radius_au, elements.max_radius_au];
+        found.add(metric::MIN_RADIUS, least);
+        found.add(metric::MAX_RADIUS, greatest);
+        let theory = (self.config.integrator == OrbitIntegrator::Kepler).then_some(0.0);
+        found.compare(metric::PHASE_ERROR, self.phase_error_rad(last, elements), theory);
+        let Some(orbit) = &self.exact else { return };
+        if elements.completed_revolutions == 0 {
+            for metric in [metric::PERIOD, metric::THIRD_LAW] {
+                found.explain(metric, "the run ends before the first revolution");
+            }
+            return;
+        }
+        let period = elements.last_revolution_end_days / elements.completed_revolutions as f64;
         let axis = (least + greatest) / 2.0;
         let ratio = TAU * TAU * axis * axis * axis / (GM_SUN_AU3_PER_DAY2 * period * period);
-        found.compare(metric::PERIOD, period, self.exact.as_ref().map(KeplerOrbit::period_days));
+        found.compare(metric::PERIOD, period, orbit.period_days());
         found.compare(metric::THIRD_LAW, ratio, 1.0);
     }
 }
 
-/// Counts passes of the initial direction. A pass is interpolated linearly between two frames. Its error is of third
-/// order in their interval, because the force perpendicular to the initial direction is zero there.
-#[derive(Clone, Copy, Debug, Default)]
-struct Revolutions {
-    count: u32,
-    start_days: Option<f64>,
-    last_pass_days: f64,
-    /// Time and perpendicular distance in the previous frame; `None` until the body has left the initial direction.
-    before: Option<(f64, f64)>,
-}
+/// Frames per revolution from which the largest energy error of the frames is that of the path within 2 %.
+const MIN_FRAMES_PER_REVOLUTION: f64 = 20.0;
 
-impl Revolutions {
-    /// Adds a frame; `along` and `across` are the components of the position in the initial orbital plane, AU.
-    fn add_frame(&mut self, time_days: f64, along: f64, across: f64) {
-        if self.start_days.is_none() {
-            // The start itself is not a pass.
-            self.start_days = Some(time_days);
-            return;
-        }
-        if let Some((time_before, before)) = self.before
-            && before < 0.0
-            && across >= 0.0
-            && along > 0.0
-        {
-            let fraction = before / (before - across);
-            self.last_pass_days = time_before + fraction * (time_days - time_before);
-            self.count += 1;
-        }
-        self.before = Some((time_days, across));
-    }
-
-    /// Mean period of the revolutions, days.
-    fn period_days(&self) -> Option<f64> {
-        let start = self.start_days.filter(|_| self.count > 0)?;
-        Some((self.last_pass_days - start) / f64::from(self.count))
-    }
-}
+/// Why a metric of the whole path has no value.
+const NOT_TRACKED: &str = "the recording has no channel orbit, or one of an earlier version, so nothing was tracked at every step";
 
 impl Observer for OrbitRun {
     fn observe(&mut self, frame: RecordedFrame) -> Result<(), ReadError> {
         if let Some(elements) = frame.get::<OrbitElements>()? {
-            self.force_evaluations = Some(elements.force_evaluations);
+            self.elements = Some(elements);
         }
         let Some((position, velocity)) = frame.state().and_then(|state| body(state, 0)) else {
             return Ok(());
@@ -214,14 +221,10 @@ impl Observer for OrbitRun {
         }
         let point = self.point(frame.clock.time, position, velocity);
         self.points.add(point);
-        let [along, across] = self.plane.map(|axis| dot(position, axis));
-        self.revolutions.add_frame(frame.clock.time, along, across);
+        self.frames += 1;
         let start = self.points.first().map_or(point.energy, |first| first.energy);
         let error = relative_change(point.energy, start).abs();
         self.max_energy_error = max_or_nan(self.max_energy_error, error);
-        let radius = norm(position);
-        let [least, greatest] = self.radii.unwrap_or([radius; 2]);
-        self.radii = Some([-max_or_nan(-least, -radius), max_or_nan(greatest, radius)]);
         Ok(())
     }
 
@@ -229,21 +232,19 @@ impl Observer for OrbitRun {
         let (Some(first), Some(last)) = (self.points.first(), self.points.last()) else { return };
         self.measure_energy(first, last, found);
         self.measure_angular_momentum(first, last, found);
-        found.add(metric::MIN_RADIUS, self.radii.map(|[least, _]| least));
-        found.add(metric::MAX_RADIUS, self.radii.map(|[_, greatest]| greatest));
         let exact = self.config.integrator == OrbitIntegrator::Kepler;
         let theory = exact.then_some(0.0);
         if self.exact.is_some() {
             found.compare(metric::POSITION_ERROR, last.position_error_au, theory);
-            found.compare(metric::PHASE_ERROR, last.phase_error_rad, theory);
         }
         let (start, end) = (first.eccentricity_vector, last.eccentricity_vector);
         found.compare(metric::ECCENTRICITY_CHANGE, norm(difference(end, start)), theory);
         let normal = unit(first.angular_momentum);
         let rotation = dot(cross(start, end), normal).atan2(dot(start, end));
         found.compare(metric::APSIDAL_ROTATION, rotation, theory);
-        self.measure_third_law(found);
-        found.add(metric::FORCE_EVALUATIONS, self.force_evaluations.map(|count| count as f64));
+        self.measure_path(last, found);
+        let evaluations = self.elements.as_ref().map(|found| found.force_evaluations as f64);
+        found.add(metric::FORCE_EVALUATIONS, evaluations);
     }
 }
 

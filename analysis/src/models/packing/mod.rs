@@ -1,6 +1,7 @@
 //! Analysis of packing runs: temperature, velocity moments, collision rates, pressure and structure.
 
 mod displacement;
+mod equilibrium;
 mod figures;
 mod laws;
 mod metrics;

@@ -1,16 +1,20 @@
 //! Observer of packing runs: temperature, a2, collision rates, pressure and structure.
 
 use super::displacement::Displacement;
+use super::equilibrium::{self, Equilibrium};
 use super::laws as law;
 use super::metrics as metric;
 use super::structure::Structure;
+use crate::metric::theory::{Expected, ExpectedValue};
 use crate::metric::{Law, Measurements};
 use crate::models::contract::Observer;
+use crate::models::flow_statistics::FlowStatistics;
+use crate::models::hard_discs::DiscSizes;
 use crate::models::relative_change;
 use crate::models::series::Series;
 use crate::models::snapshots::{Snapshots, StateStyle};
 use crate::plot::drawing;
-use crate::statistics::{Blocking, Estimate, Sum, mean};
+use crate::statistics::{Blocking, Entries, Estimate, MissingError, Sum, mean};
 use kinetoscope_manifest::model::{Boundary, PackingConfig, PackingPlacement};
 use kinetoscope_recording::channels::{
     PackingCollisions, PackingPressure, PackingTemperature, PerCollision,
@@ -32,6 +36,17 @@ pub(crate) struct VelocityMoments {
     pub(crate) a2: f64,
 }
 
+/// Sums of a2 that the model takes at every collision.
+#[derive(Clone, Copy, Debug)]
+struct A2Sums {
+    events: f64,
+    time: f64,
+    /// Time integral.
+    integral: f64,
+    /// Sum over events.
+    sum: f64,
+}
+
 /// Observer of one packing run.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PackingRun {
@@ -47,7 +62,11 @@ pub(crate) struct PackingRun {
     pub(crate) displacement: Displacement,
     last_of_collisions: Option<VelocityMoments>,
     a2_by_collisions: Blocking,
-    a2_by_frames: Blocking,
+    a2_by_model: Blocking,
+    /// Moments of the last settled frame with its sums of a2.
+    last_a2_sums: Option<A2Sums>,
+    /// Homogeneity of cooling discs.
+    flow: FlowStatistics,
     /// Time integral of sqrt(kT/m), and the time.
     thermal_speed: (Sum, Sum),
     /// Time and totals since the start, of the last frame with either.
@@ -59,7 +78,7 @@ pub(crate) struct PackingRun {
     pressure: Option<PackingPressure>,
     counts: Option<PackingCollisions>,
     /// Size distribution in the last state.
-    sizes: Option<law::DiscSizes>,
+    sizes: Option<DiscSizes>,
 }
 
 /// Events per disc after which means begin: velocities forget their start within a few collisions per disc.
@@ -81,6 +100,11 @@ impl PackingRun {
             snapshots: snapshots.with_style(style),
             structure,
             displacement: Displacement::new(periodic.then_some(sides)),
+            a2_by_collisions: Blocking::of(Entries::Collisions),
+            a2_by_model: Blocking::of(Entries::Intervals),
+            pair_rate: Blocking::of(Entries::Intervals),
+            wall_rate: Blocking::of(Entries::Intervals),
+            virial_rate: Blocking::of(Entries::Intervals),
             ..Self::default()
         }
     }
@@ -121,18 +145,30 @@ impl PackingRun {
         }
     }
 
-    /// Mean of a2: exact if collisions were recorded, else by the trapezoidal rule between frames.
+    /// Mean of a2, exact between frames: by recorded collisions, or by the sums that the model takes at every collision.
     fn mean_a2(&self) -> Option<Estimate> {
-        let exact = self.a2_by_collisions.entries() > 0;
-        if exact { &self.a2_by_collisions } else { &self.a2_by_frames }.estimate()
+        let recorded = self.a2_by_collisions.entries() > 0;
+        if recorded { &self.a2_by_collisions } else { &self.a2_by_model }.estimate()
+    }
+
+    /// Adds the model's sums of a2 from settled frame to settled frame.
+    fn add_a2_sums(&mut self, now: A2Sums) {
+        if !self.is_settled(now.events) {
+            return;
+        }
+        if let Some(before) = self.last_a2_sums.replace(now) {
+            let (amount, length) = if self.is_elastic() {
+                (now.integral - before.integral, now.time - before.time)
+            } else {
+                (now.sum - before.sum, now.events - before.events)
+            };
+            self.a2_by_model.add_amount(amount, length);
+        }
     }
 
     fn add_moments(&mut self, moments: VelocityMoments) {
         if let Some(before) = self.frames.last() {
             let step = moments.time - before.time;
-            if self.is_settled(before.events) {
-                self.a2_by_frames.add_weighted((before.a2 + moments.a2) / 2.0, step);
-            }
             let speed = |moments: &VelocityMoments| moments.temperature.sqrt();
             let mean = mean_while_cooling(speed(before), speed(&moments));
             self.thermal_speed.0.add(mean * step);
@@ -155,11 +191,36 @@ impl PackingRun {
         self.virial_rate.add_amount(virial, 2.0 * energy);
     }
 
-    /// A rate with its blocking error.
+    /// A rate with its blocking error, for the kinetic energy of this run.
     fn rate(&self, rate: &Blocking) -> Option<Estimate> {
         let estimate = rate.estimate()?;
         // The rate of cooling discs drifts, so the scatter of its blocks is not a statistical error.
-        Some(if self.is_elastic() { estimate } else { Estimate::bare(estimate.value) })
+        let drifts = !self.is_elastic();
+        Some(if drifts { estimate.without_error(MissingError::Drifting) } else { estimate })
+    }
+
+    /// Standard deviation of the mean thermal speed from start to start, relative to it: the energy of n discs has two
+    /// degrees of freedom per disc, or 2(n - 1) if the momentum is fixed, and the speed is proportional to its root.
+    fn thermal_speed_scatter(&self) -> f64 {
+        let is_drawn = !matches!(
+            self.config.placement,
+            PackingPlacement::Given(_) | PackingPlacement::Recorded(_)
+        );
+        let has_fixed_momentum = !self.has_walls() || self.config.remove_mean_velocity;
+        let free = if has_fixed_momentum { self.discs() - 1.0 } else { self.discs() };
+        if is_drawn && free > 0.0 { 0.5 / free.sqrt() } else { 0.0 }
+    }
+
+    /// Scatter from start to start of the squared distance by which all discs drift together: |V|^2 of the mean velocity V
+    /// follows an exponential distribution with the mean `<v^2>`/n.
+    fn drift_scatter(&self) -> f64 {
+        let Some(last) = self.frames.last().filter(|_| self.has_drift()) else { return 0.0 };
+        2.0 * last.temperature / self.discs() * last.time * last.time
+    }
+
+    /// A rate, which is proportional to the thermal speed, with the scatter of starts.
+    fn with_scatter_of_starts(&self, rate: Estimate) -> Estimate {
+        rate.with_scatter_of_starts(rate.value.abs() * self.thermal_speed_scatter())
     }
 
     fn has_walls(&self) -> bool {
@@ -184,21 +245,20 @@ impl PackingRun {
     }
 
     /// The size distribution from the manifest or else from the last state.
-    fn known_sizes(&self) -> Option<law::DiscSizes> {
-        self.equal_radius().map(|_| law::DiscSizes::equal(&self.config)).or(self.sizes)
+    fn known_sizes(&self) -> Option<DiscSizes> {
+        self.equal_radius().map(|_| equilibrium::sizes(&self.config)).or(self.sizes)
     }
 
-    /// Equilibrium theory; `None` outside its range of validity.
-    fn equilibrium(&self) -> Option<law::Equilibrium> {
-        let is_fluid = |sizes: &law::DiscSizes| sizes.packing_fraction <= law::DENSEST_FLUID;
-        let sizes = self.known_sizes().filter(is_fluid)?;
+    /// Equilibrium theory; `None` where it has no value.
+    fn equilibrium(&self) -> Option<Equilibrium> {
+        let sizes = self.known_sizes()?;
         if self.has_walls() {
-            return Some(law::equilibrium(&self.config, sizes));
+            return Some(equilibrium::equilibrium(&self.config, sizes));
         }
         if self.has_drift() {
             return None;
         }
-        law::periodic_equilibrium(&self.config, sizes)
+        equilibrium::periodic_equilibrium(&self.config, sizes)
     }
 
     /// Selects the law for equal discs or that for several sizes.
@@ -208,11 +268,11 @@ impl PackingRun {
     }
 
     /// The size distribution of a state with radii.
-    fn sizes_of(&self, state: &StateTable) -> Option<law::DiscSizes> {
+    fn sizes_of(&self, state: &StateTable) -> Option<DiscSizes> {
         let radii: Vec<f64> = state.column("radius")?.collect();
         let mean = mean(&radii)?;
         let square = radii.iter().map(|radius| radius * radius).sum::<f64>();
-        Some(law::DiscSizes {
+        Some(DiscSizes {
             packing_fraction: PI * square / (self.config.width.get() * self.config.height.get()),
             mean_radius: mean,
             squared_mean_over_mean_square: mean * mean / (square / radii.len() as f64),
@@ -221,7 +281,7 @@ impl PackingRun {
 
     /// Packing fraction from the manifest or else from the state.
     pub(crate) fn packing_fraction(&self) -> Option<f64> {
-        let given = self.equal_radius().map(|_| law::packing_fraction(&self.config));
+        let given = self.equal_radius().map(|_| equilibrium::packing_fraction(&self.config));
         given.or(self.sizes.map(|sizes| sizes.packing_fraction))
     }
 
@@ -242,27 +302,52 @@ impl PackingRun {
             let pairs = self.counts.as_ref().map(|counts| counts.pair_collisions as f64);
             pairs.map(|pairs| law::cooling(restitution, pairs, self.config.discs.get()))
         };
-        let theory = cooled.map(|cooled| cooled * first.temperature);
+        let expected = |factor: f64| cooled.map(|cooled| self.cooled(factor * cooled));
         found.add(metric::TEMPERATURE_INITIAL, first.temperature);
+        let theory = expected(first.temperature);
         found.compare(metric::TEMPERATURE_FINAL, last.temperature, theory);
-        found.compare(metric::TEMPERATURE_RATIO, last.temperature / first.temperature, cooled);
+        let ratio = last.temperature / first.temperature;
+        found.compare(metric::TEMPERATURE_RATIO, ratio, expected(1.0));
         found.add(metric::MEAN_SQUARE_VELOCITY_INITIAL, 2.0 * first.temperature);
         found.add(metric::MEAN_SQUARE_VELOCITY_FINAL, 2.0 * last.temperature);
         let drift = relative_change(last.temperature, first.temperature);
         found.compare(metric::ENERGY_DRIFT, drift, self.is_elastic().then_some(0.0));
         found.add(metric::A2_FINAL, last.a2);
         let (law, theory) = match (self.is_elastic(), self.has_walls()) {
-            (false, _) => (law::A2_COOLING, Some(law::a2_cooling(restitution))),
+            (false, _) => {
+                let value = law::a2_cooling(restitution);
+                let accuracy = Some(0.003 + 0.1 * value.abs() + 1.0 / self.discs());
+                let in_range = self.flow.is_homogeneous() == Some(true);
+                (law::A2_COOLING, Some(ExpectedValue { value, accuracy, in_range }))
+            }
             (true, true) => {
-                (law::A2_FIXED_ENERGY, Some(law::a2_at_fixed_energy(self.config.discs.get())))
+                (law::A2_FIXED_ENERGY, law::a2_at_fixed_energy(self.config.discs.get()).expected())
             }
             // Without walls, the momentum is fixed as well.
             (true, false) => {
-                (law::A2_FIXED_MOMENTUM, (self.discs() > 1.0).then(|| -1.0 / self.discs()))
+                let theory = (self.discs() > 1.0).then(|| -1.0 / self.discs());
+                (law::A2_FIXED_MOMENTUM, theory.expected())
             }
         };
         let theory = theory.filter(|_| !self.has_drift());
-        found.compare_with(metric::A2_MEAN, self.mean_a2(), law, theory);
+        match self.mean_a2() {
+            Some(mean) => found.compare_with(metric::A2_MEAN, mean, law, theory),
+            None => found.explain(
+                metric::A2_MEAN,
+                "needs two frames with the channel temperature or per_collision after 5 events per disc",
+            ),
+        }
+    }
+
+    /// A theoretical value in proportion to the temperature of elastic or cooling discs.
+    fn cooled(&self, value: f64) -> ExpectedValue {
+        if self.is_elastic() {
+            return ExpectedValue { value, accuracy: None, in_range: true };
+        }
+        let pairs = self.counts.as_ref().map_or(0.0, |counts| counts.pair_collisions as f64);
+        let (restitution, discs) = (self.config.restitution.get(), self.config.discs.get());
+        let accuracy = Some(value * law::cooling_accuracy(restitution, pairs, discs));
+        ExpectedValue { value, accuracy, in_range: self.flow.is_homogeneous() == Some(true) }
     }
 
     fn measure_collisions(&self, found: &mut Measurements) {
@@ -271,32 +356,39 @@ impl PackingRun {
         }
         let equilibrium = self.equilibrium();
         let thermal_speed = self.mean_thermal_speed();
-        let of_equilibrium = |of: fn(&law::Equilibrium) -> f64| {
-            thermal_speed.and_then(|speed| Some(of(&equilibrium?) * speed))
+        let of_equilibrium = |of: fn(&Equilibrium) -> f64| {
+            let equilibrium = equilibrium?;
+            Some(equilibrium.proportional(of(&equilibrium) * thermal_speed?))
         };
         if let Some(rate) = self.rate(&self.pair_rate) {
             let theory = of_equilibrium(|equilibrium| equilibrium.pair_rate);
             let enskog = self.law_of_sizes(law::COLLISION_RATE, law::COLLISION_RATE_OF_SIZES);
-            found.compare_with(metric::COLLISION_RATE, rate, enskog, theory);
+            let of_starts = self.with_scatter_of_starts(rate);
+            found.compare_with(metric::COLLISION_RATE, of_starts, enskog, theory);
             if rate.value > 0.0 {
-                let error = rate.standard_error.map(|error| error / (rate.value * rate.value));
-                let free_time = Estimate::new(1.0 / rate.value, error);
-                let theory = theory.filter(|theory| *theory > 0.0).map(|theory| 1.0 / theory);
+                let free_time = of_starts.inverse();
+                let theory = theory.filter(|theory| theory.value > 0.0);
+                let theory = theory
+                    .zip(equilibrium)
+                    .map(|(theory, equilibrium)| equilibrium.proportional(1.0 / theory.value));
                 found.compare_with(metric::MEAN_FREE_TIME, free_time, enskog, theory);
             }
             if let (Some(equilibrium), Some(speed)) = (equilibrium, thermal_speed) {
                 self.measure_contact_values(rate, equilibrium, speed, found);
             }
         }
-        let theory = of_equilibrium(|equilibrium| equilibrium.wall_collision_rate_per_disc);
-        found.compare(metric::WALL_COLLISION_RATE, self.rate(&self.wall_rate), theory);
+        if self.has_walls() {
+            let theory = of_equilibrium(|equilibrium| equilibrium.wall_collision_rate_per_disc);
+            let rate = self.rate(&self.wall_rate).map(|rate| self.with_scatter_of_starts(rate));
+            found.compare(metric::WALL_COLLISION_RATE, rate, theory);
+        }
     }
 
     /// Contact value and compressibility factor derived from the collision rate.
     fn measure_contact_values(
         &self,
         rate: Estimate,
-        equilibrium: law::Equilibrium,
+        equilibrium: Equilibrium,
         thermal_speed: f64,
         found: &mut Measurements,
     ) {
@@ -305,12 +397,12 @@ impl PackingRun {
         if !self.has_walls() {
             let density = self.discs() / (self.config.width.get() * self.config.height.get());
             let one = 2.0 * PI.sqrt() * density * 2.0 * sizes.mean_radius * speed;
-            let theory = equilibrium.pair_rate * thermal_speed / one;
+            let theory = equilibrium.proportional(equilibrium.pair_rate * thermal_speed / one);
             found.compare(metric::CONTACT_VALUE, rate.times(1.0 / one), theory);
         }
         let inelastic = (1.0 + self.config.restitution.get()) / 2.0;
         let excess = rate.times(inelastic * PI.sqrt() / 4.0 * sizes.collision_diameter() / speed);
-        let theory = equilibrium.compressibility_factor;
+        let theory = equilibrium.compressibility();
         found.compare(metric::COMPRESSIBILITY_BY_RATE, excess.plus(1.0), theory);
     }
 
@@ -318,11 +410,11 @@ impl PackingRun {
         let end_time = self.totals.as_ref().map_or(0.0, |(time, ..)| *time);
         let Some(pressure) = self.pressure.as_ref().filter(|_| end_time > 0.0) else { return };
         let factor = self.rate(&self.virial_rate).map(|excess| excess.plus(1.0));
-        let theory = self.equilibrium().map(|of| of.compressibility_factor);
-        let henderson = self.law_of_sizes(law::COMPRESSIBILITY, law::COMPRESSIBILITY_OF_SIZES);
-        found.compare_with(metric::COMPRESSIBILITY, factor, henderson, theory);
+        let theory = self.equilibrium().map(|of| of.compressibility());
+        let law = self.law_of_sizes(law::COMPRESSIBILITY, law::COMPRESSIBILITY_OF_SIZES);
+        found.compare_with(metric::COMPRESSIBILITY, factor, law, theory);
         found.add(metric::PRESSURE_VIRIAL, pressure.virial);
-        found.add(metric::PRESSURE_WALL, pressure.wall);
+        found.add(metric::PRESSURE_WALL, self.has_walls().then_some(pressure.wall));
     }
 
     /// The sampled structure, or that of the last frame if no frame was sampled.
@@ -340,8 +432,17 @@ impl PackingRun {
             found.add(metric::PSI6_GLOBAL, global);
             found.add(metric::PSI6_LOCAL, local);
             found.add(metric::PAIR_CORRELATION, near);
+        } else if self.snapshots.last().is_some() && self.equal_radius().is_none() {
+            for metric in [metric::PSI6_GLOBAL, metric::PSI6_LOCAL, metric::PAIR_CORRELATION] {
+                found.explain(
+                    metric,
+                    "the discs have several radii, so no single distance defines neighbors",
+                );
+            }
         }
-        found.add(metric::DISPLACEMENT, self.displacement.last_mean_square());
+        let displacement = self.displacement.last_mean_square();
+        let displacement = displacement.map(|moved| moved.with_further_error(self.drift_scatter()));
+        found.add(metric::DISPLACEMENT, displacement);
         let correlation = self.displacement.velocity_autocorrelation.last();
         found.add(metric::VELOCITY_AUTOCORRELATION, correlation.map(|(_, value)| *value));
     }
@@ -353,8 +454,12 @@ impl Observer for PackingRun {
         if let Some(batch) = frame.get::<PerCollision>()? {
             self.add_collisions(&batch);
         }
-        let recorded =
-            frame.get::<PackingTemperature>()?.map(|moments| (moments.temperature, moments.a2));
+        let recorded = frame.get::<PackingTemperature>()?;
+        if let Some(sums) = &recorded {
+            let (integral, sum) = (sums.a2_time_integral, sums.a2_event_sum);
+            self.add_a2_sums(A2Sums { events, time, integral, sum });
+        }
+        let recorded = recorded.map(|moments| (moments.temperature, moments.a2));
         let state = frame.take_state();
         if let Some((temperature, a2)) = state.as_ref().and_then(moments_of).or(recorded) {
             self.add_moments(VelocityMoments { events, time, temperature, a2 });
@@ -366,6 +471,10 @@ impl Observer for PackingRun {
                 && frame.clock.frame.is_multiple_of(stride)
             {
                 self.structure.add_frame(&state);
+            }
+            if !self.is_elastic() {
+                let sides = [self.config.width.get(), self.config.height.get()];
+                self.flow.add_state(&state, sides.map(|side| -side / 2.0), sides);
             }
             self.displacement.add_frame(time, &state);
             self.sizes = self.sizes_of(&state).or(self.sizes);

@@ -1,6 +1,6 @@
 //! Structure of equal discs: pair correlation function g(r) and bond-orientational order psi6, over sampled frames.
 
-use crate::statistics::{Blocking, Estimate};
+use crate::statistics::{Blocking, Entries, Estimate};
 use kinetoscope_recording::reader::StateTable;
 use std::f64::consts::PI;
 
@@ -40,6 +40,9 @@ impl Structure {
             corner: region.map(|side| -side / 2.0),
             region,
             periodic,
+            near_contact: Blocking::of(Entries::SampledFrames),
+            psi6_global: Blocking::of(Entries::SampledFrames),
+            psi6_local: Blocking::of(Entries::SampledFrames),
             ..Self::default()
         }
     }
@@ -125,7 +128,8 @@ impl Structure {
         (PI * area - 4.0 / 3.0 * (a + b) * r + r * r / 2.0) * r * r / (area * area)
     }
 
-    /// Calls `each` for every pair closer than `reach`, using cells of that size.
+    /// Calls `each` for every pair closer than `reach`, using cells of that size. Only cells with discs are stored, so that memory
+    /// depends on the number of discs and not on the box.
     fn for_each_pair(
         &self,
         centers: &[[f64; 2]],
@@ -138,16 +142,24 @@ impl Structure {
             // A center outside the region, as in a foreign file, is assigned to the outermost cell: `as` saturates.
             ((share * cells[axis] as f64) as usize).min(cells[axis] - 1)
         };
-        let mut members: Vec<Vec<usize>> = vec![Vec::new(); cells[0] * cells[1]];
-        for (index, center) in centers.iter().enumerate() {
-            members[place(center, 1) * cells[0] + place(center, 0)].push(index);
-        }
+        // Row, column and index of each disc, in this order.
+        let mut members: Vec<[usize; 3]> = centers
+            .iter()
+            .enumerate()
+            .map(|(index, center)| [place(center, 1), place(center, 0), index])
+            .collect();
+        members.sort_unstable();
+        let in_cell = |row: usize, column: usize, after: usize| {
+            let start = members.partition_point(|member| *member <= [row, column, after]);
+            let own = move |member: &&[usize; 3]| member[..2] == [row, column];
+            members[start..].iter().take_while(own).map(|member| member[2])
+        };
         for (first, center) in centers.iter().enumerate() {
             let around = |axis: usize| self.cells_around(place(center, axis), cells[axis]);
             let (columns, rows) = (around(0), around(1));
             for row in rows {
                 for column in &columns {
-                    for &second in members[row * cells[0] + column].iter().filter(|&&s| s > first) {
+                    for second in in_cell(row, *column, first) {
                         let apart = self.apart(center, &centers[second]);
                         if apart[0] * apart[0] + apart[1] * apart[1] < reach * reach {
                             each(first, second, apart);

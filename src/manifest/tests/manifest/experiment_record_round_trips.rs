@@ -24,10 +24,12 @@ metric = "a2"
 maximum = 1
 "#;
 
+const BASELINE: &str = "[[baseline]]\nmetric = \"mean_speed\"\nrelative_tolerance = 0.01\n";
+
 fn record() -> ExperimentRecord {
     let text = format!(
         "description = \"two\\nlines, \\\"quoted\\\", \\\\ and \\u0007\"\nreplicates = 2\n[model.gas]\n[sweep]\n\
-         model.gas.temperature_k = [200, 300]\n[[sweep.variants]]\nname = \"a\"\n[[sweep.variants]]\nname = \"b \\\"quoted\\\"\"\n{CHECKS}"
+         model.gas.temperature_k = [200, 300]\n[[sweep.variants]]\nname = \"a\"\n[[sweep.variants]]\nname = \"b \\\"quoted\\\"\"\n{CHECKS}{BASELINE}"
     );
     let experiment = parse(&text, "pressure.toml", &[]).unwrap_or_else(|errors| panic!("{errors}"));
     let files = experiment.runs.iter().map(|run| {
@@ -46,6 +48,8 @@ fn record_is_read_back() {
     let back = ExperimentRecord::from_toml(&text, "experiment.toml")
         .unwrap_or_else(|errors| panic!("{errors}\n{text}"));
     assert_eq!(back, record);
+    assert_eq!(back.baseline.len(), 1);
+    assert_eq!(back.baseline[0].relative_tolerance, 0.01);
 }
 
 #[test]
@@ -104,4 +108,20 @@ fn damaged_record_is_reported() {
     let errors =
         ExperimentRecord::from_toml("name = \"a\"\n", "experiment.toml").unwrap_err().to_string();
     assert!(errors.contains("experiment.toml: unknown model \"\""), "{errors}");
+}
+
+/// The tolerance of an unknown metric is an error with the nearest name; so are two tolerances of one metric, and none.
+#[test]
+fn baseline_tolerances_are_checked() {
+    let rejected = |text: &str, expected: &str| {
+        let errors =
+            parse(&format!("[model.gas]\n{text}"), "gas.toml", &[]).unwrap_err().to_string();
+        assert!(errors.contains(expected), "{expected} in {errors}");
+    };
+    rejected(&BASELINE.replace("mean_speed", "mean_sped"), "did you mean `mean_speed`?");
+    rejected(&BASELINE.repeat(2), "one tolerance for each metric");
+    rejected("[[baseline]]\nmetric = \"mean_speed\"\n", "needs `relative_tolerance`");
+    rejected("[[baseline]]\nrelative_tolerance = 1\n", "needs `metric`");
+    rejected(&BASELINE.replace("0.01", "-1"), "relative_tolerance");
+    assert!(parse(&format!("[model.gas]\n{BASELINE}"), "gas.toml", &[]).is_ok());
 }

@@ -67,8 +67,8 @@ fn numbers_outside_their_ranges_are_rejected() {
     for bad in ["0", "-3", "1.5", "4294967296", "1e10", "1e40"] {
         rejected(&format!("[model.gas]\nparticles = {bad} # <-"), whole);
     }
-    rejected("replicates = 0 # <-\n[model.gas]", "must be a whole number from 1 to 1000000");
-    rejected("replicates = 1000001 # <-\n[model.gas]", "must be a whole number from 1 to 1000000");
+    rejected("replicates = 0 # <-\n[model.gas]", "must be a whole number from 1 to 100000");
+    rejected("replicates = 100001 # <-\n[model.gas]", "must be a whole number from 1 to 100000");
     rejected("seed = 18446744073709551616 # <-\n[model.gas]", "from 0 to 18446744073709551615");
     rejected(
         "seed = 99999999999999999999999999999999999999999999 # <-\n[model.gas]",

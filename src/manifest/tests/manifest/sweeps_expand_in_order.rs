@@ -212,7 +212,7 @@ fn invalid_sweeps_are_rejected() {
         ("[sweep]\nmodel.gas.radius_m = { from = 1, to = 2 }", "needs `count`"),
         (
             "[sweep]\nmodel.gas.radius_m = { from = 1, to = 2, count = 1 }",
-            "must be from 2 to 1000000",
+            "must be from 2 to 100000",
         ),
         ("[sweep]\nmodel.gas.radius_m = { from = 1, to = 2, cuont = 1 }", "did you mean `count`?"),
         (
@@ -242,7 +242,11 @@ fn invalid_sweeps_are_rejected() {
         ),
         (
             "[sweep]\nmodel.gas.radius_m = { from = 1, to = 2, count = 1001 }\nmodel.gas.mass_kg = { from = 1, to = 2, count = 1000 }",
-            "the sweep has more than 1000000 runs: 1001 x 1000 points and 1 replicates",
+            "the sweep has more than 100000 runs: 1001 x 1000 points and 1 replicates; split",
+        ),
+        (
+            "[sweep]\nmodel.gas.radius_m = { from = 1, to = 2, count = 1000000 }",
+            "must be from 2 to 100000",
         ),
         ("[sweep]\nmodel.dem.discs = [1]", "[model.gas] and [model.dem] cannot be used together"),
         ("[sweep]\nmodel.gas.radius_m.inner = [1]", "`model.gas.radius_m` is not a table"),

@@ -1,18 +1,23 @@
 //! Messages: the facts of a start, a rejection, a blow-up.
 
+use crate::dem::block::Partner;
 use crate::dem::diagnosis::suggestions;
 use crate::dem::diagnosis::{Diagnosis, figure};
 use crate::dem::discs::Discs;
 use crate::dem::materials::Dashpot;
 use crate::dem::parameters::Parameters;
-use crate::dem::totals::{BlowUp, Partner};
+use crate::dem::totals::BlowUp;
 use crate::dem::{restitution, start};
 use crate::model::SimulationFault;
 use kinetoscope_manifest::model::{DemConfig, DemDashpot, Placement, UnstableTimeStep};
 
-/// The reasons for a rejection and the suggestions; the same text is the warning if the run starts anyway.
-pub(crate) fn rejection(config: &DemConfig, diagnosis: &Diagnosis) -> String {
-    let mut sentences = diagnosis.problems();
+/// The property and the cost of an implicit dashpot.
+const OF_IMPLICIT_DASHPOT: &str =
+    "stable for any damping; far above critical damping it dissipates more than an exact dashpot";
+
+/// The reasons for a rejection, and the remedies; both are the warning if the run starts anyway.
+pub(crate) fn rejection(config: &DemConfig, diagnosis: &Diagnosis) -> [String; 2] {
+    let mut sentences = Vec::new();
     let suggestions = suggestions::find(config);
     if suggestions.is_empty() {
         sentences.push("No change of a single key is sufficient: change two of them.".to_owned());
@@ -21,14 +26,12 @@ pub(crate) fn rejection(config: &DemConfig, diagnosis: &Diagnosis) -> String {
             .push(format!("The nearest accepted values, each alone: {}.", suggestions.join("; ")));
     }
     if config.dashpot == DemDashpot::Explicit {
-        sentences.push(
-            "dashpot = \"implicit\" is stable for any damping; far above critical damping it dissipates more than an exact dashpot.".to_owned(),
-        );
+        sentences.push(format!("dashpot = \"implicit\" is {OF_IMPLICIT_DASHPOT}."));
     }
     if config.on_unstable_time_step == UnstableTimeStep::Error {
         sentences.push("With on_unstable_time_step = \"warn\", the run starts anyway.".to_owned());
     }
-    sentences.join(" ")
+    [diagnosis.problems().join(" "), sentences.join(" ")]
 }
 
 /// The figures of the start, one line each.
@@ -91,10 +94,8 @@ fn dashpot(config: &DemConfig, parameters: &Parameters, diagnosis: &Diagnosis) -
         Dashpot::Damping(_) => "as given",
     };
     let implicit = match config.dashpot {
-        DemDashpot::Implicit => {
-            " The dashpot is implicit: stable for any damping; far above critical damping it dissipates more than an exact dashpot."
-        }
-        DemDashpot::Explicit => "",
+        DemDashpot::Implicit => format!(" The dashpot is implicit: {OF_IMPLICIT_DASHPOT}."),
+        DemDashpot::Explicit => String::new(),
     };
     format!(
         "Lightest pair: eta = {:.6e} N s/m {given}, zeta = {ratio:.6}, restitution {:.6} {tail}, \
@@ -132,9 +133,9 @@ pub(crate) fn fault(
                 "the center of disc {id} left the box, at ({x:e}, {y:e}) m with a velocity of ({vx:e}, {vy:e}) m/s"
             )
         }
-        BlowUp::Residual(share) => format!(
+        BlowUp::Residual(fraction) => format!(
             "the energy balance does not close: its residual is {} of all energy",
-            figure(share)
+            figure(fraction)
         ),
     };
     let advice = if damping_step >= 0.3 && !parameters.law.is_implicit {

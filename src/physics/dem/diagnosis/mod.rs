@@ -8,6 +8,7 @@ mod suggestions;
 
 use crate::dem::parameters::Parameters;
 use crate::dem::{restitution, start};
+use crate::simd::registers::Register as _;
 use kinetoscope_manifest::model::{DemConfig, DemDashpot, Placement};
 
 /// c = eta dt/m_eff from which a run is rejected.
@@ -154,11 +155,7 @@ fn expected_overlap(config: &DemConfig, parameters: &Parameters) -> f64 {
     );
     let insertion = config.insertion.map_or(0, |insertion| insertion.discs.get());
     let discs = f64::from(config.discs.get()) + f64::from(insertion);
-    let layers = |side: f64| 1.0 + (discs - 1.0) * 2.0 * parameters.radius / side;
-    let weight = mass
-        * (parameters.gravity[0].abs() * layers(parameters.sides[1])
-            + parameters.gravity[1].abs() * layers(parameters.sides[0]));
-    impact + weight / law.stiffness
+    impact + parameters.column_weight(mass, discs - 1.0) / law.stiffness
 }
 
 /// Speed of the fastest disc at the wall onto which it falls, m/s: from the given start, else through the whole box.
@@ -183,7 +180,7 @@ fn impact_speed(config: &DemConfig, parameters: &Parameters) -> f64 {
             let deviation = config.velocity_std_m_per_s.map_or(0.0, |v| v.get());
             let squared =
                 DRAWN_DEVIATIONS * deviation * (DRAWN_DEVIATIONS * deviation) + whole_fall;
-            return if squared > fastest { squared } else { fastest }.sqrt();
+            return squared.larger(fastest).sqrt();
         }
         Placement::Given(given) => {
             let moving = given.positions_m.iter().zip(&given.velocities_m_per_s);
@@ -193,7 +190,7 @@ fn impact_speed(config: &DemConfig, parameters: &Parameters) -> f64 {
     };
     for [x, y, vx, vy] in motions {
         let squared = vx * vx + vy * vy + fall(0, Some(x)) + fall(1, Some(y));
-        fastest = if squared > fastest { squared } else { fastest };
+        fastest = squared.larger(fastest);
     }
     fastest.sqrt()
 }

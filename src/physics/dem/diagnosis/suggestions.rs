@@ -29,9 +29,6 @@ pub(crate) fn find(config: &DemConfig) -> Vec<String> {
 }
 
 fn keys(config: &DemConfig) -> [Key; 6] {
-    fn key(name: &'static str, current: f64, change: Change) -> Key {
-        (name, current, change)
-    }
     let parameters = Parameters::new(config);
     let (mass, stiffness) = (parameters.smallest_mass, parameters.law.stiffness);
     let ratio = parameters.strongest_damping_ratio(parameters.lightest_pair_mass());
@@ -40,27 +37,27 @@ fn keys(config: &DemConfig) -> [Key; 6] {
     let restitution = if present > 1e-3 { present } else { 1e-3 };
     let steps_per_wall_contact = PI * (mass / stiffness).sqrt() / parameters.time_step;
     [
-        key("time_step_s", parameters.time_step, |config, value| {
+        ("time_step_s", parameters.time_step, |config, value| {
             config.time_step = TimeStep::Length(StepLength::Fixed(Positive::new(value)?));
             Some(())
         }),
-        key("steps_per_wall_contact", steps_per_wall_contact, |config, value| {
+        ("steps_per_wall_contact", steps_per_wall_contact, |config, value| {
             config.time_step = TimeStep::PerContact(Positive::new(value)?);
             Some(())
         }),
-        key("damping_n_s_per_m", parameters.strongest_damping(), |config, value| {
+        ("damping_n_s_per_m", parameters.strongest_damping(), |config, value| {
             config.dissipation = Dissipation::Damping(NonNegative::new(value)?);
             Some(())
         }),
-        key("restitution", restitution, |config, value| {
+        ("restitution", restitution, |config, value| {
             config.dissipation = Dissipation::Restitution(Fraction::new(value)?);
             Some(())
         }),
-        key("stiffness_n_per_m", stiffness, |config, value| {
+        ("stiffness_n_per_m", stiffness, |config, value| {
             config.stiffness_n_per_m = Positive::new(value)?;
             Some(())
         }),
-        key("radius_m", parameters.radius, set_radius),
+        ("radius_m", parameters.radius, set_radius),
     ]
 }
 
@@ -115,8 +112,8 @@ fn rounded(
     is_accepted: impl Fn(f64) -> bool,
 ) -> Option<String> {
     (0..10).find_map(|nudge| {
-        let share = 1.0 + 0.005 * f64::from(nudge);
-        let nudged = if outward >= 1.0 { value * share } else { value / share };
+        let factor = 1.0 + 0.005 * f64::from(nudge);
+        let nudged = if outward >= 1.0 { value * factor } else { value / factor };
         let printed: f64 = format!("{nudged:.2e}").parse().ok()?;
         let plain = (1e-3..1e5).contains(&printed);
         let text = if plain { format!("{printed}") } else { format!("{printed:e}") };

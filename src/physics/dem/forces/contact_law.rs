@@ -1,8 +1,9 @@
 //! The laws of one contact with the constants of a run, for registers of any width. The formulas are in `motion`.
 
 use crate::dem::block::Stretch;
-use crate::dem::materials::{ContactConstants, ContactLaw};
+use crate::dem::materials::ContactConstants;
 use crate::dem::motion::{self, NormalForce, SliderConstants, TangentialForce};
+use crate::dem::parameters::Parameters;
 use crate::dem::totals::ContactSums;
 use crate::simd::registers::{InstructionSet, Register};
 
@@ -56,8 +57,7 @@ impl<R: Register> LawRegisters<R> {
     #[inline(always)]
     pub(super) fn new<const N: usize>(
         instructions: impl InstructionSet<N, Register = R>,
-        law: &ContactLaw,
-        time_step: f64,
+        &Parameters { ref law, time_step, .. }: &Parameters,
     ) -> Self {
         let friction =
             law.materials.only().map_or([0.0; 2], |one| [one.friction, one.rolling_friction]);

@@ -9,11 +9,12 @@
 //! One sweep is not enough: a spring under load would be softened by the factor 1 + c, and a bed would sink into itself.
 //! Friction and moving walls are not supported.
 
-use crate::dem::block::BLOCK;
+use crate::dem::block::{BLOCK, Partner};
 use crate::dem::discs::Discs;
 use crate::dem::motion;
 use crate::dem::parameters::{Parameters, StepContext};
-use crate::dem::totals::{BlockForces, Contact, Partner};
+use crate::dem::totals::{BlockForces, Contact};
+use crate::simd::registers::Register as _;
 
 /// Change of a velocity in a sweep at which the solution is accepted, over the fastest contact's and the change by gravity.
 const TOLERANCE: f64 = 1e-6;
@@ -39,17 +40,14 @@ pub(crate) fn solve(discs: &Discs, parameters: &Parameters, contacts: &mut [Cont
     }
     for (contact, separating_speed) in contacts.iter().zip(begin) {
         let speed = end.separating(contact).abs() + separating_speed.abs();
-        fastest = if speed > fastest { speed } else { fastest };
+        fastest = speed.larger(fastest);
     }
     for _ in 0..MAX_SWEEPS {
         let mut largest_change = 0.0;
         for contact in contacts.iter_mut() {
-            let effective_mass = end.effective_mass(contact);
             let disc = contact.disc as usize;
-            let damping = match contact.partner {
-                Partner::Disc(other) => law.damping(discs, disc, other as usize),
-                Partner::Wall(_) => law.wall_damping(discs, disc),
-            };
+            let effective_mass = discs.effective_mass(disc, contact.partner);
+            let damping = law.damping(discs, disc, contact.partner);
             // The speed that the contact would have without its own force.
             let free = end.separating(contact) - contact.normal_force * time_step / effective_mass;
             let force = motion::implicit_normal_force(
@@ -63,8 +61,7 @@ pub(crate) fn solve(discs: &Discs, parameters: &Parameters, contacts: &mut [Cont
             let change = force - contact.normal_force;
             end.apply(contact, change);
             contact.normal_force = force;
-            let moved = change.abs() * time_step / effective_mass;
-            largest_change = if moved > largest_change { moved } else { largest_change };
+            largest_change = (change.abs() * time_step / effective_mass).larger(largest_change);
         }
         if largest_change <= TOLERANCE * fastest {
             break;
@@ -101,7 +98,7 @@ pub(crate) fn forces_of(
         })
         .collect();
     for contact in contacts {
-        let loss = step.law.stiffness * contact.overlap - contact.normal_force;
+        let loss = step.parameters.law.stiffness * contact.overlap - contact.normal_force;
         let ([fx, fy], [nx, ny]) = (contact.force, contact.normal);
         let on_disc = [fx, fy, loss * nx, loss * ny];
         let mut add = |disc: u32, sign: f64| {
@@ -110,11 +107,8 @@ pub(crate) fn forces_of(
             for (sum, part) in sum.iter_mut().zip(on_disc) {
                 *sum += sign * part;
             }
-            let max_overlap = &mut block.sums.max_overlap;
-            if contact.overlap_over_radius > max_overlap.over_radius {
-                max_overlap.over_radius = contact.overlap_over_radius;
-                max_overlap.ends = Some((contact.disc, contact.partner));
-            }
+            let ends = (contact.disc, contact.partner);
+            block.sums.max_overlap.note_ratio(contact.overlap_over_radius, ends);
         };
         add(contact.disc, 1.0);
         match contact.partner {
@@ -137,14 +131,6 @@ struct Velocities<'a> {
 }
 
 impl Velocities<'_> {
-    fn effective_mass(&self, contact: &Contact) -> f64 {
-        let mass = self.discs.masses[contact.disc as usize];
-        match contact.partner {
-            Partner::Disc(other) => motion::effective_mass(mass, self.discs.masses[other as usize]),
-            Partner::Wall(_) => mass,
-        }
-    }
-
     /// Relative velocity along the normal, positive if the two move apart, m/s.
     fn separating(&self, contact: &Contact) -> f64 {
         let mut v = self.values[contact.disc as usize];

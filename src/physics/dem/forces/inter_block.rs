@@ -3,13 +3,13 @@
 //! They depend on discs of other blocks; therefore, all blocks find them before any disc moves.
 
 use super::contact_law::{ContactKinematics, LawRegisters, RimForce, Surfaces};
-use crate::dem::block::Block;
+use crate::dem::block::{Block, Partner};
 use crate::dem::discs::Discs;
 use crate::dem::motion;
 use crate::dem::neighbors::near_pairs::{self, Validity};
 use crate::dem::neighbors::tiers::Scope;
 use crate::dem::parameters::StepContext;
-use crate::dem::totals::{Contact, ContactRecorder, ContactSums, Partner, overlap_over_radius};
+use crate::dem::totals::{Contact, ContactRecorder, ContactSums, overlap_over_radius};
 use crate::simd::registers::Scalar;
 
 /// Forces of a block's inter-block pairs on its own discs.
@@ -56,13 +56,13 @@ impl InterBlockForces {
         self.rims.clear();
         self.contacts.clear();
         self.sums.clear(step, block.start);
-        let law = LawRegisters::new(Scalar, step.law, step.time_step);
-        let has_rolling_friction = step.law.has_rolling_friction();
+        let law = LawRegisters::new(Scalar, step.parameters);
+        let has_rolling_friction = step.parameters.law.has_rolling_friction();
         let context = InterBlockContext { discs, step, law, has_rolling_friction };
         let in_scope = 0..block.inter_block.in_tiers(step.scope.tiers);
-        if step.law.has_friction() {
+        if step.parameters.law.has_friction() {
             in_scope.for_each(|pair| self.add::<C, true>(pair, block, &context));
-        } else if step.max_width > 1 {
+        } else if step.parameters.max_width > 1 {
             if !self.validity.holds_for(&step.scope) {
                 self.validity = Validity::until_horizon(&step.scope);
                 self.list_near(block, discs, &step.scope);
@@ -120,7 +120,7 @@ impl InterBlockForces {
             let [spin, other_spin] = ends.map(|disc| discs.spins[disc]);
             let [first, second] = ends.map(|disc| discs.materials[disc]);
             let surfaces = Surfaces {
-                constants: step.law.materials.between(first, second),
+                constants: step.parameters.law.materials.between(first, second),
                 damping,
                 rim_speed: radii[0] * spin + radii[1] * other_spin,
                 rolling_rate: spin - other_spin,

@@ -13,10 +13,10 @@
 #![allow(unsafe_code)]
 
 use super::contact_law::{ContactKinematics, LawRegisters};
-use crate::dem::block::{BlockDiscs, PairGroups};
+use crate::dem::block::{BlockDiscs, PairGroups, Partner};
 use crate::dem::motion::{self, NormalForce};
 use crate::dem::parameters::StepContext;
-use crate::dem::totals::{Contact, ContactRecorder, MaxOverlap, Partner, overlap_over_radius};
+use crate::dem::totals::{Contact, ContactRecorder, MaxOverlap, overlap_over_radius};
 use crate::simd::registers::{InstructionSet, MAX_WIDTH, Mask, Register};
 
 /// Groups of pairs per batch: their kinematics stay in the nearest cache.
@@ -92,7 +92,7 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, C: ContactRecorder>
         sums: &'a mut PairSums<'b>,
         recorder: &'a mut C,
     ) -> Self {
-        let law = LawRegisters::new(instructions, context.step.law, context.step.time_step);
+        let law = LawRegisters::new(instructions, context.step.parameters);
         let energies = [[law.zero; MAX_WIDTH]; 3];
         Self { instructions, law, context, sums, energies, recorder }
     }
@@ -383,7 +383,7 @@ fn coefficients<const N: usize, I: InstructionSet<N>>(
     for lane in 0..N {
         let [one, other] =
             [first[lane], second[lane]].map(|disc| context.discs.materials[disc as usize]);
-        let pair = context.step.law.materials.between(one, other);
+        let pair = context.step.parameters.law.materials.between(one, other);
         (friction[lane], rolling_friction[lane]) = (pair.friction, pair.rolling_friction);
     }
     [instructions.load(&friction), instructions.load(&rolling_friction)]

@@ -12,10 +12,10 @@ pub(super) mod inter_block;
 mod kernel;
 mod pair_loops;
 
-use crate::dem::block::{Block, BlockDiscs};
+use crate::dem::block::{Block, BlockDiscs, Partner};
 use crate::dem::neighbors::near_pairs::{ContactNumbers, NearPairs};
 use crate::dem::parameters::StepContext;
-use crate::dem::totals::{BlockForces, Contact, ContactRecorder, Partner};
+use crate::dem::totals::{BlockForces, Contact, ContactMask, ContactRecorder};
 use crate::simd::registers::{Scalar, vectorized};
 use contact_law::{ContactKinematics, LawRegisters, RimForce, Surfaces};
 use inter_block::InterBlockForces;
@@ -52,7 +52,7 @@ impl ForceFinder {
             found.rolling.clear();
         }
         found.sums.clear(step, block.start);
-        found.mask.clear();
+        found.mask = ContactMask::default();
         self.add_inner_pairs(block, discs, near, step, recorder);
         for &(disc, force) in &inter_block.forces {
             add(&mut self.found.forces[disc as usize], force);
@@ -74,7 +74,7 @@ impl ForceFinder {
         step: &StepContext<'_>,
         recorder: &mut C,
     ) {
-        let has_friction = step.law.has_friction();
+        let has_friction = step.parameters.law.has_friction();
         let BlockForces { forces, tangential, rolling, sums, mask } = &mut self.found;
         if has_friction {
             tangential.resize(forces.len(), [0.0; 2]);
@@ -113,9 +113,9 @@ impl ForceFinder {
         step: &StepContext<'_>,
         recorder: &mut C,
     ) {
-        let law = LawRegisters::new(Scalar, step.law, step.time_step);
-        let has_friction = step.law.has_friction();
-        let has_rolling_friction = step.law.has_rolling_friction();
+        let law = LawRegisters::new(Scalar, step.parameters);
+        let has_friction = step.parameters.law.has_friction();
+        let has_rolling_friction = step.parameters.law.has_rolling_friction();
         for pair in &mut block.walls {
             let disc = pair.disc as usize;
             let wall = &step.walls[pair.wall as usize];
@@ -138,7 +138,7 @@ impl ForceFinder {
             if has_friction {
                 let spin = discs.spins[disc];
                 let surfaces = Surfaces {
-                    constants: step.law.materials.with_walls(discs.materials[disc]),
+                    constants: step.parameters.law.materials.with_walls(discs.materials[disc]),
                     damping: pair.damping,
                     rim_speed: radius * spin,
                     rolling_rate: spin - wall.spin,

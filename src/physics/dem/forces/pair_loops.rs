@@ -36,7 +36,7 @@ pub(super) fn add_without_friction<C: ContactRecorder>(
     sums: &mut PairSums<'_>,
     recorder: &mut C,
 ) {
-    let width = Ord::min(context.step.max_width, FRICTIONLESS_WIDTH);
+    let width = Ord::min(context.step.parameters.max_width, FRICTIONLESS_WIDTH);
     registers::run(Frictionless { context, pairs, memory, sums, recorder }, width);
 }
 
@@ -48,7 +48,7 @@ pub(super) fn add_with_friction<C: ContactRecorder>(
     sums: &mut PairSums<'_>,
     recorder: &mut C,
 ) -> [f64; 3] {
-    let law = context.step.law;
+    let law = &context.step.parameters.law;
     let run = match (law.has_rolling_friction(), law.materials.only().is_none()) {
         (false, false) => run_frictional::<C, false, false>,
         (false, true) => run_frictional::<C, false, true>,
@@ -68,7 +68,7 @@ fn run_frictional<C: ContactRecorder, const ROLLING: bool, const MIXED: bool>(
     recorder: &mut C,
 ) -> [f64; 3] {
     let kernel = Frictional::<C, ROLLING, MIXED> { context, pairs, sums, recorder };
-    registers::run(kernel, context.step.max_width)
+    registers::run(kernel, context.step.parameters.max_width)
 }
 
 /// The pairs of a list with friction.
@@ -115,10 +115,9 @@ struct Frictionless<'a, 'b, C> {
 
 /// Near pairs in contact, gathered for a batch.
 struct Gathered {
-    first: [u32; GATHERED],
-    second: [u32; GATHERED],
-    reach: [f64; GATHERED],
-    damping: [f64; GATHERED],
+    ends: [[u32; GATHERED]; 2],
+    /// Reach and damping.
+    constants: [[f64; GATHERED]; 2],
     count: usize,
 }
 
@@ -126,13 +125,11 @@ impl Gathered {
     /// Completes the last group with pairs of a disc and itself, which are not in contact; returns the groups.
     fn take<const N: usize>(&mut self) -> PairGroups<'_, N> {
         let end = self.count.next_multiple_of(N);
-        self.first[self.count..end].fill(0);
-        self.second[self.count..end].fill(0);
-        self.reach[self.count..end].fill(0.0);
-        self.damping[self.count..end].fill(0.0);
+        self.ends.iter_mut().for_each(|column| column[self.count..end].fill(0));
+        self.constants.iter_mut().for_each(|column| column[self.count..end].fill(0.0));
         self.count = 0;
-        let ends = [&self.first[..end], &self.second[..end]];
-        PairGroups::of(ends, &self.reach[..end], &self.damping[..end])
+        let [reach, damping] = self.constants.each_ref().map(|column| &column[..end]);
+        PairGroups::of(self.ends.each_ref().map(|column| &column[..end]), reach, damping)
     }
 }
 
@@ -165,13 +162,8 @@ impl<C: ContactRecorder> Kernel for Frictionless<'_, '_, C> {
         if N == 1 {
             return;
         }
-        let mut gathered = Gathered {
-            first: [0; GATHERED],
-            second: [0; GATHERED],
-            reach: [0.0; GATHERED],
-            damping: [0.0; GATHERED],
-            count: 0,
-        };
+        let (ends, constants) = ([[0; GATHERED]; 2], [[0.0; GATHERED]; 2]);
+        let mut gathered = Gathered { ends, constants, count: 0 };
         for pair in near.in_contact(contacts) {
             let ends = [pairs.first[pair], pairs.second[pair]];
             let is_disc = (Ord::max(ends[0], ends[1]) as usize) < discs;
@@ -179,8 +171,9 @@ impl<C: ContactRecorder> Kernel for Frictionless<'_, '_, C> {
             mask.insert(ends[0]);
             mask.insert(ends[1]);
             let at = gathered.count % GATHERED;
-            [gathered.first[at], gathered.second[at]] = ends;
-            (gathered.reach[at], gathered.damping[at]) = (pairs.reach[pair], pairs.damping[pair]);
+            [gathered.ends[0][at], gathered.ends[1][at]] = ends;
+            [gathered.constants[0][at], gathered.constants[1][at]] =
+                [pairs.reach[pair], pairs.damping[pair]];
             gathered.count += 1;
             first_tier_contacts += usize::from(pair < pairs.in_tiers(1));
             if gathered.count == GATHERED {
@@ -189,7 +182,7 @@ impl<C: ContactRecorder> Kernel for Frictionless<'_, '_, C> {
         }
         add(&gathered.take());
         if near.begin() == 0 {
-            mask.mark_complete();
+            mask.is_complete = true;
         }
         near.note_first_tier(first_tier_contacts, pairs.in_tiers(1));
     }

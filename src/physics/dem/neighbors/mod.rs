@@ -16,7 +16,7 @@ pub(super) mod pair_search;
 pub(super) mod springs;
 pub(super) mod tiers;
 
-use crate::dem::block::{BLOCK, Block};
+use crate::dem::block::{BLOCK, Block, TIERS};
 use crate::dem::discs::{self, Discs};
 use crate::dem::parameters::Parameters;
 use cell_grid::CellGrid;
@@ -34,20 +34,7 @@ pub(super) struct Neighbors {
     built_at: Vec<[f64; 2]>,
     /// Displacements of the walls at that time.
     walls_at: Vec<[f64; 2]>,
-    /// Bound of the largest displacement since then.
-    moved: f64,
-    /// Sum of the largest displacements of all steps since then, m.
-    #[serde(skip)]
-    displacement: f64,
-    /// Number of lists built before.
-    #[serde(skip)]
-    number: u64,
-    /// Tiers that have pairs which may be, or may have been, in contact.
-    tiers: usize,
-    /// Distance of the nearest center to a closed side of the box when the lists were built, m.
-    clearance: f64,
-    /// Distance beyond contact up to which pairs are listed, m.
-    skin: f64,
+    scope: Scope,
     /// Steps since the lists were built.
     age: u32,
     /// Springs taken out of the lists while discs are inserted or removed; empty at all other times.
@@ -67,7 +54,30 @@ const MAX_BLOCKS_WITH_NEAR_PAIRS: usize = 80;
 impl Neighbors {
     /// Empty lists with the initial skin.
     pub(super) fn new(mean_radius: f64) -> Self {
-        Self { skin: INITIAL_SKIN * mean_radius, ..Self::default() }
+        let scope = Scope { skin: INITIAL_SKIN * mean_radius, ..Scope::default() };
+        Self { scope, ..Self::default() }
+    }
+
+    /// Whether restored lists cover all discs and refer to existing ones.
+    pub(super) fn is_valid_for(&self, discs: &Discs, parameters: &Parameters) -> bool {
+        let (count, walls, law) = (discs.len(), parameters.walls.len(), &parameters.law);
+        let has_springs = [law.has_friction(), law.has_rolling_friction()];
+        let [least, most] = SKIN_RANGE;
+        let skin = self.scope.skin / parameters.radius;
+        let numbers = self.built_at.iter().chain(&self.walls_at).flatten();
+        let block_is_valid = |(number, block): (usize, &Block)| {
+            block.start == number * BLOCK && block.is_valid(count, walls, has_springs)
+        };
+        self.blocks.len() == count.div_ceil(BLOCK)
+            && self.blocks.iter().enumerate().all(block_is_valid)
+            && self.built_at.len() == count
+            && self.walls_at.len() == walls
+            && numbers.into_iter().all(|number| number.is_finite())
+            && (0.99 * least..=1.01 * most).contains(&skin)
+            && (0.0..f64::INFINITY).contains(&self.scope.moved)
+            && !self.scope.clearance.is_nan()
+            && (1..=TIERS).contains(&self.scope.tiers)
+            && self.held.is_none()
     }
 
     /// Notes a step in which no disc moved further than `displacement`, m; returns whether the lists are still valid.
@@ -78,24 +88,25 @@ impl Neighbors {
         displacements: &[[f64; 2]],
     ) -> bool {
         self.age = self.age.saturating_add(1);
-        let limit = 0.5 * self.skin;
+        let limit = 0.5 * self.scope.skin;
         let walls_hold = self.walls_at.iter().zip(displacements).all(|(then, now)| {
             let moved = [now[0] - then[0], now[1] - then[1]];
             moved[0] * moved[0] + moved[1] * moved[1] < limit * limit
         });
-        self.moved += displacement;
-        self.displacement += displacement;
-        self.tiers = Ord::max(self.tiers, tiers::in_reach(self.moved, self.skin));
+        self.scope.moved += displacement;
+        self.scope.displacement += displacement;
+        self.scope.tiers =
+            Ord::max(self.scope.tiers, tiers::in_reach(self.scope.moved, self.scope.skin));
         if !walls_hold {
             return false;
         }
-        if self.moved < limit {
+        if self.scope.moved < limit {
             return true;
         }
         // The sum over all steps is only a bound; now the true displacements are needed.
-        self.moved = discs::max_displacement(&self.built_at, &discs.positions);
+        self.scope.moved = discs::max_displacement(&self.built_at, &discs.positions);
         // Closer to the limit, the displacements would be needed at every step.
-        self.moved < 0.9 * limit
+        self.scope.moved < 0.9 * limit
     }
 
     /// Chooses the skin of least cost, assuming that the discs continue to move as they did.
@@ -105,7 +116,7 @@ impl Neighbors {
     /// average phi (s + s^2/6) comparisons per step. With u/s builds per step, the cost is least at s^2 (1 + s/3) = B u/phi; B is
     /// the cost of a build over that of a comparison.
     pub(super) fn adapt_skin(&mut self, mean_radius: f64) {
-        let skin = self.skin / mean_radius;
+        let skin = self.scope.skin / mean_radius;
         let (pairs, inter_block) =
             self.blocks.iter().fold((0, 0), |(pairs, inter_block), block| {
                 (pairs + block.inner.len(), inter_block + block.inter_block.len())
@@ -123,7 +134,7 @@ impl Neighbors {
         }
         let best = if best > least { best } else { least };
         let best = if best < most { best } else { most };
-        self.skin = best * mean_radius;
+        self.scope.skin = best * mean_radius;
     }
 
     /// Sorts the discs and rebuilds the lists; springs of persisting contacts are kept.
@@ -133,12 +144,12 @@ impl Neighbors {
         // Otherwise, old and new lists would be in memory at the same time.
         self.blocks.clear();
         let Parameters { sides, periodic, radius_range, ref law, .. } = *around.parameters;
-        let reach = 2.0 * radius_range.1 + self.skin;
+        let reach = 2.0 * radius_range.1 + self.scope.skin;
         let (cells, order) = CellGrid::sort(&discs.positions, sides, reach, periodic, BLOCK);
         discs.reorder(&order);
         let count = discs.len().div_ceil(BLOCK);
         self.blocks.resize_with(count, Block::default);
-        let skin = self.skin;
+        let skin = self.scope.skin;
         let discs = &*discs;
         self.blocks.par_iter_mut().enumerate().for_each(|(number, block)| {
             block.start = number * BLOCK;
@@ -151,19 +162,17 @@ impl Neighbors {
         self.built_at.extend_from_slice(&discs.positions);
         self.walls_at.clear();
         self.walls_at.extend_from_slice(around.displacements);
-        (self.moved, self.displacement) = (0.0, 0.0);
-        self.number += 1;
+        (self.scope.moved, self.scope.displacement) = (0.0, 0.0);
+        self.scope.list += 1;
         let with_springs = self.blocks.iter().map(Block::tiers_with_springs).max().unwrap_or(0);
-        self.tiers = Ord::max(tiers::in_reach(0.0, skin), with_springs);
-        self.clearance = discs::clearance(&discs.positions, sides, periodic);
+        self.scope.tiers = Ord::max(tiers::in_reach(0.0, skin), with_springs);
+        self.scope.clearance = discs::clearance(&discs.positions, sides, periodic);
         self.age = 0;
     }
 
     /// The part of the lists that the next step must visit.
     pub(super) fn scope(&self) -> Scope {
-        let Self { tiers, moved, clearance, displacement, number: list, skin, .. } = *self;
-        let spares_memory = self.blocks.len() > MAX_BLOCKS_WITH_NEAR_PAIRS;
-        Scope { tiers, moved, clearance, displacement, list, skin, spares_memory }
+        Scope { spares_memory: self.blocks.len() > MAX_BLOCKS_WITH_NEAR_PAIRS, ..self.scope }
     }
 
     /// Takes the springs out of the lists for the next build, because the discs are about to change.
@@ -189,7 +198,6 @@ mod lists_contain_every_contact {
     use crate::dem::neighbors::pair_search::{SearchMemory, Surroundings};
     use crate::dem::parameters::Parameters;
     use crate::random::{Generator, Seed, Stream};
-    use crate::simd::registers::MAX_WIDTH;
     use kinetoscope_manifest::model::DemConfig;
     use std::collections::BTreeSet;
 
@@ -199,34 +207,48 @@ mod lists_contain_every_contact {
     /// Two ids, and the number of box lengths by which the second disc is shifted.
     type Pair = (u32, u32, [i8; 2]);
 
-    struct Case {
+    /// Random discs with their lists.
+    pub(super) struct Case {
         parameters: Parameters,
-        discs: Discs,
-        neighbors: Neighbors,
+        pub(super) discs: Discs,
+        pub(super) neighbors: Neighbors,
     }
 
     impl Case {
-        fn new(
+        pub(super) fn new(
             count: u32,
-            sides: [f64; 2],
-            periodic: [bool; 2],
-            radii: [f64; 2],
+            config: &DemConfig,
+            (sides, periodic): ([f64; 2], [bool; 2]),
+            (least, most): (f64, f64),
             generator: &mut Generator,
             memory: &SearchMemory,
         ) -> Self {
-            let radius_range = (radii[0], radii[1]);
-            let default = Parameters::new(&DemConfig::default());
+            let radius_range = (least, most);
+            let default = Parameters::new(config);
             let parameters = Parameters { sides, periodic, radius_range, ..default };
             let mut place =
                 || [generator.uniform_in(0.0, sides[0]), generator.uniform_in(0.0, sides[1])];
             let positions: Vec<[f64; 2]> = (0..count).map(|_| place()).collect();
-            let mut discs = Discs::at_rest(positions, || generator.uniform_in(radii[0], radii[1]));
-            let mut neighbors = Neighbors::new(0.5 * (radii[0] + radii[1]));
-            let (walls, displacements, max_width) = (&[], &[], MAX_WIDTH);
-            let around =
-                Surroundings { parameters: &parameters, walls, displacements, memory, max_width };
-            neighbors.build(&mut discs, &around);
-            Self { parameters, discs, neighbors }
+            let discs = Discs::at_rest(positions, || generator.uniform_in(least, most));
+            let neighbors = Neighbors::new(0.5 * (least + most));
+            let mut case = Self { parameters, discs, neighbors };
+            case.build(memory);
+            case
+        }
+
+        pub(super) fn build(&mut self, memory: &SearchMemory) {
+            let parameters = &self.parameters;
+            let around = Surroundings { parameters, walls: &[], displacements: &[], memory };
+            self.neighbors.build(&mut self.discs, &around);
+        }
+
+        /// Displaces each disc by just under a distance, in m, in a random direction.
+        fn displace(&mut self, distance: f64, generator: &mut Generator) {
+            for [x, y] in &mut self.discs.positions {
+                let angle = generator.uniform_in(0.0, std::f64::consts::TAU);
+                *x += 0.999 * distance * libm::cos(angle);
+                *y += 0.999 * distance * libm::sin(angle);
+            }
         }
 
         fn skin(&self) -> f64 {
@@ -278,23 +300,25 @@ mod lists_contain_every_contact {
     }
 
     fn cases() -> Vec<Case> {
+        let config = &DemConfig::default();
         let mut generator = Seed { seed: 3, replicate: 0 }.stream(Stream::Positions);
         // The memory of one search must not affect the next one.
         let memory = SearchMemory::default();
         let mut cases = Vec::new();
         for (sides, radii) in
-            [([10.0, 10.0], [0.05, 0.05]), ([40.0, 3.0], [0.02, 0.2]), ([2.0, 30.0], [0.05, 0.3])]
+            [([10.0, 10.0], (0.05, 0.05)), ([40.0, 3.0], (0.02, 0.2)), ([2.0, 30.0], (0.05, 0.3))]
         {
             for periodic in [[false, false], [true, false], [false, true], [true, true]] {
                 for count in [1, 2, 30, 300] {
-                    cases.push(Case::new(count, sides, periodic, radii, &mut generator, &memory));
+                    let space = (sides, periodic);
+                    cases.push(Case::new(count, config, space, radii, &mut generator, &memory));
                 }
             }
         }
         // Several blocks and bands.
         for periodic in [[false, false], [true, true]] {
-            let (sides, radii) = ([12.0, 12.0], [0.05, 0.05]);
-            cases.push(Case::new(6000, sides, periodic, radii, &mut generator, &memory));
+            let (space, radii) = (([12.0, 12.0], periodic), (0.05, 0.05));
+            cases.push(Case::new(6000, config, space, radii, &mut generator, &memory));
         }
         cases
     }
@@ -305,12 +329,8 @@ mod lists_contain_every_contact {
         for case in cases() {
             let (listed, count) = case.listed_in(TIERS);
             assert_eq!(listed.len(), count, "a pair is listed twice");
-            assert!(
-                listed == case.all(case.skin()),
-                "{:?} in {:?}",
-                case.discs.len(),
-                case.parameters.sides
-            );
+            let (discs, sides) = (case.discs.len(), case.parameters.sides);
+            assert!(listed == case.all(case.skin()), "{discs} in {sides:?}");
             pairs += count;
         }
         // Seen from either disc.
@@ -323,11 +343,7 @@ mod lists_contain_every_contact {
         for mut case in cases().into_iter().filter(|case| case.discs.len() == 300) {
             let (listed, _) = case.listed_in(TIERS);
             let limit = 0.5 * 0.9 * case.skin();
-            for [x, y] in &mut case.discs.positions {
-                let angle = generator.uniform_in(0.0, std::f64::consts::TAU);
-                *x += 0.999 * limit * libm::cos(angle);
-                *y += 0.999 * limit * libm::sin(angle);
-            }
+            case.displace(limit, &mut generator);
             // So long that the true displacements are needed.
             let displacement = case.skin();
             assert!(case.neighbors.is_valid_after(displacement, &case.discs, &[]));
@@ -345,11 +361,7 @@ mod lists_contain_every_contact {
         for mut case in cases().into_iter().filter(|case| case.discs.len() == 300) {
             // Two discs that approach use up a gap of six tenths of the skin.
             let displacement = 0.3 * case.skin();
-            for [x, y] in &mut case.discs.positions {
-                let angle = generator.uniform_in(0.0, std::f64::consts::TAU);
-                *x += 0.999 * displacement * libm::cos(angle);
-                *y += 0.999 * displacement * libm::sin(angle);
-            }
+            case.displace(displacement, &mut generator);
             let contacts = case.all(0.0);
             // Control: the tiers in scope before any displacement do not contain them all.
             missing += contacts.difference(&case.listed_in(case.neighbors.scope().tiers).0).count();

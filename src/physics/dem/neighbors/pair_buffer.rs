@@ -5,6 +5,7 @@
 use crate::dem::discs::Discs;
 use crate::dem::motion;
 use crate::dem::neighbors::tiers;
+use crate::dem::parameters::Parameters;
 use crate::simd::registers::{self, InstructionSet, Kernel, Mask, Scalar};
 use std::ops::Range;
 
@@ -55,10 +56,7 @@ pub(crate) struct SearchSpace<'a> {
     pub(crate) skin: f64,
     /// The discs that the block's discs and their partners are counted from.
     pub(crate) counted_from: [usize; 2],
-    /// Sides of the box, m.
-    pub(crate) sides: [f64; 2],
-    /// Numbers in the widest register that may be used.
-    pub(crate) max_width: usize,
+    pub(crate) parameters: &'a Parameters,
 }
 
 impl Comparisons {
@@ -96,7 +94,7 @@ impl SearchSpace<'_> {
     /// The vector, in m, of a shift.
     #[inline(always)]
     pub(crate) fn vector(&self, shift: ImageShift) -> [f64; 2] {
-        [0, 1].map(|axis: usize| f64::from(shift[axis]) * self.sides[axis])
+        [0, 1].map(|axis: usize| f64::from(shift[axis]) * self.parameters.sides[axis])
     }
 }
 
@@ -141,7 +139,7 @@ impl PairBuffer {
             shifts: &mut self.shifts,
         };
         let kernel = Compare::<SHIFTED> { comparisons, space, room };
-        let found = registers::run(kernel, Ord::min(space.max_width, PARTNERS));
+        let found = registers::run(kernel, Ord::min(space.parameters.max_width, PARTNERS));
         self.count += found;
         self.tiers.resize(self.count, 0);
         let (squared, reach) = (&self.distance_squared[..found], &self.reach[begin..self.count]);

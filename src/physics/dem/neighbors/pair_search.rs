@@ -4,7 +4,7 @@
 //! at the border of a band, of a block or of the box, with all surrounding cells. First all comparisons are listed, then they are made
 //! in one loop, then the pairs found are sorted by tier.
 
-use crate::dem::block::{Block, Pairs, TIERS, WallPair};
+use crate::dem::block::{Block, Pairs, Partner, TIERS, WallPair};
 use crate::dem::discs::Discs;
 use crate::dem::neighbors::cell_grid::{CellGrid, CellRun, ColumnRun};
 use crate::dem::neighbors::pair_buffer::{Comparisons, ImageShift, PairBuffer, SearchSpace};
@@ -31,8 +31,6 @@ pub(crate) struct Surroundings<'a> {
     /// Displacements of the walls since the start, m.
     pub(crate) displacements: &'a [[f64; 2]],
     pub(crate) memory: &'a SearchMemory,
-    /// Numbers in the widest register that may be used.
-    pub(crate) max_width: usize,
 }
 
 /// Memory of a search.
@@ -72,9 +70,8 @@ impl Finder {
     fn fill(&mut self, block: &mut Block, search: &PairSearch<'_>) {
         let PairSearch { discs, skin, around, .. } = *search;
         let own = block.start..block.start + block.len(discs.len());
-        let counted_from = [block.start, block.start];
-        let (sides, max_width) = (around.parameters.sides, around.max_width);
-        let inner = SearchSpace { discs, skin, counted_from, sides, max_width };
+        let (counted_from, parameters) = ([block.start, block.start], around.parameters);
+        let inner = SearchSpace { discs, skin, counted_from, parameters };
         self.found.clear();
         let mut disc = own.start;
         while disc < own.end {
@@ -89,12 +86,12 @@ impl Finder {
         self.found.take::<false>(&mut self.inner, &inner);
         let ends = self.sorter.sort(&self.found.tiers);
         self.sorter.interleave_quarters(ends[0]);
-        self.fill_list(&mut block.inner, ends, &inner, around);
+        self.fill_list(&mut block.inner, ends, &inner);
         let inter_block = SearchSpace { counted_from: [block.start, 0], ..inner };
         self.found.clear();
         self.found.take::<true>(&mut self.inter_block, &inter_block);
         let ends = self.sorter.sort(&self.found.tiers);
-        self.fill_list(&mut block.inter_block, ends, &inter_block, around);
+        self.fill_list(&mut block.inter_block, ends, &inter_block);
         block.shifts.clear();
         let shifts = &self.found.shifts;
         let order = self.sorter.order().iter();
@@ -140,13 +137,7 @@ impl Finder {
     }
 
     /// Copies the pairs found into a list, in the order of the sorter, with their constants.
-    fn fill_list(
-        &self,
-        list: &mut Pairs,
-        ends: [u32; TIERS],
-        space: &SearchSpace<'_>,
-        around: &Surroundings<'_>,
-    ) {
+    fn fill_list(&self, list: &mut Pairs, ends: [u32; TIERS], space: &SearchSpace<'_>) {
         let order = self.sorter.order();
         list.resize(order.len(), ends);
         let (pairs, reaches) = (self.found.pairs(), self.found.reach());
@@ -156,7 +147,7 @@ impl Finder {
             *reach = reaches[pair as usize];
         }
         let ends = [&*list.first, &*list.second];
-        let law = &around.parameters.law;
+        let law = &space.parameters.law;
         law.dampings(space.discs, space.counted_from, ends, &mut list.damping);
     }
 
@@ -192,7 +183,7 @@ fn list_walls_of(block: &mut Block, disc: usize, search: &PairSearch<'_>) {
             block.walls.push(WallPair {
                 disc: (disc - block.start) as u32,
                 wall,
-                damping: around.parameters.law.wall_damping(discs, disc),
+                damping: around.parameters.law.damping(discs, disc, Partner::Wall(wall)),
                 stretch: [0.0; 2],
             });
         }

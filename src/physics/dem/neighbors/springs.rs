@@ -155,12 +155,9 @@ mod contact_history_survives_list_rebuild {
     //! Tolerance: none. Control: springs of pairs that leave the lists are released; many pairs are swapped.
 
     use crate::dem::block::Stretch;
-    use crate::dem::discs::Discs;
-    use crate::dem::neighbors::Neighbors;
-    use crate::dem::neighbors::pair_search::{SearchMemory, Surroundings};
-    use crate::dem::parameters::Parameters;
+    use crate::dem::neighbors::lists_contain_every_contact::Case;
+    use crate::dem::neighbors::pair_search::SearchMemory;
     use crate::random::{Seed, Stream};
-    use crate::simd::registers::MAX_WIDTH;
     use kinetoscope_manifest::model::DemConfig;
     use kinetoscope_manifest::quantity::NonNegative;
     use std::collections::BTreeMap;
@@ -177,12 +174,9 @@ mod contact_history_survives_list_rebuild {
     }
 
     /// Calls a function with the ids and the stretches of every listed pair, in the order of the list.
-    fn for_each_pair(
-        neighbors: &mut Neighbors,
-        discs: &Discs,
-        mut visit: impl FnMut([u32; 2], [&mut f64; 2]),
-    ) {
-        for block in &mut neighbors.blocks {
+    fn for_each_pair(case: &mut Case, mut visit: impl FnMut([u32; 2], [&mut f64; 2])) {
+        let discs = &case.discs;
+        for block in &mut case.neighbors.blocks {
             let start = block.start;
             for (pairs, offset) in [(&mut block.inner, start), (&mut block.inter_block, 0)] {
                 for pair in 0..pairs.len() {
@@ -204,30 +198,23 @@ mod contact_history_survives_list_rebuild {
             rolling_friction: coefficient,
             ..DemConfig::default()
         };
-        let default = Parameters::new(&config);
-        let (sides, periodic, radius_range) = ([SIDE; 2], [false; 2], (RADIUS, RADIUS));
-        let parameters = &Parameters { sides, periodic, radius_range, ..default };
-        let (memory, max_width) = (&SearchMemory::default(), MAX_WIDTH);
-        let around = Surroundings { parameters, walls: &[], displacements: &[], memory, max_width };
-        let mut place = || generator.uniform_in(0.0, SIDE);
-        let positions = (0..DISCS).map(|_| [place(), place()]).collect();
-        let mut discs = Discs::at_rest(positions, || RADIUS);
-        let mut neighbors = Neighbors::new(RADIUS);
-        neighbors.build(&mut discs, &around);
+        let (space, radii) = (([SIDE; 2], [false; 2]), (RADIUS, RADIUS));
+        let memory = SearchMemory::default();
+        let mut case = Case::new(DISCS, &config, space, radii, &mut generator, &memory);
         let mut was = BTreeMap::new();
-        for_each_pair(&mut neighbors, &discs, |ends, springs| {
+        for_each_pair(&mut case, |ends, springs| {
             let [sliding, rolling] = stretch(ends[0], ends[1]);
             (*springs[0], *springs[1]) = (sliding, rolling);
             was.insert(ends, [sliding, rolling]);
         });
         // Far enough for other cells; some are in other rows.
-        for [x, y] in &mut discs.positions {
+        for [x, y] in &mut case.discs.positions {
             *x = (*x + generator.uniform_in(-RADIUS, RADIUS)).abs();
             *y = SIDE - (SIDE - *y - 0.3 * RADIUS).abs();
         }
-        neighbors.build(&mut discs, &around);
+        case.build(&memory);
         let (mut kept, mut swapped, mut new) = (0, 0, 0);
-        for_each_pair(&mut neighbors, &discs, |[first, second], springs| {
+        for_each_pair(&mut case, |[first, second], springs| {
             let springs = springs.map(|stretch| *stretch);
             let is_old = was.contains_key(&[first, second]) || was.contains_key(&[second, first]);
             let wanted = if is_old { stretch(first, second) } else { [0.0; 2] };
@@ -238,8 +225,10 @@ mod contact_history_survives_list_rebuild {
         });
         assert!(kept > 5000 && swapped > 100 && new > 500, "{kept}, {swapped}, {new}");
         // Springs of pairs that are now apart are visited once more, to be released.
-        let tiers = neighbors.scope().tiers;
-        for pairs in neighbors.blocks.iter().flat_map(|block| [&block.inner, &block.inter_block]) {
+        let tiers = case.neighbors.scope().tiers;
+        for pairs in
+            case.neighbors.blocks.iter().flat_map(|block| [&block.inner, &block.inter_block])
+        {
             let left = &pairs.stretch[pairs.in_tiers(tiers)..];
             assert!(left.iter().all(|&stretch| stretch == 0.0), "a spring is forgotten");
         }

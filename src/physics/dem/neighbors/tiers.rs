@@ -6,23 +6,28 @@
 
 use crate::dem::block::TIERS;
 use crate::simd::registers::vectorized;
+use serde::{Deserialize, Serialize};
 
 /// The part of the lists and of the box that a step must visit.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Scope {
-    /// Tiers that have pairs which may be in contact.
-    pub(crate) tiers: usize,
     /// Bound of the displacement of any disc since the lists were built, m.
     pub(crate) moved: f64,
-    /// Displacement up to which every disc is inside the box, m.
-    pub(crate) clearance: f64,
     /// Sum of the largest displacements of all steps since the lists were built, m.
+    #[serde(skip)]
     pub(crate) displacement: f64,
     /// The number of the lists.
+    #[serde(skip)]
     pub(crate) list: u64,
+    /// Tiers that have pairs which may be, or may have been, in contact.
+    pub(crate) tiers: usize,
+    /// Displacement up to which every disc is inside the box: the distance of the nearest center to a closed side when the lists
+    /// were built, m.
+    pub(crate) clearance: f64,
     /// Distance beyond contact up to which pairs are listed, m.
     pub(crate) skin: f64,
     /// Whether there are so many discs that copies of near pairs would take too much memory.
+    #[serde(skip)]
     pub(crate) spares_memory: bool,
 }
 
@@ -41,7 +46,8 @@ impl Scope {
 pub(crate) fn in_reach(moved: f64, skin: f64) -> usize {
     // Gaps are rounded in their last digits.
     let begun = 2.000_001 * moved / skin * TIERS as f64;
-    Ord::min(begun as usize + 1, TIERS)
+    // The cast saturates for a displacement that is far too large.
+    Ord::min(begun as usize, TIERS - 1) + 1
 }
 
 /// The tier of a gap, in m, in a list with a skin.

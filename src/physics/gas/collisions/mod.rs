@@ -31,7 +31,7 @@ const MIN_CELL_WIDTH: f64 = 1.0 + 1e-6;
 
 /// All discs and their predicted events.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(from = "DiscStates", into = "DiscStates")]
+#[serde(try_from = "DiscStates", into = "DiscStates")]
 pub(super) struct CollidingDiscs {
     states: DiscStates,
     /// Rebuilt from the states, as is the tournament.
@@ -85,6 +85,16 @@ impl Propagator for CollidingDiscs {
 
     fn count(&self, state: &GasState) -> u64 {
         state.wall.total.collisions + self.states.tally.collisions
+    }
+
+    fn is_valid_for(&self, state: &GasState, max_speed: f64) -> bool {
+        let states = &self.states;
+        let is_slow = |disc: &Disc| disc.particle.speed() <= max_speed;
+        let radius = state.container.circle.radius;
+        states.discs.len() == state.particles.len()
+            && states.mass_ratios == state.substance.mass_ratios
+            && states.center_limit_m == radius - 0.5 * states.diameter_m
+            && states.discs.iter().all(is_slow)
     }
 
     /// Executes events up to the target time, one per unit of the budget, then moves the particles to the positions of the discs.
@@ -143,8 +153,51 @@ impl Propagator for CollidingDiscs {
     }
 }
 
-impl From<DiscStates> for CollidingDiscs {
-    fn from(states: DiscStates) -> Self {
+impl TryFrom<DiscStates> for CollidingDiscs {
+    type Error = &'static str;
+
+    /// Rejects states that no run can have: a checkpoint may contain any numbers.
+    fn try_from(states: DiscStates) -> Result<Self, Self::Error> {
+        if states.is_valid() { Ok(Self::of(states)) } else { Err("impossible discs") }
+    }
+}
+
+impl DiscStates {
+    /// Whether numbers are finite, cells exist and contain their discs, and partners exist.
+    fn is_valid(&self) -> bool {
+        let count = self.discs.len();
+        let lengths = [self.center_limit_m, self.diameter_m];
+        let has_lengths = lengths.iter().all(|length| length.is_finite() && *length > 0.0);
+        if count == 0 || !has_lengths || !self.time_s.is_finite() {
+            return false;
+        }
+        let grid = grid(self.center_limit_m, self.diameter_m, count);
+        let is_valid = |disc: &Disc| {
+            let Particle { position, velocity } = disc.particle_at(self.time_s);
+            let has_event = match disc.event {
+                Event::Pair { partner, .. } => (partner as usize) < count,
+                Event::Wall => true,
+                Event::Crossing(next) => grid.contains(next, grid.point(next, [0.0; 2])),
+            };
+            let limit = self.center_limit_m * (1.0 + 1e-6);
+            has_event
+                && velocity.iter().all(|component| component.is_finite())
+                && grid.contains(disc.cell, position)
+                && dot(position, position) <= limit * limit
+                && disc.time_s <= self.time_s * (1.0 + 1e-9)
+                // An event that rounding placed before the present occurs now.
+                && disc.event_s >= self.time_s * (1.0 - 1e-9)
+        };
+        self.mass_ratios.len() == count
+            && self.tally.collisions < 1 << 60
+            && self.tally.virial.is_finite()
+            && self.discs.iter().all(is_valid)
+    }
+}
+
+impl CollidingDiscs {
+    /// Discs with their cells and the order of their events.
+    fn of(states: DiscStates) -> Self {
         let count = states.discs.len();
         let mut cells = CellLists::new(grid(states.center_limit_m, states.diameter_m, count));
         for (id, disc) in states.discs.iter().enumerate() {
@@ -180,7 +233,7 @@ impl CollidingDiscs {
             event: Event::Wall,
             event_s: f64::INFINITY,
         });
-        let mut colliding = Self::from(DiscStates {
+        let mut colliding = Self::of(DiscStates {
             duration_s,
             center_limit_m,
             diameter_m,

@@ -6,11 +6,12 @@ use crate::packing::clock::Clock;
 use crate::packing::disc::{DiscRecord, LARGE_SYSTEM};
 use crate::packing::domain::Domain;
 use crate::packing::event_queue::EventQueue;
-use crate::packing::events::NEVER;
+use crate::packing::events::{EventKind, NEVER};
 use crate::packing::growth::Growth;
 use crate::packing::inelastic_collapse::CollapseDetector;
 use crate::packing::motion::{self, Vector};
 use crate::random::Generator;
+use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// Minimum number of events, and minimum number per disc, between two shifts of the clock's origin, whose cost is
@@ -54,6 +55,42 @@ pub(super) struct State {
 }
 
 impl State {
+    /// Whether numbers are finite, discs are in their cells and in the box, and events refer to existing discs.
+    fn is_valid(&self) -> bool {
+        let Domain { sides, max_radius, has_walls, .. } = self.domain;
+        let lengths = [sides[0], sides[1], max_radius];
+        if self.discs.is_empty() || !lengths.iter().all(|side| side.is_finite() && *side > 0.0) {
+            return false;
+        }
+        let (count, grid) = (self.discs.len(), self.domain.cell_grid(self.discs.len()));
+        let now = self.clock.local();
+        let is_radius = |radius: &f64| *radius > 0.0 && *radius <= max_radius;
+        let is_valid = |(index, disc): (usize, &DiscRecord)| {
+            let position = grid.point(disc.cell, disc.position_at(now));
+            let has_event = match disc.event.kind() {
+                EventKind::Pair(partner) => (partner as usize) < count && partner as usize != index,
+                EventKind::Wall(_) => has_walls,
+                EventKind::CellCrossing(_) => true,
+                EventKind::None => disc.event_time == NEVER,
+            };
+            has_event
+                && grid.contains(disc.cell, position)
+                && (0..2).all(|axis| position[axis].abs() <= 0.5 * sides[axis] * (1.0 + 1e-6))
+                && disc.velocity.iter().all(|component| component.is_finite())
+                && disc.time.is_finite()
+                && (0.0..=NEVER).contains(&disc.event_time)
+        };
+        self.clock.is_valid()
+            && self.growth.is_none()
+            && (self.radii.is_empty() || self.radii.len() == count)
+            && self.radii.iter().all(is_radius)
+            && self.last_collision <= now
+            && self.last_collision.is_finite()
+            && self.events_since_shift < Engine::events_between_shifts(count)
+            && self.collapse_detector.is_valid()
+            && self.discs.iter().enumerate().all(is_valid)
+    }
+
     /// The mean time until the events of the discs that have one.
     pub(super) fn mean_time_to_event(&self) -> f64 {
         let now = self.clock.local();
@@ -78,10 +115,13 @@ impl Engine {
             cells,
             are_equal: state.radii.is_empty(),
             prefetches: state.discs.len() >= LARGE_SYSTEM,
-            events_between_shifts: MIN_EVENTS_BETWEEN_SHIFTS
-                .max(EVENTS_PER_DISC_BETWEEN_SHIFTS * state.discs.len() as u64),
+            events_between_shifts: Self::events_between_shifts(state.discs.len()),
             state,
         }
+    }
+
+    fn events_between_shifts(discs: usize) -> u64 {
+        MIN_EVENTS_BETWEEN_SHIFTS.max(EVENTS_PER_DISC_BETWEEN_SHIFTS * discs as u64)
     }
 
     /// The box and the collision parameters.
@@ -165,6 +205,12 @@ impl Serialize for Engine {
 
 impl<'de> Deserialize<'de> for Engine {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        State::deserialize(deserializer).map(Self::from_state)
+        let state = State::deserialize(deserializer)?;
+        // A checkpoint may contain any numbers; the cells and the queue of an impossible state would panic.
+        if state.is_valid() {
+            Ok(Self::from_state(state))
+        } else {
+            Err(D::Error::custom("impossible discs"))
+        }
     }
 }

@@ -46,6 +46,25 @@ fn finished_run_gets_its_final_name() {
     assert_eq!((frames.len(), error), (3, None));
 }
 
+/// A kill between the two steps of the rename leaves the partial name as a second name of the finished recording. The next run
+/// with this name must not truncate it.
+#[cfg(unix)]
+#[test]
+fn new_partial_file_never_truncates_a_finished_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = RecordingFile::create(folder.path(), "run").unwrap();
+    write_run(file, 3, &Outcome::Complete).unwrap().commit().unwrap();
+    let finished = folder.path().join("run.mcap");
+    let bytes = std::fs::read(&finished).unwrap();
+    std::fs::hard_link(&finished, folder.path().join("run.partial.mcap")).unwrap();
+    let file = RecordingFile::create(folder.path(), "run").unwrap();
+    assert_eq!(std::fs::read(&finished).unwrap(), bytes);
+    assert_eq!(
+        write_run(file, 3, &Outcome::Complete).unwrap().commit().unwrap(),
+        Committed::AlreadyThere
+    );
+}
+
 #[test]
 fn equal_bytes_are_accepted_and_other_bytes_are_an_error_that_keeps_both_files() {
     let folder = tempfile::tempdir().unwrap();

@@ -160,7 +160,8 @@ fn camera_shows_container_and_color_bar() {
     let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
     let camera = &layout["configById"]["3D!scene"]["cameraState"];
     let close = |value: &Value, expected: f64| {
-        assert!((value.as_f64().unwrap() - expected).abs() < 1e-15, "{value}, not {expected}");
+        let rounding = 1e-15 * (1.0 + expected.abs());
+        assert!((value.as_f64().unwrap() - expected).abs() < rounding, "{value}, not {expected}");
     };
     close(&camera["distance"], 0.04928);
     close(&camera["targetOffset"][0], 0.02);

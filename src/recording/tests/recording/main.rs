@@ -16,6 +16,8 @@ mod recording_is_byte_identical;
 
 // Frames read from damaged files are bitwise equal, and the error states the loss.
 mod damage_is_reported;
+// Claims of a file are compared with what a recording can have.
+mod claims_are_plausible;
 // Frames that wait for the disk take bounded memory.
 mod frames_in_memory_are_bounded;
 // A recording gets its final name only when it is complete.

@@ -24,6 +24,10 @@ impl Model for OscillatorConfig {
         &["every_s", "every_steps"]
     }
 
+    fn particles(&self) -> u64 {
+        1
+    }
+
     fn check(&mut self, table: &mut Reader<'_>) {
         let steps = self.duration_s.get() / self.time_step_s.get();
         at_least_one_step(steps, table, &["duration_s", "time_step_s"]);

@@ -55,6 +55,17 @@ impl Model for Oscillator {
         })
     }
 
+    fn is_valid_for(&self, config: &OscillatorConfig) -> bool {
+        let Ok(start) = Self::prepare(config, Seed { seed: 0, replicate: 0 }, false) else {
+            return false;
+        };
+        let State { position, velocity } = self.state;
+        Self { count: 0, state: start.state, ..self.clone() } == start
+            && self.count <= self.total_steps
+            && position.is_finite()
+            && velocity.is_finite()
+    }
+
     fn channels(&self) -> &'static [ChannelDeclaration] {
         KIND.channels
     }

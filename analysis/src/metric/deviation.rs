@@ -1,0 +1,54 @@
+//! Deviation of a value from theory.
+
+use crate::metric::theory::Theory;
+use crate::statistics::Estimate;
+use crate::statistics::students_t::normal_equivalent;
+
+/// Deviation of a value from theory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Deviation {
+    /// Within rounding errors.
+    Rounding,
+    /// In standard errors: the deviation of a normal distribution with the probability that Student's t gives this one.
+    StandardErrors(f64),
+    /// The difference, if no standard error is known.
+    Bare(f64),
+}
+
+/// Deviations below this fraction of the theoretical value are rounding errors.
+const ROUNDING_FRACTION: f64 = 1e-9;
+
+impl Deviation {
+    /// The deviation of an estimate; `None` without a theoretical value, and outside its law's range.
+    ///
+    /// Theory that is conditional on the start of the run is compared by the conditional standard error.
+    pub(crate) fn of(estimate: &Estimate, theory: Option<Theory>, rounding: f64) -> Option<Self> {
+        let theory = theory.filter(|theory| theory.in_range && !estimate.value.is_nan())?;
+        let difference = estimate.value - theory.value;
+        let rounding = rounding.max(ROUNDING_FRACTION * theory.value.abs());
+        let error = estimate.conditional_standard_error.or(estimate.standard_error);
+        Some(match error {
+            _ if difference.abs() <= rounding => Self::Rounding,
+            // A standard error within rounding is not a measure of the deviation.
+            Some(error) if error > rounding => {
+                let combined = error.hypot(theory.accuracy);
+                let deviation = difference / combined;
+                // The accuracy of the law is known, so it adds freedom (Welch 1947, Satterthwaite 1946).
+                let freedom =
+                    estimate.degrees_of_freedom.map(|own| own * (combined / error).powi(4));
+                Self::StandardErrors(
+                    freedom.map_or(deviation, |freedom| normal_equivalent(deviation, freedom)),
+                )
+            }
+            _ => Self::Bare(difference),
+        })
+    }
+
+    /// The deviation in standard errors, if a standard error is known.
+    pub(crate) const fn in_standard_errors(self) -> Option<f64> {
+        match self {
+            Self::StandardErrors(deviation) => Some(deviation),
+            Self::Rounding | Self::Bare(_) => None,
+        }
+    }
+}

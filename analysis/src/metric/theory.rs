@@ -1,0 +1,70 @@
+//! The theoretical value of a metric.
+
+use crate::metric::law::Law;
+
+/// The theoretical value of a metric for one run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Theory {
+    /// The value, in the metric's unit.
+    pub value: f64,
+    /// The accuracy of the law at this value, in the metric's unit; 0 for an exact law.
+    pub accuracy: f64,
+    /// Whether the run is in the law's range. Outside, the value is not compared.
+    pub in_range: bool,
+    /// The law that gives the value.
+    pub law: Option<Law>,
+}
+
+impl Theory {
+    /// States that the run is outside the range of the law, with the range.
+    pub(crate) fn out_of_range(&self) -> String {
+        match self.law.map_or("", |law| law.range) {
+            "" => "the run is outside the range of its law".to_owned(),
+            range => format!("the run is outside the range of its law: {range}"),
+        }
+    }
+}
+
+/// A value expected by a law, before it is known which law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ExpectedValue {
+    /// The value, in the metric's unit.
+    pub(crate) value: f64,
+    /// The accuracy in the metric's unit; `None` for the law's relative accuracy.
+    pub(crate) accuracy: Option<f64>,
+    /// Whether the run is in the law's range.
+    pub(crate) in_range: bool,
+}
+
+impl ExpectedValue {
+    /// The theoretical value by a law.
+    pub(crate) fn by(self, law: Option<Law>) -> Theory {
+        let relative_accuracy = law.map_or(0.0, |law| law.relative_accuracy);
+        let accuracy = self.accuracy.unwrap_or_else(|| relative_accuracy * self.value.abs());
+        Theory { value: self.value, accuracy, in_range: self.in_range, law }
+    }
+}
+
+/// A theoretical value that may be missing.
+pub(crate) trait Expected {
+    /// The value, with its accuracy and whether the law applies.
+    fn expected(self) -> Option<ExpectedValue>;
+}
+
+impl Expected for ExpectedValue {
+    fn expected(self) -> Option<ExpectedValue> {
+        Some(self)
+    }
+}
+
+impl Expected for f64 {
+    fn expected(self) -> Option<ExpectedValue> {
+        Some(ExpectedValue { value: self, accuracy: None, in_range: true })
+    }
+}
+
+impl<E: Expected> Expected for Option<E> {
+    fn expected(self) -> Option<ExpectedValue> {
+        self.and_then(E::expected)
+    }
+}

@@ -1,0 +1,71 @@
+//! Why a value has no standard error.
+
+use serde::{Deserialize, Serialize};
+use std::fmt::{self, Display, Formatter};
+
+/// Why a value has no standard error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum MissingError {
+    /// The series has fewer entries than an error needs.
+    TooFewEntries {
+        /// The entries.
+        entries: Entries,
+        /// The number needed.
+        needs: u64,
+        /// The number present.
+        has: u64,
+    },
+    /// The entries are correlated over a large part of the series.
+    TooCorrelated(Entries),
+    /// The value changes systematically during the run, so the scatter of its parts is not a statistical error.
+    Drifting,
+    /// The value depends on the start of the run, and one run does not tell how much it differs from seed to seed.
+    DependsOnStart,
+}
+
+/// The entries of a series.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Entries {
+    /// Recorded frames.
+    #[default]
+    Frames,
+    /// Frames of the interval over which a value is averaged.
+    AveragedFrames,
+    /// Frames from which the structure was sampled.
+    SampledFrames,
+    /// Time intervals between frames.
+    Intervals,
+    /// Recorded collisions.
+    Collisions,
+}
+
+impl Display for Entries {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Frames => "frames",
+            Self::AveragedFrames => "averaged frames",
+            Self::SampledFrames => "sampled frames",
+            Self::Intervals => "intervals between frames",
+            Self::Collisions => "collisions",
+        })
+    }
+}
+
+impl Display for MissingError {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TooFewEntries { entries, needs, has } => {
+                write!(formatter, "a standard error needs {needs} {entries}, the run has {has}")
+            }
+            Self::TooCorrelated(entries) => write!(
+                formatter,
+                "the {entries} are correlated over much of the run: a standard error needs a longer run"
+            ),
+            Self::Drifting => formatter
+                .write_str("the value drifts during the run: a standard error needs replicates"),
+            Self::DependsOnStart => formatter.write_str(
+                "the value differs from start to start: a standard error needs replicates",
+            ),
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! Tables as Parquet, one row group at a time.
+
+use super::{Cell, CellKind, Column};
+use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical, ZstdLevel};
+use parquet::column::writer::ColumnWriter;
+use parquet::data_type::ByteArray;
+use parquet::errors::ParquetError;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::Type;
+use std::io::Write;
+use std::sync::Arc;
+
+/// Rows per row group, which bound the memory.
+const ROWS_PER_GROUP: usize = 1 << 15;
+
+/// A Parquet table that is written row by row.
+pub(crate) struct ParquetTable<W: Write + Send> {
+    writer: SerializedFileWriter<W>,
+    /// The cells of the current row group, by column.
+    group: Vec<Vec<Cell>>,
+}
+
+impl<W: Write + Send> ParquetTable<W> {
+    /// Begins a table. Each cell may be missing.
+    ///
+    /// # Errors
+    /// An output that cannot be written.
+    pub(crate) fn new(output: W, columns: &[Column]) -> Result<Self, ParquetError> {
+        let fields: Result<Vec<Arc<Type>>, ParquetError> = columns.iter().map(field).collect();
+        let schema = Type::group_type_builder("table").with_fields(fields?).build()?;
+        let zstd = Compression::ZSTD(ZstdLevel::try_new(1)?);
+        let properties = WriterProperties::builder().set_compression(zstd).build();
+        let writer = SerializedFileWriter::new(output, Arc::new(schema), Arc::new(properties))?;
+        Ok(Self { writer, group: vec![Vec::new(); columns.len()] })
+    }
+
+    /// Adds a row of as many cells as there are columns.
+    ///
+    /// # Errors
+    /// An output that cannot be written.
+    pub(crate) fn row(
+        &mut self,
+        cells: impl IntoIterator<Item = Cell>,
+    ) -> Result<(), ParquetError> {
+        for (column, cell) in self.group.iter_mut().zip(cells) {
+            column.push(cell);
+        }
+        let is_full = self.group.first().is_some_and(|column| column.len() == ROWS_PER_GROUP);
+        if is_full { self.write_group() } else { Ok(()) }
+    }
+
+    /// Writes the last rows and the footer, and returns the output.
+    ///
+    /// # Errors
+    /// An output that cannot be written.
+    pub(crate) fn finish(mut self) -> Result<W, ParquetError> {
+        self.write_group()?;
+        self.writer.into_inner()
+    }
+
+    fn write_group(&mut self) -> Result<(), ParquetError> {
+        if self.group.first().is_none_or(Vec::is_empty) {
+            return Ok(());
+        }
+        let mut group = self.writer.next_row_group()?;
+        for cells in &mut self.group {
+            if let Some(mut column) = group.next_column()? {
+                write_cells(cells, column.untyped())?;
+                column.close()?;
+            }
+            cells.clear();
+        }
+        group.close().map(drop)
+    }
+}
+
+fn field(column: &Column) -> Result<Arc<Type>, ParquetError> {
+    let (physical, logical) = match column.kind {
+        CellKind::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+        CellKind::Integer => (Physical::INT64, None),
+        CellKind::Number => (Physical::DOUBLE, None),
+        CellKind::Boolean => (Physical::BOOLEAN, None),
+    };
+    let field = Type::primitive_type_builder(&column.name, physical)
+        .with_logical_type(logical)
+        .with_repetition(Repetition::OPTIONAL);
+    field.build().map(Arc::new)
+}
+
+/// Writes the cells of one column; a cell of another type than the column's is missing.
+fn write_cells(cells: &[Cell], writer: &mut ColumnWriter<'_>) -> Result<(), ParquetError> {
+    /// The values that are present, and for each cell whether it is.
+    fn present<T>(cells: &[Cell], value: impl Fn(&Cell) -> Option<T>) -> (Vec<T>, Vec<i16>) {
+        let values: Vec<Option<T>> = cells.iter().map(value).collect();
+        let levels = values.iter().map(|value| i16::from(value.is_some())).collect();
+        (values.into_iter().flatten().collect(), levels)
+    }
+    match writer {
+        ColumnWriter::ByteArrayColumnWriter(writer) => {
+            let (values, levels) = present(cells, |cell| match cell {
+                Cell::Text(text) => Some(ByteArray::from(text.as_str())),
+                _ => None,
+            });
+            writer.write_batch(&values, Some(&levels), None)?;
+        }
+        ColumnWriter::Int64ColumnWriter(writer) => {
+            let (values, levels) = present(cells, |cell| match cell {
+                Cell::Integer(number) => Some(*number),
+                _ => None,
+            });
+            writer.write_batch(&values, Some(&levels), None)?;
+        }
+        ColumnWriter::DoubleColumnWriter(writer) => {
+            let (values, levels) = present(cells, |cell| match cell {
+                Cell::Number(number) => Some(*number),
+                Cell::Integer(number) => Some(*number as f64),
+                _ => None,
+            });
+            writer.write_batch(&values, Some(&levels), None)?;
+        }
+        ColumnWriter::BoolColumnWriter(writer) => {
+            let (values, levels) = present(cells, |cell| match cell {
+                Cell::Boolean(value) => Some(*value),
+                _ => None,
+            });
+            writer.write_batch(&values, Some(&levels), None)?;
+        }
+        _ => return Err(ParquetError::General("a column of another type".to_owned())),
+    }
+    Ok(())
+}

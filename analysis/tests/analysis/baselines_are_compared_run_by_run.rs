@@ -1,0 +1,235 @@
+//! Guarantee: a baseline is compared run by run. The same run has the same values, other versions have the same values within
+//! rounding, other seeds have no significant difference, and any other key that differs is named.
+#![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
+
+use crate::synthetic::{AnalysisOutput, Folder, Frames, analyze, flat, two_frames};
+use kinetoscope_manifest::RunManifest;
+use kinetoscope_recording::channels::GasPressure;
+use serde_json::{Value, json};
+use std::fs;
+use std::path::PathBuf;
+
+/// Four replicates of a gas; the rest of the manifest follows `seed`.
+fn manifest(seed: u32, rest: &str) -> String {
+    format!(
+        "name = \"gas\"\nreplicates = 4\nseed = {seed}\n[model.gas]\nparticles = 1\nduration_s = 1.0\n{rest}\n\
+         [record]\nframes = 1\nchannels = [\"state\", \"pressure\"]\n"
+    )
+}
+
+/// Ideal-gas pressure `center` + 0, 1, 2, 3 by replicate: mean center + 1.5, standard error sqrt(5/3)/2 = 0.645.
+fn frames(center: f64) -> impl Fn(&RunManifest) -> Frames {
+    move |run| {
+        two_frames(&GasPressure {
+            ideal_gas_n_per_m: center + f64::from(run.replicate),
+            mean_square_formula_n_per_m: 2.0,
+            ..GasPressure::default()
+        })
+    }
+}
+
+/// An earlier analysis: seed 1, center 10.
+struct Earlier {
+    folder: Folder,
+    file: PathBuf,
+}
+
+impl Earlier {
+    fn new(rest: &str) -> Self {
+        let folder = Folder::write(&manifest(1, rest), frames(10.0));
+        folder.metrics();
+        let file = folder.path().join("baseline.json");
+        fs::copy(folder.path().join("metrics.json"), &file).unwrap();
+        Self { folder, file }
+    }
+
+    /// Changes the file of the baseline.
+    fn edit(&self, change: impl Fn(&mut Value)) {
+        let mut document: Value =
+            serde_json::from_str(&fs::read_to_string(&self.file).unwrap()).unwrap();
+        change(&mut document);
+        fs::write(&self.file, document.to_string()).unwrap();
+    }
+
+    /// Compares other recordings with the baseline.
+    fn compare(&self, manifest: &str, center: f64, more: &[&str]) -> AnalysisOutput {
+        self.compare_folder(&Folder::write(manifest, frames(center)), more)
+    }
+
+    fn compare_folder(&self, now: &Folder, more: &[&str]) -> AnalysisOutput {
+        let arguments = ["--baseline", self.file.to_str().unwrap(), now.name()];
+        let output = analyze(&[&arguments, more].concat());
+        assert!(!output.text.contains("combined standard errors"), "{}", output.text);
+        output
+    }
+}
+
+/// The first entry of a metric in a document.
+fn first<'a>(document: &'a mut Value, name: &str) -> &'a mut Value {
+    let metrics = document["metrics"].as_array_mut().unwrap();
+    metrics.iter_mut().find(|metric| metric["name"] == name).unwrap()
+}
+
+#[test]
+fn same_run_is_equal_to_the_last_digit() {
+    let earlier = Earlier::new("");
+    let same = earlier.compare_folder(&earlier.folder, &[]);
+    assert_eq!(same.code, 0, "{}", same.text);
+    assert!(flat(&same.text).contains("same run key and versions: equal to the last digit"));
+    // Control: one bit.
+    earlier.edit(|document| {
+        first(document, "pressure.ideal_gas")["value"] = json!(11.500_000_000_000_002)
+    });
+    let other = earlier.compare_folder(&earlier.folder, &[]);
+    assert_eq!(other.code, 3, "{}", other.text);
+    let finding = "FAILED pressure.ideal_gas: 11.5 N/m, baseline 11.5 N/m, difference -1.776357e-15 N/m: \
+        not equal, although the run is the same";
+    assert!(flat(&other.text).contains(finding), "{}", other.text);
+}
+
+#[test]
+fn other_versions_are_equal_within_rounding() {
+    let earlier = Earlier::new("");
+    let with_value = |value: f64| {
+        earlier.edit(|document| {
+            for run in document["runs"].as_array_mut().unwrap() {
+                run["program_version"] = json!("0.0.9");
+                run["physics_version"] = json!(7);
+            }
+            first(document, "pressure.ideal_gas")["value"] = json!(value);
+        });
+        earlier.compare_folder(&earlier.folder, &[])
+    };
+    let rounded = with_value(11.5 * (1.0 + 0.9e-9));
+    assert_eq!(rounded.code, 0, "{}", rounded.text);
+    let beyond = with_value(11.5 * (1.0 + 1.1e-9));
+    assert_eq!(beyond.code, 3, "{}", beyond.text);
+    let versions = "beyond rounding (program version: 0.0.9 → 0, physics version: 7 → 1)";
+    assert!(flat(&beyond.text).contains(versions), "{}", beyond.text);
+}
+
+/// The means 11.5(6) and 12.5(6) agree, 11.5(6) and 111.5(6) do not. Metrics without an error are not compared.
+#[test]
+fn other_seeds_have_no_significant_difference() {
+    let earlier = Earlier::new("");
+    let near = earlier.compare(&manifest(2, ""), 11.0, &[]);
+    assert_eq!(near.code, 0, "{}", near.text);
+    let text = flat(&near.text);
+    assert!(text.contains("4 runs, seed: 1 → 2: differences by Student's t"), "{text}");
+    assert!(
+        text.contains("ok pressure.ideal_gas: 12.5 N/m, baseline 11.5 N/m, difference 1 N/m, "),
+        "{text}"
+    );
+    assert!(text.contains("within the scatter of seeds"), "{text}");
+    assert!(text.contains("0 fail, ") && !text.contains(" 0 are not compared"), "{text}");
+    let far = earlier.compare(&manifest(2, ""), 110.0, &[]);
+    assert_eq!(far.code, 3, "{}", far.text);
+    assert!(flat(&far.text).contains("beyond the scatter of seeds"), "{}", far.text);
+}
+
+/// Control: a comparison by standard errors alone passes, because the values are near.
+#[test]
+fn other_keys_fail_and_are_named() {
+    let earlier = Earlier::new("temperature_k = 300\nradius_m = 1");
+    for (key, rest) in [
+        ("model.gas.temperature_k: 300.0 → 303.0", "temperature_k = 303\nradius_m = 1"),
+        ("model.gas.radius_m: 1.0 → 1.01", "temperature_k = 300\nradius_m = 1.01"),
+    ] {
+        let name = key.split(':').next().unwrap();
+        for seed in [1, 2] {
+            let changed = manifest(seed, rest);
+            let other = earlier.compare(&changed, 10.5, &[]);
+            assert_eq!(other.code, 3, "{}", other.text);
+            let finding =
+                format!("FAILED keys of 4 runs: {key}; allow a change with --allow-changed");
+            assert!(flat(&other.text).contains(&finding), "{}", other.text);
+            let last = name.rsplit('.').next().unwrap();
+            for allowed in [name, last] {
+                let output = earlier.compare(&changed, 10.5, &["--allow-changed", allowed]);
+                assert_eq!(output.code, 0, "{}", output.text);
+            }
+            let far = earlier.compare(&changed, 110.0, &["--allow-changed", name]);
+            assert_eq!(far.code, 3, "{}", far.text);
+        }
+    }
+}
+
+#[test]
+fn tolerances_of_the_manifest_replace_the_standard_error() {
+    let earlier = Earlier::new("");
+    let tolerance = |value: f64| {
+        format!("[[baseline]]\nmetric = \"pressure.ideal_gas\"\nrelative_tolerance = {value}\n")
+    };
+    let compare = |value| earlier.compare(&(manifest(2, "") + &tolerance(value)), 11.0, &[]);
+    // The replicates differ by 1 of 10 to 13, the means by 1 of 11.5.
+    assert_eq!(compare(0.1).code, 0, "{}", compare(0.1).text);
+    let tight = compare(0.08);
+    assert_eq!(tight.code, 3, "{}", tight.text);
+    assert!(flat(&tight.text).contains("tolerance 0.08 of the baseline"), "{}", tight.text);
+}
+
+/// Runs that one analysis does not have, and metrics that are gone, fail.
+#[test]
+fn missing_runs_and_metrics_fail() {
+    let earlier = Earlier::new("");
+    let fewer = manifest(1, "").replace("replicates = 4", "replicates = 3");
+    let output = earlier.compare(&fewer, 10.0, &[]);
+    assert_eq!(output.code, 3, "{}", output.text);
+    assert!(flat(&output.text).contains("FAILED the run at replicate = 3"), "{}", output.text);
+    earlier.edit(|document| first(document, "pressure.ideal_gas")["name"] = json!("lost"));
+    let lost = earlier.compare_folder(&earlier.folder, &[]);
+    assert_eq!(lost.code, 3);
+    assert!(flat(&lost.text).contains("FAILED lost: none, baseline 11.5 N/m"), "{}", lost.text);
+    assert_eq!(earlier.compare(&manifest(2, ""), 11.0, &[]).code, 3, "with another seed as well");
+    // Whether a metric applies may depend on the seed; the same run has it.
+    earlier.edit(|document| first(document, "lost")["name"] = json!("effusion_rate"));
+    assert_eq!(earlier.compare(&manifest(2, ""), 11.0, &[]).code, 0);
+    assert_eq!(earlier.compare_folder(&earlier.folder, &[]).code, 3);
+}
+
+#[test]
+fn unusable_baselines_are_rejected_before_the_analysis() {
+    let earlier = Earlier::new("");
+    let text = fs::read_to_string(&earlier.file).unwrap();
+    let rejected = |text: &str, expected: &str| {
+        fs::write(&earlier.file, text).unwrap();
+        let output = earlier.compare_folder(&earlier.folder, &[]);
+        assert_eq!(output.code, 2, "{}", output.text);
+        assert!(flat(&output.text).contains(expected), "{expected} in {}", output.text);
+        assert!(!output.text.contains("against the baseline"), "{}", output.text);
+    };
+    rejected("{}", "is not a metrics.json");
+    rejected("", "is not a complete metrics.json");
+    rejected(&text[..text.len() / 2], "is not a complete metrics.json");
+    rejected(&text.replacen("\"gas\"", "\"other\"", 1), "the baseline is of the experiment other");
+    rejected(
+        &text.replacen("\"schema\": 2", "\"schema\": 1", 1),
+        "has schema 1, this version reads 2",
+    );
+    fs::write(&earlier.file, &text).unwrap();
+    let unknown = earlier.compare_folder(&earlier.folder, &["--allow-changed", "temprature_k"]);
+    assert_eq!(unknown.code, 2, "{}", unknown.text);
+    assert!(flat(&unknown.text).contains("has this key"), "{}", unknown.text);
+}
+
+/// The report lists every metric of both analyses, the worst first.
+#[test]
+fn report_lists_all_metrics_worst_first() {
+    let earlier = Earlier::new("");
+    let now = Folder::write(&manifest(2, ""), frames(110.0));
+    let output = earlier.compare_folder(&now, &[]);
+    assert_eq!(output.code, 3, "{}", output.text);
+    let report = fs::read_to_string(now.path().join("report.html")).unwrap();
+    let section =
+        report.split("Against the baseline").nth(1).unwrap().split("</section>").next().unwrap();
+    let rows: Vec<&str> = section.split("<tr>").skip(2).collect();
+    let documents = now.written();
+    assert_eq!(rows.len(), documents.len(), "{section}");
+    assert!(
+        rows[0].contains("<strong class=\"bad\">failed</strong>: beyond the scatter of seeds"),
+        "{}",
+        rows[0]
+    );
+    let first_uncompared = rows.iter().position(|row| row.contains("not compared")).unwrap();
+    assert!(rows[first_uncompared..].iter().all(|row| row.contains("not compared")));
+}

@@ -1,0 +1,31 @@
+//! The lengths of the columns of a message.
+
+/// A field that may be a column.
+pub(crate) trait Column {
+    /// Number of values; `None` for a field with a single value.
+    fn length(&self) -> Option<usize>;
+}
+
+impl<T> Column for Vec<T> {
+    fn length(&self) -> Option<usize> {
+        Some(self.len())
+    }
+}
+
+impl Column for f64 {
+    fn length(&self) -> Option<usize> {
+        None
+    }
+}
+
+impl Column for u64 {
+    fn length(&self) -> Option<usize> {
+        None
+    }
+}
+
+impl Column for String {
+    fn length(&self) -> Option<usize> {
+        None
+    }
+}

@@ -1,0 +1,61 @@
+//! Files that the user names as a destination: they may be links, devices or pipes, and are written as any program would write
+//! them. No call waits for a reader that does not exist.
+
+use crate::atomic_file::replace;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write as _};
+use std::path::Path;
+
+/// Writes a destination: a regular file is replaced as a whole, behind a symbolic link as well; a device or a pipe receives the
+/// bytes.
+///
+/// # Errors
+/// A folder that cannot be written, a destination that fails, or a named pipe without a reader.
+pub fn write(path: &Path, contents: &[u8]) -> io::Result<()> {
+    match fs::metadata(path) {
+        Ok(metadata) if !metadata.is_file() && !metadata.is_dir() => {
+            open_special(path)?.write_all(contents)
+        }
+        Ok(_) if path.is_symlink() => replace(&fs::canonicalize(path)?, contents),
+        // The target of a dangling link is created.
+        Err(_) if path.is_symlink() => fs::write(path, contents),
+        Ok(_) | Err(_) => replace(path, contents),
+    }
+}
+
+/// Adds text to the end of a destination, which is created if it does not exist.
+///
+/// # Errors
+/// As [`write()`].
+pub fn append(path: &Path, text: &str) -> io::Result<()> {
+    let is_special =
+        fs::metadata(path).is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir());
+    let mut file = if is_special {
+        open_special(path)?
+    } else {
+        OpenOptions::new().create(true).append(true).open(path)?
+    };
+    file.write_all(text.as_bytes())
+}
+
+/// Opens a device or a pipe. A named pipe without a reader is an error at once.
+#[cfg(unix)]
+fn open_special(path: &Path) -> io::Result<File> {
+    use std::os::unix::fs::OpenOptionsExt as _;
+    let mut options = OpenOptions::new();
+    options.write(true).custom_flags(libc::O_NONBLOCK | libc::O_NOCTTY);
+    let probe = options.open(path).map_err(|error| match error.raw_os_error() {
+        Some(libc::ENXIO) => io::Error::other("it is a named pipe that no program reads"),
+        _ => error,
+    })?;
+    if !std::os::unix::fs::FileTypeExt::is_fifo(&probe.metadata()?.file_type()) {
+        return Ok(probe);
+    }
+    // The pipe has a reader, so a second open does not block, and writes wait for the reader.
+    OpenOptions::new().write(true).open(path)
+}
+
+#[cfg(not(unix))]
+fn open_special(path: &Path) -> io::Result<File> {
+    OpenOptions::new().write(true).open(path)
+}

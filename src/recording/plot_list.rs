@@ -1,0 +1,35 @@
+//! The names of an analysis's plots in a file next to them, so that plots of earlier manifests can be removed.
+
+use crate::regular_file::read_text;
+use std::path::Path;
+
+/// Name of the list.
+pub const PLOT_LIST: &str = ".analysis-plots";
+/// Maximum size of a list that is read.
+const MAX_BYTES: u64 = 1 << 20;
+
+/// The plots in a folder by its list, if there is one. Names that lead out of the folder are left out: any user of a shared folder
+/// can write the list.
+#[must_use]
+pub fn listed_plots(folder: &Path) -> Vec<String> {
+    let Ok(list) = read_text(&folder.join(PLOT_LIST), MAX_BYTES) else { return Vec::new() };
+    let is_plot = |name: &&str| name.ends_with(".svg") && !name.contains(['/', '\\']);
+    list.lines().filter(is_plot).map(str::to_owned).collect()
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may panic")]
+mod tests {
+    use super::{PLOT_LIST, listed_plots};
+
+    #[test]
+    fn list_names_only_plots_of_its_folder() {
+        let folder = std::env::temp_dir().join(format!("plot-list-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let list = "a.svg\n../b.svg\n/c.svg\nd\\e.svg\nf.mcap\n.svg.txt\n";
+        std::fs::write(folder.join(PLOT_LIST), list).unwrap();
+        assert_eq!(listed_plots(&folder), ["a.svg"]);
+        std::fs::remove_dir_all(&folder).unwrap();
+        assert!(listed_plots(&folder).is_empty());
+    }
+}

@@ -1,0 +1,130 @@
+//! The only place that opens files for reading: regular files only, opened without waiting, and of bounded size.
+//!
+//! A named pipe without a writer would block `open` itself, and a device such as `/dev/zero` has no end. Therefore, a file is
+//! opened non-blocking, and its type is checked on the open file, which nothing can exchange any more.
+
+use std::fs::{File, Metadata, OpenOptions};
+use std::io::{self, Read as _};
+use std::path::Path;
+
+/// Maximum size of a manifest, and of its canonical text in a recording. Parsing takes about 27 times the memory.
+pub const MAX_MANIFEST_BYTES: u64 = 16 << 20;
+/// Maximum size of `experiment.toml`: about 250,000 runs.
+pub const MAX_EXPERIMENT_RECORD_BYTES: u64 = 64 << 20;
+/// Maximum size of other side files: timing tables, attestations, reports of failures, checks, baselines.
+pub const MAX_SIDE_FILE_BYTES: u64 = 16 << 20;
+
+/// Opens a regular file for reading.
+///
+/// # Errors
+/// A file that cannot be opened, or is a folder, a named pipe, a socket or a device.
+pub fn open(path: &Path) -> io::Result<(File, Metadata)> {
+    checked(without_waiting(OpenOptions::new().read(true)).open(path)?)
+}
+
+/// Reads a regular file of at most `max_bytes`. A larger file is not read.
+///
+/// # Errors
+/// As [`open`], a file that is too large, or one that cannot be read.
+pub fn read(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
+    let (file, metadata) = open(path)?;
+    read_opened(file, metadata.len(), max_bytes)
+}
+
+/// Reads a regular file of at most `max_bytes` in UTF-8.
+///
+/// # Errors
+/// As [`read`], or bytes that are not UTF-8.
+pub fn read_text(path: &Path, max_bytes: u64) -> io::Result<String> {
+    let bytes = read(path, max_bytes)?;
+    String::from_utf8(bytes)
+        .map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "it is not a text in UTF-8"))
+}
+
+/// Opens a regular file for reading and writing, and creates it if it does not exist. A symbolic link is not followed, because
+/// it could lead to any file of the user.
+///
+/// # Errors
+/// As [`open`], or a symbolic link.
+pub(crate) fn open_or_create(path: &Path) -> io::Result<(File, Metadata)> {
+    let mut options = OpenOptions::new();
+    options.create(true).truncate(false).read(true).write(true);
+    match without_following(&mut options).open(path) {
+        Ok(file) => checked(file),
+        Err(_) if path.is_symlink() => {
+            Err(io::Error::new(io::ErrorKind::InvalidInput, "it is a symbolic link: remove it"))
+        }
+        Err(error) => Err(error),
+    }
+}
+
+/// Reads the rest of an input that has `bytes` bytes according to its storage.
+///
+/// # Errors
+/// More than `max_bytes`, or an input that cannot be read.
+pub fn read_opened(input: impl io::Read, bytes: u64, max_bytes: u64) -> io::Result<Vec<u8>> {
+    let too_large = || {
+        let limit = max_bytes >> 20;
+        let what = format!("it is larger than {limit} MiB, the maximum for such a file");
+        io::Error::new(io::ErrorKind::FileTooLarge, what)
+    };
+    if bytes > max_bytes {
+        return Err(too_large());
+    }
+    let mut content = Vec::new();
+    // The file may grow while it is read, and files of /proc have a size of 0.
+    input.take(max_bytes + 1).read_to_end(&mut content)?;
+    if content.len() as u64 > max_bytes { Err(too_large()) } else { Ok(content) }
+}
+
+fn checked(file: File) -> io::Result<(File, Metadata)> {
+    let metadata = file.metadata()?;
+    if metadata.is_file() {
+        return Ok((file, metadata));
+    }
+    let what = format!("it is {}, not a regular file", type_of(&metadata));
+    Err(io::Error::new(io::ErrorKind::InvalidInput, what))
+}
+
+/// What a file that is not a regular one is.
+#[must_use]
+pub fn type_of(metadata: &Metadata) -> &'static str {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt as _;
+        let kind = metadata.file_type();
+        if kind.is_fifo() {
+            return "a named pipe (FIFO)";
+        }
+        if kind.is_socket() {
+            return "a socket";
+        }
+        if kind.is_char_device() || kind.is_block_device() {
+            return "a device";
+        }
+    }
+    if metadata.is_dir() { "a folder" } else { "a special file" }
+}
+
+#[cfg(unix)]
+fn without_waiting(options: &mut OpenOptions) -> &mut OpenOptions {
+    use std::os::unix::fs::OpenOptionsExt as _;
+    // A terminal must not become the program's own one.
+    options.custom_flags(libc::O_NONBLOCK | libc::O_NOCTTY)
+}
+
+#[cfg(unix)]
+fn without_following(options: &mut OpenOptions) -> &mut OpenOptions {
+    use std::os::unix::fs::OpenOptionsExt as _;
+    options.custom_flags(libc::O_NONBLOCK | libc::O_NOCTTY | libc::O_NOFOLLOW)
+}
+
+#[cfg(not(unix))]
+fn without_waiting(options: &mut OpenOptions) -> &mut OpenOptions {
+    options
+}
+
+#[cfg(not(unix))]
+fn without_following(options: &mut OpenOptions) -> &mut OpenOptions {
+    options
+}

@@ -1,0 +1,65 @@
+//! The memory that this machine has for a run, compared with the estimate of a run before its start is built.
+
+use kinetoscope_manifest::RunManifest;
+use kinetoscope_physics::kind_of;
+use kinetoscope_physics::model::SetupError;
+use kinetoscope_recording::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
+use std::path::Path;
+
+/// Memory that any machine has. The available memory is not read for a run that needs less.
+const ALWAYS_AVAILABLE_BYTES: u64 = 256 << 20;
+
+/// Memory of a run without particles: the program, and the chunk that its recorder fills.
+pub(crate) const PROGRAM_BYTES: u64 = 64 << 20;
+/// Memory that a run needs in any case, as a number of recorded frames: the maximum measured, rounded up.
+const FRAMES_NEEDED: u64 = 4;
+/// Size of the drawing of a disc, compressed.
+pub(crate) const DRAWN_BYTES: u64 = 50;
+
+/// The number of bytes that Linux reports in `file` as a line `LABEL: N kB`; `None` on other operating systems.
+#[must_use]
+pub fn memory_bytes(file: &str, label: &str) -> Option<u64> {
+    let text = read_text(Path::new(file), MAX_SIDE_FILE_BYTES).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix(label))?;
+    let kibibytes: u64 =
+        line.trim_start_matches(':').trim().trim_end_matches("kB").trim().parse().ok()?;
+    Some(kibibytes * 1024)
+}
+
+/// The available memory (`MemAvailable` of Linux); unlimited on other operating systems.
+#[must_use]
+pub fn available_bytes() -> u64 {
+    memory_bytes("/proc/meminfo", "MemAvailable").unwrap_or(u64::MAX)
+}
+
+/// Rejects a run that needs more memory than is available. No memory has been spent on its particles yet.
+///
+/// # Errors
+/// A run that cannot be executed on this machine, with the remedy.
+pub fn check(manifest: &RunManifest) -> Result<(), SetupError> {
+    let needed = needed_memory_bytes(manifest);
+    if needed <= ALWAYS_AVAILABLE_BYTES {
+        return Ok(());
+    }
+    let available = available_bytes();
+    if needed <= available {
+        return Ok(());
+    }
+    let gigabytes = |bytes: u64| bytes as f64 / 1e9;
+    Err(SetupError(format!(
+        "the run needs {:.0} GB of memory for its {} particles, this machine has {:.0} GB available: reduce the number of \
+         particles, end other programs, or use a machine with more memory",
+        gigabytes(needed).ceil(),
+        manifest.model.particles(),
+        gigabytes(available).floor()
+    )))
+}
+
+/// Memory that a run needs in any case, estimated without building its start. The upper estimate is twice that of
+/// the particles.
+#[must_use]
+pub fn needed_memory_bytes(manifest: &RunManifest) -> u64 {
+    let columns = kind_of(&manifest.model).state_columns.len() * size_of::<f64>();
+    let frame = manifest.model.particles().saturating_mul(columns as u64 + DRAWN_BYTES);
+    PROGRAM_BYTES.saturating_add(FRAMES_NEEDED.saturating_mul(frame))
+}

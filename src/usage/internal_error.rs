@@ -1,0 +1,77 @@
+//! Internal errors: a panic or a failed allocation ends a program with a message and exit code 70.
+
+use crate::complain;
+use std::any::Any;
+use std::backtrace::{Backtrace, BacktraceStatus};
+use std::panic::{self, PanicHookInfo, UnwindSafe};
+use std::process::ExitCode;
+
+/// The exit code of an internal error, as in `sysexits.h` (`EX_SOFTWARE`).
+pub const INTERNAL_ERROR: u8 = 70;
+
+/// Calls the main function of a program. A panic in any thread is reported as an internal error with the next step; if it ends
+/// the program, the exit code is 70 instead of 101. After a failed allocation it is 70 instead of a signal: the standard
+/// library reports the size and aborts.
+pub fn catch_internal_errors(main: impl FnOnce() -> ExitCode + UnwindSafe) -> ExitCode {
+    end_aborts();
+    panic::set_hook(Box::new(report_panic));
+    panic::catch_unwind(main).unwrap_or_else(|_| ExitCode::from(INTERNAL_ERROR))
+}
+
+/// Turns `abort`, by which the standard library ends a program without memory, into exit code 70.
+fn end_aborts() {
+    #[cfg(unix)]
+    {
+        use signal_hook::{consts::SIGABRT, flag};
+        use std::sync::{Arc, atomic::AtomicBool};
+        let status = i32::from(INTERNAL_ERROR);
+        // Without the handler, only the exit code of an abort differs.
+        let _ =
+            flag::register_conditional_shutdown(SIGABRT, status, Arc::new(AtomicBool::new(true)));
+    }
+}
+
+fn report_panic(panic: &PanicHookInfo<'_>) {
+    let place = panic.location().map(|place| format!(" ({place})")).unwrap_or_default();
+    let mut text = format!(
+        "error: internal error: {}{place}\n\
+         help: finished recordings are complete, and the same command resumes the others; please report this message with the command and \
+         its input",
+        message(panic.payload())
+    );
+    // Captured if the developer asks for it with the variable of the standard library.
+    let backtrace = Backtrace::capture();
+    if backtrace.status() == BacktraceStatus::Captured {
+        text += &format!("\n{backtrace}");
+    }
+    // A message may contain text of a file.
+    complain(&text, false);
+}
+
+fn message(payload: &dyn Any) -> &str {
+    let text = payload.downcast_ref::<&str>().copied();
+    text.or_else(|| payload.downcast_ref::<String>().map(String::as_str)).unwrap_or("unknown")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::thread;
+
+    #[test]
+    fn panic_of_a_program_is_exit_code_70() {
+        let code = |code: ExitCode| format!("{code:?}");
+        let panics = catch_internal_errors(|| panic!("a test of the message: {}", 1));
+        assert_eq!(code(panics), code(ExitCode::from(70)));
+        let joins = catch_internal_errors(|| {
+            thread::scope(|scope| {
+                scope.spawn(|| panic!("a test of the message"));
+            });
+            ExitCode::SUCCESS
+        });
+        assert_eq!(code(joins), code(ExitCode::from(70)));
+        let control = catch_internal_errors(|| ExitCode::from(4));
+        assert_eq!(code(control), code(ExitCode::from(4)));
+        drop(panic::take_hook());
+    }
+}

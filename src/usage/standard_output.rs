@@ -1,0 +1,62 @@
+//! Standard output and standard error of the three programs.
+
+use crate::text;
+use std::io::{self, ErrorKind, Write as _};
+use std::sync::OnceLock;
+
+/// Standard output. The first write that fails is kept, and nothing is written after it: the command ends with exit code 75. A
+/// closed pipe (`| head`) is not an error.
+#[derive(Debug, Default)]
+pub struct StandardOutput {
+    failure: OnceLock<io::Error>,
+}
+
+impl StandardOutput {
+    /// Prints text without control characters or commands of a CI system.
+    pub fn print(&self, text: &str) {
+        self.write(&text::output(text, false));
+    }
+
+    /// Prints text whose styles are the program's own: text that was read from files is escaped in it.
+    pub fn print_styled(&self, text: &str) {
+        self.write(&text::output(text, true));
+    }
+
+    /// Prints a JSON document.
+    pub fn print_json(&self, document: &str) {
+        self.write(&text::json(document));
+    }
+
+    /// Prints text that contains nothing that was read from files, or nothing that is not escaped, such as commands for a CI
+    /// system.
+    pub fn print_exactly(&self, text: &str) {
+        self.write(text);
+    }
+
+    fn write(&self, text: &str) {
+        if self.failure.get().is_some() {
+            return;
+        }
+        let mut output = io::stdout().lock();
+        let written = output.write_all(text.as_bytes()).and_then(|()| output.flush());
+        if let Err(error) = written {
+            // Only the first failure is kept.
+            let _ = self.failure.set(error);
+        }
+    }
+
+    /// Why the output is incomplete, and the user's next step; `None` if all of it was written, or if its reader stopped reading.
+    #[must_use]
+    pub fn failure(&self) -> Option<String> {
+        let error = self.failure.get().filter(|error| error.kind() != ErrorKind::BrokenPipe)?;
+        Some(format!(
+            "error: standard output cannot be written: {error}\nhelp: free disk space or write to another file; then run the same command again"
+        ))
+    }
+}
+
+/// Prints a line to standard error, with control characters and commands of a CI system escaped. If it is closed, the exit
+/// code still reports the error.
+pub fn complain(text: &str, has_styles: bool) {
+    let _ = writeln!(io::stderr(), "{}", text::output(text, has_styles));
+}

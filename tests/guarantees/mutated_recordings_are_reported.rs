@@ -1,0 +1,332 @@
+//! Guarantee: recordings with any content behind correct checksums, and random manifests, cause no panic, no abort, and no use of much
+//! memory or time, in `analyze`, `compare`, `verify`, `export --thumbnail` and `start_from`.
+//!
+//! Setup: structure-aware mutations of a small recording of each model (`tests/shared/mutated_recording.rs`); small random manifests.
+//! Programs run with limits of their memory (1 GiB) and processor time (10 s per file). Control: the unchanged recording verifies.
+//!
+//! The ignored tests are the campaigns: `MUTATIONS=20000 cargo test --test guarantees -- --ignored full_harness_mutated_recordings`.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+#![cfg(unix)]
+
+use crate::kinetoscope_program::kinetoscope;
+use crate::mutated_recording::{Numbers, Records};
+use kinetoscope::interrupt::Interrupt;
+use kinetoscope::plan::restart_files::StartFiles;
+use kinetoscope::verify::compare::compare_recordings;
+use kinetoscope::verify::verify;
+use kinetoscope::{Experiment, run};
+use kinetoscope_manifest::parse_with_recordings;
+use std::fs;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Small experiments that record every channel, and the keys of a run that starts from their last frame.
+const MODELS: [(&str, &str, &str); 4] = [
+    (
+        "dem",
+        "discs = 6\nwidth_m = 0.006\nheight_m = 0.006\nfriction = 0.3\nduration_s = 0.004\n",
+        "width_m = 0.006\nheight_m = 0.006\nduration_s = 0.001\n",
+    ),
+    ("gas", "particles = 6\nduration_s = 0.003\n", "duration_s = 0.001\n"),
+    (
+        "packing",
+        "discs = 6\nwidth = 10.0\nheight = 10.0\nevents_per_disc = 20\n",
+        "width = 10.0\nheight = 10.0\nevents_per_disc = 5\n",
+    ),
+    ("orbit", "duration_days = 20.0\n", "duration_days = 5.0\n"),
+];
+
+/// Files per call of a program.
+const BATCH: usize = 100;
+
+fn mutations(default: usize) -> usize {
+    std::env::var("MUTATIONS").map_or(default, |count| count.parse().unwrap())
+}
+
+/// The recording of a manifest, in memory.
+fn record(manifest: &str) -> Option<Vec<u8>> {
+    let experiment: Experiment = manifest.parse().ok()?;
+    let recording = run(experiment.runs.first()?).ok()?;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.mcap");
+    recording.save(&path).unwrap();
+    Some(fs::read(path).unwrap())
+}
+
+/// Calls `kinetoscope` with limits of memory and of processor time; returns what is wrong with its end.
+fn limited(arguments: &[&str], files: usize) -> Result<i32, String> {
+    let program = kinetoscope();
+    let limits = format!("ulimit -v 1048576; ulimit -t {}; exec \"$0\" \"$@\"", 10 * files + 20);
+    let mut shell = Command::new("sh");
+    shell.args(["-c", &limits]).arg(program.get_program()).args(arguments);
+    let called = shell.output().unwrap();
+    let errors = String::from_utf8_lossy(&called.stderr).into_owned();
+    match called.status.code() {
+        Some(70 | 101 | 134) | None => Err(format!("{}: {errors}", called.status)),
+        Some(_) if errors.contains("internal error") => Err(errors),
+        Some(code) => Ok(code),
+    }
+}
+
+/// Calls a function; returns its panic, if any.
+fn panic_of(function: impl FnOnce()) -> Option<String> {
+    let panic = catch_unwind(AssertUnwindSafe(function)).err()?;
+    let text = panic.downcast_ref::<String>().cloned();
+    Some(
+        text.or_else(|| panic.downcast_ref::<&str>().map(|text| (*text).to_owned()))
+            .unwrap_or_default(),
+    )
+}
+
+/// The findings about some files of one folder.
+struct Findings {
+    found: Vec<String>,
+    /// Where files with findings are kept.
+    kept: PathBuf,
+}
+
+impl Findings {
+    fn add(&mut self, what: &str, file: &Path, finding: &str) {
+        fs::create_dir_all(&self.kept).unwrap();
+        let kept = self.kept.join(format!("{}_{}.mcap", what, self.found.len()));
+        if file.is_file() {
+            fs::copy(file, &kept).unwrap();
+        }
+        let short: String = finding.chars().take(600).collect();
+        self.found.push(format!("{what} of {}: {short}", kept.display()));
+    }
+
+    /// Compares, verifies and starts from each file, in this process.
+    fn read(&mut self, original: &Path, files: &[PathBuf], start: impl Fn(&str) -> String) {
+        for file in files {
+            let name = file.file_name().unwrap().to_str().unwrap();
+            let compared = panic_of(|| drop(compare_recordings(original, file)));
+            let verified = panic_of(|| drop(verify(file, &Interrupt::default(), &|_, _| {})));
+            let started = panic_of(|| {
+                let starts = StartFiles::relative_to(file.parent().unwrap());
+                let read = |name: &str| starts.read(name);
+                let text = start(name);
+                if let Ok(experiment) = parse_with_recordings(&text, "a.toml", &[], &read) {
+                    drop(run(&experiment.runs[0]));
+                }
+            });
+            let panics = [("compare", compared), ("verify", verified), ("start_from", started)];
+            for (what, panic) in panics {
+                if let Some(panic) = panic {
+                    self.add(what, file, &panic);
+                }
+            }
+        }
+    }
+
+    /// Analyzes all files of a folder in one call. If it fails, each file is analyzed alone.
+    fn analyze(&mut self, folder: &Path, files: &[PathBuf]) {
+        if limited(&["analyze", "--quiet", folder.to_str().unwrap()], files.len()).is_ok() {
+            return;
+        }
+        let before = self.found.len();
+        for file in files {
+            if let Err(why) = limited(&["analyze", "--quiet", file.to_str().unwrap()], 1) {
+                self.add("analyze", file, &why);
+            }
+        }
+        if self.found.len() == before {
+            self.add("analyze", folder, "the files together fail, each alone does not");
+        }
+    }
+
+    fn draw(&mut self, file: &Path) {
+        let picture = file.with_extension("png");
+        let arguments = ["export", "--quiet", "--thumbnail", picture.to_str().unwrap()];
+        if let Err(why) = limited(&[&arguments[..], &[file.to_str().unwrap()]].concat(), 1) {
+            self.add("thumbnail", file, &why);
+        }
+    }
+}
+
+/// Mutates a recording of each model; returns the findings.
+fn mutate(count: usize, thumbnails: usize, seed: u64, kept: &Path) -> Vec<String> {
+    let mut findings = Findings { found: Vec::new(), kept: kept.to_owned() };
+    for (model, keys, start_keys) in MODELS {
+        let manifest = format!("seed = 1\n[model.{model}]\n{keys}[record]\nframes = 4\n");
+        let bytes = record(&manifest).unwrap();
+        let records = Records::of(&bytes);
+        let original_folder = tempfile::tempdir().unwrap();
+        let original = original_folder.path().join("original.mcap");
+        fs::write(&original, &bytes).unwrap();
+        assert_eq!(limited(&["verify", original.to_str().unwrap()], 1), Ok(0));
+        let mut numbers = Numbers(seed);
+        for first in (0..count).step_by(BATCH) {
+            let folder = tempfile::tempdir().unwrap();
+            let files: Vec<PathBuf> = (first..count.min(first + BATCH))
+                .map(|index| {
+                    let path = folder.path().join(format!("mutation_{index}.mcap"));
+                    fs::write(&path, records.mutated(&mut numbers)).unwrap();
+                    path
+                })
+                .collect();
+            findings.read(&original, &files, |name| {
+                format!(
+                    "[model.{model}]\nstart_from = \"{name}\"\n{start_keys}[record]\nframes = 2\n"
+                )
+            });
+            files.iter().take(thumbnails).for_each(|file| findings.draw(file));
+            findings.analyze(folder.path(), &files);
+        }
+    }
+    findings.found
+}
+
+/// A random small manifest; not every one is valid.
+fn random_manifest(numbers: &mut Numbers) -> String {
+    let model = MODELS[numbers.below(4)].0;
+    let mut text = format!("seed = {}\n[model.{model}]\n", numbers.next() % 1000);
+    let mut add = |numbers: &mut Numbers, key: &str, values: &[&str]| {
+        if numbers.below(2) == 0 {
+            text += &format!("{key} = {}\n", numbers.one_of(values));
+        }
+    };
+    let lengths = ["1e-6", "0.003", "0.01", "1.0", "1e9", "1e-3"];
+    match model {
+        "dem" => {
+            add(numbers, "discs", &["1", "2", "5", "17"]);
+            add(numbers, "width_m", &lengths);
+            add(numbers, "height_m", &lengths);
+            add(
+                numbers,
+                "radius_m",
+                &["1e-4", "5e-4", "{ min = 1e-4, max = 6e-4 }", "1e-9", "0.2"],
+            );
+            add(numbers, "friction", &["0.0", "0.5", "1e6"]);
+            add(numbers, "rolling_friction", &["0.0", "0.1"]);
+            add(numbers, "periodic", &["\"x\"", "\"y\"", "\"both\"", "\"none\""]);
+            add(numbers, "integrator", &["\"velocity-verlet\"", "\"semi-implicit-euler\""]);
+            add(numbers, "dashpot", &["\"implicit\"", "\"explicit\""]);
+            add(numbers, "gravity_m_per_s2", &["[0.0, -9.81]", "[0.0, 0.0]", "[1e3, 1e3]"]);
+            add(numbers, "on_unstable_time_step", &["\"warn\"", "\"error\""]);
+            add(numbers, "velocity_std_m_per_s", &["0.0", "0.1", "1e4"]);
+            add(numbers, "remove_below_m", &["0.001", "1e3"]);
+            text += "duration_s = 0.001\n";
+        }
+        "gas" => {
+            add(numbers, "particles", &["1", "2", "7", "30"]);
+            // A small hot container has so many collisions that a run takes hours.
+            add(numbers, "radius_m", &["0.05", "0.5", "1e6"]);
+            add(numbers, "temperature_k", &["1e-6", "300.0", "1e4"]);
+            add(numbers, "mass_kg", &["1e-26", "1.0"]);
+            add(numbers, "disc_radius_m", &["1e-9", "0.01", "0.2"]);
+            add(numbers, "wall_speed_m_per_s", &["0.0", "5.0", "-5.0"]);
+            add(numbers, "orifice_width_m", &["0.01", "0.5"]);
+            add(numbers, "wall_temperature_k", &["1.0", "1e4"]);
+            add(numbers, "speed_distribution", &["\"maxwell\"", "\"uniform\"", "\"equal\""]);
+            add(numbers, "propagation", &["\"exact\"", "\"time-stepped\"", "\"as-printed\""]);
+            add(numbers, "time_step_s", &["1e-5", "1e-4"]);
+            text += "duration_s = 0.001\n";
+        }
+        "packing" => {
+            text += &random_packing(numbers);
+        }
+        _ => {
+            add(numbers, "start", &["\"heliocentric\"", "\"barycentric\""]);
+            let integrators =
+                ["\"rk4\"", "\"dop853\"", "\"kepler\"", "\"explicit-euler\"", "\"yoshida4\""];
+            add(numbers, "integrator", &integrators);
+            add(numbers, "time_step_days", &["0.1", "1.0", "50.0"]);
+            add(numbers, "summation", &["\"plain\"", "\"compensated\""]);
+            text += "duration_days = 60.0\n";
+        }
+    }
+    let frames = numbers.one_of(&["frames = 3", "frames = 1", "frames_per_decade = 3"]);
+    text + "[record]\n" + frames + "\n"
+}
+
+/// The keys of a random packing.
+fn random_packing(numbers: &mut Numbers) -> String {
+    let mut text = String::new();
+    let mut add = |numbers: &mut Numbers, key: &str, values: &[&str]| {
+        if numbers.below(2) == 0 {
+            text += &format!("{key} = {}\n", numbers.one_of(values));
+        }
+    };
+    // In a periodic box, a single disc never collides, and few small discs in a large one hardly ever.
+    let is_periodic = numbers.is_one_in(3);
+    let (sides, radii): (&[&str], &[&str]) = if is_periodic {
+        (&["10.0", "15.0"], &["1.0", "0.5"])
+    } else {
+        (&["10.0", "30.0", "1e5"], &["1.0", "0.1", "1e-12"])
+    };
+    let boundary = if is_periodic { "periodic" } else { "walls" };
+    add(numbers, "discs", if is_periodic { &["4", "10"] } else { &["1", "2", "5", "20"] });
+    add(numbers, "width", sides);
+    add(numbers, "height", sides);
+    add(numbers, "radius", radii);
+    add(numbers, "radius_half_width", &["0.0", "0.3"]);
+    add(numbers, "restitution", &["1.0", "0.9", "0.1"]);
+    add(numbers, "placement", &["\"random\"", "\"lattice\""]);
+    add(numbers, "contact_time", &["1e-4"]);
+    add(numbers, "wall_noise_variance_rad2", &["0.0", "0.003"]);
+    text + &format!("boundary = \"{boundary}\"\nevents_per_disc = 20\n")
+}
+
+/// Runs, verifies and analyzes random manifests until `count` were valid; returns the findings.
+fn run_random_manifests(count: usize, seed: u64, kept: &Path) -> Vec<String> {
+    let mut findings = Findings { found: Vec::new(), kept: kept.to_owned() };
+    let mut numbers = Numbers(seed);
+    let mut done = 0;
+    while done < count {
+        let folder = tempfile::tempdir().unwrap();
+        let mut files = Vec::new();
+        while files.len() < BATCH.min(count - done) {
+            let manifest = random_manifest(&mut numbers);
+            let mut recorded = None;
+            if let Some(panic) = panic_of(|| recorded = record(&manifest)) {
+                findings.add("run", Path::new(""), &format!("{panic}\n{manifest}"));
+            }
+            let Some(bytes) = recorded else { continue };
+            let path = folder.path().join(format!("random_{}.mcap", files.len()));
+            fs::write(&path, bytes).unwrap();
+            let finding = match verify(&path, &Interrupt::default(), &|_, _| {}) {
+                Ok(verified) => Some(format!("{:?}", verified.finding))
+                    .filter(|finding| !finding.starts_with("SameBytes")),
+                Err(error) => Some(error.to_string()),
+            };
+            if let Some(finding) = finding {
+                findings.add("verify", &path, &format!("{finding}\n{manifest}"));
+            }
+            files.push(path);
+        }
+        findings.analyze(folder.path(), &files);
+        done += files.len();
+    }
+    findings.found
+}
+
+fn assert_none(findings: &[String]) {
+    assert!(findings.is_empty(), "{} findings:\n{}", findings.len(), findings.join("\n"));
+}
+
+#[test]
+fn mutated_recordings_neither_panic_nor_exhaust_the_machine() {
+    let kept = tempfile::tempdir().unwrap();
+    assert_none(&mutate(300, 10, 1, kept.path()));
+}
+
+#[test]
+fn random_manifests_run_verify_and_analyze() {
+    let kept = tempfile::tempdir().unwrap();
+    assert_none(&run_random_manifests(100, 1, kept.path()));
+}
+
+#[test]
+#[ignore = "a campaign of minutes to hours: set MUTATIONS to the number per model"]
+fn full_harness_mutated_recordings() {
+    assert_none(&mutate(mutations(2_000), 5, 2, Path::new("target/mutations")));
+}
+
+#[test]
+#[ignore = "a campaign of minutes to hours: set MUTATIONS to the number of manifests"]
+fn full_harness_random_manifests() {
+    assert_none(&run_random_manifests(mutations(500), 2, Path::new("target/mutations")));
+}
