@@ -199,18 +199,21 @@ pub fn partial_path(folder: &Path, stem: &str) -> PathBuf {
     folder.join(format!("{stem}.partial.mcap"))
 }
 
-/// Removes the partial file and the checkpoint of a finished recording, unless another process writes the file.
+/// Removes the partial file and the checkpoint of a recording, unless another process writes the file. The checkpoint goes
+/// first: a kill in between leaves a partial file, from which the run starts again.
 ///
 /// # Errors
 /// A folder that cannot be written.
 pub fn remove_leftovers(folder: &Path, stem: &str) -> Result<(), RecordError> {
-    crate::checkpoint::remove(folder, stem)?;
     let partial = partial_path(folder, stem);
     if !partial.exists() {
-        return Ok(());
+        return crate::checkpoint::remove(folder, stem);
     }
     match locked(&partial) {
-        Ok(_locked) => fs::remove_file(&partial).map_err(|error| at(&partial, &error)),
+        Ok(_locked) => {
+            crate::checkpoint::remove(folder, stem)?;
+            fs::remove_file(&partial).map_err(|error| at(&partial, &error))
+        }
         Err(RecordError::Locked { .. }) => Ok(()),
         Err(error) => Err(error),
     }

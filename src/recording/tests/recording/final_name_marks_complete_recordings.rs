@@ -4,8 +4,9 @@
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
 use crate::sample::{fill, header, read_file, record};
+use kinetoscope_recording::checkpoint;
 use kinetoscope_recording::error::RecordError;
-use kinetoscope_recording::file::{Committed, RecordingFile};
+use kinetoscope_recording::file::{Committed, RecordingFile, remove_leftovers};
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::recorder::{Clock, Compression, Outcome, Recorder};
@@ -90,6 +91,22 @@ fn second_writer_of_a_recording_is_rejected() {
     assert!(matches!(error, RecordError::Locked { .. }) && error.is_retryable(), "{error}");
     drop(first);
     assert!(RecordingFile::create(folder.path(), "run").is_ok());
+}
+
+/// Another process may prune the folder at any time.
+#[test]
+fn leftovers_of_a_run_that_is_being_written_stay() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = RecordingFile::create(folder.path(), "run").unwrap();
+    checkpoint::write(folder.path(), "run", "identity", &[&1_u8]).unwrap();
+    remove_leftovers(folder.path(), "run").unwrap();
+    assert_eq!(names(folder.path()), ["run.checkpoint", "run.partial.mcap"]);
+    drop(file);
+    remove_leftovers(folder.path(), "run").unwrap();
+    assert_eq!(names(folder.path()), [String::new(); 0]);
+    checkpoint::write(folder.path(), "run", "identity", &[&1_u8]).unwrap();
+    remove_leftovers(folder.path(), "run").unwrap();
+    assert_eq!(names(folder.path()), [String::new(); 0]);
 }
 
 #[test]
