@@ -90,6 +90,12 @@ choice! {
     }
 }
 
+impl RunLength {
+    const fn counts_events(self) -> bool {
+        matches!(self, Self::EventsPerDisc(_))
+    }
+}
+
 inline_table! {
     /// Positions and velocities written out in a manifest, one pair per disc; the model has no units.
     pub struct PackingState = "{ positions = ..., velocities = ... }" with PackingState::rules {
@@ -171,6 +177,10 @@ impl Model for PackingConfig {
             self.boundary == Boundary::Periodic && shorter < least => ["boundary", "radius", "width", "height"]
                 "a periodic box of {width:?} x {height:?} is too small for discs of radius {largest:?}",
                 "both sides must be at least {PERIODIC_DIAMETERS} diameters";
+            self.boundary == Boundary::Periodic && self.discs.get() == 1 && self.length.counts_events() =>
+                ["discs", "boundary", "placement"]
+                "one disc in a periodic box never collides, so a run with `events_per_disc` would not end",
+                "two discs or more, or `duration` in place of `events_per_disc`";
             self.placement == PackingPlacement::Random && fraction >= RANDOM_PLACEMENT_LIMIT =>
                 ["discs", "width", "height", "radius", "placement"]
                 "the packing fraction n pi r^2 / (lx ly) is {fraction:.3}; random placement needs less than {RANDOM_PLACEMENT_LIMIT}",

@@ -304,6 +304,11 @@ fn packing_limits_equal_those_of_the_exercise() {
     accepted("[model.packing]\ndiscs = 254");
     rejected("[model.packing]\ndiscs = 255 # <-", "n pi r^2 / (lx ly) is 0.501");
     accepted("[model.packing]\ndiscs = 255\nplacement = \"lattice\"");
+    rejected(
+        "[model.packing]\nboundary = \"periodic\"\ndiscs = 1 # <-",
+        "two discs or more, or `duration` in place of `events_per_disc`",
+    );
+    accepted("[model.packing]\ndiscs = 1\nboundary = \"periodic\"\nduration = 3");
     rejected("[model.packing]\nradius = nope # <-", "this is not TOML");
 }
 
