@@ -179,7 +179,7 @@ impl<'a> Checked<'a> {
             "runs": plan.runs.len(),
             "finished": plan.finished().count(),
             "to_do": plan.to_do().len(),
-            "place": self.planned.destination(),
+            "destination": self.planned.destination(),
             "jobs": jobs,
             "particles": counts(&|estimate| Some(estimate.particles)),
             "frames": counts(&|estimate| Some(estimate.frames)),

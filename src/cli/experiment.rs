@@ -108,7 +108,7 @@ impl Planned {
     }
 
     /// Where the recordings are in the end.
-    fn place(&self) -> String {
+    fn destination(&self) -> String {
         match &self.depot {
             None => self.plan.folder.display().to_string(),
             Some(depot) => depot.address().to_string(),
@@ -134,7 +134,7 @@ pub(crate) struct Executed {
     pub(crate) exit: Exit,
     pub(crate) name: String,
     /// Where its recordings are, if they are complete and can be analyzed.
-    pub(crate) place: Option<String>,
+    pub(crate) destination: Option<String>,
     pub(crate) is_remote: bool,
     /// The summary, if it is requested.
     pub(crate) json: Option<Json>,
@@ -170,7 +170,7 @@ impl Execution<'_> {
             self.prune(plan)?;
         }
         if executed.exit != Exit::Done || self.arguments.executor.export_commands.is_some() {
-            executed.place = None;
+            executed.destination = None;
         }
         Ok(executed)
     }
@@ -213,7 +213,7 @@ impl Execution<'_> {
         Executed {
             exit,
             name: self.experiment.name.clone(),
-            place: None,
+            destination: None,
             is_remote: false,
             json: self.arguments.messages.json.then(|| checked.json()),
         }
@@ -318,7 +318,7 @@ impl Execution<'_> {
         let exit = results::report_errors(plan, self.experiment, &results, self.is_task());
         let exit = exit.worst(self.report_uploads(planned));
         if results.is_empty() && exit == Exit::Done {
-            self.say(&format!("Nothing to do: all recordings are in {}", planned.place()));
+            self.say(&format!("Nothing to do: all recordings are in {}", planned.destination()));
         }
         let exit = match interrupt.exit_code() {
             Some(code) => {
@@ -417,7 +417,7 @@ impl Execution<'_> {
         }
         let exit = interrupt.exit_code().map_or(exit, Exit::Signal);
         let executed = self.concluded(planned, &results, exit);
-        Ok(Executed { place: None, ..executed })
+        Ok(Executed { destination: None, ..executed })
     }
 
     fn workforce(&self, jobs: usize) -> LocalPool {
@@ -435,7 +435,7 @@ impl Execution<'_> {
         Executed {
             exit,
             name: self.experiment.name.clone(),
-            place: Some(planned.place()),
+            destination: Some(planned.destination()),
             is_remote: planned.depot.is_some(),
             json: is_json.then(|| self.json(planned, results, exit)),
         }
@@ -446,7 +446,7 @@ impl Execution<'_> {
             "manifest": self.manifest,
             "experiment": self.experiment.name,
             "model": self.experiment.model(),
-            "place": planned.place(),
+            "destination": planned.destination(),
             "exit_code": exit.code(),
             "runs": results::json(&planned.plan, self.experiment, results),
         })

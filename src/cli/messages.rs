@@ -108,7 +108,12 @@ pub(crate) fn name_of(run: &PlannedRun, experiment: &Experiment) -> String {
 }
 
 /// Formats the plan summary printed before the runs start.
-pub(crate) fn describe(experiment: &Experiment, plan: &Plan, jobs: usize, place: &str) -> String {
+pub(crate) fn describe(
+    experiment: &Experiment,
+    plan: &Plan,
+    jobs: usize,
+    destination: &str,
+) -> String {
     let to_do = plan.to_do();
     let finished = plan.finished().count();
     let mut text = format!("{}: {}, ", experiment.name, experiment.model());
@@ -128,7 +133,7 @@ pub(crate) fn describe(experiment: &Experiment, plan: &Plan, jobs: usize, place:
             text += "\n  plus the requested series of collisions or contacts";
         }
     }
-    text += &format!("\n  to {place}");
+    text += &format!("\n  to {destination}");
     if finished > 0 {
         let runs = plan.runs.len();
         text += &format!(
@@ -202,11 +207,15 @@ pub(crate) fn existing_ancestor(path: &Path) -> Option<PathBuf> {
     Some(if existing.as_os_str().is_empty() { PathBuf::from(".") } else { existing.to_owned() })
 }
 
-/// Formats the command that analyzes `places`, as the user can copy it.
-pub(crate) fn next_command(program: &Program<'_>, places: &[String], is_remote: bool) -> String {
+/// Formats the command that analyzes `destinations`, as the user can copy it.
+pub(crate) fn next_command(
+    program: &Program<'_>,
+    destinations: &[String],
+    is_remote: bool,
+) -> String {
     let feature = if is_remote { " --features object-storage" } else { "" };
     let command = program.analysis_command(feature);
-    let words: Vec<String> = places.iter().map(|place| word(place)).collect();
+    let words: Vec<String> = destinations.iter().map(|destination| word(destination)).collect();
     format!("\nNext:\n  {command} {}", words.join(" "))
 }
 

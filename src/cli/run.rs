@@ -258,11 +258,11 @@ impl Session<'_> {
             messages.print_json(&json!({ "exit_code": exit.code(), "experiments": experiments }));
             return;
         }
-        let places: Vec<String> =
-            self.executed.iter().filter_map(|executed| executed.place.clone()).collect();
-        if exit == Exit::Done && !places.is_empty() {
+        let destinations: Vec<String> =
+            self.executed.iter().filter_map(|executed| executed.destination.clone()).collect();
+        if exit == Exit::Done && !destinations.is_empty() {
             let is_remote = self.executed.iter().any(|executed| executed.is_remote);
-            let mut next = next_command(self.program, &places, is_remote);
+            let mut next = next_command(self.program, &destinations, is_remote);
             if let ([executed], true) = (self.executed.as_slice(), is_remote) {
                 let folder = Path::new("recordings").join(&executed.name);
                 next += &format!(" --output {}", word(&folder.display().to_string()));

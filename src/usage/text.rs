@@ -65,15 +65,15 @@ pub fn xml(text: &str) -> String {
             other => escaped.push(other),
         }
     }
-    // A log that shows the document contains no command either.
+    // A log that shows the text contains no command either.
     escaped.replace("##", "#&#35;")
 }
 
-/// Escapes the strings of a JSON document, which JSON itself escapes only in part. The document keeps its meaning.
+/// Escapes the strings of a JSON text, which JSON itself escapes only in part. The text keeps its meaning.
 #[must_use]
-pub fn json(document: &str) -> String {
-    let mut escaped = String::with_capacity(document.len());
-    for character in document.chars() {
+pub fn json(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for character in text.chars() {
         if is_hidden(character) && !is_layout(character) {
             for unit in character.encode_utf16(&mut [0; 2]) {
                 // Writing to a String cannot fail.
