@@ -72,12 +72,34 @@ fn collect_sources(folder: &Path, into: &mut Vec<PathBuf>) {
 
 #[test]
 fn paths_named_in_documents_exist() {
-    for document in ["ARCHITECTURE.md", "README.md", "CONTRIBUTING.md"] {
+    for document in ["ARCHITECTURE.md", "README.md", "CONTRIBUTING.md", "docs/threat_model.md"] {
         let text = read(document);
         for path in paths_in(&text) {
             assert!(root().join(&path).exists(), "{document} names {path}, which does not exist");
         }
     }
+}
+
+#[test]
+fn findings_of_the_threat_model_name_their_tests() {
+    let text = read("docs/threat_model.md");
+    let (_, findings) = text.split_once("## Findings").unwrap();
+    let mut tests = 0;
+    for finding in findings.lines().filter(|line| line.starts_with("| ")).skip(1) {
+        let cell = finding.split(" | ").nth(1).unwrap();
+        for file in cell.split("; ") {
+            let (path, names) = file.split_once(": ").unwrap_or((file, ""));
+            for path in paths_in(path) {
+                let source = read(&path);
+                for name in names.split(", ").filter(|name| !name.is_empty()) {
+                    let test = format!("fn {}(", name.trim_matches(['`', ' ', '|']));
+                    assert!(source.contains(&test), "{path} has no {test}");
+                    tests += 1;
+                }
+            }
+        }
+    }
+    assert!(tests > 40, "{tests}");
 }
 
 #[test]
