@@ -18,4 +18,13 @@ impl Uniform {
         let radius = (-2.0 * (1.0 - self.next()).ln()).sqrt();
         radius * (std::f64::consts::TAU * self.next()).cos()
     }
+
+    /// A series of normal numbers with variance 1, each with the correlation `rho` to the preceding one.
+    pub(crate) fn correlated(&mut self, rho: f64, length: usize) -> impl Iterator<Item = f64> {
+        let mut x = self.normal();
+        (0..length).map(move |_| {
+            x = rho * x + (1.0 - rho * rho).sqrt() * self.normal();
+            x
+        })
+    }
 }

@@ -1,8 +1,6 @@
 //! Significance of differences between runs with other seeds: Student's t, and Holm's correction for several metrics.
 
-use statrs::function::beta::beta_reg;
-use statrs::function::erf::{erfc, erfc_inv};
-use std::f64::consts::SQRT_2;
+use crate::statistics::students_t::{normal_equivalent, two_sided_probability};
 
 /// Probability that chance fails the comparison of an unchanged experiment, for all of its metrics together.
 ///
@@ -43,28 +41,14 @@ impl Significance {
             .sum();
         let degrees_of_freedom = (inverse > 0.0).then(|| 1.0 / inverse);
         let probability = two_sided_probability(t, degrees_of_freedom);
-        Self { probability, sigma: equivalent_sigma(probability), degrees_of_freedom }
+        let sigma = degrees_of_freedom.map_or(t, |freedom| normal_equivalent(t, freedom));
+        Self { probability, sigma, degrees_of_freedom }
     }
 
     /// Of a difference within rounding errors.
     pub(super) const fn none() -> Self {
         Self { probability: 1.0, sigma: 0.0, degrees_of_freedom: None }
     }
-}
-
-/// Probability of a larger |t| by Student's distribution; by the normal distribution without degrees of freedom.
-fn two_sided_probability(t: f64, degrees_of_freedom: Option<f64>) -> f64 {
-    match degrees_of_freedom {
-        _ if t.is_nan() => 1.0,
-        _ if t.is_infinite() => 0.0,
-        Some(freedom) => beta_reg(freedom / 2.0, 0.5, freedom / (freedom + t * t)),
-        None => erfc(t / SQRT_2),
-    }
-}
-
-/// The deviation of a normal distribution with this two-sided probability; infinite if it underflows.
-fn equivalent_sigma(probability: f64) -> f64 {
-    if probability > 0.0 { SQRT_2 * erfc_inv(probability) } else { f64::INFINITY }
 }
 
 /// Which differences are significant at a family-wise level (Holm 1979, Scand. J. Stat. 6, 65), in the order of the
@@ -85,17 +69,7 @@ pub(super) fn holm(probabilities: &[f64], level: f64) -> Vec<bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Source: tables of Student's t: 4.303 (2 degrees of freedom) and 2.228 (10) at 5 %; 1.96 of the normal distribution.
-    #[test]
-    fn probabilities_equal_those_of_tables() {
-        for (t, freedom) in [(4.303, Some(2.0)), (2.228, Some(10.0)), (1.960, None)] {
-            let probability = two_sided_probability(t, freedom);
-            assert!((probability - 0.05).abs() < 2e-5, "{t}: {probability}");
-            assert!((equivalent_sigma(probability) - 1.96).abs() < 1e-3);
-        }
-        assert_eq!(equivalent_sigma(two_sided_probability(1e16, None)), f64::INFINITY);
-    }
+    use std::f64::consts::SQRT_2;
 
     /// Law: equal errors with ν degrees of freedom each have 2ν together; an exact error adds none to the sum.
     #[test]

@@ -2,7 +2,9 @@
 
 use crate::metric::law::laws;
 use crate::metric::theory::ExpectedValue;
-use crate::models::hard_discs::{Container, DiscSizes, fixed_energy_speed};
+use crate::models::hard_discs::{
+    Container, DiscSizes, MAX_BULK_FRACTION, confined_accuracy, fixed_energy_speed,
+};
 use kinetoscope_manifest::model::{GasConfig, PositionDistribution};
 use std::f64::consts::PI;
 
@@ -10,8 +12,8 @@ laws! {
     MAXWELL_MEAN: "<v>/v_rms = sqrt(pi)/2 after many collisions", "Maxwell's law in two dimensions", range "after 40 collisions per disc";
     MAXWELL_A2: "a2 = -1/(N + 1) after many collisions", "Maxwell's law in two dimensions, N discs of a fixed energy", range "after 40 collisions per disc";
     MIN_H: "H = -ln(pi <v^2>) - 1, and about (bins - 2)/(2N) more for a histogram of N discs, by Poisson's distribution where few are expected", "Boltzmann's H of Maxwell's law in two dimensions; scatter by Wilks 1938", range "after 40 collisions per disc";
-    ENSKOG_RATE: "ν = 4 (Z - 1) sqrt(<v^2>/2) / (sqrt(pi) d), times the mean speed at fixed energy over Maxwell's", "Enskog 1922 and the virial theorem; Kolafa and Rottner 2006; wall by Helfand, Frisch and Lebowitz 1961", range "φ up to 0.6 far from the wall; accuracy (0.3 + (80 + 6000 φ^6)/N) %, with the rotation that the wall conserves";
-    CONFINED_DISCS: "Z by Kolafa and Rottner, with the line tension of scaled-particle theory at the wall, corrected for fixed N", "Kolafa and Rottner 2006; wall by Helfand, Frisch and Lebowitz 1961", range "φ up to 0.6 far from the wall; accuracy (0.3 + (80 + 6000 φ^6)/N) % of Z - 1, with the rotation that the wall conserves";
+    ENSKOG_RATE: "ν = 4 (Z - 1) sqrt(<v^2>/2) / (sqrt(pi) d), times the mean speed at fixed energy over Maxwell's", "Enskog 1922 and the virial theorem; Kolafa and Rottner 2006; wall by Helfand, Frisch and Lebowitz 1961", range "φ up to 0.6 far from the wall; accuracy (0.3 + (10 + 6000 φ^6)/N) %";
+    CONFINED_DISCS: "Z by Kolafa and Rottner, with the line tension of scaled-particle theory at the wall, corrected for fixed N", "Kolafa and Rottner 2006; wall by Helfand, Frisch and Lebowitz 1961", range "φ up to 0.6 far from the wall; accuracy (0.3 + (10 + 6000 φ^6)/N) % of Z - 1";
     CLAUSIUS: "P = (N m <v^2> + W/t) / (2 pi R (R - d/2))", "Clausius 1870";
     STATIONARY: "1: uniform over the area is stationary", "Liouville's theorem";
     FRACTION_WITHIN: "1/4 at all times if uniform over the area; if uniform in the radius 1/2 at first and 0.32807 later", "areas; time on a chord within R/2, averaged by quadrature", range "points; 0.32807 after 20 crossings";
@@ -54,9 +56,6 @@ pub(crate) struct Collisions {
     in_range: bool,
 }
 
-/// Maximum packing fraction far from the wall up to which the line tension has been compared with runs.
-const MAX_BULK_FRACTION: f64 = 0.6;
-
 impl Collisions {
     /// The collision rate with its accuracy.
     pub(crate) fn rate(&self) -> ExpectedValue {
@@ -75,7 +74,7 @@ impl Collisions {
 /// Equilibrium of discs at this mean square speed; `None` for points.
 ///
 /// Specular reflection in a circle conserves the angular momentum. Its energy is kT/2 on average over starts and scatters by
-/// 0.7 kT, so the thermal energy of one run is uncertain by the fraction 0.7/N.
+/// 0.7 kT, so the thermal energy of one run is uncertain by the fraction 0.7/N; the error of the measured values contains this.
 pub(crate) fn collisions(config: &GasConfig, mean_square_m2_per_s2: f64) -> Option<Collisions> {
     let disc_radius = config.disc_radius_m?.get();
     let discs = f64::from(config.particles.get());
@@ -88,7 +87,7 @@ pub(crate) fn collisions(config: &GasConfig, mean_square_m2_per_s2: f64) -> Opti
     Some(Collisions {
         rate_per_s: excess * 4.0 * thermal / (PI.sqrt() * 2.0 * disc_radius),
         compressibility_factor: 1.0 + excess,
-        relative_accuracy: 0.003 + (0.8 + 60.0 * fraction.powi(6)) / discs,
+        relative_accuracy: confined_accuracy(fraction, discs),
         in_range: fraction <= MAX_BULK_FRACTION,
     })
 }

@@ -2,7 +2,8 @@
 
 use crate::metric::theory::ExpectedValue;
 use crate::models::hard_discs::{
-    Container, DiscSizes, MAX_PACKING_FRACTION, STATE_EQUATION_ACCURACY, fixed_energy_speed,
+    Container, DiscSizes, MAX_BULK_FRACTION, MAX_PACKING_FRACTION, STATE_EQUATION_ACCURACY,
+    confined_accuracy, fixed_energy_speed,
 };
 use kinetoscope_manifest::model::PackingConfig;
 use std::f64::consts::PI;
@@ -25,8 +26,6 @@ pub(crate) struct Equilibrium {
     pub(crate) in_range: bool,
 }
 
-/// Maximum packing fraction far from the walls up to which the line tension has been compared with runs.
-const MAX_BULK_FRACTION: f64 = 0.6;
 /// Additional inaccuracy of several sizes: that of the contact values.
 const SIZES_ACCURACY: f64 = 0.005;
 
@@ -100,9 +99,6 @@ pub(crate) fn periodic_equilibrium(
 
 /// Equilibrium of discs between walls: the fluid far from the walls with the excess at the walls, a fixed number of discs,
 /// and a fixed energy, at which mean speeds are higher than Maxwell's by the factor sqrt(n) Gamma(n)/Gamma(n + 1/2).
-///
-/// Its accuracy was measured with event-driven runs of 5 to 400 discs at packing fractions from 0.05 to 0.5: 0.3 % of Z - 1, and
-/// for few discs (0.1 + 60 f^6)/n in addition, with the packing fraction f far from the walls.
 pub(crate) fn equilibrium(config: &PackingConfig, sizes: DiscSizes) -> Equilibrium {
     let discs = f64::from(config.discs.get());
     let container = Container::Rectangle { width: config.width.get(), height: config.height.get() };
@@ -118,11 +114,6 @@ pub(crate) fn equilibrium(config: &PackingConfig, sizes: DiscSizes) -> Equilibri
         in_range: fraction <= MAX_BULK_FRACTION,
         ..found
     }
-}
-
-/// Accuracy of Z - 1 in a container, as a fraction of it; see [`equilibrium`].
-fn confined_accuracy(bulk_fraction: f64, discs: f64) -> f64 {
-    0.003 + (0.1 + 60.0 * bulk_fraction.powi(6)) / discs
 }
 
 #[cfg(test)]
