@@ -8,7 +8,7 @@ pub use arguments::{AnalyzeArguments, EXIT_CODES};
 pub use export_arguments::ExportArguments;
 
 use crate::checks::CheckKind;
-use crate::checks::baseline::Baseline;
+use crate::checks::baseline::{Baseline, BaselineComparison};
 use crate::checks::ci_formats::{self, ExperimentChecks};
 use crate::export::{self, Export, ExportFormat};
 use crate::input::{self, RecordingFolder};
@@ -173,6 +173,7 @@ fn json(reports: &[(PathBuf, AnalysisReport)], exit: AnalysisExit) -> String {
             "folder": folder,
             "analysis": metrics,
             "checks": checks.collect::<Vec<_>>(),
+            "baseline": report.baseline.as_ref().map(BaselineComparison::json),
             "unreadable": report.unreadable,
         })
     });

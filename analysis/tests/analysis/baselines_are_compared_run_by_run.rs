@@ -232,4 +232,10 @@ fn report_lists_all_metrics_worst_first() {
     );
     let first_uncompared = rows.iter().position(|row| row.contains("not compared")).unwrap();
     assert!(rows[first_uncompared..].iter().all(|row| row.contains("not compared")));
+    let output = earlier.compare_folder(&now, &["--json"]);
+    let mut documents = serde_json::Deserializer::from_str(&output.text).into_iter::<Value>();
+    let printed = documents.next().unwrap().unwrap();
+    let printed = &printed["experiments"][0]["baseline"]["rows"];
+    assert_eq!(printed.as_array().unwrap().len(), rows.len());
+    assert_eq!(printed[0]["passed"], false, "{printed}");
 }

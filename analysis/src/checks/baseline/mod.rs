@@ -20,6 +20,7 @@ use crate::report::metric_files::{Document, MetricEntry};
 use kinetoscope_manifest::BaselineTolerance;
 use kinetoscope_manifest::model::METRICS;
 use relation::{Place, Relation, Relations};
+use serde_json::json;
 use significance::{FAMILY_LEVEL, Sample, holm};
 use std::collections::BTreeMap;
 
@@ -376,6 +377,22 @@ impl Significance {
 }
 
 impl BaselineComparison {
+    /// All rows as JSON.
+    pub(crate) fn json(&self) -> serde_json::Value {
+        let row = |row: &BaselineRow| {
+            json!({
+                "subject": row.subject,
+                "unit": row.unit,
+                "baseline": row.old,
+                "now": row.new,
+                "deviation_sigma": row.significance.map(|found| found.sigma),
+                "passed": row.passed,
+                "reason": row.reason,
+            })
+        };
+        json!({ "rules": self.rules, "rows": self.rows.iter().map(row).collect::<Vec<_>>() })
+    }
+
     /// The results of all comparisons: failures, then metrics that are compared.
     pub(crate) fn check_results(&self) -> Vec<CheckResult> {
         let result = |passed, subject: &String, finding| CheckResult {
