@@ -108,7 +108,7 @@ impl Planned {
     }
 
     /// Where the recordings are in the end.
-    fn destination(&self) -> String {
+    fn address(&self) -> String {
         match &self.depot {
             None => self.plan.folder.display().to_string(),
             Some(depot) => depot.address().to_string(),
@@ -153,7 +153,7 @@ impl Execution<'_> {
             let rerun = planner.rerun(self.experiment, &planned)?;
             return Ok(self.dry_run(&planned, rerun.as_ref()));
         }
-        self.say(&describe(self.experiment, plan, *jobs, &planned.destination()));
+        self.say(&describe(self.experiment, plan, *jobs, &planned.address()));
         let at_once = if depot.is_some() { *jobs } else { plan.runs.len() };
         let option = self.arguments.output.option_of_folder();
         if let Some(failure) = disk_shortage(plan, plan.bytes_at_once(at_once), option) {
@@ -318,7 +318,7 @@ impl Execution<'_> {
         let exit = results::report_errors(plan, self.experiment, &results, self.is_task());
         let exit = exit.worst(self.report_uploads(planned));
         if results.is_empty() && exit == Exit::Done {
-            self.say(&format!("Nothing to do: all recordings are in {}", planned.destination()));
+            self.say(&format!("Nothing to do: all recordings are in {}", planned.address()));
         }
         let exit = match interrupt.exit_code() {
             Some(code) => {
@@ -435,7 +435,7 @@ impl Execution<'_> {
         Executed {
             exit,
             name: self.experiment.name.clone(),
-            destination: Some(planned.destination()),
+            destination: Some(planned.address()),
             is_remote: planned.depot.is_some(),
             json: is_json.then(|| self.json(planned, results, exit)),
         }
@@ -446,7 +446,7 @@ impl Execution<'_> {
             "manifest": self.manifest,
             "experiment": self.experiment.name,
             "model": self.experiment.model(),
-            "destination": planned.destination(),
+            "destination": planned.address(),
             "exit_code": exit.code(),
             "runs": results::json(&planned.plan, self.experiment, results),
         })
