@@ -3,7 +3,7 @@
 
 use crate::plan::Plan;
 use kinetoscope_recording::file::remove_leftovers;
-use kinetoscope_recording::plot_list::listed_plots;
+use kinetoscope_recording::plot_list::{listed_plots, listed_recordings};
 use kinetoscope_recording::reader::Recording;
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -54,7 +54,11 @@ impl StaleFiles {
                 stale.recordings.push(path);
             }
         }
-        if !stale.recordings.is_empty() || !stale.partials.is_empty() {
+        let is_shown = |path: &PathBuf| {
+            let name = path.file_name().and_then(OsStr::to_str).unwrap_or_default();
+            listed_recordings(&plan.folder).iter().any(|shown| shown == name)
+        };
+        if stale.recordings.iter().chain(&stale.partials).any(is_shown) {
             let plots = listed_plots(&plan.folder).into_iter();
             stale.plots = plots.map(|name| plan.folder.join(name)).collect();
             stale.plots.retain(|plot| plot.is_file());

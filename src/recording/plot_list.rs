@@ -1,4 +1,5 @@
-//! The names of an analysis's plots in a file next to them, so that plots of earlier manifests can be removed.
+//! The names of an analysis's plots in a file next to them, with those of the recordings that it read, so that plots of
+//! recordings that are removed can be removed.
 
 use crate::regular_file::read_text;
 use std::path::Path;
@@ -12,15 +13,25 @@ const MAX_BYTES: u64 = 1 << 20;
 /// can write the list.
 #[must_use]
 pub fn listed_plots(folder: &Path) -> Vec<String> {
+    listed(folder, ".svg")
+}
+
+/// The recordings in a folder that its plots show, by the list.
+#[must_use]
+pub fn listed_recordings(folder: &Path) -> Vec<String> {
+    listed(folder, ".mcap")
+}
+
+fn listed(folder: &Path, ending: &str) -> Vec<String> {
     let Ok(list) = read_text(&folder.join(PLOT_LIST), MAX_BYTES) else { return Vec::new() };
-    let is_plot = |name: &&str| name.ends_with(".svg") && !name.contains(['/', '\\']);
-    list.lines().filter(is_plot).map(str::to_owned).collect()
+    let is_listed = |name: &&str| name.ends_with(ending) && !name.contains(['/', '\\']);
+    list.lines().filter(is_listed).map(str::to_owned).collect()
 }
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test may panic")]
 mod tests {
-    use super::{PLOT_LIST, listed_plots};
+    use super::{PLOT_LIST, listed_plots, listed_recordings};
 
     #[test]
     fn list_names_only_plots_of_its_folder() {
@@ -29,6 +40,7 @@ mod tests {
         let list = "a.svg\n../b.svg\n/c.svg\nd\\e.svg\nf.mcap\n.svg.txt\n";
         std::fs::write(folder.join(PLOT_LIST), list).unwrap();
         assert_eq!(listed_plots(&folder), ["a.svg"]);
+        assert_eq!(listed_recordings(&folder), ["f.mcap"]);
         std::fs::remove_dir_all(&folder).unwrap();
         assert!(listed_plots(&folder).is_empty());
     }

@@ -43,7 +43,10 @@ fn pruning_removes_only_what_is_stale() {
     let add = |name: &str, text: &str| fs::write(recordings.join(name), text).unwrap();
     add("orbit__time_step_days=2__0123abcd.partial.mcap", "");
     add("orbit__time_step_days=2__0123abcd.checkpoint", "");
-    add(".analysis-plots", "energy_2.svg\n../../kept.svg\n");
+    add(
+        ".analysis-plots",
+        "energy_2.svg\n../../kept.svg\norbit__time_step_days=2__0123abcd.partial.mcap\n",
+    );
     add("energy_2.svg", "<svg/>");
     for (name, text) in
         [("orbit__draft.partial.mcap", ""), ("other__0123abcd.partial.mcap", ""), ("own.svg", "")]
@@ -65,4 +68,20 @@ fn pruning_removes_only_what_is_stale() {
     run(folder.path(), &["--prune"]);
     assert_eq!(files(folder.path()), kept);
     assert!(folder.path().join("kept.svg").exists(), "a plot list names only files of its folder");
+}
+
+/// Control: plots of the recordings that stay.
+#[test]
+fn plots_of_current_recordings_stay() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("orbit.toml"), MANIFEST).unwrap();
+    run(folder.path(), &[]);
+    let recordings = folder.path().join("recordings/orbit");
+    let ours = files(folder.path()).into_iter().find(|name| name.ends_with(".mcap")).unwrap();
+    fs::write(recordings.join(".analysis-plots"), format!("energy.svg\n{ours}\n")).unwrap();
+    fs::write(recordings.join("energy.svg"), "<svg/>").unwrap();
+    let kept = files(folder.path());
+    run(folder.path(), &["--set", "model.orbit.time_step_days=0.5"]);
+    run(folder.path(), &["--prune"]);
+    assert_eq!(files(folder.path()), kept);
 }

@@ -41,6 +41,9 @@ pub(crate) fn write(report: &AnalysisReport, folder: &Path) -> Result<usize, Wri
         // A plot that cannot be removed is of no harm.
         let _ = std::fs::remove_file(folder.join(stale));
     }
+    for run in &report.runs {
+        list += &format!("{}\n", run.file);
+    }
     replace(&folder.join(PLOT_LIST), &list)?;
     replace(&folder.join("report.html"), html::page(report, &drawn))?;
     Ok(drawn.len())
