@@ -81,22 +81,24 @@ fn test_case(suite: &str, result: &CheckResult, cases: &mut UniqueNames) -> Stri
     )
 }
 
-/// Formats failures and unreadable files as annotations of a GitHub workflow, at the line of the check in the manifest.
+/// Formats failures and unreadable files as annotations of a GitHub workflow, at the line of the check in the manifest or the
+/// checks file.
 pub(crate) fn github(experiments: &[ExperimentChecks<'_>]) -> String {
     let mut text = String::new();
     for experiment in experiments {
-        let place = |line: u32| match experiment.manifest {
-            Some(manifest) => format!("file={},line={},", property(manifest), line.max(1)),
+        let place = |file: Option<&str>, line: u32| match file.or(experiment.manifest) {
+            Some(file) => format!("file={},line={},", property(file), line.max(1)),
             None => String::new(),
         };
         for result in experiment.check_results.iter().filter(|result| !result.passed) {
             let title = property(&format!("{}: {}", experiment.name, result.subject));
-            let (place, finding) = (place(result.line), data(&result.finding));
+            let place = place(result.file.as_deref(), result.line);
+            let finding = data(&result.finding);
             let _ = writeln!(text, "::error {place}title={title}::{finding}");
         }
         for why in experiment.unreadable {
             let title = property(&format!("{}: unreadable", experiment.name));
-            let _ = writeln!(text, "::error {}title={title}::{}", place(1), data(why));
+            let _ = writeln!(text, "::error {}title={title}::{}", place(None, 1), data(why));
         }
     }
     text
@@ -156,6 +158,7 @@ mod tests {
             subject: subject.to_owned(),
             requirement: "completes".to_owned(),
             finding: "a \u{ffff} b\n::error::c".to_owned(),
+            file: None,
             line: 0,
             seconds: 0.0,
         }
@@ -187,6 +190,18 @@ mod tests {
             let suite = format!("<testsuite name=\"{name}\"");
             assert_eq!(xml.matches(&suite).count(), 1, "{name} in {xml}");
         }
+    }
+
+    /// An annotation names the file that contains the check.
+    #[test]
+    fn annotations_name_the_file_of_the_check() {
+        let of_manifest = CheckResult { line: 7, ..result("a") };
+        let of_file = CheckResult { file: Some("limits.toml".to_owned()), ..of_manifest.clone() };
+        let results = [of_manifest, of_file];
+        let text = github(&[ExperimentChecks { manifest: Some("x.toml"), ..experiment(&results) }]);
+        let lines: Vec<&str> = text.lines().collect();
+        assert!(lines[0].starts_with("::error file=x.toml,line=7,"), "{text}");
+        assert!(lines[1].starts_with("::error file=limits.toml,line=7,"), "{text}");
     }
 
     /// An annotation is one line without control characters, whatever the finding contains.

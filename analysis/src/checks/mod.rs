@@ -23,7 +23,9 @@ pub(crate) struct CheckResult {
     pub(crate) requirement: String,
     /// The measured value, the expected value, and the tolerance.
     pub(crate) finding: String,
-    /// The check's line in the manifest, from 1; 0 if it has none.
+    /// The file of the check, if that is not the manifest.
+    pub(crate) file: Option<String>,
+    /// The check's line in its file, from 1; 0 if it has none.
     pub(crate) line: u32,
     /// Time that the analysis of the run took, s; 0 for a check.
     pub(crate) seconds: f64,
@@ -90,6 +92,7 @@ fn missing(check: &Check, named: &[&Metric]) -> CheckResult {
         subject: check.metric.clone(),
         requirement: requirement(check.bound),
         finding: why,
+        file: None,
         line: check.line,
         seconds: 0.0,
     }
@@ -114,6 +117,7 @@ fn compare(check: &Check, metric: &Metric) -> CheckResult {
         subject: subject(metric),
         requirement: requirement(check.bound),
         finding,
+        file: None,
         line: check.line,
         seconds: 0.0,
     }

@@ -34,6 +34,7 @@ pub(crate) fn evaluate(
                 ExpectedOutcome::Fault => "fails".to_owned(),
             },
             finding,
+            file: None,
             line: 0,
             seconds,
         })

@@ -75,6 +75,8 @@ const MAX_POINTS_SHOWN: usize = 6;
 pub(crate) struct AnalysisOptions {
     /// Checks in addition to the experiment's own.
     pub(crate) checks: Vec<Check>,
+    /// The file that contains them.
+    pub(crate) checks_file: Option<String>,
     /// Times of snapshots in addition to start and end, in the model's unit.
     pub(crate) snapshots_at: Vec<f64>,
     /// The cache of analyses.
@@ -222,8 +224,10 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     let record = source.record.as_ref();
     let expected = record.map_or(ExpectedOutcome::Complete, |record| record.expected_outcome);
     let mut check_results = outcome::evaluate(&runs, &seconds, expected);
-    let checks = own.iter().chain(&options.checks);
-    check_results.extend(checks.flat_map(|check| evaluate(check, &metrics)));
+    check_results.extend(own.iter().flat_map(|check| evaluate(check, &metrics)));
+    let further = options.checks.iter().flat_map(|check| evaluate(check, &metrics));
+    let file = &options.checks_file;
+    check_results.extend(further.map(|result| CheckResult { file: file.clone(), ..result }));
     let description = record.map_or_else(String::new, |record| record.description.clone());
     AnalysisReport {
         name: source.name.clone(),

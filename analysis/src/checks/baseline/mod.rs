@@ -401,6 +401,7 @@ impl BaselineComparison {
             subject: subject.clone(),
             requirement: "equal to the baseline".to_owned(),
             finding,
+            file: None,
             line: 0,
             seconds: 0.0,
         };
