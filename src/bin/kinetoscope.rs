@@ -31,32 +31,35 @@ struct Arguments {
 enum Command {
     #[command(after_help = exit_codes(OF_RUN))]
     Run(RunArguments),
-    New(NewArguments),
-    #[command(after_help = exit_codes(&[75]))]
-    Check(CheckArguments),
-    #[command(after_help = exit_codes(&[1, 4, 5, 75, 129, 130, 143]))]
-    Verify(VerifyArguments),
-    #[command(after_help = exit_codes(&[4, 5, 75]))]
-    Compare(CompareArguments),
     #[command(after_help = exit_codes(&[]))]
+    New(NewArguments),
+    #[command(after_help = exit_codes(&[1]))]
+    Check(CheckArguments),
+    #[command(after_help = exit_codes(&[1, 4, 5, 129, 130, 143]))]
+    Verify(VerifyArguments),
+    #[command(after_help = exit_codes(&[4, 5]))]
+    Compare(CompareArguments),
+    #[command(after_help = exit_codes(&[1]))]
     Why(WhyArguments),
     #[command(after_help = exit_codes(&[5]))]
     Info(InfoArguments),
-    #[command(after_help = exit_codes(&[1, 75]))]
+    #[command(after_help = exit_codes(&[1]))]
     Benchmark(BenchmarkArguments),
     #[command(after_help = analysis::EXIT_CODES)]
     Analyze(AnalyzeArguments),
-    #[command(after_help = analysis::EXIT_CODES)]
+    #[command(after_help = exit_codes(&[5]))]
     Export(ExportArguments),
     /// Print the JSON Schema of manifests, for editors
+    #[command(after_help = exit_codes(&[]))]
     Schema,
     /// Print the completions for a shell
+    #[command(after_help = exit_codes(&[]))]
     Completions {
         /// The shell
         shell: Shell,
     },
     #[command(
-        after_help = "Exit codes:\n  0    no problem\n  1    a problem was found; its remedy is printed\n  2    bad arguments\n  70   an internal error, or not enough memory"
+        after_help = "Exit codes:\n  0    no problem\n  1    a problem was found; its remedy is printed\n  2    bad arguments\n  70   an internal error, or not enough memory\n  75   the output cannot be written"
     )]
     Doctor(DoctorArguments),
 }

@@ -33,7 +33,7 @@ impl BenchmarkArguments {
     /// Measures, prints and writes the table.
     #[must_use]
     pub fn execute(&self) -> Exit {
-        self.result.concluded(self.measure().unwrap_or_else(|failure| failure.report()))
+        self.result.concluded(self.measure().unwrap_or_else(|failure| self.result.failed(&failure)))
     }
 
     fn measure(&self) -> Result<Exit, Failure> {

@@ -3,7 +3,7 @@
 use crate::cli::executor::at_least_one;
 use crate::cli::exit::Exit;
 use crate::cli::experiment::{Planned, Planner};
-use crate::cli::manifests::{ManifestArguments, ManifestReader, expand};
+use crate::cli::manifests::{ManifestArguments, ManifestReader, NoRecording, expand};
 use crate::cli::messages::{Failure, counted, describe, plural};
 use crate::cli::output::OutputArguments;
 use crate::cli::pipeline::{self, Step};
@@ -39,7 +39,8 @@ impl CheckArguments {
     /// Checks every manifest; an error in one does not hide those of the others.
     #[must_use]
     pub fn execute(&self) -> Exit {
-        self.result.concluded(self.check_all().unwrap_or_else(|failure| failure.report()))
+        self.result
+            .concluded(self.check_all().unwrap_or_else(|failure| self.result.failed(&failure)))
     }
 
     fn check_all(&self) -> Result<Exit, Failure> {
@@ -47,15 +48,22 @@ impl CheckArguments {
         let output = self.output.folder().map_err(|error| bad(&error.to_string()))?;
         let reader = ManifestReader { output, start_from_dir: None };
         let steps = pipeline::order(&expand(&self.manifests)?, &overrides, &reader)?;
-        let (mut exit, mut checked) = (Exit::Done, Vec::new());
+        let (mut exit, mut checked, mut errors) = (Exit::Done, Vec::new(), Vec::new());
         for step in &steps {
             match self.check(step, &overrides, &reader) {
                 Ok(json) => checked.push(json),
-                Err(failure) => exit = exit.worst(failure.report()),
+                Err(failure) => {
+                    exit = exit.worst(failure.report());
+                    errors.push(failure.text().to_owned());
+                }
             }
         }
         if self.result.json {
-            self.result.print_json(&json!({ "exit_code": exit.code(), "experiments": checked }));
+            self.result.print_json(&json!({
+                "exit_code": exit.code(),
+                "experiments": checked,
+                "errors": errors,
+            }));
         }
         Ok(exit)
     }
@@ -66,8 +74,8 @@ impl CheckArguments {
         overrides: &[Override],
         reader: &ManifestReader<'_>,
     ) -> Result<Json, Failure> {
-        if step.starts_from.iter().any(|manifest| reader.recording_of(manifest).is_err()) {
-            self.say(&pending(step));
+        if let Some(why) = reader.missing_start(step) {
+            self.say(&not_planned(step, why)?);
             return Ok(json!({ "manifest": step.manifest, "pending": step.starts_from }));
         }
         let experiment = reader.read(&step.manifest, step.overrides(overrides))?;
@@ -87,15 +95,26 @@ impl CheckArguments {
     }
 }
 
-/// The plan of an experiment whose start has not been recorded yet.
-pub(crate) fn pending(step: &Step) -> String {
-    let names: Vec<String> =
-        step.starts_from.iter().map(|manifest| manifest.display().to_string()).collect();
-    format!(
-        "{}: starts from {}, which has no recording yet; planned when it has",
-        step.manifest.display(),
-        names.join(", ")
-    )
+/// The plan of an experiment that starts from a run without a recording.
+///
+/// # Errors
+/// A run that failed, or a manifest that cannot be started from.
+pub(crate) fn not_planned(step: &Step, why: NoRecording) -> Result<String, Failure> {
+    let manifest = step.manifest.display();
+    match why {
+        NoRecording::Failed(why) => {
+            let what = format!("{manifest} cannot start: {why}");
+            Err(Failure::new(Exit::RunFailed, what).help("change the manifest that it starts from"))
+        }
+        NoRecording::Invalid(why) => {
+            let what = format!("{manifest} cannot start: {why}");
+            Err(Failure::new(Exit::BadManifest, what)
+                .help("correct the manifest that it starts from"))
+        }
+        NoRecording::Missing(why) => {
+            Ok(format!("{manifest}: planned when the run that it starts from is finished: {why}"))
+        }
+    }
 }
 
 /// A manifest that was checked.

@@ -3,7 +3,8 @@
 use crate::outputs::upload::UploadReport;
 use std::process::ExitCode;
 
-/// Every exit code with its meaning.
+/// Every exit code with its meaning, except for 3 (a check failed), which only the analysis has
+/// (`analysis/src/cli/arguments.rs`).
 const MEANINGS: [(u8, &str); 10] = [
     (0, "done"),
     (1, "a run failed"),
@@ -20,10 +21,10 @@ const MEANINGS: [(u8, &str); 10] = [
     (143, "ended by SIGTERM"),
 ];
 
-/// The exit codes of a command as its help lists them: 0, 2 and 70, which every command has, and `others`.
+/// The exit codes of a command as its help lists them: 0, 2, 70 and 75, which every command has, and `others`.
 #[must_use]
 pub fn exit_codes(others: &[u8]) -> String {
-    let is_listed = |code: u8| [0, 2, 70].contains(&code) || others.contains(&code);
+    let is_listed = |code: u8| [0, 2, 70, 75].contains(&code) || others.contains(&code);
     let listed = MEANINGS.iter().filter(|(code, _)| is_listed(*code));
     let lines: Vec<String> =
         listed.map(|(code, meaning)| format!("\n  {code:<4} {meaning}")).collect();
@@ -31,7 +32,7 @@ pub fn exit_codes(others: &[u8]) -> String {
 }
 
 /// The exit codes of `run` in addition to those of every command.
-pub const OF_RUN: &[u8] = &[1, 75, 129, 130, 143];
+pub const OF_RUN: &[u8] = &[1, 129, 130, 143];
 
 /// How the program ends. The numbers are documented and do not change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -153,7 +153,7 @@ impl Execution<'_> {
             let rerun = planner.rerun(self.experiment, &planned)?;
             return Ok(self.dry_run(&planned, rerun.as_ref()));
         }
-        self.say(&describe(self.experiment, plan, *jobs, &planned.address()));
+        self.say(&describe(self.experiment, plan, *jobs, &planned.destination()));
         let at_once = if depot.is_some() { *jobs } else { plan.runs.len() };
         let option = self.arguments.output.option_of_folder();
         if let Some(failure) = disk_shortage(plan, plan.bytes_at_once(at_once), option) {

@@ -178,7 +178,7 @@ fn verified(verification: &Verification, path: &Path) -> Report {
             report.lines.push(format!("both failed in the same way: {fault}"));
         }
         Some(Outcome::Interrupted) if verdict.is_some() => {
-            report.errors.push("the run was interrupted: the rest cannot be compared".to_owned());
+            report.errors.push("the run was interrupted: the rest cannot be compared\nhelp: run its manifest again to finish it".to_owned());
             report.exit = Exit::Unreadable;
         }
         _ => {}

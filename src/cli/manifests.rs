@@ -2,12 +2,14 @@
 
 use crate::cli::exit::Exit;
 use crate::cli::messages::{Failure, has_colors};
+use crate::cli::pipeline::Step;
 use crate::plan::restart_files::StartFiles;
 use crate::plan::{Plan, Status};
 use clap::Args;
 use kinetoscope_manifest::{Experiment, Override, is_manifest_name};
 use kinetoscope_recording::recorder::Outcome;
 use kinetoscope_recording::regular_file::{self, MAX_MANIFEST_BYTES, read_text};
+use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::fs;
 use std::io::{self, Read as _};
@@ -91,6 +93,20 @@ pub(crate) struct ManifestReader<'a> {
     pub(crate) start_from_dir: Option<&'a Path>,
 }
 
+/// Why a manifest that others start from has no recording.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum NoRecording {
+    /// The run has not been executed or is unfinished.
+    #[error("{0}")]
+    Missing(String),
+    /// The run failed, and would fail again.
+    #[error("{0}")]
+    Failed(String),
+    /// The manifest cannot be started from.
+    #[error("{0}")]
+    Invalid(String),
+}
+
 impl ManifestReader<'_> {
     /// Folder that the paths of `start_from` in a manifest are relative to.
     pub(crate) fn start_folder<'a>(&'a self, manifest: &'a Path) -> &'a Path {
@@ -113,17 +129,20 @@ impl ManifestReader<'_> {
             let what = format!("cannot read the manifest {}: {error}", manifest.display());
             Failure::new(Exit::BadManifest, what).help(CREATE_ONE)
         })?;
-        self.parse(&source, manifest, overrides, self.start_folder(manifest)).map_err(
+        let start_folder = self.start_folder(manifest);
+        self.parse(&source, manifest, overrides, start_folder, &Cell::new(None)).map_err(
             |diagnostics| Failure::rendered(Exit::BadManifest, diagnostics.render(has_colors())),
         )
     }
 
+    /// Parses a manifest; `missing` receives why a manifest that it starts from has no recording.
     fn parse(
         &self,
         source: &str,
         manifest: &Path,
         overrides: &[Override],
         start_folder: &Path,
+        missing: &Cell<Option<NoRecording>>,
     ) -> Result<Experiment, kinetoscope_manifest::Diagnostics> {
         let starts = StartFiles::relative_to(start_folder);
         let origin = manifest.display().to_string();
@@ -131,30 +150,49 @@ impl ManifestReader<'_> {
             if !is_manifest_name(name) {
                 return starts.read(name);
             }
-            let recording = self.recording_of(&start_folder.join(name))?;
+            let recording = self.recording_of(&start_folder.join(name)).map_err(|why| {
+                let text = why.to_string();
+                missing.set(Some(why));
+                text
+            })?;
             starts.read(&canonical(&recording).to_string_lossy())
         };
         kinetoscope_manifest::parse_with_recordings(source, &origin, overrides, &recordings)
     }
 
+    /// Why a run that a step starts from has no recording; `None` if all have one.
+    pub(crate) fn missing_start(&self, step: &Step) -> Option<NoRecording> {
+        step.starts_from.iter().find_map(|manifest| self.recording_of(manifest).err())
+    }
+
     /// The finished recording of a manifest with one run. The manifests must not start from each other.
-    pub(crate) fn recording_of(&self, manifest: &Path) -> Result<PathBuf, String> {
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub(crate) fn recording_of(&self, manifest: &Path) -> Result<PathBuf, NoRecording> {
         let shown = manifest.display();
         let source = read_text(manifest, MAX_MANIFEST_BYTES)
-            .map_err(|error| format!("cannot read {shown}: {error}"))?;
+            .map_err(|error| NoRecording::Invalid(format!("cannot read {shown}: {error}")))?;
         let start_folder = manifest.parent().unwrap_or(Path::new(""));
-        let experiment = self
-            .parse(&source, manifest, &[], start_folder)
-            .map_err(|diagnostics| format!("{shown} has errors:\n{}", diagnostics.render(false)))?;
+        let missing = Cell::new(None);
+        let parsed = self.parse(&source, manifest, &[], start_folder, &missing);
+        let experiment = parsed.map_err(|diagnostics| {
+            missing.take().unwrap_or_else(|| {
+                let errors = diagnostics.render(false);
+                NoRecording::Invalid(format!("{shown} has errors:\n{errors}"))
+            })
+        })?;
         let plan = Plan::new(&experiment, &self.output, false);
         let [run] = plan.runs.as_slice() else {
-            return Err(format!("{shown} has {} runs; must have 1", plan.runs.len()));
+            let what = format!("{shown} has {} runs; must have 1", plan.runs.len());
+            return Err(NoRecording::Invalid(what));
         };
         match &run.status {
             Status::Done(Outcome::Complete) => Ok(plan.folder.join(run.file_name())),
-            Status::Done(_) => Err(format!("the run of {shown} failed")),
+            Status::Done(_) => Err(NoRecording::Failed(format!("the run of {shown} failed"))),
             Status::ToDo(_) | Status::Rejected(_) => {
-                Err(format!("{shown} has no recording in {}", plan.folder.display()))
+                let what = format!("{shown} has no recording in {}", plan.folder.display());
+                Err(NoRecording::Missing(what))
             }
         }
     }

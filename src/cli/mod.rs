@@ -25,10 +25,11 @@ pub mod why;
 
 use crate::cli::analysis::{Analysis, AnalysisProgram};
 use crate::cli::exit::{Exit, OF_RUN, exit_codes};
-use crate::cli::messages::word;
+use crate::cli::messages::{Failure, word};
 use crate::executor::progress::Verbosity;
 use clap::{Args, Parser};
 use kinetoscope_usage::{Ended, StandardOutput};
+use serde_json::json;
 use std::path::PathBuf;
 
 /// Run the experiment of a manifest: one MCAP recording per run, with every frame.
@@ -120,6 +121,15 @@ impl MessageArguments {
         self.output.print_json(&format!("{document:#}\n"));
     }
 
+    /// Prints the error that ended the command, and as JSON if that is requested.
+    pub(crate) fn failed(&self, failure: &Failure) -> Exit {
+        let exit = failure.report();
+        if self.json {
+            self.print_json(&json!({ "exit_code": exit.code(), "errors": [failure.text()] }));
+        }
+        exit
+    }
+
     /// The exit code, if all text was printed.
     pub(crate) fn concluded(&self, exit: Exit) -> Exit {
         messages::concluded(&self.output, exit)
@@ -161,6 +171,15 @@ impl ResultArguments {
     /// Prints a JSON document.
     pub(crate) fn print_json(&self, document: &serde_json::Value) {
         self.output.print_json(&format!("{document:#}\n"));
+    }
+
+    /// Prints the error that ended the command, and as JSON if that is requested.
+    pub(crate) fn failed(&self, failure: &Failure) -> Exit {
+        let exit = failure.report();
+        if self.json {
+            self.print_json(&json!({ "exit_code": exit.code(), "errors": [failure.text()] }));
+        }
+        exit
     }
 
     /// The exit code, if all text was printed.

@@ -27,7 +27,7 @@ pub(crate) fn report_errors(
         if let Some(message) = unexpected(outcome, experiment) {
             let name = name_of(run, experiment);
             complain(&format!(
-                "error: {name} {message} (earlier run)\nhelp: change the manifest, or rerun it with --force"
+                "error: {name} {message} (earlier run)\nhelp: change the manifest; the same manifest fails again"
             ));
             exit = Exit::RunFailed;
         }

@@ -4,7 +4,7 @@ use crate::cli::executor::{ExecutorArguments, at_least_one};
 use crate::cli::exit::Exit;
 use crate::cli::experiment::{Executed, Execution, Planner};
 use crate::cli::live::LiveArguments;
-use crate::cli::manifests::{ManifestArguments, ManifestReader, canonical, expand};
+use crate::cli::manifests::{ManifestArguments, ManifestReader, NoRecording, canonical, expand};
 use crate::cli::messages::{Failure, next_command, plural, word};
 use crate::cli::output::OutputArguments;
 use crate::cli::pipeline::{self, Step};
@@ -79,7 +79,8 @@ impl RunArguments {
     /// Executes the runs.
     #[must_use]
     pub fn execute(&self, program: &Program<'_>) -> Exit {
-        self.messages.concluded(self.run_all(program).unwrap_or_else(|failure| failure.report()))
+        let failed = |failure: Failure| self.messages.failed(&failure);
+        self.messages.concluded(self.run_all(program).unwrap_or_else(failed))
     }
 
     fn run_all(&self, program: &Program<'_>) -> Result<Exit, Failure> {
@@ -120,7 +121,8 @@ impl RunArguments {
         match single.iter().find(|(is_given, _)| *is_given) {
             Some((_, option)) if manifests.len() > 1 => {
                 let given = plural(manifests.len() as u64, "manifest");
-                Err(bad(&format!("{option} takes one manifest, found {given}")))
+                let what = format!("{option} takes one manifest, found {given}");
+                Err(bad(&what).help("call the program once for each manifest"))
             }
             _ => Ok(()),
         }
@@ -136,7 +138,7 @@ impl RunArguments {
         let (mut readings, mut errors) = (Vec::new(), Vec::new());
         let mut names: Vec<(String, &Path)> = Vec::new();
         for step in steps {
-            if step.starts_from.iter().any(|manifest| reader.recording_of(manifest).is_err()) {
+            if reader.missing_start(step).is_some() {
                 readings.push(Reading::Pending);
                 continue;
             }
@@ -216,10 +218,16 @@ impl Session<'_> {
         let experiment = match reading {
             Reading::Read(experiment) => *experiment,
             Reading::Pending if is_dry => {
-                self.arguments.messages.say(&check::pending(step));
+                let why = self.reader.missing_start(step);
+                if let Some(text) = why.map(|why| check::not_planned(step, why)).transpose()? {
+                    self.arguments.messages.say(&text);
+                }
                 return Ok(Exit::Done);
             }
             Reading::Pending => {
+                if let Some(why) = self.reader.missing_start(step) {
+                    return Ok(self.not_started(step, &why).report());
+                }
                 match self.reader.read(&step.manifest, step.overrides(self.overrides)) {
                     Ok(experiment) => experiment,
                     Err(failure) => return Ok(failure.report()),
@@ -247,6 +255,22 @@ impl Session<'_> {
             }
             Err(failure) => failure.report(),
         })
+    }
+
+    /// The error of a step whose start has no recording. The run of the start has reported its own error.
+    fn not_started(&self, step: &Step, why: &NoRecording) -> Failure {
+        let what = format!("{} was not started: {why}", step.manifest.display());
+        match (why, &self.arguments.executor.export_commands) {
+            (NoRecording::Failed(_), _) => {
+                Failure::new(Exit::RunFailed, what).help("change the manifest that it starts from")
+            }
+            (NoRecording::Missing(_), Some(file)) => Failure::new(Exit::Retryable, what)
+                .help(format!("execute the commands of {}, then repeat this one", file.display())),
+            (NoRecording::Missing(_), None) => Failure::new(Exit::Retryable, what)
+                .help("repeat the command when that run can be finished"),
+            (NoRecording::Invalid(_), _) => Failure::new(Exit::BadManifest, what)
+                .help("correct the manifest that it starts from"),
+        }
     }
 
     /// Prints the next command, or the summary as JSON.

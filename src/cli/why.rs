@@ -1,5 +1,6 @@
 //! `why`: reports for each run whether it would be executed, and what differs from the nearest recording.
 
+use crate::cli::check::not_planned;
 use crate::cli::exit::Exit;
 use crate::cli::experiment::Planner;
 use crate::cli::manifests::{ManifestArguments, ManifestReader};
@@ -31,7 +32,7 @@ impl WhyArguments {
     /// Prints the reason for each run.
     #[must_use]
     pub fn execute(&self) -> Exit {
-        self.result.concluded(self.explain().unwrap_or_else(|failure| failure.report()))
+        self.result.concluded(self.explain().unwrap_or_else(|failure| self.result.failed(&failure)))
     }
 
     fn explain(&self) -> Result<Exit, Failure> {
@@ -42,7 +43,14 @@ impl WhyArguments {
         let overrides = self.manifest.overrides()?;
         let output = self.output.folder().map_err(|error| bad(&error.to_string()))?;
         let reader = ManifestReader { output, start_from_dir: None };
-        pipeline::order(std::slice::from_ref(&self.path), &overrides, &reader)?;
+        let steps = pipeline::order(std::slice::from_ref(&self.path), &overrides, &reader)?;
+        let own = steps.iter().find(|step| step.is_named);
+        if let Some((step, why)) = own.and_then(|step| Some((step, reader.missing_start(step)?))) {
+            let text = not_planned(step, why)?;
+            self.result
+                .print(&text, || json!({ "manifest": step.manifest, "pending": step.starts_from }));
+            return Ok(Exit::Done);
+        }
         let experiment = reader.read(&self.path, &overrides)?;
         let planner = Planner { output: &self.output, keys: None, force: false, jobs: None };
         let planned = planner.plan(&experiment)?;

@@ -14,7 +14,11 @@ const KEYS: Renames = &[
     ("model.dem", "rain", "insertion"),
     ("model.dem", "tangential_stiffness_share", "tangential_to_normal_stiffness"),
     ("model.dem", "tangential_damping_share", "tangential_to_normal_damping"),
-    ("model.dem", "force_tail", "limit_damping = false` or `limit_damping = true"),
+    (
+        "model.dem",
+        "force_tail",
+        "limit_damping = true` for \"clamped\", `limit_damping = false` for \"linear\"",
+    ),
     ("model.dem", "velocity_deviation_m_per_s", "velocity_std_m_per_s"),
     ("model.dem", "outlet_below_m", "remove_below_m"),
     ("model.dem", "region_m", "placement_region_m"),

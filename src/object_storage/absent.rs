@@ -17,8 +17,8 @@ impl Store {
     /// Always: how to build a program that opens it.
     pub fn open(address: &Address) -> Result<Self, StoreError> {
         Err(StoreError::permanent(format!(
-            "{address}: this program was built without object storage. Build it with: \
-             cargo build --release --features object-storage"
+            "{address}: this program was built without object storage\n\
+             help: build it with `cargo build --release --features object-storage`"
         )))
     }
 

@@ -157,8 +157,11 @@ impl ReadFault {
     /// What the user can do.
     fn remedy(&self) -> &'static str {
         match self {
+            Self::Io(error) if error.kind() == io::ErrorKind::InvalidInput => {
+                "Name a recording: a regular file *.mcap"
+            }
             Self::Io(_) => "Check that the file exists and may be read, and the disk",
-            Self::NotMcap => "Name a recording or a folder of recordings",
+            Self::NotMcap => "Name a recording (*.mcap)",
             Self::Foreign => "Name a recording that run-experiment wrote",
             Self::OtherSchema { .. } => "Run its manifest again, or use the program that wrote it",
             Self::Torn { .. } => "Run its manifest again, or copy the file again",

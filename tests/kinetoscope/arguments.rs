@@ -114,13 +114,17 @@ fn unknown_words_list_the_allowed_ones() {
 fn help_lists_only_the_exit_codes_of_its_subcommand() {
     for (subcommand, codes) in [
         ("run", "0 1 2 70 75 129 130 143"),
-        ("check", "0 2 70 75"),
+        ("new", "0 2 70 75"),
+        ("schema", "0 2 70 75"),
+        ("completions", "0 2 70 75"),
+        ("export", "0 2 5 70 75"),
+        ("check", "0 1 2 70 75"),
         ("verify", "0 1 2 4 5 70 75 129 130 143"),
         ("compare", "0 2 4 5 70 75"),
-        ("why", "0 2 70"),
-        ("info", "0 2 5 70"),
+        ("why", "0 1 2 70 75"),
+        ("info", "0 2 5 70 75"),
         ("benchmark", "0 1 2 70 75"),
-        ("doctor", "0 1 2 70"),
+        ("doctor", "0 1 2 70 75"),
         ("analyze", "0 2 3 5 70 75"),
     ] {
         let help = call([subcommand, "--help"]).out;

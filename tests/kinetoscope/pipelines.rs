@@ -67,7 +67,8 @@ fn a_manifest_to_start_from_runs_first_and_once() {
     bench.write("last.toml", &next("next.toml"));
     let planned = bench.call(&["check", "last.toml"]);
     assert_eq!(planned.code, Some(0), "{}", planned.err);
-    let pending = "last.toml: starts from next.toml, which has no recording yet";
+    let pending = "last.toml: planned when the run that it starts from is finished: \
+                   bed.toml has no recording in recordings/bed";
     assert!(planned.out.contains(pending), "{}", planned.out);
     assert!(!bench.path("recordings").exists());
 
@@ -97,6 +98,32 @@ fn a_manifest_to_start_from_runs_first_and_once() {
     bench.write("by_path/last.toml", &by_path);
     let same = bench.call(&["run", "by_path/last.toml"]);
     assert!(same.out.contains("Nothing to do"), "{}{}", same.out, same.err);
+}
+
+/// The exit code is that of the run that failed, and the next step is named.
+#[test]
+fn manifests_whose_start_failed_are_not_started() {
+    let bench = Bench::new();
+    let unstable = "on_unstable_time_step = \"warn\"\ntime_step_s = 0.01\nduration_s = 1.0";
+    bench.write("bed.toml", &BED.replace("duration_s = 0.002", unstable));
+    bench.write("next.toml", &next("bed.toml"));
+    let exported = bench.call(&["run", "--export-commands", "list", "next.toml"]);
+    assert_eq!(exported.code, Some(75), "{}", exported.err);
+    assert!(exported.err.contains("help: execute the commands of list"), "{}", exported.err);
+    let why = bench.call(&["why", "next.toml"]);
+    assert_eq!((why.code, why.err.as_str()), (Some(0), ""));
+    assert!(why.out.contains("next.toml: planned when the run"), "{}", why.out);
+    let ran = bench.call(&["run", "--json", "next.toml"]);
+    assert_eq!(ran.code, Some(1), "{}", ran.err);
+    let error = "error: next.toml was not started: the run of bed.toml failed\n\
+                 help: change the manifest that it starts from\n";
+    assert!(ran.err.ends_with(error), "{}", ran.err);
+    for subcommand in ["check", "why"] {
+        let called = bench.call(&[subcommand, "--json", "next.toml"]);
+        assert_eq!(called.code, Some(1), "{}", called.err);
+        assert!(called.err.contains("next.toml cannot start: the run of bed.toml failed"));
+        assert_eq!(called.json()["errors"].as_array().unwrap().len(), 1);
+    }
 }
 
 #[test]

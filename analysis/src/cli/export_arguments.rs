@@ -65,7 +65,7 @@ impl ExportArguments {
             Some(file) => self.draw(file),
             None => self.export(),
         };
-        concluded(result, &self.standard_output)
+        concluded(result, &self.standard_output, self.json)
     }
 
     fn say(&self, text: &str) {

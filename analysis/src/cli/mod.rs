@@ -49,7 +49,7 @@ impl AnalyzeArguments {
     /// Analyzes the recordings and prints the results.
     #[must_use]
     pub fn execute(&self) -> AnalysisExit {
-        concluded(run(self), &self.standard_output)
+        concluded(run(self), &self.standard_output, self.json)
     }
 
     /// Prints a text, unless only errors or JSON are requested.
@@ -62,11 +62,20 @@ impl AnalyzeArguments {
 
 /// Prints the error of a command or of its output, and returns the exit code. A finding weighs more than output that cannot be
 /// written.
-fn concluded(result: Result<AnalysisExit, CommandError>, output: &StandardOutput) -> AnalysisExit {
+fn concluded(
+    result: Result<AnalysisExit, CommandError>,
+    output: &StandardOutput,
+    is_json: bool,
+) -> AnalysisExit {
     let exit = result.unwrap_or_else(|CommandError { exit, message }| {
         // The errors of a checks file begin with the word already.
         let message = message.trim_end();
-        complain(&format!("error: {}", message.strip_prefix("error: ").unwrap_or(message)), false);
+        let text = format!("error: {}", message.strip_prefix("error: ").unwrap_or(message));
+        complain(&text, false);
+        if is_json {
+            let document = json!({ "exit_code": exit as u8, "errors": [text] });
+            output.print_json(&format!("{document:#}\n"));
+        }
         exit
     });
     match output.failure() {
@@ -129,6 +138,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
         };
         let options = AnalysisOptions {
             checks: checks.clone(),
+            checks_file: arguments.checks.as_ref().map(|path| path.display().to_string()),
             snapshots_at: arguments.snapshots_at.clone(),
             cache: AnalysisCache::in_folder(&folder),
             fresh: arguments.no_cache,
@@ -187,6 +197,7 @@ fn fill_caches(sources: Vec<RecordingFolder>, snapshots_at: &[f64], no_cache: bo
     for mut source in sources {
         let options = AnalysisOptions {
             checks: Vec::new(),
+            checks_file: None,
             snapshots_at: snapshots_at.to_vec(),
             cache: AnalysisCache::in_folder(&source.folder),
             fresh: no_cache,

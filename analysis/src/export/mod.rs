@@ -42,8 +42,8 @@ impl ExportFormat {
 }
 
 /// The error message for Parquet in a program without it.
-pub(crate) const NEEDS_PARQUET: &str = "this program was built without Parquet. Build one with it, \
-    `cargo build --release --package kinetoscope-analysis --features parquet`, or write CSV";
+pub(crate) const NEEDS_PARQUET: &str = "this program was built without Parquet\n\
+    help: write CSV, or build with `cargo build --release --package kinetoscope-analysis --features parquet`";
 
 /// Why a recording was not exported as a whole.
 #[derive(Debug, thiserror::Error)]

@@ -34,9 +34,11 @@ impl ThumbnailFormat {
         let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
         match ending.to_ascii_lowercase().as_str() {
             "svg" if frames == NonZeroU32::MIN => Ok(Self::Svg),
-            "svg" => Err("an SVG does not move: write a .png, or ask for one frame"),
+            "svg" => Err("an SVG does not move\nhelp: write a .png, or ask for one frame"),
             "png" | "apng" => Ok(Self::Png { frames }),
-            _ => Err("a thumbnail's name ends in .png or .svg"),
+            _ => Err(
+                "the name of a thumbnail ends in neither .png nor .svg\nhelp: write `--thumbnail NAME.png`",
+            ),
         }
     }
 }
