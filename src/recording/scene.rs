@@ -18,6 +18,8 @@ use std::num::NonZeroU32;
 
 /// The one frame of reference of a recording.
 pub(crate) const FRAME_ID: &str = "world";
+/// Maximum number of contact forces drawn: more would cover a dense bed.
+const MAX_CONTACTS: usize = 500;
 /// Contact forces drawn at most, over the particles drawn at most: a disc of a dense bed has two or three contacts of its own.
 const CONTACTS_OVER_PARTICLES: usize = 3;
 /// Drawing coordinates are multiples of a power of two of about this fraction of the container: they pack well.
@@ -142,7 +144,7 @@ impl SceneBuilder {
             .into_iter()
             .zip(FORCE_WIDTHS_PX)
             .flat_map(|(points, width)| {
-                line_list(points, width, self.layer(3.0), color::NEARLY_BLACK)
+                line_list(points, width, self.layer(3.0), color::RED)
             })
             .collect();
         update(SceneEntity { lines, ..entity("force_chains", time) })
@@ -150,7 +152,7 @@ impl SceneBuilder {
 
     /// Contact forces drawn at most, where no two are equal.
     pub(crate) fn contacts_at_most(&self) -> usize {
-        CONTACTS_OVER_PARTICLES * self.drawn_at_most
+        MAX_CONTACTS.min(CONTACTS_OVER_PARTICLES.saturating_mul(self.drawn_at_most))
     }
 
     /// The paths so far as one line each, below the discs.

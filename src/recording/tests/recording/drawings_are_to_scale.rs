@@ -99,6 +99,23 @@ fn manifest_limits_the_number_of_drawn_particles() {
     assert_eq!(frames[0].state().unwrap().rows(), 35);
 }
 
+/// Of a dense bed's 2000 contacts, the 500 strongest are drawn, in red, which no disc has.
+#[test]
+fn at_most_500_force_chains_are_drawn() {
+    let mut frame = frame_of(&[[0.0; 5]]);
+    for force in 0..2000 {
+        let (from, to) = ([0.0, 0.0], [0.5, 0.5]);
+        frame.push_contact(ContactLine { from, to, force: f64::from(force * 577 % 2000) / 100.0 });
+    }
+    let frames = recorded(&header(Compression::Zstd), &[frame]);
+    let lines = entity(&frames[0], "/force_chains").lines;
+    assert_eq!(lines.iter().map(|line| line.points.len() / 2).sum::<usize>(), 500);
+    // The strongest force of the sample's scale is 10, so the drawn ones, above 15, have the largest thickness.
+    assert_eq!(lines.len(), 1);
+    let color = lines[0].color.unwrap();
+    assert_eq!((color.r, color.g, color.b), (200.0 / 255.0, 20.0 / 255.0, 20.0 / 255.0));
+}
+
 #[test]
 fn diverged_disc_is_recorded_and_not_drawn() {
     let rows = [[f64::NAN, 0.0, 0.0, 0.0, 0.1], [0.5, 0.0, f64::INFINITY, 0.0, 0.1], [0.0; 5]];
