@@ -141,7 +141,7 @@ fn record(path: &Path, model: &'static str, config: &str, scale: f64) {
         scenery: Scenery {
             walls: Vec::new(),
             view: [[0.0, 0.0], [1.0, 1.0]],
-            drawn_radius: DrawnRadius::Column,
+            drawn_radius: DrawnRadius::Column { min: 0.02 },
             speed_range_top: 1.0,
             speed_unit: "",
             arrows: false,

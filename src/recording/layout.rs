@@ -3,6 +3,7 @@
 
 use crate::error::RecordError;
 use crate::header::Header;
+use crate::scenery::Scenery;
 use serde_json::{Map, Value, json};
 
 /// Height of the strip for the color bar below the container, over the container's longer side.
@@ -11,6 +12,11 @@ const LEGEND_STRIP: f64 = 0.1;
 const MARGIN: f64 = 1.12;
 /// Space around a view without a color bar.
 const MARGIN_WITHOUT_LEGEND: f64 = 1.06;
+
+/// Height of the scene's panel on a screen of 1920 x 1080, px.
+const PANEL_HEIGHT_PX: f64 = 700.0;
+/// Diameter below which a disc disappears under its outline, px.
+const MIN_OUTLINED_PX: f64 = 6.0;
 
 /// The template of a model, as it stands in `experiments/layouts/`.
 #[must_use]
@@ -41,7 +47,8 @@ pub fn layout_json(header: &Header) -> Result<String, RecordError> {
     for (id, panel) in panels.iter_mut() {
         let panel = panel.as_object_mut().ok_or_else(|| defect("has a panel that is no object"))?;
         if id.starts_with("3D!") {
-            aim_camera(panel, header.scenery.view);
+            let distance = aim_camera(panel, header.scenery.view);
+            outline_discs(panel, &header.scenery, distance);
         } else if panel.get("xAxisVal").is_some_and(|axis| axis == "timestamp") {
             panel.insert("xAxisLabel".to_owned(), json!(time_label(header)));
         }
@@ -106,9 +113,19 @@ fn time_label(header: &Header) -> String {
     }
 }
 
-/// Looks down on the view's middle. `distance` is the visible height of an orthographic camera; a panel at least as wide
+/// Outlines the discs unless the smallest ones would disappear under their outlines. `distance` is the visible height.
+fn outline_discs(panel: &mut Map<String, Value>, scenery: &Scenery, distance: f64) {
+    let (radius, smallest) = (scenery.min_radius(), scenery.min_drawn_radius());
+    let drawn = if radius < smallest { smallest } else { radius };
+    let pixels = 2.0 * drawn / distance * PANEL_HEIGHT_PX;
+    if let Some(discs) = panel.get_mut("topics").and_then(|topics| topics.get_mut("/discs")) {
+        discs["showOutlines"] = json!(pixels >= MIN_OUTLINED_PX);
+    }
+}
+
+/// Looks down on the view's middle and returns the visible height. `distance` is the visible height of an orthographic camera; a panel at least as wide
 /// as high is assumed, and the container's width must fit as well.
-fn aim_camera(panel: &mut Map<String, Value>, view: [[f64; 2]; 2]) {
+fn aim_camera(panel: &mut Map<String, Value>, view: [[f64; 2]; 2]) -> f64 {
     let legend = panel
         .get("topics")
         .and_then(|topics| topics.get("/legend"))
@@ -127,4 +144,5 @@ fn aim_camera(panel: &mut Map<String, Value>, view: [[f64; 2]; 2]) {
         camera.insert("near".to_owned(), json!(0.01 * distance));
         camera.insert("far".to_owned(), json!(20.0 * distance));
     }
+    distance
 }

@@ -310,12 +310,8 @@ impl<W: Write> Recorder<W> {
         log_time: u64,
         time: Timestamp,
     ) -> Result<(), RecordError> {
-        let scale = self.header.simulated_per_second().filter(|_| self.frames == 0);
-        let scale = scale.map(|simulated| LogLine {
-            level: Level::Info,
-            text: format!("1 s of playback = {simulated} simulated"),
-        });
-        for line in scale.iter().chain(lines) {
+        let facts = if self.frames == 0 { self.drawing_facts() } else { Vec::new() };
+        for line in facts.iter().chain(lines) {
             let message = Log {
                 timestamp: Some(time),
                 level: log_level(line.level).into(),
@@ -326,6 +322,15 @@ impl<W: Write> Recorder<W> {
             self.message(channels::LOG, log_time, &message)?;
         }
         Ok(())
+    }
+
+    /// The scale of the playback, and that of discs which are drawn enlarged.
+    fn drawing_facts(&self) -> Vec<LogLine> {
+        let scale = self.header.simulated_per_second();
+        let scale = scale.map(|simulated| format!("1 s of playback = {simulated} simulated"));
+        let enlarged = self.header.scenery.enlargement().filter(|_| self.wants(channels::DISCS));
+        let facts = scale.into_iter().chain(enlarged);
+        facts.map(|text| LogLine { level: Level::Info, text }).collect()
     }
 
     fn message(

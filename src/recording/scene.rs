@@ -57,7 +57,7 @@ impl DrawnColumns {
             position: [need("x")?, need("y")?],
             velocity: ["vx", "vy", "vz"].into_iter().filter_map(find).collect(),
             radius: match radius {
-                DrawnRadius::Column => Some(need("radius")?),
+                DrawnRadius::Column { .. } => Some(need("radius")?),
                 DrawnRadius::Fixed(_) => None,
             },
         })
@@ -83,9 +83,7 @@ impl SceneBuilder {
         columns: &[StateColumn],
         drawn_at_most: NonZeroU32,
     ) -> Result<Self, RecordError> {
-        let [low, high] = scenery.view;
-        let (width, height) = (high[0] - low[0], high[1] - low[1]);
-        let extent = if width > height { width } else { height };
+        let extent = scenery.extent();
         Ok(Self {
             columns: DrawnColumns::new(columns, scenery.drawn_radius)?,
             colors: ColorMap::new(),
@@ -96,16 +94,18 @@ impl SceneBuilder {
         })
     }
 
-    /// All discs as flat cylinders of one entity, colored by speed.
+    /// All discs as flat cylinders of one entity, colored by speed; discs too small to be seen are enlarged.
     pub(crate) fn discs(&self, state: &[f64], time: Timestamp) -> SceneUpdate {
+        let smallest = self.scenery.min_drawn_radius();
         let cylinders = self
             .drawn_rows(state)
             .map(|row| {
                 let radius = match (self.columns.radius, self.scenery.drawn_radius) {
                     (Some(column), _) => row[column],
                     (None, DrawnRadius::Fixed(radius)) => radius,
-                    (None, DrawnRadius::Column) => 0.0,
+                    (None, DrawnRadius::Column { min }) => min,
                 };
+                let radius = if radius < smallest { smallest } else { radius };
                 let fraction = self.speed(row) / self.scenery.speed_range_top;
                 cylinder(self.point(row), radius, self.layer(1.0), self.colors.at(fraction))
             })
@@ -143,9 +143,7 @@ impl SceneBuilder {
         let lines = points
             .into_iter()
             .zip(FORCE_WIDTHS_PX)
-            .flat_map(|(points, width)| {
-                line_list(points, width, self.layer(3.0), color::RED)
-            })
+            .flat_map(|(points, width)| line_list(points, width, self.layer(3.0), color::RED))
             .collect();
         update(SceneEntity { lines, ..entity("force_chains", time) })
     }

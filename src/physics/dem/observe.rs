@@ -142,7 +142,7 @@ impl Dem {
         Scenery {
             walls: self.drawn_walls(0),
             view: [[0.0, 0.0], sides],
-            drawn_radius: DrawnRadius::Column,
+            drawn_radius: DrawnRadius::Column { min: parameters.radius_range.0 },
             speed_range_top,
             speed_unit: "m/s",
             arrows: self.discs.len() <= MAX_ARROWS,

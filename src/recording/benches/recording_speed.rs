@@ -111,7 +111,7 @@ fn header(compression: Compression) -> Header {
         scenery: Scenery {
             walls: Vec::new(),
             view: [[0.0, 0.0], [1.0, 1.0]],
-            drawn_radius: DrawnRadius::Column,
+            drawn_radius: DrawnRadius::Column { min: 0.02 },
             speed_range_top: 1.0,
             speed_unit: "m/s",
             arrows: false,

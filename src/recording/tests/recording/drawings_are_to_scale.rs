@@ -7,7 +7,7 @@ use foxglove::messages::{CubePrimitive, LinePrimitive, SceneEntity, SceneUpdate}
 use kinetoscope_recording::frame::{ContactLine, Frame};
 use kinetoscope_recording::reader::RecordedFrame;
 use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recorder};
-use kinetoscope_recording::scenery::Wall;
+use kinetoscope_recording::scenery::{DrawnRadius, Wall};
 use prost::Message as _;
 use std::f64::consts::TAU;
 use std::num::NonZeroU32;
@@ -114,6 +114,28 @@ fn at_most_500_force_chains_are_drawn() {
     assert_eq!(lines.len(), 1);
     let color = lines[0].color.unwrap();
     assert_eq!((color.r, color.g, color.b), (200.0 / 255.0, 20.0 / 255.0, 20.0 / 255.0));
+}
+
+/// In a view of width 2, the smallest drawn diameter is 0.6 %, or 0.012. Control: larger discs are drawn to scale, and a
+/// recording without them states nothing.
+#[test]
+fn small_discs_are_enlarged_and_the_log_states_this() {
+    let mut header = header(Compression::Zstd);
+    let rows = [[0.0, 0.0, 0.0, 0.0, 0.001], [0.5, 0.0, 0.0, 0.0, 0.0061]];
+    let states = |frames: &[RecordedFrame]| {
+        frames[0]
+            .log_lines()
+            .iter()
+            .any(|line| line.text.contains("at least 0.6 % of the view wide"))
+    };
+    assert!(!states(&recorded(&header, &[frame_of(&rows)])));
+    header.scenery.drawn_radius = DrawnRadius::Column { min: 0.001 };
+    let frames = recorded(&header, &[frame_of(&rows)]);
+    let discs = entity(&frames[0], "/discs").cylinders;
+    let widths: Vec<f64> = discs.iter().map(|disc| disc.size.unwrap().x).collect();
+    assert_eq!(widths, [0.012, 0.0122]);
+    assert!(states(&frames));
+    assert_eq!(frames[0].state().unwrap().value(0, "radius"), Some(0.001));
 }
 
 #[test]

@@ -5,6 +5,7 @@
 use kinetoscope_recording::channels::{self, ALL};
 use kinetoscope_recording::layout::{layout_json, template};
 use kinetoscope_recording::recorder::{Compression, Selection};
+use kinetoscope_recording::scenery::DrawnRadius;
 use serde_json::Value;
 
 const MODELS: [&str; 4] = ["dem", "gas", "packing", "orbit"];
@@ -180,6 +181,18 @@ fn camera_shows_container_and_color_bar() {
     let camera = &layout["configById"]["3D!scene"]["cameraState"];
     close(&camera["distance"], 22.4);
     close(&camera["targetOffset"][1], -0.5);
+}
+
+/// On 700 px, a view of 2 with its color bar (2.464) shows a disc of diameter 0.02 on 5.7 px and one of 0.03 on 8.5 px.
+#[test]
+fn discs_below_six_pixels_have_no_outlines() {
+    let mut header = crate::sample::header(Compression::Zstd);
+    for (min, outlined) in [(0.01, false), (0.015, true), (1e-6, false)] {
+        header.scenery.drawn_radius = DrawnRadius::Column { min };
+        let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
+        let discs = &layout["configById"]["3D!scene"]["topics"]["/discs"];
+        assert_eq!(discs["showOutlines"], outlined, "{min}");
+    }
 }
 
 #[test]

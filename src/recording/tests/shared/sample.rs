@@ -45,7 +45,7 @@ pub(crate) fn header(compression: Compression) -> Header {
                 Wall::Body { center: [0.0, 0.0], radius: 0.1 },
             ],
             view: [[-1.0, -1.0], [1.0, 1.0]],
-            drawn_radius: DrawnRadius::Column,
+            drawn_radius: DrawnRadius::Column { min: 0.02 },
             speed_range_top: 2.0,
             speed_unit: "m/s",
             arrows: true,
