@@ -13,6 +13,9 @@ const MARGIN: f64 = 1.12;
 /// Space around a view without a color bar.
 const MARGIN_WITHOUT_LEGEND: f64 = 1.06;
 
+/// Width over height of the scene's panel: 1.38 on a screen of 1920 x 1080 and 1.15 on 1366 x 768 with an open sidebar. The
+/// smaller value fits both.
+const PANEL_ASPECT: f64 = 1.15;
 /// Height of the scene's panel on a screen of 1920 x 1080, px.
 const PANEL_HEIGHT_PX: f64 = 700.0;
 /// Diameter below which a disc disappears under its outline, px.
@@ -123,8 +126,8 @@ fn outline_discs(panel: &mut Map<String, Value>, scenery: &Scenery, distance: f6
     }
 }
 
-/// Looks down on the view's middle and returns the visible height. `distance` is the visible height of an orthographic camera; a panel at least as wide
-/// as high is assumed, and the container's width must fit as well.
+/// Looks down on the view's middle and returns the visible height. `distance` is the visible height of an orthographic camera; the visible
+/// width is larger by the panel's aspect ratio, and the container must fit into both.
 fn aim_camera(panel: &mut Map<String, Value>, view: [[f64; 2]; 2]) -> f64 {
     let legend = panel
         .get("topics")
@@ -136,7 +139,8 @@ fn aim_camera(panel: &mut Map<String, Value>, view: [[f64; 2]; 2]) -> f64 {
     let (width, height) = (x1 - x0, y1 - y0);
     let strip = strip * if height > width { height } else { width };
     let shown = height + strip;
-    let distance = margin * if shown > width { shown } else { width };
+    let across = width / PANEL_ASPECT;
+    let distance = margin * if shown > across { shown } else { across };
     let center = [(x0 + x1) / 2.0, (y0 + y1 - strip) / 2.0];
     if let Some(camera) = panel.get_mut("cameraState").and_then(Value::as_object_mut) {
         camera.insert("distance".to_owned(), json!(distance));

@@ -30,6 +30,8 @@ const LAYER_OVER_EXTENT: f64 = 0.002;
 const ARROW_OVER_EXTENT: f64 = 0.06;
 /// Line widths of weak, middling and strong contact forces, px.
 const FORCE_WIDTHS_PX: [f64; 3] = [0.8, 1.8, 3.4];
+/// Height of texts, px.
+const FONT_SIZE_PX: f64 = 16.0;
 /// Corners of a circular wall.
 const CIRCLE_CORNERS: usize = 128;
 /// Cubes of the color bar.
@@ -218,15 +220,12 @@ impl SceneBuilder {
             })
             .collect();
         let unit = self.scenery.speed_unit;
-        let text = |speed: f64, side: f64| TextPrimitive {
-            pose: Some(pose([center + side * (width / 2.0 + 0.11 * self.extent), y, 0.0])),
-            billboard: true,
-            font_size: 12.0,
-            scale_invariant: true,
-            color: Some(color::WHITE),
-            text: format!("{} {unit}", three_digits(speed)).trim_end().to_owned(),
+        let text = |text: String, side: f64| {
+            text_at([center + side * (width / 2.0 + 0.11 * self.extent), y], text)
         };
-        let texts = vec![text(0.0, -1.0), text(self.scenery.speed_range_top, 1.0)];
+        let top = format!("{} {unit}", three_digits(self.scenery.speed_range_top));
+        // Without a unit, which viewers' fonts make hard to read after a zero.
+        let texts = vec![text("speed 0".to_owned(), -1.0), text(top.trim_end().to_owned(), 1.0)];
         update(SceneEntity { cubes, texts, ..entity("legend", time) })
     }
 
@@ -302,6 +301,18 @@ fn cylinder(center: Point3, radius: f64, thickness: f64, color: Color) -> Cylind
         bottom_scale: 1.0,
         top_scale: 1.0,
         color: Some(color),
+    }
+}
+
+/// A line of text around a point, upright in the viewer and of constant size.
+fn text_at([x, y]: [f64; 2], text: String) -> TextPrimitive {
+    TextPrimitive {
+        pose: Some(pose([x, y, 0.0])),
+        billboard: true,
+        font_size: FONT_SIZE_PX,
+        scale_invariant: true,
+        color: Some(color::WHITE),
+        text,
     }
 }
 

@@ -183,7 +183,8 @@ fn container_and_color_bar_are_written_once() {
     let legend = entity(&frames[0], "/legend");
     assert_eq!(legend.cubes.len(), 40);
     let texts: Vec<&str> = legend.texts.iter().map(|text| text.text.as_str()).collect();
-    assert_eq!(texts, ["0 m/s", "2 m/s"]);
+    assert_eq!(texts, ["speed 0", "2 m/s"]);
+    assert!(legend.texts.iter().all(|text| text.font_size == 16.0 && text.scale_invariant));
     for message in frames[1].messages() {
         assert!(!["/walls", "/legend"].contains(&message.topic()));
     }

@@ -98,6 +98,8 @@ fn panels_have_titles_and_plots_share_an_axis() {
                 assert_eq!(panel["sidebarDimension"], 190, "{model}, {id}");
                 assert_eq!(panel["legendDisplay"], "left", "{model}, {id}");
                 assert_eq!(panel["showPlotValuesInLegend"], false, "{model}, {id}");
+                let is_thin = |path: &Value| path["lineSize"] == 1.0;
+                assert!(panel["paths"].as_array().unwrap().iter().all(is_thin), "{model}, {id}");
                 assert_eq!(panel["isSynced"], panel["xAxisVal"] == "timestamp", "{model}, {id}");
                 assert!(!panel["xAxisLabel"].as_str().unwrap().is_empty(), "{model}, {id}");
                 assert!(!panel["yAxisLabel"].as_str().unwrap().is_empty(), "{model}, {id}");
@@ -167,19 +169,20 @@ fn camera_shows_container_and_color_bar() {
     close(&camera["distance"], 0.04928);
     close(&camera["targetOffset"][0], 0.02);
     close(&camera["targetOffset"][1], 0.018);
-    // Orbit: no color bar, a margin of 6 %, and the wider side determines the height.
+    // Orbit: no color bar, a margin of 6 %. The width of 4 determines the height in a panel 1.15 times as wide as high.
     header.model = "orbit";
     header.scenery.view = [[-2.0, -1.0], [2.0, 1.0]];
     let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
     let camera = &layout["configById"]["3D!scene"]["cameraState"];
-    close(&camera["distance"], 4.24);
+    close(&camera["distance"], 4.24 / 1.15);
     close(&camera["targetOffset"][1], 0.0);
-    // A flat box: the color bar needs 0.1 of the length below the box. Width 20, height 22.4; center at (0 + 1 - 2) / 2.
+    // A flat box: the color bar needs 0.1 of the length below the box. A width of 22.4 with
+    // margins, hence a height of 22.4 / 1.15; center at (0 + 1 - 2) / 2.
     header.model = "gas";
     header.scenery.view = [[0.0, 0.0], [20.0, 1.0]];
     let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
     let camera = &layout["configById"]["3D!scene"]["cameraState"];
-    close(&camera["distance"], 22.4);
+    close(&camera["distance"], 22.4 / 1.15);
     close(&camera["targetOffset"][1], -0.5);
 }
 
