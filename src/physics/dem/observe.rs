@@ -98,11 +98,12 @@ impl Dem {
             residual_ppm: 1e6 * fraction(balance.residual),
             wall_work_percent: 100.0 * fraction(balance.wall_work),
             removed_percent: 100.0 * fraction(self.balance.removed.value()),
+            reference_energy_uj: 1e6 * scale,
         });
         // Before the first step, there are no sums.
         let mean = |axis: usize, wall: usize| {
             let sums = self.window.wall_forces.get(wall);
-            sums.map_or(0.0, |sum| sum[axis] / self.window.steps as f64)
+            sums.map_or(f64::NAN, |sum| sum[axis] / self.window.steps as f64)
         };
         let walls = 0..self.parameters.walls.len();
         frame.push(&DemWalls {

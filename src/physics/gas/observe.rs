@@ -105,7 +105,7 @@ impl Gas {
         let by_mean_square = by_formula(TemperatureDefinition::MeanSquare);
         // The ratio is not defined for a gas at rest.
         let over_formula =
-            |pressure: f64| if by_mean_square > 0.0 { pressure / by_mean_square } else { 0.0 };
+            |pressure: f64| if by_mean_square > 0.0 { pressure / by_mean_square } else { f64::NAN };
         let temperature_k = self.temperature_k(moments, definition);
         GasPressure {
             measured_n_per_m: in_window,

@@ -66,7 +66,7 @@ fn file_contains_the_provenance_of_the_run() {
         assert_eq!(recording.provenance().run_key, header.run_key);
         assert_eq!(recording.provenance().model, "gas");
         assert_eq!(recording.provenance().physics_version, 3);
-        assert_eq!(recording.provenance().schema_version, 2);
+        assert_eq!(recording.provenance().schema_version, 3);
         assert_eq!(recording.provenance().program_version, "0.1.0");
         assert_eq!(recording.provenance().outcome, Some(outcome));
         assert_eq!(recording.state_columns(), ["x", "y", "vx", "vy", "radius"]);
