@@ -259,7 +259,8 @@ channels! {
         mean_square_formula_n_per_m: f64 [double] = "4",
         /// Ideal gas law N k_B T / A with the temperature by the definition in use.
         ideal_gas_n_per_m: f64 [double] = "5",
-        /// Measured since the start over the mean-square formula; NaN in frame 0 and for a gas at rest.
+        /// Measured since the start over the mean-square formula; NaN in frame 0, for a gas at rest and
+        /// for a moving wall.
         pressure_over_mean_square_formula: f64 [double] = "6",
         /// Normal impulse on the wall since the last frame, N s.
         wall_impulse_n_s: f64 [double] = "7",

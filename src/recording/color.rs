@@ -33,6 +33,8 @@ pub(crate) const RED: Color = opaque(FORCE_CHAIN);
 pub(crate) const DARK_GRAY: Color = opaque([0x6e, 0x6e, 0x6e]);
 /// The path so far.
 pub(crate) const SKY: Color = opaque([0x56, 0xb4, 0xe9]);
+/// Exact solutions.
+pub(crate) const GREEN: Color = opaque([0x2e, 0x9e, 0x5b]);
 /// Bodies at rest.
 pub(crate) const YELLOW: Color = opaque([0xf0, 0xc8, 0x3c]);
 /// Text, which the viewers put on a black box.

@@ -1,9 +1,10 @@
 //! The viewer's layout for a run: the model's template with the run's camera and time scale, without panels for topics that are
 //! not recorded.
 
+use crate::channels;
 use crate::error::RecordError;
 use crate::header::Header;
-use crate::scenery::Scenery;
+use crate::scenery::{GuideMeaning, Scenery, Wall};
 use serde_json::{Map, Value, json};
 
 /// Height of the strip for the color bar below the container, over the container's longer side.
@@ -50,6 +51,7 @@ pub fn layout_json(header: &Header) -> Result<String, RecordError> {
     for (id, panel) in panels.iter_mut() {
         let panel = panel.as_object_mut().ok_or_else(|| defect("has a panel that is no object"))?;
         if id.starts_with("3D!") {
+            name_lines(panel, header);
             let distance = aim_camera(panel, header.scenery.view);
             outline_discs(panel, &header.scenery, distance);
         } else if panel.get("xAxisVal").is_some_and(|axis| axis == "timestamp") {
@@ -64,7 +66,10 @@ pub fn layout_json(header: &Header) -> Result<String, RecordError> {
 
 /// Takes out of a panel what the run does not record, and says whether anything is left to show.
 fn keep_recorded(panel: &mut Value, header: &Header) -> bool {
-    let recorded = |path: &str| header.wants(path.split('.').next().unwrap_or(path));
+    let recorded = |path: &str| {
+        let topic = path.split('.').next().unwrap_or(path);
+        header.wants(topic) && !header.scenery.unused_fields.contains(&path)
+    };
     if let Some(topics) = panel.get_mut("topics").and_then(Value::as_object_mut) {
         topics.retain(|topic, _| recorded(topic));
         return !topics.is_empty();
@@ -113,6 +118,30 @@ fn time_label(header: &Header) -> String {
     match header.simulated_per_second() {
         Some(simulated) => format!("playback time (s), 1 s = {simulated} simulated"),
         None => "playback time (s)".to_owned(),
+    }
+}
+
+/// Adds to the title of the scene the lines that the run records.
+fn name_lines(panel: &mut Map<String, Value>, header: &Header) {
+    let is_exact =
+        |wall: &Wall| matches!(wall, Wall::Guide { meaning: GuideMeaning::ExactSolution, .. });
+    let has_exact = header.scenery.walls.iter().any(is_exact);
+    let lines = [
+        (channels::FORCE_CHAINS, "contact forces (red)", true),
+        (channels::VELOCITY, "velocity", true),
+        (channels::TRAIL, "path", true),
+        (channels::WALLS, "exact orbit (green)", has_exact),
+    ];
+    let shown = lines.into_iter().filter(|(topic, _, is_drawn)| *is_drawn && header.wants(topic));
+    let names: Vec<&str> = shown.map(|(_, name, _)| name).collect();
+    if names.is_empty() {
+        return;
+    }
+    for key in ["foxglovePanelTitle", "lichtblickPanelTitle"] {
+        if let Some(title) = panel.get(key).and_then(Value::as_str) {
+            let title = format!("{title}; lines = {}", names.join(", "));
+            panel.insert(key.to_owned(), json!(title));
+        }
     }
 }
 

@@ -35,6 +35,22 @@ pub enum Wall {
         /// The other.
         to: [f64; 2],
     },
+    /// A thin line for comparison, not a wall: the ellipse `center + axes[0] cos t + axes[1] sin t`.
+    Guide {
+        /// Its center.
+        center: [f64; 2],
+        /// Two conjugate half diameters.
+        axes: [[f64; 2]; 2],
+        /// What it shows.
+        meaning: GuideMeaning,
+    },
+    /// A text.
+    Label {
+        /// The middle of the text.
+        center: [f64; 2],
+        /// One line.
+        text: &'static str,
+    },
     /// A body at rest, drawn as a filled disc (the Sun).
     Body {
         /// Its center.
@@ -42,6 +58,15 @@ pub enum Wall {
         /// Its drawn radius.
         radius: f64,
     },
+}
+
+/// What a line for comparison shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GuideMeaning {
+    /// The exact solution.
+    ExactSolution,
+    /// A length or a position.
+    Mark,
 }
 
 /// Drawn radius of a particle.
@@ -75,6 +100,12 @@ pub struct Scenery {
     pub force_range_top: Option<f64>,
     /// Whether the paths so far are drawn.
     pub trail: bool,
+    /// Paths of fields without information in this run, such as "/energy_percent.removed_percent"; the layout has no curves of them.
+    pub unused_fields: Vec<&'static str>,
+    /// Names of the first particles, drawn next to them.
+    pub names: Vec<String>,
+    /// Row of the particle that is drawn as the Sun.
+    pub central_particle: Option<usize>,
 }
 
 /// Smallest drawn diameter over the longer side of the view. At this size, a disc has about 4 px in a viewer's panel.

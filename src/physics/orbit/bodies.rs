@@ -172,6 +172,9 @@ impl Bodies {
             arrows: true,
             force_range_top: None,
             trail: true,
+            unused_fields: Vec::new(),
+            names: Vec::new(),
+            central_particle: None,
         }
     }
 

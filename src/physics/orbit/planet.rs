@@ -132,6 +132,9 @@ impl Planet {
             arrows: true,
             force_range_top: None,
             trail: true,
+            unused_fields: Vec::new(),
+            names: Vec::new(),
+            central_particle: None,
         }
     }
 

@@ -195,6 +195,9 @@ impl Model for Packing {
             arrows: self.engine.count() <= MAX_ARROWS,
             force_range_top: None,
             trail: false,
+            unused_fields: Vec::new(),
+            names: Vec::new(),
+            central_particle: None,
         }
     }
 }

@@ -7,7 +7,7 @@ use foxglove::messages::{CubePrimitive, LinePrimitive, SceneEntity, SceneUpdate}
 use kinetoscope_recording::frame::{ContactLine, Frame};
 use kinetoscope_recording::reader::RecordedFrame;
 use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recorder};
-use kinetoscope_recording::scenery::{DrawnRadius, Wall};
+use kinetoscope_recording::scenery::{DrawnRadius, GuideMeaning, Wall};
 use prost::Message as _;
 use std::f64::consts::TAU;
 use std::num::NonZeroU32;
@@ -221,6 +221,34 @@ fn color_bar_of_a_flat_box_is_legible() {
     let (first, last) = (place(&legend.cubes[0]), place(&legend.cubes[39]));
     assert!((last.x - first.x - 10.0 * 39.0 / 40.0).abs() < 1e-12);
     assert!(first.y < 0.0);
+}
+
+/// Names are next to the particles, the central one is yellow, and lines for comparison are thin.
+#[test]
+fn names_the_central_body_and_lines_for_comparison_are_drawn() {
+    let mut header = header(Compression::Zstd);
+    header.scenery.names = vec![String::new(), "Earth".to_owned()];
+    header.scenery.central_particle = Some(0);
+    let axes = [[0.5, 0.0], [0.0, 0.25]];
+    header.scenery.walls = vec![
+        Wall::Guide { center: [0.25, 0.0], axes, meaning: GuideMeaning::ExactSolution },
+        Wall::Label { center: [0.0, -0.5], text: "Sun" },
+    ];
+    let frames = recorded(&header, &[frame_of(&[[0.0; 5], [0.5, 0.0, 0.0, 0.0, 0.1]])]);
+    let discs = entity(&frames[0], "/discs");
+    let yellow = discs.cylinders[0].color.unwrap();
+    assert_eq!((yellow.r, yellow.g, yellow.b), (240.0 / 255.0, 200.0 / 255.0, 60.0 / 255.0));
+    assert_ne!(discs.cylinders[1].color, discs.cylinders[0].color);
+    let [name] = &discs.texts[..] else { panic!("{:?}", discs.texts) };
+    assert_eq!(name.text, "Earth");
+    assert!((name.pose.unwrap().position.unwrap().x - 0.55).abs() < 1e-12);
+    let walls = entity(&frames[0], "/walls");
+    assert_eq!(walls.texts[0].text, "Sun");
+    assert_eq!(walls.lines[0].thickness, 1.5);
+    for corner in &walls.lines[0].points {
+        let [x, y] = [(corner.x - 0.25) / 0.5, corner.y / 0.25];
+        assert!((x * x + y * y - 1.0).abs() < 1e-14);
+    }
 }
 
 #[test]

@@ -4,7 +4,7 @@
 
 use kinetoscope_recording::channels::{self, ALL};
 use kinetoscope_recording::layout::{layout_json, template};
-use kinetoscope_recording::recorder::{Compression, Selection};
+use kinetoscope_recording::recorder::{Compression, Header, Selection};
 use kinetoscope_recording::scenery::DrawnRadius;
 use serde_json::Value;
 
@@ -184,6 +184,33 @@ fn camera_shows_container_and_color_bar() {
     let camera = &layout["configById"]["3D!scene"]["cameraState"];
     close(&camera["distance"], 22.4 / 1.15);
     close(&camera["targetOffset"][1], -0.5);
+}
+
+/// Control: the template alone names no lines, and a recording with arrows and paths names both.
+#[test]
+fn titles_name_only_recorded_lines_and_unused_fields_have_no_curve() {
+    let mut header = crate::sample::header(Compression::Zstd);
+    let layout =
+        |header: &Header| -> Value { serde_json::from_str(&layout_json(header).unwrap()).unwrap() };
+    let title = |layout: &Value| layout["configById"]["3D!scene"]["lichtblickPanelTitle"].clone();
+    assert_eq!(
+        title(&layout(&header)),
+        "Gas, color = speed; lines = contact forces (red), velocity, path"
+    );
+    header.scenery.arrows = false;
+    header.scenery.force_range_top = None;
+    assert_eq!(title(&layout(&header)), "Gas, color = speed; lines = path");
+    header.scenery.trail = false;
+    assert_eq!(title(&layout(&header)), "Gas, color = speed");
+    let curves = |header: &Header| {
+        let paths = &layout(header)["configById"]["Plot!temperature"]["paths"];
+        paths.as_array().map(Vec::len)
+    };
+    assert_eq!(curves(&header), Some(2));
+    header.scenery.unused_fields = vec!["/temperature.mean_speed_temperature_k"];
+    assert_eq!(curves(&header), Some(1));
+    header.scenery.unused_fields.push("/temperature.mean_square_temperature_k");
+    assert_eq!(curves(&header), None);
 }
 
 /// On 700 px, a view of 2 with its color bar (2.464) shows a disc of diameter 0.02 on 5.7 px and one of 0.03 on 8.5 px.
