@@ -424,6 +424,8 @@ channels! {
         specific_total_energy_au2_per_day2: f64 [double] = "3",
         /// (total - total at the start) / |total at the start|, parts per million.
         drift_ppm: f64 [double] = "4",
+        /// log10 of |total - total at the start| / |total at the start|, for plots; NaN where they are equal.
+        drift_log10: f64 [double] = "5",
     }
 
     /// Orbit: elements and errors against the exact solution.
@@ -470,6 +472,8 @@ channels! {
         min_radius_au: f64 [double] = "20",
         /// Maximum distance from the Sun since the start, found within its step, AU.
         max_radius_au: f64 [double] = "21",
+        /// log10 of |change of |r x v| since the start| over its value there, for plots; NaN where they are equal.
+        specific_angular_momentum_drift_log10: f64 [double] = "22",
     }
 
     /// Orbit of several bodies: conserved quantities in addition to the energy, over the total mass.
@@ -490,5 +494,7 @@ channels! {
         min_separation_au: f64 [double] = "7",
         /// Number of force evaluations since the start.
         force_evaluations: u64 [uint64] = "8",
+        /// log10 of `specific_angular_momentum_change_ppm` / 1e6, for plots; NaN without a change.
+        specific_angular_momentum_change_log10: f64 [double] = "9",
     }
 }
