@@ -122,9 +122,10 @@ fn work_of_a_moving_wall_equals_the_energy_gained() {
     }
 }
 
-/// Halving the radius slowly doubles every speed: the range of the speeds has room for this, so that the histogram contains all
-/// particles at the end. The ratio of a mean since the start to the present formula is not recorded.
-/// Control: a wall at rest has half the range, and the ratio.
+/// Halving the radius slowly doubles every speed: the range of the speeds has room for this, so that the histogram contains the
+/// gas at the end. The ratio of a mean since the start to the present formula is not recorded.
+/// Tolerance: 2 % of the speeds, which are uniform up to the top of the range, exceed it because the wall has a speed.
+/// Control: a wall at rest has half the range, in which half of the gas would be missing, and the ratio.
 #[test]
 fn speed_range_has_room_for_the_compressed_gas() {
     let mut run = gas(&piston(-0.05, 10.0), 3);
@@ -137,9 +138,12 @@ fn speed_range_has_room_for_the_compressed_gas() {
     assert!(channel::<GasPressure>(&run).pressure_over_mean_square_formula.is_nan());
     let speeds = channel::<GasSpeeds>(&run);
     let width = speeds.speed_m_per_s[1] - speeds.speed_m_per_s[0];
-    let inside: f64 = speeds.density.iter().map(|density| density * width).sum();
-    println!("fraction in the histogram: {inside}");
-    assert!(inside > 0.99);
+    let inside = |bins: usize| -> f64 {
+        speeds.density.iter().take(bins).map(|density| density * width).sum()
+    };
+    println!("fraction in the histogram: {}, in its half {}", inside(30), inside(15));
+    assert!(inside(30) > 0.98);
+    assert!(inside(15) < 0.6);
 }
 
 #[test]
