@@ -4,6 +4,7 @@ use crate::cli::exit::Exit;
 use crate::cli::messages::Failure;
 use crate::interrupt::Interrupt;
 use crate::live::{self, Admission, LiveServer};
+use crate::outputs::sidecars::layout_name;
 use crate::plan::Plan;
 use clap::Args;
 use std::net::SocketAddr;
@@ -56,7 +57,7 @@ impl LiveArguments {
         let address = live.address();
         let mut text = format!(
             "Live at ws://{address} (in Foxglove: Open connection, Foxglove WebSocket; layout: {})",
-            plan.folder.join("layout.json").display()
+            plan.folder.join(layout_name(&plan.folder)).display()
         );
         text += match self.live_speed {
             Some(_) => "\n  waiting for the first viewer",

@@ -24,14 +24,21 @@ pub fn write_experiment(experiment: &Experiment, plan: &Plan) -> io::Result<()> 
     update(&plan.folder.join("experiment.toml"), record.to_toml().as_bytes())
 }
 
-/// Writes `layout.json` for the run with the largest view, so that every run of a sweep fits it. A plan whose runs are all
+/// File name of an experiment's layout: a viewer lists an imported layout by its file name.
+#[must_use]
+pub fn layout_name(folder: &Path) -> String {
+    let experiment = folder.file_name().unwrap_or_default().to_string_lossy();
+    format!("{experiment}.layout.json")
+}
+
+/// Writes `NAME.layout.json` for the run with the largest view, so that every run of a sweep fits it. A plan whose runs are all
 /// finished keeps the existing layout.
 ///
 /// # Errors
 /// A folder that cannot be written.
 pub fn write_layout(plan: &Plan) -> io::Result<()> {
     match &plan.layout {
-        Some(layout) => update(&plan.folder.join("layout.json"), layout.as_bytes()),
+        Some(layout) => update(&plan.folder.join(layout_name(&plan.folder)), layout.as_bytes()),
         None => Ok(()),
     }
 }

@@ -1,6 +1,7 @@
 //! Upload of recordings to object storage. A run is recorded in a local folder first, so that it can resume after a kill. The
 //! finished recording is uploaded as a whole file if its name is free, and the local file is removed.
 
+use crate::outputs::sidecars::layout_name;
 use crate::plan::{Plan, PlannedRun, Status};
 use kinetoscope_object_storage::address::Address;
 use kinetoscope_object_storage::error::StoreError;
@@ -175,14 +176,15 @@ impl Uploader {
         }
     }
 
-    /// Uploads `experiment.toml` and `layout.json`, which replace those of an earlier plan.
+    /// Uploads `experiment.toml` and `NAME.layout.json`, which replace those of an earlier plan.
     fn put_side_files(&self, folder: &Path, stop: Stop<'_>) -> Result<(), StoreError> {
         // A plan whose runs are all finished has no new layout.
-        let files = ["experiment.toml", "layout.json"].map(|name| (name, folder.join(name)));
+        let names = ["experiment.toml".to_owned(), layout_name(folder)];
+        let files = names.map(|name| (folder.join(&name), name));
         files
             .iter()
-            .filter(|(_, file)| file.exists())
-            .try_for_each(|(name, file)| self.store.replace(Upload { file, name, stop }))
+            .filter(|(file, _)| file.exists())
+            .try_for_each(|(file, name)| self.store.replace(Upload { file, name, stop }))
     }
 
     fn put(&self, run: &PlannedRun, folder: &Path, stop: Stop<'_>) {

@@ -6,7 +6,7 @@ use prost::Message;
 use prost_types::field_descriptor_proto::Type;
 
 /// Version of the recording's layout; part of the run key.
-pub const SCHEMA_VERSION: u32 = 2;
+pub const SCHEMA_VERSION: u32 = 3;
 
 /// Topic of the exact state of all particles.
 pub const STATE: &str = "/state";
@@ -191,6 +191,8 @@ channels! {
         wall_work_percent: f64 [double] = "6",
         /// Energy of the removed discs, percent of the initial and inserted energy.
         removed_percent: f64 [double] = "7",
+        /// The initial and inserted energy, which is 100 percent, in microjoules.
+        reference_energy_uj: f64 [double] = "8",
     }
 
     /// DEM: number of contacts, and the maximum overlap since the last frame.
@@ -225,9 +227,9 @@ channels! {
     /// DEM: forces of the walls on the discs, one entry per wall: left, right, floor and ceiling of the box (unless
     /// periodic), then the walls of the manifest.
     DemWalls on "/wall_forces" {
-        /// Mean force since the last frame, x, N; 0 in frame 0.
+        /// Mean force since the last frame, x, N; NaN in frame 0.
         mean_force_x_n: Vec<f64> [double, repeated] = "1",
-        /// Mean force since the last frame, y, N; 0 in frame 0.
+        /// Mean force since the last frame, y, N; NaN in frame 0.
         mean_force_y_n: Vec<f64> [double, repeated] = "2",
         /// Work done on the discs since the start, J.
         work_j: Vec<f64> [double, repeated] = "3",
@@ -247,9 +249,9 @@ channels! {
 
     /// Gas: pressure on the wall, measured and by formula, N/m.
     GasPressure on "/pressure" {
-        /// Normal impulse on the wall since the last frame over perimeter and time; 0 in frame 0.
+        /// Normal impulse on the wall since the last frame over perimeter and time; NaN in frame 0.
         measured_n_per_m: f64 [double] = "1",
-        /// The same since the start.
+        /// The same since the start; NaN in frame 0.
         measured_since_start_n_per_m: f64 [double] = "2",
         /// Formula (12) of the gas exercise: N m `<v>^2` / (2A).
         mean_speed_formula_n_per_m: f64 [double] = "3",
@@ -257,13 +259,14 @@ channels! {
         mean_square_formula_n_per_m: f64 [double] = "4",
         /// Ideal gas law N k_B T / A with the temperature by the definition in use.
         ideal_gas_n_per_m: f64 [double] = "5",
-        /// Measured since the start over the mean-square formula; 0 in frame 0.
+        /// Measured since the start over the mean-square formula; NaN in frame 0, for a gas at rest and
+        /// for a moving wall.
         pressure_over_mean_square_formula: f64 [double] = "6",
         /// Normal impulse on the wall since the last frame, N s.
         wall_impulse_n_s: f64 [double] = "7",
         /// Time since the last frame, s.
         window_s: f64 [double] = "8",
-        /// Measured since the last frame over the mean-square formula; 0 in frame 0.
+        /// Measured since the last frame over the mean-square formula; NaN in frame 0 and for a gas at rest.
         window_pressure_over_mean_square_formula: f64 [double] = "9",
     }
 
@@ -377,19 +380,19 @@ channels! {
         pair_collisions: u64 [uint64] = "1",
         /// Wall collisions since the start.
         wall_collisions: u64 [uint64] = "2",
-        /// Pair collisions per disc (2 pair_collisions / n) and unit of time since the start; 0 at time 0.
+        /// Pair collisions per disc (2 pair_collisions / n) and unit of time since the start; NaN at time 0.
         pair_collision_rate_per_disc: f64 [double] = "3",
-        /// Wall collisions per disc and unit of time since the start; 0 at time 0.
+        /// Wall collisions per disc and unit of time since the start; NaN at time 0.
         wall_collision_rate_per_disc: f64 [double] = "4",
     }
 
-    /// Packing: pressure since the start; 0 at time 0.
+    /// Packing: pressure since the start. Means over time are NaN at time 0.
     PackingPressure on "/pressure" {
         /// By the collision virial: [sum of v^2 averaged over time + virial rate] / (2A).
         virial: f64 [double] = "1",
         /// Normal impulse on the walls over perimeter of the centers' rectangle and time.
         wall: f64 [double] = "2",
-        /// P A / (N kT) by the virial, T averaged over time.
+        /// P A / (N kT) by the virial, T averaged over time; NaN for discs at rest.
         compressibility_factor: f64 [double] = "3",
         /// Time integral of the kinetic energy since the start.
         kinetic_energy_time_integral: f64 [double] = "4",
@@ -421,6 +424,8 @@ channels! {
         specific_total_energy_au2_per_day2: f64 [double] = "3",
         /// (total - total at the start) / |total at the start|, parts per million.
         drift_ppm: f64 [double] = "4",
+        /// log10 of |total - total at the start| / |total at the start|, for plots; NaN where they are equal.
+        drift_log10: f64 [double] = "5",
     }
 
     /// Orbit: elements and errors against the exact solution.
@@ -467,6 +472,8 @@ channels! {
         min_radius_au: f64 [double] = "20",
         /// Maximum distance from the Sun since the start, found within its step, AU.
         max_radius_au: f64 [double] = "21",
+        /// log10 of |change of |r x v| since the start| over its value there, for plots; NaN where they are equal.
+        specific_angular_momentum_drift_log10: f64 [double] = "22",
     }
 
     /// Orbit of several bodies: conserved quantities in addition to the energy, over the total mass.
@@ -487,5 +494,7 @@ channels! {
         min_separation_au: f64 [double] = "7",
         /// Number of force evaluations since the start.
         force_evaluations: u64 [uint64] = "8",
+        /// log10 of `specific_angular_momentum_change_ppm` / 1e6, for plots; NaN without a change.
+        specific_angular_momentum_change_log10: f64 [double] = "9",
     }
 }

@@ -1,7 +1,8 @@
 //! Speeds to colors: from blue at rest over green to yellow at the top speed, in 64 steps.
 //!
 //! The scale is perceptually uniform, and lightness increases monotonically, so that the order is visible with any color vision
-//! and on a gray print. Black force chains are visible on the darkest color, which is visible on a dark background.
+//! and on a gray print. Red, the hue of the force chains, is no speed's; it is distinct from every disc and from light and dark
+//! backgrounds.
 
 use foxglove::messages::Color;
 
@@ -22,14 +23,18 @@ const STOPS: [[u8; 3]; 9] = [
     [0xff, 0xe4, 0x30],
 ];
 
+/// Contact forces, in a hue that no speed has.
+const FORCE_CHAIN: [u8; 3] = [0xc8, 0x14, 0x14];
 /// Walls.
 pub(crate) const GRAY: Color = opaque([0x8c, 0x8c, 0x8c]);
-/// Contact forces, legible on all colors of the discs.
-pub(crate) const NEARLY_BLACK: Color = opaque([0x14, 0x14, 0x14]);
+/// Contact forces.
+pub(crate) const RED: Color = opaque(FORCE_CHAIN);
 /// Velocities.
 pub(crate) const DARK_GRAY: Color = opaque([0x6e, 0x6e, 0x6e]);
 /// The path so far.
 pub(crate) const SKY: Color = opaque([0x56, 0xb4, 0xe9]);
+/// Exact solutions.
+pub(crate) const GREEN: Color = opaque([0x2e, 0x9e, 0x5b]);
 /// Bodies at rest.
 pub(crate) const YELLOW: Color = opaque([0xf0, 0xc8, 0x3c]);
 /// Text, which the viewers put on a black box.
@@ -171,6 +176,28 @@ mod tests {
             assert!(least > 0.03, "{name}: {least}");
             assert!(lighter, "{name}");
         }
+    }
+
+    /// Smallest Oklab distance of a color from the discs, the walls and the viewers' light and dark backgrounds.
+    fn contrast(vision: [[f64; 3]; 3], color: [u8; 3]) -> f64 {
+        let around = STOPS.into_iter().chain([[0x8c; 3], [0xff; 3], [0x15, 0x15, 0x1a]]);
+        let distances = around.map(|other| distance(seen(vision, color), seen(vision, other)));
+        distances.fold(f64::INFINITY, |least, next| if next < least { next } else { least })
+    }
+
+    /// 0.14 in Oklab is twice the distance of two stops of the speeds. Control: black disappears on a dark background.
+    #[test]
+    fn force_chains_are_visible_on_discs_and_backgrounds_with_any_color_vision() {
+        for (name, vision) in [
+            ("full", FULL),
+            ("protanopia", PROTANOPIA),
+            ("deuteranopia", DEUTERANOPIA),
+            ("tritanopia", TRITANOPIA),
+        ] {
+            println!("{name}: {:.3}", contrast(vision, FORCE_CHAIN));
+            assert!(contrast(vision, FORCE_CHAIN) > 0.14, "{name}");
+        }
+        assert!(contrast(FULL, [0x14; 3]) < 0.02);
     }
 
     /// Control: a rainbow's steps are uneven, and its lightness goes up and down.

@@ -9,7 +9,7 @@ use crate::scenery::Wall;
 use crate::table::Rows;
 
 /// Severity of a log line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
     /// A fact.
     Info,

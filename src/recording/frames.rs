@@ -6,6 +6,7 @@ use crate::data_section::{DataRecord, DataSection};
 use crate::error::{ReadError, ReadFault};
 use crate::frame::{Level, LogLine};
 use crate::limits::{MAX_CHANNELS, MAX_CHUNK_MESSAGES, MAX_LOG_LINES};
+use crate::log_text::split;
 use crate::provenance::{OUTCOME_RECORD, Outcome};
 use crate::record_kind as kind;
 use crate::table::StateTable;
@@ -290,7 +291,12 @@ impl Frames {
                     state = Some(table.map_err(damaged)?);
                 }
                 channels::LOG => {
-                    log.push(log_line(Log::decode(payload).map_err(undecodable)?));
+                    let line = log_line(Log::decode(payload).map_err(undecodable)?);
+                    if clock.frame == 0 && log.is_empty() {
+                        log = split(line);
+                    } else {
+                        log.push(line);
+                    }
                 }
                 _ => {}
             }

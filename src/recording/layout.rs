@@ -1,8 +1,10 @@
 //! The viewer's layout for a run: the model's template with the run's camera and time scale, without panels for topics that are
 //! not recorded.
 
+use crate::channels;
 use crate::error::RecordError;
 use crate::header::Header;
+use crate::scenery::{GuideMeaning, Scenery, Wall};
 use serde_json::{Map, Value, json};
 
 /// Height of the strip for the color bar below the container, over the container's longer side.
@@ -11,6 +13,14 @@ const LEGEND_STRIP: f64 = 0.1;
 const MARGIN: f64 = 1.12;
 /// Space around a view without a color bar.
 const MARGIN_WITHOUT_LEGEND: f64 = 1.06;
+
+/// Width over height of the scene's panel: 1.38 on a screen of 1920 x 1080 and 1.15 on 1366 x 768 with an open sidebar. The
+/// smaller value fits both.
+const PANEL_ASPECT: f64 = 1.15;
+/// Height of the scene's panel on a screen of 1920 x 1080, px.
+const PANEL_HEIGHT_PX: f64 = 700.0;
+/// Diameter below which a disc disappears under its outline, px.
+const MIN_OUTLINED_PX: f64 = 6.0;
 
 /// The template of a model, as it stands in `experiments/layouts/`.
 #[must_use]
@@ -41,7 +51,9 @@ pub fn layout_json(header: &Header) -> Result<String, RecordError> {
     for (id, panel) in panels.iter_mut() {
         let panel = panel.as_object_mut().ok_or_else(|| defect("has a panel that is no object"))?;
         if id.starts_with("3D!") {
-            aim_camera(panel, header.scenery.view);
+            name_lines(panel, header);
+            let distance = aim_camera(panel, header.scenery.view);
+            outline_discs(panel, &header.scenery, distance);
         } else if panel.get("xAxisVal").is_some_and(|axis| axis == "timestamp") {
             panel.insert("xAxisLabel".to_owned(), json!(time_label(header)));
         }
@@ -54,7 +66,10 @@ pub fn layout_json(header: &Header) -> Result<String, RecordError> {
 
 /// Takes out of a panel what the run does not record, and says whether anything is left to show.
 fn keep_recorded(panel: &mut Value, header: &Header) -> bool {
-    let recorded = |path: &str| header.wants(path.split('.').next().unwrap_or(path));
+    let recorded = |path: &str| {
+        let topic = path.split('.').next().unwrap_or(path);
+        header.wants(topic) && !header.scenery.unused_fields.contains(&path)
+    };
     if let Some(topics) = panel.get_mut("topics").and_then(Value::as_object_mut) {
         topics.retain(|topic, _| recorded(topic));
         return !topics.is_empty();
@@ -106,9 +121,43 @@ fn time_label(header: &Header) -> String {
     }
 }
 
-/// Looks down on the view's middle. `distance` is the visible height of an orthographic camera; a panel at least as wide
-/// as high is assumed, and the container's width must fit as well.
-fn aim_camera(panel: &mut Map<String, Value>, view: [[f64; 2]; 2]) {
+/// Adds to the title of the scene the lines that the run records.
+fn name_lines(panel: &mut Map<String, Value>, header: &Header) {
+    let is_exact =
+        |wall: &Wall| matches!(wall, Wall::Guide { meaning: GuideMeaning::ExactSolution, .. });
+    let has_exact = header.scenery.walls.iter().any(is_exact);
+    let lines = [
+        (channels::FORCE_CHAINS, "contact forces (red)", true),
+        (channels::VELOCITY, "velocity", true),
+        (channels::TRAIL, "path", true),
+        (channels::WALLS, "exact orbit (green)", has_exact),
+    ];
+    let shown = lines.into_iter().filter(|(topic, _, is_drawn)| *is_drawn && header.wants(topic));
+    let names: Vec<&str> = shown.map(|(_, name, _)| name).collect();
+    if names.is_empty() {
+        return;
+    }
+    for key in ["foxglovePanelTitle", "lichtblickPanelTitle"] {
+        if let Some(title) = panel.get(key).and_then(Value::as_str) {
+            let title = format!("{title}; lines = {}", names.join(", "));
+            panel.insert(key.to_owned(), json!(title));
+        }
+    }
+}
+
+/// Outlines the discs unless the smallest ones would disappear under their outlines. `distance` is the visible height.
+fn outline_discs(panel: &mut Map<String, Value>, scenery: &Scenery, distance: f64) {
+    let (radius, smallest) = (scenery.min_radius(), scenery.min_drawn_radius());
+    let drawn = if radius < smallest { smallest } else { radius };
+    let pixels = 2.0 * drawn / distance * PANEL_HEIGHT_PX;
+    if let Some(discs) = panel.get_mut("topics").and_then(|topics| topics.get_mut("/discs")) {
+        discs["showOutlines"] = json!(pixels >= MIN_OUTLINED_PX);
+    }
+}
+
+/// Looks down on the view's middle and returns the visible height. `distance` is the visible height of an orthographic camera; the visible
+/// width is larger by the panel's aspect ratio, and the container must fit into both.
+fn aim_camera(panel: &mut Map<String, Value>, view: [[f64; 2]; 2]) -> f64 {
     let legend = panel
         .get("topics")
         .and_then(|topics| topics.get("/legend"))
@@ -119,7 +168,8 @@ fn aim_camera(panel: &mut Map<String, Value>, view: [[f64; 2]; 2]) {
     let (width, height) = (x1 - x0, y1 - y0);
     let strip = strip * if height > width { height } else { width };
     let shown = height + strip;
-    let distance = margin * if shown > width { shown } else { width };
+    let across = width / PANEL_ASPECT;
+    let distance = margin * if shown > across { shown } else { across };
     let center = [(x0 + x1) / 2.0, (y0 + y1 - strip) / 2.0];
     if let Some(camera) = panel.get_mut("cameraState").and_then(Value::as_object_mut) {
         camera.insert("distance".to_owned(), json!(distance));
@@ -127,4 +177,5 @@ fn aim_camera(panel: &mut Map<String, Value>, view: [[f64; 2]; 2]) {
         camera.insert("near".to_owned(), json!(0.01 * distance));
         camera.insert("far".to_owned(), json!(20.0 * distance));
     }
+    distance
 }

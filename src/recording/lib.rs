@@ -31,6 +31,7 @@ mod force_lines;
 mod frames;
 mod header;
 mod limits;
+mod log_text;
 mod open_chunk;
 mod playback;
 mod record_kind;

@@ -11,6 +11,7 @@ mod resuming;
 use crate::channels::{self, Channel as _, FrameClock};
 use crate::error::RecordError;
 use crate::frame::{Frame, Level, LogLine};
+use crate::log_text::joined;
 use crate::observer::{ChannelList, FrameObserver};
 use crate::playback::log_time_ns;
 use crate::provenance::{LIBRARY, MANIFEST_ATTACHMENT, OUTCOME_RECORD, PROVENANCE_RECORD};
@@ -310,22 +311,39 @@ impl<W: Write> Recorder<W> {
         log_time: u64,
         time: Timestamp,
     ) -> Result<(), RecordError> {
-        let scale = self.header.simulated_per_second().filter(|_| self.frames == 0);
-        let scale = scale.map(|simulated| LogLine {
-            level: Level::Info,
-            text: format!("1 s of playback = {simulated} simulated"),
-        });
-        for line in scale.iter().chain(lines) {
-            let message = Log {
-                timestamp: Some(time),
-                level: log_level(line.level).into(),
-                message: line.text.clone(),
-                name: self.header.model.to_owned(),
-                ..Log::default()
-            };
-            self.message(channels::LOG, log_time, &message)?;
+        if self.frames > 0 {
+            return lines.iter().try_for_each(|line| self.log_message(line, log_time, time));
         }
-        Ok(())
+        let facts = self.drawing_facts();
+        match joined(&[&facts, lines].concat()) {
+            Some(line) => self.log_message(&line, log_time, time),
+            None => Ok(()),
+        }
+    }
+
+    fn log_message(
+        &mut self,
+        line: &LogLine,
+        log_time: u64,
+        time: Timestamp,
+    ) -> Result<(), RecordError> {
+        let message = Log {
+            timestamp: Some(time),
+            level: log_level(line.level).into(),
+            message: line.text.clone(),
+            name: self.header.model.to_owned(),
+            ..Log::default()
+        };
+        self.message(channels::LOG, log_time, &message)
+    }
+
+    /// The scale of the playback, and that of discs which are drawn enlarged.
+    fn drawing_facts(&self) -> Vec<LogLine> {
+        let scale = self.header.simulated_per_second();
+        let scale = scale.map(|simulated| format!("1 s of playback = {simulated} simulated"));
+        let enlarged = self.header.scenery.enlargement().filter(|_| self.wants(channels::DISCS));
+        let facts = scale.into_iter().chain(enlarged);
+        facts.map(|text| LogLine { level: Level::Info, text }).collect()
     }
 
     fn message(

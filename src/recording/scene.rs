@@ -7,7 +7,7 @@ use crate::color::{self, ColorMap};
 use crate::error::RecordError;
 use crate::force_lines::{ContactLine, weakest_drawn};
 use crate::playback::three_digits;
-use crate::scenery::{DrawnRadius, Scenery, Wall};
+use crate::scenery::{DrawnRadius, GuideMeaning, Scenery, Wall};
 use crate::trail::{PATHS, Trails};
 use foxglove::messages::{
     Color, CubePrimitive, CylinderPrimitive, LinePrimitive, Point3, Pose, Quaternion, SceneEntity,
@@ -18,6 +18,8 @@ use std::num::NonZeroU32;
 
 /// The one frame of reference of a recording.
 pub(crate) const FRAME_ID: &str = "world";
+/// Maximum number of contact forces drawn: more would cover a dense bed.
+const MAX_CONTACTS: usize = 500;
 /// Contact forces drawn at most, over the particles drawn at most: a disc of a dense bed has two or three contacts of its own.
 const CONTACTS_OVER_PARTICLES: usize = 3;
 /// Drawing coordinates are multiples of a power of two of about this fraction of the container: they pack well.
@@ -28,6 +30,10 @@ const LAYER_OVER_EXTENT: f64 = 0.002;
 const ARROW_OVER_EXTENT: f64 = 0.06;
 /// Line widths of weak, middling and strong contact forces, px.
 const FORCE_WIDTHS_PX: [f64; 3] = [0.8, 1.8, 3.4];
+/// Distance of a name from its particle over the container's longer side, along each axis.
+const NAME_OVER_EXTENT: f64 = 0.025;
+/// Height of texts, px.
+const FONT_SIZE_PX: f64 = 16.0;
 /// Corners of a circular wall.
 const CIRCLE_CORNERS: usize = 128;
 /// Cubes of the color bar.
@@ -55,7 +61,7 @@ impl DrawnColumns {
             position: [need("x")?, need("y")?],
             velocity: ["vx", "vy", "vz"].into_iter().filter_map(find).collect(),
             radius: match radius {
-                DrawnRadius::Column => Some(need("radius")?),
+                DrawnRadius::Column { .. } => Some(need("radius")?),
                 DrawnRadius::Fixed(_) => None,
             },
         })
@@ -81,9 +87,7 @@ impl SceneBuilder {
         columns: &[StateColumn],
         drawn_at_most: NonZeroU32,
     ) -> Result<Self, RecordError> {
-        let [low, high] = scenery.view;
-        let (width, height) = (high[0] - low[0], high[1] - low[1]);
-        let extent = if width > height { width } else { height };
+        let extent = scenery.extent();
         Ok(Self {
             columns: DrawnColumns::new(columns, scenery.drawn_radius)?,
             colors: ColorMap::new(),
@@ -94,21 +98,37 @@ impl SceneBuilder {
         })
     }
 
-    /// All discs as flat cylinders of one entity, colored by speed.
+    /// All discs as flat cylinders of one entity, colored by speed; discs too small to be seen are enlarged.
     pub(crate) fn discs(&self, state: &[f64], time: Timestamp) -> SceneUpdate {
-        let cylinders = self
-            .drawn_rows(state)
-            .map(|row| {
-                let radius = match (self.columns.radius, self.scenery.drawn_radius) {
-                    (Some(column), _) => row[column],
-                    (None, DrawnRadius::Fixed(radius)) => radius,
-                    (None, DrawnRadius::Column) => 0.0,
-                };
-                let fraction = self.speed(row) / self.scenery.speed_range_top;
-                cylinder(self.point(row), radius, self.layer(1.0), self.colors.at(fraction))
-            })
-            .collect();
-        update(SceneEntity { cylinders, ..entity("discs", time) })
+        let smallest = self.scenery.min_drawn_radius();
+        let disc = |(index, row): (usize, &[f64])| {
+            let radius = match (self.columns.radius, self.scenery.drawn_radius) {
+                (Some(column), _) => row[column],
+                (None, DrawnRadius::Fixed(radius)) => radius,
+                (None, DrawnRadius::Column { min }) => min,
+            };
+            let radius = if radius < smallest { smallest } else { radius };
+            let color = if self.scenery.central_particle == Some(index) {
+                color::YELLOW
+            } else {
+                self.colors.at(self.speed(row) / self.scenery.speed_range_top)
+            };
+            cylinder(self.point(row), radius, self.layer(1.0), color)
+        };
+        let cylinders = self.drawn_rows(state).map(disc).collect();
+        let texts = self.names(state);
+        update(SceneEntity { cylinders, texts, ..entity("discs", time) })
+    }
+
+    /// The names of the first particles, above and to the right of them.
+    fn names(&self, state: &[f64]) -> Vec<TextPrimitive> {
+        let named = |(index, row): (usize, &[f64])| {
+            let Point3 { x, y, .. } = self.point(row);
+            let name = self.scenery.names.get(index).filter(|name| !name.is_empty())?;
+            let offset = NAME_OVER_EXTENT * self.extent;
+            Some(text_at([x + offset, y + offset], name.clone()))
+        };
+        self.drawn_rows(state).filter_map(named).collect()
     }
 
     /// Velocities as lines from the discs' centers, all in one line list.
@@ -116,7 +136,7 @@ impl SceneBuilder {
         let scale = ARROW_OVER_EXTENT * self.extent / self.scenery.speed_range_top;
         let mut points = Vec::new();
         if let [vx, vy, ..] = self.columns.velocity[..] {
-            for row in self.drawn_rows(state) {
+            for (_, row) in self.drawn_rows(state) {
                 let [x, y] = self.columns.position.map(|column| row[column]);
                 points.push(self.point(row));
                 points.push(self.rounded([x + scale * row[vx], y + scale * row[vy]]));
@@ -141,16 +161,14 @@ impl SceneBuilder {
         let lines = points
             .into_iter()
             .zip(FORCE_WIDTHS_PX)
-            .flat_map(|(points, width)| {
-                line_list(points, width, self.layer(3.0), color::NEARLY_BLACK)
-            })
+            .flat_map(|(points, width)| line_list(points, width, self.layer(3.0), color::RED))
             .collect();
         update(SceneEntity { lines, ..entity("force_chains", time) })
     }
 
     /// Contact forces drawn at most, where no two are equal.
     pub(crate) fn contacts_at_most(&self) -> usize {
-        CONTACTS_OVER_PARTICLES * self.drawn_at_most
+        MAX_CONTACTS.min(CONTACTS_OVER_PARTICLES.saturating_mul(self.drawn_at_most))
     }
 
     /// The paths so far as one line each, below the discs.
@@ -182,6 +200,20 @@ impl SceneBuilder {
                     arc(center, radius, angles_rad)
                 }
                 Wall::Segment { from, to } => [from, to].map(exact).to_vec(),
+                Wall::Guide { center, axes, meaning } => {
+                    let (width_px, color) = match meaning {
+                        GuideMeaning::ExactSolution => (1.5, color::GREEN),
+                        GuideMeaning::Mark => (1.0, color::DARK_GRAY),
+                    };
+                    let corners = ellipse(center, axes);
+                    // Below the path so far and the discs.
+                    walls.lines.push(line(kind, corners, width_px, -self.layer(2.0), color));
+                    continue;
+                }
+                Wall::Label { center, text } => {
+                    walls.texts.push(text_at(center, text.to_owned()));
+                    continue;
+                }
                 Wall::Body { center, radius } => {
                     walls.cylinders.push(cylinder(
                         exact(center),
@@ -218,15 +250,12 @@ impl SceneBuilder {
             })
             .collect();
         let unit = self.scenery.speed_unit;
-        let text = |speed: f64, side: f64| TextPrimitive {
-            pose: Some(pose([center + side * (width / 2.0 + 0.11 * self.extent), y, 0.0])),
-            billboard: true,
-            font_size: 12.0,
-            scale_invariant: true,
-            color: Some(color::WHITE),
-            text: format!("{} {unit}", three_digits(speed)).trim_end().to_owned(),
+        let text = |text: String, side: f64| {
+            text_at([center + side * (width / 2.0 + 0.11 * self.extent), y], text)
         };
-        let texts = vec![text(0.0, -1.0), text(self.scenery.speed_range_top, 1.0)];
+        let top = format!("{} {unit}", three_digits(self.scenery.speed_range_top));
+        // Without a unit, which viewers' fonts make hard to read after a zero.
+        let texts = vec![text("speed 0".to_owned(), -1.0), text(top.trim_end().to_owned(), 1.0)];
         update(SceneEntity { cubes, texts, ..entity("legend", time) })
     }
 
@@ -240,10 +269,12 @@ impl SceneBuilder {
     }
 
     /// Every k-th row, k so that no more are drawn than the manifest allows; rows that blew up are left out.
-    fn drawn_rows<'a>(&'a self, state: &'a [f64]) -> impl Iterator<Item = &'a [f64]> {
+    /// Each with its index.
+    fn drawn_rows<'a>(&'a self, state: &'a [f64]) -> impl Iterator<Item = (usize, &'a [f64])> {
         let rows = state.len() / self.columns.width;
         let every = rows.div_ceil(self.drawn_at_most).max(1);
-        state.chunks_exact(self.columns.width).step_by(every).filter(|row| {
+        let rows = state.chunks_exact(self.columns.width).enumerate();
+        rows.step_by(every).filter(|(_, row)| {
             let drawn = self.columns.position.iter().chain(&self.columns.velocity);
             drawn.into_iter().all(|&column| row[column].is_finite())
         })
@@ -270,6 +301,15 @@ impl SceneBuilder {
 /// The largest power of two that is not above a positive number.
 fn power_of_two_below(value: f64) -> f64 {
     f64::from_bits(value.to_bits() & 0x7ff0_0000_0000_0000)
+}
+
+/// Corners of an ellipse with two conjugate half diameters.
+fn ellipse(center: [f64; 2], axes: [[f64; 2]; 2]) -> Vec<Point3> {
+    let corner = |corner: usize| {
+        let (sine, cosine) = libm::sincos(TAU * corner as f64 / CIRCLE_CORNERS as f64);
+        exact([0, 1].map(|axis| center[axis] + axes[0][axis] * cosine + axes[1][axis] * sine))
+    };
+    (0..CIRCLE_CORNERS).map(corner).collect()
 }
 
 /// Corners of a part of a circle, its ends among them.
@@ -302,6 +342,18 @@ fn cylinder(center: Point3, radius: f64, thickness: f64, color: Color) -> Cylind
         bottom_scale: 1.0,
         top_scale: 1.0,
         color: Some(color),
+    }
+}
+
+/// A line of text around a point, upright in the viewer and of constant size.
+fn text_at([x, y]: [f64; 2], text: String) -> TextPrimitive {
+    TextPrimitive {
+        pose: Some(pose([x, y, 0.0])),
+        billboard: true,
+        font_size: FONT_SIZE_PX,
+        scale_invariant: true,
+        color: Some(color::WHITE),
+        text,
     }
 }
 

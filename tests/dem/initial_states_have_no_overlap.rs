@@ -5,11 +5,11 @@
 //! Tolerance: touching discs do not overlap, up to 1e-12 of the radii for rounded decimals.
 //! Control: given states with an overlap, with a disc outside the box or with a wrong number of discs are rejected.
 
-use crate::scene::{SEED, discs, equal, frame, given, positive, prepared};
+use crate::scene::{SEED, discs, equal, frame, given, positive, prepared, run_to};
 use kinetoscope_manifest::model::{DemConfig, DiscRadius, Placement};
 use kinetoscope_physics::dem::Dem;
 use kinetoscope_physics::model::Model;
-use kinetoscope_recording::channels::DemEnergy;
+use kinetoscope_recording::channels::{DemEnergy, DemEnergyPercent, DemWalls};
 use kinetoscope_recording::frame::Level;
 use std::num::NonZeroU32;
 
@@ -69,6 +69,25 @@ fn energy_balance_starts_at_zero_and_properties_are_logged() {
             "no {text:?} in {messages:?}"
         );
     }
+}
+
+/// Wall forces are means since the last frame, so the start has none. Energies of a few microjoules are recorded in percent of a
+/// reference, whose unit keeps the digits few.
+#[test]
+fn wall_forces_of_the_start_are_not_numbers_and_the_reference_energy_is_in_microjoules() {
+    let mut model = prepared(&DemConfig::default());
+    let forces = |model: &Dem| {
+        let walls: DemWalls = frame(model).get().expect("wall forces");
+        [walls.mean_force_x_n, walls.mean_force_y_n].concat()
+    };
+    let nothing = f64::NAN.to_bits();
+    assert!(forces(&model).iter().all(|force| force.to_bits() == nothing));
+    let energy: DemEnergy = frame(&model).get().expect("energy");
+    let percent: DemEnergyPercent = frame(&model).get().expect("energy in percent");
+    assert!((percent.reference_energy_uj / (1e6 * energy.total_j) - 1.0).abs() < 1e-15);
+    assert!(percent.reference_energy_uj > 0.1 && percent.reference_energy_uj < 1e6);
+    run_to(&mut model, 10);
+    assert!(forces(&model).iter().all(|force| force.is_finite()));
 }
 
 #[test]

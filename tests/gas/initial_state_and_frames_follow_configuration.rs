@@ -9,7 +9,8 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::runs::{
-    advance, exercise, frame, gas, given, kelvin, max_speed, particles, positive, rejection,
+    advance, channel, exercise, frame, gas, given, kelvin, max_speed, particles, positive,
+    rejection,
 };
 use kinetoscope_manifest::model::{GasConfig, Propagation, SpeedDistribution, SpeedScale};
 use kinetoscope_manifest::quantity::Finite;
@@ -159,6 +160,25 @@ fn first_frame_describes_the_run() {
     assert_eq!(topics, declared);
     advance(&mut gas, Target::Count(1));
     assert!(frame(&gas).log_lines().is_empty());
+}
+
+/// Before the first frame interval, nothing was measured: a zero would be a wrong value and stretch the axes of plots.
+#[test]
+fn pressure_of_the_start_is_not_a_number() {
+    let measured = |gas: &Gas| {
+        let pressure = channel::<GasPressure>(gas);
+        [
+            pressure.measured_n_per_m,
+            pressure.measured_since_start_n_per_m,
+            pressure.pressure_over_mean_square_formula,
+            pressure.window_pressure_over_mean_square_formula,
+        ]
+    };
+    let mut gas = gas(&exercise(), 1);
+    // The bits are those of one constant, so that recordings are byte-identical.
+    assert_eq!(measured(&gas).map(f64::to_bits), [f64::NAN.to_bits(); 4]);
+    advance(&mut gas, Target::Time(0.05));
+    assert!(measured(&gas).iter().all(|value| *value > 0.0));
 }
 
 #[test]

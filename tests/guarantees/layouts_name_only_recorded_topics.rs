@@ -1,6 +1,6 @@
 //! Guarantee: a viewer layout names only topics and fields that the recording contains.
 //!
-//! Setup: each small experiment is run. Every topic and field that its `layout.json` names (drawing, plots, log, values) is looked up
+//! Setup: each small experiment is run. Every topic and field that its `NAME.layout.json` names (drawing, plots, log, values) is looked up
 //! in the recording, frame by frame.
 //! Control: a topic that the manifest omits is found missing.
 
@@ -33,7 +33,7 @@ fn replay(name: &str, manifest: &str, folder: &Path) -> (Value, Vec<RecordedFram
     let is_recording = |path: &std::path::PathBuf| path.extension().is_some_and(|e| e == "mcap");
     let recordings: Vec<_> = files.filter(is_recording).collect();
     let frames = Recording::open(&recordings[0]).unwrap().frames().unwrap();
-    let layout = fs::read_to_string(folder.join(name).join("layout.json")).unwrap();
+    let layout = fs::read_to_string(folder.join(name).join(format!("{name}.layout.json"))).unwrap();
     (serde_json::from_str(&layout).unwrap(), frames.map(Result::unwrap).collect())
 }
 

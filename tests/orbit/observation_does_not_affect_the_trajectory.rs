@@ -13,7 +13,7 @@ use kinetoscope_physics::model::{Extent, Model, Progress, Target};
 use kinetoscope_physics::orbit::Orbit;
 use kinetoscope_physics::random::Seed;
 use kinetoscope_recording::frame::{Frame, Level};
-use kinetoscope_recording::scenery::{DrawnRadius, Wall};
+use kinetoscope_recording::scenery::{DrawnRadius, GuideMeaning, Wall};
 
 const ALL: [OrbitIntegrator; 7] = [
     OrbitIntegrator::ExplicitEuler,
@@ -181,6 +181,46 @@ fn view_contains_the_path() {
         }
         assert!(max > 0.5 * high[0], "{max} of {}", high[0]);
         assert_eq!(scenery.drawn_radius, DrawnRadius::Fixed(0.02 * (high[1] - low[1])));
-        assert_eq!(scenery.walls, [Wall::Body { center: [0.0, 0.0], radius: 0.05 }]);
+        assert_eq!(scenery.walls[0], Wall::Body { center: [0.0, 0.0], radius: 0.05 });
     }
+}
+
+/// The ellipse of the exact orbit contains every exact position: with center c and half diameters A, B, the solution of
+/// x = c + A cos E + B sin E has cos^2 + sin^2 = 1, up to 1e-12 of rounding. The start is marked; an open path has no ellipse.
+/// Control: the positions of explicit Euler leave the ellipse.
+#[test]
+fn exact_orbit_and_start_are_drawn() {
+    let distance = |config: &OrbitConfig| {
+        let mut run = prepare(config);
+        let walls = run.scenery().walls;
+        let [x, y, _] = observe(&run).state.position;
+        assert!(walls.iter().any(|wall| {
+            matches!(wall, Wall::Guide { center, meaning: GuideMeaning::Mark, .. } if *center == [x, y])
+        }));
+        let (center, [a, b]) = walls.iter().find_map(|wall| match wall {
+            Wall::Guide { center, axes, meaning: GuideMeaning::ExactSolution } => {
+                Some((*center, *axes))
+            }
+            _ => None,
+        })?;
+        let Extent::Steps { total, .. } = run.extent() else { panic!("an orbit run has steps") };
+        let mut largest = 0.0_f64;
+        for frame in 0..=20 {
+            advance(&mut run, total * frame / 20);
+            let [x, y, _] = observe(&run).state.position;
+            let [x, y] = [x - center[0], y - center[1]];
+            let area = a[0] * b[1] - a[1] * b[0];
+            let (cosine, sine) = ((x * b[1] - y * b[0]) / area, (a[0] * y - a[1] * x) / area);
+            largest = largest.max((cosine * cosine + sine * sine - 1.0).abs());
+        }
+        Some(largest)
+    };
+    let exact = exercise(OrbitIntegrator::Kepler, 0.25, 365.25);
+    assert!(distance(&exact).unwrap() < 1e-12);
+    let tilted =
+        OrbitConfig { start: given([0.7, -0.4, 0.3], [0.005, 0.012, 0.004]), ..exact.clone() };
+    assert!(distance(&tilted).unwrap() < 1e-12);
+    assert!(distance(&exercise(OrbitIntegrator::ExplicitEuler, 0.25, 365.25)).unwrap() > 1e-2);
+    let open = OrbitConfig { start: given([3.0, 1.0, 0.5], [-0.02, -0.001, 0.002]), ..exact };
+    assert_eq!(distance(&open), None);
 }

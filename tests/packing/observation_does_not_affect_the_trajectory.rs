@@ -12,7 +12,9 @@ use crate::runs::{
 use kinetoscope_manifest::model::PackingConfig;
 use kinetoscope_physics::model::{Extent, Model, Progress, Target};
 use kinetoscope_physics::packing::Packing;
-use kinetoscope_recording::channels::{PackingCollisions, PackingTemperature, PerCollision};
+use kinetoscope_recording::channels::{
+    PackingCollisions, PackingPressure, PackingTemperature, PerCollision,
+};
 
 fn config() -> PackingConfig {
     with_restitution(at_fraction(60, 0.3), 0.95)
@@ -87,6 +89,26 @@ fn run_by_time_ends_at_its_time_after_all_earlier_events() {
     assert!(by_count.time() <= 12.5);
     advance_to_count(&mut by_count, by_time.count() + 1);
     assert!(by_count.time() > 12.5);
+}
+
+/// Means over time have no value at time 0: a zero would be a wrong value and stretch the axes of plots.
+#[test]
+fn rates_and_pressure_of_the_start_are_not_numbers() {
+    let measured = |packing: &Packing| {
+        let collisions = message::<PackingCollisions>(packing);
+        let pressure = message::<PackingPressure>(packing);
+        [
+            collisions.pair_collision_rate_per_disc,
+            collisions.wall_collision_rate_per_disc,
+            pressure.virial,
+            pressure.wall,
+            pressure.compressibility_factor,
+        ]
+    };
+    let mut packing = prepare(&config(), 5, 0);
+    assert_eq!(measured(&packing).map(f64::to_bits), [f64::NAN.to_bits(); 5]);
+    advance_to_count(&mut packing, 1000);
+    assert!(measured(&packing).iter().all(|value| *value > 0.0));
 }
 
 /// Time passes without events for discs at rest; both ends of a run are defined.

@@ -53,6 +53,9 @@ fn recording(folder: &Path, channels: &[&str]) -> PathBuf {
             arrows: false,
             force_range_top: None,
             trail: false,
+            unused_fields: Vec::new(),
+            names: Vec::new(),
+            central_particle: None,
         },
         playback_fps: 25.0,
         max_drawn_particles: NonZeroU32::new(2).unwrap(),
@@ -184,7 +187,7 @@ fn svg_contains_the_shapes_and_the_labels_of_the_color_bar() {
     assert!(svg.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"300\""), "{svg}");
     assert_eq!(svg.matches("<circle").count(), 2);
     assert_eq!(svg.matches("<path").count(), 1, "the box");
-    assert!(svg.contains(">0 m/s</text>") && svg.contains(">1 m/s</text>"), "{svg}");
+    assert!(svg.contains(">speed 0</text>") && svg.contains(">1 m/s</text>"), "{svg}");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use super::Dem;
 use super::parameters::Parameters;
 use super::step::{ContactStatistics, Evaluation};
 use super::totals::Contact;
-use super::walls::Shape;
+use super::walls::{PlacedWall, Shape};
 use crate::model::Model as _;
 use crate::simd::registers::Register as _;
 use kinetoscope_recording::channels::{
@@ -15,6 +15,8 @@ use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};
 
 /// Number of discs up to which velocities are drawn as arrows.
 const MAX_ARROWS: usize = 100;
+/// Ends of the mark on a rotating drum over its radius.
+const DRUM_MARK: [f64; 2] = [0.94, 1.06];
 /// Upper end of the color bar over the speed of a fall through the whole box; few discs fall that far.
 const SPEED_RANGE: f64 = 0.75;
 
@@ -53,7 +55,7 @@ impl Dem {
             let mass = self.discs.masses[disc];
             frame.push_state(&[x, y, vx, vy, vx_step, vy_step, radius, spin, id, mass]);
         }
-        if self.parameters.walls.iter().any(|wall| wall.motion.leaves()) {
+        if self.has_moving_walls() {
             self.drawn_walls(self.count).into_iter().for_each(|wall| frame.push_wall(wall));
         }
         self.push_energy(frame, evaluation);
@@ -98,11 +100,12 @@ impl Dem {
             residual_ppm: 1e6 * fraction(balance.residual),
             wall_work_percent: 100.0 * fraction(balance.wall_work),
             removed_percent: 100.0 * fraction(self.balance.removed.value()),
+            reference_energy_uj: 1e6 * scale,
         });
         // Before the first step, there are no sums.
         let mean = |axis: usize, wall: usize| {
             let sums = self.window.wall_forces.get(wall);
-            sums.map_or(0.0, |sum| sum[axis] / self.window.steps as f64)
+            sums.map_or(f64::NAN, |sum| sum[axis] / self.window.steps as f64)
         };
         let walls = 0..self.parameters.walls.len();
         frame.push(&DemWalls {
@@ -142,12 +145,15 @@ impl Dem {
         Scenery {
             walls: self.drawn_walls(0),
             view: [[0.0, 0.0], sides],
-            drawn_radius: DrawnRadius::Column,
+            drawn_radius: DrawnRadius::Column { min: parameters.radius_range.0 },
             speed_range_top,
             speed_unit: "m/s",
             arrows: self.discs.len() <= MAX_ARROWS,
             force_range_top: Some(self.force_range_top(speed_range_top)),
             trail: false,
+            unused_fields: self.unused_fields(),
+            names: Vec::new(),
+            central_particle: None,
         }
     }
 
@@ -159,7 +165,42 @@ impl Dem {
             Shape::Segment { from, to } => Some(Wall::Segment { from, to }),
             Shape::Drum { center, radius } => Some(Wall::Circle { center, radius }),
         }));
+        drawn.extend(self.drum_marks(count));
         drawn
+    }
+
+    fn has_moving_walls(&self) -> bool {
+        self.parameters.walls.iter().any(|wall| wall.motion.is_moving())
+    }
+
+    /// A radial mark on each rotating drum, because the rotation of a circle cannot be seen.
+    fn drum_marks(&self, count: u64) -> Vec<Wall> {
+        let time = count as f64 * self.parameters.time_step;
+        let placed = self.parameters.walls_at(count);
+        let mark = |(wall, placed): (&super::walls::Wall, &PlacedWall)| {
+            let Shape::Drum { center, radius } = placed.shape else { return None };
+            let (sine, cosine) = libm::sincos(wall.motion.rotation(time));
+            let at =
+                |part: f64| [center[0] + part * radius * cosine, center[1] + part * radius * sine];
+            let [from, to] = DRUM_MARK.map(at);
+            (wall.motion.spin != 0.0).then_some(Wall::Segment { from, to })
+        };
+        self.parameters.walls.iter().zip(&placed).filter_map(mark).collect()
+    }
+
+    /// Fields that are zero throughout a run without an outlet, insertion or moving walls.
+    fn unused_fields(&self) -> Vec<&'static str> {
+        let mut unused = Vec::new();
+        if self.parameters.outlet_below.is_none() {
+            unused.extend(["/energy_percent.removed_percent", "/wall_forces.discs_removed"]);
+        }
+        if self.insertion.is_none() {
+            unused.push("/wall_forces.discs_entered");
+        }
+        if !self.has_moving_walls() {
+            unused.push("/energy_percent.wall_work_percent");
+        }
+        unused
     }
 
     /// The upper end of the color bar of forces, N: the geometric mean of the force of an impact, v sqrt(k m), and the weight of a

@@ -75,6 +75,16 @@ impl Motion {
         self.velocity != [0.0; 2] || self.amplitude != [0.0; 2]
     }
 
+    /// Angle by which a drum has turned, rad, counterclockwise.
+    pub(super) fn rotation(&self, time: f64) -> f64 {
+        self.spin * self.clock(time)
+    }
+
+    /// Whether the wall is ever displaced or rotates.
+    pub(super) fn is_moving(&self) -> bool {
+        self.leaves() || self.spin != 0.0
+    }
+
     /// Time since the motion began, as long as it lasts, s.
     fn clock(&self, time: f64) -> f64 {
         match self.moves {

@@ -127,8 +127,12 @@ impl Model for Gas {
         let moments = gas.moments();
         gas.state.energy_balance.at_start = moments.reduced_mean_square * moments.count / 2.0;
         let rms_speed = moments.mean_square.sqrt();
-        gas.speed_range_top =
-            gas.initial_speeds.range_top(rms_speed, config.disc_radius_m.is_some());
+        let top = gas.initial_speeds.range_top(rms_speed, config.disc_radius_m.is_some());
+        // Slow compression multiplies every speed by r0/r.
+        let circle = gas.state.container.circle;
+        let end_radius = circle.radius_at(config.duration_s.get());
+        let compression = if end_radius < circle.radius { circle.radius / end_radius } else { 1.0 };
+        gas.speed_range_top = top * compression;
         Ok(gas)
     }
 

@@ -48,7 +48,7 @@ impl Gas {
         frame.push(&self.energy_balance(&speeds));
         frame.push(&self.collisions());
         frame.push(&speeds);
-        if self.state.container.circle.wall_speed != 0.0 {
+        if self.has_moving_wall() {
             frame.push_wall(self.drawn_wall());
         }
         if self.time() == 0.0 {
@@ -72,6 +72,13 @@ impl Gas {
             arrows: self.state.particles.len() <= MAX_ARROWS,
             force_range_top: None,
             trail: false,
+            unused_fields: if self.has_moving_wall() {
+                vec!["/pressure.pressure_over_mean_square_formula"]
+            } else {
+                Vec::new()
+            },
+            names: Vec::new(),
+            central_particle: None,
         }
     }
 
@@ -82,6 +89,10 @@ impl Gas {
             Some(half) => Wall::Arc { center, radius, angles_rad: [half, TAU - half] },
             None => Wall::Circle { center, radius },
         }
+    }
+
+    fn has_moving_wall(&self) -> bool {
+        self.state.container.circle.wall_speed != 0.0
     }
 
     /// Current radius of the container, m.
@@ -105,7 +116,7 @@ impl Gas {
         let by_mean_square = by_formula(TemperatureDefinition::MeanSquare);
         // The ratio is not defined for a gas at rest.
         let over_formula =
-            |pressure: f64| if by_mean_square > 0.0 { pressure / by_mean_square } else { 0.0 };
+            |pressure: f64| if by_mean_square > 0.0 { pressure / by_mean_square } else { f64::NAN };
         let temperature_k = self.temperature_k(moments, definition);
         GasPressure {
             measured_n_per_m: in_window,
@@ -113,7 +124,12 @@ impl Gas {
             mean_speed_formula_n_per_m: by_formula(TemperatureDefinition::MeanSpeed),
             mean_square_formula_n_per_m: by_mean_square,
             ideal_gas_n_per_m: ideal_gas_pressure(count, boltzmann_j_per_k, temperature_k, radius),
-            pressure_over_mean_square_formula: over_formula(since_start),
+            // With a moving wall, the formula changes, and a mean since the start is not comparable with its present value.
+            pressure_over_mean_square_formula: if self.has_moving_wall() {
+                f64::NAN
+            } else {
+                over_formula(since_start)
+            },
             wall_impulse_n_s: window_impulse,
             window_s,
             window_pressure_over_mean_square_formula: over_formula(in_window),

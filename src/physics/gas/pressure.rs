@@ -103,8 +103,8 @@ pub fn speed_at(temperature_k: f64, mass_kg: f64, boltzmann_j_per_k: f64) -> f64
     (2.0 * boltzmann_j_per_k * temperature_k / mass_kg).sqrt()
 }
 
-/// Measured pressure P = J / (2 pi r t), N/m: normal impulse J on the wall per circumference and time; 0 for t = 0.
+/// Measured pressure P = J / (2 pi r t), N/m: normal impulse J on the wall per circumference and time; NaN for t = 0.
 #[must_use]
 pub fn measured_pressure(wall_impulse_n_s: f64, radius_m: f64, time_s: f64) -> f64 {
-    if time_s > 0.0 { wall_impulse_n_s / (2.0 * PI * radius_m * time_s) } else { 0.0 }
+    if time_s > 0.0 { wall_impulse_n_s / (2.0 * PI * radius_m * time_s) } else { f64::NAN }
 }

@@ -2,6 +2,7 @@
 //!
 //! Energy and momenta are divided by the total mass, so that only AU and days remain: m_i is G m_i over the sum of all.
 
+use super::elements::log10_of_change;
 use super::motion::{MutualGravity, Phase, add_scaled, cross, dot, length};
 use super::path::Untracked;
 use super::trajectory::{Discretization, NotFinite, Trajectory};
@@ -146,6 +147,7 @@ impl Bodies {
             specific_potential_energy_au2_per_day2: now.potential,
             specific_total_energy_au2_per_day2: now.energy(),
             drift_ppm: (now.energy() - self.start.energy()) / self.start.energy().abs() * 1e6,
+            drift_log10: log10_of_change(now.energy() - self.start.energy(), self.start.energy()),
         });
         let change = add_scaled(now.angular_momentum, self.start.angular_momentum, -1.0);
         let [x, y, z] = now.angular_momentum;
@@ -158,11 +160,17 @@ impl Bodies {
             center_of_mass_au: length(now.center),
             min_separation_au: now.min_separation,
             force_evaluations: self.trajectory.evaluations,
+            specific_angular_momentum_change_log10: log10_of_change(
+                length(change),
+                self.start.angular_scale,
+            ),
         });
     }
 
     pub(super) fn scenery(&self) -> Scenery {
         let half = self.view_half_width;
+        let bodies = &self.force.gravitational_parameters;
+        let total: f64 = bodies.iter().sum();
         Scenery {
             walls: Vec::new(),
             view: [[-half, -half], [half, half]],
@@ -172,6 +180,10 @@ impl Bodies {
             arrows: true,
             force_range_top: None,
             trail: true,
+            unused_fields: Vec::new(),
+            // The manifest has no names; numbers are those of the rows of the state.
+            names: (0..bodies.len()).map(|body| body.to_string()).collect(),
+            central_particle: bodies.iter().position(|body| *body > 0.5 * total),
         }
     }
 

@@ -102,3 +102,9 @@ fn within_half_a_turn(angle: f64) -> f64 {
         angle
     }
 }
+
+/// log10 of |change| / |reference|, or NaN without a change: a plot then shows drifts of any order of magnitude.
+pub(super) fn log10_of_change(change: f64, reference: f64) -> f64 {
+    let relative = (change / reference).abs();
+    if relative > 0.0 { libm::log10(relative) } else { f64::NAN }
+}

@@ -9,6 +9,7 @@ mod bodies;
 pub mod dormand_prince;
 pub mod elements;
 mod estimates;
+mod guides;
 pub mod integrators;
 pub mod kepler;
 pub mod motion;

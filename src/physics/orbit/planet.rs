@@ -1,7 +1,8 @@
 //! One light body around the Sun: its integration, and its deviation from the exact solution.
 
-use super::elements::Elements;
+use super::elements::{Elements, log10_of_change};
 use super::estimates;
+use super::guides;
 use super::kepler::Kepler;
 use super::motion::{self, FixedSun, State, energy, kinetic_energy, length, potential_energy};
 use super::orbital_plane::OrbitalPlane;
@@ -123,8 +124,11 @@ impl Planet {
 
     pub(super) fn scenery(&self, discretization: &Discretization, duration: f64) -> Scenery {
         let half = estimates::view_half_width(&self.exact, discretization, duration);
+        let mut walls = vec![Wall::Body { center: [0.0, 0.0], radius: DRAWN_SUN_AU }];
+        walls.extend(guides::around_the_sun(self.exact.start(), half));
+        let is_earth = [BARYCENTRIC_START, HELIOCENTRIC_START].contains(&self.exact.start());
         Scenery {
-            walls: vec![Wall::Body { center: [0.0, 0.0], radius: DRAWN_SUN_AU }],
+            walls,
             view: [[-half, -half], [half, half]],
             drawn_radius: DrawnRadius::Fixed(0.02 * (2.0 * half)),
             speed_range_top: 1.5 * length(self.exact.start().velocity),
@@ -132,6 +136,9 @@ impl Planet {
             arrows: true,
             force_range_top: None,
             trail: true,
+            unused_fields: Vec::new(),
+            names: is_earth.then(|| "Earth".to_owned()).into_iter().collect(),
+            central_particle: None,
         }
     }
 
@@ -145,6 +152,7 @@ impl Planet {
             ),
             specific_total_energy_au2_per_day2: total,
             drift_ppm: (total - start) / start.abs() * 1e6,
+            drift_log10: log10_of_change(total - start, start),
         }
     }
 
@@ -184,6 +192,10 @@ impl Planet {
             last_revolution_end_days: path.last_revolution_end.unwrap_or(f64::NAN),
             min_radius_au,
             max_radius_au,
+            specific_angular_momentum_drift_log10: log10_of_change(
+                now.angular_momentum - start.angular_momentum,
+                start.angular_momentum,
+            ),
         }
     }
 

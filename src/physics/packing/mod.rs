@@ -189,12 +189,15 @@ impl Model for Packing {
         Scenery {
             walls: vec![Wall::Rectangle { min, max }],
             view: [min, max],
-            drawn_radius: DrawnRadius::Column,
+            drawn_radius: DrawnRadius::Column { min: self.min_radius() },
             speed_range_top: self.speed_range_top,
             speed_unit: "",
             arrows: self.engine.count() <= MAX_ARROWS,
             force_range_top: None,
             trail: false,
+            unused_fields: Vec::new(),
+            names: Vec::new(),
+            central_particle: None,
         }
     }
 }
@@ -221,6 +224,11 @@ fn initial_rms_speed(config: &PackingConfig, moments: &VelocityMoments) -> f64 {
 }
 
 impl Packing {
+    fn min_radius(&self) -> f64 {
+        let radii = (0..self.engine.count()).map(|disc| self.engine.radius(disc));
+        radii.fold(f64::INFINITY, |least, next| if next < least { next } else { least })
+    }
+
     fn open_window(&mut self) {
         if self.is_at_target
             && let Some(series) = &mut self.series

@@ -178,7 +178,8 @@ impl CollisionStatistics {
 
     /// The message of `/collisions`: counts, and rates over the time since the start.
     pub(super) fn collisions(&self, time: f64) -> PackingCollisions {
-        let rate = |count: f64| if time > 0.0 { count / (self.moments.count * time) } else { 0.0 };
+        let rate =
+            |count: f64| if time > 0.0 { count / (self.moments.count * time) } else { f64::NAN };
         PackingCollisions {
             pair_collisions: self.pairs,
             wall_collisions: self.walls,
@@ -207,11 +208,15 @@ impl CollisionStatistics {
         let virial = self.pair_virial_sum.value();
         let wall_impulse = self.wall_impulse_sum.value();
         let [width, height] = domain.accessible_sides();
-        let over_time = |sum: f64| if time > 0.0 { sum / time } else { 0.0 };
+        let over_time = |sum: f64| if time > 0.0 { sum / time } else { f64::NAN };
         PackingPressure {
             virial: over_time((2.0 * kinetic + virial) / (2.0 * width * height)),
             wall: over_time(wall_impulse / (2.0 * (width + height))),
-            compressibility_factor: if kinetic > 0.0 { 1.0 + 0.5 * virial / kinetic } else { 0.0 },
+            compressibility_factor: if kinetic > 0.0 {
+                1.0 + 0.5 * virial / kinetic
+            } else {
+                f64::NAN
+            },
             kinetic_energy_time_integral: kinetic,
             collision_virial_sum: virial,
             wall_impulse,

@@ -293,6 +293,7 @@ impl Observer for DemRun {
             self.removed.add((time_s, walls.discs_removed as f64));
             if let Some(number) = special_setups::piston(&self.config)
                 && let Some(&force) = walls.mean_force_y_n.get(number)
+                && !force.is_nan()
             {
                 self.piston.add((time_s, force));
             }

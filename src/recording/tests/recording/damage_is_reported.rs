@@ -305,5 +305,5 @@ fn recording_of_schema_1_is_rejected_with_both_versions() {
         .unwrap();
     writer.finish().unwrap();
     let error = Recording::open(&path).unwrap_err().to_string();
-    assert!(error.contains("has schema version 1; this program reads version 2"), "{error}");
+    assert!(error.contains("has schema version 1; this program reads version 3"), "{error}");
 }

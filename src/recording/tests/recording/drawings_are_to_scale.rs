@@ -7,7 +7,7 @@ use foxglove::messages::{CubePrimitive, LinePrimitive, SceneEntity, SceneUpdate}
 use kinetoscope_recording::frame::{ContactLine, Frame};
 use kinetoscope_recording::reader::RecordedFrame;
 use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recorder};
-use kinetoscope_recording::scenery::Wall;
+use kinetoscope_recording::scenery::{DrawnRadius, GuideMeaning, Wall};
 use prost::Message as _;
 use std::f64::consts::TAU;
 use std::num::NonZeroU32;
@@ -99,6 +99,45 @@ fn manifest_limits_the_number_of_drawn_particles() {
     assert_eq!(frames[0].state().unwrap().rows(), 35);
 }
 
+/// Of a dense bed's 2000 contacts, the 500 strongest are drawn, in red, which no disc has.
+#[test]
+fn at_most_500_force_chains_are_drawn() {
+    let mut frame = frame_of(&[[0.0; 5]]);
+    for force in 0..2000 {
+        let (from, to) = ([0.0, 0.0], [0.5, 0.5]);
+        frame.push_contact(ContactLine { from, to, force: f64::from(force * 577 % 2000) / 100.0 });
+    }
+    let frames = recorded(&header(Compression::Zstd), &[frame]);
+    let lines = entity(&frames[0], "/force_chains").lines;
+    assert_eq!(lines.iter().map(|line| line.points.len() / 2).sum::<usize>(), 500);
+    // The strongest force of the sample's scale is 10, so the drawn ones, above 15, have the largest thickness.
+    assert_eq!(lines.len(), 1);
+    let color = lines[0].color.unwrap();
+    assert_eq!((color.r, color.g, color.b), (200.0 / 255.0, 20.0 / 255.0, 20.0 / 255.0));
+}
+
+/// In a view of width 2, the smallest drawn diameter is 0.6 %, or 0.012. Control: larger discs are drawn to scale, and a
+/// recording without them states nothing.
+#[test]
+fn small_discs_are_enlarged_and_the_log_states_this() {
+    let mut header = header(Compression::Zstd);
+    let rows = [[0.0, 0.0, 0.0, 0.0, 0.001], [0.5, 0.0, 0.0, 0.0, 0.0061]];
+    let states = |frames: &[RecordedFrame]| {
+        frames[0]
+            .log_lines()
+            .iter()
+            .any(|line| line.text.contains("at least 0.6 % of the view wide"))
+    };
+    assert!(!states(&recorded(&header, &[frame_of(&rows)])));
+    header.scenery.drawn_radius = DrawnRadius::Column { min: 0.001 };
+    let frames = recorded(&header, &[frame_of(&rows)]);
+    let discs = entity(&frames[0], "/discs").cylinders;
+    let widths: Vec<f64> = discs.iter().map(|disc| disc.size.unwrap().x).collect();
+    assert_eq!(widths, [0.012, 0.0122]);
+    assert!(states(&frames));
+    assert_eq!(frames[0].state().unwrap().value(0, "radius"), Some(0.001));
+}
+
 #[test]
 fn diverged_disc_is_recorded_and_not_drawn() {
     let rows = [[f64::NAN, 0.0, 0.0, 0.0, 0.1], [0.5, 0.0, f64::INFINITY, 0.0, 0.1], [0.0; 5]];
@@ -144,7 +183,8 @@ fn container_and_color_bar_are_written_once() {
     let legend = entity(&frames[0], "/legend");
     assert_eq!(legend.cubes.len(), 40);
     let texts: Vec<&str> = legend.texts.iter().map(|text| text.text.as_str()).collect();
-    assert_eq!(texts, ["0 m/s", "2 m/s"]);
+    assert_eq!(texts, ["speed 0", "2 m/s"]);
+    assert!(legend.texts.iter().all(|text| text.font_size == 16.0 && text.scale_invariant));
     for message in frames[1].messages() {
         assert!(!["/walls", "/legend"].contains(&message.topic()));
     }
@@ -181,6 +221,34 @@ fn color_bar_of_a_flat_box_is_legible() {
     let (first, last) = (place(&legend.cubes[0]), place(&legend.cubes[39]));
     assert!((last.x - first.x - 10.0 * 39.0 / 40.0).abs() < 1e-12);
     assert!(first.y < 0.0);
+}
+
+/// Names are next to the particles, the central one is yellow, and lines for comparison are thin.
+#[test]
+fn names_the_central_body_and_lines_for_comparison_are_drawn() {
+    let mut header = header(Compression::Zstd);
+    header.scenery.names = vec![String::new(), "Earth".to_owned()];
+    header.scenery.central_particle = Some(0);
+    let axes = [[0.5, 0.0], [0.0, 0.25]];
+    header.scenery.walls = vec![
+        Wall::Guide { center: [0.25, 0.0], axes, meaning: GuideMeaning::ExactSolution },
+        Wall::Label { center: [0.0, -0.5], text: "Sun" },
+    ];
+    let frames = recorded(&header, &[frame_of(&[[0.0; 5], [0.5, 0.0, 0.0, 0.0, 0.1]])]);
+    let discs = entity(&frames[0], "/discs");
+    let yellow = discs.cylinders[0].color.unwrap();
+    assert_eq!((yellow.r, yellow.g, yellow.b), (240.0 / 255.0, 200.0 / 255.0, 60.0 / 255.0));
+    assert_ne!(discs.cylinders[1].color, discs.cylinders[0].color);
+    let [name] = &discs.texts[..] else { panic!("{:?}", discs.texts) };
+    assert_eq!(name.text, "Earth");
+    assert!((name.pose.unwrap().position.unwrap().x - 0.55).abs() < 1e-12);
+    let walls = entity(&frames[0], "/walls");
+    assert_eq!(walls.texts[0].text, "Sun");
+    assert_eq!(walls.lines[0].thickness, 1.5);
+    for corner in &walls.lines[0].points {
+        let [x, y] = [(corner.x - 0.25) / 0.5, corner.y / 0.25];
+        assert!((x * x + y * y - 1.0).abs() < 1e-14);
+    }
 }
 
 #[test]

@@ -4,7 +4,8 @@
 
 use kinetoscope_recording::channels::{self, ALL};
 use kinetoscope_recording::layout::{layout_json, template};
-use kinetoscope_recording::recorder::{Compression, Selection};
+use kinetoscope_recording::recorder::{Compression, Header, Selection};
+use kinetoscope_recording::scenery::DrawnRadius;
 use serde_json::Value;
 
 const MODELS: [&str; 4] = ["dem", "gas", "packing", "orbit"];
@@ -97,6 +98,8 @@ fn panels_have_titles_and_plots_share_an_axis() {
                 assert_eq!(panel["sidebarDimension"], 190, "{model}, {id}");
                 assert_eq!(panel["legendDisplay"], "left", "{model}, {id}");
                 assert_eq!(panel["showPlotValuesInLegend"], false, "{model}, {id}");
+                let is_thin = |path: &Value| path["lineSize"] == 1.0;
+                assert!(panel["paths"].as_array().unwrap().iter().all(is_thin), "{model}, {id}");
                 assert_eq!(panel["isSynced"], panel["xAxisVal"] == "timestamp", "{model}, {id}");
                 assert!(!panel["xAxisLabel"].as_str().unwrap().is_empty(), "{model}, {id}");
                 assert!(!panel["yAxisLabel"].as_str().unwrap().is_empty(), "{model}, {id}");
@@ -166,20 +169,60 @@ fn camera_shows_container_and_color_bar() {
     close(&camera["distance"], 0.04928);
     close(&camera["targetOffset"][0], 0.02);
     close(&camera["targetOffset"][1], 0.018);
-    // Orbit: no color bar, a margin of 6 %, and the wider side determines the height.
+    // Orbit: no color bar, a margin of 6 %. The width of 4 determines the height in a panel 1.15 times as wide as high.
     header.model = "orbit";
     header.scenery.view = [[-2.0, -1.0], [2.0, 1.0]];
     let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
     let camera = &layout["configById"]["3D!scene"]["cameraState"];
-    close(&camera["distance"], 4.24);
+    close(&camera["distance"], 4.24 / 1.15);
     close(&camera["targetOffset"][1], 0.0);
-    // A flat box: the color bar needs 0.1 of the length below the box. Width 20, height 22.4; center at (0 + 1 - 2) / 2.
+    // A flat box: the color bar needs 0.1 of the length below the box. A width of 22.4 with
+    // margins, hence a height of 22.4 / 1.15; center at (0 + 1 - 2) / 2.
     header.model = "gas";
     header.scenery.view = [[0.0, 0.0], [20.0, 1.0]];
     let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
     let camera = &layout["configById"]["3D!scene"]["cameraState"];
-    close(&camera["distance"], 22.4);
+    close(&camera["distance"], 22.4 / 1.15);
     close(&camera["targetOffset"][1], -0.5);
+}
+
+/// Control: the template alone names no lines, and a recording with arrows and paths names both.
+#[test]
+fn titles_name_only_recorded_lines_and_unused_fields_have_no_curve() {
+    let mut header = crate::sample::header(Compression::Zstd);
+    let layout =
+        |header: &Header| -> Value { serde_json::from_str(&layout_json(header).unwrap()).unwrap() };
+    let title = |layout: &Value| layout["configById"]["3D!scene"]["lichtblickPanelTitle"].clone();
+    assert_eq!(
+        title(&layout(&header)),
+        "Gas, color = speed; lines = contact forces (red), velocity, path"
+    );
+    header.scenery.arrows = false;
+    header.scenery.force_range_top = None;
+    assert_eq!(title(&layout(&header)), "Gas, color = speed; lines = path");
+    header.scenery.trail = false;
+    assert_eq!(title(&layout(&header)), "Gas, color = speed");
+    let curves = |header: &Header| {
+        let paths = &layout(header)["configById"]["Plot!temperature"]["paths"];
+        paths.as_array().map(Vec::len)
+    };
+    assert_eq!(curves(&header), Some(2));
+    header.scenery.unused_fields = vec!["/temperature.mean_speed_temperature_k"];
+    assert_eq!(curves(&header), Some(1));
+    header.scenery.unused_fields.push("/temperature.mean_square_temperature_k");
+    assert_eq!(curves(&header), None);
+}
+
+/// On 700 px, a view of 2 with its color bar (2.464) shows a disc of diameter 0.02 on 5.7 px and one of 0.03 on 8.5 px.
+#[test]
+fn discs_below_six_pixels_have_no_outlines() {
+    let mut header = crate::sample::header(Compression::Zstd);
+    for (min, outlined) in [(0.01, false), (0.015, true), (1e-6, false)] {
+        header.scenery.drawn_radius = DrawnRadius::Column { min };
+        let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
+        let discs = &layout["configById"]["3D!scene"]["topics"]["/discs"];
+        assert_eq!(discs["showOutlines"], outlined, "{min}");
+    }
 }
 
 #[test]

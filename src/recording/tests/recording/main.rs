@@ -11,6 +11,8 @@ mod sample;
 mod channels_are_frozen;
 // Fields are read without the Rust type of their message.
 mod fields_are_read_by_name;
+// Lines of the start are one message.
+mod log_lines_are_recorded;
 // The same frames give the same bytes, and come back bitwise identical.
 mod recording_is_byte_identical;
 

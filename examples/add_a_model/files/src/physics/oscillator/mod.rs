@@ -114,6 +114,9 @@ impl Model for Oscillator {
             arrows: true,
             force_range_top: None,
             trail: false,
+            unused_fields: Vec::new(),
+            names: Vec::new(),
+            central_particle: None,
         }
     }
 }
