@@ -10,7 +10,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a benchmark may end on an error")]
 
-use kinetoscope_analysis::{input::recording, run};
+use kinetoscope_analysis::{input::recording, run, run::RunOptions};
 use kinetoscope_manifest::parse;
 use kinetoscope_recording::channels::{self, ChannelDeclaration};
 use kinetoscope_recording::frame::{Frame, StateColumn};
@@ -74,7 +74,8 @@ fn speed(work: impl Fn()) -> f64 {
 
 fn analyze(path: &Path, threads: NonZeroUsize) {
     let open = recording::open(path).map_err(|error| error.0).unwrap();
-    let found = run::analyze(&open, Vec::new(), true, &[], threads).map_err(|error| error.0);
+    let options = RunOptions { with_figures: true, ..RunOptions::default() };
+    let found = run::analyze(&open, Vec::new(), options, threads).map_err(|error| error.0);
     assert_eq!(found.unwrap().frames, FRAMES);
 }
 

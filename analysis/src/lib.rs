@@ -16,6 +16,7 @@ pub mod input;
 mod metric;
 mod models;
 mod plot;
+mod replay;
 mod report;
 pub mod run;
 mod statistics;
@@ -31,6 +32,7 @@ pub use run::{RunAnalysis, RunStatus};
 pub use statistics::{Entries, Estimate, MissingError};
 
 use kinetoscope_recording::reader::Recording;
+use run::RunOptions;
 use std::thread::available_parallelism;
 
 /// Reads all frames of a recording and derives its metrics.
@@ -40,5 +42,5 @@ use std::thread::available_parallelism;
 pub fn analyze(recording: &Recording) -> Result<RunAnalysis, UnreadableRecording> {
     let run = input::recording::opened(recording.clone())?;
     let threads = available_parallelism().unwrap_or(std::num::NonZeroUsize::MIN);
-    run::analyze(&run, Vec::new(), false, &[], threads)
+    run::analyze(&run, Vec::new(), RunOptions::default(), threads)
 }

@@ -11,7 +11,7 @@ pub(crate) const STEPS: usize = 64;
 
 /// Colors from rest to the top speed, equally far apart in Oklab (B. Ottosson, A perceptual color space for image
 /// processing, 2020): its lightness goes from 0.55 to 0.91, its hue from 260 to 100 degrees.
-const STOPS: [[u8; 3]; 9] = [
+pub(crate) const STOPS: [[u8; 3]; 9] = [
     [0x39, 0x6f, 0xc8],
     [0x23, 0x87, 0xc7],
     [0x1b, 0x9d, 0xc1],

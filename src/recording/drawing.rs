@@ -1,11 +1,15 @@
 //! A drawing decoded from a recording: the contents of its scenes in top view.
 
+use crate::color;
 use foxglove::messages::{Color, Pose, SceneUpdate, line_primitive};
 use prost::Message;
 use serde::{Deserialize, Serialize};
 
 /// Red, green, blue.
 pub type Rgb = [u8; 3];
+
+/// Colors of discs from rest to the top speed, in equal steps.
+pub const SPEED_COLORS: [Rgb; 9] = color::STOPS;
 
 /// What a scene shows. Lengths are in the state's unit, widths of lines in pixels of the viewer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

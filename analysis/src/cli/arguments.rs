@@ -65,6 +65,12 @@ pub struct AnalyzeArguments {
     /// Draw the state at these times as well, in the model's unit, in addition to start and end
     #[arg(long, value_name = "TIME,…", value_delimiter = ',', value_parser = finite, help_heading = "Output")]
     pub(super) snapshots_at: Vec<f64>,
+    /// Maximum size of all replays in report.html, MB; of longer runs, fewer frames are shown
+    #[arg(long, value_name = "MB", default_value = "3", value_parser = megabytes, help_heading = "Output")]
+    pub(super) replay_budget: usize,
+    /// Write report.html without replays
+    #[arg(long, conflicts_with = "replay_budget", help_heading = "Output")]
+    pub(super) no_replay: bool,
     /// Write the frames in the formats of other programs as well, to the folder `export` of the results
     #[arg(long, value_name = "FORMAT,…", value_delimiter = ',', help_heading = "Output")]
     pub(super) export: Vec<ExportFormat>,
@@ -80,6 +86,23 @@ pub struct AnalyzeArguments {
     pub(super) json: bool,
     #[arg(skip)]
     pub(super) standard_output: StandardOutput,
+}
+
+/// Size of the replays of a page unless `--replay-budget` gives another, bytes.
+pub(super) const REPLAY_BYTES: usize = 3_000_000;
+
+impl AnalyzeArguments {
+    /// Maximum size of the replays of a page; `None` for a page without.
+    pub(super) fn replay_bytes(&self) -> Option<usize> {
+        (!self.no_replay).then_some(self.replay_budget)
+    }
+}
+
+/// A number of megabytes from 0.01 to 100, in bytes.
+fn megabytes(text: &str) -> Result<usize, String> {
+    let number = text.trim().parse().ok().filter(|number| (0.01..=100.0).contains(number));
+    let bytes = number.map(|number: f64| (number * 1e6).round() as usize);
+    bytes.ok_or_else(|| "must be a number from 0.01 to 100".to_owned())
 }
 
 /// A finite number.

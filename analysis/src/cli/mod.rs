@@ -93,7 +93,11 @@ fn concluded(
 /// The reasons why not all recordings were analyzed.
 pub fn cache(recordings: &[PathBuf]) -> Result<(), String> {
     let sources = input::sources(recordings).map_err(|error| error.reason)?;
-    let errors = fill_caches(sources, &[], false);
+    let errors = fill_caches(sources, |folder| AnalysisOptions {
+        cache: AnalysisCache::in_folder(folder),
+        replay_bytes: Some(arguments::REPLAY_BYTES),
+        ..AnalysisOptions::default()
+    });
     if errors.is_empty() { Ok(()) } else { Err(errors.join("; ")) }
 }
 
@@ -122,7 +126,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
         }
     }
     if arguments.cache_only {
-        let errors = fill_caches(sources, &arguments.snapshots_at, arguments.no_cache);
+        let errors = fill_caches(sources, |folder| analysis_options(arguments, folder));
         errors.iter().for_each(|error| complain(&format!("error: {error}"), false));
         let exit = if errors.is_empty() { AnalysisExit::Done } else { AnalysisExit::Unreadable };
         return Ok(exit);
@@ -139,9 +143,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
         let options = AnalysisOptions {
             checks: checks.clone(),
             checks_file: arguments.checks.as_ref().map(|path| path.display().to_string()),
-            snapshots_at: arguments.snapshots_at.clone(),
-            cache: AnalysisCache::in_folder(&folder),
-            fresh: arguments.no_cache,
+            ..analysis_options(arguments, &folder)
         };
         let mut report = analyze(&mut source, &options);
         if let Some(at) = baselines.iter().position(|old| old.experiment() == report.name) {
@@ -172,6 +174,18 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
     Ok(exit)
 }
 
+/// The options of an analysis with results in a folder, without further checks.
+fn analysis_options(arguments: &AnalyzeArguments, folder: &Path) -> AnalysisOptions {
+    AnalysisOptions {
+        checks: Vec::new(),
+        checks_file: None,
+        snapshots_at: arguments.snapshots_at.clone(),
+        cache: AnalysisCache::in_folder(folder),
+        fresh: arguments.no_cache,
+        replay_bytes: arguments.replay_bytes(),
+    }
+}
+
 /// Metrics and checks of all experiments, as one JSON document.
 fn json(reports: &[(PathBuf, AnalysisReport)], exit: AnalysisExit) -> String {
     let experiments = reports.iter().map(|(folder, report)| {
@@ -192,16 +206,13 @@ fn json(reports: &[(PathBuf, AnalysisReport)], exit: AnalysisExit) -> String {
 }
 
 /// Fills the caches of the folders; returns the reasons why recordings could not be read.
-fn fill_caches(sources: Vec<RecordingFolder>, snapshots_at: &[f64], no_cache: bool) -> Vec<String> {
+fn fill_caches(
+    sources: Vec<RecordingFolder>,
+    options: impl Fn(&Path) -> AnalysisOptions,
+) -> Vec<String> {
     let mut errors = Vec::new();
     for mut source in sources {
-        let options = AnalysisOptions {
-            checks: Vec::new(),
-            checks_file: None,
-            snapshots_at: snapshots_at.to_vec(),
-            cache: AnalysisCache::in_folder(&source.folder),
-            fresh: no_cache,
-        };
+        let options = options(&source.folder);
         errors.append(&mut report::fill_cache(&mut source, &options));
     }
     errors

@@ -5,6 +5,7 @@
 use crate::metric::{Definition, Measurements};
 use crate::models::figures::Figures;
 use kinetoscope_manifest::model::ModelConfig;
+use kinetoscope_recording::drawing::Shape;
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::RecordedFrame;
 
@@ -44,13 +45,17 @@ pub(crate) struct ModelAnalysis {
     pub(crate) trade_offs: &'static [TradeOff],
 }
 
-/// Size of a model's particles and of their container, in the model's length unit.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// Size and shape of a model's particles and of their container, in the model's length unit.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Extent {
     /// Radius of particles without a radius in the state; 0 for points.
     pub(crate) radius: f64,
     /// Lower left and upper right corner of the container; `None` without walls.
     pub(crate) bounds: Option<[[f64; 2]; 2]>,
+    /// The container and the walls at rest, drawn where no walls were recorded.
+    pub(crate) walls: Vec<Shape>,
+    /// Whether a replay draws the path of each particle.
+    pub(crate) has_trails: bool,
 }
 
 /// A fit of a metric along an axis of a sweep.

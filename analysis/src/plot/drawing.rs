@@ -79,6 +79,17 @@ impl Drawing {
     }
 }
 
+/// The segments of all lines.
+pub(crate) fn segments_of(shapes: &[Shape]) -> impl Iterator<Item = [[f64; 2]; 2]> + '_ {
+    shapes
+        .iter()
+        .flat_map(|shape| match shape {
+            Shape::Segments { segments, .. } => segments.as_slice(),
+            _ => &[],
+        })
+        .copied()
+}
+
 /// The outline of a rectangle between two corners.
 pub(crate) fn rectangle([low, high]: [[f64; 2]; 2]) -> Shape {
     let corners = [low, [high[0], low[1]], high, [low[0], high[1]], low];

@@ -1,12 +1,14 @@
 //! `report.html`: one self-contained file for a wide screen, a phone and paper, in light or dark.
 //!
-//! Text is escaped by the type [`Markup`], and control and bidirectional characters in the whole page; only the style sheet and the SVG documents are inserted as they are.
+//! Text is escaped by the type [`Markup`], and control and bidirectional characters in the whole page; only the style sheet, the script, the SVG documents
+//! and the data of replays in base64 are inserted as they are.
 
 use crate::checks::CheckKind;
 use crate::checks::baseline::BaselineComparison;
 use crate::input::coordinates::label;
 use crate::metric::{Definition, Law, Metric, symbols};
 use crate::report::AnalysisReport;
+use crate::report::replay_section;
 use crate::report::table::{
     deviation_text, reasons, six_digits, theory_text, value_text, with_error,
 };
@@ -16,6 +18,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::collections::BTreeSet;
 
 const STYLE_SHEET: &str = include_str!("report.css");
+const SCRIPT: &str = include_str!("report.js");
 
 /// The page. `plots` are titles and SVG documents, in order.
 pub(crate) fn page(report: &AnalysisReport, plots: &[(&str, String)]) -> String {
@@ -32,6 +35,7 @@ pub(crate) fn page(report: &AnalysisReport, plots: &[(&str, String)]) -> String 
             body {
                 main {
                     (heading(report))
+                    (replay_section::section(report))
                     (remarks("Unreadable", "bad", &report.unreadable))
                     (remarks("Notes", "", &report.notes))
                     @if report.headline().is_some() {
@@ -45,6 +49,7 @@ pub(crate) fn page(report: &AnalysisReport, plots: &[(&str, String)]) -> String 
                     (definitions(report))
                     (manifest(report))
                 }
+                script { (PreEscaped(SCRIPT)) }
             }
         }
     };

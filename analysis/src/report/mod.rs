@@ -6,6 +6,7 @@ pub(crate) mod html;
 pub(crate) mod metric_files;
 pub(crate) mod metric_table;
 mod metrics_reference;
+mod replay_section;
 pub(crate) mod table;
 mod text;
 
@@ -23,7 +24,7 @@ use crate::models::figures::Figures;
 use crate::plot::Plot;
 use crate::report::table::six_digits;
 use crate::run::cache::AnalysisCache;
-use crate::run::{self, RunAnalysis, RunStatus};
+use crate::run::{self, RunAnalysis, RunOptions, RunStatus};
 use crate::sweep;
 use kinetoscope_manifest::{
     BaselineTolerance, Check, Coordinate, ExpectedOutcome, ExperimentRecord, TimingTable,
@@ -83,13 +84,16 @@ pub(crate) struct AnalysisOptions {
     pub(crate) cache: Option<AnalysisCache>,
     /// Whether all recordings are read, including cached ones.
     pub(crate) fresh: bool,
+    /// Maximum size of all replays of a page, bytes; `None` for no replays.
+    pub(crate) replay_bytes: Option<usize>,
 }
 
 /// One recording to be analyzed.
 struct AnalysisTask {
     run: OpenRun,
     coordinates: Vec<Coordinate>,
-    with_figures: bool,
+    /// Whether the run is plotted and, if the page has replays, replayed.
+    is_drawn: bool,
 }
 
 impl AnalysisTask {
@@ -97,41 +101,49 @@ impl AnalysisTask {
     fn analyze(
         &self,
         options: &AnalysisOptions,
+        replay_bytes: Option<usize>,
         threads: NonZeroUsize,
     ) -> Result<RunAnalysis, UnreadableRecording> {
-        let Self { run, coordinates, with_figures } = self;
-        let (figures, snapshots_at) = (*with_figures, &options.snapshots_at);
+        let Self { run, coordinates, is_drawn } = self;
+        let run_options = RunOptions {
+            with_figures: *is_drawn,
+            snapshots_at: &options.snapshots_at,
+            replay_bytes: replay_bytes.filter(|_| *is_drawn),
+        };
         let cached = options
             .cache
             .as_ref()
             .filter(|_| !options.fresh)
-            .and_then(|cache| cache.load(run, coordinates, figures, snapshots_at));
+            .and_then(|cache| cache.load(run, coordinates, run_options));
         if let Some(found) = cached {
             return Ok(found);
         }
         let found = run::catch_defect(run.recording().path(), || {
-            run::analyze(run, coordinates.clone(), figures, snapshots_at, threads)
+            run::analyze(run, coordinates.clone(), run_options, threads)
         })?;
         if let Some(cache) = &options.cache {
-            cache.store(run, &found, figures, snapshots_at);
+            cache.store(run, &found, run_options);
         }
         Ok(found)
     }
 }
 
-/// Analyzes all recordings in parallel on all CPUs; results are in the order of the tasks.
+/// Analyzes all recordings in parallel on all CPUs; results are in the order of the tasks. The replays of `replayed` runs share the
+/// page's budget.
 fn analyze_all(
     tasks: &[AnalysisTask],
+    replayed: usize,
     options: &AnalysisOptions,
 ) -> Vec<(Result<RunAnalysis, UnreadableRecording>, f64)> {
     let cores = available_parallelism().unwrap_or(NonZeroUsize::MIN);
     let threads = NonZeroUsize::new(cores.get() / tasks.len().clamp(1, cores.get()));
     let threads = threads.unwrap_or(NonZeroUsize::MIN);
+    let replay_bytes = options.replay_bytes.map(|bytes| (bytes / replayed.max(1)).max(1));
     // One task at a time per thread, because recordings differ in length.
     let tasks = tasks.par_iter().with_max_len(1);
     let timed = tasks.map(|task| {
         let started = Instant::now();
-        let result = task.analyze(options, threads);
+        let result = task.analyze(options, replay_bytes, threads);
         (result, started.elapsed().as_secs_f64())
     });
     timed.collect()
@@ -145,11 +157,13 @@ pub(crate) fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions
         .open()
         .into_iter()
         .map(|(run, coordinates)| {
-            let with_figures = drawn.as_ref().is_none_or(|drawn| drawn.contains(&run.file));
-            AnalysisTask { run, coordinates, with_figures }
+            let is_drawn = drawn.as_ref().is_none_or(|drawn| drawn.contains(&run.file));
+            AnalysisTask { run, coordinates, is_drawn }
         })
         .collect();
-    let results = analyze_all(&tasks, options).into_iter();
+    let replayed = drawn.map_or(tasks.len(), |drawn| drawn.len());
+    let replayed = replayed.min(sweep::figures::MAX_CURVES);
+    let results = analyze_all(&tasks, replayed, options).into_iter();
     let unread = results.filter_map(|(result, _)| result.err().map(|UnreadableRecording(why)| why));
     source.unreadable.drain(..).chain(unread).collect()
 }
@@ -176,18 +190,18 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
         .into_iter()
         .map(|(run, coordinates)| {
             // One run per point is drawn, up to the number of curves in a chart, because plots take most of the memory.
-            let with_figures =
+            let is_drawn =
                 drawn.len() < sweep::figures::MAX_CURVES && !drawn.contains(&coordinates);
-            if with_figures {
+            if is_drawn {
                 drawn.push(coordinates.clone());
             }
-            AnalysisTask { run, coordinates, with_figures }
+            AnalysisTask { run, coordinates, is_drawn }
         })
         .collect();
     let mut runs: Vec<RunAnalysis> = Vec::new();
     let (mut notes, mut unreadable) = (source.notes.clone(), source.unreadable.clone());
     let mut seconds = Vec::new();
-    for (result, took) in analyze_all(&tasks, options) {
+    for (result, took) in analyze_all(&tasks, drawn.len(), options) {
         match result {
             Ok(run) => {
                 runs.push(run);

@@ -4,7 +4,8 @@ use crate::input::recording::OpenRun;
 use crate::metric::{Definition, Measurement, Theory};
 use crate::models::figures::Figures;
 use crate::models::metrics_of;
-use crate::run::{RunAnalysis, RunStatus};
+use crate::replay::Replay;
+use crate::run::{RunAnalysis, RunOptions, RunStatus};
 use crate::statistics::Estimate;
 use crate::write_file;
 use kinetoscope_manifest::Coordinate;
@@ -53,6 +54,9 @@ struct CachedAnalysis {
     measurements: Vec<CachedMeasurement>,
     /// `None` if no plots were requested.
     figures: Option<Figures>,
+    /// Maximum size of the replay, bytes; `None` if no replay was requested.
+    replay_bytes: Option<usize>,
+    replay: Option<Replay>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -98,13 +102,14 @@ impl AnalysisCache {
         &self,
         run: &OpenRun,
         coordinates: &[Coordinate],
-        with_figures: bool,
-        snapshots_at: &[f64],
+        options: RunOptions<'_>,
     ) -> Option<RunAnalysis> {
+        let RunOptions { with_figures, snapshots_at, replay_bytes } = options;
         let identity = self.identity(run, snapshots_at)?;
         let bytes = read(&self.path(&run.file), MAX_SIDE_FILE_BYTES).ok()?;
         let cached: CachedAnalysis = postcard::from_bytes(&bytes).ok()?;
-        if cached.identity != identity || with_figures && cached.figures.is_none() {
+        let lacks_replay = replay_bytes.is_some() && cached.replay_bytes != replay_bytes;
+        if cached.identity != identity || with_figures && cached.figures.is_none() || lacks_replay {
             return None;
         }
         let numbers = cached.measurements.into_iter();
@@ -122,23 +127,18 @@ impl AnalysisCache {
                 .map(|number| measurement(model, &number))
                 .collect::<Option<_>>()?,
             figures: cached.figures.filter(|_| with_figures).unwrap_or_default(),
+            replay: cached.replay.filter(|_| replay_bytes.is_some()),
         })
     }
 
     /// Stores the analysis of a finished run. If it cannot be written, the next analysis reads the recording.
-    pub(crate) fn store(
-        &self,
-        run: &OpenRun,
-        found: &RunAnalysis,
-        with_figures: bool,
-        snapshots_at: &[f64],
-    ) {
+    pub(crate) fn store(&self, run: &OpenRun, found: &RunAnalysis, options: RunOptions<'_>) {
         let fault = match &found.ending {
             RunStatus::Complete => None,
             RunStatus::Fault(what) => Some(what.clone()),
             RunStatus::Unfinished | RunStatus::Damaged(_) => return,
         };
-        let Some(identity) = self.identity(run, snapshots_at) else { return };
+        let Some(identity) = self.identity(run, options.snapshots_at) else { return };
         let cached = CachedAnalysis {
             identity,
             frames: found.frames,
@@ -146,7 +146,9 @@ impl AnalysisCache {
             time_unit: found.time_unit.clone(),
             fault,
             measurements: found.measurements.iter().map(number).collect(),
-            figures: with_figures.then(|| found.figures.clone()),
+            figures: options.with_figures.then(|| found.figures.clone()),
+            replay_bytes: options.replay_bytes,
+            replay: found.replay.clone(),
         };
         if let Ok(bytes) = postcard::to_stdvec(&cached) {
             let path = self.path(&run.file);

@@ -7,6 +7,7 @@ use crate::input::recording::{OpenRun, is_partial};
 use crate::metric::{Measurement, Measurements, Metric, MetricScope, RunOrigin, RunScope};
 use crate::models;
 use crate::models::figures::Figures;
+use crate::replay::{Replay, ReplayCollector};
 use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_manifest::{Coordinate, RunManifest};
 use kinetoscope_recording::error::{ReadError, ReadFault};
@@ -49,6 +50,17 @@ impl RunStatus {
     }
 }
 
+/// What the analysis of a recording derives in addition to metrics.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RunOptions<'a> {
+    /// Whether the run is plotted.
+    pub with_figures: bool,
+    /// Times of snapshots in addition to start and end, in the model's unit.
+    pub snapshots_at: &'a [f64],
+    /// Maximum size of the run's replay in the page, bytes; `None` for no replay.
+    pub replay_bytes: Option<usize>,
+}
+
 /// Metrics and plots of one recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunAnalysis {
@@ -72,6 +84,8 @@ pub struct RunAnalysis {
     pub measurements: Vec<Measurement>,
     /// The plots, if requested.
     pub(crate) figures: Figures,
+    /// The replay, if requested.
+    pub(crate) replay: Option<Replay>,
 }
 
 impl RunAnalysis {
@@ -112,22 +126,26 @@ impl RunAnalysis {
 }
 
 /// Reads all frames of a recording in order; `threads` is the number of threads that decompress chunks. The memory is
-/// bounded for any file size: that of `Frames`, three frames, and some megabytes for series and snapshots.
+/// bounded for any file size: that of `Frames`, three frames, some megabytes for series and snapshots, and twelve times the maximum
+/// size of the replay.
 ///
 /// # Errors
 /// A recording without a readable frame.
 pub fn analyze(
     run: &OpenRun,
     coordinates: Vec<Coordinate>,
-    with_figures: bool,
-    snapshots_at: &[f64],
+    options: RunOptions<'_>,
     threads: NonZeroUsize,
 ) -> Result<RunAnalysis, UnreadableRecording> {
-    let mut observer = models::observer(&run.manifest.model, snapshots_at);
+    let mut observer = models::observer(&run.manifest.model, options.snapshots_at);
+    let mut replay = options.replay_bytes.map(|bytes| ReplayCollector::new(bytes, run));
     let (mut frames, mut end_time, mut failure) = (0, 0.0, None);
     for frame in run.recording().frames_on(threads).map_err(UnreadableRecording::new)? {
         let observed = frame.and_then(|frame| {
             let time = frame.clock.time;
+            if let Some(replay) = &mut replay {
+                replay.observe(&frame);
+            }
             observer.observe(frame).map(|()| time)
         });
         match observed {
@@ -162,7 +180,8 @@ pub fn analyze(
         time_unit: run.recording().provenance().time_unit.clone(),
         ending,
         measurements: measurements.0,
-        figures: if with_figures { observer.figures() } else { Figures::default() },
+        replay: replay.map(ReplayCollector::finish),
+        figures: if options.with_figures { observer.figures() } else { Figures::default() },
         file: run.file.clone(),
         manifest: run.manifest.clone(),
         origin: run.origin(),

@@ -92,6 +92,13 @@ addEventListener("load", () => {
 
 /// The title of a page after the probe, and the console of the browser, at a given width.
 fn open_page(page: &Path, width: u32, dark: bool) -> (String, String) {
+    let (dom, console) = dumped(page, width, dark);
+    let title = dom.split("<title>").nth(1).and_then(|rest| rest.split("</title>").next());
+    (title.unwrap_or_default().to_owned(), console)
+}
+
+/// The document of a page after its scripts, and the console of the browser.
+pub(crate) fn dumped(page: &Path, width: u32, dark: bool) -> (String, String) {
     let mut chromium = Command::new("chromium");
     chromium.args(["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr"]);
     if dark {
@@ -99,15 +106,16 @@ fn open_page(page: &Path, width: u32, dark: bool) -> (String, String) {
     }
     let output = chromium
         .arg(format!("--window-size={width},2000"))
+        .args(["--disable-quic", "--no-first-run", "--disable-background-networking"])
+        .args(["--disable-component-update", "--disable-sync", "--virtual-time-budget=10000"])
         .arg("--dump-dom")
         .arg(format!("file://{}", page.display()))
         .output()
         .expect("chromium must be installed");
     let dom = String::from_utf8_lossy(&output.stdout).into_owned();
-    let title = dom.split("<title>").nth(1).and_then(|rest| rest.split("</title>").next());
     let log = String::from_utf8_lossy(&output.stderr);
     let console: Vec<&str> = log.lines().filter(|line| line.contains("CONSOLE")).collect();
-    (title.unwrap_or_default().to_owned(), console.join("\n"))
+    (dom, console.join("\n"))
 }
 
 fn check_page(page: &Path) -> Result<(), String> {

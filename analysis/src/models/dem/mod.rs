@@ -13,7 +13,8 @@ mod sweep;
 
 use crate::models::contract::{Extent, ModelAnalysis, PlottedObserver};
 use crate::models::snapshots::Snapshots;
-use kinetoscope_manifest::model::DemConfig;
+use crate::plot::drawing;
+use kinetoscope_manifest::model::{DemConfig, DemWallShape};
 use observe::DemRun;
 
 /// The analysis of DEM runs.
@@ -32,10 +33,22 @@ pub(super) fn observer(config: DemConfig, snapshots: Snapshots) -> Box<dyn Plott
     Box::new(DemRun::new(config, snapshots))
 }
 
-/// Size of the discs and of their box.
+/// Size of the discs, and their box with its walls at rest.
 pub(super) fn extent(config: &DemConfig) -> Extent {
+    let bounds = [[0.0; 2], [config.width_m.get(), config.height_m.get()]];
+    let at_rest = config.walls.iter().filter(|wall| wall.is_at_rest());
+    let inner = at_rest.map(|wall| match wall.shape {
+        DemWallShape::Segment { from_m, to_m } => {
+            drawing::wall(vec![[from_m, to_m].map(|end| end.map(|coordinate| coordinate.get()))])
+        }
+        DemWallShape::Drum { center_m, radius_m, .. } => {
+            drawing::circle(center_m.map(|coordinate| coordinate.get()), radius_m.get())
+        }
+    });
     Extent {
         radius: config.radius_m.mean(),
-        bounds: Some([[0.0, 0.0], [config.width_m.get(), config.height_m.get()]]),
+        bounds: Some(bounds),
+        walls: [drawing::rectangle(bounds)].into_iter().chain(inner).collect(),
+        has_trails: false,
     }
 }

@@ -9,13 +9,12 @@ use super::special_setups;
 use super::stress::{self, StressProfile};
 use crate::metric::Measurements;
 use crate::metric::theory::ExpectedValue;
-use crate::models::contract::Observer;
+use crate::models::contract::{Extent, Observer};
 use crate::models::flow_statistics::FlowStatistics;
 use crate::models::series::Series;
 use crate::models::snapshots::{Snapshots, StateStyle};
 use crate::models::{max_or_nan, relative_change};
-use crate::plot::drawing;
-use kinetoscope_manifest::model::{DemConfig, DemWallShape, PeriodicSides};
+use kinetoscope_manifest::model::{DemConfig, PeriodicSides};
 use kinetoscope_recording::channels::{
     DemContactForces, DemContactStatistics, DemEnergy, DemTemperature, DemWalls,
 };
@@ -68,11 +67,12 @@ impl DemRun {
         let [across, along] = config.gravity_m_per_s2.map(|component| component.get());
         let is_alone = config.discs.get() == 1 && config.insertion.is_none();
         let drop = is_alone && across == 0.0 && along < 0.0;
+        let Extent { walls, radius, .. } = super::extent(&config);
         let sag = config.mass_kg.get() * -along / config.stiffness_n_per_m.get();
         Self {
             rebounds: drop.then(|| Rebounds::new(-along, sag)),
             stress: StressProfile::new(&config),
-            snapshots: snapshots.with_style(state_style(&config)),
+            snapshots: snapshots.with_style(StateStyle { walls, radius }),
             config,
             ..Self::default()
         }
@@ -342,20 +342,4 @@ impl Observer for DemRun {
         self.measure_stress(found);
         self.measure_special_setups(found);
     }
-}
-
-/// How states without scenes are drawn: in the box with its walls at rest.
-fn state_style(config: &DemConfig) -> StateStyle {
-    let outline = [[0.0; 2], [config.width_m.get(), config.height_m.get()]];
-    let at_rest = config.walls.iter().filter(|wall| wall.is_at_rest());
-    let inner = at_rest.map(|wall| match wall.shape {
-        DemWallShape::Segment { from_m, to_m } => {
-            drawing::wall(vec![[from_m, to_m].map(|end| end.map(|coordinate| coordinate.get()))])
-        }
-        DemWallShape::Drum { center_m, radius_m, .. } => {
-            drawing::circle(center_m.map(|coordinate| coordinate.get()), radius_m.get())
-        }
-    });
-    let walls = [drawing::rectangle(outline)].into_iter().chain(inner).collect();
-    StateStyle { walls, radius: config.radius_m.mean() }
 }

@@ -13,6 +13,7 @@ mod wall_collisions;
 
 use crate::models::contract::{Extent, ModelAnalysis, PlottedObserver};
 use crate::models::snapshots::Snapshots;
+use crate::plot::drawing;
 use kinetoscope_manifest::model::GasConfig;
 use observe::GasRun;
 
@@ -36,5 +37,10 @@ pub(super) fn observer(config: GasConfig, snapshots: Snapshots) -> Box<dyn Plott
 pub(super) fn extent(config: &GasConfig) -> Extent {
     let (center, radius) = (config.center_m.map(|part| part.get()), config.radius_m.get());
     let bounds = [center.map(|c| c - radius), center.map(|c| c + radius)];
-    Extent { radius: 0.0, bounds: Some(bounds) }
+    Extent {
+        radius: config.disc_radius_m.map_or(0.0, |radius| radius.get()),
+        bounds: Some(bounds),
+        walls: vec![drawing::circle(center, radius)],
+        has_trails: false,
+    }
 }

@@ -13,7 +13,6 @@ use crate::models::contract::Observer;
 use crate::models::series::Series;
 use crate::models::snapshots::{Snapshots, StateStyle};
 use crate::models::{max_or_nan, relative_change};
-use crate::plot::drawing;
 use crate::statistics::{Estimate, mean};
 use kinetoscope_manifest::model::{GasConfig, PositionDistribution, SpeedScale};
 use kinetoscope_recording::channels::{
@@ -67,7 +66,7 @@ impl GasRun {
     /// Creates an observer without frames.
     pub(super) fn new(config: GasConfig, snapshots: Snapshots) -> Self {
         let radius = config.radius_m.get();
-        let walls = vec![drawing::circle(config.center_m.map(|part| part.get()), radius)];
+        let walls = super::extent(&config).walls;
         let particle =
             config.disc_radius_m.map_or(POINT_OVER_CONTAINER * radius, |disc| disc.get());
         Self {

@@ -35,5 +35,5 @@ pub(super) fn observer(config: OrbitConfig, _: Snapshots) -> Box<dyn PlottedObse
 
 /// Points without walls.
 pub(super) fn extent(_: &OrbitConfig) -> Extent {
-    Extent::default()
+    Extent { has_trails: true, ..Extent::default() }
 }

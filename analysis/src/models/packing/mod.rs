@@ -11,6 +11,7 @@ mod sweep;
 
 use crate::models::contract::{Extent, ModelAnalysis, PlottedObserver};
 use crate::models::snapshots::Snapshots;
+use crate::plot::drawing;
 use kinetoscope_manifest::model::PackingConfig;
 use observe::PackingRun;
 
@@ -33,5 +34,7 @@ pub(super) fn observer(config: PackingConfig, snapshots: Snapshots) -> Box<dyn P
 /// Size of the discs and of their box.
 pub(super) fn extent(config: &PackingConfig) -> Extent {
     let half = [config.width.get() / 2.0, config.height.get() / 2.0];
-    Extent { radius: config.radius.get(), bounds: Some([half.map(|side| -side), half]) }
+    let bounds = [half.map(|side| -side), half];
+    let walls = vec![drawing::rectangle(bounds)];
+    Extent { radius: config.radius.get(), bounds: Some(bounds), walls, has_trails: false }
 }

@@ -7,13 +7,12 @@ use super::metrics as metric;
 use super::structure::Structure;
 use crate::metric::theory::{Expected, ExpectedValue};
 use crate::metric::{Law, Measurements};
-use crate::models::contract::Observer;
+use crate::models::contract::{Extent, Observer};
 use crate::models::flow_statistics::FlowStatistics;
 use crate::models::hard_discs::DiscSizes;
 use crate::models::relative_change;
 use crate::models::series::Series;
 use crate::models::snapshots::{Snapshots, StateStyle};
-use crate::plot::drawing;
 use crate::statistics::{Blocking, Entries, Estimate, MissingError, Sum, mean};
 use kinetoscope_manifest::model::{Boundary, PackingConfig, PackingPlacement};
 use kinetoscope_recording::channels::{
@@ -92,12 +91,10 @@ impl PackingRun {
         let sides = [config.width.get(), config.height.get()];
         let periodic = config.boundary == Boundary::Periodic;
         let structure = Structure::new(config.radius.get(), sides, periodic);
-        let half = sides.map(|side| side / 2.0);
-        let walls = vec![drawing::rectangle([half.map(|side| -side), half])];
-        let style = StateStyle { walls, radius: config.radius.get() };
+        let Extent { walls, radius, .. } = super::extent(&config);
         Self {
             config,
-            snapshots: snapshots.with_style(style),
+            snapshots: snapshots.with_style(StateStyle { walls, radius }),
             structure,
             displacement: Displacement::new(periodic.then_some(sides)),
             a2_by_collisions: Blocking::of(Entries::Collisions),

@@ -1,0 +1,496 @@
+//! Collects evenly spaced frames of a run in bounded memory, and makes the replay of them.
+
+use super::encoding::{
+    ABSENT, ABSENT_SPEED, LARGEST, LARGEST_SPEED, append_series, append_speeds, best_order,
+    deflated, quantized,
+};
+use super::view::View;
+use super::{Film, Replay, base64_bytes};
+use crate::input::recording::OpenRun;
+use crate::models;
+use crate::models::contract::Extent;
+use crate::plot::drawing::segments_of;
+use kinetoscope_manifest::record::RecordInterval;
+use kinetoscope_recording::channels::WALLS;
+use kinetoscope_recording::drawing::{Shape, read_shapes};
+use kinetoscope_recording::reader::{RecordedFrame, StateTable};
+use std::sync::Arc;
+
+/// Maximum number of particles in a replay; a browser draws this many in a few milliseconds.
+const MAX_PARTICLES: usize = 10_000;
+/// Number of frames below which particles are left out rather than more frames.
+const MIN_FRAMES: usize = 60;
+/// Bytes per particle and frame that the collector counts on; the encoding of most runs takes one to three.
+const MIN_BYTES_PER_POINT: usize = 1;
+/// Fraction of the particles of a frame that are not faster than its typical top speed.
+const TOP_FRACTION: f64 = 0.99;
+
+/// A particle of a frame.
+#[derive(Clone, Copy, Debug)]
+struct Point {
+    x: f32,
+    y: f32,
+    speed: f32,
+    radius: f32,
+}
+
+impl Point {
+    /// A particle that the frame does not have; the radius of others is a number.
+    const ABSENT: Self = Self { x: f32::NAN, y: f32::NAN, speed: f32::NAN, radius: f32::NAN };
+
+    fn disc(&self) -> [f64; 3] {
+        [self.x, self.y, self.radius].map(f64::from)
+    }
+}
+
+/// A frame as a replay shows it.
+#[derive(Clone, Debug)]
+struct Still {
+    number: u64,
+    time: f64,
+    points: Vec<Point>,
+    walls: Arc<Walls>,
+}
+
+/// The walls of a frame: the two ends of each segment, and bodies at rest.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Walls {
+    ends: Vec<[f64; 2]>,
+    bodies: Vec<[f64; 3]>,
+}
+
+impl Walls {
+    fn of(shapes: &[Shape]) -> Self {
+        let bodies = shapes.iter().filter_map(|shape| match shape {
+            Shape::Disc { center: [x, y], radius, .. } => Some([*x, *y, *radius]),
+            _ => None,
+        });
+        Self { ends: segments_of(shapes).flatten().collect(), bodies: bodies.collect() }
+    }
+}
+
+/// The columns of the state that a replay shows.
+#[derive(Clone, Debug)]
+struct Columns {
+    position: [usize; 2],
+    velocity: Vec<usize>,
+    radius: Option<usize>,
+    id: Option<usize>,
+}
+
+impl Columns {
+    fn of(state: &StateTable) -> Option<Self> {
+        let index = |name: &str| state.index(name);
+        Some(Self {
+            position: [index("x")?, index("y")?],
+            velocity: ["vx", "vy", "vz"].into_iter().filter_map(index).collect(),
+            radius: index("radius"),
+            id: index("id"),
+        })
+    }
+
+    /// The particle's number: its id, or else its row.
+    fn number(&self, row: usize, values: &[f64]) -> u64 {
+        let id = self.id.map(|column| values[column]);
+        let is_number = |id: &f64| *id >= 0.0 && *id < f64::from(u32::MAX) && id.fract() == 0.0;
+        id.filter(is_number).map_or(row as u64, |id| id as u64)
+    }
+
+    fn point(&self, values: &[f64], radius: f64) -> Point {
+        let [x, y] = self.position.map(|column| narrowed(values[column]));
+        let squares = self.velocity.iter().map(|column| values[*column] * values[*column]);
+        let speed = if self.velocity.is_empty() { f64::NAN } else { squares.sum::<f64>().sqrt() };
+        let radius = self.radius.map_or(radius, |column| values[column]) as f32;
+        Point { x, y, speed: narrowed(speed), radius: if radius >= 0.0 { radius } else { 0.0 } }
+    }
+}
+
+/// Collects the frames of a replay while a run is read.
+#[derive(Debug)]
+pub(crate) struct ReplayCollector {
+    /// Maximum size of the replay in the page.
+    max_bytes: usize,
+    /// Maximum number of points in memory.
+    max_points: usize,
+    max_particles: usize,
+    /// A frame is kept if its number is a multiple of this; the last one is kept in any case.
+    every_frame: u64,
+    every_particle: u64,
+    extent: Extent,
+    fps: f64,
+    units: [String; 3],
+    columns: Option<Columns>,
+    walls: Arc<Walls>,
+    stills: Vec<Still>,
+    last: Option<Still>,
+    frames: u64,
+    /// Number of particles of the largest frame.
+    particles: usize,
+}
+
+impl ReplayCollector {
+    /// A collector for a replay of at most `max_bytes` in the page.
+    pub(crate) fn new(max_bytes: usize, run: &OpenRun) -> Self {
+        let (extent, provenance) =
+            (models::extent(&run.manifest.model), run.recording().provenance());
+        let max_points = (max_bytes / 4 * 3 / MIN_BYTES_PER_POINT).max(1);
+        let frames = match run.manifest.record.interval {
+            RecordInterval::Frames(intervals) => intervals.get().saturating_add(1),
+            _ => u64::MAX,
+        };
+        let min_frames = usize::try_from(frames).unwrap_or(MIN_FRAMES).min(MIN_FRAMES);
+        let max_particles = (max_points / min_frames).clamp(1, MAX_PARTICLES);
+        let unit = |name: &str| {
+            let index = provenance.state_columns.iter().position(|column| column == name);
+            index.and_then(|index| provenance.state_units.get(index)).cloned().unwrap_or_default()
+        };
+        let walls = Arc::new(Walls::of(&extent.walls));
+        Self {
+            max_bytes,
+            max_points,
+            max_particles,
+            every_frame: 1,
+            every_particle: 1,
+            extent,
+            fps: provenance.playback_fps,
+            units: [unit("x"), unit("vx"), provenance.time_unit.clone()],
+            columns: None,
+            walls,
+            stills: Vec::new(),
+            last: None,
+            frames: 0,
+            particles: 0,
+        }
+    }
+
+    /// Takes in the next frame. A scene that cannot be decoded leaves the walls as they are.
+    pub(crate) fn observe(&mut self, frame: &RecordedFrame) {
+        let number = self.frames;
+        self.frames += 1;
+        let message = frame.messages().iter().find(|message| message.topic() == WALLS);
+        if let Some(walls) = message.and_then(|message| read_shapes(message.payload())) {
+            self.walls = Arc::new(Walls::of(&walls));
+        }
+        let Some(state) = frame.state() else { return };
+        self.columns = self.columns.take().or_else(|| Columns::of(state));
+        let Some(columns) = &self.columns else { return };
+        if self.particles == 0 {
+            self.every_particle = state.rows().div_ceil(self.max_particles).max(1) as u64;
+        }
+        self.particles = self.particles.max(state.rows());
+        let mut points = Vec::new();
+        for row in 0..state.rows() {
+            let values = state.row(row);
+            let particle = columns.number(row, values);
+            if particle.is_multiple_of(self.every_particle) {
+                // Each doubling of the interval halves the places.
+                let mut place = (particle / self.every_particle) as usize;
+                while place >= self.max_particles.max(1) {
+                    self.every_particle *= 2;
+                    halve(&mut points);
+                    self.stills.iter_mut().for_each(|still| halve(&mut still.points));
+                    place = (particle / self.every_particle) as usize;
+                }
+                if particle.is_multiple_of(self.every_particle) {
+                    if points.len() <= place {
+                        points.resize(place + 1, Point::ABSENT);
+                    }
+                    points[place] = columns.point(values, self.extent.radius);
+                }
+            }
+        }
+        let time = frame.clock.time;
+        let still = Still { number, time, points, walls: Arc::clone(&self.walls) };
+        if number.is_multiple_of(self.every_frame) {
+            self.stills.push(still);
+            self.last = None;
+            self.drop_frames();
+        } else {
+            self.last = Some(still);
+        }
+    }
+
+    /// Keeps every second frame if there are too many in memory.
+    fn drop_frames(&mut self) {
+        let points = |stills: &[Still]| -> usize {
+            stills.iter().map(|still| still.points.len() + still.walls.ends.len() + 16).sum()
+        };
+        while self.stills.len() > 2 && points(&self.stills) > self.max_points {
+            self.every_frame *= 2;
+            if let Some(newest) = self.stills.last()
+                && !newest.number.is_multiple_of(self.every_frame)
+            {
+                self.last = self.stills.pop();
+            }
+            self.stills.retain(|still| still.number.is_multiple_of(self.every_frame));
+        }
+    }
+
+    /// The replay of the frames so far.
+    pub(crate) fn finish(mut self) -> Replay {
+        let missing = |why: &str| Replay { note: format!("No replay: {why}."), film: None };
+        if self.columns.is_none() {
+            return missing("positions were not recorded (channel `state`)");
+        }
+        self.stills.extend(self.last.take());
+        let Some(view) = self.view() else {
+            return missing("no recorded position is a finite number");
+        };
+        let mut every = 1;
+        let fewest = self.stills.len().div_ceil(MIN_FRAMES);
+        loop {
+            let stills = thinned(&self.stills, every);
+            let film = self.film(&stills, view);
+            let bytes = base64_bytes(film.data.len());
+            if bytes <= self.max_bytes {
+                let note = self.note(&stills, view, every as u64 * self.every_frame);
+                return Replay { note, film: Some(film) };
+            }
+            let (frames, particles) = (stills.len(), film.particles);
+            // The size is nearly proportional to the number of frames.
+            let wanted = (every + 1).max(every * bytes / self.max_bytes);
+            if every < fewest {
+                every = wanted.min(fewest);
+            } else if particles > 1 {
+                self.every_particle *= 2;
+                self.stills.iter_mut().for_each(|still| halve(&mut still.points));
+            } else if frames > 2 {
+                every = wanted;
+            } else {
+                return missing("one frame is larger than the budget (--replay-budget)");
+            }
+        }
+    }
+
+    fn view(&self) -> Option<View> {
+        let ends = self.stills.iter().flat_map(|still| &still.walls.ends);
+        let of_walls = View::containing(ends.map(|[x, y]| [*x, *y, 0.0]));
+        let discs = || {
+            let points = self.stills.iter().flat_map(|still| &still.points).map(Point::disc);
+            let bodies =
+                self.stills.first().into_iter().flat_map(|still| still.walls.bodies.clone());
+            points.chain(bodies).collect::<Vec<_>>()
+        };
+        of_walls.or_else(|| View::of_particles(&discs()))
+    }
+
+    /// What is shown and what was left out.
+    fn note(&self, stills: &[&Still], view: View, every_frame: u64) -> String {
+        let frames = match (stills.len() as u64, self.frames) {
+            (1, 1) => "The recording has one frame.".to_owned(),
+            (shown, all) if shown == all => format!("All {all} frames are shown."),
+            (shown, all) => format!(
+                "{shown} of {all} frames are shown (every {}, and the last), so that the page stays small.",
+                ordinal(every_frame)
+            ),
+        };
+        let particles = if self.every_particle > 1 {
+            format!(
+                " Of up to {} particles, every {} is drawn.",
+                self.particles,
+                ordinal(self.every_particle)
+            )
+        } else {
+            String::new()
+        };
+        let (mut not_finite, mut outside) = (0_u64, 0_u64);
+        let range = Range::around(view);
+        for point in stills.iter().flat_map(|still| &still.points) {
+            let [x, y, _] = point.disc();
+            if point.radius.is_nan() {
+                continue;
+            }
+            if !x.is_finite() || !y.is_finite() {
+                not_finite += 1;
+            } else if range.stored([x, y]).contains(&ABSENT) {
+                outside += 1;
+            }
+        }
+        let are_points = |still: &&Still| {
+            still.points.iter().all(|point| point.radius.is_nan() || point.radius == 0.0)
+        };
+        let points = if stills.iter().all(are_points) { " Points are drawn as dots." } else { "" };
+        let missing = |count: u64, what: &str| match count {
+            0 => String::new(),
+            count => format!(" Positions not drawn because they are {what}: {count}."),
+        };
+        [
+            frames,
+            particles,
+            points.to_owned(),
+            missing(not_finite, "not finite numbers"),
+            missing(outside, "far outside of the view"),
+        ]
+        .concat()
+    }
+
+    fn film(&self, stills: &[&Still], view: View) -> Film {
+        let particles = stills.iter().map(|still| still.points.len()).max().unwrap_or(0);
+        let walls = stills.iter().map(|still| still.walls.ends.len()).max().unwrap_or(0);
+        let has_moving_walls = stills.windows(2).any(|pair| pair[0].walls != pair[1].walls);
+        let range = Range::around(view);
+        let mut data: Vec<u8> = stills.iter().flat_map(|still| still.time.to_le_bytes()).collect();
+        data.extend(stills.iter().flat_map(|still| (still.number as u32).to_le_bytes()));
+        let points = || stills.iter().flat_map(move |still| padded(&still.points, particles));
+        let (radii, radius_step) = radii(points());
+        let (radii, has_growing_particles) = fixed_radii(radii, particles);
+        append_series(&mut data, &radii, particles, 1);
+        let [xs, ys] = [0, 1].map(|axis| -> Vec<u16> {
+            points().map(|point| range.stored_point(&point)[axis]).collect()
+        });
+        let orders = [&xs, &ys].map(|values| best_order(values, particles));
+        append_series(&mut data, &xs, particles, orders[0]);
+        append_series(&mut data, &ys, particles, orders[1]);
+        let speeds = Speeds::of(stills);
+        let stored: Vec<u8> = points().map(|point| speeds.stored(point.speed)).collect();
+        append_speeds(&mut data, &stored, particles);
+        let walled = if has_moving_walls { stills } else { &stills[..1] };
+        for axis in 0..2 {
+            let ends = walled.iter().flat_map(|still| {
+                let ends = still.walls.ends.iter().map(|end| range.stored(*end)[axis]);
+                ends.chain(std::iter::repeat(ABSENT)).take(walls)
+            });
+            append_series(&mut data, &ends.collect::<Vec<_>>(), walls, 2);
+        }
+        let shown = stills.len() as f64 / self.frames as f64;
+        Film {
+            frames: stills.len(),
+            particles,
+            every_particle: self.every_particle,
+            view,
+            origin: range.origin,
+            step: range.step,
+            orders,
+            radius_step,
+            has_growing_particles,
+            speed_max: speeds.max,
+            speed_top: speeds.top,
+            wall_points: walls,
+            has_moving_walls,
+            bodies: stills.first().map_or_else(Vec::new, |still| still.walls.bodies.clone()),
+            has_trails: self.extent.has_trails,
+            fps: self.fps * shown,
+            units: self.units.clone(),
+            data: deflated(&data),
+        }
+    }
+}
+
+/// A finite number stays finite; another one becomes NaN.
+fn narrowed(value: f64) -> f32 {
+    let largest = f64::from(f32::MAX);
+    if value.is_finite() { value.clamp(-largest, largest) as f32 } else { f32::NAN }
+}
+
+/// Every k-th frame, and the last.
+fn thinned(stills: &[Still], every: usize) -> Vec<&Still> {
+    let mut kept: Vec<&Still> = stills.iter().step_by(every).collect();
+    if let Some(last) = stills.last()
+        && !(stills.len() - 1).is_multiple_of(every)
+    {
+        kept.push(last);
+    }
+    kept
+}
+
+/// Removes every second particle.
+fn halve(points: &mut Vec<Point>) {
+    *points = points.iter().copied().step_by(2).collect();
+}
+
+/// The points of a frame, followed by absent ones up to this number.
+fn padded(points: &[Point], number: usize) -> impl Iterator<Item = Point> + Clone + '_ {
+    points.iter().copied().chain(std::iter::repeat(Point::ABSENT)).take(number)
+}
+
+/// The stored coordinates.
+struct Range {
+    origin: [f64; 2],
+    step: f64,
+}
+
+impl Range {
+    /// The view and half of its longer side on all sides.
+    fn around(view: View) -> Self {
+        let side = view.longer_side();
+        let origin = view.corners[0].map(|low| low - side / 2.0);
+        Self { origin, step: 2.0 * side / f64::from(LARGEST) }
+    }
+
+    fn stored(&self, [x, y]: [f64; 2]) -> [u16; 2] {
+        let stored =
+            [quantized(x - self.origin[0], self.step), quantized(y - self.origin[1], self.step)];
+        if stored.contains(&ABSENT) { [ABSENT; 2] } else { stored }
+    }
+
+    fn stored_point(&self, point: &Point) -> [u16; 2] {
+        self.stored([point.x, point.y].map(f64::from))
+    }
+}
+
+/// The radii of all points in steps, and the length of a step.
+fn radii(points: impl Iterator<Item = Point> + Clone) -> (Vec<u16>, f64) {
+    let largest = points.clone().map(|point| f64::from(point.radius));
+    let largest = largest.filter(|radius| radius.is_finite()).fold(0.0, f64::max);
+    let step = if largest > 0.0 { largest / f64::from(LARGEST) } else { 1.0 };
+    (points.map(|point| quantized(f64::from(point.radius), step)).collect(), step)
+}
+
+/// One radius per particle if none changes while the particle is present, and whether one does.
+fn fixed_radii(radii: Vec<u16>, particles: usize) -> (Vec<u16>, bool) {
+    let mut fixed = vec![ABSENT; particles];
+    for frame in radii.chunks(particles.max(1)) {
+        for (fixed, radius) in fixed.iter_mut().zip(frame) {
+            if *fixed == ABSENT {
+                *fixed = *radius;
+            } else if *radius != ABSENT && radius != fixed {
+                return (radii, true);
+            }
+        }
+    }
+    (fixed, false)
+}
+
+/// The stored speeds: the square of the stored number is proportional to the speed, so that low speeds differ as well.
+struct Speeds {
+    max: f64,
+    top: f64,
+}
+
+impl Speeds {
+    /// The top of the color scale is the largest typical top speed of a frame: a few fast particles do not darken the others.
+    fn of(stills: &[&Still]) -> Self {
+        let (mut max, mut top) = (0.0_f64, 0.0_f64);
+        for still in stills {
+            let finite = still.points.iter().map(|point| f64::from(point.speed));
+            let mut speeds: Vec<f64> = finite.filter(|speed| speed.is_finite()).collect();
+            let rank = (TOP_FRACTION * speeds.len() as f64).ceil() as usize;
+            if let Some(index) = rank.checked_sub(1) {
+                top = top.max(*speeds.select_nth_unstable_by(index, f64::total_cmp).1);
+                max = speeds.into_iter().fold(max, f64::max);
+            }
+        }
+        Self { max, top }
+    }
+
+    fn stored(&self, speed: f32) -> u8 {
+        let speed = f64::from(speed);
+        if !speed.is_finite() {
+            return ABSENT_SPEED;
+        }
+        let fraction = if self.max > 0.0 { (speed / self.max).sqrt() } else { 0.0 };
+        (fraction * f64::from(LARGEST_SPEED)).round() as u8
+    }
+}
+
+/// "2nd", "3rd", "10th".
+fn ordinal(number: u64) -> String {
+    let ending = match (number % 10, number % 100) {
+        (_, 11..=13) => "th",
+        (1, _) => "st",
+        (2, _) => "nd",
+        (3, _) => "rd",
+        _ => "th",
+    };
+    format!("{number}{ending}")
+}

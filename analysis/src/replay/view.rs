@@ -1,0 +1,84 @@
+//! The region that a replay shows.
+
+use serde::{Deserialize, Serialize};
+
+/// Distance from the median position, in median distances, beyond which a position without walls is not in the view: after a
+/// numerical blow-up, the others remain visible.
+const MAX_MEDIAN_DISTANCES: f64 = 100.0;
+
+/// A rectangle along the axes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct View {
+    /// Lower left and upper right corner.
+    pub(super) corners: [[f64; 2]; 2],
+}
+
+impl View {
+    /// The smallest view that contains these discs; `None` without a finite one.
+    pub(super) fn containing(discs: impl Iterator<Item = [f64; 3]>) -> Option<Self> {
+        let mut corners = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+        for [x, y, radius] in discs.filter(|disc| disc.iter().all(|part| part.is_finite())) {
+            for (axis, center) in [x, y].into_iter().enumerate() {
+                corners[0][axis] = corners[0][axis].min(center - radius);
+                corners[1][axis] = corners[1][axis].max(center + radius);
+            }
+        }
+        let [low, high] = corners;
+        (high[0] >= low[0] && high[1] >= low[1]).then(|| Self { corners }.widened())
+    }
+
+    /// The view of particles without walls: all of them, except for those that are very far from the others.
+    pub(super) fn of_particles(discs: &[[f64; 3]]) -> Option<Self> {
+        let middle = [0, 1].map(|axis| median(discs.iter().map(|disc| disc[axis])));
+        let [x, y] = [middle[0]?, middle[1]?];
+        let distance = |disc: &[f64; 3]| (disc[0] - x).hypot(disc[1] - y);
+        let limit = MAX_MEDIAN_DISTANCES * median(discs.iter().map(distance))?;
+        let near = discs.iter().copied().filter(|disc| limit == 0.0 || distance(disc) <= limit);
+        Self::containing(near)
+    }
+
+    /// The view with a height and a width of at least a tenth of the longer side, so that a line of particles is visible.
+    fn widened(self) -> Self {
+        let [low, high] = self.corners;
+        let longer = (high[0] - low[0]).max(high[1] - low[1]);
+        let least = if longer > 0.0 { longer / 10.0 } else { 1.0 };
+        let grow = |axis: usize| ((least - (high[axis] - low[axis])) / 2.0).max(0.0);
+        let grow = [grow(0), grow(1)];
+        let corner =
+            |corner: [f64; 2], sign: f64| [corner[0] + sign * grow[0], corner[1] + sign * grow[1]];
+        Self { corners: [corner(low, -1.0), corner(high, 1.0)] }
+    }
+
+    /// The longer side.
+    pub(super) fn longer_side(&self) -> f64 {
+        let [low, high] = self.corners;
+        (high[0] - low[0]).max(high[1] - low[1])
+    }
+}
+
+/// The median of the finite numbers.
+fn median(numbers: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut numbers: Vec<f64> = numbers.filter(|number| number.is_finite()).collect();
+    let middle = numbers.len() / 2;
+    if numbers.is_empty() {
+        return None;
+    }
+    Some(*numbers.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn view_contains_the_particles_but_not_one_that_blew_up() {
+        let mut discs: Vec<[f64; 3]> = (0..100_i32).map(|x| [f64::from(x), 7.0, 0.5]).collect();
+        discs.push([1e30, 1.0, 0.5]);
+        discs.push([f64::NAN, 1.0, 0.5]);
+        let view = View::of_particles(&discs).unwrap();
+        assert_eq!(view.corners, [[-0.5, 2.0], [99.5, 12.0]]);
+        assert_eq!(view.longer_side(), 100.0);
+        assert_eq!(View::of_particles(&[]), None);
+        assert!(View::of_particles(&[[3.0, 4.0, 0.0]]).unwrap().longer_side() > 0.0);
+    }
+}
