@@ -26,6 +26,7 @@ const PACKAGES: &[(&str, &str)] = &[
     ("kinetoscope_object_storage", "object_storage"),
     ("kinetoscope_physics", "physics"),
     ("kinetoscope_recording", "recording"),
+    ("kinetoscope_usage", "usage"),
 ];
 /// Files that import each other, and the reason: a list of paths, or the start of the paths. The first entry that fits a cycle
 /// names it. An entry without a cycle is an error.

@@ -142,7 +142,8 @@ fn coverage(seeds: u32, scatter: [f64; 2], deviation: [f64; 2]) -> (String, Vec<
             let ratio = sample.scatter_over_error();
             let std = (!sample.deviations.is_empty()).then_some(std);
             let wider = WIDER_BOUNDS.iter().find(|(name, _)| *name == metric);
-            let highest = wider.map_or(deviation[1], |&(_, bound)| deviation[1].max(bound));
+            let bounds = wider.map(|&(_, bound)| bound).into_iter().chain([deviation[1]]);
+            let highest = bounds.fold(0.0, |one: f64, other| if other > one { other } else { one });
             let is_covered = ratio.is_none_or(|ratio| within(ratio, scatter))
                 && std.is_none_or(|std| within(std, [deviation[0], highest]))
                 && sample.has_errors_by_manifest();

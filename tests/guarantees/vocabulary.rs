@@ -1,7 +1,7 @@
 //! Guarantee: texts for users contain only current terms and American spelling.
 //!
-//! Setup: the documents, the experiments, the starter manifests and the help texts are searched for the replaced terms, as whole
-//! words and in any case. A section whose heading contains "old name" is exempt, and so is CHANGELOG.md: both map old to new.
+//! Setup: the documents, the experiments, the starter manifests, the help texts, the layouts and the strings of plots and report
+//! are searched for the replaced terms, as whole words and in any case. A section whose heading contains "old name" is exempt, and so is CHANGELOG.md: both map old to new.
 //! Control: planted terms are found, also across a line break, and longer words that contain a term are not.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
@@ -49,6 +49,11 @@ const TERMS: &[(&str, &str)] = &[
     ("hits of the wall", "wall collisions"),
     ("law of speeds", "speed distribution"),
     ("common standard error*", "combined standard error"),
+    ("law at the start", "initial distribution"),
+    ("over the ideal gas", "over the mean-square formula"),
+    ("have gone", "mean square displacement"),
+    ("forgotten", "uncorrelated"),
+    ("checks hold", "checks pass"),
     // British spelling.
     ("analyse*", "analyze"),
     ("behaviour*", "behavior"),
@@ -151,6 +156,15 @@ const COUNTED: &[&str] =
 const UNITS: &[&str] = &["run", "disc", "second", "frame", "step", "thread", "core", "task"];
 /// A file and a term that it may contain; a comment gives the reason.
 const EXCEPTIONS: &[(&str, &str)] = &[];
+/// Folders whose strings are titles and labels of plots, and the text of the report.
+const LITERALS: &[&str] = &[
+    "analysis/src/models/dem",
+    "analysis/src/models/gas",
+    "analysis/src/models/orbit",
+    "analysis/src/models/packing",
+    "analysis/src/report",
+    "analysis/src/sweep",
+];
 /// Folders whose `clap` types become help texts.
 const HELP: &[&str] = &["src/cli", "analysis/src/cli", "analysis/src/export"];
 
@@ -222,6 +236,16 @@ impl Text {
         Self::new(help.into_iter().map(|index| (index + 1, lines[index])))
     }
 
+    /// The strings of a source.
+    fn of_literals(source: &str) -> Self {
+        let lines = source.lines().enumerate();
+        let lines = lines.filter(|(_, line)| !line.trim_start().starts_with("//"));
+        let strings = lines.flat_map(|(index, line)| {
+            line.split('"').skip(1).step_by(2).map(move |string| (index + 1, string))
+        });
+        Self::new(strings)
+    }
+
     /// The lines in which a term is a whole word.
     fn lines_with(&self, term: &str) -> Vec<usize> {
         let (word, is_prefix) = term.strip_suffix('*').map_or((term, false), |word| (word, true));
@@ -269,7 +293,8 @@ fn texts() -> BTreeMap<String, Text> {
     let documents = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "recordings/README.md"];
     let documents = documents.into_iter().map(str::to_owned);
     let named = [("docs", "md"), ("experiments", "toml"), ("src/manifest/starter", "toml")];
-    let others = named.into_iter().flat_map(|(folder, extension)| files(folder, extension));
+    let named = named.into_iter().chain([("experiments/layouts", "json")]);
+    let others = named.flat_map(|(folder, extension)| files(folder, extension));
     let read = |name: &str| fs::read_to_string(root().join(name)).unwrap();
     let mut texts: BTreeMap<String, Text> = documents
         .chain(others)
@@ -282,11 +307,14 @@ fn texts() -> BTreeMap<String, Text> {
         let text = Text::of_help(&read(&name));
         texts.insert(name, text);
     }
+    for name in LITERALS.iter().flat_map(|folder| files(folder, "rs")) {
+        let text = Text::of_literals(&read(&name));
+        texts.insert(name, text);
+    }
     texts
 }
 
 #[test]
-
 fn texts_for_users_contain_only_current_terms() {
     let mut report = Vec::new();
     for (name, text) in texts() {
@@ -322,6 +350,8 @@ fn control_replaced_terms_are_found() {
     let found: Vec<usize> =
         Text::of_help(help).findings().into_iter().map(|(line, _)| line).collect();
     assert_eq!(found, [4, 7]);
+    let literals = Text::of_literals("// \"anew\"\nlet a = \"colour\"; // \"x\"\n");
+    assert_eq!(literals.findings().len(), 1);
     let named = texts();
     for help in ["src/cli/mod.rs", "analysis/src/cli/arguments.rs"] {
         assert!(!named[help].letters.is_empty(), "{help} contains no help text");

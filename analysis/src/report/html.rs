@@ -63,8 +63,8 @@ fn heading(report: &AnalysisReport) -> Markup {
     let failed = checks().filter(|result| !result.passed).count();
     let (class, summary) = match (checks().count(), failed) {
         (0, _) => ("", "no checks".to_owned()),
-        (1, 0) => ("good", "the check holds".to_owned()),
-        (all, 0) => ("good", format!("all {all} checks hold")),
+        (1, 0) => ("good", "the check passes".to_owned()),
+        (all, 0) => ("good", format!("all {all} checks pass")),
         (all, failed) => ("bad", format!("{failed} of {all} checks failed")),
     };
     html! {
@@ -100,7 +100,7 @@ fn check_table(report: &AnalysisReport, kind: CheckKind, title: &str) -> Markup 
         @if !results.is_empty() {
             section {
                 h2 { (title) }
-                table class="verdicts" {
+                table class="checks" {
                     thead { tr { th {} th { "metric" } th { "finding" } } }
                     tbody {
                         @for result in results {

@@ -23,7 +23,7 @@ table! {
         boundary: Boundary [""] = Boundary::Walls,
         /// Mean radius r of the discs; the largest is below half of the shorter side.
         radius: Positive ["1"] = Positive::literal(1.0),
-        /// Radii are uniform within this share of the mean to both sides, below 1; 0 for equal discs. All have mass 1.
+        /// Radii are uniform within this fraction of the mean to both sides, below 1; 0 for equal discs. All have mass 1.
         radius_half_width: NonNegative ["1"] = NonNegative::literal(0.0),
         /// Coefficient of restitution alpha of a pair collision.
         restitution: Fraction ["1"] = Fraction::literal(1.0),

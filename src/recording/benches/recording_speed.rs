@@ -1,4 +1,4 @@
-//! Speed of writing and reading, each beside the bare `mcap` crate with the same messages in the same run.
+//! Speed of writing and reading, each compared with the bare `mcap` crate with the same messages in the same run.
 //!
 //! Ours and the bare crate take turns, so that a busy machine slows both: the last column, the median of the ratios of the
 //! pairs, is what to compare. The state is random: it hardly packs, as a state of many particles does. The written bytes go

@@ -53,7 +53,7 @@ fn add_energies(run: &DemRun, first: &DemEnergy, figures: &mut Figures) {
         Curve::line("energy-balance error", 0, series(&|energy| residual(energy) / start)),
         Curve::theory("conservation of energy", 6, run.energies.ends().map(|end| (end.0, 0.0))),
     ];
-    let title = "Energy that the integrator gains or loses";
+    let title = "Energy-balance error";
     let drift =
         Plot::chart("energy_drift", title, axes("residual / energy at the start", ""), curves);
     figures.plots.push(drift);

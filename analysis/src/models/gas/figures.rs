@@ -50,7 +50,11 @@ fn pressure(run: &GasRun) -> Plot {
     }
     if let Some(pressure) = &run.pressure {
         let formula = pressure.mean_speed_formula_n_per_m;
-        curves.push(Curve::theory("N m <v>² / (2A), formula (12)", 2, level(formula)));
+        curves.push(Curve::theory(
+            "N m <v>² / (2A), formula (12) of the exercise",
+            2,
+            level(formula),
+        ));
     }
     let axes = [Axis::linear("time", "s"), Axis::linear("pressure", "N/m")];
     Plot::chart("pressure_over_time", "Pressure on the wall", axes, curves)

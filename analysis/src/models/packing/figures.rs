@@ -119,7 +119,7 @@ fn displacement(run: &PackingRun) -> Vec<Plot> {
         let curves = vec![Curve::line("<|r − r(0)|²>", 0, squares.iter().copied())];
         let axis = time_axis(squares);
         let axes = [axis("time", ""), axis("mean square displacement", "")];
-        let title = "How far the discs have gone";
+        let title = "Mean square displacement";
         plots.push(Plot::chart("mean_square_displacement", title, axes, curves));
     }
     if correlation.len() > 1 {
@@ -128,11 +128,11 @@ fn displacement(run: &PackingRun) -> Vec<Plot> {
         let level = ends.into_iter().flatten().map(|(time, _)| (*time, 0.0));
         let curves = vec![
             Curve::line("Σ v · v(0) / Σ v(0)²", 0, correlation.iter().copied()),
-            Curve::theory("forgotten", 1, level),
+            Curve::theory("uncorrelated", 1, level),
         ];
         let axes =
             [time_axis(correlation)("time", ""), Axis::linear("velocity autocorrelation", "")];
-        let title = "How the discs forget their velocities";
+        let title = "Velocity autocorrelation function";
         plots.push(Plot::chart("velocity_autocorrelation", title, axes, curves));
     }
     plots
