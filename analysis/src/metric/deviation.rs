@@ -16,7 +16,7 @@ pub(crate) enum Deviation {
 }
 
 /// Deviations below this fraction of the theoretical value are rounding errors.
-const ROUNDING_FRACTION: f64 = 1e-9;
+pub(crate) const ROUNDING_FRACTION: f64 = 1e-9;
 
 impl Deviation {
     /// The deviation of an estimate; `None` without a theoretical value, and outside its law's range.

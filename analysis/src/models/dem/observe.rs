@@ -141,7 +141,7 @@ impl DemRun {
         found.compare(metric::RELATIVE_RESIDUAL, residual / start.abs(), 0.0);
         found.compare(metric::MAX_RESIDUAL, self.max_residual_j / start.abs(), 0.0);
         let disagreement = self.max_kinetic_disagreement_j.map(|energy| energy / start.abs());
-        found.add(metric::KINETIC_DISAGREEMENT, disagreement);
+        found.compare(metric::KINETIC_DISAGREEMENT, disagreement, 0.0);
     }
 
     /// Bed of the last frame: its height and packing fraction, and the forces on floor and side walls.
