@@ -14,6 +14,7 @@ pub use measurement::Measurement;
 pub(crate) use measurement::Measurements;
 pub use theory::Theory;
 
+use crate::metric::theory::Expected as _;
 use crate::statistics::Estimate;
 use kinetoscope_manifest::Coordinate;
 use std::borrow::Cow;
@@ -110,6 +111,12 @@ impl Metric {
     /// Deviation from theory; `None` without a theoretical value, and outside its law's range.
     pub(crate) fn deviation(&self) -> Option<Deviation> {
         Deviation::of(&self.estimate, self.theory, self.rounding)
+    }
+
+    /// Deviation from a given value, which does not follow the start of the run, as theory does.
+    pub(crate) fn deviation_from(&self, expected: f64) -> Option<Deviation> {
+        let estimate = Estimate { conditional_standard_error: None, ..self.estimate };
+        Deviation::of(&estimate, expected.expected().map(|value| value.by(None)), self.rounding)
     }
 
     /// Deviation from theory in standard errors, if a standard error is known.
