@@ -52,3 +52,27 @@ impl Deviation {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::metric::theory::Expected as _;
+    use crate::models::MODELS;
+
+    /// Guarantee: a small value is not equal to theory because it is small. An absolute rounding is for metrics whose
+    /// theoretical value is zero; the temperature of cooling discs tends to zero, and 11 % off is no rounding.
+    #[test]
+    fn value_that_cools_to_zero_is_compared_relative_to_theory() {
+        for (model, name) in
+            [("packing", "temperature.final_over_initial"), ("dem", "row.velocity_transmission")]
+        {
+            let model = MODELS.iter().find(|found| found.name == model).unwrap();
+            let metric = model.metrics.iter().find(|metric| metric.name == name).unwrap();
+            let theory = Some(5.603e-9_f64.expected().unwrap().by(None));
+            let off = Deviation::of(&Estimate::bare(4.975_576e-9), theory, metric.rounding);
+            assert!(matches!(off, Some(Deviation::Bare(_))), "{name}: {off:?}");
+            let equal = Estimate::bare(5.603e-9 * (1.0 + 1e-12));
+            assert_eq!(Deviation::of(&equal, theory, metric.rounding), Some(Deviation::Rounding));
+        }
+    }
+}

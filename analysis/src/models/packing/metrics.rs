@@ -6,7 +6,7 @@ use crate::metric::definition::definitions;
 definitions! {
     TEMPERATURE_INITIAL: "temperature.initial", "", "T = <v^2>/2, first frame", [], 0.0;
     TEMPERATURE_FINAL: "temperature.final", "", "T = <v^2>/2, last frame", [law::COOLING], 0.0;
-    TEMPERATURE_RATIO: "temperature.final_over_initial", "1", "<v^2>, last frame over first", [law::COOLING], 1e-9;
+    TEMPERATURE_RATIO: "temperature.final_over_initial", "1", "<v^2>, last frame over first", [law::COOLING], 0.0;
     MEAN_SQUARE_VELOCITY_INITIAL: "mean_square_velocity.initial", "", "<v^2>, first frame: the packing exercise's temperature", [], 0.0;
     MEAN_SQUARE_VELOCITY_FINAL: "mean_square_velocity.final", "", "<v^2>, last frame: the packing exercise's temperature", [], 0.0;
     ENERGY_DRIFT: "energy.drift_relative", "1", "kinetic energy, last frame against the first", [law::ELASTIC_ENERGY], 1e-9;
