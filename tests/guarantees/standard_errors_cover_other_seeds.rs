@@ -91,6 +91,10 @@ impl Sample {
         let estimate = &measured.estimate;
         let error = estimate.conditional_standard_error.or(estimate.standard_error);
         let accuracy = measured.theory.map_or(0.0, |theory| theory.accuracy);
+        // Values without an error are compared by the accuracy of their law alone.
+        if error.is_none() {
+            return;
+        }
         // The accuracy of a law, which is the same for all seeds, does not add to the scatter.
         let accuracy = error.map_or(0.0, |error| accuracy / error);
         let combined_over_own = (1.0 + accuracy * accuracy).sqrt();

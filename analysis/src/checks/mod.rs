@@ -120,7 +120,7 @@ fn compare(check: &Check, metric: &Metric) -> CheckResult {
 }
 
 const NO_THEORY: &str = "which has no theoretical value: give `expected`";
-const NO_ERROR: &str = "which has no standard error: record more frames or replicates";
+const NO_ERROR: &str = "which has no standard error: give `tolerance` or `relative_tolerance`, or, if the model uses random numbers, record replicates";
 
 /// Whether a metric is within a bound, and the expectation as text.
 ///

@@ -21,7 +21,8 @@ pub(crate) const ROUNDING_FRACTION: f64 = 1e-9;
 impl Deviation {
     /// The deviation of an estimate; `None` without a theoretical value, and outside its law's range.
     ///
-    /// Theory that is conditional on the start of the run is compared by the conditional standard error.
+    /// Where a value has no error because it does not scatter, the law's accuracy takes its place. Theory that is conditional on
+    /// the start of the run is compared by the conditional standard error.
     pub(crate) fn of(estimate: &Estimate, theory: Option<Theory>, rounding: f64) -> Option<Self> {
         let theory = theory.filter(|theory| theory.in_range && !estimate.value.is_nan())?;
         let difference = estimate.value - theory.value;
@@ -39,6 +40,10 @@ impl Deviation {
                 Self::StandardErrors(
                     freedom.map_or(deviation, |freedom| normal_equivalent(deviation, freedom)),
                 )
+            }
+            // Without a scatter, as of a trajectory that uses no random numbers, the law's accuracy is all that is unknown.
+            None if estimate.missing_error.is_none() && theory.accuracy > rounding => {
+                Self::StandardErrors(difference / theory.accuracy)
             }
             _ => Self::Bare(difference),
         })
@@ -58,6 +63,22 @@ mod tests {
     use super::*;
     use crate::metric::theory::Expected as _;
     use crate::models::MODELS;
+    use crate::statistics::MissingError;
+
+    /// Guarantee: a value without scatter is compared by the accuracy of its law. Control: not one whose error is unknown.
+    #[test]
+    fn value_without_scatter_is_compared_by_the_accuracy_of_the_law() {
+        let theory = 1.0_f64.expected().unwrap().by(None);
+        let inexact = Some(Theory { accuracy: 0.02, ..theory });
+        let off = Estimate::bare(0.95);
+        let Some(Deviation::StandardErrors(sigma)) = Deviation::of(&off, inexact, 0.0) else {
+            panic!("no deviation")
+        };
+        assert!((sigma + 2.5).abs() < 1e-12, "{sigma}");
+        assert!(matches!(Deviation::of(&off, Some(theory), 0.0), Some(Deviation::Bare(_))));
+        let unknown = off.without_error(MissingError::DependsOnStart);
+        assert!(matches!(Deviation::of(&unknown, inexact, 0.0), Some(Deviation::Bare(_))));
+    }
 
     /// Guarantee: a small value is not equal to theory because it is small. An absolute rounding is for metrics whose
     /// theoretical value is zero; the temperature of cooling discs tends to zero, and 11 % off is no rounding.

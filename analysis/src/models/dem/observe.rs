@@ -15,6 +15,7 @@ use crate::models::series::Series;
 use crate::models::snapshots::{Snapshots, StateStyle};
 use crate::models::{max_or_nan, relative_change};
 use crate::plot::drawing;
+use crate::statistics::{Estimate, MissingError};
 use kinetoscope_manifest::model::{DemConfig, DemWallShape, PeriodicSides};
 use kinetoscope_recording::channels::{
     DemContactForces, DemContactStatistics, DemEnergy, DemTemperature, DemWalls,
@@ -227,6 +228,8 @@ impl DemRun {
             && special_setups::is_free_gas(config)
         {
             let rate = special_setups::cooling_rate_per_s(&self.temperature);
+            let rate =
+                rate.map(|rate| Estimate::bare(rate).without_error(MissingError::DependsOnStart));
             let in_range = self.flow.is_homogeneous() == Some(true);
             let theory = law::cooling_rate_per_s(config, *first).map(|value| ExpectedValue {
                 value,
