@@ -1,8 +1,8 @@
 //! Deviation of a value from theory.
 
 use crate::metric::theory::Theory;
-use crate::statistics::Estimate;
 use crate::statistics::students_t::normal_equivalent;
+use crate::statistics::{Estimate, MissingError};
 
 /// Deviation of a value from theory.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,12 +19,14 @@ pub(crate) enum Deviation {
 pub(crate) const ROUNDING_FRACTION: f64 = 1e-9;
 
 impl Deviation {
-    /// The deviation of an estimate; `None` without a theoretical value, and outside its law's range.
+    /// The deviation of an estimate; `None` without a theoretical value, outside its law's range, and if nothing was counted.
     ///
     /// Where a value has no error because it does not scatter, the law's accuracy takes its place. Theory that is conditional on
     /// the start of the run is compared by the conditional standard error.
     pub(crate) fn of(estimate: &Estimate, theory: Option<Theory>, rounding: f64) -> Option<Self> {
-        let theory = theory.filter(|theory| theory.in_range && !estimate.value.is_nan())?;
+        let is_measured = !estimate.value.is_nan()
+            && estimate.missing_error != Some(MissingError::NothingCounted);
+        let theory = theory.filter(|theory| theory.in_range && is_measured)?;
         let difference = estimate.value - theory.value;
         let rounding = rounding.max(ROUNDING_FRACTION * theory.value.abs());
         let error = estimate.conditional_standard_error.or(estimate.standard_error);
@@ -63,7 +65,6 @@ mod tests {
     use super::*;
     use crate::metric::theory::Expected as _;
     use crate::models::MODELS;
-    use crate::statistics::MissingError;
 
     /// Guarantee: a value without scatter is compared by the accuracy of its law. Control: not one whose error is unknown.
     #[test]

@@ -108,6 +108,24 @@ impl Metric {
         (!reasons.is_empty()).then(|| reasons.join("; "))
     }
 
+    /// The reason as in the files, where every value without an error has one: also a value whose scatter one run cannot tell.
+    pub(crate) fn reason_in_files(&self) -> Option<String> {
+        let stated = self.reason();
+        if stated.is_some() || self.standard_error().is_some() {
+            return stated;
+        }
+        let why = match (self.deviation(), &self.scope) {
+            (Some(Deviation::Rounding), _) => {
+                "equal to theory up to rounding, which has no standard error"
+            }
+            (_, MetricScope::Run(_)) => {
+                "one run does not tell the scatter between seeds: a standard error needs replicates; without random numbers there is none"
+            }
+            (_, MetricScope::Sweep(_)) => "one replicate does not tell the scatter between seeds",
+        };
+        Some(why.to_owned())
+    }
+
     /// Deviation from theory; `None` without a theoretical value, and outside its law's range.
     pub(crate) fn deviation(&self) -> Option<Deviation> {
         Deviation::of(&self.estimate, self.theory, self.rounding)

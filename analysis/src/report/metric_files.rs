@@ -168,7 +168,7 @@ impl MetricEntry {
             }),
             deviation_sigma: metric.deviation_in_standard_errors().and_then(finite),
             applicable: metric.is_applicable(),
-            reason: metric.reason(),
+            reason: metric.reason_in_files(),
             source: metric.source.clone(),
             scope: ScopeEntry::of(&metric.scope, names),
         }

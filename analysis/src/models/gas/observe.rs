@@ -241,6 +241,9 @@ impl GasRun {
         {
             let escaped = balance.particles_escaped as f64;
             let rate = Estimate::new(escaped / self.time_s, escaped.sqrt() / self.time_s);
+            let has_counted = escaped > 0.0;
+            let rate =
+                if has_counted { rate } else { rate.without_error(MissingError::NothingCounted) };
             let fraction = escaped / f64::from(self.config.particles.get());
             let accuracy = Some(theory * fraction);
             let theory = ExpectedValue { value: theory, accuracy, in_range: fraction < 0.1 };
