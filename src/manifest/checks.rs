@@ -53,7 +53,7 @@ pub enum Bound {
         /// Largest deviation allowed, as a fraction of the expected value.
         relative_tolerance: f64,
     },
-    /// |value - expected| <= standard_errors times the metric's standard error.
+    /// |value - expected| is at most this number of standard errors by Student's t, with the accuracy of the law.
     WithinStandardErrors {
         /// The value expected; `None` is the theory's.
         expected: Option<f64>,

@@ -63,6 +63,23 @@ fn failures(text: &str) -> String {
     starts.map(|(at, _)| lines[at..(at + 3).min(lines.len())].join(" ") + "\n").collect()
 }
 
+/// Guarantee: every metric of every starter has a value with an error, or a reason.
+#[test]
+fn every_metric_has_an_error_or_a_reason() {
+    for (model, _) in CHANGES {
+        let starter = Starter::new(model);
+        let file = starter.bench.path("baseline/starter/metrics.json");
+        let document: serde_json::Value =
+            serde_json::from_str(&fs::read_to_string(file).unwrap()).unwrap();
+        let metrics = document["metrics"].as_array().unwrap();
+        assert!(!metrics.is_empty());
+        for metric in metrics {
+            let has_error = metric["value"].is_f64() && metric["standard_error"].is_f64();
+            assert!(has_error || metric["reason"].is_string(), "{model}: {metric}");
+        }
+    }
+}
+
 #[test]
 #[ignore = "records 160 runs"]
 fn forty_seeds_of_every_starter_agree_with_one() {

@@ -4,8 +4,12 @@ use super::{CheckKind, CheckResult, one_line};
 use crate::run::{RunAnalysis, RunStatus};
 use kinetoscope_manifest::ExpectedOutcome;
 
-/// Compares the outcome of each run with the expected one. `seconds` are the durations of the runs' analyses. A run that is
-/// unfinished or damaged has no outcome yet.
+/// The finding of a run that was interrupted or is still in progress.
+const UNFINISHED: &str =
+    "unfinished: the run was interrupted or is in progress; the same command resumes it";
+
+/// Compares the outcome of each run with the expected one. `seconds` are the durations of the runs' analyses. An unfinished run
+/// has not completed, so it fails; a damaged one is reported as unreadable.
 pub(crate) fn evaluate(
     runs: &[RunAnalysis],
     seconds: &[f64],
@@ -13,7 +17,8 @@ pub(crate) fn evaluate(
 ) -> Vec<CheckResult> {
     let results = runs.iter().zip(seconds).filter_map(|(run, &seconds)| {
         let (passed, finding) = match (&run.ending, expected) {
-            (RunStatus::Unfinished | RunStatus::Damaged(_), _) => return None,
+            (RunStatus::Damaged(_), _) => return None,
+            (RunStatus::Unfinished, _) => (false, UNFINISHED.to_owned()),
             (RunStatus::Complete, ExpectedOutcome::Complete) => (true, "complete".to_owned()),
             (RunStatus::Complete, ExpectedOutcome::Fault) => {
                 (false, "complete, but the manifest expects a fault".to_owned())
@@ -45,10 +50,10 @@ pub(crate) fn evaluate(
 /// The outcomes that the headline reports: failures, and runs that are unfinished or damaged; `None` if there are none.
 pub(crate) fn headline(runs: &[RunAnalysis], results: &[CheckResult]) -> Option<String> {
     let count = |number: usize| format!("{number} of {} runs", runs.len());
-    let failed: Vec<&CheckResult> = results
-        .iter()
-        .filter(|result| result.kind == CheckKind::Outcome && !result.passed)
-        .collect();
+    let is_failed = |result: &&CheckResult| {
+        result.kind == CheckKind::Outcome && !result.passed && result.finding != UNFINISHED
+    };
+    let failed: Vec<&CheckResult> = results.iter().filter(is_failed).collect();
     let mut parts = Vec::new();
     if let Some(first) = failed.first() {
         parts.push(format!(

@@ -9,9 +9,10 @@ use std::path::PathBuf;
 pub const EXIT_CODES: &str = "Exit codes:
   0    done, and all checks pass
   2    bad arguments, checks file or baseline
-  3    a run failed, or completed where its manifest expects a
-       fault; a check failed or its metric is missing, or a
-       metric or a key has changed from the baseline
+  3    a run failed, is unfinished, or completed where its
+       manifest expects a fault; a check failed or its metric
+       is missing, or a metric or a key has changed from the
+       baseline
   5    some input is unreadable; the rest was analyzed
   70   an internal error, or not enough memory
   75   the results cannot be written: the same command may

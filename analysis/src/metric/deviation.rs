@@ -1,8 +1,8 @@
 //! Deviation of a value from theory.
 
 use crate::metric::theory::Theory;
-use crate::statistics::Estimate;
 use crate::statistics::students_t::normal_equivalent;
+use crate::statistics::{Estimate, MissingError};
 
 /// Deviation of a value from theory.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,14 +16,17 @@ pub(crate) enum Deviation {
 }
 
 /// Deviations below this fraction of the theoretical value are rounding errors.
-const ROUNDING_FRACTION: f64 = 1e-9;
+pub(crate) const ROUNDING_FRACTION: f64 = 1e-9;
 
 impl Deviation {
-    /// The deviation of an estimate; `None` without a theoretical value, and outside its law's range.
+    /// The deviation of an estimate; `None` without a theoretical value, outside its law's range, and if nothing was counted.
     ///
-    /// Theory that is conditional on the start of the run is compared by the conditional standard error.
+    /// Where a value has no error because it does not scatter, the law's accuracy takes its place. Theory that is conditional on
+    /// the start of the run is compared by the conditional standard error.
     pub(crate) fn of(estimate: &Estimate, theory: Option<Theory>, rounding: f64) -> Option<Self> {
-        let theory = theory.filter(|theory| theory.in_range && !estimate.value.is_nan())?;
+        let is_measured = !estimate.value.is_nan()
+            && estimate.missing_error != Some(MissingError::NothingCounted);
+        let theory = theory.filter(|theory| theory.in_range && is_measured)?;
         let difference = estimate.value - theory.value;
         let rounding = rounding.max(ROUNDING_FRACTION * theory.value.abs());
         let error = estimate.conditional_standard_error.or(estimate.standard_error);
@@ -40,6 +43,10 @@ impl Deviation {
                     freedom.map_or(deviation, |freedom| normal_equivalent(deviation, freedom)),
                 )
             }
+            // Without a scatter, as of a trajectory that uses no random numbers, the law's accuracy is all that is unknown.
+            None if estimate.missing_error.is_none() && theory.accuracy > rounding => {
+                Self::StandardErrors(difference / theory.accuracy)
+            }
             _ => Self::Bare(difference),
         })
     }
@@ -49,6 +56,45 @@ impl Deviation {
         match self {
             Self::StandardErrors(deviation) => Some(deviation),
             Self::Rounding | Self::Bare(_) => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::metric::theory::Expected as _;
+    use crate::models::MODELS;
+
+    /// Guarantee: a value without scatter is compared by the accuracy of its law. Control: not one whose error is unknown.
+    #[test]
+    fn value_without_scatter_is_compared_by_the_accuracy_of_the_law() {
+        let theory = 1.0_f64.expected().unwrap().by(None);
+        let inexact = Some(Theory { accuracy: 0.02, ..theory });
+        let off = Estimate::bare(0.95);
+        let Some(Deviation::StandardErrors(sigma)) = Deviation::of(&off, inexact, 0.0) else {
+            panic!("no deviation")
+        };
+        assert!((sigma + 2.5).abs() < 1e-12, "{sigma}");
+        assert!(matches!(Deviation::of(&off, Some(theory), 0.0), Some(Deviation::Bare(_))));
+        let unknown = off.without_error(MissingError::DependsOnStart);
+        assert!(matches!(Deviation::of(&unknown, inexact, 0.0), Some(Deviation::Bare(_))));
+    }
+
+    /// Guarantee: a small value is not equal to theory because it is small. An absolute rounding is for metrics whose
+    /// theoretical value is zero; the temperature of cooling discs tends to zero, and 11 % off is no rounding.
+    #[test]
+    fn value_that_cools_to_zero_is_compared_relative_to_theory() {
+        for (model, name) in
+            [("packing", "temperature.final_over_initial"), ("dem", "row.velocity_transmission")]
+        {
+            let model = MODELS.iter().find(|found| found.name == model).unwrap();
+            let metric = model.metrics.iter().find(|metric| metric.name == name).unwrap();
+            let theory = Some(5.603e-9_f64.expected().unwrap().by(None));
+            let off = Deviation::of(&Estimate::bare(4.975_576e-9), theory, metric.rounding);
+            assert!(matches!(off, Some(Deviation::Bare(_))), "{name}: {off:?}");
+            let equal = Estimate::bare(5.603e-9 * (1.0 + 1e-12));
+            assert_eq!(Deviation::of(&equal, theory, metric.rounding), Some(Deviation::Rounding));
         }
     }
 }

@@ -14,6 +14,7 @@ pub use measurement::Measurement;
 pub(crate) use measurement::Measurements;
 pub use theory::Theory;
 
+use crate::metric::theory::Expected as _;
 use crate::statistics::Estimate;
 use kinetoscope_manifest::Coordinate;
 use std::borrow::Cow;
@@ -107,9 +108,33 @@ impl Metric {
         (!reasons.is_empty()).then(|| reasons.join("; "))
     }
 
+    /// The reason as in the files, where every value without an error has one: also a value whose scatter one run cannot tell.
+    pub(crate) fn reason_in_files(&self) -> Option<String> {
+        let stated = self.reason();
+        if stated.is_some() || self.standard_error().is_some() {
+            return stated;
+        }
+        let why = match (self.deviation(), &self.scope) {
+            (Some(Deviation::Rounding), _) => {
+                "equal to theory up to rounding, which has no standard error"
+            }
+            (_, MetricScope::Run(_)) => {
+                "one run does not tell the scatter between seeds: a standard error needs replicates; without random numbers there is none"
+            }
+            (_, MetricScope::Sweep(_)) => "one replicate does not tell the scatter between seeds",
+        };
+        Some(why.to_owned())
+    }
+
     /// Deviation from theory; `None` without a theoretical value, and outside its law's range.
     pub(crate) fn deviation(&self) -> Option<Deviation> {
         Deviation::of(&self.estimate, self.theory, self.rounding)
+    }
+
+    /// Deviation from a given value, which does not follow the start of the run, as theory does.
+    pub(crate) fn deviation_from(&self, expected: f64) -> Option<Deviation> {
+        let estimate = Estimate { conditional_standard_error: None, ..self.estimate };
+        Deviation::of(&estimate, expected.expected().map(|value| value.by(None)), self.rounding)
     }
 
     /// Deviation from theory in standard errors, if a standard error is known.

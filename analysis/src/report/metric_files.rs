@@ -1,6 +1,7 @@
 //! `metrics.json`, `metrics.csv` and `metrics.parquet`.
 
 use crate::input::coordinates::{AxisNames, CoordinateValue, value_of};
+use crate::metric::deviation::ROUNDING_FRACTION;
 use crate::metric::{Metric, MetricScope, SCHEMA};
 use crate::report::AnalysisReport;
 use crate::report::metric_table::MetricTable;
@@ -71,6 +72,13 @@ pub(crate) struct TheoryEntry {
     range: Option<String>,
     source: Option<String>,
     in_range: bool,
+}
+
+impl TheoryEntry {
+    /// The value of an exact law; `None` for another law, and outside its range.
+    fn exact_value(&self) -> Option<f64> {
+        self.value.filter(|_| self.in_range && self.accuracy == Some(0.0))
+    }
 }
 
 /// What a metric in the file describes.
@@ -160,10 +168,22 @@ impl MetricEntry {
             }),
             deviation_sigma: metric.deviation_in_standard_errors().and_then(finite),
             applicable: metric.is_applicable(),
-            reason: metric.reason(),
+            reason: metric.reason_in_files(),
             source: metric.source.clone(),
             scope: ScopeEntry::of(&metric.scope, names),
         }
+    }
+}
+
+impl MetricEntry {
+    /// Whether the value is that of its exact law, up to rounding; `None` without such a law, and for a value that scatters.
+    pub(crate) fn is_exact(&self, rounding: f64) -> Option<bool> {
+        if self.standard_error.or(self.conditional_standard_error).is_some() {
+            return None;
+        }
+        let theory = self.theory.as_ref()?.exact_value()?;
+        let allowed = rounding.max(ROUNDING_FRACTION * theory.abs());
+        Some((self.value? - theory).abs() <= allowed)
     }
 }
 

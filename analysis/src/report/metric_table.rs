@@ -25,7 +25,7 @@ const COLUMNS: &[Definition] = {
         ("theory_in_range", Boolean, |metric| metric.theory.map(|theory| theory.in_range).into()),
         ("deviation_sigma", Number, |metric| metric.deviation_in_standard_errors().into()),
         ("applicable", Boolean, |metric| metric.is_applicable().into()),
-        ("reason", Text, |metric| metric.reason().into()),
+        ("reason", Text, |metric| metric.reason_in_files().into()),
         ("scope", Text, |metric| if run(metric).is_some() { "run" } else { "sweep" }.into()),
         ("along", Text, |metric| sweep(metric).and_then(|sweep| sweep.along.clone()).into()),
         ("replicates", Integer, |metric| sweep(metric).map(|sweep| sweep.replicates as u64).into()),

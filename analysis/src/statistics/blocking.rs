@@ -136,6 +136,9 @@ impl Blocking {
         };
         let first = self.levels.first().filter(|_| self.entries >= MIN_ENTRIES).ok_or(too_few)?;
         let plain = self.error_at(first, excess);
+        if plain == 0.0 && self.origin == Some(0.0) {
+            return Err(MissingError::NothingCounted);
+        }
         if plain == 0.0 {
             let degrees_of_freedom = first.blocks as f64 - 1.0;
             return Ok(BlockingError { error: 0.0, degrees_of_freedom });
@@ -210,6 +213,20 @@ mod tests {
         let estimate = blocking.estimate().unwrap();
         assert!((estimate.value - 2.5).abs() < 1e-15);
         assert!(estimate.standard_error.unwrap() < 1e-14);
+    }
+
+    /// Control: a constant rate has an error of zero.
+    #[test]
+    fn a_series_without_events_has_no_error() {
+        let (mut none, mut constant) = (Blocking::default(), Blocking::default());
+        for _ in 0..100 {
+            none.add_amount(0.0, 1.0);
+            constant.add_amount(2.0, 1.0);
+        }
+        let found = none.estimate().unwrap();
+        assert_eq!((found.value, found.standard_error), (0.0, None));
+        assert_eq!(found.missing_error, Some(MissingError::NothingCounted));
+        assert_eq!(constant.estimate().unwrap().standard_error, Some(0.0));
     }
 
     #[test]

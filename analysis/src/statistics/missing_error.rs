@@ -21,6 +21,8 @@ pub enum MissingError {
     Drifting,
     /// The value depends on the start of the run, and one run does not tell how much it differs from seed to seed.
     DependsOnStart,
+    /// No event was counted, so neither the value nor its scatter is known.
+    NothingCounted,
 }
 
 /// The entries of a series.
@@ -63,6 +65,7 @@ impl Display for MissingError {
             ),
             Self::Drifting => formatter
                 .write_str("the value drifts during the run: a standard error needs replicates"),
+            Self::NothingCounted => formatter.write_str("nothing was counted"),
             Self::DependsOnStart => formatter.write_str(
                 "the value differs from start to start: a standard error needs replicates",
             ),

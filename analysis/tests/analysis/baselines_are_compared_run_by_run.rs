@@ -5,6 +5,8 @@
 use crate::synthetic::{AnalysisOutput, Folder, Frames, analyze, flat, two_frames};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::GasPressure;
+use kinetoscope_recording::frame::Frame;
+use kinetoscope_recording::recorder::Clock;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::PathBuf;
@@ -152,6 +154,77 @@ fn other_keys_fail_and_are_named() {
             assert_eq!(far.code, 3, "{}", far.text);
         }
     }
+}
+
+/// A comparison of no run or of no metric is not a success. Control: a metric with a tolerance is compared.
+#[test]
+fn comparison_of_nothing_fails() {
+    let one = |seed: u32, rest: &str| {
+        let manifest = format!(
+            "name = \"bed\"\nseed = {seed}\n{rest}[model.dem]\ndiscs = 2\n[record]\nchannels = [\"state\"]\n"
+        );
+        Folder::write(&manifest, |_| {
+            let mut frame = Frame::new();
+            frame.push_state(&[0.01, 5e-4, 0.0, 0.0]);
+            frame.push_state(&[0.02, 5e-4, 0.0, 0.0]);
+            vec![(Clock { count: 0, time: 0.0 }, frame)]
+        })
+    };
+    let folder = one(1, "");
+    folder.metrics();
+    let file = folder.path().join("baseline.json");
+    fs::copy(folder.path().join("metrics.json"), &file).unwrap();
+    let single = Earlier { folder, file };
+    // Neither seed has an error, and no metric of these frames has an exact law.
+    let other = single.compare_folder(&one(2, ""), &[]);
+    assert_eq!(other.code, 3, "{}", other.text);
+    let text = flat(&other.text);
+    assert!(text.contains("undecided: no metric is compared"), "{text}");
+    assert!(text.contains("replicates") && text.contains("relative_tolerance"), "{text}");
+    let tolerance = "[[baseline]]\nmetric = \"packing_fraction\"\nrelative_tolerance = 0.2\n";
+    let decided = single.compare_folder(&one(2, tolerance), &[]);
+    assert_eq!(decided.code, 0, "{}", decided.text);
+    let empty = Earlier::new("");
+    empty.edit(|document| {
+        document["runs"] = json!([]);
+        document["metrics"] = json!([]);
+    });
+    let nothing = empty.compare_folder(&empty.folder, &[]);
+    assert_eq!(nothing.code, 3, "{}", nothing.text);
+    assert!(flat(&nothing.text).contains("no run is in both analyses"), "{}", nothing.text);
+}
+
+/// A run with another seed that loses energy differs from one that conserved it, although neither value has an error.
+#[test]
+fn lost_conservation_fails_for_another_seed() {
+    let manifest = |seed: u32| {
+        format!(
+            "name = \"packing\"\nseed = {seed}\n[model.packing]\ndiscs = 1\nwidth = 20.0\nheight = 20.0\n"
+        )
+    };
+    let with_final_speed = |seed: u32, speed: f64| {
+        Folder::write(&manifest(seed), |_| {
+            let moving = [1.0, speed].map(|speed| {
+                let mut frame = Frame::new();
+                frame.push_state(&[0.0, 0.0, speed, 0.0]);
+                frame
+            });
+            let clocks = (0..2_u32).map(|at| Clock { count: at.into(), time: at.into() });
+            clocks.zip(moving).collect()
+        })
+    };
+    let folder = with_final_speed(1, 1.0);
+    folder.metrics();
+    let file = folder.path().join("baseline.json");
+    fs::copy(folder.path().join("metrics.json"), &file).unwrap();
+    let earlier = Earlier { folder, file };
+    let kept = earlier.compare_folder(&with_final_speed(2, 1.0), &[]);
+    assert_eq!(kept.code, 0, "{}", kept.text);
+    assert!(flat(&kept.text).contains("ok energy.drift_relative"), "{}", kept.text);
+    let lost = earlier.compare_folder(&with_final_speed(2, 0.99), &[]);
+    assert_eq!(lost.code, 3, "{}", lost.text);
+    let text = flat(&lost.text);
+    assert!(text.contains("no longer equal to its exact law up to rounding"), "{text}");
 }
 
 #[test]

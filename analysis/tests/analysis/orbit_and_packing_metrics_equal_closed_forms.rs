@@ -237,6 +237,10 @@ fn control_deviation_from_haffs_law_is_found() {
     let theory = metrics.theory("temperature.final_over_initial").unwrap();
     assert!((theory - (-0.36_f64 * 30.0 / 2.0).exp()).abs() < 1e-14);
     metrics.assert_near("temperature.final_over_initial", 1.0, 1e-15);
+    // Whether two discs move together cannot be tested, so there is no deviation.
+    let ratio = metrics.first("temperature.final_over_initial");
+    assert_eq!(ratio["theory"]["in_range"], false);
+    assert!(ratio["reason"].as_str().unwrap().contains("128 discs or more"), "{ratio}");
     // van Noije and Ernst at 0.8: 16 (0.2)(1 - 1.28)/(57 - 20 + 30 0.64 0.2) = -0.02194.
     let theory = metrics.theory("a2.mean").unwrap();
     assert!((theory - 16.0 * 0.2 * -0.28 / (37.0 + 3.84)).abs() < 1e-14);

@@ -102,11 +102,33 @@ fn partial_files_are_read_only_when_named() {
         output.text
     );
     assert_eq!(folder.written().all("pressure.measured").len(), 3);
-    let output = analyze(&[partial.to_str().unwrap()]);
-    assert_eq!(output.code, 0, "{}", output.text);
+    // The run that is named is not complete, so a CI system must not see success.
+    let file = folder.path().join("results.xml");
+    let output = analyze(&["--junit", file.to_str().unwrap(), partial.to_str().unwrap()]);
+    assert_eq!(output.code, 3, "{}", output.text);
+    assert!(flat(&output.text).contains("FAILED: 1 of 1 runs unfinished"), "{}", output.text);
     assert!(flat(&output.text).contains(" s; not part of means and fits"), "{}", output.text);
+    let xml = fs::read_to_string(file).unwrap();
+    assert!(xml.contains("tests=\"1\" failures=\"0\" errors=\"1\""), "{xml}");
+    assert!(xml.contains("<error message=\"unfinished: "), "{xml}");
     let metrics = folder.written();
     assert_eq!(metrics.first("pressure.measured")["run"]["outcome"], "unfinished");
+}
+
+/// A recording that an interrupted run left under its final name is part of the experiment, with any expected outcome.
+#[test]
+fn interrupted_runs_fail_and_are_excluded_from_means() {
+    for expectation in ["", "expected_outcome = \"fault\"\n"] {
+        let manifest = format!("{expectation}{MANIFEST}");
+        let folder = Folder::write(&manifest, frames);
+        let experiment = parse(&manifest, "gas.toml", &[]).unwrap();
+        let run = &experiment.runs[1];
+        write_run(&folder.file(1), run, &frames(&run.manifest), &Outcome::Interrupted);
+        let output = analyze(&[folder.name()]);
+        assert_eq!(output.code, 3, "{}", output.text);
+        assert!(flat(&output.text).contains("1 of 3 runs unfinished"), "{}", output.text);
+        assert_eq!(folder.written().first("pressure.measured")["sweep"]["replicates"], 2);
+    }
 }
 
 #[test]

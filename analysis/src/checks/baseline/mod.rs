@@ -4,10 +4,11 @@
 //! |---|---|
 //! | nothing (same run key, same versions) | values are equal to the last digit |
 //! | a version of the programs or of the physics | values are equal within the metric's rounding |
-//! | the seed, or keys that are allowed to differ | the difference is not significant by Student's t, with Holm's correction |
+//! | the seed, or keys that are allowed to differ | the difference is not significant by Student's t, with Holm's correction; a value that was that of its exact law still is |
 //! | any other key | the comparison fails |
 //!
-//! A tolerance of the manifest (`[[baseline]]`) replaces the second and the third rule.
+//! A tolerance of the manifest (`[[baseline]]`) replaces the second and the third rule. A comparison of no run, or of no
+//! metric, fails.
 
 mod relation;
 mod significance;
@@ -15,6 +16,7 @@ mod significance;
 pub(crate) use significance::Significance;
 
 use crate::checks::{CheckKind, CheckResult, digits};
+use crate::metric::deviation::ROUNDING_FRACTION;
 use crate::metric::{Metric, SCHEMA};
 use crate::report::metric_files::{Document, MetricEntry};
 use kinetoscope_manifest::BaselineTolerance;
@@ -24,8 +26,9 @@ use serde_json::json;
 use significance::{FAMILY_LEVEL, Sample, holm};
 use std::collections::BTreeMap;
 
-/// Differences below this fraction of the value are rounding errors.
-const ROUNDING_FRACTION: f64 = 1e-9;
+/// Why a comparison in which no metric passes or fails is a failure, and what to do.
+const NOTHING_COMPARED: &str = "undecided: no metric is compared, because none has a standard error in both analyses: record several \
+     replicates in both, or set a relative_tolerance in [[baseline]]";
 
 /// The metrics of an earlier analysis.
 #[derive(Debug)]
@@ -139,7 +142,10 @@ impl Baseline {
         }
         correct(&mut rows);
         rows.sort_by(|one, other| one.rank().total_cmp(&other.rank()));
-        let failures = failures(old, new, &relations);
+        let mut failures = failures(old, new, &relations);
+        if failures.is_empty() && rows.iter().all(|row| row.passed.is_none()) {
+            failures.push(("the comparison".to_owned(), NOTHING_COMPARED.to_owned()));
+        }
         Ok(BaselineComparison { rules: rules(&relations, &rows), failures, rows })
     }
 }
@@ -217,6 +223,12 @@ impl Pair<'_> {
                 let beyond = format!("beyond rounding ({versions})");
                 row(Some(passed), if passed { "equal up to rounding" } else { &beyond })
             }
+            // Conservation laws hold for every seed.
+            _ if old.is_exact(rule.rounding) == Some(true) => match new.is_exact(rule.rounding) {
+                Some(true) => row(Some(true), "equal to its exact law up to rounding, as before"),
+                Some(false) => row(Some(false), "no longer equal to its exact law up to rounding"),
+                None => row(None, "its exact law no longer applies"),
+            },
             _ => self.by_statistics(place, [before, value], rounding),
         }
     }
@@ -277,8 +289,15 @@ fn failures(old: &Document, new: &Document, relations: &Relations) -> Vec<(Strin
         text if text.is_empty() => "the run".to_owned(),
         text => format!("the run at {text}"),
     };
-    let now = places(new);
-    for place in places(old).iter().filter(|place| !now.contains(place)) {
+    let (before, now) = (places(old), places(new));
+    if !before.iter().any(|place| now.contains(place)) {
+        failures.push((
+            "the runs".to_owned(),
+            "no run is in both analyses: write the baseline again from recordings of this experiment"
+                .to_owned(),
+        ));
+    }
+    for place in before.iter().filter(|place| !now.contains(place)) {
         failures.push((name(place), "the baseline has it, and this analysis does not".to_owned()));
     }
     for run in &old.runs {

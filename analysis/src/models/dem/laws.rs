@@ -10,12 +10,13 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 laws! {
     ENERGY_BALANCE: "kinetic + gravitational + elastic + dissipated - wall work is constant", "conservation of energy; what is left is the integrator's";
+    KINETIC_ENERGY: "0: both are the energies of translation and rotation of the same discs", "definition of the kinetic energy";
     RESTITUTION: "the specified e; for a damping, e = exp(-pi ζ / sqrt(1 - ζ^2)) without limit_damping", "Schwager and Poeschel 2007", range "a time step of a tenth of a contact or less", accuracy 0.05;
     CONTACT_DURATION: "pi / ω, ω^2 = k_n/m_eff - (η_n/(2 m_eff))^2; with limit_damping to the end of the force, and then η_n/k_n until the surfaces part", "damped harmonic oscillator; Schwager and Poeschel 2007", range "a time step of a tenth of a contact or less", accuracy 0.05;
     WEIGHT: "sum of the discs' weights, for discs at rest", "equilibrium of forces without friction at the side walls", range "kinetic energy below 0.001 of the elastic energy", accuracy 0.01;
     WEIGHT_PER_WIDTH: "sum of the discs' weights over the box's width, for discs at rest", "equilibrium of forces without friction at the side walls", range "kinetic energy below 0.001 of the elastic energy", accuracy 0.01;
     WEIGHT_ABOVE: "weight over the box's width, of the discs whose centers are above, mean over the layer's heights", "equilibrium of forces at every height, of discs at rest between walls without friction; in the continuum the mean density times gravity and depth", range "kinetic energy below 0.001 of the elastic energy", accuracy 0.01;
-    HAFF: "1/τ = (1 - e^2) ν/4 of T = T_0/(1 + t/τ)^2, ν = 2 sqrt(pi) n d χ sqrt(T_0), χ = (Z - 1)/(2φ)", "Haff 1983; Enskog's collision rate in two dimensions, Kolafa and Rottner 2006", range "φ up to 0.69, no flow of neighboring discs: energy of the mean velocities of a cell of 8 discs or more as for independent velocities", accuracy 0.03;
+    HAFF: "1/τ = (1 - e^2) ν/4 of T = T_0/(1 + t/τ)^2, ν = 2 sqrt(pi) n d χ sqrt(T_0), χ = (Z - 1)/(2φ)", "Haff 1983; Enskog's collision rate in two dimensions, Kolafa and Rottner 2006", range "φ up to 0.69, 128 discs or more without flow or clusters: energy of the mean velocities and variance of the numbers of cells of 8 discs or more as for independent discs", accuracy 0.03;
     ROW_OF_DISCS: "((1 + e)/2)^(N - 1) if each gap is longer than the distance traveled in a contact, v pi/ω", "conservation of momentum, collision by collision; Herrmann and Seitz 1982", range "gaps longer than the distance traveled in a contact", accuracy 0.01;
     BEVERLOO: "3/2 of the opening less 1.4 diameters, in two dimensions", "Beverloo, Leniger and van de Velde 1961", range "openings of 5 diameters or more", accuracy 0.1;
     RUNOUT: "between 2/3 and 1 of the aspect ratio: linear for low columns, about 0.7 for tall ones", "Staron and Hinch 2005; Lube et al. 2005";

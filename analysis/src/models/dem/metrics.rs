@@ -16,7 +16,7 @@ definitions! {
     RESIDUAL: "energy.residual", "J", "/energy: change of the energy balance from the first to the last frame", [law::ENERGY_BALANCE], 0.0;
     RESIDUAL_PER_REBOUND: "energy.residual_per_rebound", "J", "/energy and /state: energy-balance error divided by the number of rebounds of a single disc", [law::ENERGY_BALANCE], 0.0;
     MAX_RESIDUAL: "energy.max_residual_relative", "1", "/energy: maximum size of the energy-balance error over the initial and inserted energy", [law::ENERGY_BALANCE], 1e-9;
-    KINETIC_DISAGREEMENT: "energy.kinetic_disagreement_relative", "1", "kinetic energy of /state against /energy, largest over frames, over the energy at the start", [], 0.0;
+    KINETIC_DISAGREEMENT: "energy.kinetic_disagreement_relative", "1", "kinetic energy of /state against /energy, largest over frames, over the energy at the start", [law::KINETIC_ENERGY], 1e-9;
     RESTITUTION: "restitution.measured", "1", "/state: sqrt(energy after / before) of each rebound of a single disc, mean", [law::RESTITUTION], 0.0;
     CONTACT_DURATION: "contact_duration.measured", "s", "/state: from touch to parting of each rebound of a single disc, by its parabolas before and after, mean", [law::CONTACT_DURATION], 0.0;
     MAX_OVERLAP: "max_overlap_over_radius", "1", "/contact_statistics: largest since the start", [], 0.0;
@@ -38,7 +38,7 @@ definitions! {
     EFFECTIVE_WIDTH: "outlet.effective_width", "m", "manifest: outlet.width less 1.4 mean diameters, Beverloo's empty annulus", [], 0.0;
     DISCHARGE_RATE: "outlet.discharge_rate", "1/s", "/wall_forces: slope of the number of removed discs between a tenth and six tenths of the last", [], 0.0;
     COOLING_RATE: "cooling.rate", "1/s", "/temperature: slope of sqrt(T_0/T) - 1 over time, through the origin", [law::HAFF], 0.0;
-    VELOCITY_TRANSMISSION: "row.velocity_transmission", "1", "/state: final velocity of a row's last disc over the initial velocity of its first", [law::ROW_OF_DISCS], 1e-12;
+    VELOCITY_TRANSMISSION: "row.velocity_transmission", "1", "/state: final velocity of a row's last disc over the initial velocity of its first", [law::ROW_OF_DISCS], 0.0;
     SURFACE_ANGLE: "bed.surface_angle", "degrees", "/state: mean slope of the surface on both sides of the bed's middle, between 15 and 85 percent of its height, last frame; none of flying discs", [], 0.0;
     DEPOSIT_LENGTH: "bed.deposit_length", "m", "/state: distance from the left wall up to which discs lie without a gap of two diameters, last frame", [], 0.0;
     RUNOUT: "bed.normalized_runout", "1", "/state: bed.deposit_length over its initial value, minus 1", [], 0.0;

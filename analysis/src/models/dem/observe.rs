@@ -14,6 +14,7 @@ use crate::models::flow_statistics::FlowStatistics;
 use crate::models::series::Series;
 use crate::models::snapshots::{Snapshots, StateStyle};
 use crate::models::{max_or_nan, relative_change};
+use crate::statistics::{Estimate, MissingError};
 use kinetoscope_manifest::model::{DemConfig, PeriodicSides};
 use kinetoscope_recording::channels::{
     DemContactForces, DemContactStatistics, DemEnergy, DemTemperature, DemWalls,
@@ -141,7 +142,7 @@ impl DemRun {
         found.compare(metric::RELATIVE_RESIDUAL, residual / start.abs(), 0.0);
         found.compare(metric::MAX_RESIDUAL, self.max_residual_j / start.abs(), 0.0);
         let disagreement = self.max_kinetic_disagreement_j.map(|energy| energy / start.abs());
-        found.add(metric::KINETIC_DISAGREEMENT, disagreement);
+        found.compare(metric::KINETIC_DISAGREEMENT, disagreement, 0.0);
     }
 
     /// Bed of the last frame: its height and packing fraction, and the forces on floor and side walls.
@@ -227,6 +228,8 @@ impl DemRun {
             && special_setups::is_free_gas(config)
         {
             let rate = special_setups::cooling_rate_per_s(&self.temperature);
+            let rate =
+                rate.map(|rate| Estimate::bare(rate).without_error(MissingError::DependsOnStart));
             let in_range = self.flow.is_homogeneous() == Some(true);
             let theory = law::cooling_rate_per_s(config, *first).map(|value| ExpectedValue {
                 value,

@@ -5,7 +5,7 @@ use super::laws as law;
 use crate::metric::definition::definitions;
 
 definitions! {
-    PRESSURE_MEASURED: "pressure.measured", "N/m", "/pressure: impulse on the wall since the start; conditional error sqrt(N) m v_rms/(sqrt(8) pi R t), the momentum in transit at given <v^2> and W; other seeds differ in <v^2> unless it is given, and discs in W, by blocking", [law::KINETIC_PRESSURE, kinetics::CLAUSIUS], 0.0;
+    PRESSURE_MEASURED: "pressure.measured", "N/m", "/pressure: impulse on the wall since the start; conditional error sqrt(N) m v_rms/(sqrt(8) pi R t), the momentum in transit at given <v^2> and W; other seeds differ in <v^2> unless it is given, and discs in W, by blocking and by the energy of rotation, which is conserved", [law::KINETIC_PRESSURE, kinetics::CLAUSIUS], 0.0;
     PRESSURE_MEAN_SPEED: "pressure.mean_speed_formula", "N/m", "/pressure: N m <v>^2 / (2A), the gas exercise's formula (12); error of drawn speeds", [law::SPEED_LAW], 0.0;
     PRESSURE_MEAN_SQUARE: "pressure.mean_square_formula", "N/m", "/pressure: N m <v^2> / (2A); error of drawn speeds", [law::SPEED_LAW], 0.0;
     PRESSURE_IDEAL: "pressure.ideal_gas", "N/m", "/pressure: N k_B T / A, T by the definition in use", [], 0.0;

@@ -13,7 +13,7 @@ use crate::models::contract::Observer;
 use crate::models::series::Series;
 use crate::models::snapshots::{Snapshots, StateStyle};
 use crate::models::{max_or_nan, relative_change};
-use crate::statistics::{Estimate, mean};
+use crate::statistics::{Estimate, MissingError, mean};
 use kinetoscope_manifest::model::{GasConfig, PositionDistribution, SpeedScale};
 use kinetoscope_recording::channels::{
     GasCollisions, GasEnergyBalance, GasInvariants, GasPressure, GasSpeeds, GasTemperature,
@@ -240,6 +240,9 @@ impl GasRun {
         {
             let escaped = balance.particles_escaped as f64;
             let rate = Estimate::new(escaped / self.time_s, escaped.sqrt() / self.time_s);
+            let has_counted = escaped > 0.0;
+            let rate =
+                if has_counted { rate } else { rate.without_error(MissingError::NothingCounted) };
             let fraction = escaped / f64::from(self.config.particles.get());
             let accuracy = Some(theory * fraction);
             let theory = ExpectedValue { value: theory, accuracy, in_range: fraction < 0.1 };
@@ -250,6 +253,7 @@ impl GasRun {
             let rms = self.mean_square().map_or(0.0, f64::sqrt);
             let in_range = self.config.wall_speed_m_per_s.get().abs() < 0.1 * rms;
             let theory = ExpectedValue { value: 1.0, accuracy: None, in_range };
+            let invariant = Estimate::bare(invariant).without_error(MissingError::DependsOnStart);
             found.compare(metric::ADIABATIC_INVARIANT, invariant, theory);
         }
         if let (Some(wall), Some(speeds)) = (self.config.thermal_wall, self.speeds())

@@ -81,7 +81,8 @@ impl GasRun {
 
     /// The measured wall pressure, N/m, at this `<v^2>`. Theory uses the `<v^2>` of the run, and for discs the virial of the
     /// run, so the conditional error is that of the momentum in transit. Other seeds have another `<v^2>` if it is not that
-    /// of the manifest, and discs another virial.
+    /// of the manifest, and discs another virial: by the finite time and by the energy of rotation, which the circular wall
+    /// conserves.
     pub(super) fn measured_pressure(&self, measured: f64, mean_square: Option<f64>) -> Estimate {
         let (Some(square), Some(start)) = (mean_square, StartScatter::new(&self.config)) else {
             return Estimate::bare(measured);
@@ -96,14 +97,19 @@ impl GasRun {
         let virial = windows(self.pairs.iter().map(|&(time, _, virial)| (time, virial)), 0.0);
         let radius = self.config.radius_m.get();
         let per_virial = 1.0 / (2.0 * PI * radius * (radius - disc_radius.get()));
-        match virial.estimate().map(|rate| (rate.standard_error, rate.missing_error)) {
-            Some((Some(error), _)) => {
-                given.with_scatter_of_starts(by_speeds.hypot(per_virial * error))
+        let Some(virial) = virial.estimate() else {
+            return given.with_scatter_of_starts(by_speeds);
+        };
+        match virial.standard_error {
+            Some(error) => {
+                // The virial is proportional to the thermal energy, from which the conserved rotation takes its share.
+                let by_virial = per_virial * error.hypot(virial.value * start.thermal_energy);
+                given.with_scatter_of_starts(by_speeds.hypot(by_virial))
             }
-            Some((None, reason)) => {
-                Estimate { missing_error: reason, ..given.with_unknown_scatter_of_starts() }
-            }
-            None => given.with_scatter_of_starts(by_speeds),
+            None => Estimate {
+                missing_error: virial.missing_error,
+                ..given.with_unknown_scatter_of_starts()
+            },
         }
     }
 

@@ -3,10 +3,10 @@
 use crate::metric::law::laws;
 
 laws! {
-    COOLING: "T = T_0 exp(-(1 - e^2) C / N) after C pair collisions; constant for e = 1", "Haff 1983; velocities by Maxwell's law", range "no flow of neighboring discs: energy of the mean velocities of a cell of 8 discs or more as for independent velocities; accuracy of the exponent 2 % and 1/sqrt(C)";
+    COOLING: "T = T_0 exp(-(1 - e^2) C / N) after C pair collisions; constant for e = 1", "Haff 1983; velocities by Maxwell's law", range "128 discs or more without flow or clusters: energy of the mean velocities and variance of the numbers of cells of 8 discs or more as for independent discs; accuracy of the exponent 2 % and 1/sqrt(C)";
     A2_FIXED_ENERGY: "mean a2 = -1/(N + 1) at fixed energy", "uniform law on the energy sphere";
     A2_FIXED_MOMENTUM: "mean a2 = -1/N at fixed energy and momentum", "uniform law on the energy sphere of relative velocities";
-    A2_COOLING: "a2 = 16 (1 - e)(1 - 2 e^2) / (57 - 25 e + 30 e^2 (1 - e))", "van Noije and Ernst 1998, homogeneous cooling state to first order in a2", range "no flow of neighboring discs, as for the temperature; accuracy 0.003, 0.1 a2 and 1/N, as against direct simulation Monte Carlo";
+    A2_COOLING: "a2 = 16 (1 - e)(1 - 2 e^2) / (57 - 25 e + 30 e^2 (1 - e))", "van Noije and Ernst 1998, homogeneous cooling state to first order in a2", range "no flow or clusters, as for the temperature; accuracy 0.003, 0.1 a2 and 1/N, as against direct simulation Monte Carlo";
     COLLISION_RATE: "Enskog: ν = 2 sqrt(pi) n d χ sqrt(T), corrected for walls and fixed N and energy", "Chapman and Enskog; Kolafa and Rottner 2006; walls by Helfand, Frisch and Lebowitz 1961", range "φ up to 0.69 in a periodic box, accuracy 1e-4; with walls up to 0.6 far from them, accuracy (0.3 + (10 + 6000 φ^6)/N) % of Z - 1";
     WALL_COLLISION_RATE: "force on the walls / (m T) times sqrt(T / (2 pi))", "contact theorem; Kolafa and Rottner 2006; walls by Helfand, Frisch and Lebowitz 1961", range "φ up to 0.6 far from the walls; accuracy (0.3 + (10 + 6000 φ^6)/N) %";
     COMPRESSIBILITY: "Z by Kolafa and Rottner, with the line tension of scaled-particle theory at walls, corrected for fixed N; Z - 1 times (1 + e)/2", "Kolafa and Rottner 2006; walls by Helfand, Frisch and Lebowitz 1961", range "φ up to 0.69 in a periodic box, accuracy 1e-4; with walls up to 0.6 far from them, accuracy (0.3 + (10 + 6000 φ^6)/N) % of Z - 1";

@@ -6,7 +6,7 @@ use crate::metric::definition::definitions;
 definitions! {
     TEMPERATURE_INITIAL: "temperature.initial", "", "T = <v^2>/2, first frame", [], 0.0;
     TEMPERATURE_FINAL: "temperature.final", "", "T = <v^2>/2, last frame", [law::COOLING], 0.0;
-    TEMPERATURE_RATIO: "temperature.final_over_initial", "1", "<v^2>, last frame over first", [law::COOLING], 1e-9;
+    TEMPERATURE_RATIO: "temperature.final_over_initial", "1", "<v^2>, last frame over first", [law::COOLING], 0.0;
     MEAN_SQUARE_VELOCITY_INITIAL: "mean_square_velocity.initial", "", "<v^2>, first frame: the packing exercise's temperature", [], 0.0;
     MEAN_SQUARE_VELOCITY_FINAL: "mean_square_velocity.final", "", "<v^2>, last frame: the packing exercise's temperature", [], 0.0;
     ENERGY_DRIFT: "energy.drift_relative", "1", "kinetic energy, last frame against the first", [law::ELASTIC_ENERGY], 1e-9;
@@ -16,14 +16,14 @@ definitions! {
     MEAN_FREE_TIME: "mean_free_time", "", "1 over pair_collision_rate_per_disc: mean time between two collisions with other discs", [law::COLLISION_RATE, law::COLLISION_RATE_OF_SIZES], 0.0;
     CONTACT_VALUE: "contact_value.from_collision_rate", "1", "pair_collision_rate_per_disc over 2 sqrt(pi) n <d> sqrt(T) of discs without walls: χ, of several sizes <d_ij χ_ij>/<d>", [law::CONTACT_VALUE], 0.0;
     WALL_COLLISION_RATE: "wall_collision_rate_per_disc", "", "/collisions: wall collisions per disc and unit of time; errors as of pair_collision_rate_per_disc", [law::WALL_COLLISION_RATE], 0.0;
-    COMPRESSIBILITY: "compressibility_factor", "1", "/pressure: P A/(N m T) by the pair virial since the start; error by blocking", [law::COMPRESSIBILITY, law::COMPRESSIBILITY_OF_SIZES], 0.0;
-    COMPRESSIBILITY_BY_RATE: "compressibility_factor.from_collision_rate", "1", "1 + (1 + e)/2 (sqrt(pi)/4) d ν/sqrt(T) from the collision rate; of several sizes d is replaced by the mean distance of centers in a collision, by the contact values of the law", [law::VIRIAL_IDENTITY], 0.0;
+    COMPRESSIBILITY: "compressibility_factor", "1", "/pressure: P A/(N m T) by the pair virial since the start; conditional error by blocking, to which the scatter of the drift energy of a periodic box is added; unknown scatter of drawn radii", [law::COMPRESSIBILITY, law::COMPRESSIBILITY_OF_SIZES], 0.0;
+    COMPRESSIBILITY_BY_RATE: "compressibility_factor.from_collision_rate", "1", "1 + (1 + e)/2 (sqrt(pi)/4) d ν/sqrt(T) from the collision rate; of several sizes d is replaced by the mean distance of centers in a collision, by the contact values of the law; errors as of compressibility_factor", [law::VIRIAL_IDENTITY], 0.0;
     PRESSURE_VIRIAL: "pressure.virial", "", "/pressure: by the pair virial since the start", [], 0.0;
     PRESSURE_WALL: "pressure.wall", "", "/pressure: impulse on the walls since the start", [], 0.0;
     PACKING_FRACTION: "packing_fraction", "1", "φ = N pi d^2 / (4A)", [], 0.0;
     PSI6_GLOBAL: "psi6.global", "1", "/state: |mean over discs of psi6|, psi6 = mean of exp(6 i θ) over neighbors within 1.5 diameters, of discs of one size; mean over the sampled frames, error by blocking", [], 0.0;
     PSI6_LOCAL: "psi6.local", "1", "/state: mean over discs of |psi6|, over the sampled frames, error by blocking", [], 0.0;
     PAIR_CORRELATION: "pair_correlation.near_contact", "1", "/state: g(r) over 1 to 1.1 diameters: pairs within 1.1 over those between 1 and 1.1 of as many points at random in the room of the centers, mean over the sampled frames, error by blocking", [], 0.0;
-    DISPLACEMENT: "mean_square_displacement.final", "", "/state: mean |r - r(0)|^2 of the first 1000 discs, last frame; error from their scatter; in a periodic box by the nearest images from frame to frame, and none where a disc may have gone a quarter of a side between two", [], 0.0;
+    DISPLACEMENT: "mean_square_displacement.final", "", "/state: mean |r - r(0)|^2 of the first 1000 discs, last frame; error from their scatter, up to a packing fraction of 0.45, above which neighbors move together; in a periodic box by the nearest images from frame to frame, and none where a disc may have gone a quarter of a side between two", [], 0.0;
     VELOCITY_AUTOCORRELATION: "velocity_autocorrelation.final", "1", "/state: sum of v . v(0) over sum of v(0)^2 of the first 1000 discs, last frame", [], 0.0;
 }

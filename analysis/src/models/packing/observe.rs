@@ -82,6 +82,9 @@ pub(crate) struct PackingRun {
 
 /// Events per disc after which means begin: velocities forget their start within a few collisions per disc.
 const SETTLING_EVENTS_PER_DISC: f64 = 5.0;
+/// Packing fraction up to which the displacements of neighbors are independent enough for the scatter of the discs to be the
+/// error of their mean: at 0.54, the mean scatters twice as much.
+const MAX_LOOSE_FRACTION: f64 = 0.45;
 /// Discs per sampling interval: the structure is sampled once per n/32 frames, so that the cost per disc is bounded.
 const DISCS_PER_SAMPLE: u64 = 32;
 
@@ -217,7 +220,28 @@ impl PackingRun {
 
     /// A rate, which is proportional to the thermal speed, with the scatter of starts.
     fn with_scatter_of_starts(&self, rate: Estimate) -> Estimate {
-        rate.with_scatter_of_starts(rate.value.abs() * self.thermal_speed_scatter())
+        self.with_scatter_of_sizes(
+            rate.with_scatter_of_starts(rate.value.abs() * self.thermal_speed_scatter()),
+        )
+    }
+
+    /// Z - 1 of the energy of all discs, with the scatter of starts: the energy of the center of mass, which n discs in a
+    /// periodic box keep if it was drawn, is not thermal. Its share is Beta(1, n - 1)-distributed.
+    fn excess_with_scatter_of_starts(&self, excess: Estimate) -> Estimate {
+        let discs = self.discs();
+        let share = ((discs - 1.0) / (discs + 1.0)).sqrt() / discs;
+        let drift = if self.has_drift() { excess.value.abs() * share } else { 0.0 };
+        self.with_scatter_of_sizes(excess.with_scatter_of_starts(drift))
+    }
+
+    /// The estimate, whose scatter from start to start is unknown if the radii are drawn or follow from a compression. Theory
+    /// uses the radii of the run.
+    fn with_scatter_of_sizes(&self, estimate: Estimate) -> Estimate {
+        if self.equal_radius().is_some() {
+            return estimate;
+        }
+        let given = estimate.conditional_standard_error.or(estimate.standard_error);
+        Estimate { standard_error: given, ..estimate }.with_unknown_scatter_of_starts()
     }
 
     fn has_walls(&self) -> bool {
@@ -395,18 +419,21 @@ impl PackingRun {
             let density = self.discs() / (self.config.width.get() * self.config.height.get());
             let one = 2.0 * PI.sqrt() * density * 2.0 * sizes.mean_radius * speed;
             let theory = equilibrium.proportional(equilibrium.pair_rate * thermal_speed / one);
-            found.compare(metric::CONTACT_VALUE, rate.times(1.0 / one), theory);
+            let value = self.with_scatter_of_sizes(rate.times(1.0 / one));
+            found.compare(metric::CONTACT_VALUE, value, theory);
         }
         let inelastic = (1.0 + self.config.restitution.get()) / 2.0;
         let excess = rate.times(inelastic * PI.sqrt() / 4.0 * sizes.collision_diameter() / speed);
         let theory = equilibrium.compressibility();
-        found.compare(metric::COMPRESSIBILITY_BY_RATE, excess.plus(1.0), theory);
+        let factor = self.with_scatter_of_sizes(excess).plus(1.0);
+        found.compare(metric::COMPRESSIBILITY_BY_RATE, factor, theory);
     }
 
     fn measure_pressure(&self, found: &mut Measurements) {
         let end_time = self.totals.as_ref().map_or(0.0, |(time, ..)| *time);
         let Some(pressure) = self.pressure.as_ref().filter(|_| end_time > 0.0) else { return };
-        let factor = self.rate(&self.virial_rate).map(|excess| excess.plus(1.0));
+        let excess = self.rate(&self.virial_rate);
+        let factor = excess.map(|excess| self.excess_with_scatter_of_starts(excess).plus(1.0));
         let theory = self.equilibrium().map(|of| of.compressibility());
         let law = self.law_of_sizes(law::COMPRESSIBILITY, law::COMPRESSIBILITY_OF_SIZES);
         found.compare_with(metric::COMPRESSIBILITY, factor, law, theory);
@@ -438,7 +465,11 @@ impl PackingRun {
             }
         }
         let displacement = self.displacement.last_mean_square();
-        let displacement = displacement.map(|moved| moved.with_further_error(self.drift_scatter()));
+        let moves_alone = self.packing_fraction().is_some_and(|found| found <= MAX_LOOSE_FRACTION);
+        let displacement = displacement.map(|moved| match moves_alone {
+            true => moved.with_further_error(self.drift_scatter()),
+            false => moved.without_error(MissingError::DependsOnStart),
+        });
         found.add(metric::DISPLACEMENT, displacement);
         let correlation = self.displacement.velocity_autocorrelation.last();
         found.add(metric::VELOCITY_AUTOCORRELATION, correlation.map(|(_, value)| *value));
