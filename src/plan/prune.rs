@@ -2,18 +2,18 @@
 //! such runs, and plots that show them.
 
 use crate::plan::Plan;
-use kinetoscope_recording::file::remove_leftovers;
+use kinetoscope_recording::atomic_file::remove_if_exists;
 use kinetoscope_recording::plot_list::listed_plots;
 use kinetoscope_recording::reader::Recording;
+use kinetoscope_recording::removal::{Removal, remove_leftovers, remove_recording};
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Extensions of the side files of a recording.
-const SIDE_FILES: [&str; 5] =
-    ["host.json", "verified.json", "checkpoint", "partial.mcap", "failed.txt"];
+/// Extensions of the side files of a recording, in addition to those of an unfinished run.
+const SIDE_FILES: [&str; 3] = ["host.json", "verified.json", "failed.txt"];
 
 /// The ending of a recording that is being written.
 const PARTIAL: &str = ".partial.mcap";
@@ -70,27 +70,33 @@ impl StaleFiles {
         [&self.recordings, &self.partials, &self.plots].into_iter().flatten().map(PathBuf::as_path)
     }
 
-    /// Removes the files, and the side files of the recordings.
+    /// Removes the files, and the side files of the recordings, except for those of runs that another process is writing.
+    /// `report` receives each file and whether it was removed. A file that another process removes meanwhile counts as removed.
     ///
     /// # Errors
-    /// A folder that cannot be written, or a partial file that another process is writing.
-    pub fn remove(&self) -> io::Result<()> {
-        for recording in &self.recordings {
-            fs::remove_file(recording)?;
-            for end in SIDE_FILES {
-                match fs::remove_file(recording.with_extension(end)) {
-                    Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-                    Ok(()) | Err(_) => {}
-                }
+    /// The first file that cannot be removed, after the others were removed.
+    pub fn remove(&self, report: &mut dyn FnMut(&Path, Removal)) -> io::Result<()> {
+        let mut first_error = Ok(());
+        for path in self.paths() {
+            match removed(path) {
+                Ok(removal) => report(path, removal),
+                Err(error) => first_error = first_error.and(Err(error)),
             }
         }
-        for partial in &self.partials {
-            let name = partial.file_name().and_then(OsStr::to_str).unwrap_or_default();
-            let folder = partial.parent().unwrap_or(Path::new(""));
-            let stem = name.strip_suffix(PARTIAL).unwrap_or_default();
-            remove_leftovers(folder, stem).map_err(io::Error::other)?;
-        }
-        self.plots.iter().try_for_each(fs::remove_file)
+        first_error
+    }
+}
+
+/// Removes a stale file.
+fn removed(path: &Path) -> io::Result<Removal> {
+    let name = path.file_name().and_then(OsStr::to_str).unwrap_or_default();
+    let folder = path.parent().unwrap_or(Path::new(""));
+    if let Some(stem) = name.strip_suffix(PARTIAL) {
+        return remove_leftovers(folder, stem).map_err(io::Error::other);
+    }
+    match name.strip_suffix(".mcap") {
+        Some(stem) => remove_recording(folder, stem, &SIDE_FILES).map_err(io::Error::other),
+        None => remove_if_exists(path).map(|()| Removal::Removed),
     }
 }
 
