@@ -3,7 +3,7 @@
 use crate::file::sync_folder;
 use std::ffi::OsString;
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io::{self, BufWriter, IntoInnerError, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
@@ -17,6 +17,43 @@ pub fn replace(path: &Path, contents: &[u8]) -> io::Result<()> {
     temporary.as_file().sync_all()?;
     temporary.persist(path)?;
     sync_folder(path)
+}
+
+/// A file that is written piece by piece. It replaces the file of this name, or a link or pipe in its place, when it is complete,
+/// and is removed if it is dropped before. It is not synced.
+#[derive(Debug)]
+pub struct NewFile {
+    file: BufWriter<NamedTempFile>,
+    path: PathBuf,
+}
+
+impl NewFile {
+    /// Begins a file that will be at `path`.
+    ///
+    /// # Errors
+    /// A folder that cannot be written.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        Ok(Self { file: BufWriter::new(temporary_file(path, &[])?), path: path.to_owned() })
+    }
+
+    /// Gives the file its name.
+    ///
+    /// # Errors
+    /// A folder that cannot be written, or a folder of this name.
+    pub fn finish(self) -> io::Result<()> {
+        self.file.into_inner().map_err(IntoInnerError::into_error)?.persist(&self.path)?;
+        Ok(())
+    }
+}
+
+impl Write for NewFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
 }
 
 /// As [`replace`], but the contents may be lost if the machine fails: the sync of a file takes longer than a short run.

@@ -3,9 +3,11 @@
 
 #![cfg(target_os = "linux")]
 
-use super::{Bench, recordings};
+use super::{Bench, Called, recordings};
 use std::fs::{self, File};
+use std::os::unix::fs::symlink;
 use std::path::Path;
+use std::process::Command;
 
 fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).unwrap();
@@ -13,6 +15,21 @@ fn names(folder: &Path) -> Vec<String> {
         entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
     names.sort();
     names
+}
+
+/// Calls `kinetoscope` in the folder of the bench. A call that blocks is ended after two minutes.
+fn call(bench: &Bench, arguments: &[&str]) -> Called {
+    Command::new("timeout")
+        .args(["--kill-after=5", "120", env!("CARGO_BIN_EXE_kinetoscope")])
+        .args(arguments)
+        .current_dir(bench.path("."))
+        .output()
+        .unwrap()
+        .into()
+}
+
+fn make_pipe(path: &Path) {
+    assert!(Command::new("mkfifo").arg(path).status().unwrap().success(), "{path:?}");
 }
 
 /// The lock stands for a process that runs an earlier manifest again (`--force`).
@@ -39,4 +56,34 @@ fn pruning_keeps_all_files_of_a_run_that_another_process_writes() {
     assert_eq!(recordings(&folder).len(), 1);
     let stem = old.file_stem().unwrap().to_str().unwrap();
     assert!(!names(&folder).iter().any(|name| name.starts_with(stem)), "{:?}", names(&folder));
+}
+
+#[test]
+fn export_replaces_links_and_pipes_in_place_of_its_files() {
+    let bench = Bench::new();
+    let recording = bench.recording();
+    let precious = bench.write("precious", "keep me");
+    let folder = bench.path("recordings/gas/export").join(recording.file_stem().unwrap());
+    let arguments =
+        ["export", "--format", "csv", "--format", "xyz", "--format", "gnuplot", "recordings/gas"];
+    assert_eq!(call(&bench, &arguments).code, Some(0));
+    let files = ["state.csv", "state.xyz", "gnuplot/play.gp", "gnuplot/frame_000001.txt"];
+    let exported = files.map(|name| fs::read(folder.join(name)).unwrap());
+    let plant: [&dyn Fn(&Path); 2] = [&|path| symlink(&precious, path).unwrap(), &make_pipe];
+    for plant in plant {
+        for name in files {
+            fs::remove_file(folder.join(name)).unwrap();
+            plant(&folder.join(name));
+        }
+        let called = call(&bench, &arguments);
+        assert_eq!(called.code, Some(0), "{}", called.err);
+        assert_eq!(fs::read_to_string(&precious).unwrap(), "keep me");
+        for (name, bytes) in files.iter().zip(&exported) {
+            let path = folder.join(name);
+            assert!(fs::symlink_metadata(&path).unwrap().is_file(), "{name}");
+            assert!(fs::read(&path).unwrap() == *bytes, "{name} differs");
+        }
+        let leftover = |name: &String| name.ends_with(".tmp");
+        assert!(!names(&folder).iter().any(leftover), "{:?}", names(&folder));
+    }
 }
