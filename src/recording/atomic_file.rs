@@ -7,13 +7,18 @@ use std::io::{self, BufWriter, IntoInnerError, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
+/// The permissions of any new file.
+const NEW_FILE: u32 = 0o666;
+/// The permissions of a file that only its owner can write.
+const OWN_FILE: u32 = 0o644;
+
 /// Replaces a file by these contents, which are on the disk when the function returns. Several processes may replace the same
 /// file at once: each writes a temporary file of its own, and the last rename counts.
 ///
 /// # Errors
 /// A folder that cannot be written, or a disk that fails.
 pub fn replace(path: &Path, contents: &[u8]) -> io::Result<()> {
-    let temporary = temporary_file(path, contents)?;
+    let temporary = temporary_file(path, contents, NEW_FILE)?;
     temporary.as_file().sync_all()?;
     temporary.persist(path)?;
     sync_folder(path)
@@ -33,7 +38,10 @@ impl NewFile {
     /// # Errors
     /// A folder that cannot be written.
     pub fn create(path: &Path) -> io::Result<Self> {
-        Ok(Self { file: BufWriter::new(temporary_file(path, &[])?), path: path.to_owned() })
+        Ok(Self {
+            file: BufWriter::new(temporary_file(path, &[], NEW_FILE)?),
+            path: path.to_owned(),
+        })
     }
 
     /// Gives the file its name.
@@ -61,17 +69,30 @@ impl Write for NewFile {
 /// # Errors
 /// A folder that cannot be written.
 pub fn replace_unsynced(path: &Path, contents: &[u8]) -> io::Result<()> {
-    temporary_file(path, contents)?.persist(path)?;
+    temporary_file(path, contents, NEW_FILE)?.persist(path)?;
     Ok(())
 }
 
-/// A new file with these contents next to `path`, with the permissions of any new file. It is removed if it is dropped.
-fn temporary_file(path: &Path, contents: &[u8]) -> io::Result<NamedTempFile> {
+/// As [`replace_unsynced`], for a file that only its owner can write, whatever other new files allow: see
+/// [`crate::regular_file::read_own`].
+///
+/// # Errors
+/// A folder that cannot be written.
+pub fn replace_own_unsynced(path: &Path, contents: &[u8]) -> io::Result<()> {
+    temporary_file(path, contents, OWN_FILE)?.persist(path)?;
+    Ok(())
+}
+
+/// A new file with these contents next to `path`, with these permissions (on Unix) as far as the user's mask allows them. It is
+/// removed if it is dropped.
+fn temporary_file(path: &Path, contents: &[u8], permissions: u32) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     // A short name, because that of the file may be as long as the file system allows.
     builder.prefix(".kinetoscope-").suffix(".tmp");
     #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(permissions));
+    #[cfg(not(unix))]
+    let _ = permissions;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     let mut file = builder.tempfile_in(folder.unwrap_or(Path::new(".")))?;
     file.write_all(contents)?;

@@ -1,4 +1,5 @@
-//! The names of an analysis's plots in a file next to them, so that plots of earlier manifests can be removed.
+//! The names of an analysis's plots, and the file that lists them next to the plots, so that plots of earlier manifests can be
+//! removed.
 
 use crate::regular_file::read_text;
 use std::path::Path;
@@ -13,8 +14,14 @@ const MAX_BYTES: u64 = 1 << 20;
 #[must_use]
 pub fn listed_plots(folder: &Path) -> Vec<String> {
     let Ok(list) = read_text(&folder.join(PLOT_LIST), MAX_BYTES) else { return Vec::new() };
-    let is_plot = |name: &&str| name.ends_with(".svg") && !name.contains(['/', '\\']);
-    list.lines().filter(is_plot).map(str::to_owned).collect()
+    list.lines().filter(|name| is_plot_name(name)).map(str::to_owned).collect()
+}
+
+/// Whether a text can be the name of a plot: a file of its folder on every system, which is not hidden.
+#[must_use]
+pub fn is_plot_name(name: &str) -> bool {
+    let is_plain = |c: char| c.is_alphanumeric() || "._=,+-".contains(c);
+    name.ends_with(".svg") && !name.starts_with('.') && name.chars().all(is_plain)
 }
 
 #[cfg(test)]
@@ -26,9 +33,9 @@ mod tests {
     fn list_names_only_plots_of_its_folder() {
         let folder = std::env::temp_dir().join(format!("plot-list-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
-        let list = "a.svg\n../b.svg\n/c.svg\nd\\e.svg\nf.mcap\n.svg.txt\n";
+        let list = "a_r=2,5.svg\n../b.svg\n/c.svg\nd\\e.svg\nf.mcap\n.svg.txt\n.g.svg\nC:h.svg\n";
         std::fs::write(folder.join(PLOT_LIST), list).unwrap();
-        assert_eq!(listed_plots(&folder), ["a.svg"]);
+        assert_eq!(listed_plots(&folder), ["a_r=2,5.svg"]);
         std::fs::remove_dir_all(&folder).unwrap();
         assert!(listed_plots(&folder).is_empty());
     }

@@ -5,7 +5,7 @@
 
 use super::{Bench, Called, recordings};
 use std::fs::{self, File};
-use std::os::unix::fs::symlink;
+use std::os::unix::fs::{PermissionsExt as _, chown, symlink};
 use std::path::Path;
 use std::process::Command;
 
@@ -86,4 +86,75 @@ fn export_replaces_links_and_pipes_in_place_of_its_files() {
         let leftover = |name: &String| name.ends_with(".tmp");
         assert!(!names(&folder).iter().any(leftover), "{:?}", names(&folder));
     }
+}
+
+/// The stem of a plot of the analysis of [`Bench::recording`].
+const STEM: &str = "state_at_start";
+
+/// Replaces the stem of a plot in the cached analysis.
+fn forge_stem(cache: &Path, forged: &str) {
+    assert_eq!(forged.len(), STEM.len());
+    let mut bytes = fs::read(cache).unwrap();
+    let place = bytes.windows(STEM.len()).position(|part| part == STEM.as_bytes());
+    let place = place.expect("the cache contains the plot");
+    bytes[place..place + STEM.len()].copy_from_slice(forged.as_bytes());
+    fs::write(cache, bytes).unwrap();
+}
+
+fn cache_of(recording: &Path) -> std::path::PathBuf {
+    let name = recording.file_name().unwrap().to_str().unwrap();
+    recording.with_file_name(".analysis-cache").join(format!("{name}.numbers"))
+}
+
+#[test]
+fn forged_cache_names_no_file_elsewhere() {
+    let bench = Bench::new();
+    let recording = bench.recording();
+    let plot = recording.with_file_name(format!("{STEM}.svg"));
+    for (forged, target) in [("../../overhere", "overhere.svg"), (".hidden_so_far", "")] {
+        assert_eq!(call(&bench, &["analyze", "recordings/gas"]).code, Some(0));
+        forge_stem(&cache_of(&recording), forged);
+        fs::remove_file(&plot).unwrap();
+        let called = call(&bench, &["analyze", "recordings/gas"]);
+        assert_eq!(called.code, Some(0), "{}", called.err);
+        assert!(target.is_empty() || !bench.path(target).exists(), "a file was written elsewhere");
+        assert!(plot.exists(), "the recording was not read again");
+        let written = names(&bench.path("recordings/gas"));
+        assert!(!written.contains(&format!("{forged}.svg")), "{written:?}");
+    }
+}
+
+#[test]
+fn cache_that_another_user_can_have_written_is_not_read() {
+    let bench = Bench::new();
+    let recording = bench.recording();
+    let cache = cache_of(&recording);
+    let forged = "state_at_a_lie";
+    let is_believed = |change: &dyn Fn()| {
+        let written = recording.with_file_name(format!("{forged}.svg"));
+        assert_eq!(call(&bench, &["analyze", "--no-cache", "recordings/gas"]).code, Some(0));
+        drop(fs::remove_file(&cache));
+        assert_eq!(call(&bench, &["analyze", "recordings/gas"]).code, Some(0));
+        forge_stem(&cache, forged);
+        change();
+        assert_eq!(call(&bench, &["analyze", "recordings/gas"]).code, Some(0));
+        written.exists()
+    };
+    let allow = |mode| fs::set_permissions(&cache, fs::Permissions::from_mode(mode)).unwrap();
+    assert!(is_believed(&|| ()), "control: a cache of this user is read");
+    assert!(!is_believed(&|| allow(0o664)), "the group can write it");
+    assert!(!is_believed(&|| allow(0o646)), "others can write it");
+    // Only root can give a file away.
+    if chown(&cache, Some(12_345), None).is_ok() {
+        fs::remove_file(&cache).unwrap();
+        assert!(!is_believed(&|| chown(&cache, Some(12_345), None).unwrap()), "another user's");
+    }
+    // A mask that lets the group write does not make the cache useless.
+    fs::remove_file(&cache).unwrap();
+    let analyze =
+        format!("umask 002; exec {} analyze recordings/gas", env!("CARGO_BIN_EXE_kinetoscope"));
+    let analyzed =
+        Command::new("sh").args(["-c", &analyze]).current_dir(bench.path(".")).status().unwrap();
+    assert!(analyzed.success());
+    assert_eq!(fs::metadata(&cache).unwrap().permissions().mode() & 0o777, 0o644);
 }

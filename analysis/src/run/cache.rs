@@ -8,8 +8,8 @@ use crate::run::{RunAnalysis, RunStatus};
 use crate::statistics::Estimate;
 use crate::write_file;
 use kinetoscope_manifest::Coordinate;
-use kinetoscope_recording::atomic_file::replace_unsynced;
-use kinetoscope_recording::regular_file::{MAX_SIDE_FILE_BYTES, read};
+use kinetoscope_recording::atomic_file::replace_own_unsynced;
+use kinetoscope_recording::regular_file::{MAX_SIDE_FILE_BYTES, read_own};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -93,7 +93,8 @@ impl AnalysisCache {
         })
     }
 
-    /// The cached analysis of an unchanged recording; `None` if it must be read.
+    /// The cached analysis of an unchanged recording; `None` if it must be read, also because another user could have written
+    /// the cache.
     pub(crate) fn load(
         &self,
         run: &OpenRun,
@@ -102,9 +103,12 @@ impl AnalysisCache {
         snapshots_at: &[f64],
     ) -> Option<RunAnalysis> {
         let identity = self.identity(run, snapshots_at)?;
-        let bytes = read(&self.path(&run.file), MAX_SIDE_FILE_BYTES).ok()?;
+        let bytes = read_own(&self.path(&run.file), MAX_SIDE_FILE_BYTES).ok()?;
         let cached: CachedAnalysis = postcard::from_bytes(&bytes).ok()?;
         if cached.identity != identity || with_figures && cached.figures.is_none() {
+            return None;
+        }
+        if !cached.figures.as_ref().is_none_or(Figures::have_plain_names) {
             return None;
         }
         let numbers = cached.measurements.into_iter();
@@ -152,7 +156,7 @@ impl AnalysisCache {
             let path = self.path(&run.file);
             if write_file::create_folder(&self.folder).is_ok() {
                 // Not synced: a lost entry is written again.
-                drop(replace_unsynced(&path, &bytes));
+                drop(replace_own_unsynced(&path, &bytes));
             }
         }
     }
