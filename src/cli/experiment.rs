@@ -464,7 +464,10 @@ fn task_failure(error: &io::Error, what: String) -> Failure {
 fn prepare_folder(experiment: Option<&Experiment>, plan: &Plan) -> io::Result<()> {
     fs::create_dir_all(&plan.folder)?;
     for (run, _) in plan.finished() {
-        remove_leftovers(&plan.folder, &run.stem).map_err(io::Error::other)?;
+        // A finished run needs no other file, whatever is in the place of its leftovers.
+        if let Err(error) = remove_leftovers(&plan.folder, &run.stem) {
+            complain(&format!("warning: a leftover of a finished run stays: {error}"));
+        }
     }
     let Some(experiment) = experiment else {
         let mut runs = plan.to_do().into_iter();

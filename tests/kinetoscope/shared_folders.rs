@@ -88,6 +88,35 @@ fn export_replaces_links_and_pipes_in_place_of_its_files() {
     }
 }
 
+#[test]
+fn planted_leftovers_of_a_finished_run_are_a_warning() {
+    let bench = Bench::new();
+    let recording = bench.recording();
+    let precious = bench.write("precious", "keep me");
+    let make_link = |path: &Path| symlink(&precious, path).unwrap();
+    let make_folder = |path: &Path| fs::create_dir(path).unwrap();
+    let cases: [(&str, &dyn Fn(&Path)); 4] = [
+        ("partial.mcap", &make_link),
+        ("partial.mcap", &make_pipe),
+        ("partial.mcap", &make_folder),
+        ("checkpoint", &make_folder),
+    ];
+    let folder = recording.parent().unwrap();
+    for (extension, plant) in cases {
+        let planted = recording.with_extension(extension);
+        plant(&planted);
+        let before = names(folder);
+        let called = call(&bench, &["run", "gas.toml"]);
+        assert_eq!(called.code, Some(0), "{extension}: {}", called.err);
+        assert!(called.err.contains("warning: a leftover of a finished run"), "{}", called.err);
+        assert!(called.err.contains(extension), "{}", called.err);
+        assert!(called.out.contains("Nothing to do"), "{}", called.out);
+        assert_eq!(names(folder), before, "{extension}");
+        fs::remove_file(&planted).or_else(|_| fs::remove_dir(&planted)).unwrap();
+    }
+    assert_eq!(fs::read_to_string(&precious).unwrap(), "keep me");
+}
+
 /// The stem of a plot of the analysis of [`Bench::recording`].
 const STEM: &str = "state_at_start";
 
