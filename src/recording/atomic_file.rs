@@ -2,11 +2,16 @@
 
 use crate::file::sync_folder;
 use std::ffi::OsString;
-use std::fs::{self, File};
+use std::fs::{self, DirEntry, File, Metadata};
 use std::io::{self, BufWriter, IntoInnerError, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 use tempfile::NamedTempFile;
 
+/// How the names of temporary files begin and end.
+const TEMPORARY: [&str; 2] = [".kinetoscope-", ".tmp"];
+/// Age of a temporary file from which no process writes it any more.
+const LEFTOVER_AGE: Duration = Duration::from_hours(24);
 /// The permissions of any new file.
 const NEW_FILE: u32 = 0o666;
 /// The permissions of a file that only its owner can write.
@@ -88,7 +93,7 @@ pub fn replace_own_unsynced(path: &Path, contents: &[u8]) -> io::Result<()> {
 fn temporary_file(path: &Path, contents: &[u8], permissions: u32) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     // A short name, because that of the file may be as long as the file system allows.
-    builder.prefix(".kinetoscope-").suffix(".tmp");
+    builder.prefix(TEMPORARY[0]).suffix(TEMPORARY[1]);
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(permissions));
     #[cfg(not(unix))]
@@ -97,6 +102,26 @@ fn temporary_file(path: &Path, contents: &[u8], permissions: u32) -> io::Result<
     let mut file = builder.tempfile_in(folder.unwrap_or(Path::new(".")))?;
     file.write_all(contents)?;
     Ok(file)
+}
+
+/// The temporary files that killed processes left in a folder, sorted: those that no process has written for a day.
+#[must_use]
+pub fn leftovers(folder: &Path) -> Vec<PathBuf> {
+    let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
+    let is_old = |entry: &DirEntry| {
+        let changed = entry.metadata().ok().filter(Metadata::is_file)?.modified().ok()?;
+        changed.elapsed().ok().map(|age| age > LEFTOVER_AGE)
+    };
+    let is_leftover = |entry: &DirEntry| {
+        let [start, end] = TEMPORARY.map(str::as_bytes);
+        let name = entry.file_name();
+        let name = name.as_encoded_bytes();
+        name.starts_with(start) && name.ends_with(end) && is_old(entry) == Some(true)
+    };
+    let entries = entries.filter_map(Result::ok).filter(is_leftover);
+    let mut found: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
+    found.sort();
+    found
 }
 
 /// Replaces a file by what `write` writes and returns. The caller holds a lock that excludes all other writers of this file, so

@@ -1,9 +1,11 @@
-//! The names of an analysis's plots, and the file that lists them next to the plots, so that plots of earlier manifests can be
-//! removed.
+//! Names of what an analysis writes: its cache, its plots, and the file that lists them next to the plots, so that plots of
+//! earlier manifests can be removed.
 
 use crate::regular_file::read_text;
 use std::path::Path;
 
+/// Folder of the cached analyses next to the results. It can be deleted at any time.
+pub const CACHE_FOLDER: &str = ".analysis-cache";
 /// Name of the list.
 pub const PLOT_LIST: &str = ".analysis-plots";
 /// Maximum size of a list that is read.

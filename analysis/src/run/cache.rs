@@ -9,13 +9,11 @@ use crate::statistics::Estimate;
 use crate::write_file;
 use kinetoscope_manifest::Coordinate;
 use kinetoscope_recording::atomic_file::replace_own_unsynced;
+use kinetoscope_recording::plot_list::CACHE_FOLDER;
 use kinetoscope_recording::regular_file::{MAX_SIDE_FILE_BYTES, read_own};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
-
-/// Folder of the cached analyses next to the results. It can be deleted at any time.
-pub(crate) const FOLDER: &str = ".analysis-cache";
 
 /// A cached analysis is valid only if all of this is unchanged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -77,7 +75,7 @@ impl AnalysisCache {
         let program = std::env::current_exe().ok()?;
         let program = std::fs::metadata(program).ok()?;
         let program = FileStamp::new(program.len(), program.modified().ok()?)?;
-        Some(Self { folder: output.join(FOLDER), program })
+        Some(Self { folder: output.join(CACHE_FOLDER), program })
     }
 
     fn path(&self, file: &str) -> PathBuf {
