@@ -1,6 +1,7 @@
 //! Writes whole files, so that no reader sees half of one.
 
-use kinetoscope_recording::{atomic_file, output_file};
+use kinetoscope_recording::atomic_file::{self, NewFile};
+use kinetoscope_recording::output_file;
 use std::path::{Path, PathBuf};
 
 /// A file or folder that cannot be written, with the user's next step.
@@ -34,6 +35,23 @@ pub(crate) fn create_folder(folder: &Path) -> Result<(), WriteError> {
 /// A file that cannot be written.
 pub(crate) fn replace(path: &Path, content: impl AsRef<[u8]>) -> Result<(), WriteError> {
     atomic_file::replace(path, content.as_ref()).map_err(|error| WriteError::new(path, error))
+}
+
+/// As [`replace`], for one of many files: it may be lost if the machine fails.
+///
+/// # Errors
+/// A file that cannot be written.
+pub(crate) fn replace_unsynced(path: &Path, content: impl AsRef<[u8]>) -> Result<(), WriteError> {
+    let replaced = atomic_file::replace_unsynced(path, content.as_ref());
+    replaced.map_err(|error| WriteError::new(path, error))
+}
+
+/// Begins a file that is written piece by piece and then replaces the one of this name.
+///
+/// # Errors
+/// A folder that cannot be written.
+pub(crate) fn begin(path: &Path) -> Result<NewFile, WriteError> {
+    NewFile::create(path).map_err(|error| WriteError::new(path, error))
 }
 
 /// Writes a destination that the user named, which may be a link, a device or a pipe.

@@ -6,6 +6,7 @@ use crate::executor::cluster::scheduler::Engine;
 use crate::executor::cluster::task::{TaskCommand, dealt, keys};
 use crate::plan::Plan;
 use clap::{Args, ValueEnum};
+use kinetoscope_recording::output_file;
 use std::ffi::OsStr;
 use std::fs;
 use std::io;
@@ -117,7 +118,7 @@ impl TaskOptions<'_> {
 }
 
 impl ExecutorArguments {
-    /// Writes one command per line to FILE, each for the number of runs that `--runs-per-task` states (1).
+    /// Writes one command per line to FILE, which may be a link, a device or a pipe, each for the number of runs that `--runs-per-task` states (1).
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -126,7 +127,7 @@ impl ExecutorArguments {
         let tasks = dealt(&plan.to_do_by_cost(), self.runs_per_task.map_or(1, NonZeroUsize::get));
         let lines: Vec<String> =
             tasks.iter().map(|runs| command.line(&keys(runs)) + "\n").collect();
-        kinetoscope_recording::atomic_file::replace(file, lines.concat().as_bytes())?;
+        output_file::write(file, lines.concat().as_bytes())?;
         Ok(lines.len())
     }
 

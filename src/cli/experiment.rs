@@ -19,7 +19,7 @@ use crate::plan::Plan;
 use crate::plan::prune::StaleFiles;
 use crate::run::{RunContext, RunReport};
 use kinetoscope_manifest::Experiment;
-use kinetoscope_recording::file;
+use kinetoscope_recording::removal::{Removal, remove_leftovers};
 use serde_json::{Value as Json, json};
 use std::cell::OnceCell;
 use std::fs;
@@ -221,22 +221,21 @@ impl Execution<'_> {
 
     /// Removes stale files, or lists them in a dry run.
     fn prune(&self, plan: &Plan) -> Result<(), Failure> {
-        let is_dry = self.arguments.execution.dry_run;
-        let removed = StaleFiles::of(plan).and_then(|stale| {
-            if !is_dry {
-                stale.remove()?;
-            }
-            Ok(stale)
-        });
-        let stale = removed.map_err(|error| {
+        let failed = |error: io::Error| {
             let what = format!("cannot prune {}: {error}", plan.folder.display());
             Failure::new(Exit::Retryable, what)
-        })?;
-        let verb = if is_dry { "would be removed" } else { "removed" };
-        for file in stale.paths() {
-            self.say(&format!("stale, {verb}: {}", file.display()));
+        };
+        let say = |file: &Path, what: &str| self.say(&format!("stale, {what}: {}", file.display()));
+        let stale = StaleFiles::of(plan).map_err(failed)?;
+        if self.arguments.execution.dry_run {
+            stale.paths().for_each(|file| say(file, "would be removed"));
+            return Ok(());
         }
-        Ok(())
+        let mut report = |file: &Path, removal: Removal| match removal {
+            Removal::Removed => say(file, "removed"),
+            Removal::InUse => say(file, "not removed, because another process is writing this run"),
+        };
+        stale.remove(&mut report).map_err(failed)
     }
 
     fn listen(&self) -> Result<&Interrupt, Failure> {
@@ -465,7 +464,10 @@ fn task_failure(error: &io::Error, what: String) -> Failure {
 fn prepare_folder(experiment: Option<&Experiment>, plan: &Plan) -> io::Result<()> {
     fs::create_dir_all(&plan.folder)?;
     for (run, _) in plan.finished() {
-        file::remove_leftovers(&plan.folder, &run.stem).map_err(io::Error::other)?;
+        // A finished run needs no other file, whatever is in the place of its leftovers.
+        if let Err(error) = remove_leftovers(&plan.folder, &run.stem) {
+            complain(&format!("warning: a leftover of a finished run stays: {error}"));
+        }
     }
     let Some(experiment) = experiment else {
         let mut runs = plan.to_do().into_iter();

@@ -54,7 +54,8 @@ pub struct ExecutionArguments {
     /// Time between checkpoints of a run, which resumes from the last one after a kill
     #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = seconds)]
     pub(crate) checkpoint_every: Duration,
-    /// After all runs, remove recordings and partial files that the manifest no longer describes, and plots that show them
+    /// After all runs, remove recordings and partial files that the manifest no longer describes, plots that show them, and
+    /// temporary files that killed programs left a day ago
     #[arg(long)]
     pub(crate) prune: bool,
     /// Print what `kinetoscope check` prints, and stop

@@ -1,19 +1,19 @@
 //! Stale files: recordings of another seed, other values or another version of the physics than the manifest's, partial files of
-//! such runs, and plots that show them.
+//! such runs, plots that show them, and temporary files of killed processes.
 
 use crate::plan::Plan;
-use kinetoscope_recording::file::remove_leftovers;
-use kinetoscope_recording::plot_list::{listed_plots, listed_recordings};
+use kinetoscope_recording::atomic_file::{leftovers, remove_if_exists};
+use kinetoscope_recording::plot_list::{CACHE_FOLDER, listed_plots, listed_recordings};
 use kinetoscope_recording::reader::Recording;
+use kinetoscope_recording::removal::{Removal, remove_leftovers, remove_recording};
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Extensions of the side files of a recording.
-const SIDE_FILES: [&str; 5] =
-    ["host.json", "verified.json", "checkpoint", "partial.mcap", "failed.txt"];
+/// Extensions of the side files of a recording, in addition to those of an unfinished run.
+const SIDE_FILES: [&str; 3] = ["host.json", "verified.json", "failed.txt"];
 
 /// The ending of a recording that is being written.
 const PARTIAL: &str = ".partial.mcap";
@@ -27,6 +27,8 @@ pub struct StaleFiles {
     partials: Vec<PathBuf>,
     /// Plots of an analysis that read some of these files; the next analysis draws its own.
     plots: Vec<PathBuf>,
+    /// Temporary files of killed processes, here and in the cache of the analysis.
+    temporaries: Vec<PathBuf>,
 }
 
 impl StaleFiles {
@@ -42,15 +44,17 @@ impl StaleFiles {
             Err(error) => return Err(error),
         };
         let experiment = plan.folder.file_name().and_then(OsStr::to_str).unwrap_or_default();
-        let mut stale = Self::default();
+        let caches = leftovers(&plan.folder.join(CACHE_FOLDER));
+        let temporaries = [leftovers(&plan.folder), caches].concat();
+        let mut stale = Self { temporaries, ..Self::default() };
         for entry in entries {
             let path = entry?.path();
             let Some(name) = path.file_name().and_then(OsStr::to_str) else { continue };
             if let Some(stem) = name.strip_suffix(PARTIAL) {
-                if !wanted.contains(&format!("{stem}.mcap")) && is_stem_of(stem, experiment) {
+                if !wanted.contains(&format!("{stem}.mcap")) && key_in(stem, experiment).is_some() {
                     stale.partials.push(path);
                 }
-            } else if !wanted.contains(name) && has_its_key(name, &path) {
+            } else if !wanted.contains(name) && is_recording_of(name, experiment, &path) {
                 stale.recordings.push(path);
             }
         }
@@ -71,45 +75,76 @@ impl StaleFiles {
 
     /// All stale files.
     pub fn paths(&self) -> impl Iterator<Item = &Path> {
-        [&self.recordings, &self.partials, &self.plots].into_iter().flatten().map(PathBuf::as_path)
+        let all = [&self.recordings, &self.partials, &self.plots, &self.temporaries];
+        all.into_iter().flatten().map(PathBuf::as_path)
     }
 
-    /// Removes the files, and the side files of the recordings.
+    /// Removes the files, and the side files of the recordings, except for those of runs that another process is writing.
+    /// `report` receives each file and whether it was removed. A file that another process removes meanwhile counts as removed.
     ///
     /// # Errors
-    /// A folder that cannot be written, or a partial file that another process is writing.
-    pub fn remove(&self) -> io::Result<()> {
-        for recording in &self.recordings {
-            fs::remove_file(recording)?;
-            for end in SIDE_FILES {
-                match fs::remove_file(recording.with_extension(end)) {
-                    Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-                    Ok(()) | Err(_) => {}
-                }
+    /// The first file that cannot be removed, after the others were removed.
+    pub fn remove(&self, report: &mut dyn FnMut(&Path, Removal)) -> io::Result<()> {
+        let mut first_error = Ok(());
+        for path in self.paths() {
+            match removed(path) {
+                Ok(removal) => report(path, removal),
+                Err(error) => first_error = first_error.and(Err(error)),
             }
         }
-        for partial in &self.partials {
-            let name = partial.file_name().and_then(OsStr::to_str).unwrap_or_default();
-            let folder = partial.parent().unwrap_or(Path::new(""));
-            let stem = name.strip_suffix(PARTIAL).unwrap_or_default();
-            remove_leftovers(folder, stem).map_err(io::Error::other)?;
-        }
-        self.plots.iter().try_for_each(fs::remove_file)
+        first_error
     }
 }
 
-/// Whether a stem is that of a run of an experiment: its name, and the start of a run key at the end.
-fn is_stem_of(stem: &str, experiment: &str) -> bool {
-    let rest = stem.strip_prefix(experiment).filter(|rest| rest.starts_with("__"));
-    let key = rest.and_then(|rest| rest.rsplit_once("__")).map(|(_, key)| key);
-    key.is_some_and(|key| key.len() >= 8 && key.chars().all(|digit| digit.is_ascii_hexdigit()))
+/// Removes a stale file.
+fn removed(path: &Path) -> io::Result<Removal> {
+    let name = path.file_name().and_then(OsStr::to_str).unwrap_or_default();
+    let folder = path.parent().unwrap_or(Path::new(""));
+    if let Some(stem) = name.strip_suffix(PARTIAL) {
+        return remove_leftovers(folder, stem).map_err(io::Error::other);
+    }
+    match name.strip_suffix(".mcap") {
+        Some(stem) => remove_recording(folder, stem, &SIDE_FILES).map_err(io::Error::other),
+        None => remove_if_exists(path).map(|()| Removal::Removed),
+    }
 }
 
-/// Whether a file is a recording whose name ends in the start of its run key.
-fn has_its_key(name: &str, path: &Path) -> bool {
-    let key =
-        name.strip_suffix(".mcap").and_then(|stem| stem.rsplit_once("__")).map(|(_, key)| key);
+/// The start of a run key at the end of a stem, if it begins with the name of an experiment as those of its runs do.
+fn key_in<'a>(stem: &'a str, experiment: &str) -> Option<&'a str> {
+    let rest = stem.strip_prefix(experiment).filter(|rest| rest.starts_with("__"))?;
+    let (_, key) = rest.rsplit_once("__")?;
+    let is_key = key.len() >= 8 && key.chars().all(|digit| digit.is_ascii_hexdigit());
+    is_key.then_some(key)
+}
+
+/// Whether a file is a recording of an experiment whose name ends in the start of its run key.
+fn is_recording_of(name: &str, experiment: &str, path: &Path) -> bool {
+    let key = name.strip_suffix(".mcap").and_then(|stem| key_in(stem, experiment));
     key.is_some_and(|key| {
         Recording::open(path).is_ok_and(|recording| recording.provenance().run_key.starts_with(key))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::StaleFiles;
+    use std::path::PathBuf;
+
+    #[test]
+    fn files_that_another_process_removed_count_as_removed() {
+        let folder = std::env::temp_dir().join(format!("pruned-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let gone = |name: &str| vec![folder.join(name)];
+        let stale = StaleFiles {
+            recordings: gone("gas__01234567.mcap"),
+            partials: gone("gas__89abcdef.partial.mcap"),
+            plots: gone("energy.svg"),
+            temporaries: gone(".kinetoscope-a.tmp"),
+        };
+        let mut removed: Vec<PathBuf> = Vec::new();
+        stale.remove(&mut |path, _| removed.push(path.to_owned())).unwrap();
+        assert_eq!(removed.len(), 4);
+        // The files of the locks are removed as well.
+        std::fs::remove_dir(&folder).unwrap();
+    }
 }

@@ -114,6 +114,12 @@ pub fn read<C>(
         .map_err(|what| RecordError::NotContinued { path, what: what.to_owned() })
 }
 
+/// Whether there is a checkpoint, or what a kill left of a new one.
+pub(crate) fn exists(folder: &Path, stem: &str) -> bool {
+    let path = path(folder, stem);
+    [temporary_path(&path), path].iter().any(|path| path.symlink_metadata().is_ok())
+}
+
 /// Removes the checkpoint and what a kill left of a new one.
 ///
 /// # Errors

@@ -199,26 +199,6 @@ pub fn partial_path(folder: &Path, stem: &str) -> PathBuf {
     folder.join(format!("{stem}.partial.mcap"))
 }
 
-/// Removes the partial file and the checkpoint of a recording, unless another process writes the file. The checkpoint goes
-/// first: a kill in between leaves a partial file, from which the run starts again.
-///
-/// # Errors
-/// A folder that cannot be written.
-pub fn remove_leftovers(folder: &Path, stem: &str) -> Result<(), RecordError> {
-    let partial = partial_path(folder, stem);
-    if !partial.exists() {
-        return crate::checkpoint::remove(folder, stem);
-    }
-    match locked(&partial) {
-        Ok(_locked) => {
-            crate::checkpoint::remove(folder, stem)?;
-            fs::remove_file(&partial).map_err(|error| at(&partial, &error))
-        }
-        Err(RecordError::Locked { .. }) => Ok(()),
-        Err(error) => Err(error),
-    }
-}
-
 /// Path of a finished recording.
 #[must_use]
 pub fn final_path(folder: &Path, stem: &str) -> PathBuf {
@@ -228,7 +208,7 @@ pub fn final_path(folder: &Path, stem: &str) -> PathBuf {
 /// Opens and locks the partial file and checks that it still has this name: between opening and locking, another process may have
 /// renamed it to a finished recording. A file with further names, such as that of a finished recording after a kill between the
 /// two steps of [`take_name`], loses this name and keeps its bytes.
-fn locked(partial: &Path) -> Result<File, RecordError> {
+pub(crate) fn locked(partial: &Path) -> Result<File, RecordError> {
     for _ in 0..LOCK_TRIALS {
         let (file, _) =
             regular_file::open_or_create(partial).map_err(|error| at(partial, &error))?;

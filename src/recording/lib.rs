@@ -19,6 +19,7 @@ pub mod provenance;
 pub mod reader;
 pub mod recorder;
 pub mod regular_file;
+pub mod removal;
 pub mod scenery;
 pub mod storage;
 

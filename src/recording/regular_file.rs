@@ -31,6 +31,34 @@ pub fn read(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
     read_opened(file, metadata.len(), max_bytes)
 }
 
+/// Reads a file as [`read`], if only the user who runs the program, or root, can have written it. Elsewhere than on Unix, owners
+/// are not checked.
+///
+/// # Errors
+/// As [`read`], or a file that belongs to another user or that others can write.
+pub fn read_own(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
+    let (file, metadata) = open(path)?;
+    if !is_own(&metadata) {
+        let what = "another user can have written it";
+        return Err(io::Error::new(io::ErrorKind::PermissionDenied, what));
+    }
+    read_opened(file, metadata.len(), max_bytes)
+}
+
+#[cfg(unix)]
+fn is_own(metadata: &Metadata) -> bool {
+    use std::os::unix::fs::MetadataExt as _;
+    /// The permissions of the group and of all others to write.
+    const OTHERS_WRITE: u32 = 0o022;
+    let is_trusted = [rustix::process::geteuid().as_raw(), 0].contains(&metadata.uid());
+    is_trusted && metadata.mode() & OTHERS_WRITE == 0
+}
+
+#[cfg(not(unix))]
+fn is_own(_metadata: &Metadata) -> bool {
+    true
+}
+
 /// Reads a regular file of at most `max_bytes` in UTF-8.
 ///
 /// # Errors

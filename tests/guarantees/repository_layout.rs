@@ -194,6 +194,32 @@ fn files_are_opened_for_reading_in_one_place() {
     }
 }
 
+/// A link in place of a file must not lead a write elsewhere, and a named pipe must not block it. `File::create_new` follows none.
+#[test]
+fn files_are_written_in_three_places() {
+    const HOMES: [&str; 3] = ["atomic_file.rs", "output_file.rs", "regular_file.rs"];
+    const CALLS: [&str; 5] =
+        ["File::create(", "File::options(", "OpenOptions", "fs::write(", "fs::copy("];
+    let writes = |text: &str| {
+        let product = text.split("\nmod tests {").next().unwrap_or_default();
+        let is_call = |call: &&str| {
+            let mut places = product.match_indices(*call);
+            places.any(|(place, _)| !product[..place].ends_with(|c: char| c.is_alphanumeric()))
+        };
+        CALLS.into_iter().find(is_call)
+    };
+    assert_eq!(writes("let file = File::create(path)?;"), Some("File::create("));
+    assert_eq!(writes("let file = RecordingFile::create(path)?;"), None);
+    for file in [sources("src"), sources("analysis/src")].concat() {
+        let path = file.strip_prefix(root()).unwrap();
+        let is_product = !path.iter().any(|part| part == "tests" || part == "benches");
+        if is_product && !HOMES.iter().any(|home| path == Path::new("src/recording").join(home)) {
+            let found = writes(&fs::read_to_string(&file).unwrap());
+            assert_eq!(found, None, "{} writes files; {HOMES:?} do", path.display());
+        }
+    }
+}
+
 /// The list item of ARCHITECTURE.md, section "Rules", that names the files with unsafe code.
 fn unsafe_rule(document: &str) -> Option<String> {
     let (_, rules) = document.split_once("\n## Rules")?;

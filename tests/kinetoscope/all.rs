@@ -7,6 +7,7 @@
 //! - `full_output`: standard output and standard error on a full disk
 //! - `narrow_terminals`: output for 60 columns, and inputs that are something else
 //! - `oversized_files`: sizes that files and manifests claim, pipes, devices and links, and concurrent starts
+//! - `shared_folders`: links, pipes, forged files and other processes in the folder of the recordings
 //! - `baselines`: other seeds, changed keys and the same run against an earlier analysis
 //! - `pipelines`: several manifests, folders, and manifests that start from manifests
 
@@ -20,6 +21,7 @@ mod hostile_text;
 mod narrow_terminals;
 mod oversized_files;
 mod pipelines;
+mod shared_folders;
 mod subcommands;
 
 use serde_json::Value;

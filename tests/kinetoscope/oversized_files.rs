@@ -282,18 +282,25 @@ fn named_destination_is_written_and_not_replaced_by_another_kind_of_file() {
     let folder = recording.parent().unwrap().to_str().unwrap().to_owned();
     let target = bench.write("target.xml", "old");
     symlink(&target, bench.path("link.xml")).unwrap();
-    let called = call(&bench, &["analyze", "--junit", "link.xml", &folder]);
-    assert_eq!(called.code, Some(0), "{}", called.err);
-    assert!(fs::symlink_metadata(bench.path("link.xml")).unwrap().is_symlink());
-    assert!(fs::read_to_string(&target).unwrap().contains("<testsuite"));
     // A link, so that a program that replaces its destination does not replace the device.
     symlink("/dev/full", bench.path("full.xml")).unwrap();
-    let called = call(&bench, &["analyze", "--junit", "full.xml", &folder]);
-    assert_eq!(called.code, Some(75), "{}{}", called.out, called.err);
-    assert!(fs::metadata(bench.path("full.xml")).unwrap().file_type().is_char_device());
     assert!(Command::new("mkfifo").arg(bench.path("pipe")).status().unwrap().success());
-    let called = call(&bench, &["analyze", "--junit", "pipe", &folder]);
-    assert_error(&called, 75, "it is a named pipe that no program reads", "junit");
+    bench.write("other.toml", GAS);
+    for (subcommand, option, input, written) in [
+        ("analyze", "--junit", folder.as_str(), "<testsuite"),
+        ("run", "--export-commands", "other.toml", "--only-keys"),
+    ] {
+        let called = call(&bench, &[subcommand, option, "link.xml", input]);
+        assert_eq!(called.code, Some(0), "{}", called.err);
+        assert!(fs::symlink_metadata(bench.path("link.xml")).unwrap().is_symlink(), "{option}");
+        assert!(fs::read_to_string(&target).unwrap().contains(written), "{option}");
+        let called = call(&bench, &[subcommand, option, "full.xml", input]);
+        assert_eq!(called.code, Some(75), "{}{}", called.out, called.err);
+        let device = fs::metadata(bench.path("full.xml")).unwrap();
+        assert!(device.file_type().is_char_device(), "{option}");
+        let called = call(&bench, &[subcommand, option, "pipe", input]);
+        assert_error(&called, 75, "it is a named pipe that no program reads", option);
+    }
     let called: Called = Command::new("timeout")
         .args(["--kill-after=5", "120", env!("CARGO_BIN_EXE_kinetoscope"), "analyze"])
         .args(["--github-annotations", &folder])

@@ -1,5 +1,5 @@
 //! Guarantee: `--prune` removes recordings and partial files that the manifest no longer requests, with the files that belong to
-//! them and the plots that show them, and nothing else.
+//! them and the plots that show them, temporary files of killed processes, and nothing else.
 //!
 //! Control: a dry run removes nothing; files that are not recordings of the experiment stay.
 
@@ -9,6 +9,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
+use std::time::{Duration, SystemTime};
 
 const MANIFEST: &str = "[model.orbit]\nduration_days = 3.0\n[record]\nframes = 2\n";
 
@@ -39,6 +40,23 @@ fn pruning_removes_only_what_is_stale() {
     let ours = wanted.iter().find(|name| name.ends_with(".mcap")).unwrap();
     fs::write(recordings.join("notes__00000000.mcap"), "a diary").unwrap();
     fs::copy(recordings.join(ours), recordings.join("the_best_one.mcap")).unwrap();
+    // Copies whose names have no key, its first digit only, or the name of another experiment.
+    let key = ours.trim_end_matches(".mcap").rsplit_once("__").unwrap().1;
+    let copies =
+        ["orbit__.mcap".to_owned(), format!("orbit__{}.mcap", &key[..1]), format!("b__{key}.mcap")];
+    for copy in &copies {
+        fs::copy(recordings.join(ours), recordings.join(copy)).unwrap();
+    }
+    // Temporary files of a process that was killed, and of one that writes.
+    fs::create_dir(recordings.join(".analysis-cache")).unwrap();
+    let temporary = |name: &str, age_h: u64| {
+        let file = fs::File::create(recordings.join(name)).unwrap();
+        file.set_modified(SystemTime::now() - Duration::from_hours(age_h)).unwrap();
+    };
+    temporary(".kinetoscope-a1b2c3.tmp", 25);
+    temporary(".analysis-cache/.kinetoscope-d4e5f6.tmp", 25);
+    temporary(".kinetoscope-a7b8c9.tmp", 1);
+    temporary("notes.tmp", 25);
     // An unfinished run of an earlier manifest, a plot that shows it, and files that only resemble them.
     let add = |name: &str, text: &str| fs::write(recordings.join(name), text).unwrap();
     add("orbit__time_step_days=2__0123abcd.partial.mcap", "");
@@ -58,7 +76,10 @@ fn pruning_removes_only_what_is_stale() {
     for name in ["orbit__draft.partial.mcap", "other__0123abcd.partial.mcap", "own.svg"] {
         kept.insert(name.to_owned());
     }
-    kept.insert(".analysis-plots".to_owned());
+    kept.extend(copies);
+    for name in [".analysis-plots", ".analysis-cache", ".kinetoscope-a7b8c9.tmp", "notes.tmp"] {
+        kept.insert(name.to_owned());
+    }
     kept.extend(["notes__00000000.mcap".to_owned(), "the_best_one.mcap".to_owned()]);
 
     let before = files(folder.path());
@@ -67,6 +88,8 @@ fn pruning_removes_only_what_is_stale() {
     assert_eq!(files(folder.path()), before, "a dry run must not remove a file");
     run(folder.path(), &["--prune"]);
     assert_eq!(files(folder.path()), kept);
+    let cached = fs::read_dir(recordings.join(".analysis-cache")).unwrap().count();
+    assert_eq!(cached, 0, "the cache contains a temporary file");
     assert!(folder.path().join("kept.svg").exists(), "a plot list names only files of its folder");
 }
 

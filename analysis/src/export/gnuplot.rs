@@ -1,7 +1,7 @@
 //! Text files for gnuplot, as in the exercises: `x y r` per line, one file per frame, and a script that plays them.
 
 use super::exporter::{ExportedRun, Exporter, WrittenFile};
-use crate::write_file::WriteError;
+use crate::write_file::{WriteError, replace_unsynced};
 use kinetoscope_recording::reader::RecordedFrame;
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -23,7 +23,7 @@ impl Gnuplot {
 
     fn write(&mut self, name: &str, text: &str, rows: usize) -> Result<(), WriteError> {
         let path = self.folder.join(name);
-        std::fs::write(&path, text).map_err(|error| WriteError::new(&path, error))?;
+        replace_unsynced(&path, text)?;
         self.written.push(WrittenFile { path, rows: rows as u64 });
         Ok(())
     }

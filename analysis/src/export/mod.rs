@@ -14,6 +14,7 @@ use crate::input::{OpenedRuns, RecordingFolder};
 use crate::models;
 use crate::write_file::{WriteError, create_folder};
 use exporter::{ExportedRun, Exporter, WrittenFile};
+use kinetoscope_recording::atomic_file::leftovers;
 use kinetoscope_recording::error::ReadError;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -86,6 +87,10 @@ pub(crate) fn export(
         let stem = path.file_stem().unwrap_or_default();
         let folder = folder.join(stem).join(format.folder());
         create_folder(&folder)?;
+        for leftover in leftovers(&folder) {
+            // A leftover that cannot be removed is of no harm.
+            let _ = std::fs::remove_file(leftover);
+        }
         let run = ExportedRun {
             extent: models::extent(&run.manifest.model),
             columns: recording.state_columns().to_vec(),

@@ -3,14 +3,13 @@
 use super::tables::TableFile;
 use crate::table::parquet::ParquetTable;
 use crate::table::{Cell, Column};
-use crate::write_file::WriteError;
-use std::fs::File;
+use crate::write_file::{WriteError, begin};
+use kinetoscope_recording::atomic_file::NewFile;
 use std::path::{Path, PathBuf};
 
 struct ParquetFile {
     path: PathBuf,
-    /// `None` after the file was closed.
-    table: Option<ParquetTable<File>>,
+    table: ParquetTable<NewFile>,
 }
 
 /// Creates a Parquet table.
@@ -19,20 +18,20 @@ pub(super) fn parquet_file(
     columns: &[Column],
 ) -> Result<Box<dyn TableFile>, WriteError> {
     let path = path.with_extension("parquet");
-    let file = File::create(&path).map_err(|error| WriteError::new(&path, error))?;
-    let table = ParquetTable::new(file, columns).map_err(|error| WriteError::new(&path, error))?;
-    Ok(Box::new(ParquetFile { path, table: Some(table) }))
+    let table = ParquetTable::new(begin(&path)?, columns);
+    let table = table.map_err(|error| WriteError::new(&path, error))?;
+    Ok(Box::new(ParquetFile { path, table }))
 }
 
 impl TableFile for ParquetFile {
     fn row(&mut self, cells: Vec<Cell>) -> Result<(), WriteError> {
-        let written = self.table.as_mut().map_or(Ok(()), |table| table.row(cells));
-        written.map_err(|error| WriteError::new(&self.path, error))
+        self.table.row(cells).map_err(|error| WriteError::new(&self.path, error))
     }
 
-    fn finish(&mut self) -> Result<PathBuf, WriteError> {
-        let closed = self.table.take().map_or(Ok(()), |table| table.finish().map(drop));
-        closed.map_err(|error| WriteError::new(&self.path, error))?;
-        Ok(self.path.clone())
+    fn finish(self: Box<Self>) -> Result<PathBuf, WriteError> {
+        let Self { path, table } = *self;
+        let file = table.finish().map_err(|error| WriteError::new(&path, error))?;
+        file.finish().map_err(|error| WriteError::new(&path, error))?;
+        Ok(path)
     }
 }

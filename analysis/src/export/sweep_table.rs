@@ -6,9 +6,10 @@ use crate::metric::{Metric, MetricScope, RunScope};
 use crate::report::metric_table::MetricTable;
 use crate::table::parquet::ParquetTable;
 use crate::write_file::WriteError;
+use kinetoscope_recording::atomic_file::NewFile;
 use parquet::errors::ParquetError;
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::{self, File};
+use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Maximum number of folders per table; further coordinates are columns.
@@ -48,9 +49,9 @@ pub(crate) fn write(metrics: &[Metric], folder: &Path) -> Result<usize, WriteErr
 /// Writes the metrics of one folder; the coordinates of the folder's name are not columns.
 fn write_part(path: &Path, metrics: &[&Metric], keys: &[String]) -> Result<(), ParquetError> {
     let table = MetricTable::new(metrics.iter().copied());
-    let mut file = ParquetTable::new(File::create(path)?, &table.columns(keys))?;
+    let mut file = ParquetTable::new(NewFile::create(path)?, &table.columns(keys))?;
     table.rows(keys).try_for_each(|row| file.row(row))?;
-    file.finish().map(drop)
+    Ok(file.finish()?.finish()?)
 }
 
 fn row(metric: &Metric) -> Option<Row<'_>> {

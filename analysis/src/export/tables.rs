@@ -3,14 +3,13 @@
 use super::exporter::{ExportedRun, Exporter, WrittenFile};
 use crate::input::coordinates::{CoordinateValue, value_of};
 use crate::table::{Cell, CellKind, Column};
-use crate::write_file::WriteError;
+use crate::write_file::{WriteError, begin};
+use kinetoscope_recording::atomic_file::NewFile;
 use kinetoscope_recording::channels::{self, Channel as _, FrameClock};
 use kinetoscope_recording::fields::{FieldValue, FieldValues, read_fields};
 use kinetoscope_recording::reader::{RecordedFrame, RecordedMessage};
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
-use std::fs::File;
-use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 /// A table that is written row by row.
@@ -18,8 +17,8 @@ pub(super) trait TableFile {
     /// Adds a row with one cell per column.
     fn row(&mut self, cells: Vec<Cell>) -> Result<(), WriteError>;
 
-    /// Closes the file and returns its path.
-    fn finish(&mut self) -> Result<PathBuf, WriteError>;
+    /// Completes the file and returns its path.
+    fn finish(self: Box<Self>) -> Result<PathBuf, WriteError>;
 }
 
 /// Creates a table with these columns in a file with this name without its extension.
@@ -128,7 +127,7 @@ impl Exporter for Tables {
     }
 
     fn finish(&mut self) -> Result<Vec<WrittenFile>, WriteError> {
-        let tables = self.open.values_mut();
+        let tables = std::mem::take(&mut self.open).into_values();
         tables
             .map(|table| Ok(WrittenFile { path: table.file.finish()?, rows: table.rows }))
             .collect()
@@ -173,14 +172,13 @@ fn with_unit(name: &str, unit: &str) -> String {
 
 struct CsvFile {
     path: PathBuf,
-    writer: csv::Writer<BufWriter<File>>,
+    writer: csv::Writer<NewFile>,
 }
 
 /// Creates a CSV table. Numbers read back to the same bits.
 pub(super) fn csv_file(path: &Path, columns: &[Column]) -> Result<Box<dyn TableFile>, WriteError> {
     let path = path.with_extension("csv");
-    let file = File::create(&path).map_err(|error| WriteError::new(&path, error))?;
-    let mut writer = csv::Writer::from_writer(BufWriter::new(file));
+    let mut writer = csv::Writer::from_writer(begin(&path)?);
     let header = columns.iter().map(|column| column.name.as_str());
     writer.write_record(header).map_err(|error| WriteError::new(&path, error))?;
     Ok(Box::new(CsvFile { path, writer }))
@@ -192,9 +190,11 @@ impl TableFile for CsvFile {
         self.writer.write_record(record).map_err(|error| WriteError::new(&self.path, error))
     }
 
-    fn finish(&mut self) -> Result<PathBuf, WriteError> {
-        self.writer.flush().map_err(|error| WriteError::new(&self.path, error))?;
-        Ok(self.path.clone())
+    fn finish(self: Box<Self>) -> Result<PathBuf, WriteError> {
+        let Self { path, writer } = *self;
+        let file = writer.into_inner().map_err(|error| WriteError::new(&path, error.error()))?;
+        file.finish().map_err(|error| WriteError::new(&path, error))?;
+        Ok(path)
     }
 }
 

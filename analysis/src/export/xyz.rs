@@ -1,16 +1,16 @@
 //! Extended XYZ for OVITO and ASE: every column of the state, the box, and the time.
 
 use super::exporter::{ExportedRun, Exporter, WrittenFile};
-use crate::write_file::WriteError;
+use crate::write_file::{WriteError, begin};
+use kinetoscope_recording::atomic_file::NewFile;
 use kinetoscope_recording::reader::RecordedFrame;
-use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::PathBuf;
 
 pub(super) struct Xyz {
     run: ExportedRun,
     path: PathBuf,
-    file: Option<BufWriter<File>>,
+    file: Option<NewFile>,
     rows: u64,
 }
 
@@ -73,7 +73,7 @@ impl Exporter for Xyz {
         let failed = |error| WriteError::new(&self.path, error);
         let mut file = match self.file.take() {
             Some(file) => file,
-            None => BufWriter::new(File::create(&self.path).map_err(failed)?),
+            None => begin(&self.path)?,
         };
         self.frame(&mut file, frame).map_err(failed)?;
         self.file = Some(file);
@@ -82,8 +82,8 @@ impl Exporter for Xyz {
     }
 
     fn finish(&mut self) -> Result<Vec<WrittenFile>, WriteError> {
-        let Some(file) = &mut self.file else { return Ok(Vec::new()) };
-        file.flush().map_err(|error| WriteError::new(&self.path, error))?;
+        let Some(file) = self.file.take() else { return Ok(Vec::new()) };
+        file.finish().map_err(|error| WriteError::new(&self.path, error))?;
         Ok(vec![WrittenFile { path: self.path.clone(), rows: self.rows }])
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::models::snapshots::Snapshots;
 use crate::plot::{Axis, Picture, Plot, PlotContent, Point, short_number, thinned};
+use kinetoscope_recording::plot_list::is_plot_name;
 use serde::{Deserialize, Serialize};
 
 /// The plots of one run.
@@ -11,6 +12,15 @@ pub(crate) struct Figures {
     pub(crate) plots: Vec<Plot>,
     /// Curves that are drawn in one chart for several runs.
     pub(crate) comparisons: Vec<SharedCurve>,
+}
+
+impl Figures {
+    /// Whether all plots have names of files in their folder. A cache may claim others.
+    pub(crate) fn have_plain_names(&self) -> bool {
+        let stems = self.plots.iter().map(|plot| &plot.stem);
+        let mut stems = stems.chain(self.comparisons.iter().map(|curve| &curve.stem));
+        stems.all(|stem| is_plot_name(&format!("{stem}.svg")))
+    }
 }
 
 /// A run's curve in a chart that it shares with other runs.

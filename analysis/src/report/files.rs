@@ -2,7 +2,7 @@
 
 use crate::report::{AnalysisReport, html, metric_files};
 use crate::write_file::{WriteError, create_folder, replace};
-use kinetoscope_recording::plot_list::{PLOT_LIST, listed_plots};
+use kinetoscope_recording::plot_list::{PLOT_LIST, is_plot_name, listed_plots};
 use std::path::Path;
 
 /// Writes `metrics.json`, `metrics.csv`, `report.html` and the plots (with the feature `parquet` also
@@ -30,6 +30,9 @@ pub(crate) fn write(report: &AnalysisReport, folder: &Path) -> Result<usize, Wri
     let mut drawn = Vec::new();
     for (stem, plot) in &report.plots {
         let name = format!("{stem}.svg");
+        if !is_plot_name(&name) {
+            return Err(failed(&name, "it is no name of a plot".to_owned()));
+        }
         let svg = plot.svg().map_err(|error| failed(&name, error.to_string()))?;
         if let Some(svg) = svg {
             replace(&folder.join(&name), &svg)?;

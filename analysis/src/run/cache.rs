@@ -9,14 +9,12 @@ use crate::run::{RunAnalysis, RunOptions, RunStatus};
 use crate::statistics::Estimate;
 use crate::write_file;
 use kinetoscope_manifest::Coordinate;
-use kinetoscope_recording::atomic_file::replace_unsynced;
-use kinetoscope_recording::regular_file::{MAX_SIDE_FILE_BYTES, read};
+use kinetoscope_recording::atomic_file::replace_own_unsynced;
+use kinetoscope_recording::plot_list::CACHE_FOLDER;
+use kinetoscope_recording::regular_file::{MAX_SIDE_FILE_BYTES, read_own};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
-
-/// Folder of the cached analyses next to the results. It can be deleted at any time.
-pub(crate) const FOLDER: &str = ".analysis-cache";
 
 /// A cached analysis is valid only if all of this is unchanged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -81,7 +79,7 @@ impl AnalysisCache {
         let program = std::env::current_exe().ok()?;
         let program = std::fs::metadata(program).ok()?;
         let program = FileStamp::new(program.len(), program.modified().ok()?)?;
-        Some(Self { folder: output.join(FOLDER), program })
+        Some(Self { folder: output.join(CACHE_FOLDER), program })
     }
 
     fn path(&self, file: &str) -> PathBuf {
@@ -97,7 +95,8 @@ impl AnalysisCache {
         })
     }
 
-    /// The cached analysis of an unchanged recording; `None` if it must be read.
+    /// The cached analysis of an unchanged recording; `None` if it must be read, also because another user could have written
+    /// the cache.
     pub(crate) fn load(
         &self,
         run: &OpenRun,
@@ -106,10 +105,13 @@ impl AnalysisCache {
     ) -> Option<RunAnalysis> {
         let RunOptions { with_figures, snapshots_at, replay_bytes } = options;
         let identity = self.identity(run, snapshots_at)?;
-        let bytes = read(&self.path(&run.file), MAX_SIDE_FILE_BYTES).ok()?;
+        let bytes = read_own(&self.path(&run.file), MAX_SIDE_FILE_BYTES).ok()?;
         let cached: CachedAnalysis = postcard::from_bytes(&bytes).ok()?;
         let lacks_replay = replay_bytes.is_some() && cached.replay_bytes != replay_bytes;
         if cached.identity != identity || with_figures && cached.figures.is_none() || lacks_replay {
+            return None;
+        }
+        if !cached.figures.as_ref().is_none_or(Figures::have_plain_names) {
             return None;
         }
         let numbers = cached.measurements.into_iter();
@@ -154,7 +156,7 @@ impl AnalysisCache {
             let path = self.path(&run.file);
             if write_file::create_folder(&self.folder).is_ok() {
                 // Not synced: a lost entry is written again.
-                drop(replace_unsynced(&path, &bytes));
+                drop(replace_own_unsynced(&path, &bytes));
             }
         }
     }

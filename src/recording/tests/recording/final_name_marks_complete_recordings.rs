@@ -6,10 +6,11 @@
 use crate::sample::{fill, header, read_file, record};
 use kinetoscope_recording::checkpoint;
 use kinetoscope_recording::error::RecordError;
-use kinetoscope_recording::file::{Committed, RecordingFile, remove_leftovers};
+use kinetoscope_recording::file::{Committed, RecordingFile};
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::recorder::{Clock, Compression, Outcome, Recorder};
+use kinetoscope_recording::removal::{Removal, remove_leftovers, remove_recording};
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -99,13 +100,21 @@ fn leftovers_of_a_run_that_is_being_written_stay() {
     let folder = tempfile::tempdir().unwrap();
     let file = RecordingFile::create(folder.path(), "run").unwrap();
     checkpoint::write(folder.path(), "run", "identity", &[&1_u8]).unwrap();
-    remove_leftovers(folder.path(), "run").unwrap();
-    assert_eq!(names(folder.path()), ["run.checkpoint", "run.partial.mcap"]);
+    for name in ["run.mcap", "run.host.json"] {
+        std::fs::write(folder.path().join(name), "").unwrap();
+    }
+    let before = names(folder.path());
+    assert_eq!(remove_leftovers(folder.path(), "run").unwrap(), Removal::InUse);
+    assert_eq!(remove_recording(folder.path(), "run", &["host.json"]).unwrap(), Removal::InUse);
+    assert_eq!((names(folder.path()), before.len()), (before, 4));
     drop(file);
-    remove_leftovers(folder.path(), "run").unwrap();
+    assert_eq!(remove_leftovers(folder.path(), "run").unwrap(), Removal::Removed);
+    assert_eq!(names(folder.path()), ["run.host.json", "run.mcap"]);
+    checkpoint::write(folder.path(), "run", "identity", &[&1_u8]).unwrap();
+    assert_eq!(remove_recording(folder.path(), "run", &["host.json"]).unwrap(), Removal::Removed);
     assert_eq!(names(folder.path()), [String::new(); 0]);
     checkpoint::write(folder.path(), "run", "identity", &[&1_u8]).unwrap();
-    remove_leftovers(folder.path(), "run").unwrap();
+    assert_eq!(remove_leftovers(folder.path(), "run").unwrap(), Removal::Removed);
     assert_eq!(names(folder.path()), [String::new(); 0]);
 }
 
