@@ -41,7 +41,7 @@ impl WhyArguments {
         }
         let overrides = self.manifest.overrides()?;
         let output = self.output.folder().map_err(|error| bad(&error.to_string()))?;
-        let reader = ManifestReader { output, start_from_dir: None };
+        let reader = ManifestReader::new(output, None);
         pipeline::order(std::slice::from_ref(&self.path), &overrides, &reader)?;
         let experiment = reader.read(&self.path, &overrides)?;
         let planner = Planner { output: &self.output, keys: None, force: false, jobs: None };
