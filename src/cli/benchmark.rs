@@ -43,7 +43,7 @@ impl BenchmarkArguments {
         }
         let overrides = self.manifest.overrides()?;
         let output = self.output.clone().unwrap_or_else(|| PathBuf::from("recordings"));
-        let reader = ManifestReader { output, start_from_dir: None };
+        let reader = ManifestReader::new(output, None);
         pipeline::order(std::slice::from_ref(&self.path), &overrides, &reader)?;
         let experiment = reader.read(&self.path, &overrides)?;
         let table = time_table(&experiment).map_err(|error| match error {

@@ -46,7 +46,7 @@ impl CheckArguments {
     fn check_all(&self) -> Result<Exit, Failure> {
         let overrides = self.manifest.overrides()?;
         let output = self.output.folder().map_err(|error| bad(&error.to_string()))?;
-        let reader = ManifestReader { output, start_from_dir: None };
+        let reader = ManifestReader::new(output, None);
         let steps = pipeline::order(&expand(&self.manifests)?, &overrides, &reader)?;
         let (mut exit, mut checked, mut errors) = (Exit::Done, Vec::new(), Vec::new());
         for step in &steps {

@@ -9,8 +9,8 @@ use clap::Args;
 use kinetoscope_manifest::{Experiment, Override, is_manifest_name};
 use kinetoscope_recording::recorder::Outcome;
 use kinetoscope_recording::regular_file::{self, MAX_MANIFEST_BYTES, read_text};
-use std::cell::Cell;
-use std::collections::BTreeSet;
+use std::cell::{Cell, RefCell};
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
@@ -72,6 +72,14 @@ pub(crate) fn canonical(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_owned())
 }
 
+/// The path that identifies a manifest with the folder of its `start_from`: of a symbolic link, that of the link.
+fn location(manifest: &Path) -> PathBuf {
+    match (manifest.parent(), manifest.file_name()) {
+        (Some(folder), Some(name)) if folder != Path::new("") => canonical(folder).join(name),
+        _ => canonical(Path::new(".")).join(manifest),
+    }
+}
+
 /// Whether a file that is not text is an MCAP file.
 fn is_recording(path: &Path, error: &io::Error) -> bool {
     const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
@@ -91,6 +99,10 @@ pub(crate) struct ManifestReader<'a> {
     pub(crate) output: PathBuf,
     /// Folder of the paths of `start_from`, if it is not that of the manifest.
     pub(crate) start_from_dir: Option<&'a Path>,
+    /// The recordings of manifests that were searched, or why there is none.
+    found: RefCell<BTreeMap<PathBuf, Result<PathBuf, NoRecording>>>,
+    /// Number of manifests that are being searched, each because the previous one starts from it.
+    depth: Cell<usize>,
 }
 
 /// Why a manifest that others start from has no recording.
@@ -107,9 +119,22 @@ pub(crate) enum NoRecording {
     Invalid(String),
 }
 
-impl ManifestReader<'_> {
+/// Maximum number of manifests of which each starts from the next.
+pub(crate) const MAX_STARTS: usize = 64;
+
+impl<'a> ManifestReader<'a> {
+    /// A reader of manifests whose recordings are below `output`.
+    pub(crate) fn new(output: PathBuf, start_from_dir: Option<&'a Path>) -> Self {
+        Self { output, start_from_dir, found: RefCell::default(), depth: Cell::new(0) }
+    }
+
+    /// Forgets which manifests have no recording, because a run may have recorded it.
+    pub(crate) fn forget_missing(&self) {
+        self.found.borrow_mut().retain(|_, found| found.is_ok());
+    }
+
     /// Folder that the paths of `start_from` in a manifest are relative to.
-    pub(crate) fn start_folder<'a>(&'a self, manifest: &'a Path) -> &'a Path {
+    pub(crate) fn start_folder<'b>(&'b self, manifest: &'b Path) -> &'b Path {
         self.start_from_dir.unwrap_or_else(|| manifest.parent().unwrap_or(Path::new("")))
     }
 
@@ -151,7 +176,7 @@ impl ManifestReader<'_> {
                 return starts.read(name);
             }
             let recording = self.recording_of(&start_folder.join(name)).map_err(|why| {
-                let text = why.to_string();
+                let text = self.nested(why.to_string());
                 missing.set(Some(why));
                 text
             })?;
@@ -165,11 +190,39 @@ impl ManifestReader<'_> {
         step.starts_from.iter().find_map(|manifest| self.recording_of(manifest).err())
     }
 
-    /// The finished recording of a manifest with one run. The manifests must not start from each other.
+    /// The finished recording of a manifest with one run. Each manifest is searched once, although many may start from it.
     ///
     /// # Errors
     /// Why there is none.
     pub(crate) fn recording_of(&self, manifest: &Path) -> Result<PathBuf, NoRecording> {
+        let key = location(manifest);
+        if let Some(found) = self.found.borrow().get(&key) {
+            return found.clone();
+        }
+        let depth = self.depth.get();
+        if depth == MAX_STARTS {
+            let shown = manifest.display();
+            return Err(NoRecording::Invalid(format!(
+                "{shown} is after more than {MAX_STARTS} manifests of which each starts from the next"
+            )));
+        }
+        self.depth.set(depth + 1);
+        let found = self.search(manifest);
+        self.depth.set(depth);
+        self.found.borrow_mut().insert(key, found.clone());
+        found
+    }
+
+    /// Why a manifest has no recording, for the error of the manifest that starts from it. Of a manifest that is itself a start,
+    /// only the first line is kept: a text with the errors of all starts grows exponentially with their number.
+    fn nested(&self, why: String) -> String {
+        match why.split_once('\n') {
+            Some((first, _)) if self.depth.get() > 0 => first.trim_end_matches(':').to_owned(),
+            _ => why,
+        }
+    }
+
+    fn search(&self, manifest: &Path) -> Result<PathBuf, NoRecording> {
         let shown = manifest.display();
         let source = read_text(manifest, MAX_MANIFEST_BYTES)
             .map_err(|error| NoRecording::Invalid(format!("cannot read {shown}: {error}")))?;

@@ -1,11 +1,11 @@
 //! Pipelines of experiments: a manifest that `start_from` names runs before the manifest that names it.
 
 use crate::cli::exit::Exit;
-use crate::cli::manifests::{ManifestReader, canonical};
+use crate::cli::manifests::{MAX_STARTS, ManifestReader, canonical};
 use crate::cli::messages::Failure;
 use kinetoscope_manifest::{Override, StartManifest, is_manifest_name, start_manifests};
 use kinetoscope_recording::regular_file::{MAX_MANIFEST_BYTES, read_text};
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// One manifest of a pipeline.
@@ -27,10 +27,11 @@ pub(crate) fn order(
     reader: &ManifestReader<'_>,
 ) -> Result<Vec<Step>, Failure> {
     let mut search = Search {
-        named: named.iter().map(|path| (canonical(path), ())).collect(),
+        named: named.iter().map(|path| canonical(path)).collect(),
         overrides,
         reader,
         trail: Vec::new(),
+        visited: BTreeSet::new(),
         steps: Vec::new(),
     };
     for manifest in named {
@@ -42,6 +43,8 @@ pub(crate) fn order(
 /// A manifest on the way from the command line, and where it names the next one.
 struct Link {
     manifest: PathBuf,
+    /// The canonical path of the manifest.
+    identity: PathBuf,
     start: StartManifest,
 }
 
@@ -57,28 +60,38 @@ impl Link {
 }
 
 struct Search<'a> {
-    named: BTreeMap<PathBuf, ()>,
+    /// The canonical paths of the manifests of the command line.
+    named: BTreeSet<PathBuf>,
     overrides: &'a [Override],
     reader: &'a ManifestReader<'a>,
     trail: Vec<Link>,
+    /// The canonical paths of the manifests among the steps.
+    visited: BTreeSet<PathBuf>,
     steps: Vec<Step>,
 }
 
 impl Search<'_> {
     fn visit(&mut self, manifest: &Path) -> Result<(), Failure> {
         let identity = canonical(manifest);
-        if let Some(first) =
-            self.trail.iter().position(|link| canonical(&link.manifest) == identity)
-        {
+        if let Some(first) = self.trail.iter().position(|link| link.identity == identity) {
             let lines: Vec<String> = self.trail[first..].iter().map(Link::place).collect();
             let what = format!("the manifests start from each other\n  {}", lines.join("\n  "));
             return Err(Failure::new(Exit::BadManifest, what)
                 .help("name a recording (*.mcap) in one of these lines"));
         }
-        if self.steps.iter().any(|step| canonical(&step.manifest) == identity) {
+        if self.visited.contains(&identity) {
             return Ok(());
         }
-        let is_named = self.named.contains_key(&identity);
+        if let Some(link) = self.trail.last().filter(|_| self.trail.len() >= MAX_STARTS) {
+            let what = format!(
+                "more than {MAX_STARTS} manifests, of which each starts from the next\n  {}",
+                link.place()
+            );
+            return Err(Failure::new(Exit::BadManifest, what).help(
+                "run the manifest that this line names first, and name its recording (*.mcap) here",
+            ));
+        }
+        let is_named = self.named.contains(&identity);
         let mut starts_from = Vec::new();
         for start in self.starts(manifest, is_named)? {
             let folder = match is_named {
@@ -86,11 +99,13 @@ impl Search<'_> {
                 false => manifest.parent().unwrap_or(Path::new("")),
             };
             let next = folder.join(&start.name);
-            self.trail.push(Link { manifest: manifest.to_owned(), start });
+            let identity = identity.clone();
+            self.trail.push(Link { manifest: manifest.to_owned(), identity, start });
             self.visit(&next)?;
             self.trail.pop();
             starts_from.push(next);
         }
+        self.visited.insert(identity);
         self.steps.push(Step { manifest: manifest.to_owned(), is_named, starts_from });
         Ok(())
     }

@@ -90,7 +90,7 @@ impl RunArguments {
         self.reject_several(&manifests)?;
         let output = self.output.folder().map_err(|error| bad(&error.to_string()))?;
         let start_from_dir = self.executor.start_from_dir.as_deref();
-        let reader = ManifestReader { output, start_from_dir };
+        let reader = ManifestReader::new(output, start_from_dir);
         let steps = pipeline::order(&manifests, &overrides, &reader)?;
         let experiments = self.read_all(&steps, &overrides, &reader)?;
         let interrupt = OnceCell::new();
@@ -248,7 +248,9 @@ impl Session<'_> {
             experiment: &experiment,
             interrupt: self.interrupt,
         };
-        Ok(match execution.run() {
+        let executed = execution.run();
+        self.reader.forget_missing();
+        Ok(match executed {
             Ok(executed) => {
                 let exit = executed.exit;
                 self.executed.push(executed);

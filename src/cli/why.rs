@@ -42,7 +42,7 @@ impl WhyArguments {
         }
         let overrides = self.manifest.overrides()?;
         let output = self.output.folder().map_err(|error| bad(&error.to_string()))?;
-        let reader = ManifestReader { output, start_from_dir: None };
+        let reader = ManifestReader::new(output, None);
         let steps = pipeline::order(std::slice::from_ref(&self.path), &overrides, &reader)?;
         let own = steps.iter().find(|step| step.is_named);
         if let Some((step, why)) = own.and_then(|step| Some((step, reader.missing_start(step)?))) {

@@ -1,7 +1,7 @@
 //! `[[baseline]]`: how much a metric may differ from that of an earlier analysis.
 
 use crate::checks::check_metric;
-use crate::diagnostics::Diagnostic;
+use crate::diagnostics::{Diagnostic, Errors};
 use crate::keys::{HasKeys as _, Reader, Writer};
 use crate::quantity::NonNegative;
 use crate::table::table;
@@ -33,7 +33,7 @@ table! {
 pub(crate) fn read(
     node: &Node,
     metrics: Option<&[&'static str]>,
-    errors: &mut Vec<Diagnostic>,
+    errors: &mut Errors,
 ) -> Vec<BaselineTolerance> {
     let tables = tables(node, "baseline", ["tables [[baseline]]", "a table"], errors);
     let mut found: Vec<BaselineTolerance> = Vec::new();
@@ -52,7 +52,7 @@ fn read_one(
     element: &Node,
     table: &Table,
     metrics: Option<&[&'static str]>,
-    errors: &mut Vec<Diagnostic>,
+    errors: &mut Errors,
 ) -> Option<BaselineTolerance> {
     let mut reader = Reader::new("baseline", table, errors);
     let mut keys = BaselineKeys::default();

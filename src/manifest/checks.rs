@@ -1,15 +1,16 @@
 //! `[[checks]]`: the values that metrics must have.
 
-use crate::diagnostics::{Diagnostic, Diagnostics, nearest};
+use crate::diagnostics::{Diagnostic, Diagnostics, Errors, nearest};
 use crate::keys::{HasKeys as _, Reader, Writer, rules};
 use crate::model::METRICS;
 use crate::quantity::{Finite, NonNegative};
 use crate::renamed;
 use crate::sweep::{Axis, Coordinate, text};
-use crate::syntax::parse_toml;
+use crate::syntax::{LineCounter, parse_toml};
 use crate::table::table;
 use crate::tree::{Entry, Node, Table};
 use crate::value::{quoted, refuse_type, tables, words};
+use std::collections::HashSet;
 
 /// A condition on a metric.
 #[derive(Clone, Debug, PartialEq)]
@@ -207,25 +208,58 @@ impl CheckKeys {
 pub(crate) fn read(
     node: &Node,
     manifest: Option<CheckedManifest<'_>>,
-    errors: &mut Vec<Diagnostic>,
+    errors: &mut Errors,
 ) -> Vec<Check> {
     let tables = tables(node, "checks", ["tables [[checks]]", "a table"], errors);
-    tables.into_iter().filter_map(|(node, table)| read_one(node, table, manifest, errors)).collect()
+    let mut lines = manifest.map(|manifest| LineCounter::new(manifest.source));
+    let points = manifest.and_then(|manifest| manifest.axes).map(Points::new);
+    let metrics = manifest.and_then(|manifest| manifest.metrics);
+    let mut checks = Vec::new();
+    for (element, table) in tables {
+        let line = lines.as_mut().map_or(0, |lines| lines.line_of(element.span.start));
+        if let Some(check) = read_one(element, table, points.as_ref(), metrics, errors) {
+            checks.push(Check { line: u32::try_from(line).unwrap_or(u32::MAX), ..check });
+        }
+    }
+    checks
+}
+
+/// The points of a sweep that `where` may name.
+struct Points<'a> {
+    axes: &'a [Axis],
+    /// For each axis, the values of each of its keys.
+    values: Vec<Vec<HashSet<&'a str>>>,
+}
+
+impl<'a> Points<'a> {
+    fn new(axes: &'a [Axis]) -> Self {
+        let column = |axis: &'a Axis, column: usize| {
+            axis.values.iter().map(|values| values[column].as_str()).collect()
+        };
+        let columns = |axis: &'a Axis| (0..axis.keys.len()).map(|key| column(axis, key)).collect();
+        Self { axes, values: axes.iter().map(columns).collect() }
+    }
+
+    /// Every swept key with the numbers of its axis and of its column.
+    fn keys(&self) -> impl Iterator<Item = (usize, usize, &'a String)> + Clone {
+        self.axes.iter().enumerate().flat_map(|(axis, points)| {
+            points.keys.iter().enumerate().map(move |(column, key)| (axis, column, key))
+        })
+    }
 }
 
 fn read_one(
     element: &Node,
     table: &Table,
-    manifest: Option<CheckedManifest<'_>>,
-    errors: &mut Vec<Diagnostic>,
+    points: Option<&Points<'_>>,
+    metrics: Option<&[&'static str]>,
+    errors: &mut Errors,
 ) -> Option<Check> {
-    let axes = manifest.and_then(|manifest| manifest.axes);
-    let at = table.get("where").map_or_else(Vec::new, |place| read_where(place, axes, errors));
+    let at = table.get("where").map_or_else(Vec::new, |place| read_where(place, points, errors));
     let mut reader = Reader::new("checks", table, errors);
     reader.also_known(&["where"]);
     let mut keys = CheckKeys::default();
     keys.keys(&mut reader);
-    let metrics = manifest.and_then(|manifest| manifest.metrics);
     check_metric("a check", &keys.metric, metrics, element, &mut reader);
     if !BOUNDS.iter().any(|key| reader.has(key)) {
         let label = "needs `tolerance`, `relative_tolerance`, `standard_errors`, \
@@ -248,12 +282,8 @@ fn read_one(
         is_empty => ["minimum", "maximum"] "`minimum` is above `maximum`", "must be minimum <= maximum";
     }
     reader.finish();
-    let line = manifest.map_or(0, |manifest| {
-        let before = manifest.source.get(..element.span.start).unwrap_or_default();
-        u32::try_from(1 + before.matches('\n').count()).unwrap_or(u32::MAX)
-    });
     let if_undecided = keys.if_undecided.unwrap_or(IfUndecided::Fail);
-    Some(Check { bound: keys.bound()?, metric: keys.metric, at, if_undecided, line })
+    Some(Check { bound: keys.bound()?, metric: keys.metric, at, if_undecided, line: 0 })
 }
 
 /// Reports a table without a metric, or with one that is not among those of the model.
@@ -271,6 +301,8 @@ pub(crate) fn check_metric(
         reader.refuse(&["metric"], title, "must not be empty");
     } else if let Some(new) = renamed::metric(metric) {
         reader.refuse(&["metric"], format!("`{metric}` was renamed; use `{new}`"), "old name");
+    } else if reader.is_full() && known.is_some_and(|known| !known.contains(&metric)) {
+        reader.refuse(&["metric"], "", "");
     } else if let Some(known) = known.filter(|known| !known.contains(&metric)) {
         let label = match nearest(metric, known.iter().copied()) {
             Some(meant) => format!("did you mean `{meant}`?"),
@@ -282,46 +314,45 @@ pub(crate) fn check_metric(
 
 fn read_where(
     place: &Entry,
-    axes: Option<&[Axis]>,
-    errors: &mut Vec<Diagnostic>,
+    points: Option<&Points<'_>>,
+    errors: &mut Errors,
 ) -> Vec<(String, String)> {
     let Some(table) = place.node.table() else {
         let expected = "a table of swept keys and values";
         return refuse_type(&place.node, "checks.where", expected, errors).unwrap_or_default();
     };
     let entries = table.entries.iter().flat_map(|entry| entry.leaves(&entry.key, &|_, _| false));
-    entries.filter_map(|(key, entry)| read_place(&key, entry, axes, errors)).collect()
+    entries.filter_map(|(key, entry)| read_place(&key, entry, points, errors)).collect()
 }
 
 /// Reads one key of `where`.
 fn read_place(
     key: &str,
     entry: &Entry,
-    axes: Option<&[Axis]>,
-    errors: &mut Vec<Diagnostic>,
+    points: Option<&Points<'_>>,
+    errors: &mut Errors,
 ) -> Option<(String, String)> {
     if let Some(new) = renamed::dotted_key(key) {
         errors.push(renamed::error(key, new, entry.key_span));
         return None;
     }
     let value = text(&entry.node, 0);
-    let Some(axes) = axes else { return Some((key.to_owned(), value)) };
-    let swept = || {
-        axes.iter().flat_map(|axis| {
-            axis.keys.iter().enumerate().map(move |(column, key)| (axis, column, key))
-        })
-    };
-    let Some((axis, column, full)) = swept().find(|(_, _, full)| names(key, full)) else {
-        let label = match nearest(key, swept().map(|(_, _, key)| key.as_str())) {
+    let Some(points) = points else { return Some((key.to_owned(), value)) };
+    let Some((axis, column, full)) = points.keys().find(|(_, _, full)| names(key, full)) else {
+        if errors.is_full() {
+            errors.count();
+            return None;
+        }
+        let label = match nearest(key, points.keys().map(|(_, _, key)| key.as_str())) {
             Some(meant) => format!("did you mean `{meant}`?"),
             None => "`where` takes keys of [sweep], or `variant`".to_owned(),
         };
         errors.push(Diagnostic::new(format!("`{key}` is not swept")).at(entry.key_span, label));
         return None;
     };
-    if !axis.values.iter().any(|values| values[column] == value) {
-        let known: Vec<&str> =
-            axis.values.iter().map(|values| values[column].as_str()).take(20).collect();
+    if !points.values[axis][column].contains(value.as_str()) {
+        let values = points.axes[axis].values.iter();
+        let known: Vec<&str> = values.map(|values| values[column].as_str()).take(20).collect();
         let title = format!("the sweep has no point `{key}` = {value}");
         errors.push(
             Diagnostic::new(title).at(entry.node.span, format!("values: {}", known.join(", "))),

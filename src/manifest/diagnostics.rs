@@ -9,10 +9,65 @@ use std::fmt;
 pub struct Diagnostics {
     sources: Vec<Source>,
     found: Vec<Diagnostic>,
+    /// Number of errors beyond those found.
+    more: usize,
 }
 
 /// Maximum number of errors printed: a list of a million positions may contain a million errors.
 const MOST_SHOWN: usize = 100;
+
+/// Maximum number of errors collected: a manifest may contain a million unknown keys, each with a long message.
+const MOST_COLLECTED: usize = 1000;
+
+/// The errors found so far; beyond [`MOST_COLLECTED`], only their number.
+#[derive(Debug, Default)]
+pub(crate) struct Errors {
+    found: Vec<Diagnostic>,
+    more: usize,
+}
+
+impl Errors {
+    /// One error.
+    pub(crate) fn of(error: Diagnostic) -> Self {
+        Self { found: vec![error], more: 0 }
+    }
+
+    /// Adds an error.
+    pub(crate) fn push(&mut self, error: Diagnostic) {
+        if self.is_full() { self.more += 1 } else { self.found.push(error) }
+    }
+
+    /// Whether further errors are only counted, so that their messages need not be written.
+    pub(crate) fn is_full(&self) -> bool {
+        self.found.len() >= MOST_COLLECTED
+    }
+
+    /// Counts an error without a message.
+    pub(crate) fn count(&mut self) {
+        self.more += 1;
+    }
+
+    /// Number of errors.
+    pub(crate) fn len(&self) -> usize {
+        self.found.len() + self.more
+    }
+
+    /// Whether there are no errors.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Keeps the errors that satisfy a condition, and the number of those without a message.
+    pub(crate) fn retain(&mut self, holds: impl Fn(&Diagnostic) -> bool) {
+        self.found.retain(holds);
+    }
+
+    /// Adds the errors of another list.
+    pub(crate) fn append(&mut self, other: Self) {
+        self.more += other.more;
+        other.found.into_iter().for_each(|error| self.push(error));
+    }
+}
 
 #[derive(Clone, Debug)]
 struct Source {
@@ -71,22 +126,23 @@ impl Diagnostics {
     }
 
     /// The errors in the order of the text, each once.
-    pub(crate) fn with(mut self, found: Vec<Diagnostic>) -> Self {
+    pub(crate) fn with(mut self, errors: Errors) -> Self {
         let mut seen = std::collections::HashSet::new();
-        self.found = found.into_iter().filter(|error| seen.insert(error.clone())).collect();
+        self.found = errors.found.into_iter().filter(|error| seen.insert(error.clone())).collect();
+        self.more = errors.more;
         self.found.sort_by_key(Diagnostic::place);
         self
     }
 
     /// The value, if there are no errors; otherwise all of them.
-    pub(crate) fn ok_or<T>(self, value: T, found: Vec<Diagnostic>) -> Result<T, Self> {
+    pub(crate) fn ok_or<T>(self, value: T, found: Errors) -> Result<T, Self> {
         if found.is_empty() { Ok(value) } else { Err(self.with(found)) }
     }
 
     /// Number of errors.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.found.len()
+        self.found.len() + self.more
     }
 
     /// Whether there are no errors.
@@ -102,8 +158,8 @@ impl Diagnostics {
         let shown = self.found.iter().take(MOST_SHOWN);
         let mut rendered: Vec<String> =
             shown.map(|error| self.render_one(error, &renderer)).collect();
-        if self.found.len() > MOST_SHOWN {
-            let more = format!("and {} more errors", self.found.len() - MOST_SHOWN);
+        if self.len() > rendered.len() {
+            let more = format!("and {} more errors", self.len() - rendered.len());
             let title = Level::ERROR.primary_title(more);
             rendered.push(renderer.render(&[Group::with_title(title)]));
         }

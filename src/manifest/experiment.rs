@@ -3,7 +3,7 @@
 use crate::baseline::{self, BaselineTolerance};
 use crate::canonical::{RunKey, RunManifest};
 use crate::checks::{self, Check, CheckedManifest};
-use crate::diagnostics::{Diagnostic, Diagnostics};
+use crate::diagnostics::{Diagnostic, Diagnostics, Errors};
 use crate::head::{ExpectedOutcome, Head, NAME_RULE, is_name};
 use crate::keys::{HasKeys as _, Reader};
 use crate::model::{ModelConfig, Recordings, no_model};
@@ -100,7 +100,7 @@ pub fn parse_run(text: &str) -> Result<RunManifest, Diagnostics> {
     let mut runs = document.runs;
     if diagnostics.is_empty() && runs.len() != 1 {
         let title = format!("expected one run, found an experiment of {}", runs.len());
-        return Err(diagnostics.with(vec![Diagnostic::new(title)]));
+        return Err(diagnostics.with(Errors::of(Diagnostic::new(title))));
     }
     match runs.pop() {
         Some(run) if diagnostics.is_empty() => Ok(run.manifest),
@@ -122,7 +122,7 @@ fn experiment(
             "the file name {} cannot name the experiment; add name = \"...\" of {NAME_RULE}",
             quoted(&name)
         );
-        return Err(diagnostics.with(vec![Diagnostic::new(title)]));
+        return Err(diagnostics.with(Errors::of(Diagnostic::new(title))));
     }
     Ok(Experiment {
         name,
@@ -200,12 +200,12 @@ pub(crate) fn read_document(
 ) -> (Document, Diagnostics) {
     let mut diagnostics = Diagnostics::default();
     let (mut root, syntax) = parse_toml(source, origin, &mut diagnostics);
-    let mut errors = Vec::new();
+    let mut errors = Errors::default();
     let set = read_overrides(overrides, &mut diagnostics, &mut errors);
     let document = read_root(source, &mut root, set, recordings, &mut errors);
     if !syntax.hides_tables {
         errors.retain(|error| !syntax.explains(source, error));
-        errors.extend(syntax.errors);
+        errors.append(syntax.errors);
     } else {
         errors = syntax.errors;
     }
@@ -215,7 +215,7 @@ pub(crate) fn read_document(
 fn read_overrides(
     overrides: &[Override],
     diagnostics: &mut Diagnostics,
-    errors: &mut Vec<Diagnostic>,
+    errors: &mut Errors,
 ) -> Vec<Setting> {
     let mut sets: Vec<Setting> = Vec::new();
     for Override { key, value } in overrides {
@@ -248,7 +248,7 @@ fn read_root(
     root: &mut Table,
     sets: Vec<Setting>,
     recordings: Option<Recordings<'_>>,
-    errors: &mut Vec<Diagnostic>,
+    errors: &mut Errors,
 ) -> Document {
     let sweep = root.take("sweep");
     let axes = sweep.as_ref().map_or_else(Vec::new, |sweep| sweep::read(sweep, errors));
@@ -294,7 +294,7 @@ fn read_root(
 }
 
 /// Inserts a value from the command line or from a sweep.
-fn set(root: &mut Table, key: &str, key_span: Span, node: &Node, errors: &mut Vec<Diagnostic>) {
+fn set(root: &mut Table, key: &str, key_span: Span, node: &Node, errors: &mut Errors) {
     if let Err(no_table) = root.set(key, key_span, node.clone()) {
         let title = format!("unknown key `{key}`: `{no_table}` is not a table");
         errors.push(Diagnostic::new(title).at(key_span, "it has no keys of its own"));
@@ -307,7 +307,7 @@ fn expand(
     base: &Table,
     axes: &[Points],
     recordings: Option<Recordings<'_>>,
-    errors: &mut Vec<Diagnostic>,
+    errors: &mut Errors,
 ) -> Vec<Run> {
     let replicates = head.replicate_numbers();
     let points =
@@ -386,7 +386,7 @@ fn indices(point: usize, axes: &[Points]) -> Vec<usize> {
 fn read_physics(
     root: &Table,
     recordings: Option<Recordings<'_>>,
-    errors: &mut Vec<Diagnostic>,
+    errors: &mut Errors,
 ) -> Option<(ModelConfig, RecordConfig)> {
     let empty = Table::default();
     let errors_before = errors.len();

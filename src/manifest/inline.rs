@@ -1,6 +1,6 @@
 //! Tables on one line, such as `{ min = 1e-3, max = 2e-3 }`: values that have keys of their own.
 
-use crate::diagnostics::Diagnostic;
+use crate::diagnostics::Errors;
 use crate::keys::Reader;
 use crate::tree::{Node, Span};
 use crate::value::{TomlValue, refuse_type};
@@ -63,11 +63,7 @@ impl Form {
 }
 
 /// Reads a table on one line with all its errors.
-pub(crate) fn read<T: InlineTable>(
-    node: &Node,
-    name: &str,
-    errors: &mut Vec<Diagnostic>,
-) -> Option<T> {
+pub(crate) fn read<T: InlineTable>(node: &Node, name: &str, errors: &mut Errors) -> Option<T> {
     let Some(table) = node.table() else { return refuse_type(node, name, T::EXPECTED, errors) };
     let mut reader = Reader::new(name, table, errors);
     let value = T::read_keys(&mut reader, node.span);
@@ -151,7 +147,7 @@ macro_rules! inline_table {
             fn read(
                 node: &$crate::tree::Node,
                 name: &str,
-                errors: &mut Vec<$crate::diagnostics::Diagnostic>,
+                errors: &mut $crate::diagnostics::Errors,
             ) -> Option<Self> {
                 $crate::inline::read(node, name, errors)
             }

@@ -2,7 +2,7 @@
 //! [`Reader`] reads a table, [`Writer`] writes the canonical text, `describe::Describer` builds the schema. The three
 //! therefore always agree. The macros in `table` generate the lists.
 
-use crate::diagnostics::{Diagnostic, nearest};
+use crate::diagnostics::{Diagnostic, Errors, nearest};
 use crate::renamed;
 use crate::tree::{Entry, Node, Span, Table, Value};
 use crate::value::TomlValue;
@@ -50,7 +50,7 @@ pub(crate) trait HasKeys {
 pub(crate) struct Reader<'a> {
     path: String,
     table: &'a Table,
-    errors: &'a mut Vec<Diagnostic>,
+    errors: &'a mut Errors,
     known: Vec<&'static str>,
     failed: Vec<&'static str>,
     breaks_a_rule: bool,
@@ -58,7 +58,7 @@ pub(crate) struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     /// Creates a reader of the table at a dotted path; the path of the whole manifest is empty.
-    pub(crate) fn new(path: &str, table: &'a Table, errors: &'a mut Vec<Diagnostic>) -> Self {
+    pub(crate) fn new(path: &str, table: &'a Table, errors: &'a mut Errors) -> Self {
         Self {
             path: path.to_owned(),
             table,
@@ -143,6 +143,11 @@ impl<'a> Reader<'a> {
         self.failed.is_empty() && !self.breaks_a_rule
     }
 
+    /// Whether further errors are only counted.
+    pub(crate) fn is_full(&self) -> bool {
+        self.errors.is_full()
+    }
+
     /// Adds keys that are read elsewhere.
     pub(crate) fn also_known(&mut self, names: &[&'static str]) {
         self.known.extend(names);
@@ -152,6 +157,10 @@ impl<'a> Reader<'a> {
     pub(crate) fn finish(self) {
         for entry in &self.table.entries {
             if self.known.contains(&&*entry.key) {
+                continue;
+            }
+            if self.errors.is_full() {
+                self.errors.count();
                 continue;
             }
             if let Some(new) = renamed::key(&self.path, &entry.key) {

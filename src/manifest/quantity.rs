@@ -1,6 +1,6 @@
 //! Numbers with a range: a value of these types was checked when it was read.
 
-use crate::diagnostics::Diagnostic;
+use crate::diagnostics::Errors;
 use crate::tree::Node;
 use crate::value::{TomlValue, number, refuse, shortest};
 use serde::Serialize;
@@ -42,7 +42,7 @@ macro_rules! quantities {
         }
 
         impl TomlValue for $name {
-            fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
+            fn read(node: &Node, name: &str, errors: &mut Errors) -> Option<Self> {
                 number(node).and_then(Self::new).or_else(|| refuse(node, name, $range, errors))
             }
 

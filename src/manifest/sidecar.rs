@@ -3,7 +3,7 @@
 use crate::baseline::{self, BaselineTolerance};
 use crate::canonical::RunKey;
 use crate::checks::{self, Check};
-use crate::diagnostics::{Diagnostic, Diagnostics};
+use crate::diagnostics::{Diagnostic, Diagnostics, Errors};
 use crate::experiment::Experiment;
 use crate::head::ExpectedOutcome;
 use crate::keys::{HasKeys as _, Reader, Writer};
@@ -159,12 +159,7 @@ impl ExperimentRecord {
 }
 
 /// Reads each table of an array of tables.
-fn for_each(
-    root: &Table,
-    key: &str,
-    errors: &mut Vec<Diagnostic>,
-    mut read: impl FnMut(&mut Reader<'_>),
-) {
+fn for_each(root: &Table, key: &str, errors: &mut Errors, mut read: impl FnMut(&mut Reader<'_>)) {
     let Some(entry) = root.get(key) else { return };
     for (_, table) in tables(&entry.node, key, ["an array of tables", "a table"], errors) {
         let mut reader = Reader::new(key, table, errors);
@@ -175,7 +170,7 @@ fn for_each(
 
 /// A coordinate is written `["key", "value"]`.
 impl TomlValue for Coordinate {
-    fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
+    fn read(node: &Node, name: &str, errors: &mut Errors) -> Option<Self> {
         let [key, value] = <[String; 2]>::read(node, name, errors)?;
         Some(Self { key, value })
     }

@@ -1,7 +1,7 @@
 //! Manifests that a manifest names in `start_from`: the experiments that must be recorded before it can run.
 
 use crate::diagnostics::Diagnostics;
-use crate::syntax::parse_toml;
+use crate::syntax::{LineCounter, parse_toml};
 use crate::tree::{Node, Table, Value};
 
 /// A manifest that `start_from` names.
@@ -25,28 +25,37 @@ pub fn is_manifest_name(name: &str) -> bool {
 pub fn start_manifests(source: &str) -> Vec<StartManifest> {
     let (root, _) = parse_toml(source, "", &mut Diagnostics::default());
     let mut found = Vec::new();
-    search_table(&root, false, source, &mut found);
+    search_table(&root, false, &mut LineCounter::new(source), &mut found);
     found
 }
 
-fn search_table(table: &Table, is_start: bool, source: &str, found: &mut Vec<StartManifest>) {
+fn search_table(
+    table: &Table,
+    is_start: bool,
+    lines: &mut LineCounter<'_>,
+    found: &mut Vec<StartManifest>,
+) {
     for entry in &table.entries {
         let names_start = entry.key.rsplit('.').next() == Some("start_from");
-        search(&entry.node, is_start || names_start, source, found);
+        search(&entry.node, is_start || names_start, lines, found);
     }
 }
 
-fn search(node: &Node, is_start: bool, source: &str, found: &mut Vec<StartManifest>) {
+fn search(
+    node: &Node,
+    is_start: bool,
+    lines: &mut LineCounter<'_>,
+    found: &mut Vec<StartManifest>,
+) {
     match &node.value {
         Value::Text(name) if is_start && is_manifest_name(name) => {
-            let before = source.as_bytes().iter().take(node.span.start);
-            let line = 1 + before.filter(|&&byte| byte == b'\n').count();
+            let line = lines.line_of(node.span.start);
             found.push(StartManifest { name: name.clone(), line });
         }
         Value::Array(nodes) => {
-            nodes.iter().for_each(|node| search(node, is_start, source, found));
+            nodes.iter().for_each(|node| search(node, is_start, lines, found));
         }
-        Value::Table(table) => search_table(table, is_start, source, found),
+        Value::Table(table) => search_table(table, is_start, lines, found),
         _ => {}
     }
 }

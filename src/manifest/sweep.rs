@@ -1,7 +1,7 @@
 //! `[sweep]`: one run for each combination of values.
 
 use crate::describe;
-use crate::diagnostics::{Diagnostic, nearest};
+use crate::diagnostics::{Diagnostic, Errors, nearest};
 use crate::keys::{Reader, rules};
 use crate::quantity::Finite;
 use crate::renamed;
@@ -9,6 +9,7 @@ use crate::table::table;
 use crate::tree::{Entry, Node, Span, Table, Value};
 use crate::value::{TomlValue, refuse_type, shortest, tables, words};
 use serde::{Deserialize, Serialize};
+use std::collections::HashSet;
 use std::num::NonZeroU32;
 
 table! {
@@ -52,6 +53,8 @@ pub(crate) struct Setting {
 
 /// Maximum length of a value in a file name.
 const LONGEST_VALUE: usize = 40;
+/// Maximum number of keys that a sweep sets; the models have up to 60.
+const MOST_KEYS: usize = 1000;
 /// Maximum number of points on one axis.
 const MOST_POINTS: u32 = 100_000;
 
@@ -64,7 +67,7 @@ words! {
 }
 
 /// Reads the table `[sweep]` into its axes, in the order of the file.
-pub(crate) fn read(sweep: &Entry, errors: &mut Vec<Diagnostic>) -> Vec<Points> {
+pub(crate) fn read(sweep: &Entry, errors: &mut Errors) -> Vec<Points> {
     let Some(table) = sweep.node.table() else {
         return refuse_type(&sweep.node, "sweep", "a table", errors).unwrap_or_default();
     };
@@ -80,6 +83,9 @@ pub(crate) fn read(sweep: &Entry, errors: &mut Vec<Diagnostic>) -> Vec<Points> {
             }
         }
     }
+    if sets_too_many_keys(&axes, errors) {
+        return Vec::new();
+    }
     if let Some(zip) = table.get("zip") {
         pair(&zip.node, &mut axes, errors);
     }
@@ -93,7 +99,7 @@ fn is_range(table: &Table) -> bool {
 }
 
 /// The axis of a key of a model or of `[record]`: a list of values or a range.
-fn swept(key: &str, entry: &Entry, errors: &mut Vec<Diagnostic>) -> Option<Points> {
+fn swept(key: &str, entry: &Entry, errors: &mut Errors) -> Option<Points> {
     let is_empty_table = entry.node.table().is_some_and(|table| table.entries.is_empty());
     let (title, label) = if is_empty_table {
         (format!("the axis `{key}` is empty"), "needs a list or a range")
@@ -107,7 +113,7 @@ fn swept(key: &str, entry: &Entry, errors: &mut Vec<Diagnostic>) -> Option<Point
     None
 }
 
-fn axis(key: &str, entry: &Entry, errors: &mut Vec<Diagnostic>) -> Option<Points> {
+fn axis(key: &str, entry: &Entry, errors: &mut Errors) -> Option<Points> {
     let nodes = match &entry.node.value {
         Value::Array(elements) => elements.to_vec(),
         Value::Table(table) => range(key, &entry.node, table, errors)?,
@@ -128,7 +134,7 @@ fn axis(key: &str, entry: &Entry, errors: &mut Vec<Diagnostic>) -> Option<Points
         return None;
     }
     let mut values: Vec<Vec<String>> = Vec::with_capacity(nodes.len());
-    let mut seen = std::collections::HashSet::with_capacity(nodes.len());
+    let mut seen = HashSet::with_capacity(nodes.len());
     for (index, node) in nodes.iter().enumerate() {
         let value = text(node, index);
         if !seen.insert(value.clone()) {
@@ -149,7 +155,7 @@ fn axis(key: &str, entry: &Entry, errors: &mut Vec<Diagnostic>) -> Option<Points
 }
 
 /// Expands a range `{ from, to, count, spacing }` into its values, the bounds included.
-fn range(key: &str, node: &Node, table: &Table, errors: &mut Vec<Diagnostic>) -> Option<Vec<Node>> {
+fn range(key: &str, node: &Node, table: &Table, errors: &mut Errors) -> Option<Vec<Node>> {
     let mut reader = Reader::new(&format!("sweep.{key}"), table, errors);
     let from: Option<Finite> = reader.required("from", node.span);
     let to: Option<Finite> = reader.required("to", node.span);
@@ -198,10 +204,11 @@ fn between(from: f64, to: f64, index: u32, last: u32, spacing: Spacing) -> f64 {
 }
 
 /// Reads `[[sweep.variants]]`: sets of keys with a name.
-fn variants(node: &Node, errors: &mut Vec<Diagnostic>) -> Option<Points> {
+fn variants(node: &Node, errors: &mut Errors) -> Option<Points> {
     let expected = ["tables [[sweep.variants]]", "a table with a name"];
     let mut axis = Axis { keys: vec![VARIANT.to_owned()], values: Vec::new() };
     let mut settings = Vec::new();
+    let mut seen = HashSet::new();
     for (element, table) in tables(node, "sweep.variants", expected, errors) {
         let Some(name) = table.get("name") else {
             let error = Diagnostic::new("a variant has no name");
@@ -209,7 +216,7 @@ fn variants(node: &Node, errors: &mut Vec<Diagnostic>) -> Option<Points> {
             continue;
         };
         let Some(text) = String::read(&name.node, "sweep.variants.name", errors) else { continue };
-        if text.trim().is_empty() || axis.values.iter().any(|values| values[0] == text) {
+        if text.trim().is_empty() || !seen.insert(text.clone()) {
             let title = format!("the variant name \"{text}\" is empty or listed twice");
             errors.push(
                 Diagnostic::new(title).at(name.node.span, "each variant needs a name of its own"),
@@ -227,7 +234,7 @@ fn variants(node: &Node, errors: &mut Vec<Diagnostic>) -> Option<Points> {
 }
 
 /// The keys that a key of a variant sets; dotted keys without quotes are followed as long as they name tables.
-fn variant_settings(entry: &Entry, errors: &mut Vec<Diagnostic>) -> Vec<Setting> {
+fn variant_settings(entry: &Entry, errors: &mut Errors) -> Vec<Setting> {
     let depth = match entry.key.split('.').next() {
         Some("model") => 3,
         Some("record") => 2,
@@ -249,7 +256,7 @@ fn variant_settings(entry: &Entry, errors: &mut Vec<Diagnostic>) -> Vec<Setting>
 }
 
 /// Reads `zip = [["k1", "k2"]]`, which joins several axes into one.
-fn pair(zip: &Node, axes: &mut Vec<Points>, errors: &mut Vec<Diagnostic>) {
+fn pair(zip: &Node, axes: &mut Vec<Points>, errors: &mut Errors) {
     let Value::Array(groups) = &zip.value else {
         let expected = "a list of lists of swept keys";
         return refuse_type(zip, "sweep.zip", expected, errors).unwrap_or_default();
@@ -264,6 +271,10 @@ fn pair(zip: &Node, axes: &mut Vec<Points>, errors: &mut Vec<Diagnostic>) {
             }
             let Some(index) = axes.iter().position(|points| points.axis.keys == [key.as_str()])
             else {
+                if errors.is_full() {
+                    errors.count();
+                    continue;
+                }
                 let swept = axes.iter().flat_map(|points| &points.axis.keys).map(String::as_str);
                 let label = match nearest(&key, swept) {
                     Some(meant) => format!("did you mean \"{meant}\"?"),
@@ -284,12 +295,7 @@ fn pair(zip: &Node, axes: &mut Vec<Points>, errors: &mut Vec<Diagnostic>) {
 }
 
 /// Pairs two axes of equal length, point by point.
-fn join(
-    mut axis: Points,
-    other: Points,
-    group: &Node,
-    errors: &mut Vec<Diagnostic>,
-) -> Option<Points> {
+fn join(mut axis: Points, other: Points, group: &Node, errors: &mut Errors) -> Option<Points> {
     if axis.settings.len() != other.settings.len() {
         let title = format!(
             "paired axes differ in length: `{}` has {} values, `{}` has {}",
@@ -320,17 +326,33 @@ pub(crate) fn overlap(one: &str, other: &str) -> bool {
     long.strip_prefix(short).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
 
+/// Reports more keys than any model has, because the time to compare them is quadratic.
+fn sets_too_many_keys(axes: &[Points], errors: &mut Errors) -> bool {
+    let mut keys = HashSet::new();
+    let settings = axes.iter().flat_map(|points| points.settings.iter().flatten());
+    for setting in settings {
+        keys.insert(setting.key.as_str());
+        if keys.len() > MOST_KEYS {
+            let title = format!("the sweep sets more than {MOST_KEYS} keys");
+            let error = Diagnostic::new(title).at(setting.key_span, "no model has so many");
+            errors.push(error);
+            return true;
+        }
+    }
+    false
+}
+
 /// Reports keys that are set by more than one axis.
-fn refuse_keys_twice(axes: &[Points], errors: &mut Vec<Diagnostic>) {
-    let mut seen: Vec<(&str, usize, Span)> = Vec::new();
-    for (number, points) in axes.iter().enumerate() {
-        let mut own: Vec<(&str, usize, Span)> = Vec::new();
+fn refuse_keys_twice(axes: &[Points], errors: &mut Errors) {
+    let mut seen: Vec<(&str, Span)> = Vec::new();
+    for points in axes {
+        let (mut own, mut names) = (Vec::new(), HashSet::new());
         for setting in points.settings.iter().flatten() {
-            if own.iter().any(|(key, ..)| *key == setting.key) {
+            if !names.insert(setting.key.as_str()) {
                 continue;
             }
-            own.push((&setting.key, number, setting.key_span));
-            if let Some((_, _, first)) = seen.iter().find(|(key, ..)| overlap(key, &setting.key)) {
+            own.push((setting.key.as_str(), setting.key_span));
+            if let Some((_, first)) = seen.iter().find(|(key, _)| overlap(key, &setting.key)) {
                 let title = format!("`{}` is swept twice", setting.key);
                 let error = Diagnostic::new(title).at(setting.key_span, "one axis for each key");
                 errors.push(error.at(*first, ""));

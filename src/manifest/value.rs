@@ -1,6 +1,6 @@
 //! The types of the manifest's values: each is read from TOML, written as canonical TOML and described in the schema.
 
-use crate::diagnostics::{Diagnostic, nearest};
+use crate::diagnostics::{Diagnostic, Errors, nearest};
 use crate::renamed;
 use crate::tree::{Node, Table, Value};
 use serde_json::{Value as Json, json};
@@ -10,7 +10,7 @@ use std::num::{NonZeroU32, NonZeroU64};
 /// A type of value in the manifest.
 pub(crate) trait TomlValue: Sized {
     /// Reads the value of the key `name`, or reports why it cannot be.
-    fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self>;
+    fn read(node: &Node, name: &str, errors: &mut Errors) -> Option<Self>;
 
     /// The canonical TOML text: equal values have equal texts, and reading it gives the value back.
     fn write(&self) -> String;
@@ -20,12 +20,7 @@ pub(crate) trait TomlValue: Sized {
 }
 
 /// Reports a value that the key does not allow, and returns `None`. `expected` follows "must be".
-pub(crate) fn refuse<T>(
-    node: &Node,
-    name: &str,
-    expected: &str,
-    errors: &mut Vec<Diagnostic>,
-) -> Option<T> {
+pub(crate) fn refuse<T>(node: &Node, name: &str, expected: &str, errors: &mut Errors) -> Option<T> {
     let label = if number(node).is_some() { "out of range" } else { "wrong type" };
     refuse_with(node, name, expected, label, errors)
 }
@@ -35,7 +30,7 @@ pub(crate) fn refuse_type<T>(
     node: &Node,
     name: &str,
     expected: &str,
-    errors: &mut Vec<Diagnostic>,
+    errors: &mut Errors,
 ) -> Option<T> {
     refuse_with(node, name, expected, "wrong type", errors)
 }
@@ -45,8 +40,12 @@ fn refuse_with<T>(
     name: &str,
     expected: &str,
     label: &str,
-    errors: &mut Vec<Diagnostic>,
+    errors: &mut Errors,
 ) -> Option<T> {
+    if errors.is_full() {
+        errors.count();
+        return None;
+    }
     let found = match node.value {
         Value::Integer(integer) => integer.to_string(),
         Value::Float(number) => shortest(number).to_lowercase(),
@@ -145,7 +144,7 @@ macro_rules! counts {
 macro_rules! whole_values {
     ($($name:ty: $minimum:literal..=$maximum:literal, through $bits:ty);* $(;)?) => {$(
         impl TomlValue for $name {
-            fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
+            fn read(node: &Node, name: &str, errors: &mut Errors) -> Option<Self> {
                 let range = concat!("a whole number from ", $minimum, " to ", $maximum);
                 whole_number(node)
                     .filter(|whole| ($minimum..=$maximum).contains(whole))
@@ -185,7 +184,7 @@ impl Decades {
 }
 
 impl TomlValue for bool {
-    fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
+    fn read(node: &Node, name: &str, errors: &mut Errors) -> Option<Self> {
         match node.value {
             Value::Boolean(value) => Some(value),
             _ => refuse_type(node, name, "true or false", errors),
@@ -202,7 +201,7 @@ impl TomlValue for bool {
 }
 
 impl TomlValue for String {
-    fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
+    fn read(node: &Node, name: &str, errors: &mut Errors) -> Option<Self> {
         match &node.value {
             Value::Text(text) => Some(text.clone()),
             _ => refuse_type(node, name, "a string", errors),
@@ -219,7 +218,7 @@ impl TomlValue for String {
 }
 
 impl<T: TomlValue, const N: usize> TomlValue for [T; N] {
-    fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
+    fn read(node: &Node, name: &str, errors: &mut Errors) -> Option<Self> {
         let Value::Array(elements) = &node.value else {
             return refuse_type(node, name, &format!("an array of {N} numbers"), errors);
         };
@@ -242,7 +241,7 @@ impl<T: TomlValue, const N: usize> TomlValue for [T; N] {
 }
 
 impl<T: TomlValue> TomlValue for Vec<T> {
-    fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
+    fn read(node: &Node, name: &str, errors: &mut Errors) -> Option<Self> {
         let Value::Array(elements) = &node.value else {
             return refuse_type(node, name, "an array", errors);
         };
@@ -265,7 +264,7 @@ pub(crate) fn tables<'a>(
     node: &'a Node,
     name: &str,
     [expected, element_expected]: [&str; 2],
-    errors: &mut Vec<Diagnostic>,
+    errors: &mut Errors,
 ) -> Vec<(&'a Node, &'a Table)> {
     let Value::Array(elements) = &node.value else {
         return refuse_type(node, name, expected, errors).unwrap_or_default();
@@ -288,7 +287,7 @@ pub(crate) fn word<T: Clone>(
     name: &str,
     words: &[(&str, T)],
     or: &str,
-    errors: &mut Vec<Diagnostic>,
+    errors: &mut Errors,
 ) -> Option<T> {
     let known: Vec<String> = words.iter().map(|(word, _)| format!("\"{word}\"")).collect();
     let known = known.join(", ") + or;
@@ -300,6 +299,10 @@ pub(crate) fn word<T: Clone>(
     }
     if let Some(new) = renamed::value(name, text) {
         errors.push(renamed::error(&quoted(text), new, node.span));
+        return None;
+    }
+    if errors.is_full() {
+        errors.count();
         return None;
     }
     let label = match nearest(text, words.iter().map(|(word, _)| *word)) {
@@ -341,7 +344,7 @@ macro_rules! words {
             fn read(
                 node: &$crate::tree::Node,
                 name: &str,
-                errors: &mut Vec<$crate::diagnostics::Diagnostic>,
+                errors: &mut $crate::diagnostics::Errors,
             ) -> Option<Self> {
                 $crate::value::word(node, name, Self::WORDS, "", errors)
             }

@@ -225,6 +225,26 @@ pub(crate) fn is_packed(body: &[u8]) -> bool {
     body.get(28..32).is_some_and(|length| length != [0; 4])
 }
 
+/// Size that a chunk record's body claims for its content; 0 if the body is too short, which decompression reports.
+pub(crate) fn claimed_bytes(body: &[u8]) -> u64 {
+    // After start and end time.
+    body.get(16..).and_then(|rest| Fields(rest).u64().ok()).unwrap_or(0)
+}
+
+/// Size of the frames in compressed data, without skippable frames, which contain nothing.
+fn zstd_bytes(packed: &[u8]) -> Option<u64> {
+    // RFC 8878, section 3.1.2: the magic numbers of skippable frames end in any 4 bits.
+    let is_skippable = |frame: &[u8]| matches!(frame, [0x50..=0x5f, 0x2a, 0x4d, 0x18, ..]);
+    let (mut rest, mut bytes) = (packed, 0);
+    while !rest.is_empty() {
+        let size = zstd::zstd_safe::find_frame_compressed_size(rest).ok()?;
+        let (frame, after) = rest.split_at_checked(size).filter(|_| size > 0)?;
+        bytes += if is_skippable(frame) { 0 } else { size as u64 };
+        rest = after;
+    }
+    Some(bytes)
+}
+
 /// Decompresses chunks.
 pub(crate) struct Unpacker {
     // Reused for all chunks, because its tables take more memory than a chunk.
@@ -260,7 +280,9 @@ impl Unpacker {
         if packed.len() as u64 != packed_size {
             return Err(damaged("the size of a chunk does not match its record"));
         }
-        if unpacked_size > limits.content_bytes(packed_size) {
+        let counted = if compression == "zstd" { zstd_bytes(packed) } else { Some(packed_size) };
+        // Damaged frames are reported by decompression.
+        if unpacked_size > limits.content_bytes(counted.unwrap_or(packed_size)) {
             return Err(damaged("a chunk claims a size that no recording has"));
         }
         let unpacked = match compression {
@@ -335,4 +357,23 @@ pub(crate) fn attachment(body: &[u8]) -> Result<(&str, &[u8]), Broken> {
 pub(crate) fn metadata(body: &[u8]) -> Result<(&str, BTreeMap<String, String>), Broken> {
     let mut fields = Fields(body);
     Ok((fields.string()?, fields.map()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn skippable_frames_do_not_count_as_compressed_data() {
+        let packed = zstd::bulk::compress(&[0; 1000], 1).unwrap();
+        let mut padded = packed.clone();
+        for last in [0x50, 0x5f] {
+            padded.extend([last, 0x2a, 0x4d, 0x18]);
+            padded.extend(5000_u32.to_le_bytes());
+            padded.extend([0; 5000]);
+        }
+        padded.extend(&packed);
+        assert_eq!(zstd_bytes(&padded), Some(2 * packed.len() as u64));
+        assert_eq!(zstd_bytes(&padded[..packed.len() + 20]), None);
+    }
 }

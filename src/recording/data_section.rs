@@ -1,7 +1,7 @@
 //! The data section of a file: its records in order. Chunks are read ahead, so that threads can decompress them.
 
-use crate::container::{Broken, Fields, MAGIC, Prefix, Records, damaged, metadata};
-use crate::limits::ChunkLimits;
+use crate::container::{Broken, Fields, MAGIC, Prefix, Records, claimed_bytes, damaged, metadata};
+use crate::limits::{ChunkLimits, MAX_AHEAD_BYTES};
 use crate::record_kind as kind;
 use crate::storage::Input;
 use crate::unpacking::{Ticket, Unpackers};
@@ -26,6 +26,8 @@ enum Ahead {
         /// Checksum of the bytes between the last chunk's body and this one's.
         before: crc32fast::Hasher,
         ticket: Ticket,
+        /// Its size and the size that it claims for its content.
+        bytes: u64,
     },
     Metadata(Vec<u8>),
     DataEnd {
@@ -43,6 +45,8 @@ pub(crate) struct DataSection {
     unpackers: Unpackers,
     /// The records read ahead, each with its position; the last one may be an error or the end of the data.
     ahead: VecDeque<(u64, Result<Ahead, Broken>)>,
+    /// Size of the chunks among them, with the sizes that they claim.
+    ahead_bytes: u64,
     all_read: bool,
     /// Memory of delivered chunks, for reuse.
     spare: Vec<Vec<u8>>,
@@ -64,6 +68,7 @@ impl DataSection {
             chunks,
             unpackers: Unpackers::new(threads, chunks),
             ahead: VecDeque::new(),
+            ahead_bytes: 0,
             all_read: false,
             spare: Vec::new(),
             checksum: crc32fast::Hasher::new(),
@@ -82,7 +87,8 @@ impl DataSection {
         let Some((byte, record)) = self.ahead.pop_front() else { return Ok(DataRecord::End) };
         self.byte = byte;
         match record? {
-            Ahead::Chunk { before, ticket } => {
+            Ahead::Chunk { before, ticket, bytes } => {
+                self.ahead_bytes -= bytes;
                 let (chunk, checksum) = self.unpackers.take(ticket)?;
                 self.checksum.combine(&before);
                 self.checksum.combine(&checksum);
@@ -106,9 +112,13 @@ impl DataSection {
         }
     }
 
-    /// Reads ahead until enough chunks are being decompressed.
+    /// Reads ahead until enough chunks, or enough bytes, are being decompressed.
     fn read_ahead(&mut self) {
-        while !self.all_read && self.ahead.len() < self.unpackers.look_ahead() {
+        self.submit_waiting();
+        while !self.all_read
+            && self.ahead.len() < self.unpackers.look_ahead()
+            && self.ahead_bytes <= MAX_AHEAD_BYTES
+        {
             let mut byte = self.records.position();
             let record = self.read(&mut byte);
             self.all_read = matches!(record, Err(_) | Ok(Ahead::DataEnd { .. }));
@@ -131,8 +141,7 @@ impl DataSection {
                     let before = self.records.checksum();
                     self.records.body_without_checksum(prefix, &mut body)?;
                     self.records.restart_checksum();
-                    let ticket = self.unpackers.submit(body);
-                    return Ok(Ahead::Chunk { before, ticket });
+                    return Ok(self.submit(before, body));
                 }
                 kind::METADATA => {
                     self.records.body(prefix, &mut body)?;
@@ -147,6 +156,33 @@ impl DataSection {
                 }
                 _ => self.records.skip(prefix)?,
             }
+        }
+    }
+
+    /// Submits a chunk. If it exceeds the memory of the chunks ahead together with others, it waits, and no other is read.
+    fn submit(&mut self, before: crc32fast::Hasher, body: Vec<u8>) -> Ahead {
+        let bytes = claimed_bytes(&body).saturating_add(body.len() as u64);
+        // A larger claim is rejected when it is decompressed; the sum of one and the others does not overflow.
+        let bytes = bytes.min(u64::MAX / 2);
+        let is_alone = self.ahead_bytes == 0;
+        self.ahead_bytes += bytes;
+        let ticket = if is_alone || self.ahead_bytes <= MAX_AHEAD_BYTES {
+            self.unpackers.submit(body)
+        } else {
+            Ticket::InPlace(body)
+        };
+        Ahead::Chunk { before, ticket, bytes }
+    }
+
+    /// Submits the chunk that waits, if the memory of the chunks ahead suffices now.
+    fn submit_waiting(&mut self) {
+        if self.ahead_bytes > MAX_AHEAD_BYTES {
+            return;
+        }
+        if let Some((_, Ok(Ahead::Chunk { ticket, .. }))) = self.ahead.back_mut()
+            && let Ticket::InPlace(body) = ticket
+        {
+            *ticket = self.unpackers.submit(std::mem::take(body));
         }
     }
 
@@ -181,12 +217,13 @@ mod tests {
     use super::*;
     use std::io::Cursor;
 
-    /// The bound that `Frames` documents. Chunks without content, written by hand after the container's specification.
-    #[test]
-    fn at_most_two_chunks_per_thread_are_in_progress() {
+    /// A file of a hundred chunks without content, written by hand after the container's specification.
+    fn data(claimed: u64, threads: usize) -> DataSection {
         let packed = zstd::bulk::compress(&[], 1).unwrap();
-        // Start time, end time, size and checksum are zero.
-        let mut chunk = vec![0; 28];
+        // Start time and end time are zero.
+        let mut chunk = vec![0; 16];
+        chunk.extend(claimed.to_le_bytes());
+        chunk.extend([0; 4]);
         chunk.extend(4_u32.to_le_bytes());
         chunk.extend(b"zstd");
         chunk.extend((packed.len() as u64).to_le_bytes());
@@ -197,11 +234,18 @@ mod tests {
             bytes.extend((chunk.len() as u64).to_le_bytes());
             bytes.extend(&chunk);
         }
+        let length = bytes.len() as u64;
+        let input: Box<dyn Input> = Box::new(Cursor::new(bytes));
+        let records = Records::new(BufReader::new(input), 0, length);
+        let threads = NonZeroUsize::new(threads).unwrap();
+        DataSection::new(records, threads, ChunkLimits::new(None, 0))
+    }
+
+    /// The bound that `Frames` documents.
+    #[test]
+    fn at_most_two_chunks_per_thread_are_in_progress() {
         for (threads, bound) in [(1, 1), (2, 4), (4, 8)] {
-            let input: Box<dyn Input> = Box::new(Cursor::new(bytes.clone()));
-            let records = Records::new(BufReader::new(input), 0, bytes.len() as u64);
-            let threads = NonZeroUsize::new(threads).unwrap();
-            let mut data = DataSection::new(records, threads, ChunkLimits::new(None, 0));
+            let mut data = data(0, threads);
             for chunk in 0..100 {
                 assert!(
                     matches!(data.advance(), Ok(DataRecord::Chunk(content)) if content.is_empty())
@@ -211,5 +255,22 @@ mod tests {
             }
             assert!(matches!(data.advance(), Err(Broken::Torn)));
         }
+    }
+
+    #[test]
+    fn chunks_ahead_claim_a_bounded_size_together() {
+        let in_progress = |claimed: u64| {
+            let mut data = data(claimed, 4);
+            data.read_ahead();
+            let is_submitted = |ahead: &(u64, Result<Ahead, Broken>)| {
+                matches!(ahead.1, Ok(Ahead::Chunk { ticket: Ticket::OnThread(_), .. }))
+            };
+            data.ahead.iter().filter(|ahead| is_submitted(ahead)).count()
+        };
+        assert_eq!(in_progress(MAX_AHEAD_BYTES / 64), 8);
+        assert_eq!(in_progress(MAX_AHEAD_BYTES * 2 / 5), 2);
+        // One chunk of any size is delivered.
+        assert_eq!(in_progress(MAX_AHEAD_BYTES * 6), 1);
+        assert_eq!(in_progress(u64::MAX), 1);
     }
 }

@@ -130,7 +130,8 @@ struct RawFrame {
 /// truncated or damaged, the last item is an error that reports what is lost.
 ///
 /// Memory: with one thread, one chunk of the file and its content; with `n` threads, at most `2 n` chunks that were read
-/// ahead, and the chunk whose frames are being delivered. A recorded chunk has 1 MiB, or one frame if that is larger.
+/// ahead, with at most 256 MiB together unless one alone is larger, and the chunk whose frames are being delivered. A recorded
+/// chunk has 1 MiB, or one frame if that is larger.
 /// Uncompressed chunks are not read ahead. The threads end when this value is dropped.
 pub struct Frames {
     data: DataSection,

@@ -27,8 +27,13 @@ const UNKNOWN_FRAME_BYTES: u64 = 4 << 30;
 /// Maximum size of the drawing, the contact forces and the other messages of a frame per particle: measured are 150 bytes with
 /// velocity arrows, and 150 bytes of contact forces (up to three contacts of 48 bytes).
 const DRAWN_BYTES: u64 = 1024;
-/// Maximum size of a chunk over its compressed size, which exceeds the compression ratio of any recorded state.
-const UNPACKED_RATIO: u64 = 1024;
+/// Maximum size of a chunk over its compressed size, for chunks above [`ANY_RATIO_BYTES`]. Such a chunk has one frame, and the most
+/// compressible state is a lattice of discs at rest: measured are 110 to 120 at any number of columns.
+const UNPACKED_RATIO: u64 = 192;
+/// Size up to which a chunk may have any compression ratio: a frame of 3.7 million discs with 9 columns.
+const ANY_RATIO_BYTES: u64 = 256 << 20;
+/// Maximum size of the chunks that are decompressed ahead, with their compressed bytes. One chunk may exceed it alone.
+pub(crate) const MAX_AHEAD_BYTES: u64 = 256 << 20;
 
 /// Maximum size of the body of a record outside the chunks; `None` for a kind that no recording has there.
 pub(crate) fn record_bytes(kind: u8) -> Option<u64> {
@@ -65,6 +70,24 @@ impl ChunkLimits {
     /// Maximum size of the content of a chunk with this compressed size.
     pub(crate) fn content_bytes(self, packed_bytes: u64) -> u64 {
         let ratio = packed_bytes.saturating_mul(UNPACKED_RATIO);
-        self.content_bytes.min(ratio.max(CHUNK_FLOOR_BYTES))
+        self.content_bytes.min(ratio.max(ANY_RATIO_BYTES))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn content_of_a_chunk_follows_from_its_compressed_size() {
+        let limits = ChunkLimits::new(Some(4_000_000), 9);
+        // A bomb: zeros are compressed 30,000-fold.
+        assert!(limits.content_bytes(1_500_000) < 300 << 20);
+        // A lattice of 4 million discs at rest is compressed 120-fold.
+        let lattice = 4_000_000 * 9 * 8;
+        assert!(limits.content_bytes(lattice / 120) > lattice);
+        // Small chunks have any ratio, and a frame of few particles is small.
+        assert_eq!(limits.content_bytes(1), ANY_RATIO_BYTES);
+        assert!(ChunkLimits::new(Some(2), 9).content_bytes(1_500_000) < 65 << 20);
     }
 }

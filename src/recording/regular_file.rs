@@ -7,7 +7,7 @@ use std::fs::{File, Metadata, OpenOptions};
 use std::io::{self, Read as _};
 use std::path::Path;
 
-/// Maximum size of a manifest, and of its canonical text in a recording. Parsing takes about 27 times the memory.
+/// Maximum size of a manifest, and of its canonical text in a recording. Parsing takes up to about 80 times the memory.
 pub const MAX_MANIFEST_BYTES: u64 = 16 << 20;
 /// Maximum size of `experiment.toml`: about 250,000 runs.
 pub const MAX_EXPERIMENT_RECORD_BYTES: u64 = 64 << 20;

@@ -45,7 +45,7 @@ impl Unpackers {
         Self { limit, chunks, own: Unpacker::new(), threads: Vec::new(), jobs: Some(jobs), queue }
     }
 
-    /// Number of chunks to submit ahead: for each thread, one in progress and one queued.
+    /// Maximum number of chunks to submit ahead: for each thread, one in progress and one queued.
     pub(crate) fn look_ahead(&self) -> usize {
         if self.threads.is_empty() { 1 } else { 2 * self.limit.get() }
     }

@@ -66,3 +66,27 @@ fn damaged_recordings_are_described_as_far_as_they_are_intact() {
         assert!(!called.err.contains("panicked"), "{place}: {}", called.err);
     }
 }
+
+/// Both names are shown as the name that the side file gives its only run.
+#[cfg(target_os = "linux")]
+#[test]
+fn names_that_are_not_utf_8_are_no_names_of_runs() {
+    use std::os::unix::ffi::OsStrExt as _;
+    let bench = Bench::new();
+    let recording = bench.recording();
+    let folder = recording.parent().unwrap();
+    let name = recording.file_name().unwrap().to_str().unwrap();
+    let record = folder.join("experiment.toml");
+    let forged = fs::read_to_string(&record).unwrap().replace(name, "gas\u{fffd}.mcap");
+    assert!(forged.contains('\u{fffd}'), "{forged}");
+    fs::write(&record, forged).unwrap();
+    for other in [b"gas\xff.mcap", b"gas\xfe.mcap"] {
+        fs::copy(&recording, folder.join(std::ffi::OsStr::from_bytes(other))).unwrap();
+    }
+    fs::remove_file(&recording).unwrap();
+    let called = bench.call(&["analyze", folder.to_str().unwrap()]);
+    let text = format!("{}{}", called.out, called.err);
+    assert_eq!(called.code, Some(0), "{text}");
+    assert!(!text.contains("have no finished recording") && !text.contains("panicked"), "{text}");
+    assert!(text.contains("not all of these recordings belong to the experiment"), "{text}");
+}

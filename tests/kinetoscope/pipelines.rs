@@ -158,3 +158,48 @@ fn a_start_without_one_recording_is_rejected() {
     assert!(several.err.starts_with(what), "{}", several.err);
     assert!(!bench.path("recordings").exists(), "no run was started");
 }
+
+#[test]
+fn a_chain_of_more_than_64_manifests_is_an_error_with_its_next_line() {
+    let bench = Bench::new();
+    bench.write("m0.toml", BED);
+    for number in 1..400 {
+        bench.write(&format!("m{number}.toml"), &next(&format!("m{}.toml", number - 1)));
+    }
+    for subcommand in ["run", "check", "why", "benchmark"] {
+        let called = bench.call(&[subcommand, "m399.toml"]);
+        assert_eq!(called.code, Some(2), "{}", called.err);
+        let what = "error: more than 64 manifests, of which each starts from the next\n  \
+                    m336.toml:2: start_from = \"m335.toml\"\nhelp: ";
+        assert!(called.err.starts_with(what), "{subcommand}: {}", called.err);
+    }
+    // A chain of 64 is planned.
+    let called = bench.call(&["check", "m63.toml"]);
+    assert_eq!(called.code, Some(0), "{}", called.err);
+    assert!(called.out.contains("m63.toml: starts from m62.toml"), "{}", called.out);
+}
+
+/// Each of two manifests per level starts from both of the level below: 2^50 ways lead to the lowest.
+#[test]
+fn many_ways_to_one_manifest_read_it_once() {
+    let bench = Bench::new();
+    let model = "[model.dem]\nduration_s = 0.001\n";
+    for side in ["a", "b"] {
+        bench.write(&format!("{side}0.toml"), BED);
+        for level in 1..50 {
+            let below = level - 1;
+            let sweep = format!(
+                "{model}[sweep]\nmodel.dem.start_from = [\"a{below}.toml\", \"b{below}.toml\"]\n"
+            );
+            bench.write(&format!("{side}{level}.toml"), &sweep);
+        }
+    }
+    let called = bench.call(&["check", "a49.toml"]);
+    assert_eq!(called.code, Some(0), "{}", called.err);
+    let what = "a49.toml: starts from a48.toml, b48.toml, which has no recording yet";
+    assert!(called.out.contains(what), "{}", called.out);
+    // An error of a start is reported once, not with those of all its starts.
+    assert_eq!(bench.call(&["run", "--quiet", "a0.toml"]).code, Some(0));
+    let called = bench.call(&["run", "--dry-run", "a49.toml"]);
+    assert!(called.out.len() + called.err.len() < 100_000, "{}", called.out.len());
+}

@@ -100,7 +100,10 @@ pub(crate) fn label(coordinates: &[Coordinate]) -> String {
     one_line(&parts.collect::<Vec<_>>().join(", ")).into_owned()
 }
 
-/// Formats coordinates for a file name.
+/// Maximum length of the coordinates in a file name; file systems allow 255 bytes, and plots have stems of up to 60.
+const LONGEST_FILE_PART: usize = 160;
+
+/// Formats coordinates for a file name. Of those that are too long, only the beginning is kept, and a hash of all of them.
 pub(crate) fn file_part(coordinates: &[Coordinate]) -> String {
     let safe = |character: char| {
         if character.is_ascii_alphanumeric() || "._-=".contains(character) {
@@ -109,13 +112,20 @@ pub(crate) fn file_part(coordinates: &[Coordinate]) -> String {
             '_'
         }
     };
-    coordinates
+    let text: String = coordinates
         .iter()
         .map(|coordinate| format!("__{}={}", last_part(&coordinate.key), coordinate.value))
-        .collect::<String>()
-        .chars()
-        .map(safe)
-        .collect()
+        .collect();
+    let mut part: String = text.chars().map(safe).collect();
+    if part.len() > LONGEST_FILE_PART {
+        // FNV-1a: equal names are numbered, so that the hash need not be unique.
+        let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+        });
+        part.truncate(LONGEST_FILE_PART - 17);
+        part += &format!("_{hash:016x}");
+    }
+    part
 }
 
 /// The last part of a dotted key.
@@ -214,6 +224,18 @@ mod tests {
         assert_eq!(text(&coordinates[1]), "temperature_k = 373.15");
         assert_eq!(coordinates[0], coordinates[2]);
         assert_eq!(coordinates[0][0].key, "model.gas.temperature_k");
+    }
+
+    #[test]
+    fn name_of_a_file_is_short_enough_for_a_file_system() {
+        let named = |name: &str| {
+            file_part(&[Coordinate { key: "variant".to_owned(), value: name.to_owned() }])
+        };
+        let (long, other) = ("n".repeat(240), "n".repeat(241));
+        assert_eq!(named(&long).len(), LONGEST_FILE_PART);
+        assert_ne!(named(&long), named(&other));
+        assert_eq!(named("Verlet \u{e4}"), "__variant=Verlet__");
+        assert_eq!(named(&long[..100]), format!("__variant={}", &long[..100]));
     }
 
     #[test]

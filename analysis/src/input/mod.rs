@@ -16,6 +16,7 @@ use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::regular_file::{MAX_EXPERIMENT_RECORD_BYTES, read_opened};
 use kinetoscope_recording::storage::{LocalFolders, Opened, Storage};
 use std::collections::BTreeMap;
+use std::ffi::OsStr;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -215,7 +216,11 @@ impl RecordingFolder {
     fn sort_by(&mut self, record: ExperimentRecord) {
         let names = record.runs.iter().enumerate().map(|(at, run)| (run.file.clone(), at));
         let index: BTreeMap<String, usize> = names.collect();
-        let belongs = |path: &PathBuf| index.contains_key(&finished_name(&file_name(path)));
+        // A name that is not UTF-8 is no run's name, although it may be shown as one.
+        let belongs = |path: &PathBuf| {
+            let name = path.file_name().and_then(OsStr::to_str);
+            name.is_some_and(|name| index.contains_key(&finished_name(name)))
+        };
         let (files, stale): (Vec<_>, Vec<_>) = self.files.drain(..).partition(belongs);
         if files.is_empty() || !self.whole && !stale.is_empty() {
             // Files that were given individually are read, but not as parts of this experiment.
@@ -238,7 +243,7 @@ impl RecordingFolder {
         self.files = files;
         self.name.clone_from(&record.name);
         if self.whole {
-            let missing = record.runs.len() - self.files.len();
+            let missing = record.runs.len().saturating_sub(self.files.len());
             if missing > 0 {
                 self.notes.push(format!(
                     "{missing} of {} runs have no finished recording yet: run the experiment again to resume",

@@ -6,7 +6,7 @@ use super::dem_materials::{DemContactPair, DemMaterial};
 use super::dem_radius::DiscRadius;
 use super::dem_walls::DemWall;
 use super::start::Placement;
-use crate::diagnostics::Diagnostic;
+use crate::diagnostics::Errors;
 use crate::keys::Reader;
 use crate::quantity::{Finite, Fraction, NonNegative, Positive};
 use crate::table::{choice, table};
@@ -181,7 +181,7 @@ pub enum StepLength {
 const AUTOMATIC: &str = "automatic";
 
 impl TomlValue for StepLength {
-    fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
+    fn read(node: &Node, name: &str, errors: &mut Errors) -> Option<Self> {
         match &node.value {
             Value::Text(text) if text == AUTOMATIC => Some(Self::Automatic),
             Value::Text(_) => refuse(node, name, "a number > 0 or \"automatic\"", errors),

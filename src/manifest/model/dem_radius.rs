@@ -1,6 +1,6 @@
 //! The radii of DEM's discs: equal, uniform, normal, or two sizes.
 
-use crate::diagnostics::Diagnostic;
+use crate::diagnostics::Errors;
 use crate::inline::{self, inline_enum};
 use crate::keys::Reader;
 use crate::quantity::{Fraction, Positive};
@@ -88,7 +88,7 @@ impl DiscRadius {
 }
 
 impl TomlValue for DiscRadius {
-    fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
+    fn read(node: &Node, name: &str, errors: &mut Errors) -> Option<Self> {
         match number(node) {
             Some(_) => Positive::read(node, name, errors).map(Self::Equal),
             None => inline::read(node, name, errors),

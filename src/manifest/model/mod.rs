@@ -41,7 +41,7 @@ pub use packing::{
 pub use start::{GivenState, Placement};
 pub use start_from::{RecordedState, Recordings, StartFrom};
 
-use crate::diagnostics::{Diagnostic, nearest};
+use crate::diagnostics::{Diagnostic, Errors, nearest};
 use crate::keys::{HasKeys, Keys, Reader};
 use crate::tree::{Entry, Table};
 use crate::value::refuse_type;
@@ -199,7 +199,7 @@ impl ModelConfig {
     pub(crate) fn read(
         models: &Table,
         recordings: Option<Recordings<'_>>,
-        errors: &mut Vec<Diagnostic>,
+        errors: &mut Errors,
     ) -> Option<Self> {
         let entry = one_model(models, errors)?;
         let mut model = Self::with_defaults(&entry.key)?;
@@ -220,7 +220,7 @@ impl ModelConfig {
 }
 
 /// The entry of the model in `[model]`; unknown and further models are errors.
-fn one_model<'a>(models: &'a Table, errors: &mut Vec<Diagnostic>) -> Option<&'a Entry> {
+fn one_model<'a>(models: &'a Table, errors: &mut Errors) -> Option<&'a Entry> {
     let mut known: Vec<&Entry> = Vec::new();
     for entry in &models.entries {
         if ModelConfig::NAMES.contains(&&*entry.key) {

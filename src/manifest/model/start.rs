@@ -113,7 +113,7 @@ macro_rules! starts {
             fn read(
                 node: &$crate::tree::Node,
                 name: &str,
-                errors: &mut Vec<$crate::diagnostics::Diagnostic>,
+                errors: &mut $crate::diagnostics::Errors,
             ) -> Option<Self> {
                 if node.table().is_some() {
                     return $crate::inline::read(node, name, errors).map(Self::Given);

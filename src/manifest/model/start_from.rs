@@ -1,6 +1,6 @@
 //! `start_from`: a run that begins where the run of a recording ended.
 
-use crate::diagnostics::Diagnostic;
+use crate::diagnostics::Errors;
 use crate::keys::{Key, Keys};
 use crate::tree::{Node, Value};
 use crate::value::{TomlValue, quoted, refuse_type};
@@ -169,7 +169,7 @@ pub(crate) fn visit<S: MayBeRecorded>(
 }
 
 impl TomlValue for StartFrom {
-    fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
+    fn read(node: &Node, name: &str, errors: &mut Errors) -> Option<Self> {
         match &node.value {
             Value::Text(text) if !text.is_empty() => Some(Self::Named(text.clone())),
             _ => refuse_type(node, name, "the path of a recording", errors),

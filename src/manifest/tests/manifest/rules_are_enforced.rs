@@ -574,4 +574,18 @@ fn long_error_list_is_truncated() {
     let errors = parse(&text, "m.toml", &[]).unwrap_err();
     assert_eq!(errors.len(), 2000);
     assert!(errors.to_string().ends_with("error: and 1900 more errors"));
+    let unknown: String = (0..3000).map(|key| format!("k{key} = 1\n")).collect();
+    let errors = parse(&unknown, "m.toml", &[]).unwrap_err();
+    // The last one is the missing model.
+    assert_eq!(errors.len(), 3001);
+    assert!(errors.to_string().ends_with("error: and 2901 more errors"));
+}
+
+#[test]
+fn lines_of_many_checks_are_exact() {
+    let check = "[[checks]]\nmetric = \"mean_speed\"\nminimum = 0\n# a line\n";
+    let text = format!("[model.gas]\n{}", check.repeat(200));
+    let checks = parse(&text, "m.toml", &[]).unwrap().checks;
+    let lines: Vec<u32> = checks.iter().map(|check| check.line).collect();
+    assert_eq!(lines, (0..200).map(|number| 2 + 4 * number).collect::<Vec<_>>());
 }

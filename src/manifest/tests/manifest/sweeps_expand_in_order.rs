@@ -260,3 +260,16 @@ fn invalid_sweeps_are_rejected() {
     );
     assert!(mixed.contains("the sweep mixes dem and gas"), "{mixed}");
 }
+
+#[test]
+fn sweep_of_more_keys_than_any_model_has_is_rejected() {
+    let keys = |count: usize| -> String {
+        (0..count).map(|key| format!("model.gas.k{key} = [1]\n")).collect()
+    };
+    let sweep = |text: String| errors(&format!("[model.gas]\n[sweep]\n{text}"));
+    assert!(sweep(keys(1001)).contains("the sweep sets more than 1000 keys"));
+    let of_variant = errors(&format!("[[sweep.variants]]\nname = \"a\"\n{}", keys(1001)));
+    assert!(of_variant.contains("the sweep sets more than 1000 keys"), "{of_variant}");
+    let fewer = sweep(keys(1000));
+    assert!(!fewer.contains("more than 1000 keys") && fewer.contains("unknown key"), "{fewer}");
+}
