@@ -145,11 +145,11 @@ fn periodic_discs_in_boxes_of_any_shape_conserve_energy_and_never_overlap() {
     let elongated =
         [(40, [200.0, 10.0]), (100, [400.0, 10.0]), (20, [100.0, 10.0]), (30, [100.0, 12.0])];
     for (discs, sides) in few.chain(elongated) {
-        for seed in 1..=5 {
+        for seed in 1..=2 {
             let config = boxed(discs, sides);
             let mut packing = prepare(&config, seed, 0);
             let initial = energy(&disc_states(&packing));
-            for frame in 1..=20 {
+            for frame in 1..=4 {
                 advance(&mut packing, 20 * frame * u64::from(discs));
                 let states = disc_states(&packing);
                 let drift = energy(&states) / initial - 1.0;
