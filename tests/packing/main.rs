@@ -12,6 +12,8 @@ mod runs;
 mod events_agree_with_plain_reference;
 // A pair collision reverses the normal relative velocity and scales it by the restitution.
 mod pair_collision_follows_restitution;
+// Few periodic discs collide with the image that they touch, in boxes of any shape.
+mod few_discs_collide_with_the_right_image;
 // A single disc follows its unfolded straight path.
 mod single_disc_follows_unfolded_path;
 // A noisy wall rotates the outgoing direction by a normally distributed angle and conserves the speed.

@@ -40,8 +40,9 @@ const COEFFICIENTS: [(i32, f64); 14] = [
     (12, 0.000_577_345_106),
     (19, -1.063_991_27e-7),
 ];
-/// Packing fraction above which the fit is not evaluated; values between it and the maximum are extrapolated.
-const CLAMPED: f64 = 0.75;
+/// Packing fraction up to which the fit is extrapolated beyond its maximum. Near 0.70, where the fluid ends, the pressure of the fit
+/// falls with the density, so at higher fractions there are no theoretical values.
+pub(crate) const EXTRAPOLATION_LIMIT: f64 = 0.695;
 
 /// Z with its first two derivatives over the packing fraction.
 #[derive(Clone, Copy, Debug)]
@@ -54,7 +55,7 @@ pub(crate) struct StateEquation {
 impl StateEquation {
     /// Equal discs at a packing fraction.
     pub(crate) fn at(packing_fraction: f64) -> Self {
-        let free = 1.0 - packing_fraction.min(CLAMPED);
+        let free = 1.0 - packing_fraction.min(EXTRAPOLATION_LIMIT);
         let x = (1.0 - free) / free;
         let (x_slope, x_bend) = (1.0 / (free * free), 2.0 / (free * free * free));
         let [mut value, mut first, mut second] = [0.0; 3];
@@ -79,7 +80,7 @@ impl StateEquation {
 /// Pair correlation function of equal discs at contact, (Z - 1)/(2 f).
 pub(crate) fn contact_value(packing_fraction: f64) -> f64 {
     let fraction = packing_fraction.max(1e-12);
-    (StateEquation::at(fraction).compressibility - 1.0) / (2.0 * fraction.min(CLAMPED))
+    (StateEquation::at(fraction).compressibility - 1.0) / (2.0 * fraction.min(EXTRAPOLATION_LIMIT))
 }
 
 /// Size distribution of discs of equal mass.
@@ -204,9 +205,10 @@ impl Container {
     }
 
     /// The fluid of this many discs. The grand potential is -P A + tension L + c, where c is the constant of the corners or of
-    /// the curvature, and the number of discs is its slope over the chemical potential.
-    pub(crate) fn filled(self, discs: f64, sizes: DiscSizes) -> ConfinedFluid {
-        let (mut low, mut high) = (0.0, CLAMPED);
+    /// the curvature, and the number of discs is its slope over the chemical potential. `None` if no fluid up to
+    /// [`EXTRAPOLATION_LIMIT`] has this many discs.
+    pub(crate) fn filled(self, discs: f64, sizes: DiscSizes) -> Option<ConfinedFluid> {
+        let (mut low, mut high) = (0.0, EXTRAPOLATION_LIMIT);
         // Each halving doubles the accuracy.
         for _ in 0..60 {
             let middle = (low + high) / 2.0;
@@ -216,10 +218,13 @@ impl Container {
                 high = middle;
             }
         }
+        if high == EXTRAPOLATION_LIMIT {
+            return None;
+        }
         let bulk = sizes.at(high);
         let density = bulk.packing_fraction / bulk.disc_area();
         let tension = density * bulk.mean_radius * bulk.tension().0;
-        ConfinedFluid { container: self, bulk, density, tension }
+        Some(ConfinedFluid { container: self, bulk, density, tension })
     }
 
     fn number(self, bulk: DiscSizes) -> f64 {
@@ -344,7 +349,8 @@ mod tests {
     fn excess_is_exact_to_second_order() {
         let (discs, side) = (400.0, 400.0);
         let sizes = DiscSizes::equal(discs * PI / (side * side), 1.0);
-        let fluid = Container::Rectangle { width: side, height: side }.filled(discs, sizes);
+        let fluid =
+            Container::Rectangle { width: side, height: side }.filled(discs, sizes).unwrap();
         let x = 2.0 / (side - 2.0);
         let exact = (discs - 1.0) / 2.0 * (PI * x * x - 4.0 * x * x * x + x * x * x * x);
         let found = fluid.excess(discs);

@@ -171,7 +171,7 @@ fn gas_pressure_falls_with_the_square_of_the_radius() {
     }
 }
 
-const DROP: &str = r#"
+pub(crate) const DROP: &str = r#"
 name = "drop"
 [model.dem]
 discs = 1
@@ -189,7 +189,7 @@ channels = ["state", "energy", "contact_statistics", "temperature"]
 "#;
 
 /// An instantaneous rebound with e = 0.8 after a fall of 0.1 m.
-fn drop_frames(_: &RunManifest) -> Frames {
+pub(crate) fn drop_frames(_: &RunManifest) -> Frames {
     const GRAVITY: f64 = 9.81;
     let energy_at = |flight: i32| 1e-3 * GRAVITY * 0.1 * 0.64_f64.powi(flight);
     let fall = (0.2_f64 / GRAVITY).sqrt();

@@ -129,7 +129,8 @@ starts! {
 /// Packing fraction from which random placement is rejected, by the input limits of the packing exercise.
 const RANDOM_PLACEMENT_LIMIT: f64 = 0.5;
 
-/// Minimum width of a periodic box in largest diameters, so that no disc meets another one across both sides.
+/// Minimum width of a periodic box in largest diameters, so that no disc meets another one across both sides: the engine needs
+/// three cells per axis, each wider than a diameter.
 pub const PERIODIC_DIAMETERS: f64 = 3.1;
 
 impl PackingConfig {

@@ -11,15 +11,20 @@ const MARGIN: f64 = 1.01;
 /// disc, cells of five discs would be frequent.
 const MAX_CELLS_PER_DISC: f64 = 2.0;
 
+/// Smallest number of columns and rows of a periodic box: with fewer, a block contains a cell twice, and two cells do not
+/// determine which image of a disc is touched. A box of `PERIODIC_DIAMETERS` has room for them.
+const MIN_PERIODIC_CELLS: u32 = 3;
+
 impl Domain {
     /// Divides the box into cells wider than the largest contact distance. Until one of two discs leaves its cell, all discs
-    /// that can touch a disc are in the 3 x 3 block around its cell.
+    /// that can touch a disc are in the 3 x 3 block around its cell, in a periodic box each one once.
     pub(super) fn cell_grid(&self, discs: usize) -> CellGrid {
         let area = self.sides[0] * self.sides[1];
         let spread = (area / (MAX_CELLS_PER_DISC * discs as f64)).sqrt();
         let narrowest = MARGIN * (2.0 * self.max_radius);
         let width = if spread > narrowest { spread } else { narrowest };
-        let counts = self.sides.map(|side| (side / width) as u32);
+        let least = if self.has_walls { 1 } else { MIN_PERIODIC_CELLS };
+        let counts = self.sides.map(|side| ((side / width) as u32).max(least));
         CellGrid::new(self.sides.map(|side| -(0.5 * side)), self.sides, counts, !self.has_walls)
     }
 }

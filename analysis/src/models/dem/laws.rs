@@ -1,23 +1,23 @@
 //! Laws of spring–dashpot contacts, beds and granular gases.
 
+use super::contact_constants;
 use crate::metric::law::laws;
+use crate::metric::theory::ExpectedValue;
 use crate::models::hard_discs;
-use kinetoscope_manifest::model::{
-    DISC, DemConfig, DemContactPair, DiscRadius, Dissipation, Placement, WALL,
-};
+use kinetoscope_manifest::model::{DISC, DemConfig, DiscRadius, Dissipation, Placement, WALL};
 use kinetoscope_manifest::quantity::{Finite, NonNegative};
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 laws! {
     ENERGY_BALANCE: "kinetic + gravitational + elastic + dissipated - wall work is constant", "conservation of energy; what is left is the integrator's";
     KINETIC_ENERGY: "0: both are the energies of translation and rotation of the same discs", "definition of the kinetic energy";
-    RESTITUTION: "the specified e; for a damping, e = exp(-pi ζ / sqrt(1 - ζ^2)) without limit_damping", "Schwager and Poeschel 2007", range "a time step of a tenth of a contact or less", accuracy 0.05;
-    CONTACT_DURATION: "pi / ω, ω^2 = k_n/m_eff - (η_n/(2 m_eff))^2; with limit_damping to the end of the force, and then η_n/k_n until the surfaces part", "damped harmonic oscillator; Schwager and Poeschel 2007", range "a time step of a tenth of a contact or less", accuracy 0.05;
+    RESTITUTION: "the specified e of the disc's material and the wall, if there is one; for a damping, e = exp(-pi ζ / sqrt(1 - ζ^2)) without limit_damping", "Schwager and Poeschel 2007", range "a time step of a tenth of a contact or less and η_n Δt/m below 1; accuracy 5 %, or 1.2 η_n Δt/m if larger";
+    CONTACT_DURATION: "pi / ω, ω^2 = k_n/m_eff - (η_n/(2 m_eff))^2; with limit_damping to the end of the force, and then η_n/k_n until the surfaces part", "damped harmonic oscillator; Schwager and Poeschel 2007", range "a time step of a tenth of a contact or less and η_n Δt/m below 1; accuracy 5 %, or 1.2 η_n Δt/m if larger";
     WEIGHT: "sum of the discs' weights, for discs at rest", "equilibrium of forces without friction at the side walls", range "kinetic energy below 0.001 of the elastic energy", accuracy 0.01;
     WEIGHT_PER_WIDTH: "sum of the discs' weights over the box's width, for discs at rest", "equilibrium of forces without friction at the side walls", range "kinetic energy below 0.001 of the elastic energy", accuracy 0.01;
     WEIGHT_ABOVE: "weight over the box's width, of the discs whose centers are above, mean over the layer's heights", "equilibrium of forces at every height, of discs at rest between walls without friction; in the continuum the mean density times gravity and depth", range "kinetic energy below 0.001 of the elastic energy", accuracy 0.01;
     HAFF: "1/τ = (1 - e^2) ν/4 of T = T_0/(1 + t/τ)^2, ν = 2 sqrt(pi) n d χ sqrt(T_0), χ = (Z - 1)/(2φ)", "Haff 1983; Enskog's collision rate in two dimensions, Kolafa and Rottner 2006", range "φ up to 0.69, 128 discs or more without flow or clusters: energy of the mean velocities and variance of the numbers of cells of 8 discs or more as for independent discs", accuracy 0.03;
-    ROW_OF_DISCS: "((1 + e)/2)^(N - 1) if each gap is longer than the distance traveled in a contact, v pi/ω", "conservation of momentum, collision by collision; Herrmann and Seitz 1982", range "gaps longer than the distance traveled in a contact", accuracy 0.01;
+    ROW_OF_DISCS: "((1 + e)/2)^(N - 1) of discs of one material if each gap is longer than the distance traveled in a contact, v pi/ω", "conservation of momentum, collision by collision; Herrmann and Seitz 1982", range "gaps longer than the distance traveled in a contact", accuracy 0.01;
     BEVERLOO: "3/2 of the opening less 1.4 diameters, in two dimensions", "Beverloo, Leniger and van de Velde 1961", range "openings of 5 diameters or more", accuracy 0.1;
     RUNOUT: "between 2/3 and 1 of the aspect ratio: linear for low columns, about 0.7 for tall ones", "Staron and Hinch 2005; Lube et al. 2005";
     JANSSEN: "F = F_s (1 - exp(-F_g/F_s)): the walls carry the rest of the weight", "Janssen 1895", range "fully mobilized friction at the walls", accuracy 0.1;
@@ -29,11 +29,7 @@ pub(crate) const EMPTY_ANNULUS: f64 = 1.4;
 /// Whether all walls are frictionless.
 pub(crate) fn are_walls_frictionless(config: &DemConfig) -> bool {
     let smooth = |name: &str, own: Option<NonNegative>| {
-        let is_this = |pair: &&DemContactPair| {
-            let [one, other] = [&*pair.between[0], &*pair.between[1]];
-            [one, other] == [name, WALL] || [other, one] == [name, WALL]
-        };
-        let pair = config.contact_pairs.iter().find(is_this);
+        let pair = contact_constants::given_pair(config, [name, WALL]);
         let mixed = own.map_or(config.friction.get(), |own| own.get().min(config.friction.get()));
         pair.and_then(|pair| pair.constants.friction).map_or(mixed, NonNegative::get) == 0.0
     };
@@ -45,27 +41,34 @@ pub(crate) fn are_walls_frictionless(config: &DemConfig) -> bool {
 }
 
 /// Haff's 1/tau, 1/s, of equal frictionless discs at a granular temperature T0 = `<v^2>`/2.
-pub(crate) fn cooling_rate_per_s(config: &DemConfig, temperature: f64) -> Option<f64> {
+pub(crate) fn cooling_rate_per_s(config: &DemConfig, temperature: f64) -> Option<ExpectedValue> {
     let DiscRadius::Equal(radius) = config.radius_m else { return None };
-    let Dissipation::Restitution(restitution) = config.dissipation else { return None };
+    let e = contact_constants::restitution_of_discs(config)?;
     let area = config.width_m.get() * config.height_m.get();
     let density = f64::from(config.discs.get()) / area;
-    let (radius, e) = (radius.get(), restitution.get());
+    let radius = radius.get();
     let fraction = density * PI * radius * radius;
     let contact = hard_discs::contact_value(fraction);
     let collisions = 2.0 * PI.sqrt() * density * 2.0 * radius * contact * temperature.sqrt();
-    let plain = config.friction.get() == 0.0 && config.materials.is_empty();
-    plain.then(|| (1.0 - e * e) * collisions / 4.0)
+    let pair = contact_constants::given_pair(config, [DISC, DISC]);
+    let friction = pair.and_then(|pair| pair.constants.friction).unwrap_or(config.friction);
+    let plain = friction.get() == 0.0 && config.materials.is_empty();
+    plain.then(|| ExpectedValue {
+        value: (1.0 - e * e) * collisions / 4.0,
+        accuracy: None,
+        in_range: fraction <= hard_discs::MAX_PACKING_FRACTION,
+    })
 }
 
-/// Velocity of a row's last disc, divided by that of its first disc, if every gap is longer than v pi/w.
+/// Velocity of a row's last disc, divided by that of its first disc, if every gap is longer than v pi/w. `None` if restitution or
+/// mass differ from disc to disc.
 pub(crate) fn velocity_transmission(config: &DemConfig) -> Option<f64> {
     let Placement::Given(state) = &config.placement else { return None };
     let DiscRadius::Equal(radius) = config.radius_m else { return None };
-    let Dissipation::Restitution(restitution) = config.dissipation else { return None };
-    let e = restitution.get();
+    let e = contact_constants::restitution_of_discs(config)?;
     let zeta = damping_ratio(e, config.limit_damping);
-    let frequency = (2.0 * config.stiffness_n_per_m.get() / config.mass_kg.get()).sqrt();
+    let mass = contact_constants::disc_mass_kg(config)?;
+    let frequency = (2.0 * config.stiffness_n_per_m.get() / mass).sqrt();
     let way =
         state.velocities_m_per_s.first()?[0].get() * PI / (frequency * (1.0 - zeta * zeta).sqrt());
     let gap = |pair: &[[Finite; 2]]| pair[1][0].get() - pair[0][0].get() - 2.0 * radius.get();
@@ -85,24 +88,82 @@ fn damping_ratio(wanted: f64, tail: bool) -> f64 {
     (low + high) / 2.0
 }
 
-/// Duration of a wall contact without gravity, s; `None` near and above critical damping.
-pub(crate) fn wall_contact_duration_s(config: &DemConfig) -> Option<f64> {
-    let (stiffness, mass) = (config.stiffness_n_per_m.get(), config.mass_kg.get());
-    let frequency = (stiffness / mass).sqrt();
-    let zeta = match config.dissipation {
-        Dissipation::Restitution(wanted) => damping_ratio(wanted.get(), config.limit_damping),
-        Dissipation::Damping(damping) => damping.get() / (2.0 * (stiffness * mass).sqrt()),
-    };
-    let root = (1.0 - zeta * zeta).sqrt();
-    if zeta.is_nan() || zeta >= 0.99 {
-        return None;
+/// A contact of a disc with a wall, as a damped oscillator.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WallContact {
+    /// sqrt(k/m), rad/s.
+    frequency: f64,
+    /// eta / (2 sqrt(k m)).
+    damping_ratio: f64,
+    /// The specified restitution, or that of the damping.
+    restitution: f64,
+    /// Whether the force is clamped at zero.
+    limit_damping: bool,
+    /// Time step, s; `None` for the automatic one.
+    time_step_s: Option<f64>,
+}
+
+/// Accuracy of the laws of a contact over eta dt/m, measured with time steps of a twentieth to a tenth of a contact and e between
+/// 0.1 and 0.9: errors of e are up to 1.1 of it, with either dashpot.
+const ACCURACY_PER_DAMPING_STEP: f64 = 1.2;
+
+/// Accuracy of the laws of a contact for a weak dashpot.
+const CONTACT_ACCURACY: f64 = 0.05;
+
+impl WallContact {
+    /// The wall contact of a manifest's discs; `None` if restitution or mass differ from disc to disc.
+    pub(crate) fn of(config: &DemConfig) -> Option<Self> {
+        let (stiffness, mass) =
+            (config.stiffness_n_per_m.get(), contact_constants::disc_mass_kg(config)?);
+        let limit_damping = config.limit_damping;
+        let (damping_ratio, restitution) = match config.dissipation {
+            Dissipation::Restitution(_) => {
+                let wanted = contact_constants::restitution_with_walls(config)?;
+                (damping_ratio(wanted, limit_damping), wanted)
+            }
+            Dissipation::Damping(damping) => {
+                let ratio = damping.get() / (2.0 * (stiffness * mass).sqrt());
+                (ratio, restitution(ratio, limit_damping))
+            }
+        };
+        let time_step_s = contact_constants::time_step_s(config);
+        let frequency = (stiffness / mass).sqrt();
+        Some(Self { frequency, damping_ratio, restitution, limit_damping, time_step_s })
     }
-    let w = frequency * root;
-    Some(match config.limit_damping {
-        false => PI / w,
-        // The force ends when k delta = eta v; the surfaces separate delta / v = eta / k later.
-        true => clamped_phase(zeta) / w + 2.0 * zeta / frequency,
-    })
+
+    /// Coefficient of restitution.
+    pub(crate) fn restitution(&self) -> ExpectedValue {
+        self.at_time_step(self.restitution)
+    }
+
+    /// Duration without gravity, s; `None` near and above critical damping.
+    pub(crate) fn duration_s(&self) -> Option<ExpectedValue> {
+        self.duration().map(|duration| self.at_time_step(duration))
+    }
+
+    fn duration(&self) -> Option<f64> {
+        let zeta = self.damping_ratio;
+        if zeta.is_nan() || zeta >= 0.99 {
+            return None;
+        }
+        let w = self.frequency * (1.0 - zeta * zeta).sqrt();
+        Some(match self.limit_damping {
+            false => PI / w,
+            // The force ends when k delta = eta v; the surfaces separate delta / v = eta / k later.
+            true => clamped_phase(zeta) / w + 2.0 * zeta / self.frequency,
+        })
+    }
+
+    /// A value with its accuracy at the time step. A contact near or above critical damping counts as long as one without damping.
+    fn at_time_step(&self, value: f64) -> ExpectedValue {
+        let step = self.time_step_s.unwrap_or(0.0);
+        let duration = self.duration().unwrap_or(PI / self.frequency);
+        let damping_step = 2.0 * self.damping_ratio * self.frequency * step;
+        let accuracy = (ACCURACY_PER_DAMPING_STEP * damping_step).max(CONTACT_ACCURACY);
+        // Ten steps per contact are in range, also after rounding.
+        let in_range = step <= 0.1 * duration * (1.0 + 1e-9) && damping_step < 1.0;
+        ExpectedValue { value, accuracy: Some(accuracy * value), in_range }
+    }
 }
 
 /// w times the time until a clamped force ends, below critical damping (Schwager and Pöschel 2007, equations 17 to 19).
@@ -110,17 +171,6 @@ fn clamped_phase(zeta: f64) -> f64 {
     let root = (1.0 - zeta * zeta).sqrt();
     let angle = (2.0 * zeta * root / (1.0 - 2.0 * zeta * zeta)).atan();
     if zeta < FRAC_1_SQRT_2 { PI - angle } else { -angle }
-}
-
-/// Restitution of a disc at a wall: the given one, or that of the damping with m_eff = m.
-pub(crate) fn wall_restitution(config: &DemConfig) -> f64 {
-    match config.dissipation {
-        Dissipation::Restitution(wanted) => wanted.get(),
-        Dissipation::Damping(damping) => {
-            let critical = 2.0 * (config.stiffness_n_per_m.get() * config.mass_kg.get()).sqrt();
-            restitution(damping.get() / critical, config.limit_damping)
-        }
-    }
 }
 
 /// Coefficient of restitution of a linear spring and dashpot as a function of the damping ratio (Schwager and Pöschel

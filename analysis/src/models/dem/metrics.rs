@@ -39,7 +39,7 @@ definitions! {
     DISCHARGE_RATE: "outlet.discharge_rate", "1/s", "/wall_forces: slope of the number of removed discs between a tenth and six tenths of the last", [], 0.0;
     COOLING_RATE: "cooling.rate", "1/s", "/temperature: slope of sqrt(T_0/T) - 1 over time, through the origin", [law::HAFF], 0.0;
     VELOCITY_TRANSMISSION: "row.velocity_transmission", "1", "/state: final velocity of a row's last disc over the initial velocity of its first", [law::ROW_OF_DISCS], 0.0;
-    SURFACE_ANGLE: "bed.surface_angle", "degrees", "/state: mean slope of the surface on both sides of the bed's middle, between 15 and 85 percent of its height, last frame; none of flying discs", [], 0.0;
+    SURFACE_ANGLE: "bed.surface_angle", "degrees", "/state: mean slope of the surface on both sides of the bed's middle, between 15 and 85 percent of its height, last frame; none of flying discs, whose contacts do not carry them", [], 0.0;
     DEPOSIT_LENGTH: "bed.deposit_length", "m", "/state: distance from the left wall up to which discs lie without a gap of two diameters, last frame", [], 0.0;
     RUNOUT: "bed.normalized_runout", "1", "/state: bed.deposit_length over its initial value, minus 1", [], 0.0;
     SETTLING_TIME: "settling_time", "s", "/energy: time of the last frame whose kinetic energy is above a thousandth of the mechanical energy at the start; none where it is the last of all", [], 0.0;

@@ -1,6 +1,7 @@
 //! Analysis of DEM runs: energy balance, contacts, rebounds, beds, outlets and stress.
 
 mod bed_shape;
+mod contact_constants;
 mod disc;
 mod figures;
 mod laws;

@@ -57,6 +57,7 @@ pub(super) struct DemRun {
     contacts: Option<DemContactStatistics>,
     max_overlap_over_radius: f64,
     max_kinetic_disagreement_j: Option<f64>,
+    frames: u64,
 }
 
 /// Discs have settled when their kinetic energy stays below this fraction of the mechanical energy at the start.
@@ -230,11 +231,10 @@ impl DemRun {
             let rate = special_setups::cooling_rate_per_s(&self.temperature);
             let rate =
                 rate.map(|rate| Estimate::bare(rate).without_error(MissingError::DependsOnStart));
-            let in_range = self.flow.is_homogeneous() == Some(true);
-            let theory = law::cooling_rate_per_s(config, *first).map(|value| ExpectedValue {
-                value,
-                accuracy: None,
-                in_range,
+            let is_homogeneous = self.flow.is_homogeneous() == Some(true);
+            let theory = law::cooling_rate_per_s(config, *first).map(|theory| ExpectedValue {
+                in_range: theory.in_range && is_homogeneous,
+                ..theory
             });
             found.compare(metric::COOLING_RATE, rate, theory);
         }
@@ -260,13 +260,18 @@ impl DemRun {
     }
 
     /// Whether the discs of the last frame form a bed instead of flying: each touches another on average, or the kinetic energy
-    /// could not raise them by a quarter of a radius.
+    /// could not raise them by a quarter of a radius and the contacts carry the discs. Discs in the air at the start are slow, too.
     fn is_bed(&self, discs: &[[f64; 4]]) -> bool {
         let down = -self.config.gravity_m_per_s2[1].get();
+        // A disc that carries only itself has the elastic energy (m g)^2/2k, or half of it on two contacts. A quarter is enough.
+        let carried: f64 = discs.iter().map(|disc| (disc[3] * down).powi(2)).sum();
+        let least_elastic_j = carried / (8.0 * self.config.stiffness_n_per_m.get());
         let raised: f64 = discs.iter().map(|[.., radius, mass]| mass * down * radius / 4.0).sum();
-        let is_slow = self.energies.last().is_none_or(|(_, last)| last.kinetic_j < raised);
+        let rests = |last: &DemEnergy| last.kinetic_j < raised && last.elastic_j > least_elastic_j;
+        // Without energies, a run of several frames counts as settled.
+        let is_settled = self.energies.last().map_or(self.frames > 1, |(_, last)| rests(last));
         let touches = |contacts: &DemContactStatistics| contacts.coordination_number >= 1.0;
-        is_slow || self.contacts.as_ref().is_some_and(touches)
+        is_settled || self.contacts.as_ref().is_some_and(touches)
     }
 
     /// x, y, radius (m) and mass (kg) of all discs in the last frame.
@@ -283,6 +288,7 @@ impl DemRun {
 impl Observer for DemRun {
     fn observe(&mut self, mut frame: RecordedFrame) -> Result<(), ReadError> {
         let time_s = frame.clock.time;
+        self.frames += 1;
         let energy = frame.get::<DemEnergy>()?;
         if let Some(energy) = &energy {
             self.add_energy(time_s, energy);
@@ -329,9 +335,10 @@ impl Observer for DemRun {
     fn measure(&self, found: &mut Measurements) {
         self.measure_energies(found);
         if let Some(rebounds) = self.rebounds.as_ref().filter(|rebounds| rebounds.count() > 0) {
-            let theory = law::wall_restitution(&self.config);
+            let contact = law::WallContact::of(&self.config);
+            let theory = contact.map(|contact| contact.restitution());
             found.compare(metric::RESTITUTION, rebounds.restitution(), theory);
-            let theory = law::wall_contact_duration_s(&self.config);
+            let theory = contact.and_then(|contact| contact.duration_s());
             found.compare(metric::CONTACT_DURATION, rebounds.contact_duration_s(), theory);
         }
         if let Some(contacts) = &self.contacts {

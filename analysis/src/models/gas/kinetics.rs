@@ -6,6 +6,7 @@ use super::metrics as metric;
 use super::observe::GasRun;
 use super::scatter::StartScatter;
 use crate::metric::Measurements;
+use crate::models::hard_discs::fixed_energy_speed;
 use crate::statistics::{Estimate, mean};
 use kinetoscope_manifest::model::GasConfig;
 use kinetoscope_recording::reader::StateTable;
@@ -64,7 +65,8 @@ impl GasRun {
         // their covariance with x.
         let error = (1.0 - 5.0 * PI / 16.0).sqrt() / particles.sqrt();
         let ratio = Estimate::new(speed / square.sqrt(), relaxed.then_some(error));
-        found.compare(metric::MEAN_OVER_RMS, ratio, relaxed.then_some(PI.sqrt() / 2.0));
+        let theory = relaxed.then(|| PI.sqrt() / 2.0 * fixed_energy_speed(particles));
+        found.compare(metric::MEAN_OVER_RMS, ratio, theory);
         let a2 = fourth / (2.0 * square * square) - 1.0;
         let a2 = Estimate::new(a2, relaxed.then(|| a2_scatter(particles)));
         found.compare(metric::A2, a2, relaxed.then(|| -1.0 / (particles + 1.0)));

@@ -9,7 +9,7 @@ use kinetoscope_manifest::model::{GasConfig, PositionDistribution};
 use std::f64::consts::PI;
 
 laws! {
-    MAXWELL_MEAN: "<v>/v_rms = sqrt(pi)/2 after many collisions", "Maxwell's law in two dimensions", range "after 40 collisions per disc";
+    MAXWELL_MEAN: "<v>/v_rms = sqrt(pi)/2 (1 + 1/(8N) + 1/(128 N^2)) after many collisions", "Maxwell's law in two dimensions, N discs of a fixed energy", range "after 40 collisions per disc";
     MAXWELL_A2: "a2 = -1/(N + 1) after many collisions", "Maxwell's law in two dimensions, N discs of a fixed energy", range "after 40 collisions per disc";
     MIN_H: "H = -ln(pi <v^2>) - 1, and about (bins - 2)/(2N) more for a histogram of N discs, by Poisson's distribution where few are expected", "Boltzmann's H of Maxwell's law in two dimensions; scatter by Wilks 1938", range "after 40 collisions per disc";
     ENSKOG_RATE: "ν = 4 (Z - 1) sqrt(<v^2>/2) / (sqrt(pi) d), times the mean speed at fixed energy over Maxwell's", "Enskog 1922 and the virial theorem; Kolafa and Rottner 2006; wall by Helfand, Frisch and Lebowitz 1961", range "φ up to 0.6 far from the wall; accuracy (0.3 + (10 + 6000 φ^6)/N) %";
@@ -71,7 +71,7 @@ impl Collisions {
     }
 }
 
-/// Equilibrium of discs at this mean square speed; `None` for points.
+/// Equilibrium of discs at this mean square speed; `None` for points, and where the fluid has no theory.
 ///
 /// Specular reflection in a circle conserves the angular momentum. Its energy is kT/2 on average over starts and scatters by
 /// 0.7 kT, so the thermal energy of one run is uncertain by the fraction 0.7/N; the error of the measured values contains this.
@@ -81,8 +81,11 @@ pub(crate) fn collisions(config: &GasConfig, mean_square_m2_per_s2: f64) -> Opti
     let container = Container::Circle { radius: config.radius_m.get() };
     let ratio = disc_radius / config.radius_m.get();
     let sizes = DiscSizes::equal(discs * ratio * ratio, disc_radius);
-    let fluid = container.filled(discs, sizes);
+    let fluid = container.filled(discs, sizes)?;
     let (excess, fraction) = (fluid.excess(discs), fluid.bulk.packing_fraction);
+    if !(excess > 0.0 && excess.is_finite()) {
+        return None;
+    }
     let thermal = (mean_square_m2_per_s2 / 2.0).sqrt() * fixed_energy_speed(discs);
     Some(Collisions {
         rate_per_s: excess * 4.0 * thermal / (PI.sqrt() * 2.0 * disc_radius),

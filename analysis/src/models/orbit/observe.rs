@@ -97,8 +97,7 @@ impl OrbitRun {
                 let drift = law::euler_energy_drift(step, orbit, last.time_days);
                 (law::EULER_ENERGY, Some(averaged(drift, orbit)))
             }
-            (OrbitIntegrator::Kepler, None) => (law::ENERGY, 0.0.expected()),
-            _ => (law::ENERGY, None),
+            _ => (law::ENERGY, 0.0.expected()),
         };
         let drift = relative_change(last.energy, first.energy);
         found.compare_with(metric::ENERGY_DRIFT, drift, law, theory);
@@ -208,6 +207,9 @@ const MIN_FRAMES_PER_REVOLUTION: f64 = 20.0;
 /// Why a metric of the whole path has no value.
 const NOT_TRACKED: &str = "the recording has no channel orbit, or one of an earlier version, so nothing was tracked at every step";
 
+/// Why an orbit that is not bound is not compared with the exact solution.
+const NOT_AN_ELLIPSE: &str = "the orbit of the first frame is not an ellipse, for which alone the exact solution is known here";
+
 impl Observer for OrbitRun {
     fn observe(&mut self, frame: RecordedFrame) -> Result<(), ReadError> {
         if let Some(elements) = frame.get::<OrbitElements>()? {
@@ -236,6 +238,8 @@ impl Observer for OrbitRun {
         let theory = exact.then_some(0.0);
         if self.exact.is_some() {
             found.compare(metric::POSITION_ERROR, last.position_error_au, theory);
+        } else {
+            found.explain(metric::POSITION_ERROR, NOT_AN_ELLIPSE);
         }
         let (start, end) = (first.eccentricity_vector, last.eccentricity_vector);
         found.compare(metric::ECCENTRICITY_CHANGE, norm(difference(end, start)), theory);

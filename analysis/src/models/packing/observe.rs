@@ -274,7 +274,7 @@ impl PackingRun {
     fn equilibrium(&self) -> Option<Equilibrium> {
         let sizes = self.known_sizes()?;
         if self.has_walls() {
-            return Some(equilibrium::equilibrium(&self.config, sizes));
+            return equilibrium::equilibrium(&self.config, sizes);
         }
         if self.has_drift() {
             return None;

@@ -1,0 +1,179 @@
+//! Guarantee: a theoretical value is compared only within the range that its law states, and belongs to the materials, the noise and
+//! the density of the run.
+//!
+//! Setup: frames made by hand, whose measured values do not matter here.
+//! Control: the same frames within the range.
+#![allow(missing_docs, reason = "tests")]
+
+use crate::gas_and_dem_metrics_equal_closed_forms::{DROP, drop_frames};
+use crate::synthetic::{Folder, Frames, Metrics};
+use kinetoscope_manifest::RunManifest;
+use kinetoscope_recording::channels::{
+    DemEnergy, GasPressure, PackingCollisions, PackingPressure, PackingTemperature,
+};
+use kinetoscope_recording::frame::Frame;
+use kinetoscope_recording::recorder::Clock;
+
+/// Whether the theoretical value of a metric is in the range of its law; `None` without one.
+fn is_in_range(metrics: &Metrics, name: &str) -> Option<bool> {
+    metrics.first(name)["theory"]["in_range"].as_bool()
+}
+
+const OF_CONTACTS: [&str; 2] = ["restitution.measured", "contact_duration.measured"];
+
+#[test]
+fn coarse_time_step_is_out_of_range_of_the_contact_laws() {
+    let with_steps = |steps: &str| {
+        let keys =
+            format!("steps_per_wall_contact = {steps}\non_unstable_time_step = \"warn\"\n[record]");
+        Folder::write(&DROP.replace("[record]", &keys), drop_frames).metrics()
+    };
+    for name in OF_CONTACTS {
+        assert_eq!(is_in_range(&with_steps("2"), name), Some(false), "{name}");
+        assert_eq!(is_in_range(&with_steps("10"), name), Some(true), "control");
+    }
+}
+
+#[test]
+fn restitution_is_compared_with_that_of_the_materials() {
+    let with = |keys: &str| {
+        Folder::write(&DROP.replace("[record]", &format!("{keys}\n[record]")), drop_frames)
+            .metrics()
+    };
+    let wall = with("contact_pairs = [{ between = [\"disc\", \"wall\"], restitution = 0.4 }]");
+    assert_eq!(wall.theory("restitution.measured"), Some(0.4));
+    let ambiguous = with("materials = [{ name = \"a\" }, { name = \"b\", restitution = 0.1 }]");
+    for name in OF_CONTACTS {
+        assert_eq!(ambiguous.theory(name), None, "{name}");
+    }
+    assert_eq!(with("").theory("restitution.measured"), Some(0.8), "control");
+}
+
+fn packing_frames(_: &RunManifest) -> Frames {
+    (0..5_u32)
+        .map(|index| {
+            let mut frame = Frame::new();
+            let count = u64::from(index) * 1000;
+            frame.push(&PackingTemperature { temperature: 1.0, ..PackingTemperature::default() });
+            frame.push(&PackingCollisions {
+                pair_collisions: count,
+                wall_collisions: count,
+                ..PackingCollisions::default()
+            });
+            frame.push(&PackingPressure {
+                collision_virial_sum: f64::from(index),
+                kinetic_energy_time_integral: f64::from(index),
+                ..PackingPressure::default()
+            });
+            (Clock { count, time: f64::from(index) }, frame)
+        })
+        .collect()
+}
+
+fn packing(keys: &str) -> Metrics {
+    let manifest = format!(
+        "name = \"packing\"\n[model.packing]\n{keys}\n[record]\nframes = 4\nchannels = [\"temperature\", \"collisions\", \"pressure\"]\n"
+    );
+    Folder::write(&manifest, packing_frames).metrics()
+}
+
+const OF_PACKINGS: [&str; 3] =
+    ["wall_collision_rate_per_disc", "pair_collision_rate_per_disc", "compressibility_factor"];
+
+#[test]
+fn strong_wall_noise_is_out_of_range_of_equilibrium() {
+    for name in OF_PACKINGS {
+        let at = |noise: &str| {
+            is_in_range(&packing(&format!("wall_noise_variance_rad2 = {noise}")), name)
+        };
+        assert_eq!(at("0.1"), Some(false), "{name}");
+        assert_eq!(at("0.0031415926535897933"), Some(true), "control, the exercise's noise");
+    }
+}
+
+#[test]
+fn discs_denser_than_a_fluid_have_no_theory() {
+    let square = |side: &str| {
+        packing(&format!("discs = 50\nwidth = {side}\nheight = {side}\nplacement = \"lattice\""))
+    };
+    for name in OF_PACKINGS {
+        assert_eq!(square("15.5").theory(name), None, "{name}");
+        assert!(square("40.0").theory(name).is_some(), "control");
+    }
+}
+
+const FLOOR: &str = r#"
+name = "floor"
+[model.dem]
+discs = 20
+mass_kg = 1e-3
+radius_m = 5e-4
+width_m = 0.02
+height_m = 0.02
+stiffness_n_per_m = 5e4
+[record]
+frames = 1
+channels = ["state", "energy"]
+"#;
+
+#[test]
+fn discs_in_the_air_have_no_surface() {
+    let with_elastic = |elastic_j: f64| {
+        let frames = move |_: &RunManifest| {
+            let mut frame = Frame::new();
+            for disc in 0..20 {
+                let column = f64::from(disc);
+                let height = 1e-3 + 2e-3 * (5.0 - (column / 2.0 - 5.0).abs());
+                frame.push_state(&[5e-4 + 1e-3 * column, height, 0.0, 0.0]);
+            }
+            frame.push(&DemEnergy { elastic_j, gravitational_j: 1.0, ..DemEnergy::default() });
+            vec![(Clock { count: 0, time: 0.0 }, frame)]
+        };
+        Folder::write(FLOOR, frames).metrics()
+    };
+    assert!(with_elastic(0.0).all("bed.surface_angle").is_empty());
+    // Control: each disc carries itself, (m g)^2/2k.
+    let carried = 20.0 * (1e-3_f64 * 9.81).powi(2) / 1e5;
+    assert!(with_elastic(carried).value("bed.surface_angle") > 0.0);
+}
+
+/// Frames of a planet at 1 AU that moves at these speeds, AU/d.
+fn orbit(speeds: [f64; 2]) -> Metrics {
+    let manifest = "name = \"orbit\"\n[model.orbit]\nintegrator = \"velocity-verlet\"\n";
+    let frames = move |_: &RunManifest| {
+        let at = |(time, speed): (f64, f64)| {
+            let mut frame = Frame::new();
+            frame.push_state(&[1.0, 0.0, 0.0, 0.0, speed, 0.0]);
+            (Clock { count: time as u64, time }, frame)
+        };
+        [(0.0, speeds[0]), (1.0, speeds[1])].map(at).into()
+    };
+    Folder::write(manifest, frames).metrics()
+}
+
+#[test]
+fn orbits_that_leave_the_sun_are_compared_or_explained() {
+    let ejected = orbit([0.002, 0.04]);
+    assert_eq!(ejected.theory("energy.drift_relative"), Some(0.0));
+    assert!(ejected.value("energy.drift_relative") > 1.0);
+    let hyperbolic = orbit([0.04, 0.04]);
+    let position = hyperbolic.first("position_error.final");
+    assert!(position["reason"].as_str().is_some_and(|reason| reason.contains("not an ellipse")));
+    assert_eq!(hyperbolic.theory("energy.drift_relative"), Some(0.0));
+    assert!(ejected.value("position_error.final").is_finite(), "control");
+}
+
+/// The mean speed of a single particle is its root mean square speed.
+#[test]
+fn mean_speed_of_one_particle_is_its_speed() {
+    let of = |particles: u32| {
+        let manifest = format!(
+            "name = \"gas\"\n[model.gas]\nparticles = {particles}\ntemperature_k = 300.0\n"
+        );
+        let frames = |_: &RunManifest| crate::synthetic::two_frames(&GasPressure::default());
+        let metrics = Folder::write(&manifest, frames).metrics();
+        metrics.theory("mean_speed").unwrap() / metrics.theory("rms_speed").unwrap()
+    };
+    assert!((of(1) - 1.0).abs() < 1e-12);
+    assert!(of(100_000) < 0.9, "control: many particles");
+}
