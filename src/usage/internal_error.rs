@@ -1,6 +1,6 @@
 //! Internal errors: a panic or a failed allocation ends a program with a message and exit code 70.
 
-use crate::complain;
+use crate::standard_output::complain;
 use std::any::Any;
 use std::backtrace::{Backtrace, BacktraceStatus};
 use std::panic::{self, PanicHookInfo, UnwindSafe};

@@ -51,7 +51,7 @@ const TERMS: &[(&str, &str)] = &[
     ("common standard error*", "combined standard error"),
     ("law at the start", "initial distribution"),
     ("over the ideal gas", "over the mean-square formula"),
-    ("have gone", "mean square displacement"),
+    ("how far the discs", "mean square displacement"),
     ("forgotten", "uncorrelated"),
     ("checks hold", "checks pass"),
     // British spelling.

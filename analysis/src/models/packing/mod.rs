@@ -6,6 +6,7 @@ mod figures;
 mod laws;
 mod metrics;
 mod observe;
+mod scatter;
 mod structure;
 mod sweep;
 

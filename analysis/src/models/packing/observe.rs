@@ -14,7 +14,7 @@ use crate::models::relative_change;
 use crate::models::series::Series;
 use crate::models::snapshots::{Snapshots, StateStyle};
 use crate::statistics::{Blocking, Entries, Estimate, MissingError, Sum, mean};
-use kinetoscope_manifest::model::{Boundary, PackingConfig, PackingPlacement};
+use kinetoscope_manifest::model::{Boundary, PackingConfig};
 use kinetoscope_recording::channels::{
     PackingCollisions, PackingPressure, PackingTemperature, PerCollision,
 };
@@ -109,7 +109,7 @@ impl PackingRun {
         }
     }
 
-    fn discs(&self) -> f64 {
+    pub(super) fn discs(&self) -> f64 {
         f64::from(self.config.discs.get())
     }
 
@@ -197,72 +197,6 @@ impl PackingRun {
         // The rate of cooling discs drifts, so the scatter of its blocks is not a statistical error.
         let drifts = !self.is_elastic();
         Some(if drifts { estimate.without_error(MissingError::Drifting) } else { estimate })
-    }
-
-    /// Standard deviation of the mean thermal speed from start to start, relative to it: the energy of n discs has two
-    /// degrees of freedom per disc, or 2(n - 1) if the momentum is fixed, and the speed is proportional to its root.
-    fn thermal_speed_scatter(&self) -> f64 {
-        let is_drawn = !matches!(
-            self.config.placement,
-            PackingPlacement::Given(_) | PackingPlacement::Recorded(_)
-        );
-        let has_fixed_momentum = !self.has_walls() || self.config.remove_mean_velocity;
-        let free = if has_fixed_momentum { self.discs() - 1.0 } else { self.discs() };
-        if is_drawn && free > 0.0 { 0.5 / free.sqrt() } else { 0.0 }
-    }
-
-    /// Scatter from start to start of the squared distance by which all discs drift together: |V|^2 of the mean velocity V
-    /// follows an exponential distribution with the mean `<v^2>`/n.
-    fn drift_scatter(&self) -> f64 {
-        let Some(last) = self.frames.last().filter(|_| self.has_drift()) else { return 0.0 };
-        2.0 * last.temperature / self.discs() * last.time * last.time
-    }
-
-    /// A rate, which is proportional to the thermal speed, with the scatter of starts.
-    fn with_scatter_of_starts(&self, rate: Estimate) -> Estimate {
-        self.with_scatter_of_sizes(
-            rate.with_scatter_of_starts(rate.value.abs() * self.thermal_speed_scatter()),
-        )
-    }
-
-    /// Z - 1 of the energy of all discs, with the scatter of starts: the energy of the center of mass, which n discs in a
-    /// periodic box keep if it was drawn, is not thermal. Its share is Beta(1, n - 1)-distributed.
-    fn excess_with_scatter_of_starts(&self, excess: Estimate) -> Estimate {
-        let discs = self.discs();
-        let share = ((discs - 1.0) / (discs + 1.0)).sqrt() / discs;
-        let drift = if self.has_drift() { excess.value.abs() * share } else { 0.0 };
-        self.with_scatter_of_sizes(excess.with_scatter_of_starts(drift))
-    }
-
-    /// The estimate, whose scatter from start to start is unknown if the radii are drawn or follow from a compression. Theory
-    /// uses the radii of the run.
-    fn with_scatter_of_sizes(&self, estimate: Estimate) -> Estimate {
-        if self.equal_radius().is_some() {
-            return estimate;
-        }
-        let given = estimate.conditional_standard_error.or(estimate.standard_error);
-        Estimate { standard_error: given, ..estimate }.with_unknown_scatter_of_starts()
-    }
-
-    fn has_walls(&self) -> bool {
-        self.config.boundary == Boundary::Walls
-    }
-
-    /// Whether the discs drift through a periodic box: their drawn velocities have a mean, and no wall takes it up. Theory
-    /// is that of discs whose total momentum is zero.
-    fn has_drift(&self) -> bool {
-        let is_drawn = !matches!(
-            self.config.placement,
-            PackingPlacement::Given(_) | PackingPlacement::Recorded(_)
-        );
-        !self.has_walls() && is_drawn && !self.config.remove_mean_velocity
-    }
-
-    /// The radius of equal discs; `None` if radii differ or result from a compression.
-    pub(crate) fn equal_radius(&self) -> Option<f64> {
-        let is_given = self.config.radius_half_width.get() == 0.0
-            && self.config.target_reduced_pressure.is_none();
-        is_given.then(|| self.config.radius.get())
     }
 
     /// The size distribution from the manifest or else from the last state.
