@@ -95,7 +95,8 @@ fn planted_leftovers_of_a_finished_run_are_a_warning() {
     let precious = bench.write("precious", "keep me");
     let make_link = |path: &Path| symlink(&precious, path).unwrap();
     let make_folder = |path: &Path| fs::create_dir(path).unwrap();
-    let cases: [(&str, &dyn Fn(&Path)); 4] = [
+    type Plant<'a> = &'a dyn Fn(&Path);
+    let cases: [(&str, Plant<'_>); 4] = [
         ("partial.mcap", &make_link),
         ("partial.mcap", &make_pipe),
         ("partial.mcap", &make_folder),

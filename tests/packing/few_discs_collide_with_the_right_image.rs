@@ -10,6 +10,7 @@
 
 // Assertions compare within tolerances, so no bit of a run depends on these functions.
 #![allow(clippy::disallowed_methods)]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::periodic_states::{periodic, placed};
 use crate::runs::{DiscState, disc_states, exercise, prepare, squared_speed};
@@ -114,8 +115,8 @@ fn agreeing_collisions(config: &PackingConfig, seed: u64, radius_error: f64, cou
             let after = disc_states(&packing);
             let mut error = (packing.time() - start - wait).abs();
             for (disc, velocity) in after.iter().zip(velocities) {
-                for axis in 0..2 {
-                    error = error.max((disc.velocity[axis] - velocity[axis]).abs());
+                for (found, expected) in disc.velocity.into_iter().zip(velocity) {
+                    error = error.max((found - expected).abs());
                 }
             }
             error < 1e-9 * (1.0 + wait)

@@ -232,16 +232,10 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     metrics.extend(sweep::replicate_means(&points));
     metrics.extend(runs.iter().flat_map(RunAnalysis::metrics));
     let plots = plots(&runs, &points, &mut notes);
-    // The checks of an experiment do not apply to a part of it.
-    let own = source.record.as_ref().filter(|_| source.whole);
-    let own = own.map_or(&[][..], |record| &record.checks);
     let record = source.record.as_ref();
     let expected = record.map_or(ExpectedOutcome::Complete, |record| record.expected_outcome);
     let mut check_results = outcome::evaluate(&runs, &seconds, expected);
-    check_results.extend(own.iter().flat_map(|check| evaluate(check, &metrics)));
-    let further = options.checks.iter().flat_map(|check| evaluate(check, &metrics));
-    let file = &options.checks_file;
-    check_results.extend(further.map(|result| CheckResult { file: file.clone(), ..result }));
+    check_results.extend(evaluate_checks(source, options, &metrics));
     let description = record.map_or_else(String::new, |record| record.description.clone());
     AnalysisReport {
         name: source.name.clone(),
@@ -257,6 +251,21 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
         unreadable,
         timing,
     }
+}
+
+/// The results of the experiment's own checks and of those in the checks file.
+fn evaluate_checks(
+    source: &RecordingFolder,
+    options: &AnalysisOptions,
+    metrics: &[Metric],
+) -> Vec<CheckResult> {
+    // The checks of an experiment do not apply to a part of it.
+    let own = source.record.as_ref().filter(|_| source.whole);
+    let own = own.map_or(&[][..], |record| &record.checks).iter();
+    let own = own.flat_map(|check| evaluate(check, metrics));
+    let further = options.checks.iter().flat_map(|check| evaluate(check, metrics));
+    let file = &options.checks_file;
+    own.chain(further.map(|result| CheckResult { file: file.clone(), ..result })).collect()
 }
 
 /// Notes about requested snapshots that no run reaches.
