@@ -17,7 +17,7 @@ const KEYS: Renames = &[
     (
         "model.dem",
         "force_tail",
-        "limit_damping = true` for \"clamped\", `limit_damping = false` for \"linear\"",
+        "limit_damping = true` in place of \"clamped\", and in place of \"attractive\" `limit_damping = false",
     ),
     ("model.dem", "velocity_deviation_m_per_s", "velocity_std_m_per_s"),
     ("model.dem", "outlet_below_m", "remove_below_m"),

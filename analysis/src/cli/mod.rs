@@ -23,7 +23,7 @@ pub use exit::AnalysisExit;
 use exit::CommandError;
 use kinetoscope_manifest::{Check, parse_checks};
 use kinetoscope_recording::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
-use kinetoscope_usage::{Ended, StandardOutput, complain};
+use kinetoscope_usage::{Ended, StandardOutput, complain, with_help};
 use serde_json::json;
 use std::collections::BTreeSet;
 use std::io::IsTerminal;
@@ -359,7 +359,7 @@ fn read_baseline(path: &Path) -> Result<Baseline, String> {
     let text = read_text(path, MAX_SIDE_FILE_BYTES).map_err(|error| {
         format!("the baseline {} cannot be read: {error}\nhelp: check the path", path.display())
     })?;
-    Baseline::read(&text).map_err(|why| format!("{} {why}", path.display()))
+    Baseline::read(&text).map_err(|why| with_help(&format!("{} {why}", path.display())))
 }
 
 fn terminal() -> Terminal {
