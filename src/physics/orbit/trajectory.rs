@@ -227,10 +227,9 @@ impl<F: Force, T: PathTracker<F::Vector>, const COMPENSATED: bool> MethodVisitor
                 if next != signs {
                     signs = next;
                     let start = (trajectory.count + index) as f64 * h;
-                    let part = |part| after_part(method, force, &from, part);
-                    let step =
-                        StepPath { from: &from, to: &state.phase, start, length: h, part: &part };
-                    tracker.add_step(&step, &mut trajectory.path);
+                    // Copies, so that the states of ordinary steps stay in registers.
+                    let ends = [from.clone(), state.phase.clone()];
+                    add_step(method, force, tracker, ends, [start, h], &mut trajectory.path);
                 }
                 from.clone_from(&state.phase);
             }
@@ -253,6 +252,21 @@ impl<F: Force, T: PathTracker<F::Vector>, const COMPENSATED: bool> MethodVisitor
         }
         Ok(())
     }
+}
+
+/// Adds the events of a step between two states that begins at `start` and takes `h`, days.
+#[cold]
+#[inline(never)]
+fn add_step<F: Force>(
+    method: &impl Method,
+    force: &F,
+    tracker: &impl PathTracker<F::Vector>,
+    [from, to]: [Phase<F::Vector>; 2],
+    [start, h]: [f64; 2],
+    path: &mut PathRecord,
+) {
+    let part = |part| after_part(method, force, &from, part);
+    tracker.add_step(&StepPath { from: &from, to: &to, start, length: h, part: &part }, path);
 }
 
 impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> AdaptiveStep<V> {
