@@ -20,7 +20,8 @@ pub const EXIT_CODES: &str = "Exit codes:
 
 /// Compute metrics with standard errors, plots and checks from recordings
 ///
-/// Writes report.html, metrics.json, metrics.csv and one file per plot next to the recordings.
+/// Writes report.html, metrics.json, metrics.csv and one file per plot next to the recordings; for a folder of experiments also
+/// index.html.
 #[derive(Debug, Parser)]
 #[command(name = "analyze-recordings", version, after_help = EXIT_CODES)]
 pub(super) struct AnalyzeRecordings {
@@ -72,6 +73,9 @@ pub struct AnalyzeArguments {
     /// Write report.html without replays
     #[arg(long, conflicts_with = "replay_budget", help_heading = "Output")]
     pub(super) no_replay: bool,
+    /// Open the report in the browser; of several experiments, the page that lists them
+    #[arg(long, conflicts_with = "cache_only", help_heading = "Output")]
+    pub(super) open: bool,
     /// Write the frames in the formats of other programs as well, to the folder `export` of the results
     #[arg(long, value_name = "FORMAT,…", value_delimiter = ',', help_heading = "Output")]
     pub(super) export: Vec<ExportFormat>,

@@ -3,6 +3,7 @@
 mod arguments;
 mod exit;
 mod export_arguments;
+mod pages;
 
 pub use arguments::{AnalyzeArguments, EXIT_CODES};
 pub use export_arguments::ExportArguments;
@@ -31,6 +32,22 @@ use std::path::{Path, PathBuf};
 
 /// Width of a table that is written to a file or a pipe.
 const PLAIN_WIDTH: usize = 100;
+
+/// An experiment with its analysis.
+struct Analyzed {
+    /// The folder of its recordings.
+    recordings: PathBuf,
+    /// The folder of the results.
+    results: PathBuf,
+    report: AnalysisReport,
+}
+
+impl Analyzed {
+    /// Whether no run could be read, so that there are no results.
+    fn is_empty(&self) -> bool {
+        self.report.runs.is_empty()
+    }
+}
 
 /// The program `analyze-recordings`.
 #[must_use]
@@ -133,7 +150,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
     }
     let terminal = terminal();
     let several = sources.len() > 1;
-    let mut reports: Vec<(PathBuf, AnalysisReport)> = Vec::new();
+    let mut analyzed: Vec<Analyzed> = Vec::new();
     for mut source in sources {
         let folder = match &arguments.output {
             Some(output) if several => output.join(&source.name),
@@ -158,7 +175,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
         if arguments.metrics_table {
             arguments.say(&write_table(&report, &folder, terminal)?);
         }
-        reports.push((folder, report));
+        analyzed.push(Analyzed { recordings: source.folder, results: folder, report });
     }
     if let Some(unused) = baselines.first() {
         return Err(CommandError::usage(format!(
@@ -166,10 +183,13 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
             unused.experiment()
         )));
     }
-    write(arguments, &reports, terminal)?;
-    let exit = conclude(&reports, terminal);
+    write(arguments, &analyzed, terminal)?;
+    if arguments.open {
+        pages::open(&analyzed, arguments);
+    }
+    let exit = conclude(&analyzed, terminal);
     if arguments.json {
-        arguments.standard_output.print_json(&json(&reports, exit));
+        arguments.standard_output.print_json(&json(&analyzed, exit));
     }
     Ok(exit)
 }
@@ -187,8 +207,8 @@ fn analysis_options(arguments: &AnalyzeArguments, folder: &Path) -> AnalysisOpti
 }
 
 /// Metrics and checks of all experiments, as one JSON document.
-fn json(reports: &[(PathBuf, AnalysisReport)], exit: AnalysisExit) -> String {
-    let experiments = reports.iter().map(|(folder, report)| {
+fn json(analyzed: &[Analyzed], exit: AnalysisExit) -> String {
+    let experiments = analyzed.iter().map(|Analyzed { results: folder, report, .. }| {
         let metrics = serde_json::to_value(metric_files::Document::of(report)).ok();
         let checks = report.check_results.iter().map(|result| {
             json!({ "subject": result.subject, "passed": result.passed, "finding": result.finding })
@@ -242,10 +262,10 @@ fn export_all(
 /// Writes all files and prints which.
 fn write(
     arguments: &AnalyzeArguments,
-    reports: &[(PathBuf, AnalysisReport)],
+    analyzed: &[Analyzed],
     terminal: Terminal,
 ) -> Result<(), WriteError> {
-    for (folder, report) in reports.iter().filter(|(_, report)| !report.runs.is_empty()) {
+    for Analyzed { results: folder, report, .. } in analyzed.iter().filter(|one| !one.is_empty()) {
         let plots = files::write(report, folder)?;
         let line = format!(
             "written: report.html, metrics.json, metrics.csv and {plots} {} (*.svg) in {}",
@@ -254,7 +274,11 @@ fn write(
         );
         arguments.say(&format!("{}\n", terminal.wrapped(&line, 2)));
     }
-    let all: Vec<_> = reports.iter().map(|(_, report)| report.checks()).collect();
+    for folder in pages::write_indexes(analyzed, arguments)? {
+        let line = format!("written: index.html in {}", folder.display());
+        arguments.say(&format!("{}\n", terminal.wrapped(&line, 2)));
+    }
+    let all: Vec<_> = analyzed.iter().map(|one| one.report.checks()).collect();
     write_for_ci(arguments, &all)
 }
 
@@ -321,12 +345,12 @@ fn write_table(
 }
 
 /// Prints a summary of failures and returns the worst exit code.
-fn conclude(reports: &[(PathBuf, AnalysisReport)], terminal: Terminal) -> AnalysisExit {
+fn conclude(analyzed: &[Analyzed], terminal: Terminal) -> AnalysisExit {
     let results = |of_outcomes: bool| {
-        let all = reports.iter().flat_map(|(_, report)| &report.check_results);
+        let all = analyzed.iter().flat_map(|one| &one.report.check_results);
         all.filter(move |result| (result.kind == CheckKind::Outcome) == of_outcomes)
     };
-    let unreadable: usize = reports.iter().map(|(_, report)| report.unreadable.len()).sum();
+    let unreadable: usize = analyzed.iter().map(|one| one.report.unreadable.len()).sum();
     if unreadable > 0 {
         let line = format!("{unreadable} unreadable: see above");
         complain(&terminal.paint(Style::Bad, &line), terminal.colors);

@@ -5,6 +5,11 @@ use crate::write_file::{WriteError, create_folder, replace};
 use kinetoscope_recording::plot_list::{PLOT_LIST, is_plot_name, listed_plots};
 use std::path::Path;
 
+/// The report of an experiment.
+pub(crate) const REPORT: &str = "report.html";
+/// The page of a folder of experiments.
+pub(crate) const INDEX: &str = "index.html";
+
 /// Writes `metrics.json`, `metrics.csv`, `report.html` and the plots (with the feature `parquet` also
 /// `metrics.parquet`); returns the number of plots. Plots of the analysis before that are not drawn again are removed.
 ///
@@ -48,6 +53,6 @@ pub(crate) fn write(report: &AnalysisReport, folder: &Path) -> Result<usize, Wri
         list += &format!("{}\n", run.file);
     }
     replace(&folder.join(PLOT_LIST), &list)?;
-    replace(&folder.join("report.html"), html::page(report, &drawn))?;
+    replace(&folder.join(REPORT), html::page(report, &drawn))?;
     Ok(drawn.len())
 }

@@ -17,7 +17,7 @@ use kinetoscope_usage::text::visible;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::collections::BTreeSet;
 
-const STYLE_SHEET: &str = include_str!("report.css");
+pub(super) const STYLE_SHEET: &str = include_str!("report.css");
 const SCRIPT: &str = include_str!("report.js");
 
 /// The page. `plots` are titles and SVG documents, in order.
@@ -59,14 +59,7 @@ pub(crate) fn page(report: &AnalysisReport, plots: &[(&str, String)]) -> String 
 fn heading(report: &AnalysisReport) -> Markup {
     let runs = report.runs.len();
     let runs = if runs == 1 { "1 run".to_owned() } else { format!("{runs} runs") };
-    let checks = || report.check_results.iter().filter(|result| result.kind != CheckKind::Outcome);
-    let failed = checks().filter(|result| !result.passed).count();
-    let (class, summary) = match (checks().count(), failed) {
-        (0, _) => ("", "no checks".to_owned()),
-        (1, 0) => ("good", "the check passes".to_owned()),
-        (all, 0) => ("good", format!("all {all} checks pass")),
-        (all, failed) => ("bad", format!("{failed} of {all} checks failed")),
-    };
+    let (class, summary) = checks_summary(report);
     html! {
         header {
             h1 { (breakable(&report.name)) }
@@ -78,6 +71,17 @@ fn heading(report: &AnalysisReport) -> Markup {
                 (report.model()) " · " (runs) " · " strong class=(class) { (summary) }
             }
         }
+    }
+}
+
+/// How the checks ended, with the class of its color.
+pub(super) fn checks_summary(report: &AnalysisReport) -> (&'static str, String) {
+    let checks = || report.check_results.iter().filter(|result| result.kind != CheckKind::Outcome);
+    match (checks().count(), checks().filter(|result| !result.passed).count()) {
+        (0, _) => ("", "no checks".to_owned()),
+        (1, 0) => ("good", "the check passes".to_owned()),
+        (all, 0) => ("good", format!("all {all} checks pass")),
+        (all, failed) => ("bad", format!("{failed} of {all} checks failed")),
     }
 }
 
@@ -360,7 +364,7 @@ fn manifest(report: &AnalysisReport) -> Markup {
 }
 
 /// Text that may break after its dots and underscores, so that long names fit a phone; numbers stay whole.
-fn breakable(text: &str) -> Markup {
+pub(super) fn breakable(text: &str) -> Markup {
     let mut parts: Vec<(&str, bool)> = Vec::new();
     let mut rest = text;
     while let Some(at) = rest.find(['_', '.']) {

@@ -3,6 +3,7 @@
 
 pub(crate) mod files;
 pub(crate) mod html;
+pub(crate) mod index;
 pub(crate) mod metric_files;
 pub(crate) mod metric_table;
 mod metrics_reference;
