@@ -152,11 +152,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
     let several = sources.len() > 1;
     let mut analyzed: Vec<Analyzed> = Vec::new();
     for mut source in sources {
-        let folder = match &arguments.output {
-            Some(output) if several => output.join(&source.name),
-            Some(output) => output.clone(),
-            None => source.folder.clone(),
-        };
+        let folder = results_folder(arguments, &source, several);
         let options = AnalysisOptions {
             checks: checks.clone(),
             checks_file: arguments.checks.as_ref().map(|path| path.display().to_string()),
@@ -192,6 +188,19 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
         arguments.standard_output.print_json(&json(&analyzed, exit));
     }
     Ok(exit)
+}
+
+/// The folder of the results of one experiment among one or several.
+fn results_folder(
+    arguments: &AnalyzeArguments,
+    source: &RecordingFolder,
+    several: bool,
+) -> PathBuf {
+    match &arguments.output {
+        Some(output) if several => output.join(&source.name),
+        Some(output) => output.clone(),
+        None => source.folder.clone(),
+    }
 }
 
 /// The options of an analysis with results in a folder, without further checks.
