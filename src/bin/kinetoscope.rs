@@ -1,5 +1,7 @@
 //! Program `kinetoscope`: every subcommand. `run-experiment` is its `run`, `analyze-recordings` its `analyze`.
 
+mod view;
+
 use clap::{CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
 use kinetoscope::cli::analysis::Analysis;
@@ -17,6 +19,7 @@ use kinetoscope_analysis::cli::{self as analysis, AnalyzeArguments, ExportArgume
 use kinetoscope_usage::Ended;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use view::ViewArguments;
 
 /// Reproducible particle experiments: a manifest in, recordings and checked physics out.
 #[derive(Debug, Parser)]
@@ -49,6 +52,8 @@ enum Command {
     Analyze(AnalyzeArguments),
     #[command(after_help = exit_codes(&[5]))]
     Export(ExportArguments),
+    #[command(after_help = exit_codes(&[5, 130, 143]))]
+    View(ViewArguments),
     /// Print the JSON Schema of manifests, for editors
     #[command(after_help = exit_codes(&[]))]
     Schema,
@@ -107,6 +112,7 @@ fn execute() -> ExitCode {
         Command::Benchmark(arguments) => arguments.execute().into(),
         Command::Analyze(arguments) => ExitCode::from(arguments.execute() as u8),
         Command::Export(arguments) => ExitCode::from(arguments.execute() as u8),
+        Command::View(arguments) => arguments.execute().into(),
         Command::Schema => print_schema().into(),
         Command::Completions { shell } => print_completions(*shell).into(),
         Command::Doctor(arguments) => arguments.execute(&FEATURES).into(),

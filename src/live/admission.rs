@@ -66,13 +66,15 @@ impl Admission {
     }
 
     /// Whether the value of `Host` is an IP address, `localhost` or an admitted name.
-    fn admits_host(&self, host: &str) -> bool {
+    #[must_use]
+    pub fn admits_host(&self, host: &str) -> bool {
         let name = without_port(host).to_ascii_lowercase();
         is_address(&name) || name == "localhost" || self.hosts.contains(&name)
     }
 
     /// Whether the value of `Origin` is a viewer's, a page of this machine, or an admitted one.
-    fn admits_origin(&self, origin: &str) -> bool {
+    #[must_use]
+    pub fn admits_origin(&self, origin: &str) -> bool {
         let origin = origin.to_ascii_lowercase();
         if VIEWERS.contains(&origin.as_str()) || self.origins.contains(&origin) {
             return true;

@@ -10,6 +10,7 @@
 //! - `shared_folders`: links, pipes, forged files and other processes in the folder of the recordings
 //! - `baselines`: other seeds, changed keys and the same run against an earlier analysis
 //! - `pipelines`: several manifests, folders, and manifests that start from manifests
+//! - `view`: the server of recordings for Lichtblick, and who may read
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -23,6 +24,7 @@ mod oversized_files;
 mod pipelines;
 mod shared_folders;
 mod subcommands;
+mod view;
 
 use serde_json::Value;
 use std::ffi::OsStr;

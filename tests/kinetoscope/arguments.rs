@@ -3,7 +3,7 @@
 use super::{Bench, GAS, call, command};
 use std::process::Stdio;
 
-const SUBCOMMANDS: [&str; 13] = [
+const SUBCOMMANDS: [&str; 14] = [
     "run",
     "new",
     "check",
@@ -17,6 +17,7 @@ const SUBCOMMANDS: [&str; 13] = [
     "schema",
     "completions",
     "doctor",
+    "view",
 ];
 
 #[test]
@@ -125,6 +126,7 @@ fn help_lists_only_the_exit_codes_of_its_subcommand() {
         ("info", "0 2 5 70 75"),
         ("benchmark", "0 1 2 70 75"),
         ("doctor", "0 1 2 70 75"),
+        ("view", "0 2 5 70 75 130 143"),
         ("analyze", "0 2 3 5 70 75"),
     ] {
         let help = call([subcommand, "--help"]).out;

@@ -1,0 +1,140 @@
+//! The recordings of a folder with their layouts and reports, and their addresses.
+
+use super::is_hidden;
+use std::fs;
+use std::net::SocketAddr;
+use std::path::Path;
+
+/// Folders below the named one that are searched.
+const MAX_DEPTH: usize = 3;
+/// Recordings that are listed at most.
+const MAX_RECORDINGS: usize = 1000;
+
+/// A recording with the files next to it. Paths are relative to the served folder, with `/`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Found {
+    /// The recording.
+    pub(super) path: String,
+    /// The layout of its experiment.
+    pub(super) layout: Option<String>,
+    /// The report of its experiment.
+    pub(super) report: Option<String>,
+}
+
+/// What is served.
+#[derive(Debug, Default)]
+pub(super) struct Contents {
+    /// The recordings, sorted by path.
+    pub(super) recordings: Vec<Found>,
+    /// Whether there are more than are listed.
+    pub(super) is_cut: bool,
+}
+
+impl Contents {
+    /// Searches a folder; of a folder with a named recording, only that one is found.
+    pub(super) fn of(folder: &Path, only: Option<&str>) -> Self {
+        let mut contents = Self::default();
+        contents.search(folder, "", only, MAX_DEPTH);
+        contents
+    }
+
+    /// Adds the recordings of a folder and of those below. Symbolic links are not followed.
+    fn search(&mut self, folder: &Path, prefix: &str, only: Option<&str>, depth: usize) {
+        let (mut files, mut folders) = (Vec::new(), Vec::new());
+        for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+            let (Ok(kind), Ok(name)) = (entry.file_type(), entry.file_name().into_string()) else {
+                continue;
+            };
+            match () {
+                () if is_hidden(&entry.path()) => {}
+                () if kind.is_file() => files.push(name),
+                () if kind.is_dir() => folders.push(name),
+                () => {}
+            }
+        }
+        files.sort();
+        folders.sort();
+        let layout = files.iter().find(|name| name.ends_with(".layout.json"));
+        let report = files.iter().find(|name| *name == "report.html");
+        let beside = |name: &String| format!("{prefix}{name}");
+        for name in &files {
+            let is_wanted = only.map_or_else(|| is_recording(name), |only| name == only);
+            if is_wanted && self.has_room() {
+                self.recordings.push(Found {
+                    path: beside(name),
+                    layout: layout.map(beside),
+                    report: report.map(beside),
+                });
+            }
+        }
+        if depth == 0 || only.is_some() {
+            return;
+        }
+        for name in &folders {
+            self.search(&folder.join(name), &format!("{prefix}{name}/"), None, depth - 1);
+        }
+    }
+
+    fn has_room(&mut self) -> bool {
+        let has_room = self.recordings.len() < MAX_RECORDINGS;
+        self.is_cut |= !has_room;
+        has_room
+    }
+}
+
+fn is_recording(name: &str) -> bool {
+    name.ends_with(".mcap") && !name.ends_with(".partial.mcap")
+}
+
+/// The address that opens a recording in the viewer, with its layout.
+pub(super) fn viewer_address(viewer: &str, server: SocketAddr, found: &Found) -> String {
+    let address =
+        |path: &String| percent_encoded(&format!("http://{server}{}", path_of_address(path)), "");
+    let separator = if viewer.contains('?') { '&' } else { '?' };
+    let recording = address(&found.path);
+    let layout = found.layout.iter().map(|layout| format!("&layoutUrl={}", address(layout)));
+    format!("{viewer}{separator}ds=remote-file&ds.url={recording}{}", layout.collect::<String>())
+}
+
+/// The path of an address of this server, for a path relative to the folder.
+pub(super) fn path_of_address(path: &str) -> String {
+    format!("/{}", percent_encoded(path, "/"))
+}
+
+/// A text as a part of an address; letters, digits, `-_.~` and the characters in `kept` stay as they are.
+fn percent_encoded(text: &str, kept: &str) -> String {
+    let mut encoded = String::new();
+    for byte in text.bytes() {
+        let character = char::from(byte);
+        if character.is_ascii_alphanumeric()
+            || "-_.~".contains(character)
+            || kept.contains(character)
+        {
+            encoded.push(character);
+        } else {
+            encoded += &format!("%{byte:02X}");
+        }
+    }
+    encoded
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_address_keeps_every_character_of_a_name() {
+        let found = Found {
+            path: "a b/run&x=1#2.mcap".to_owned(),
+            layout: Some("a b/a b.layout.json".to_owned()),
+            report: None,
+        };
+        let server = SocketAddr::from(([127, 0, 0, 1], 8766));
+        assert_eq!(
+            viewer_address("http://localhost:8080/", server, &found),
+            "http://localhost:8080/?ds=remote-file&ds.url=http%3A%2F%2F127.0.0.1%3A8766%2Fa%2520b%2Frun%2526x%253D1%25232.mcap&layoutUrl=http%3A%2F%2F127.0.0.1%3A8766%2Fa%2520b%2Fa%2520b.layout.json"
+        );
+        let with_query = viewer_address("http://localhost/?openIn=web", server, &found);
+        assert!(with_query.starts_with("http://localhost/?openIn=web&ds=remote-file"));
+    }
+}
