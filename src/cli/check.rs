@@ -75,7 +75,7 @@ impl CheckArguments {
         reader: &ManifestReader<'_>,
     ) -> Result<Json, Failure> {
         if let Some(why) = reader.missing_start(step) {
-            self.say(&not_planned(step, why)?);
+            self.result.say(&not_planned(step, why)?);
             return Ok(json!({ "manifest": step.manifest, "pending": step.starts_from }));
         }
         let experiment = reader.read(&step.manifest, step.overrides(overrides))?;
@@ -84,14 +84,8 @@ impl CheckArguments {
         planned.reject_invalid_starts(&experiment)?;
         let rerun = planner.rerun(&experiment, &planned)?;
         let checked = Checked::new(&step.manifest, &experiment, &planned, rerun.as_ref());
-        self.say(&checked.text());
+        self.result.say(&checked.text());
         Ok(checked.json())
-    }
-
-    fn say(&self, text: &str) {
-        if !self.result.json {
-            self.result.print(text, || Json::Null);
-        }
     }
 }
 

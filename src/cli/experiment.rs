@@ -280,7 +280,7 @@ impl Execution<'_> {
         if let Some(live) = &live {
             self.say(&arguments.live.invitation(live, plan));
         }
-        let progress = ProgressDisplay::new(runs.len(), arguments.messages.verbosity());
+        let progress = ProgressDisplay::new(runs.len(), arguments.verbosity());
         let stop = || interrupt.is_raised();
         let results = local::run_all(
             &runs,
@@ -387,7 +387,7 @@ impl Execution<'_> {
     ) -> Result<Executed, Failure> {
         let plan = &planned.plan;
         let progress =
-            ProgressDisplay::new(plan.to_do().len(), self.arguments.messages.verbosity());
+            ProgressDisplay::new(plan.to_do().len(), self.arguments.verbosity());
         let failed = |error: io::Error| {
             task_failure(&error, format!("no more tasks could be submitted: {error}"))
         };

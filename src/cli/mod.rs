@@ -26,7 +26,6 @@ pub mod why;
 use crate::cli::analysis::{Analysis, AnalysisProgram};
 use crate::cli::exit::{Exit, OF_RUN, exit_codes};
 use crate::cli::messages::{Failure, word};
-use crate::executor::progress::Verbosity;
 use clap::{Args, Parser};
 use kinetoscope_usage::{Ended, StandardOutput};
 use serde_json::json;
@@ -91,60 +90,7 @@ impl<'a> Program<'a> {
     }
 }
 
-/// How much is printed.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Messages")]
-pub struct MessageArguments {
-    /// Print errors only
-    #[arg(long, short, conflicts_with = "verbose")]
-    pub quiet: bool,
-    /// Print one line per finished run, on a terminal as well
-    #[arg(long, short)]
-    verbose: bool,
-    /// Print the summary as JSON
-    #[arg(long)]
-    pub json: bool,
-    #[arg(skip)]
-    output: StandardOutput,
-}
-
-impl MessageArguments {
-    /// Prints a text, unless errors only or JSON are requested.
-    pub(crate) fn say(&self, text: &str) {
-        if !self.quiet && !self.json && !text.is_empty() {
-            self.output.print(&format!("{text}\n"));
-        }
-    }
-
-    /// Prints a JSON document.
-    pub(crate) fn print_json(&self, document: &serde_json::Value) {
-        self.output.print_json(&format!("{document:#}\n"));
-    }
-
-    /// Prints the error that ended the command, and as JSON if that is requested.
-    pub(crate) fn failed(&self, failure: &Failure) -> Exit {
-        let exit = failure.report();
-        if self.json {
-            self.print_json(&json!({ "exit_code": exit.code(), "errors": [failure.text()] }));
-        }
-        exit
-    }
-
-    /// The exit code, if all text was printed.
-    pub(crate) fn concluded(&self, exit: Exit) -> Exit {
-        messages::concluded(&self.output, exit)
-    }
-
-    pub(crate) fn verbosity(&self) -> Verbosity {
-        match (self.quiet, self.verbose) {
-            (true, _) => Verbosity::Quiet,
-            (false, true) => Verbosity::Verbose,
-            (false, false) => Verbosity::Normal,
-        }
-    }
-}
-
-/// How a short command prints its result.
+/// How a command prints its result.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Messages")]
 pub struct ResultArguments {
@@ -163,7 +109,13 @@ impl ResultArguments {
     pub(crate) fn print(&self, text: &str, json: impl FnOnce() -> serde_json::Value) {
         if self.json {
             self.print_json(&json());
-        } else if !self.quiet && !text.is_empty() {
+        }
+        self.say(text);
+    }
+
+    /// Prints a text, unless errors only or JSON are requested.
+    pub(crate) fn say(&self, text: &str) {
+        if !self.quiet && !self.json && !text.is_empty() {
             self.output.print(&format!("{text}\n"));
         }
     }

@@ -8,7 +8,8 @@ use crate::cli::manifests::{ManifestArguments, ManifestReader, NoRecording, cano
 use crate::cli::messages::{Failure, next_command, plural, word};
 use crate::cli::output::OutputArguments;
 use crate::cli::pipeline::{self, Step};
-use crate::cli::{MessageArguments, Program, check};
+use crate::cli::{Program, ResultArguments, check};
+use crate::executor::progress::Verbosity;
 use crate::interrupt::Interrupt;
 use clap::Args;
 use kinetoscope_manifest::{Experiment, Override};
@@ -35,7 +36,10 @@ pub struct RunArguments {
     #[command(flatten)]
     pub(crate) live: LiveArguments,
     #[command(flatten)]
-    pub(crate) messages: MessageArguments,
+    pub(crate) messages: ResultArguments,
+    /// Print one line per finished run, on a terminal as well
+    #[arg(long, short, conflicts_with = "quiet", help_heading = "Messages")]
+    verbose: bool,
 }
 
 /// Which runs are executed on this machine, and how many at the same time.
@@ -168,6 +172,14 @@ impl RunArguments {
             return Ok(readings);
         }
         Err(Failure::rendered(Exit::BadManifest, errors.join("\n\n")))
+    }
+
+    pub(crate) fn verbosity(&self) -> Verbosity {
+        match (self.messages.quiet, self.verbose) {
+            (true, _) => Verbosity::Quiet,
+            (false, true) => Verbosity::Verbose,
+            (false, false) => Verbosity::Normal,
+        }
     }
 
     pub(crate) fn planner(&self) -> Planner<'_> {
