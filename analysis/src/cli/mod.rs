@@ -127,7 +127,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
     }
     if arguments.cache_only {
         let errors = fill_caches(sources, |folder| analysis_options(arguments, folder));
-        errors.iter().for_each(|error| complain(&format!("error: {error}"), false));
+        errors.iter().for_each(|why| complain_unreadable(why));
         let exit = if errors.is_empty() { AnalysisExit::Done } else { AnalysisExit::Unreadable };
         return Ok(exit);
     }
@@ -320,17 +320,15 @@ fn write_table(
     Ok(format!("{}\n", terminal.wrapped(&line, 2)))
 }
 
-/// Prints a summary of failures and returns the worst exit code.
+/// Prints what is unreadable and a summary of failures, and returns the worst exit code.
 fn conclude(reports: &[(PathBuf, AnalysisReport)], terminal: Terminal) -> AnalysisExit {
     let results = |of_outcomes: bool| {
         let all = reports.iter().flat_map(|(_, report)| &report.check_results);
         all.filter(move |result| (result.kind == CheckKind::Outcome) == of_outcomes)
     };
-    let unreadable: usize = reports.iter().map(|(_, report)| report.unreadable.len()).sum();
-    if unreadable > 0 {
-        let line = format!("{unreadable} unreadable: see above");
-        complain(&terminal.paint(Style::Bad, &line), terminal.colors);
-    }
+    let unreadable: Vec<&String> =
+        reports.iter().flat_map(|(_, report)| &report.unreadable).collect();
+    unreadable.iter().for_each(|why| complain_unreadable(why));
     let mut has_failed = false;
     for (of_outcomes, what) in
         [(true, "runs ended otherwise than expected"), (false, "checks failed")]
@@ -345,7 +343,13 @@ fn conclude(reports: &[(PathBuf, AnalysisReport)], terminal: Terminal) -> Analys
     if has_failed {
         return AnalysisExit::CheckFailed;
     }
-    if unreadable > 0 { AnalysisExit::Unreadable } else { AnalysisExit::Done }
+    if unreadable.is_empty() { AnalysisExit::Done } else { AnalysisExit::Unreadable }
+}
+
+/// Prints why an input cannot be read, and what to do. The first line ends with the remedy; the errors of a manifest may follow.
+fn complain_unreadable(why: &str) {
+    let (what, details) = why.split_at(why.find('\n').unwrap_or(why.len()));
+    complain(&format!("error: {}{details}", with_help(what)), false);
 }
 
 fn read_checks(path: &Path) -> Result<Vec<Check>, String> {
