@@ -7,11 +7,13 @@ mod remedy;
 mod standard_output;
 mod suggestion;
 pub mod text;
+mod wrap;
 
 pub use internal_error::{INTERNAL_ERROR, catch_internal_errors};
 pub use remedy::with_help;
 pub use standard_output::{StandardOutput, complain};
 pub use suggestion::with_nearest_subcommand;
+pub use wrap::wrapped_line;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use std::io::IsTerminal as _;
