@@ -4,7 +4,7 @@ use crate::cli::exit::Exit;
 use crate::cli::manifests::{ManifestArguments, ManifestReader};
 use crate::cli::messages::{Failure, bad};
 use crate::cli::pipeline;
-use crate::cli::result::ResultArguments;
+use crate::cli::result_arguments::ResultArguments;
 use crate::outputs::sidecars;
 use crate::run::benchmark::{self, TimingError, time_table};
 use clap::Args;

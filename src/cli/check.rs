@@ -8,7 +8,7 @@ use crate::cli::messages::{Failure, bad, counted, describe, plural};
 use crate::cli::output::OutputArguments;
 use crate::cli::pipeline;
 use crate::cli::planner::{Planned, Planner};
-use crate::cli::result::ResultArguments;
+use crate::cli::result_arguments::ResultArguments;
 use crate::cli::step::Step;
 use crate::executor::progress::size;
 use crate::run::estimate::Estimate;

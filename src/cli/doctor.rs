@@ -2,7 +2,7 @@
 
 use crate::cli::exit::Exit;
 use crate::cli::messages::{Failure, existing_ancestor};
-use crate::cli::result::ResultArguments;
+use crate::cli::result_arguments::ResultArguments;
 use crate::executor::progress::size;
 use crate::run::memory::memory_bytes;
 use clap::Args;

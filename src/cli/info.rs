@@ -2,7 +2,7 @@
 
 use crate::cli::exit::Exit;
 use crate::cli::messages::{Failure, plural};
-use crate::cli::result::ResultArguments;
+use crate::cli::result_arguments::ResultArguments;
 use crate::executor::progress::size;
 use crate::run::recording;
 use clap::Args;

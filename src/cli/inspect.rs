@@ -2,7 +2,7 @@
 
 use crate::cli::exit::Exit;
 use crate::cli::messages::Failure;
-use crate::cli::result::ResultArguments;
+use crate::cli::result_arguments::ResultArguments;
 use crate::executor::progress::{ProgressDisplay, Verbosity};
 use crate::interrupt::Interrupt;
 use crate::run::RunError;

@@ -20,7 +20,7 @@ pub mod output;
 mod pipeline;
 mod planner;
 mod program;
-mod result;
+mod result_arguments;
 mod results;
 pub mod run;
 mod run_arguments;
@@ -32,7 +32,7 @@ use crate::cli::exit::{Exit, OF_RUN, exit_codes};
 use clap::Parser;
 use kinetoscope_usage::Ended;
 pub use program::Program;
-pub use result::ResultArguments;
+pub use result_arguments::ResultArguments;
 
 /// Run the experiment of a manifest: one MCAP recording per run, with every frame.
 #[derive(Debug, Parser)]

@@ -5,7 +5,7 @@ use crate::cli::live::LiveArguments;
 use crate::cli::manifests::ManifestArguments;
 use crate::cli::output::OutputArguments;
 use crate::cli::planner::Planner;
-use crate::cli::result::ResultArguments;
+use crate::cli::result_arguments::ResultArguments;
 use crate::executor::progress::Verbosity;
 use clap::Args;
 use std::num::NonZeroUsize;

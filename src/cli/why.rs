@@ -7,7 +7,7 @@ use crate::cli::messages::{Failure, bad, name_of};
 use crate::cli::output::OutputArguments;
 use crate::cli::pipeline;
 use crate::cli::planner::Planner;
-use crate::cli::result::ResultArguments;
+use crate::cli::result_arguments::ResultArguments;
 use crate::plan::Status;
 use crate::plan::why::Earlier;
 use clap::Args;
