@@ -16,7 +16,7 @@ use kinetoscope::cli::starter::{NewArguments, print_schema};
 use kinetoscope::cli::why::WhyArguments;
 use kinetoscope::cli::{Program, messages};
 use kinetoscope_analysis::cli::{self as analysis, AnalyzeArguments, ExportArguments};
-use kinetoscope_usage::Ended;
+use kinetoscope_usage::{Ended, with_nearest_subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use view::ViewArguments;
@@ -92,6 +92,7 @@ fn execute() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) => {
+            let error = with_nearest_subcommand(error, &Arguments::command());
             return match kinetoscope_usage::report(&error, &called()) {
                 Ended::Answered => Exit::Done,
                 Ended::Rejected => Exit::BadManifest,

@@ -1,11 +1,10 @@
 //! `benchmark`: the time of each run without recording, as a table.
 
-use crate::cli::ResultArguments;
 use crate::cli::exit::Exit;
 use crate::cli::manifests::{ManifestArguments, ManifestReader};
-use crate::cli::messages::Failure;
+use crate::cli::messages::{Failure, bad};
 use crate::cli::pipeline;
-use crate::cli::run::bad;
+use crate::cli::result_arguments::ResultArguments;
 use crate::outputs::sidecars;
 use crate::run::benchmark::{self, TimingError, time_table};
 use clap::Args;
@@ -38,7 +37,7 @@ impl BenchmarkArguments {
 
     fn measure(&self) -> Result<Exit, Failure> {
         if let Some(output) = self.output.as_deref().filter(|output| Address::is_one(output)) {
-            return Err(bad(&format!("the table cannot be written to {}", output.display()))
+            return Err(bad(format!("the table cannot be written to {}", output.display()))
                 .help("name a local folder with --output DIR"));
         }
         let overrides = self.manifest.overrides()?;
@@ -56,9 +55,7 @@ impl BenchmarkArguments {
             Failure::new(Exit::Retryable, format!("the table cannot be written: {error}"))
                 .help("make the folder writable, or name another one with --output DIR")
         })?;
-        if !self.result.json {
-            self.result.print(&format!("Wrote {}", path.display()), || Json::Null);
-        }
+        self.result.say(&format!("Wrote {}", path.display()));
         Ok(Exit::Done)
     }
 }

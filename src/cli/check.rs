@@ -2,13 +2,14 @@
 
 use crate::cli::executor::at_least_one;
 use crate::cli::exit::Exit;
-use crate::cli::experiment::{Planned, Planner};
+use crate::cli::expected_time;
 use crate::cli::manifests::{ManifestArguments, ManifestReader, NoRecording, expand};
-use crate::cli::messages::{Failure, counted, describe, plural};
+use crate::cli::messages::{Failure, bad, counted, describe, plural};
 use crate::cli::output::OutputArguments;
-use crate::cli::pipeline::{self, Step};
-use crate::cli::run::bad;
-use crate::cli::{ResultArguments, expected_time};
+use crate::cli::pipeline;
+use crate::cli::planner::{Planned, Planner};
+use crate::cli::result_arguments::ResultArguments;
+use crate::cli::step::Step;
 use crate::executor::progress::size;
 use crate::run::estimate::Estimate;
 use clap::Args;
@@ -45,7 +46,7 @@ impl CheckArguments {
 
     fn check_all(&self) -> Result<Exit, Failure> {
         let overrides = self.manifest.overrides()?;
-        let output = self.output.folder().map_err(|error| bad(&error.to_string()))?;
+        let output = self.output.folder()?;
         let reader = ManifestReader::new(output, None);
         let steps = pipeline::order(&expand(&self.manifests)?, &overrides, &reader)?;
         let (mut exit, mut checked, mut errors) = (Exit::Done, Vec::new(), Vec::new());
@@ -75,7 +76,7 @@ impl CheckArguments {
         reader: &ManifestReader<'_>,
     ) -> Result<Json, Failure> {
         if let Some(why) = reader.missing_start(step) {
-            self.say(&not_planned(step, why)?);
+            self.result.say(&not_planned(step, why)?);
             return Ok(json!({ "manifest": step.manifest, "pending": step.starts_from }));
         }
         let experiment = reader.read(&step.manifest, step.overrides(overrides))?;
@@ -84,14 +85,8 @@ impl CheckArguments {
         planned.reject_invalid_starts(&experiment)?;
         let rerun = planner.rerun(&experiment, &planned)?;
         let checked = Checked::new(&step.manifest, &experiment, &planned, rerun.as_ref());
-        self.say(&checked.text());
+        self.result.say(&checked.text());
         Ok(checked.json())
-    }
-
-    fn say(&self, text: &str) {
-        if !self.result.json {
-            self.result.print(text, || Json::Null);
-        }
     }
 }
 
@@ -108,8 +103,7 @@ pub(crate) fn not_planned(step: &Step, why: NoRecording) -> Result<String, Failu
         }
         NoRecording::Invalid(why) => {
             let what = format!("{manifest} cannot start: {why}");
-            Err(Failure::new(Exit::BadManifest, what)
-                .help("correct the manifest that it starts from"))
+            Err(bad(what).help("correct the manifest that it starts from"))
         }
         NoRecording::Missing(why) => {
             Ok(format!("{manifest}: planned when the run that it starts from is finished: {why}"))

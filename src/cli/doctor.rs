@@ -1,8 +1,8 @@
 //! `doctor`: reports the versions, the machine and what is missing for a run, with the remedy.
 
-use crate::cli::ResultArguments;
 use crate::cli::exit::Exit;
 use crate::cli::messages::{Failure, existing_ancestor};
+use crate::cli::result_arguments::ResultArguments;
 use crate::executor::progress::size;
 use crate::run::memory::memory_bytes;
 use clap::Args;

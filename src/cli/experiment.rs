@@ -1,20 +1,19 @@
 //! One experiment from its manifest to its recordings: the plan, the execution, and the errors of the runs.
 
-use crate::cli::Program;
 use crate::cli::check;
 use crate::cli::executor::{Executor, TaskOptions};
 use crate::cli::exit::Exit;
-use crate::cli::messages::{Failure, complain, describe, disk_shortage, name_of, plural, summary};
-use crate::cli::output::OutputArguments;
+use crate::cli::messages::{Failure, bad, complain, describe, disk_shortage, plural, summary};
+use crate::cli::planner::{Planned, Planner};
+use crate::cli::program::Program;
 use crate::cli::results::{self, RunResult};
-use crate::cli::run::{RunArguments, bad};
+use crate::cli::run_arguments::RunArguments;
 use crate::executor::cluster::queue;
 use crate::executor::cluster::scheduler::Engine;
 use crate::executor::local::{self, LocalPool};
 use crate::executor::progress::ProgressDisplay;
 use crate::interrupt::Interrupt;
 use crate::outputs::sidecars;
-use crate::outputs::upload::Uploader;
 use crate::plan::Plan;
 use crate::plan::prune::StaleFiles;
 use crate::run::{RunContext, RunReport};
@@ -26,95 +25,6 @@ use std::fs;
 use std::io;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-
-/// What decides the plan of an experiment.
-#[derive(Debug)]
-pub(crate) struct Planner<'a> {
-    pub(crate) output: &'a OutputArguments,
-    /// The keys of the runs to plan; all if `None`.
-    pub(crate) keys: Option<&'a [String]>,
-    pub(crate) force: bool,
-    pub(crate) jobs: Option<NonZeroUsize>,
-}
-
-/// A plan, and where its recordings go.
-#[derive(Debug)]
-pub(crate) struct Planned {
-    pub(crate) plan: Plan,
-    /// The object storage that recordings are uploaded to; `None` if they stay in the plan's folder.
-    pub(crate) depot: Option<Uploader>,
-    /// Runs in parallel.
-    pub(crate) jobs: usize,
-}
-
-impl Planner<'_> {
-    /// Plans an experiment.
-    pub(crate) fn plan(&self, experiment: &Experiment) -> Result<Planned, Failure> {
-        let folder = self.output.folder().map_err(|error| bad(&error.to_string()))?;
-        let depot = self.output.depot(&experiment.name).map_err(|error| bad(&error.to_string()))?;
-        let mut plan = match self.keys {
-            None => Plan::new(experiment, &folder, self.force),
-            Some(keys) => Plan::of_keys(experiment, &folder, self.force, keys).map_err(|key| {
-                bad(&format!("no run has the key {key}"))
-                    .help("submit the runs again: the manifest or the program has changed since")
-            })?,
-        };
-        if let Some(depot) = &depot {
-            depot.find(&mut plan, self.force).map_err(|error| {
-                Failure::new(Exit::of_storage(error.is_retryable()), error.to_string())
-            })?;
-        }
-        let processors = std::thread::available_parallelism().ok();
-        let jobs = self.jobs.or(processors).unwrap_or(NonZeroUsize::MIN).get();
-        let jobs = jobs.min(plan.to_do().len().max(1));
-        Ok(Planned { plan, depot, jobs })
-    }
-}
-
-impl Planner<'_> {
-    /// The plan of a rerun, if all runs of a plan are finished.
-    pub(crate) fn rerun(
-        &self,
-        experiment: &Experiment,
-        planned: &Planned,
-    ) -> Result<Option<Planned>, Failure> {
-        let is_finished = planned.plan.to_do().is_empty();
-        is_finished.then(|| Planner { force: true, ..*self }.plan(experiment)).transpose()
-    }
-}
-
-impl Planned {
-    /// Rejects a plan with a run that cannot be executed.
-    pub(crate) fn reject_invalid_starts(&self, experiment: &Experiment) -> Result<(), Failure> {
-        let refused: Vec<String> = self
-            .plan
-            .rejected()
-            .map(|(run, reason)| format!("{}: {reason}", name_of(run, experiment)))
-            .map(|error| Failure::with_remedy(Exit::BadManifest, error).text().to_owned())
-            .collect();
-        if refused.is_empty() {
-            return Ok(());
-        }
-        Err(Failure::rendered(Exit::BadManifest, refused.join("\n")))
-    }
-
-    /// Where the recordings are written, as the plan states it.
-    pub(crate) fn destination(&self) -> String {
-        let here = self.plan.folder.display().to_string();
-        match &self.depot {
-            None => here,
-            Some(depot) => format!("{} by way of {here}", depot.address()),
-        }
-    }
-
-    /// Where the recordings are in the end.
-    fn address(&self) -> String {
-        match &self.depot {
-            None => self.plan.folder.display().to_string(),
-            Some(depot) => depot.address().to_string(),
-        }
-    }
-}
 
 /// One experiment of a call of the program.
 pub(crate) struct Execution<'a> {
@@ -193,7 +103,7 @@ impl Execution<'_> {
         ];
         match options.iter().find(|(is_given, _)| *is_given) {
             Some((_, option)) if arguments.output.is_remote() => {
-                Err(bad(&format!("{option} needs a local folder, but the recordings go to s3://"))
+                Err(bad(format!("{option} needs a local folder, but the recordings go to s3://"))
                     .help(
                         "name a folder with --output DIR; other machines record to s3:// with the commands of --export-commands FILE",
                     ))
@@ -280,7 +190,7 @@ impl Execution<'_> {
         if let Some(live) = &live {
             self.say(&arguments.live.invitation(live, plan));
         }
-        let progress = ProgressDisplay::new(runs.len(), arguments.messages.verbosity());
+        let progress = ProgressDisplay::new(runs.len(), arguments.verbosity());
         let stop = || interrupt.is_raised();
         let results = local::run_all(
             &runs,
@@ -386,8 +296,7 @@ impl Execution<'_> {
         interrupt: &Interrupt,
     ) -> Result<Executed, Failure> {
         let plan = &planned.plan;
-        let progress =
-            ProgressDisplay::new(plan.to_do().len(), self.arguments.messages.verbosity());
+        let progress = ProgressDisplay::new(plan.to_do().len(), self.arguments.verbosity());
         let failed = |error: io::Error| {
             task_failure(&error, format!("no more tasks could be submitted: {error}"))
         };
@@ -455,7 +364,7 @@ impl Execution<'_> {
 /// The error of commands for other processes. A word that no shell script can contain is an error in the arguments.
 fn task_failure(error: &io::Error, what: String) -> Failure {
     if error.kind() == io::ErrorKind::InvalidInput {
-        return bad(&what).help("rename the file or folder, or change the value of --set");
+        return bad(what).help("rename the file or folder, or change the value of --set");
     }
     Failure::new(Exit::Retryable, what).help("run the same command again to resume")
 }

@@ -1,8 +1,8 @@
 //! `info`: reports what a file is; for a recording, its experiment, key, seed, versions, channels, frames and outcome.
 
-use crate::cli::ResultArguments;
 use crate::cli::exit::Exit;
 use crate::cli::messages::{Failure, plural};
+use crate::cli::result_arguments::ResultArguments;
 use crate::executor::progress::size;
 use crate::run::recording;
 use clap::Args;

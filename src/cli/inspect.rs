@@ -1,8 +1,8 @@
 //! `verify` and `compare`: recordings against a rerun, against their attestation, and against each other.
 
-use crate::cli::ResultArguments;
 use crate::cli::exit::Exit;
 use crate::cli::messages::Failure;
+use crate::cli::result_arguments::ResultArguments;
 use crate::executor::progress::{ProgressDisplay, Verbosity};
 use crate::interrupt::Interrupt;
 use crate::run::RunError;

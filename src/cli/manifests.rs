@@ -1,8 +1,8 @@
 //! Reads the manifests of the command line: files, folders, and the manifests that `start_from` names.
 
 use crate::cli::exit::Exit;
-use crate::cli::messages::{Failure, has_colors};
-use crate::cli::pipeline::Step;
+use crate::cli::messages::{Failure, bad, has_colors};
+use crate::cli::step::Step;
 use crate::plan::restart_files::StartFiles;
 use crate::plan::{Plan, Status};
 use clap::Args;
@@ -27,13 +27,14 @@ pub(crate) struct ManifestArguments {
 impl ManifestArguments {
     /// The overrides as the manifest takes them.
     pub(crate) fn overrides(&self) -> Result<Vec<Override>, Failure> {
-        let read = |text: &String| match text.split_once('=') {
-            Some((key, value)) => {
-                Ok(Override { key: key.trim().to_owned(), value: value.trim().to_owned() })
-            }
-            None => Err(Failure::new(Exit::BadManifest, format!("`--set {text}` has no value"))
-                .help("write KEY=VALUE, such as seed=7")),
-        };
+        let read =
+            |text: &String| match text.split_once('=') {
+                Some((key, value)) => {
+                    Ok(Override { key: key.trim().to_owned(), value: value.trim().to_owned() })
+                }
+                None => Err(bad(format!("`--set {text}` has no value"))
+                    .help("write KEY=VALUE, such as seed=7")),
+            };
         self.set.iter().map(read).collect()
     }
 }
@@ -48,7 +49,7 @@ pub(crate) fn expand(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
         }
         let entries = fs::read_dir(path).map_err(|error| {
             let what = format!("cannot read the folder {}: {error}", path.display());
-            Failure::new(Exit::BadManifest, what)
+            bad(what)
         })?;
         let mut found: Vec<PathBuf> = entries
             .flatten()
@@ -57,7 +58,7 @@ pub(crate) fn expand(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
             .collect();
         if found.is_empty() {
             let what = format!("the folder {} has no manifest (*.toml)", path.display());
-            return Err(Failure::new(Exit::BadManifest, what).help(CREATE_ONE));
+            return Err(bad(what).help(CREATE_ONE));
         }
         found.sort();
         manifests.append(&mut found);
@@ -147,12 +148,12 @@ impl<'a> ManifestReader<'a> {
         let source = read_text(manifest, MAX_MANIFEST_BYTES).map_err(|error| {
             if is_recording(manifest, &error) {
                 let what = format!("{} is a recording, not a manifest", manifest.display());
-                return Failure::new(Exit::BadManifest, what).help(
+                return bad(what).help(
                     "`kinetoscope info` reports what it contains; `kinetoscope verify` reruns it",
                 );
             }
             let what = format!("cannot read the manifest {}: {error}", manifest.display());
-            Failure::new(Exit::BadManifest, what).help(CREATE_ONE)
+            bad(what).help(CREATE_ONE)
         })?;
         let start_folder = self.start_folder(manifest);
         self.parse(&source, manifest, overrides, start_folder, &Cell::new(None)).map_err(

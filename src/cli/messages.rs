@@ -1,6 +1,5 @@
 //! Messages of the programs: the plan before the runs, the summary after them, errors and the next command.
 
-use crate::cli::Program;
 use crate::cli::exit::Exit;
 use crate::executor::cluster::task::quoted;
 use crate::executor::progress::size;
@@ -58,6 +57,11 @@ impl Failure {
         kinetoscope_usage::complain(&self.text, true);
         self.exit
     }
+}
+
+/// An error in the arguments.
+pub(crate) fn bad(what: impl Display) -> Failure {
+    Failure::new(Exit::BadManifest, what)
 }
 
 /// Prints a text of the program's own to standard output, as the result of a command.
@@ -205,18 +209,6 @@ pub(crate) fn disk_shortage(plan: &Plan, needed: u64, option: &str) -> Option<Fa
 pub(crate) fn existing_ancestor(path: &Path) -> Option<PathBuf> {
     let existing = path.ancestors().find(|path| path.as_os_str().is_empty() || path.is_dir())?;
     Some(if existing.as_os_str().is_empty() { PathBuf::from(".") } else { existing.to_owned() })
-}
-
-/// Formats the command that analyzes `destinations`, as the user can copy it.
-pub(crate) fn next_command(
-    program: &Program<'_>,
-    destinations: &[String],
-    is_remote: bool,
-) -> String {
-    let feature = if is_remote { " --features object-storage" } else { "" };
-    let command = program.analysis_command(feature);
-    let words: Vec<String> = destinations.iter().map(|destination| word(destination)).collect();
-    format!("\nNext:\n  {command} {}", words.join(" "))
 }
 
 /// Quotes a word of a command line to copy, if a shell requires it.

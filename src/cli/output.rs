@@ -1,10 +1,10 @@
 //! Options for where recordings are written: a folder, or object storage through a spool folder.
 
+use crate::cli::messages::{Failure, bad};
 use crate::executor::cluster::task::quoted;
 use crate::outputs::upload::Uploader;
 use clap::Args;
 use kinetoscope_object_storage::address::Address;
-use kinetoscope_object_storage::error::StoreError;
 use std::ffi::OsStr;
 use std::fs;
 use std::io;
@@ -34,16 +34,16 @@ impl OutputArguments {
         self.output.as_deref().unwrap_or(Path::new(USUAL))
     }
 
-    fn address(&self) -> Result<Option<Address>, StoreError> {
+    fn address(&self) -> Result<Option<Address>, Failure> {
         let text = self.output().to_string_lossy();
-        Address::is_one(self.output()).then(|| Address::parse(&text)).transpose()
+        Address::is_one(self.output()).then(|| Address::parse(&text)).transpose().map_err(bad)
     }
 
     /// The local folder below which runs are recorded; below the spool folder, each address has its own.
     ///
     /// # Errors
     /// An invalid address.
-    pub fn folder(&self) -> Result<PathBuf, StoreError> {
+    pub fn folder(&self) -> Result<PathBuf, Failure> {
         Ok(match self.address()? {
             None => self.output().to_owned(),
             Some(address) if address.prefix().is_empty() => self.spool.join(address.bucket()),
@@ -55,9 +55,9 @@ impl OutputArguments {
     ///
     /// # Errors
     /// An invalid address, or a program that was built without object storage.
-    pub fn depot(&self, experiment: &str) -> Result<Option<Uploader>, StoreError> {
+    pub fn depot(&self, experiment: &str) -> Result<Option<Uploader>, Failure> {
         let address = self.address()?.map(|address| address.below(experiment));
-        address.map(|address| Uploader::open(&address, self.keep_local)).transpose()
+        address.map(|address| Uploader::open(&address, self.keep_local)).transpose().map_err(bad)
     }
 
     /// Whether recordings are written to object storage.

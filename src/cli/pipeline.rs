@@ -1,23 +1,12 @@
 //! Pipelines of experiments: a manifest that `start_from` names runs before the manifest that names it.
 
-use crate::cli::exit::Exit;
 use crate::cli::manifests::{MAX_STARTS, ManifestReader, canonical};
-use crate::cli::messages::Failure;
+use crate::cli::messages::{Failure, bad};
+use crate::cli::step::Step;
 use kinetoscope_manifest::{Override, StartManifest, is_manifest_name, start_manifests};
 use kinetoscope_recording::regular_file::{MAX_MANIFEST_BYTES, read_text};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-
-/// One manifest of a pipeline.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Step {
-    /// The manifest.
-    pub(crate) manifest: PathBuf,
-    /// Whether the command line names it; otherwise another manifest starts from it.
-    pub(crate) is_named: bool,
-    /// The manifests that it starts from.
-    pub(crate) starts_from: Vec<PathBuf>,
-}
 
 /// Orders the manifests of the command line and those that they start from: each after those that it starts from.
 /// `overrides` belong to the manifests of the command line.
@@ -76,8 +65,7 @@ impl Search<'_> {
         if let Some(first) = self.trail.iter().position(|link| link.identity == identity) {
             let lines: Vec<String> = self.trail[first..].iter().map(Link::place).collect();
             let what = format!("the manifests start from each other\n  {}", lines.join("\n  "));
-            return Err(Failure::new(Exit::BadManifest, what)
-                .help("name a recording (*.mcap) in one of these lines"));
+            return Err(bad(what).help("name a recording (*.mcap) in one of these lines"));
         }
         if self.visited.contains(&identity) {
             return Ok(());
@@ -87,7 +75,7 @@ impl Search<'_> {
                 "more than {MAX_STARTS} manifests, of which each starts from the next\n  {}",
                 link.place()
             );
-            return Err(Failure::new(Exit::BadManifest, what).help(
+            return Err(bad(what).help(
                 "run the manifest that this line names first, and name its recording (*.mcap) here",
             ));
         }
@@ -122,7 +110,7 @@ impl Search<'_> {
                     manifest.display(),
                     link.place()
                 );
-                return Err(Failure::new(Exit::BadManifest, what)
+                return Err(bad(what)
                     .help("paths of start_from are relative to the folder of the manifest"));
             }
         };

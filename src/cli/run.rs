@@ -1,73 +1,19 @@
 //! `run`: executes the experiments of one or several manifests, each after those that it starts from.
 
-use crate::cli::executor::{ExecutorArguments, at_least_one};
+use crate::cli::check;
 use crate::cli::exit::Exit;
-use crate::cli::experiment::{Executed, Execution, Planner};
-use crate::cli::live::LiveArguments;
-use crate::cli::manifests::{ManifestArguments, ManifestReader, NoRecording, canonical, expand};
-use crate::cli::messages::{Failure, next_command, plural, word};
-use crate::cli::output::OutputArguments;
-use crate::cli::pipeline::{self, Step};
-use crate::cli::{MessageArguments, Program, check};
+use crate::cli::experiment::{Executed, Execution};
+use crate::cli::manifests::{ManifestReader, NoRecording, canonical, expand};
+use crate::cli::messages::{Failure, bad, plural, word};
+use crate::cli::pipeline;
+use crate::cli::program::Program;
+pub use crate::cli::run_arguments::{ExecutionArguments, RunArguments};
+use crate::cli::step::Step;
 use crate::interrupt::Interrupt;
-use clap::Args;
 use kinetoscope_manifest::{Experiment, Override};
 use serde_json::json;
 use std::cell::OnceCell;
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
-
-/// Run the experiments of manifests: one MCAP recording per run, with every frame.
-#[derive(Debug, Args)]
-pub struct RunArguments {
-    /// Manifests (TOML files), or folders of manifests
-    #[arg(required = true, value_name = "MANIFEST")]
-    manifests: Vec<PathBuf>,
-    #[command(flatten)]
-    pub(crate) manifest: ManifestArguments,
-    #[command(flatten)]
-    pub(crate) output: OutputArguments,
-    #[command(flatten)]
-    pub(crate) execution: ExecutionArguments,
-    #[command(flatten)]
-    pub(crate) executor: ExecutorArguments,
-    #[command(flatten)]
-    pub(crate) live: LiveArguments,
-    #[command(flatten)]
-    pub(crate) messages: MessageArguments,
-}
-
-/// Which runs are executed on this machine, and how many at the same time.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Execution")]
-pub struct ExecutionArguments {
-    /// Number of runs to execute in parallel [default: number of CPUs]
-    #[arg(long, value_name = "N", value_parser = at_least_one::<NonZeroUsize>)]
-    pub(crate) jobs: Option<NonZeroUsize>,
-    /// Number of threads per run [default: number of CPUs divided by the number of parallel runs]
-    #[arg(long, value_name = "N", value_parser = at_least_one::<NonZeroUsize>)]
-    pub(crate) threads: Option<NonZeroUsize>,
-    /// Rerun finished runs
-    #[arg(long)]
-    pub(crate) force: bool,
-    /// Time between checkpoints of a run, which resumes from the last one after a kill
-    #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = seconds)]
-    pub(crate) checkpoint_every: Duration,
-    /// After all runs, remove recordings and partial files that the manifest no longer describes, plots that show them, and
-    /// temporary files that killed programs left a day ago
-    #[arg(long)]
-    pub(crate) prune: bool,
-    /// Print what `kinetoscope check` prints, and stop
-    #[arg(long)]
-    pub(crate) dry_run: bool,
-}
-
-/// Parses a duration of the command line.
-fn seconds(text: &str) -> Result<Duration, String> {
-    let seconds = text.parse().map_err(|_| "write a number of seconds, such as 5".to_owned())?;
-    Duration::try_from_secs_f64(seconds).map_err(|error| error.to_string())
-}
 
 /// An experiment that was read before the first run, or the errors in its manifest.
 enum Reading {
@@ -88,7 +34,7 @@ impl RunArguments {
         let overrides = self.manifest.overrides()?;
         let manifests = expand(&self.manifests)?;
         self.reject_several(&manifests)?;
-        let output = self.output.folder().map_err(|error| bad(&error.to_string()))?;
+        let output = self.output.folder()?;
         let start_from_dir = self.executor.start_from_dir.as_deref();
         let reader = ManifestReader::new(output, start_from_dir);
         let steps = pipeline::order(&manifests, &overrides, &reader)?;
@@ -123,7 +69,7 @@ impl RunArguments {
             Some((_, option)) if manifests.len() > 1 => {
                 let given = plural(manifests.len() as u64, "manifest");
                 let what = format!("{option} takes one manifest, found {given}");
-                Err(bad(&what).help("call the program once for each manifest"))
+                Err(bad(what).help("call the program once for each manifest"))
             }
             _ => Ok(()),
         }
@@ -153,7 +99,7 @@ impl RunArguments {
                             other.display(),
                             step.manifest.display()
                         );
-                        errors.push(bad(&what).help("set `name` in one of them").text().to_owned());
+                        errors.push(bad(what).help("set `name` in one of them").text().to_owned());
                     }
                     if let Some(failure) = several_starts(step, steps, &experiment) {
                         errors.push(failure.text().to_owned());
@@ -169,22 +115,6 @@ impl RunArguments {
         }
         Err(Failure::rendered(Exit::BadManifest, errors.join("\n\n")))
     }
-
-    pub(crate) fn planner(&self) -> Planner<'_> {
-        Planner {
-            output: &self.output,
-            keys: self.executor.only_keys.as_deref(),
-            force: self.execution.force,
-            jobs: self.execution.jobs,
-        }
-    }
-}
-
-impl Step {
-    /// The overrides of its manifest: those of the command line belong to the manifests that it names.
-    pub(crate) fn overrides<'a>(&self, overrides: &'a [Override]) -> &'a [Override] {
-        if self.is_named { overrides } else { &[] }
-    }
 }
 
 /// The error if another manifest starts from an experiment with several runs.
@@ -199,7 +129,7 @@ fn several_starts(step: &Step, steps: &[Step], experiment: &Experiment) -> Optio
         step.manifest.display(),
         experiment.runs.len()
     );
-    Some(bad(&what).help("name the recording (*.mcap) of one of its runs"))
+    Some(bad(what).help("name the recording (*.mcap) of one of its runs"))
 }
 
 /// One call of the program, with what has been executed so far.
@@ -271,8 +201,9 @@ impl Session<'_> {
                 .help(format!("execute the commands of {}, then repeat this one", file.display())),
             (NoRecording::Missing(_), None) => Failure::new(Exit::Retryable, what)
                 .help("repeat the command when that run can be finished"),
-            (NoRecording::Invalid(_), _) => Failure::new(Exit::BadManifest, what)
-                .help("correct the manifest that it starts from"),
+            (NoRecording::Invalid(_), _) => {
+                bad(what).help("correct the manifest that it starts from")
+            }
         }
     }
 
@@ -289,7 +220,7 @@ impl Session<'_> {
             self.executed.iter().filter_map(|executed| executed.destination.clone()).collect();
         if exit == Exit::Done && !destinations.is_empty() {
             let is_remote = self.executed.iter().any(|executed| executed.is_remote);
-            let mut next = next_command(self.program, &destinations, is_remote);
+            let mut next = self.program.next_command(&destinations, is_remote);
             if let ([executed], true) = (self.executed.as_slice(), is_remote) {
                 let folder = Path::new("recordings").join(&executed.name);
                 next += &format!(" --output {}", word(&folder.display().to_string()));
@@ -297,9 +228,4 @@ impl Session<'_> {
             messages.say(&next);
         }
     }
-}
-
-/// An error in the arguments.
-pub(crate) fn bad(what: &str) -> Failure {
-    Failure::new(Exit::BadManifest, what)
 }

@@ -2,12 +2,12 @@
 
 use crate::cli::check::not_planned;
 use crate::cli::exit::Exit;
-use crate::cli::experiment::Planner;
 use crate::cli::manifests::{ManifestArguments, ManifestReader};
-use crate::cli::messages::{Failure, name_of};
+use crate::cli::messages::{Failure, bad, name_of};
 use crate::cli::output::OutputArguments;
-use crate::cli::run::bad;
-use crate::cli::{ResultArguments, pipeline};
+use crate::cli::pipeline;
+use crate::cli::planner::Planner;
+use crate::cli::result_arguments::ResultArguments;
 use crate::plan::Status;
 use crate::plan::why::Earlier;
 use clap::Args;
@@ -41,7 +41,7 @@ impl WhyArguments {
                 .help("name a folder of recordings with --output DIR"));
         }
         let overrides = self.manifest.overrides()?;
-        let output = self.output.folder().map_err(|error| bad(&error.to_string()))?;
+        let output = self.output.folder()?;
         let reader = ManifestReader::new(output, None);
         let steps = pipeline::order(std::slice::from_ref(&self.path), &overrides, &reader)?;
         let own = steps.iter().find(|step| step.is_named);

@@ -5,11 +5,15 @@ mod internal_error;
 mod old_flags;
 mod remedy;
 mod standard_output;
+mod suggestion;
 pub mod text;
+mod wrap;
 
 pub use internal_error::{INTERNAL_ERROR, catch_internal_errors};
 pub use remedy::with_help;
 pub use standard_output::{StandardOutput, complain};
+pub use suggestion::with_nearest_subcommand;
+pub use wrap::wrapped_line;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use std::io::IsTerminal as _;
@@ -121,16 +125,17 @@ fn best_text(value: &ContextValue) -> Option<String> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test may panic")]
 mod tests {
-    use super::message;
+    use super::{message, with_nearest_subcommand};
     use clap::{Arg, ArgAction, Command};
 
     fn error(arguments: &[&str]) -> String {
         let command = Command::new("program")
             .arg(Arg::new("force").long("force").action(ArgAction::SetTrue))
             .arg(Arg::new("time-limit").long("time-limit"))
-            .subcommands(["schema", "check", "verify"].map(Command::new));
+            .subcommands(["run", "schema", "check", "verify"].map(Command::new));
         let words = std::iter::once("program").chain(arguments.iter().copied());
-        message(&command.try_get_matches_from(words).unwrap_err(), "program")
+        let error = command.clone().try_get_matches_from(words).unwrap_err();
+        message(&with_nearest_subcommand(error, &command), "program")
     }
 
     #[test]
@@ -164,6 +169,10 @@ mod tests {
     fn misspelled_subcommand_names_the_nearest() {
         let expected = "error: unknown subcommand `verfy`\nhelp: did you mean `verify`?";
         assert_eq!(error(&["verfy"]), expected);
-        assert!(error(&["chek"]).ends_with("did you mean `check`?"));
+        for (written, meant) in [("chek", "check"), ("rn", "run"), ("urn", "run"), ("runn", "run")]
+        {
+            assert!(error(&[written]).ends_with(&format!("did you mean `{meant}`?")), "{written}");
+        }
+        assert!(error(&["simulate"]).ends_with("`program --help` lists the subcommands"));
     }
 }

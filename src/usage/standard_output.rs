@@ -1,7 +1,8 @@
 //! Standard output and standard error of the three programs.
 
 use crate::text;
-use std::io::{self, ErrorKind, Write as _};
+use crate::wrap::wrapped_messages;
+use std::io::{self, ErrorKind, IsTerminal as _, Write as _};
 use std::sync::OnceLock;
 
 /// Standard output. The first write that fails is kept, and nothing is written after it: the command ends with exit code 75. A
@@ -55,8 +56,15 @@ impl StandardOutput {
     }
 }
 
-/// Prints a line to standard error, with control characters and commands of a CI system escaped. If it is closed, the exit
-/// code still reports the error.
+/// Minimum width of a message.
+const MIN_WIDTH: usize = 40;
+
+/// Prints a line to standard error, with control characters and commands of a CI system escaped. On a terminal, errors and
+/// their help are wrapped; in a file or a pipe, each stays on one line. If standard error is closed, the exit code still reports the
+/// error.
 pub fn complain(text: &str, has_styles: bool) {
-    let _ = writeln!(io::stderr(), "{}", text::output(text, has_styles));
+    let mut output = io::stderr().lock();
+    let size = terminal_size::terminal_size_of(&output).filter(|_| output.is_terminal());
+    let wrapped = size.map(|(width, _)| wrapped_messages(text, MIN_WIDTH.max(width.0.into())));
+    let _ = writeln!(output, "{}", text::output(wrapped.as_deref().unwrap_or(text), has_styles));
 }

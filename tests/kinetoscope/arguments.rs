@@ -83,6 +83,7 @@ fn misspelled_names_name_the_nearest() {
             &["verfy", "x.mcap"] as &[&str],
             "error: unknown subcommand `verfy`\nhelp: did you mean `verify`?\n",
         ),
+        (&["rn", "x.toml"], "error: unknown subcommand `rn`\nhelp: did you mean `run`?\n"),
         (
             &["zzz"],
             "error: unknown subcommand `zzz`\nhelp: `kinetoscope --help` lists the subcommands\n",

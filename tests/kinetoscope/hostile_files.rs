@@ -1,4 +1,5 @@
-//! Guarantee: `info` reports what any file is, ends with exit code 5 unless it is a finished recording, and never panics.
+//! Guarantee: `info` reports what any file is, ends with exit code 5 unless it is a finished recording, and never panics; `analyze` names
+//! what it cannot read.
 
 use super::{Bench, Called};
 use std::fs;
@@ -33,6 +34,11 @@ fn files_that_are_not_recordings_are_named() {
         assert_reported(&bench.call(&["info", name]), what);
         let json = bench.call(&["info", "--json", name]);
         assert!(json.json()["error"].as_str().unwrap().starts_with("error: "), "{}", json.out);
+    }
+    let expected = "error: manifest.toml is not an MCAP file\nhelp: name a recording (*.mcap)\n";
+    for option in ["--no-replay", "--quiet", "--json"] {
+        let called = bench.call(&["analyze", option, "manifest.toml"]);
+        assert_eq!((called.code, called.err.as_str()), (Some(5), expected), "{option}");
     }
     fs::create_dir(bench.path("folder")).unwrap();
     assert_reported(&bench.call(&["info", "folder"]), "is a folder with 0 recordings");

@@ -1,14 +1,14 @@
 //! The command `kinetoscope export`: recordings in the formats of other programs, or as a small picture.
 
 use super::exit::CommandError;
-use super::{AnalysisExit, concluded, export_all};
+use super::{AnalysisExit, complain_unreadable, concluded, export_all};
 use crate::export::{self, ExportFormat};
 use crate::input::recording::with_frame_limit;
 use crate::input::{self, RecordingFolder};
 use crate::thumbnail::{ThumbnailFormat, ThumbnailOptions, thumbnail};
 use crate::write_file;
 use clap::ValueEnum as _;
-use kinetoscope_usage::{StandardOutput, complain};
+use kinetoscope_usage::StandardOutput;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::num::NonZeroU32;
@@ -107,7 +107,7 @@ impl ExportArguments {
             let say = |line: &str| self.say(line);
             exports.extend(export_all(source, &self.format, &folder, say, &mut unreadable)?);
         }
-        unreadable.iter().for_each(|why| complain(&format!("error: {why}"), false));
+        unreadable.iter().for_each(|why| complain_unreadable(why));
         let exit =
             if unreadable.is_empty() { AnalysisExit::Done } else { AnalysisExit::Unreadable };
         self.print_json(

@@ -144,7 +144,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
     }
     if arguments.cache_only {
         let errors = fill_caches(sources, |folder| analysis_options(arguments, folder));
-        errors.iter().for_each(|error| complain(&format!("error: {error}"), false));
+        errors.iter().for_each(|why| complain_unreadable(why));
         let exit = if errors.is_empty() { AnalysisExit::Done } else { AnalysisExit::Unreadable };
         return Ok(exit);
     }
@@ -353,17 +353,15 @@ fn write_table(
     Ok(format!("{}\n", terminal.wrapped(&line, 2)))
 }
 
-/// Prints a summary of failures and returns the worst exit code.
+/// Prints what is unreadable and a summary of failures, and returns the worst exit code.
 fn conclude(analyzed: &[Analyzed], terminal: Terminal) -> AnalysisExit {
     let results = |of_outcomes: bool| {
         let all = analyzed.iter().flat_map(|one| &one.report.check_results);
         all.filter(move |result| (result.kind == CheckKind::Outcome) == of_outcomes)
     };
-    let unreadable: usize = analyzed.iter().map(|one| one.report.unreadable.len()).sum();
-    if unreadable > 0 {
-        let line = format!("{unreadable} unreadable: see above");
-        complain(&terminal.paint(Style::Bad, &line), terminal.colors);
-    }
+    let unreadable: Vec<&String> =
+        analyzed.iter().flat_map(|one| &one.report.unreadable).collect();
+    unreadable.iter().for_each(|why| complain_unreadable(why));
     let mut has_failed = false;
     for (of_outcomes, what) in
         [(true, "runs ended otherwise than expected"), (false, "checks failed")]
@@ -378,7 +376,13 @@ fn conclude(analyzed: &[Analyzed], terminal: Terminal) -> AnalysisExit {
     if has_failed {
         return AnalysisExit::CheckFailed;
     }
-    if unreadable > 0 { AnalysisExit::Unreadable } else { AnalysisExit::Done }
+    if unreadable.is_empty() { AnalysisExit::Done } else { AnalysisExit::Unreadable }
+}
+
+/// Prints why an input cannot be read, and what to do. The first line ends with the remedy; the errors of a manifest may follow.
+fn complain_unreadable(why: &str) {
+    let (what, details) = why.split_at(why.find('\n').unwrap_or(why.len()));
+    complain(&format!("error: {}{details}", with_help(what)), false);
 }
 
 fn read_checks(path: &Path) -> Result<Vec<Check>, String> {

@@ -195,7 +195,7 @@ impl RecordingFolder {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return,
             Err(error) => {
                 self.unreadable.push(format!(
-                    "{}: {error}; its recordings are read without it",
+                    "{}: {error}; its recordings are read without it. Run the experiment again to write it again",
                     path.display()
                 ));
                 return;

@@ -54,7 +54,7 @@ pub(crate) fn opened(recording: Recording) -> Result<OpenRun, UnreadableRecordin
     let manifest = parse_run(&canonical).map_err(|diagnostics| {
         let path = path.display();
         UnreadableRecording(format!(
-            "{path}: its manifest is not one that this version reads; no frame was read\n{diagnostics}"
+            "{path}: its manifest is not one that this version reads; no frame was read. Use the program that wrote it\n{diagnostics}"
         ))
     })?;
     let file = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into());

@@ -291,11 +291,22 @@ pub(crate) fn fixed_energy_speed(discs: f64) -> f64 {
 mod tests {
     use super::*;
 
+    /// Compares Z at each packing fraction with a simulated value and its standard error; `allowed` is computed from Z and the error.
+    fn assert_compressibilities(rows: &[(f64, f64, f64)], allowed: impl Fn(f64, f64) -> f64) {
+        for &(fraction, simulated, error) in rows {
+            let z = StateEquation::at(fraction).compressibility;
+            assert!(
+                (z - simulated).abs() < allowed(z, error),
+                "{fraction}: {z} against {simulated}"
+            );
+        }
+    }
+
     /// Source: Kolafa and Rottner 2006, table 1: number density, Z and its standard error, extrapolated to infinite size.
     /// Control: Henderson's equation, which deviates by up to 0.6 %.
     #[test]
     fn equation_of_state_agrees_with_its_source() {
-        for (density, simulated, error) in [
+        let rows = [
             (0.40, 2.151_439_3, 5.2e-6),
             (0.50, 2.760_123_5, 7.9e-6),
             (0.60, 3.663_691, 1.2e-5),
@@ -303,20 +314,20 @@ mod tests {
             (0.80, 7.476_491, 3.6e-5),
             (0.84, 8.866_011, 5.9e-5),
             (0.88, 10.230_9, 3e-4),
-        ] {
-            let fraction = PI / 4.0 * density;
-            let z = StateEquation::at(fraction).compressibility;
-            assert!((z - simulated).abs() < 1.5 * error, "{density}: {z}");
+        ]
+        .map(|(density, simulated, error)| (PI / 4.0 * density, simulated, error));
+        assert_compressibilities(&rows, |_, error| 1.5 * error);
+        for (fraction, simulated, _) in rows {
             let free = 1.0 - fraction;
             let henderson = (1.0 + fraction * fraction / 8.0) / (free * free);
-            assert!((henderson / simulated - 1.0).abs() > STATE_EQUATION_ACCURACY, "{density}");
+            assert!((henderson / simulated - 1.0).abs() > STATE_EQUATION_ACCURACY, "{fraction}");
         }
     }
 
     /// Source: independent event-driven programs, N = 1e4: Z and its standard error.
     #[test]
     fn equation_of_state_agrees_with_independent_programs() {
-        for (fraction, simulated, error) in [
+        let rows = [
             (0.1, 1.236_15, 9e-5),
             (0.2, 1.570_2, 2e-4),
             (0.3, 2.063_3, 2e-4),
@@ -324,11 +335,10 @@ mod tests {
             (0.5, 4.106, 1e-3),
             (0.6, 6.454, 2e-3),
             (0.65, 8.406, 2e-3),
-        ] {
-            let z = StateEquation::at(fraction).compressibility;
-            let allowed = 3.0 * f64::hypot(error, STATE_EQUATION_ACCURACY * z);
-            assert!((z - simulated).abs() < allowed, "{fraction}: {z} against {simulated}");
-        }
+        ];
+        assert_compressibilities(&rows, |z, error| {
+            3.0 * f64::hypot(error, STATE_EQUATION_ACCURACY * z)
+        });
     }
 
     #[test]

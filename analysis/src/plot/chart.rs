@@ -121,7 +121,7 @@ impl Chart {
         let plot_height = if self.equal_aspect { 480 } else { PLOT_HEIGHT };
         if self.equal_aspect {
             let plot_width = WIDTH - left_labels(&y) - RIGHT_MARGIN;
-            self.equalise(&mut x, &mut y, f64::from(plot_width) / f64::from(plot_height));
+            self.equalize(&mut x, &mut y, f64::from(plot_width) / f64::from(plot_height));
         }
         let height = TITLE_HEIGHT + legend_height + plot_height + BOTTOM_LABELS + 10;
         let remark_height = if self.remark.is_empty() { 0 } else { REMARK_HEIGHT };
@@ -173,7 +173,7 @@ impl Chart {
     }
 
     /// Makes both scales equal by widening the shorter range; `shape` is width over height.
-    fn equalise(&self, x: &mut Layout, y: &mut Layout, shape: f64) {
+    fn equalize(&self, x: &mut Layout, y: &mut Layout, shape: f64) {
         let exponent = x.exponent().max(y.exponent());
         x.adopt_exponent(&self.x, exponent);
         y.adopt_exponent(&self.y, exponent);

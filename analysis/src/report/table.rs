@@ -3,6 +3,7 @@
 use crate::metric::{Deviation, Metric};
 use crate::plot::{short_number, three_digits};
 use kinetoscope_usage::text::visible;
+use kinetoscope_usage::wrapped_line;
 
 /// Width and color support of the terminal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,22 +48,12 @@ impl Terminal {
     pub(crate) fn wrapped(&self, text: &str, indent: usize) -> String {
         let mut lines: Vec<String> = Vec::new();
         for paragraph in visible(text).lines() {
-            let mut line = String::new();
             // Lines of an underlined manifest are not wrapped.
             if paragraph.starts_with(' ') || paragraph.contains('|') {
                 lines.push(paragraph.to_owned());
                 continue;
             }
-            for word in paragraph.split_whitespace() {
-                let length = line.chars().count() + 1 + word.chars().count();
-                if length > self.width && !line.trim().is_empty() {
-                    lines.push(std::mem::replace(&mut line, " ".repeat(indent)));
-                } else if !line.trim().is_empty() {
-                    line.push(' ');
-                }
-                line.push_str(word);
-            }
-            lines.push(line);
+            lines.push(wrapped_line(paragraph, self.width, indent));
         }
         lines.join("\n")
     }

@@ -34,10 +34,6 @@ impl AnalysisReport {
             let note = format!("note: {}", one_line(note));
             let _ = writeln!(text, "{}", terminal.wrapped(&note, 2));
         }
-        for why in &self.unreadable {
-            let line = terminal.wrapped(&format!("unreadable: {why}"), 2);
-            let _ = writeln!(text, "{}", terminal.paint(Style::Bad, &line));
-        }
         for (title, metrics) in self.sections() {
             let _ = writeln!(text, "\n{}", terminal.wrapped(&one_line(&title), 2));
             if !metrics.is_empty() {

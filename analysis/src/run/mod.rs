@@ -169,7 +169,7 @@ pub fn analyze(
     };
     if frames == 0 {
         let path = run.recording().path().display();
-        return Err(UnreadableRecording(format!("{path} holds no frame")));
+        return Err(UnreadableRecording(format!("{path} holds no frame. Run its manifest again")));
     }
     let mut measurements = Measurements::default();
     observer.measure(&mut measurements);

@@ -4,6 +4,8 @@
 
 // Recordings with known numbers, written without physics.
 mod synthetic;
+// The orbit exercise, integrated without the physics package.
+mod orbit_exercise;
 
 // Metrics of gas and DEM equal the closed forms behind the frames.
 mod gas_and_dem_metrics_equal_closed_forms;

@@ -4,30 +4,20 @@
 //! Control: temperatures that do not follow Haff's law are found.
 #![allow(clippy::disallowed_methods, missing_docs, reason = "closed forms need std's maths")]
 
+use crate::orbit_exercise::{START, step};
 use crate::synthetic::{Folder, Frames};
 use kinetoscope_manifest::RunManifest;
-use kinetoscope_manifest::model::{ModelConfig, OrbitIntegrator};
+use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_recording::channels::{
     OrbitElements, PackingCollisions, PackingPressure, PerCollision,
 };
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::recorder::Clock;
 
-/// Gravitational constant times the Sun's mass, AU^3/day^2, and the state (orbit exercise 14to4).
-const GM: f64 = 2.959_122_082_322_128e-4;
-const START: [f64; 6] = [
-    -1.813_068_419_866_209e-1,
-    9.642_197_733_507_97e-1,
-    -6.850_809_238_551_276e-5,
-    -1.718_334_419_397_708e-2,
-    -3.209_800_047_122_614e-3,
-    6.736_104_268_755_766e-9,
-];
-
 fn orbit_frames(run: &RunManifest) -> Frames {
     let ModelConfig::Orbit(config) = &run.model else { panic!("expected the orbit model") };
-    let step = config.time_step_days.get();
-    let steps = (config.duration_days.get() / step + 1e-9).floor() as u64;
+    let h = config.time_step_days.get();
+    let steps = (config.duration_days.get() / h + 1e-9).floor() as u64;
     let every = (steps / 100).max(1);
     let mut state = START;
     let mut frames = Vec::new();
@@ -37,36 +27,11 @@ fn orbit_frames(run: &RunManifest) -> Frames {
             frame.push_state(&state);
             // The phase error stays below half a turn.
             frame.push(&OrbitElements { min_radius_au: 1.0, ..OrbitElements::default() });
-            frames.push((Clock { count, time: count as f64 * step }, frame));
+            frames.push((Clock { count, time: count as f64 * h }, frame));
         }
-        match config.integrator {
-            OrbitIntegrator::ExplicitEuler => {
-                let kick = acceleration(&state);
-                for axis in 0..3 {
-                    state[axis] += state[axis + 3] * step;
-                    state[axis + 3] += kick[axis] * step;
-                }
-            }
-            _ => {
-                for half in [true, false] {
-                    let kick = acceleration(&state);
-                    for axis in 0..3 {
-                        state[axis + 3] += kick[axis] * step / 2.0;
-                        if half {
-                            state[axis] += state[axis + 3] * step;
-                        }
-                    }
-                }
-            }
-        }
+        step(config.integrator, &mut state, h);
     }
     frames
-}
-
-fn acceleration(state: &[f64; 6]) -> [f64; 3] {
-    let radius = (state[0] * state[0] + state[1] * state[1] + state[2] * state[2]).sqrt();
-    let factor = -GM / (radius * radius * radius);
-    [factor * state[0], factor * state[1], factor * state[2]]
 }
 
 /// Source: 40-digit arithmetic, explicit Euler at dt = 0.25 d over 365.25 d. Tolerance: f64 against it, 2e-11.

@@ -51,7 +51,8 @@ fn foreign_and_empty_files_are_named_and_the_rest_is_analyzed() {
     for index in [0, 1] {
         assert!(flat(&output.text).contains(&folder.files[index]), "{}", output.text);
     }
-    assert!(flat(&output.text).contains("is not an MCAP file"), "{}", output.text);
+    let error = "is not an MCAP file\nhelp: name a recording (*.mcap)\n";
+    assert!(output.text.contains(error), "{}", output.text);
     let metrics = folder.written();
     assert_eq!(metrics.all("pressure.measured").len(), 1);
     metrics.assert_near("pressure.measured", 3.0, 0.0);

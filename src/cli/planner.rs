@@ -1,0 +1,96 @@
+//! The plan of an experiment for the arguments of a command, and where its recordings go.
+
+use crate::cli::exit::Exit;
+use crate::cli::messages::{Failure, bad, name_of};
+use crate::cli::output::OutputArguments;
+use crate::outputs::upload::Uploader;
+use crate::plan::Plan;
+use kinetoscope_manifest::Experiment;
+use std::num::NonZeroUsize;
+
+/// What decides the plan of an experiment.
+#[derive(Debug)]
+pub(crate) struct Planner<'a> {
+    pub(crate) output: &'a OutputArguments,
+    /// The keys of the runs to plan; all if `None`.
+    pub(crate) keys: Option<&'a [String]>,
+    pub(crate) force: bool,
+    pub(crate) jobs: Option<NonZeroUsize>,
+}
+
+/// A plan, and where its recordings go.
+#[derive(Debug)]
+pub(crate) struct Planned {
+    pub(crate) plan: Plan,
+    /// The object storage that recordings are uploaded to; `None` if they stay in the plan's folder.
+    pub(crate) depot: Option<Uploader>,
+    /// Runs in parallel.
+    pub(crate) jobs: usize,
+}
+
+impl Planner<'_> {
+    /// Plans an experiment.
+    pub(crate) fn plan(&self, experiment: &Experiment) -> Result<Planned, Failure> {
+        let folder = self.output.folder()?;
+        let depot = self.output.depot(&experiment.name)?;
+        let mut plan = match self.keys {
+            None => Plan::new(experiment, &folder, self.force),
+            Some(keys) => Plan::of_keys(experiment, &folder, self.force, keys).map_err(|key| {
+                bad(format!("no run has the key {key}"))
+                    .help("submit the runs again: the manifest or the program has changed since")
+            })?,
+        };
+        if let Some(depot) = &depot {
+            depot.find(&mut plan, self.force).map_err(|error| {
+                Failure::new(Exit::of_storage(error.is_retryable()), error.to_string())
+            })?;
+        }
+        let processors = std::thread::available_parallelism().ok();
+        let jobs = self.jobs.or(processors).unwrap_or(NonZeroUsize::MIN).get();
+        let jobs = jobs.min(plan.to_do().len().max(1));
+        Ok(Planned { plan, depot, jobs })
+    }
+
+    /// The plan of a rerun, if all runs of a plan are finished.
+    pub(crate) fn rerun(
+        &self,
+        experiment: &Experiment,
+        planned: &Planned,
+    ) -> Result<Option<Planned>, Failure> {
+        let is_finished = planned.plan.to_do().is_empty();
+        is_finished.then(|| Planner { force: true, ..*self }.plan(experiment)).transpose()
+    }
+}
+
+impl Planned {
+    /// Rejects a plan with a run that cannot be executed.
+    pub(crate) fn reject_invalid_starts(&self, experiment: &Experiment) -> Result<(), Failure> {
+        let refused: Vec<String> = self
+            .plan
+            .rejected()
+            .map(|(run, reason)| format!("{}: {reason}", name_of(run, experiment)))
+            .map(|error| Failure::with_remedy(Exit::BadManifest, error).text().to_owned())
+            .collect();
+        if refused.is_empty() {
+            return Ok(());
+        }
+        Err(Failure::rendered(Exit::BadManifest, refused.join("\n")))
+    }
+
+    /// Where the recordings are written, as the plan states it.
+    pub(crate) fn destination(&self) -> String {
+        let here = self.plan.folder.display().to_string();
+        match &self.depot {
+            None => here,
+            Some(depot) => format!("{} by way of {here}", depot.address()),
+        }
+    }
+
+    /// Where the recordings are in the end.
+    pub(crate) fn address(&self) -> String {
+        match &self.depot {
+            None => self.plan.folder.display().to_string(),
+            Some(depot) => depot.address().to_string(),
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! The program that the user called, for the commands that its messages name.
+
+use crate::cli::analysis::{Analysis, AnalysisProgram};
+use crate::cli::messages::word;
+use std::path::PathBuf;
+
+/// The program that the user called.
+pub struct Program<'a> {
+    /// The subcommand that executes runs; `None` in `run-experiment`, which does nothing else.
+    pub(crate) run_subcommand: Option<&'static str>,
+    pub(crate) analysis: &'a dyn Analysis,
+}
+
+impl<'a> Program<'a> {
+    /// `run-experiment`, which starts the program `analyze-recordings`.
+    #[must_use]
+    pub fn run_experiment() -> Self {
+        Self { run_subcommand: None, analysis: &AnalysisProgram }
+    }
+
+    /// `kinetoscope`, which links the analysis.
+    #[must_use]
+    pub fn kinetoscope(analysis: &'a dyn Analysis) -> Self {
+        Self { run_subcommand: Some("run"), analysis }
+    }
+
+    /// The command of the analysis, as the user called this program: through cargo, which runs programs in `target`, or
+    /// by a path.
+    fn analysis_command(&self, cargo_feature: &str) -> String {
+        let own = std::env::args_os().next().map(PathBuf::from).unwrap_or_default();
+        let is_cargo = own.components().any(|part| part.as_os_str() == "target");
+        match (self.run_subcommand, is_cargo) {
+            (None, true) => {
+                format!("cargo run --release{cargo_feature} --bin analyze-recordings --")
+            }
+            (None, false) => word(&own.with_file_name("analyze-recordings").display().to_string()),
+            (Some(_), true) => {
+                format!("cargo run --release{cargo_feature} --bin kinetoscope -- analyze")
+            }
+            (Some(_), false) => format!("{} analyze", word(&own.display().to_string())),
+        }
+    }
+
+    /// Formats the command that analyzes `destinations`, as the user can copy it.
+    pub(crate) fn next_command(&self, destinations: &[String], is_remote: bool) -> String {
+        let feature = if is_remote { " --features object-storage" } else { "" };
+        let command = self.analysis_command(feature);
+        let words: Vec<String> = destinations.iter().map(|destination| word(destination)).collect();
+        format!("\nNext:\n  {command} {}", words.join(" "))
+    }
+}
