@@ -1,7 +1,7 @@
 //! Charts: curves, points with error bars, and theory lines over two axes.
 
 use super::DrawingError;
-use super::axis::{Axis, Layout, extremes};
+use super::axis::{Axis, FLAT_RELATIVE, Layout, extremes};
 use super::canvas::{
     Canvas, INK, PALE, curve_color, draw, failure, fine, stroke, text_style, text_width,
 };
@@ -149,6 +149,17 @@ impl Chart {
             sheet.draw(&Text::new(y.caption.clone(), position, upright)).map_err(failure)
         })
         .map(Some)
+    }
+
+    /// Whether the chart tells more than one number: its curves have at least two places and differ by more than rounding.
+    pub(super) fn is_informative(&self) -> bool {
+        let curves = self.visible_curves();
+        let range =
+            |of: fn(&Point) -> f64| extremes(curves.iter().flat_map(|curve| &curve.points).map(of));
+        let varies = |(least, greatest): (f64, f64)| {
+            greatest - least > FLAT_RELATIVE * greatest.abs().max(least.abs())
+        };
+        range(|point| point.x).is_some_and(varies) && range(|point| point.y).is_some_and(varies)
     }
 
     /// The curves with visible points, without points that the axes cannot show.
