@@ -151,15 +151,17 @@ impl Chart {
         .map(Some)
     }
 
-    /// Whether the chart tells more than one number: its curves have at least two places and differ by more than rounding.
+    /// Whether the chart tells more than one number: its data is not one dot, and its curves are not one flat line.
     pub(super) fn is_informative(&self) -> bool {
         let curves = self.visible_curves();
-        let range =
-            |of: fn(&Point) -> f64| extremes(curves.iter().flat_map(|curve| &curve.points).map(of));
-        let varies = |(least, greatest): (f64, f64)| {
-            greatest - least > FLAT_RELATIVE * greatest.abs().max(least.abs())
+        let varies = |values: &mut dyn Iterator<Item = f64>| {
+            extremes(values).is_some_and(|(least, greatest)| {
+                greatest - least > FLAT_RELATIVE * greatest.abs().max(least.abs())
+            })
         };
-        range(|point| point.x).is_some_and(varies) && range(|point| point.y).is_some_and(varies)
+        let data = curves.iter().filter(|curve| curve.style != CurveStyle::Theory);
+        varies(&mut data.flat_map(|curve| &curve.points).map(|point| point.x))
+            && varies(&mut curves.iter().flat_map(|curve| &curve.points).map(|point| point.y))
     }
 
     /// The curves with visible points, without points that the axes cannot show.

@@ -24,7 +24,7 @@ pub(super) fn heading(report: &AnalysisReport, links: &FileLinks) -> Markup {
                 p { strong class="bad" { "FAILED: " (headline) } }
             }
             (question(report))
-            @for sentence in results(report) { p class="result" { (sentence) } }
+            (result(report))
             (verdict(report))
             (provenance(report))
             (links.list())
@@ -44,8 +44,9 @@ fn question(report: &AnalysisReport) -> Markup {
     }
 }
 
-/// The metrics that answer the question: those of failed checks, else those of the first checks, else the first that theory predicts.
-fn results(report: &AnalysisReport) -> Vec<Markup> {
+/// The metrics that answer the question, in one sentence: those of failed checks, else those of the first checks, else the first that
+/// theory predicts.
+fn result(report: &AnalysisReport) -> Markup {
     let checked = |result: &&CheckResult| result.kind == CheckKind::Check;
     let failed = report.check_results.iter().filter(checked).filter(|result| !result.passed);
     let checks = failed.chain(report.check_results.iter().filter(checked));
@@ -59,22 +60,32 @@ fn results(report: &AnalysisReport) -> Vec<Markup> {
         let predicted = |metric: &&Metric| metric.deviation().is_some();
         found.extend(report.metrics.iter().find(predicted).or(report.metrics.first()));
     }
-    found.into_iter().map(sentence).collect()
+    html! {
+        @if !found.is_empty() {
+            p class="result" {
+                "Result: "
+                @for (index, metric) in found.iter().enumerate() {
+                    @if index > 0 { "; " br; }
+                    (clause(metric))
+                }
+                "."
+            }
+        }
+    }
 }
 
-/// A metric in one sentence, such as "slope = 4.40(2) N/(m K), theory 4.39, +0.5 σ".
-fn sentence(metric: &Metric) -> Markup {
+/// A metric in a clause, such as "slope = 4.40(2) N/(m K), theory 4.39, +0.5 σ".
+fn clause(metric: &Metric) -> Markup {
     let unit = if metric.unit() == "1" { "" } else { metric.unit() };
     let (theory, deviation) = (theory_text(metric), deviation_text(metric));
     let place = subject(metric);
     let place = place.strip_prefix(metric.name()).unwrap_or_default();
     html! {
-        "Result: " (breakable(metric.name())) (place) " = "
+        (breakable(metric.name())) (place) " = "
         strong { (typographic(&value_text(metric))) }
         @if !unit.is_empty() { " " (unit) }
-        @if !theory.is_empty() { "; theory " (typographic(&theory)) }
+        @if !theory.is_empty() { ", theory " (typographic(&theory)) }
         @if !deviation.is_empty() { ", deviation " (typographic(&deviation)) }
-        "."
     }
 }
 

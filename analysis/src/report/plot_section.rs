@@ -6,7 +6,7 @@ use super::plot_data::ChartData;
 use super::sweep_data::SweepData;
 use crate::input::coordinates::label;
 use crate::models::figures::Figures;
-use crate::plot::{Chart, Plot, PlotContent};
+use crate::plot::{Chart, Plot, PlotContent, Point};
 use crate::run::RunAnalysis;
 use kinetoscope_usage::text::visible;
 use maud::{Markup, PreEscaped, html};
@@ -21,9 +21,20 @@ pub(crate) struct DrawnPlot<'a> {
     pub(crate) svg: String,
 }
 
-/// The plots, and for a sweep a plot of any metric over any swept key.
+/// Number of pictures that are shown openly; the replay shows the same states.
+const PICTURES_SHOWN: usize = 2;
+
+/// The plots, and for a sweep a plot of any metric over any swept key. Pictures, and the plots of runs after the first, are collapsed.
 pub(super) fn section(report: &AnalysisReport, plots: &[DrawnPlot<'_>]) -> Markup {
     let sweep = SweepData::of(report);
+    let (charts, pictures): (Vec<_>, Vec<_>) =
+        plots.iter().partition(|drawn| matches!(drawn.plot.content, PlotContent::Chart(_)));
+    let first = report.runs.iter().position(has_figures);
+    let is_of_other_run = |drawn: &&DrawnPlot<'_>| {
+        own_run(report, drawn)
+            .is_some_and(|run| report.runs.iter().position(|it| it.file == run.file) != first)
+    };
+    let (others, charts): (Vec<_>, Vec<_>) = charts.into_iter().partition(is_of_other_run);
     html! {
         @if !plots.is_empty() || sweep.is_some() {
             section {
@@ -31,17 +42,38 @@ pub(super) fn section(report: &AnalysisReport, plots: &[DrawnPlot<'_>]) -> Marku
                 p class="facts hint" hidden {
                     "Point at a curve for its values. Drag to zoom, double-click to reset. A legend entry hides its curve. A plot over time moves the replay."
                 }
-                div class="plots" {
-                    @for drawn in plots {
-                        figure id=(format!("plot-{}", drawn.stem)) {
-                            (labeled_svg(&drawn.plot.title, &drawn.svg))
-                            @if let PlotContent::Chart(chart) = &drawn.plot.content {
-                                (data("chart", &ChartData::of(&drawn.plot.title, chart, runs_of(report, drawn, chart))))
-                            }
+                (grid(report, &charts))
+                @if let Some(sweep) = sweep { (any_metric(&sweep)) }
+                @if !others.is_empty() {
+                    details {
+                        summary { (others.len()) " plots of further runs" }
+                        (grid(report, &others))
+                    }
+                }
+                @if pictures.len() > PICTURES_SHOWN {
+                    details {
+                        summary { (pictures.len()) " pictures of states" }
+                        (grid(report, &pictures))
+                    }
+                } @else { (grid(report, &pictures)) }
+            }
+        }
+    }
+}
+
+fn grid(report: &AnalysisReport, plots: &[&DrawnPlot<'_>]) -> Markup {
+    html! {
+        @if !plots.is_empty() {
+            div class="plots" {
+                @for drawn in plots {
+                    @let is_picture = matches!(drawn.plot.content, PlotContent::Picture(_));
+                    figure id=(format!("plot-{}", drawn.stem)) class=[is_picture.then_some("picture")] {
+                        (labeled_svg(&drawn.plot.title, &drawn.svg))
+                        @if let PlotContent::Chart(chart) = &drawn.plot.content {
+                            (data("chart", &ChartData::of(&drawn.plot.title, chart, runs_of(report, drawn, chart))))
                         }
                     }
                 }
-                @if let Some(sweep) = sweep { (any_metric(&sweep)) }
             }
         }
     }
@@ -95,23 +127,28 @@ pub(super) struct CurveRun {
     pub(super) name: String,
 }
 
+fn has_figures(run: &RunAnalysis) -> bool {
+    run.figures != Figures::default()
+}
+
+/// The run whose own plot this is; `None` for a plot of several runs.
+fn own_run<'a>(report: &'a AnalysisReport, drawn: &DrawnPlot<'_>) -> Option<&'a RunAnalysis> {
+    let draws =
+        |plot: &Plot| drawn.stem.starts_with(&plot.stem) && plot.content == drawn.plot.content;
+    report.runs.iter().find(|run| run.figures.plots.iter().any(draws))
+}
+
 /// The run behind each curve: all curves of a run's own plot are of that run, and curves of several runs are those that the runs share.
 /// Curves of a sweep are of no single run.
 fn runs_of(report: &AnalysisReport, drawn: &DrawnPlot<'_>, chart: &Chart) -> Vec<Option<CurveRun>> {
-    let runs = || report.runs.iter().filter(|run| run.figures != Figures::default());
-    let own = runs().find(|run| {
-        run.figures
-            .plots
-            .iter()
-            .any(|plot| drawn.stem.starts_with(&plot.stem) && plot.content == drawn.plot.content)
-    });
-    let of_curve = |points: &[crate::plot::Point]| {
+    let own = own_run(report, drawn);
+    let of_curve = |points: &[Point]| {
         let shares = |run: &&RunAnalysis| {
             run.figures.comparisons.iter().any(|curve| {
                 drawn.stem.starts_with(&curve.stem) && curve.points.as_slice() == points
             })
         };
-        own.or_else(|| runs().find(shares))
+        own.or_else(|| report.runs.iter().find(shares))
     };
     chart.curves.iter().map(|curve| of_curve(&curve.points).map(named)).collect()
 }

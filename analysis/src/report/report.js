@@ -528,6 +528,7 @@
     // The replay's time as a line, in charts of its run.
     const files = () => shown().map((curve) => curve.run && curve.run.file).filter(Boolean);
     function showTime() {
+      if (!view) return;
       const replay = window.replay, isOn = data.time && replay && files().includes(replay.file) && showable(replay.time, isLogX);
       view.now.setAttribute("visibility", isOn ? "visible" : "hidden");
       if (!isOn) return;
@@ -587,7 +588,7 @@
 
     function setZoom(next) {
       zoom = next;
-      draw();
+      if (view) draw();
     }
 
     sheet.addEventListener("pointerdown", (event) => { if (event.button === 0) drag = position(event); });
@@ -665,7 +666,7 @@
       lastWidth = figure.clientWidth;
       draw();
     });
-    draw();
+    // A chart in a closed list has no width; it is drawn when the list opens.
     observer.observe(figure);
     // For tests: pixels of values, and the range of the axes.
     const made = { figure, data, showTime, pixel: (a, b) => [px(a), py(b)], get range() { return [view.x, view.y]; }, get isLog() { return [isLogX, isLogY]; } };

@@ -33,6 +33,8 @@ mod exports_contain_the_recorded_bits;
 mod metrics_reference_is_current;
 // The report opens in a browser without errors and on a phone.
 mod report_opens_in_a_browser;
+// The plots of the report show values, zoom, and move the replay.
+mod plots_respond_to_the_pointer;
 // The replay of a report shows the recorded positions.
 mod replay_shows_the_recording;
 // A thumbnail shows the recorded positions and colors.
