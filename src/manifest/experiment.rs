@@ -21,6 +21,8 @@ pub struct Experiment {
     pub name: String,
     /// The question it asks, in the user's words; may be empty.
     pub description: String,
+    /// The comment at the start of the manifest: the question and the expected answer; may be empty.
+    pub comment: String,
     /// Seed of all random streams.
     pub seed: u64,
     /// Number of replicates at each point of the sweep.
@@ -75,7 +77,7 @@ pub fn parse(
     origin: &str,
     overrides: &[Override],
 ) -> Result<Experiment, Diagnostics> {
-    experiment(read_document(source, origin, overrides, None), origin)
+    experiment(read_document(source, origin, overrides, None), source, origin)
 }
 
 /// Reads a manifest whose runs may start from recordings, which `recordings` finds. Otherwise as [`parse`].
@@ -88,7 +90,7 @@ pub fn parse_with_recordings(
     overrides: &[Override],
     recordings: Recordings<'_>,
 ) -> Result<Experiment, Diagnostics> {
-    experiment(read_document(source, origin, overrides, Some(recordings)), origin)
+    experiment(read_document(source, origin, overrides, Some(recordings)), source, origin)
 }
 
 /// Reads the canonical text of a run, or any manifest of exactly one run.
@@ -110,6 +112,7 @@ pub fn parse_run(text: &str) -> Result<RunManifest, Diagnostics> {
 
 fn experiment(
     (document, diagnostics): (Document, Diagnostics),
+    source: &str,
     origin: &str,
 ) -> Result<Experiment, Diagnostics> {
     if !diagnostics.is_empty() {
@@ -127,6 +130,7 @@ fn experiment(
     Ok(Experiment {
         name,
         description: document.head.description.unwrap_or_default(),
+        comment: leading_comment(source),
         seed: document.head.seed,
         replicates: document.head.replicates.map_or(1, ReplicateCount::get),
         axes: document.axes,
@@ -136,6 +140,26 @@ fn experiment(
         expected_outcome: document.head.expected_outcome.unwrap_or(ExpectedOutcome::Complete),
         manifest: origin.to_owned(),
     })
+}
+
+/// Maximum length of the comment that is kept, bytes.
+const LONGEST_COMMENT: usize = 2000;
+
+/// The lines of the comment at the start of a manifest, without their signs; a later comment belongs to the keys below it.
+fn leading_comment(source: &str) -> String {
+    let source = source.trim_start_matches('\u{feff}');
+    let lines = source.lines().map_while(|line| line.strip_prefix('#'));
+    let mut comment = String::new();
+    for line in lines.map(str::trim) {
+        if comment.len() + line.len() > LONGEST_COMMENT {
+            break;
+        }
+        if !comment.is_empty() {
+            comment.push('\n');
+        }
+        comment.push_str(line);
+    }
+    comment
 }
 
 impl std::str::FromStr for Experiment {

@@ -21,6 +21,8 @@ table! {
         name: String [""] = String::new(),
         /// The question it asks; may be empty.
         description: String [""] = String::new(),
+        /// The comment at the start of the manifest, with the question and the expected answer; may be empty.
+        comment: String [""] = String::new(),
         /// Name of the model.
         model: String [""] = String::new(),
         /// Number of replicates at each point.
@@ -76,6 +78,7 @@ impl ExperimentRecord {
         Self {
             name: experiment.name.clone(),
             description: experiment.description.clone(),
+            comment: experiment.comment.clone(),
             model: experiment.model().to_owned(),
             replicates: experiment.replicates,
             axes: experiment.axes.clone(),

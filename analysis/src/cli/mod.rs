@@ -359,8 +359,7 @@ fn conclude(analyzed: &[Analyzed], terminal: Terminal) -> AnalysisExit {
         let all = analyzed.iter().flat_map(|one| &one.report.check_results);
         all.filter(move |result| (result.kind == CheckKind::Outcome) == of_outcomes)
     };
-    let unreadable: Vec<&String> =
-        analyzed.iter().flat_map(|one| &one.report.unreadable).collect();
+    let unreadable: Vec<&String> = analyzed.iter().flat_map(|one| &one.report.unreadable).collect();
     unreadable.iter().for_each(|why| complain_unreadable(why));
     let mut has_failed = false;
     for (of_outcomes, what) in

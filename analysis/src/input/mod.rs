@@ -2,6 +2,7 @@
 
 pub(crate) mod coordinates;
 mod error;
+pub(crate) mod host_file;
 mod object_storage;
 pub mod recording;
 

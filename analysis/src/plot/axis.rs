@@ -54,7 +54,7 @@ pub(super) struct Layout {
 }
 
 /// Relative range below which a curve is flat within rounding.
-const FLAT_RELATIVE: f64 = 1e-9;
+pub(super) const FLAT_RELATIVE: f64 = 1e-9;
 /// Relative range of the axis of a flat curve.
 const FLAT_RANGE_RELATIVE: f64 = 0.02;
 /// Margin between data and frame, as a fraction of the range.

@@ -1,6 +1,7 @@
 //! The canvas of plots: size, colors, text, and the legend above the axes.
 
 use super::DrawingError;
+use super::palette::ON_WHITE;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -15,20 +16,10 @@ pub(super) type Canvas<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub(super) const INK: RGBColor = RGBColor(38, 38, 38);
 pub(super) const PALE: RGBColor = RGBColor(222, 222, 222);
 
-/// Colors that color-blind readers can distinguish (Okabe and Ito 2008), without yellow, which is too pale on white.
-const CURVES: [RGBColor; 7] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(86, 180, 233),
-    RGBColor(230, 159, 0),
-    RGBColor(90, 90, 90),
-];
-
 /// The color of a curve by its index.
 pub(super) const fn curve_color(index: usize) -> RGBColor {
-    CURVES[index % CURVES.len()]
+    let [red, green, blue] = ON_WHITE[index % ON_WHITE.len()];
+    RGBColor(red, green, blue)
 }
 
 /// Converts a length from shown pixels to fine pixels.

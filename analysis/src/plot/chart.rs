@@ -1,7 +1,7 @@
 //! Charts: curves, points with error bars, and theory lines over two axes.
 
 use super::DrawingError;
-use super::axis::{Axis, Layout, extremes};
+use super::axis::{Axis, FLAT_RELATIVE, Layout, extremes};
 use super::canvas::{
     Canvas, INK, PALE, curve_color, draw, failure, fine, stroke, text_style, text_width,
 };
@@ -149,6 +149,19 @@ impl Chart {
             sheet.draw(&Text::new(y.caption.clone(), position, upright)).map_err(failure)
         })
         .map(Some)
+    }
+
+    /// Whether the chart tells more than one number: its data is not one dot, and its curves are not one flat line.
+    pub(super) fn is_informative(&self) -> bool {
+        let curves = self.visible_curves();
+        let varies = |values: &mut dyn Iterator<Item = f64>| {
+            extremes(values).is_some_and(|(least, greatest)| {
+                greatest - least > FLAT_RELATIVE * greatest.abs().max(least.abs())
+            })
+        };
+        let data = curves.iter().filter(|curve| curve.style != CurveStyle::Theory);
+        varies(&mut data.flat_map(|curve| &curve.points).map(|point| point.x))
+            && varies(&mut curves.iter().flat_map(|curve| &curve.points).map(|point| point.y))
     }
 
     /// The curves with visible points, without points that the axes cannot show.

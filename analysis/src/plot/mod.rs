@@ -5,6 +5,7 @@ mod canvas;
 mod chart;
 pub(crate) mod drawing;
 pub(crate) mod page;
+pub(crate) mod palette;
 mod picture;
 pub(crate) mod shapes_svg;
 
@@ -56,6 +57,14 @@ impl Plot {
             chart.remark = remark.to_owned();
         }
         self
+    }
+
+    /// Whether the plot tells more than one number: not one dot, and not a flat line.
+    pub(crate) fn is_informative(&self) -> bool {
+        match &self.content {
+            PlotContent::Chart(chart) => chart.is_informative(),
+            PlotContent::Picture(_) => true,
+        }
     }
 
     /// The plot as an SVG document; `None` if it is empty. Characters that XML does not allow are escaped.

@@ -1,5 +1,7 @@
 //! Writes the files of an analysis.
 
+use crate::report::file_links::FileLinks;
+use crate::report::plot_section::DrawnPlot;
 use crate::report::{AnalysisReport, html, metric_files};
 use crate::write_file::{WriteError, create_folder, replace};
 use kinetoscope_recording::plot_list::{PLOT_LIST, is_plot_name, listed_plots};
@@ -42,7 +44,7 @@ pub(crate) fn write(report: &AnalysisReport, folder: &Path) -> Result<usize, Wri
         if let Some(svg) = svg {
             replace(&folder.join(&name), &svg)?;
             list += &format!("{name}\n");
-            drawn.push((plot.title.as_str(), svg));
+            drawn.push(DrawnPlot { stem, plot, svg });
         }
     }
     for stale in earlier.iter().filter(|name| !list.lines().any(|drawn| drawn == *name)) {
@@ -53,6 +55,7 @@ pub(crate) fn write(report: &AnalysisReport, folder: &Path) -> Result<usize, Wri
         list += &format!("{}\n", run.file);
     }
     replace(&folder.join(PLOT_LIST), &list)?;
-    replace(&folder.join(REPORT), html::page(report, &drawn))?;
+    let links = FileLinks::in_folder(report, folder, listed_plots(folder));
+    replace(&folder.join(REPORT), html::page(report, &drawn, &links))?;
     Ok(drawn.len())
 }

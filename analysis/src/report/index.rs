@@ -1,8 +1,11 @@
 //! `index.html` of a folder of experiments: for each its name, question, result, date and an animated thumbnail, with a link to its
 //! report.
 
-use crate::report::html::{STYLE_SHEET, breakable, checks_summary};
-use crate::report::{AnalysisReport, files};
+use super::file_links::address;
+use super::head::{checks_summary, question, result};
+use super::html::{STYLE_SHEET, breakable};
+use super::{AnalysisReport, files};
+use crate::input::host_file::utc;
 use crate::thumbnail::{ThumbnailFormat, ThumbnailOptions, thumbnail};
 use crate::write_file::{WriteError, replace};
 use base64::Engine as _;
@@ -14,7 +17,6 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
 use std::num::NonZeroU32;
 use std::path::{Component, Path};
-use std::time::SystemTime;
 
 const INDEX_STYLE: &str = include_str!("index.css");
 /// Marks the pages of this program; a page without it is the user's own.
@@ -65,11 +67,11 @@ impl<'a> Card<'a> {
     fn of(listed: &'a Listed<'a>, folder: &Path) -> Self {
         let first = listed.report.runs.first();
         let recording = first.map(|run| listed.recordings.join(&run.file));
-        let changed = recording.as_ref().and_then(|path| path.metadata().ok()?.modified().ok());
+        let ends = listed.report.hosts.iter().filter_map(|host| host.finished_unix_time_s);
         Self {
             listed,
             link: link(folder, &listed.results.join(files::REPORT)),
-            date: changed.and_then(date),
+            date: ends.max().map(utc),
             thumbnail: recording.as_deref().and_then(drawn),
         }
     }
@@ -85,34 +87,14 @@ fn drawn(path: &Path) -> Option<Vec<u8>> {
     })
 }
 
-/// A day such as 2026-03-01, in universal time.
-fn date(time: SystemTime) -> Option<String> {
-    let time = jiff::Timestamp::try_from(time).ok()?;
-    Some(time.strftime("%Y-%m-%d").to_string())
-}
-
-/// A relative link from a folder to a file below it, or else the file's path.
+/// A relative link from a folder to a file below it.
 fn link(folder: &Path, file: &Path) -> String {
     let relative = file.strip_prefix(folder).unwrap_or(file);
-    let parts = relative.components().filter(|part| *part != Component::CurDir);
-    let parts: Vec<String> =
-        parts.map(|part| percent_encoded(&part.as_os_str().to_string_lossy())).collect();
-    // A first part with a colon would be read as the scheme of an address.
-    format!("./{}", parts.join("/"))
-}
-
-/// A part of a path as a part of an address.
-fn percent_encoded(part: &str) -> String {
-    let mut encoded = String::new();
-    for byte in part.bytes() {
-        match byte {
-            b'A'..=b'Z' | b'a'..=b'z' | b'0'..=b'9' | b'-' | b'_' | b'.' | b'~' => {
-                encoded.push(char::from(byte));
-            }
-            _ => encoded += &format!("%{byte:02X}"),
-        }
-    }
-    encoded
+    let parts = relative.components().filter_map(|part| match part {
+        Component::Normal(name) => Some(address(&name.to_string_lossy())),
+        _ => None,
+    });
+    format!(".{}", parts.map(|part| part.trim_start_matches('.').to_owned()).collect::<String>())
 }
 
 fn page(cards: &[Card<'_>]) -> String {
@@ -143,7 +125,7 @@ fn page(cards: &[Card<'_>]) -> String {
 
 /// The number of experiments, and how many of them have failures.
 fn summary(cards: &[Card<'_>]) -> String {
-    let failed = cards.iter().filter(|card| result(card.listed.report).0 == "bad").count();
+    let failed = cards.iter().filter(|card| outcome(card.listed.report).0 == "bad").count();
     let all = match cards.len() {
         1 => "1 experiment".to_owned(),
         all => format!("{all} experiments"),
@@ -153,7 +135,7 @@ fn summary(cards: &[Card<'_>]) -> String {
 
 fn card(card: &Card<'_>) -> Markup {
     let report = card.listed.report;
-    let (class, result) = result(report);
+    let (class, outcome) = outcome(report);
     let runs = report.runs.len();
     html! {
         @if let Some(bytes) = &card.thumbnail {
@@ -163,8 +145,9 @@ fn card(card: &Card<'_>) -> Markup {
         }
         div class="words" {
             h2 { a href=(card.link) { (breakable(&report.name)) } }
-            p { (report.description) }
-            p { strong class=(class) { (result) } }
+            (question(report))
+            (result(report))
+            p { strong class=(class) { (outcome) } }
             p class="facts" {
                 (report.model()) " · " (runs) @if runs == 1 { " run" } @else { " runs" }
                 @if let Some(date) = &card.date { " · " (date) }
@@ -173,8 +156,8 @@ fn card(card: &Card<'_>) -> Markup {
     }
 }
 
-/// The result of an experiment with the class of its color.
-fn result(report: &AnalysisReport) -> (&'static str, String) {
+/// How an experiment ended, with the class of its color.
+fn outcome(report: &AnalysisReport) -> (&'static str, String) {
     if let Some(headline) = report.headline() {
         return ("bad", format!("FAILED: {headline}"));
     }

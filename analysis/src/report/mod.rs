@@ -1,15 +1,22 @@
 //! Analysis of one experiment: runs its recordings' analyses, derives sweep metrics, evaluates checks, and collects
 //! plots.
 
+mod file_links;
 pub(crate) mod files;
+mod head;
 pub(crate) mod html;
 pub(crate) mod index;
 pub(crate) mod metric_files;
 pub(crate) mod metric_table;
 mod metrics_reference;
+mod numbers;
+mod plot_data;
+mod plot_section;
 mod replay_section;
+mod sweep_data;
 pub(crate) mod table;
 mod text;
+mod timing_section;
 
 pub use metrics_reference::metrics_reference;
 
@@ -19,6 +26,7 @@ use crate::checks::{CheckResult, evaluate, outcome};
 use crate::input::RecordingFolder;
 use crate::input::UnreadableRecording;
 use crate::input::coordinates;
+use crate::input::host_file::HostFile;
 use crate::input::recording::OpenRun;
 use crate::metric::{Metric, MetricScope};
 use crate::models::figures::Figures;
@@ -34,6 +42,7 @@ use kinetoscope_recording::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
 use rayon::iter::{
     IndexedParallelIterator as _, IntoParallelRefIterator as _, ParallelIterator as _,
 };
+use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::thread::available_parallelism;
 use std::time::Instant;
@@ -45,6 +54,12 @@ pub(crate) struct AnalysisReport {
     pub(crate) name: String,
     /// The user's description; may be empty.
     pub(crate) description: String,
+    /// The comment at the start of the manifest, with the question and the expected answer; may be empty.
+    pub(crate) comment: String,
+    /// Sizes of the recordings, bytes, by file.
+    pub(crate) sizes: BTreeMap<String, u64>,
+    /// The host files of the runs that have one, in the order of the runs.
+    pub(crate) hosts: Vec<HostFile>,
     /// The runs, in the order of the experiment.
     pub(crate) runs: Vec<RunAnalysis>,
     /// All metrics: fits, means over replicates, runs.
@@ -199,6 +214,9 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
             AnalysisTask { run, coordinates, is_drawn }
         })
         .collect();
+    let sizes = tasks.iter().map(|task| (task.run.file.clone(), task.run.recording().bytes()));
+    let sizes = sizes.collect();
+    let hosts = tasks.iter().filter_map(|task| source.host_file(&task.run.file)).collect();
     let mut runs: Vec<RunAnalysis> = Vec::new();
     let (mut notes, mut unreadable) = (source.notes.clone(), source.unreadable.clone());
     let mut seconds = Vec::new();
@@ -237,10 +255,13 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     let expected = record.map_or(ExpectedOutcome::Complete, |record| record.expected_outcome);
     let mut check_results = outcome::evaluate(&runs, &seconds, expected);
     check_results.extend(evaluate_checks(source, options, &metrics));
-    let description = record.map_or_else(String::new, |record| record.description.clone());
+    let text = |of: fn(&ExperimentRecord) -> &String| record.map(of).cloned().unwrap_or_default();
     AnalysisReport {
         name: source.name.clone(),
-        description,
+        description: text(|record| &record.description),
+        comment: text(|record| &record.comment),
+        sizes,
+        hosts,
         runs,
         metrics,
         check_results,
@@ -316,6 +337,9 @@ fn plots(
 ) -> Vec<(String, Plot)> {
     let mut all: Vec<(String, Plot)> = Vec::new();
     let mut add = |stem: String, plot: Plot| {
+        if !plot.is_informative() {
+            return;
+        }
         let taken = |stem: &str| all.iter().any(|(other, _)| other == stem);
         let mut name = stem.clone();
         let mut number = 2;

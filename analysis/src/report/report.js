@@ -1,4 +1,4 @@
-// The script of report.html: plays the replays. Without it, the page shows everything else.
+// The script of report.html: plays the replays and makes the plots respond to the pointer. Without it, the page shows plots as images.
 "use strict";
 {
   const section = document.querySelector(".replay");
@@ -62,7 +62,7 @@
     const canvas = find("canvas"), context = canvas.getContext("2d");
     const play = find(".play"), scrub = find(".scrub"), clock = find(".clock");
     const speedMenu = find(".speed"), row = find(".row"), menu = find(".runs");
-    let film, data, colors, steps, frame = 0, isPlaying = false, due = 0, scale = 1, left = 0, top = 0;
+    let film, data, colors, steps, file, wanted, frame = 0, isPlaying = false, due = 0, scale = 1, left = 0, top = 0;
     const decodedFilms = new Map();
 
     const unit = (index) => film.units[index] && " " + film.units[index];
@@ -171,6 +171,7 @@
       scrub.value = frame;
       scrub.setAttribute("aria-valuetext", `t = ${time}${unit(2)}`);
       showRow();
+      document.dispatchEvent(new CustomEvent("replaytime"));
     }
 
     function show(index) {
@@ -229,14 +230,18 @@
     async function select(index) {
       if (film) setPlaying(false);
       const source = films[index];
+      wanted = source.dataset.file;
+      if (menu) menu.selectedIndex = index;
       find(".note").textContent = source.dataset.note;
       const isDrawn = Boolean(source.dataset.film);
       find(".stage").hidden = !isDrawn;
-      if (!isDrawn) { film = data = undefined; return; }
+      if (!isDrawn) { film = data = file = undefined; return; }
       const chosen = JSON.parse(source.dataset.film);
       if (!decodedFilms.has(index)) decodedFilms.set(index, decoded(chosen, source.textContent));
-      data = await decodedFilms.get(index);
-      film = chosen;
+      const numbers = await decodedFilms.get(index);
+      // Another run may have been selected in the meantime.
+      if (wanted !== source.dataset.file) return;
+      [data, film, file] = [numbers, chosen, wanted];
       colors = palette(film.colors);
       steps = Array.from({ length: 256 }, (_, stored) => {
         const fraction = film.speedTop > 0 ? speedOf(stored) / film.speedTop : 0;
@@ -250,6 +255,21 @@
       frame = 0;
       setPlaying(false);
       resize();
+    }
+
+    // Shows the frame nearest to a time, of another run if it is not that of this file.
+    async function seek(time, of) {
+      const index = films.findIndex((source) => source.dataset.file === of);
+      if (index < 0) return;
+      if (wanted !== of) await select(index);
+      if (file !== of) return;
+      setPlaying(false);
+      let low = 0, high = film.frames - 1;
+      while (high - low > 1) {
+        const middle = (low + high) >> 1;
+        if (data.times[middle] < time) low = middle; else high = middle;
+      }
+      show(time - data.times[low] < data.times[high] - time ? low : high);
     }
 
     play.addEventListener("click", () => setPlaying(!isPlaying));
@@ -270,11 +290,13 @@
     if (menu) menu.addEventListener("change", () => select(menu.selectedIndex));
     addEventListener("resize", resize);
 
-    // For tests: the drawn positions in the state's unit, from their pixels.
+    // For plots and tests; positions are in the state's unit, from their pixels.
     window.replay = {
-      ready: select(0),
       select,
       show,
+      seek,
+      get file() { return file; },
+      get time() { return data ? data.times[frame] : NaN; },
       get frames() { return film.frames; },
       get numbers() { return data.numbers; },
       get view() { return film.view; },
@@ -297,6 +319,7 @@
         return (performance.now() - began) / film.frames;
       },
     };
+    window.replay.ready = select(0);
   }
 
   if (section && films.length) {
@@ -306,4 +329,407 @@
       find(".note").textContent = "This browser cannot play the replay: it has no DecompressionStream.";
     } else start();
   }
+}
+
+{
+  const COLORS = 7, DOT_PX = 7, REACH_PX = 60, TEXT_PX = 12, LEAST_DRAG_PX = 8;
+
+  function element(name, attributes, parent, text) {
+    const isSvg = /^(svg|g|path|line|rect|text|circle|clipPath)$/.test(name);
+    const made = isSvg ? document.createElementNS("http://www.w3.org/2000/svg", name) : document.createElement(name);
+    for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+    if (text !== undefined) made.textContent = text;
+    if (parent) parent.append(made);
+    return made;
+  }
+
+  const ruler = document.createElement("canvas").getContext("2d");
+  function widthOf(text, size) {
+    ruler.font = `${size}px system-ui, sans-serif`;
+    return ruler.measureText(text).width;
+  }
+
+  const superscript = (number) => String(number).replace(/./g, (sign) => sign === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[sign]);
+  const exponentOf = (value) => value ? Math.floor(Math.log10(Math.abs(value) * (1 + 1e-12))) : 0;
+
+  // A number in the notation of the tables, with its standard error in the last digits.
+  function number(value, error, count = 6) {
+    const exponent = exponentOf(Math.max(Math.abs(value), error || 0)), isPlain = exponent >= -3 && exponent <= 5;
+    const unit = isPlain ? 1 : 10 ** exponent, scaled = value / unit;
+    let text = String(Number(scaled.toPrecision(count)));
+    if (error > 1e-9 * Math.abs(value)) {
+      const decimals = Math.min(20, Math.max(0, 1 - exponentOf(error / unit)));
+      text = `${scaled.toFixed(decimals)}(${Math.round(error / unit * 10 ** decimals)})`;
+    }
+    text = text.replace("-", "−");
+    if (isPlain) return text;
+    return (text === "1" ? "" : text + "·") + "10" + superscript(exponent);
+  }
+
+  const withUnit = (text, unit) => unit ? `${text} ${unit}` : text;
+
+  // Multiples of 1, 2 or 5 times a power of ten.
+  function evenTicks(low, high, count) {
+    const rough = (high - low) / count, unit = 10 ** Math.floor(Math.log10(rough));
+    const step = [1, 2, 5, 10].map((factor) => factor * unit).find((each) => each >= rough * (1 - 1e-9));
+    const ticks = [];
+    for (let index = Math.ceil(low / step); index * step <= high; index++) ticks.push(index * step);
+    return { ticks, step };
+  }
+
+  // Ticks of an axis as places and texts; places are logarithms on a logarithmic axis. The power of ten is for the caption.
+  function ticksOf(axis, isLog, low, high, count) {
+    if (axis.words) {
+      const shown = axis.words.map((text, at) => ({ at, text })).filter(({ at }) => at >= low && at <= high);
+      const stride = Math.max(1, Math.ceil(shown.length / count));
+      return { ticks: shown.filter((_, index) => index % stride === 0), exponent: 0 };
+    }
+    if (!isLog) {
+      const size = Math.max(Math.abs(low), Math.abs(high));
+      const exponent = size >= 1e-2 && size < 1e5 ? 0 : exponentOf(size);
+      const { ticks, step } = evenTicks(low, high, count);
+      const decimals = Math.min(15, Math.max(0, -exponentOf(step / 10 ** exponent)));
+      const text = (tick) => (tick / 10 ** exponent).toFixed(decimals).replace("-", "−").replace(/^−(0\.?0*)$/, "$1");
+      return { ticks: ticks.map((tick) => ({ at: tick, text: text(tick) })), exponent };
+    }
+    const stride = Math.max(1, Math.ceil((high - low) / count)), mantissas = high - low < 3 ? [1, 2, 5] : [1];
+    let places = [];
+    for (let decade = Math.floor(low / stride) * stride; decade <= high; decade += stride)
+      for (const mantissa of mantissas) places.push(decade + Math.log10(mantissa));
+    places = places.filter((place) => place >= low && place <= high);
+    if (places.length > 1.5 * count) places = places.filter((place) => Number.isInteger(place));
+    if (places.length < 2) places = evenTicks(10 ** low, 10 ** high, count).ticks.filter((tick) => tick > 0).map(Math.log10);
+    return { ticks: places.map((at) => ({ at, text: number(10 ** at, 0, 4) })), exponent: 0 };
+  }
+
+  let charts = [], count = 0;
+
+  // A chart that responds to the pointer, in place of the contents of a figure.
+  function chart(figure, data) {
+    const { x: xAxis, y: yAxis, curves } = data, id = `plot-area-${count++}`;
+    for (const curve of curves) if (typeof curve.x === "number") curve.x = curves[curve.x].x;
+    const hidden = new Set();
+    let isLogX = xAxis.log, isLogY = yAxis.log, zoom = null, view = null, at = null, drag = null;
+    for (const old of figure.querySelectorAll(":scope > :not(script)")) old.remove();
+    element("figcaption", {}, figure, data.title);
+    const legend = element("div", { class: "legend" }, figure), tools = element("div", { class: "tools" }, figure);
+    const sheet = element("svg", { class: "sheet", role: "img", tabindex: 0, "aria-label": data.title }, figure);
+    if (data.remark) element("p", { class: "remark" }, figure, data.remark);
+    const tip = element("div", { class: "tip", role: "status", hidden: "" }, figure);
+
+    const color = (curve) => `var(--c${curve.color % COLORS})`;
+    const showable = (value, isLog) => Number.isFinite(value) && (!isLog || value > 0);
+    const place = (value, isLog) => isLog ? Math.log10(value) : value;
+    const shown = () => curves.filter((curve) => !hidden.has(curve));
+    const arePositive = (of) => {
+      const values = curves.flatMap(of).filter(Number.isFinite);
+      return values.length > 1 && values.filter((value) => value > 0).length >= 0.9 * values.length;
+    };
+
+    // The range of the visible points with their error bars, and a margin.
+    function range(of, isLog) {
+      let low = Infinity, high = -Infinity;
+      const take = (values, errors) => values.forEach((value, i) => {
+        for (const end of [value, value - (errors[i] || 0), value + (errors[i] || 0)]) {
+          if (value === null || !showable(end, isLog)) continue;
+          low = Math.min(low, place(end, isLog));
+          high = Math.max(high, place(end, isLog));
+        }
+      });
+      for (const curve of shown().length ? shown() : curves) take(...of(curve));
+      if (low > high) [low, high] = [0, 1];
+      const size = Math.max(Math.abs(low), Math.abs(high));
+      const missing = high - low > 1e-9 * size ? 0 : size ? 0.01 * size : 0.5, margin = 0.05 * (high - low + 2 * missing);
+      return [low - missing - margin, high + missing + margin];
+    }
+
+    function ranges(shape) {
+      if (zoom) return zoom;
+      const x = range((curve) => [curve.x, []], isLogX), y = range((curve) => [curve.y, curve.e], isLogY);
+      if (data.equal) {
+        const extra = (y[1] - y[0]) * shape - (x[1] - x[0]);
+        const [wider, by] = extra > 0 ? [x, extra / 2] : [y, -extra / shape / 2];
+        wider[0] -= by;
+        wider[1] += by;
+      }
+      return [x, y];
+    }
+
+    const px = (value) => view.left + (place(value, isLogX) - view.x[0]) / (view.x[1] - view.x[0]) * view.width;
+    const py = (value) => view.top + (view.y[1] - place(value, isLogY)) / (view.y[1] - view.y[0]) * view.height;
+    const isShowable = (curve, i) => curve.x[i] !== null && curve.y[i] !== null && showable(curve.x[i], isLogX) && showable(curve.y[i], isLogY);
+
+    function drawCurve(curve, parent) {
+      let path = "", isDown = false, bars = "";
+      for (let i = 0; i < curve.x.length; i++) {
+        if (!isShowable(curve, i)) { isDown = false; continue; }
+        const [left, top] = [px(curve.x[i]), py(curve.y[i])].map((part) => Math.max(-1e5, Math.min(1e5, part)).toFixed(1));
+        if (curve.style !== "data") path += `${isDown ? "L" : "M"}${left} ${top}`;
+        else path += `M${left} ${top}h.01`;
+        isDown = true;
+        const error = curve.e[i];
+        if (!(error > 0)) continue;
+        const upper = py(curve.y[i] + error).toFixed(1), low = curve.y[i] - error;
+        const lower = (showable(low, isLogY) ? py(low) : view.top + view.height).toFixed(1);
+        bars += `M${left} ${upper}V${lower}M${left - 4} ${upper}h8M${left - 4} ${lower}h8`;
+      }
+      const style = `stroke:${color(curve)}`, line = { d: path, class: "curve", style };
+      if (curve.style === "data") element("path", { ...line, "stroke-width": DOT_PX }, parent);
+      else element("path", { ...line, "stroke-width": 1.6, ...(curve.style === "theory" && { "stroke-dasharray": "7 5" }) }, parent);
+      if (bars) element("path", { d: bars, class: "curve", style, "stroke-width": 1.4 }, parent);
+    }
+
+    function caption(axis, exponent, attributes, room) {
+      const power = exponent ? `10${superscript(exponent)}` : "", unit = [power, axis.unit].filter(Boolean).join(" ");
+      const text = unit ? `${axis.label} (${unit})` : axis.label;
+      const size = Math.max(11, Math.min(13, 13 * room / widthOf(text, 13)));
+      element("text", { class: "caption", "text-anchor": "middle", style: `font-size:${size}px`, ...attributes }, sheet, text);
+    }
+
+    function draw() {
+      const full = Math.max(240, Math.min(760, figure.clientWidth));
+      const height = data.equal ? Math.min(0.9 * full, 560) : Math.max(230, Math.min(0.58 * full, 400));
+      const top = 10, bottom = 46, right = 16;
+      const [x, y] = ranges((full - 70) / (height - top - bottom));
+      const rows = ticksOf(yAxis, isLogY, ...y, Math.max(2, (height - top - bottom) / 45));
+      const left = 30 + Math.ceil(Math.max(0, ...rows.ticks.map(({ text }) => widthOf(text, TEXT_PX))));
+      view = { x, y, left, top, width: full - left - right, height: height - top - bottom };
+      let columns, amount = Math.max(2, Math.floor(view.width / 70));
+      const isCrowded = ({ ticks }) => ticks.some((tick, i) => i && (tick.at - ticks[i - 1].at) / (x[1] - x[0]) * view.width
+        < (widthOf(tick.text, TEXT_PX) + widthOf(ticks[i - 1].text, TEXT_PX)) / 2 + 10);
+      do columns = ticksOf(xAxis, isLogX, ...x, amount); while (isCrowded(columns) && --amount >= 1);
+      sheet.replaceChildren();
+      sheet.setAttribute("viewBox", `0 0 ${full} ${height}`);
+      const clip = element("clipPath", { id }, sheet), foot = top + view.height;
+      element("rect", { x: left, y: top, width: view.width, height: view.height }, clip);
+      for (const { at: mark, text } of columns.ticks) {
+        const across = left + (mark - x[0]) / (x[1] - x[0]) * view.width, half = widthOf(text, TEXT_PX) / 2;
+        element("line", { class: "grid", x1: across, x2: across, y1: top, y2: foot }, sheet);
+        element("text", { x: Math.min(across, full - half - 1), y: foot + 16, "text-anchor": "middle" }, sheet, text);
+      }
+      for (const { at: mark, text } of rows.ticks) {
+        const down = top + (y[1] - mark) / (y[1] - y[0]) * view.height;
+        element("line", { class: "grid", x1: left, x2: left + view.width, y1: down, y2: down }, sheet);
+        element("text", { x: left - 6, y: Math.min(Math.max(down + 4, 12), foot), "text-anchor": "end" }, sheet, text);
+      }
+      const area = element("g", { "clip-path": `url(#${id})` }, sheet);
+      for (const curve of shown()) drawCurve(curve, area);
+      element("rect", { class: "frame", x: left, y: top, width: view.width, height: view.height }, sheet);
+      caption(xAxis, columns.exponent, { x: left + view.width / 2, y: height - 8 }, full);
+      caption(yAxis, rows.exponent, { transform: `translate(14 ${top + view.height / 2}) rotate(-90)` }, height);
+      view.now = element("line", { class: "now", y1: top, y2: foot, visibility: "hidden" }, area);
+      view.mark = element("circle", { class: "mark", r: 6, visibility: "hidden" }, area);
+      view.zoom = element("rect", { class: "zoom", visibility: "hidden" }, sheet);
+      reset.style.visibility = zoom ? "visible" : "hidden";
+      showTime();
+      point(at);
+    }
+
+    // The replay's time as a line, in charts of its run.
+    const files = () => shown().map((curve) => curve.run && curve.run.file).filter(Boolean);
+    function showTime() {
+      if (!view) return;
+      const replay = window.replay, isOn = data.time && replay && files().includes(replay.file) && showable(replay.time, isLogX);
+      view.now.setAttribute("visibility", isOn ? "visible" : "hidden");
+      if (!isOn) return;
+      view.now.setAttribute("x1", px(replay.time));
+      view.now.setAttribute("x2", px(replay.time));
+    }
+
+    function scrub(time) {
+      if (!data.time || !window.replay) return;
+      const all = files();
+      const file = all.includes(window.replay.file) ? window.replay.file : all[0];
+      if (file) window.replay.seek(time, file);
+    }
+
+    // Marks a point, as curve and index, and shows its values.
+    function point(next) {
+      at = next && !hidden.has(next[0]) && isShowable(...next) ? next : null;
+      view.mark.setAttribute("visibility", at ? "visible" : "hidden");
+      tip.hidden = !at;
+      if (!at) return;
+      const [curve, i] = at, left = px(curve.x[i]), top = py(curve.y[i]);
+      view.mark.setAttribute("cx", left);
+      view.mark.setAttribute("cy", top);
+      const word = xAxis.words ? xAxis.words[curve.x[i]] : withUnit(number(curve.x[i]), xAxis.unit);
+      const lines = [curve.name, `${xAxis.label} = ${word}`, `${yAxis.label} = ${withUnit(number(curve.y[i], curve.e[i]), yAxis.unit)}`];
+      if (curve.run && curve.run.name !== curve.name) lines.push(`run: ${curve.run.name}`);
+      if (curve.runs) lines.push(curve.runs[i] === 1 ? "1 run" : `mean of ${curve.runs[i]} runs`);
+      tip.textContent = lines.filter(Boolean).join("\n");
+      const box = sheet.getBoundingClientRect(), frame = figure.getBoundingClientRect();
+      const across = box.left - frame.left + left, down = box.top - frame.top + top;
+      const isRight = across + 14 + tip.offsetWidth <= frame.width;
+      tip.style.left = `${Math.max(0, isRight ? across + 14 : across - 14 - tip.offsetWidth)}px`;
+      tip.style.top = `${Math.max(0, down - tip.offsetHeight - 8)}px`;
+    }
+
+    // The nearest visible point; distances along y count less, because a pointer follows x.
+    function nearest([across, down]) {
+      let found = null, least = REACH_PX;
+      for (const curve of shown()) for (let i = 0; i < curve.x.length; i++) {
+        if (!isShowable(curve, i)) continue;
+        const [left, top] = [px(curve.x[i]), py(curve.y[i])];
+        const distance = Math.hypot(left - across, 0.5 * (top - down));
+        if (distance < least && left > view.left - 1 && left < view.left + view.width + 1) [found, least] = [[curve, i], distance];
+      }
+      return found;
+    }
+
+    const clamped = ([across, down]) => [
+      Math.max(view.left, Math.min(view.left + view.width, across)), Math.max(view.top, Math.min(view.top + view.height, down)),
+    ];
+    const position = (event) => {
+      const box = sheet.getBoundingClientRect(), scale = sheet.viewBox.baseVal.width / box.width;
+      return clamped([(event.clientX - box.left) * scale, (event.clientY - box.top) * scale]);
+    };
+    const xAt = (across) => view.x[0] + (across - view.left) / view.width * (view.x[1] - view.x[0]);
+    const yAt = (down) => view.y[1] - (down - view.top) / view.height * (view.y[1] - view.y[0]);
+
+    function setZoom(next) {
+      zoom = next;
+      if (view) draw();
+    }
+
+    sheet.addEventListener("pointerdown", (event) => { if (event.button === 0) drag = position(event); });
+    sheet.addEventListener("pointermove", (event) => {
+      const to = position(event);
+      if (!drag) {
+        point(nearest(to));
+        scrub(isLogX ? 10 ** xAt(to[0]) : xAt(to[0]));
+        return;
+      }
+      const size = [Math.abs(to[0] - drag[0]), Math.abs(to[1] - drag[1])];
+      if (Math.max(...size) < LEAST_DRAG_PX) return;
+      if (event.isTrusted) sheet.setPointerCapture(event.pointerId);
+      point(null);
+      const [left, top] = [Math.min(to[0], drag[0]), Math.min(to[1], drag[1])];
+      const box = { x: left, y: top, width: size[0], height: size[1], visibility: "visible" };
+      for (const [key, value] of Object.entries(box)) view.zoom.setAttribute(key, value);
+    });
+    sheet.addEventListener("pointerup", (event) => {
+      const from = drag, to = position(event);
+      drag = null;
+      if (!from) return;
+      const sides = [[from[0], to[0]], [from[1], to[1]]].map((side) => side.sort((a, b) => a - b));
+      const isWide = sides.map(([low, high]) => high - low >= LEAST_DRAG_PX);
+      if (!isWide[0] && !isWide[1]) return point(nearest(to));
+      const [across, down] = sides;
+      setZoom([isWide[0] ? across.map(xAt) : view.x, isWide[1] ? down.map(yAt).reverse() : view.y]);
+    });
+    sheet.addEventListener("pointercancel", () => { drag = null; view.zoom.setAttribute("visibility", "hidden"); });
+    sheet.addEventListener("pointerleave", () => { if (!drag) point(null); });
+    sheet.addEventListener("dblclick", () => setZoom(null));
+    sheet.addEventListener("blur", () => point(null));
+    sheet.addEventListener("keydown", (event) => {
+      const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key], turn = { ArrowUp: -1, ArrowDown: 1 }[event.key], all = shown();
+      if (event.key === "Escape") setZoom(null);
+      else if (!(step || turn) || !all.length) return;
+      else if (!at) point([all[0], 0]);
+      else if (turn) {
+        const curve = all[(all.indexOf(at[0]) + turn + all.length) % all.length];
+        point([curve, Math.min(at[1], curve.x.length - 1)]);
+      } else if (isShowable(at[0], at[1] + step)) point([at[0], at[1] + step]);
+      if (at) scrub(at[0].x[at[1]]);
+      event.preventDefault();
+    });
+
+    function toggle(name, isOn, change) {
+      const button = element("button", { type: "button", "aria-pressed": isOn() }, tools, name);
+      button.addEventListener("click", () => {
+        change();
+        button.setAttribute("aria-pressed", isOn());
+        setZoom(null);
+      });
+    }
+    const reset = element("button", { type: "button" }, tools, "reset zoom");
+    reset.addEventListener("click", () => setZoom(null));
+    if (!data.equal && !xAxis.words && arePositive((curve) => curve.x)) toggle("log x", () => isLogX, () => { isLogX = !isLogX; });
+    if (!data.equal && arePositive((curve) => curve.y)) toggle("log y", () => isLogY, () => { isLogY = !isLogY; });
+
+    for (const curve of curves.filter((each) => each.name)) {
+      const button = element("button", { type: "button", "aria-pressed": true }, legend);
+      const sample = element("svg", { viewBox: "0 0 26 10", "aria-hidden": true }, button), style = `stroke:${color(curve)}`;
+      if (curve.style === "data") element("circle", { cx: 13, cy: 5, r: 4, style: `fill:${color(curve)}` }, sample);
+      else element("path", { d: "M0 5h26", style, "stroke-width": 2.5, ...(curve.style === "theory" && { "stroke-dasharray": "7 4" }) }, sample);
+      button.append(curve.name);
+      button.addEventListener("click", () => {
+        if (!hidden.delete(curve)) hidden.add(curve);
+        button.setAttribute("aria-pressed", !hidden.has(curve));
+        draw();
+      });
+    }
+
+    let lastWidth = 0;
+    const observer = new ResizeObserver(() => {
+      if (figure.clientWidth === lastWidth || !figure.clientWidth) return;
+      lastWidth = figure.clientWidth;
+      draw();
+    });
+    // A chart in a closed list has no width; it is drawn when the list opens.
+    observer.observe(figure);
+    // For tests: pixels of values, and the range of the axes.
+    const made = { figure, data, showTime, pixel: (a, b) => [px(a), py(b)], get range() { return [view.x, view.y]; }, get isLog() { return [isLogX, isLogY]; } };
+    charts.push(made);
+    return () => { observer.disconnect(); charts = charts.filter((other) => other !== made); };
+  }
+
+  // The chart of a metric over a swept key: one curve per group of equal other coordinates.
+  function sweepData(sweep, metric, key) {
+    const { keys, points, runs } = sweep, groups = new Map();
+    const isNumber = points.every((place) => place[key] === null || typeof place[key] === "number");
+    const words = isNumber ? undefined : [...new Set(points.map((place) => String(place[key])))];
+    points.forEach((place, i) => {
+      if (place[key] === null || metric.y[i] === null) return;
+      const others = keys.map(({ name }, k) => k === key || place[k] === null ? "" : name === "variant" ? place[k] : `${name} = ${place[k]}`);
+      const name = others.filter(Boolean).join(", ");
+      if (!groups.has(name)) groups.set(name, []);
+      groups.get(name).push({ i, x: words ? words.indexOf(String(place[key])) : place[key] });
+    });
+    const curves = [];
+    [...groups].forEach(([name, group], color) => {
+      group.sort((a, b) => a.x - b.x);
+      const of = (column) => group.map(({ i }) => column.length ? column[i] : null), x = group.map((each) => each.x);
+      curves.push({ name: name || "measured", style: "data", color, x, y: of(metric.y), e: of(metric.e), runs: of(runs) });
+      if (of(metric.t).some((value) => value !== null))
+        curves.push({ name: name ? `${name}: theory` : "theory", style: "theory", color, x, y: of(metric.t), e: [] });
+    });
+    const isSteep = (values) => values.length > 0 && Math.min(...values) > 0 && Math.max(...values) > 30 * Math.min(...values);
+    const isLog = (of) => isSteep(curves.flatMap(of).filter((value) => value !== null));
+    return {
+      title: `${metric.name} against ${keys[key].name}`, remark: "", equal: false, time: false, curves,
+      x: { label: keys[key].name, unit: keys[key].unit, words, log: !words && isLog((curve) => curve.x) },
+      y: { label: metric.name, unit: metric.unit, log: isLog((curve) => curve.y) },
+    };
+  }
+
+  for (const source of document.querySelectorAll("script.chart")) chart(source.parentElement, JSON.parse(source.textContent));
+  const any = document.querySelector(".any");
+  if (any) {
+    const sweep = JSON.parse(any.querySelector("script.sweep").textContent), figure = any.querySelector("figure");
+    const metric = any.querySelector(".metric"), key = any.querySelector(".key");
+    let remove = () => {};
+    const show = () => {
+      remove();
+      remove = chart(figure, sweepData(sweep, sweep.metrics[metric.selectedIndex], key.selectedIndex));
+    };
+    any.hidden = false;
+    metric.addEventListener("change", show);
+    key.addEventListener("change", show);
+    show();
+  }
+  const hint = document.querySelector(".hint");
+  if (hint) hint.hidden = false;
+  document.addEventListener("replaytime", () => charts.forEach((each) => each.showTime()));
+  window.charts = () => charts;
+
+  // A link to a definition opens the list that contains it.
+  function reveal() {
+    const target = document.getElementById(decodeURIComponent(location.hash.slice(1))), list = target && target.closest("details");
+    if (!list || list.open) return;
+    list.open = true;
+    target.scrollIntoView();
+  }
+  addEventListener("hashchange", reveal);
+  reveal();
 }

@@ -23,7 +23,7 @@ pub(crate) struct SweepPoint<'a> {
 impl SweepPoint<'_> {
     /// Mean of a metric over the replicates that have it, with the mean theoretical value if all have one, and the number
     /// of these replicates. A single value keeps its own error.
-    fn mean_of(&self, metric: &str) -> Option<(Estimate, Option<Theory>, usize)> {
+    pub(crate) fn mean_of(&self, metric: &str) -> Option<(Estimate, Option<Theory>, usize)> {
         let found = self.runs.iter().filter_map(|run| run.measurement(metric));
         let found: Vec<&Measurement> = found.collect();
         if let [single] = found.as_slice() {

@@ -37,6 +37,8 @@ mod metrics_reference_is_current;
 mod report_opens_in_a_browser;
 // A folder of experiments has a page that lists them.
 mod index_lists_every_experiment;
+// The plots of the report show values, zoom, and move the replay.
+mod plots_respond_to_the_pointer;
 // The replay of a report shows the recorded positions.
 mod replay_shows_the_recording;
 // A thumbnail shows the recorded positions and colors.

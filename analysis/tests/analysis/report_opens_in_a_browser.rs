@@ -1,5 +1,5 @@
 //! Guarantee: `report.html` opens in a browser without errors and without network requests. On a phone, no element is wider than the screen.
-//! Every plot has its size and its title, and no text extends beyond its area.
+//! Every plot has its size and its title, no text extends beyond its area, and none is below 11 px.
 //!
 //! Setup: headless Chromium. Control: a page with an error and a page that is too wide are found.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
@@ -63,10 +63,12 @@ fn frames(_: &RunManifest) -> Frames {
 /// Appended to the page: writes the results of the browser to its end.
 const PROBE: &str = r#"<script>
 const faults = [];
-addEventListener("load", () => {
+addEventListener("load", async () => {
   const page = document.documentElement;
+  for (const list of document.querySelectorAll("details")) list.open = true;
+  await new Promise((drawn) => setTimeout(drawn, 500));
   if (page.scrollWidth > page.clientWidth) faults.push(`page ${page.scrollWidth} wide on ${page.clientWidth}`);
-  for (const svg of document.querySelectorAll("svg")) {
+  for (const svg of document.querySelectorAll("figure > svg")) {
     const sheet = svg.getBoundingClientRect();
     if (!(sheet.width > 100 && sheet.height > 100)) faults.push("a plot without a size");
     if (!svg.getAttribute("aria-label")) faults.push("a plot without a title");
@@ -76,6 +78,10 @@ addEventListener("load", () => {
         faults.push(`outside of its plot: ${text.textContent}`);
     }
     const texts = [...svg.querySelectorAll("text")];
+    for (const text of texts) {
+      const size = parseFloat(getComputedStyle(text).fontSize) * sheet.width / svg.viewBox.baseVal.width;
+      if (size < 10.99) faults.push(`text of ${size} px: ${text.textContent}`);
+    }
     texts.forEach((one, index) => texts.slice(index + 1).forEach((other) => {
       const [a, b] = [one.getBoundingClientRect(), other.getBoundingClientRect()];
       const across = Math.min(a.right, b.right) - Math.max(a.left, b.left);
@@ -84,7 +90,7 @@ addEventListener("load", () => {
     }));
   }
   if (performance.getEntriesByType("resource").length) faults.push("something was fetched");
-  const found = `plots ${document.querySelectorAll("svg").length}; faults ${JSON.stringify(faults)}`;
+  const found = `plots ${document.querySelectorAll("figure > svg").length}; faults ${JSON.stringify(faults)}`;
   document.title = found;
   parent.postMessage(found, "*");
 });
@@ -122,7 +128,7 @@ fn check_page(page: &Path) -> Result<(), String> {
     let probed = page.with_file_name("probed.html");
     let text = fs::read_to_string(page).unwrap();
     fs::write(&probed, text.replace("</body>", &format!("{PROBE}</body>"))).unwrap();
-    // Headless windows are at least 500 pixels wide, so a frame of 400 pixels represents the phone.
+    // Headless windows are at least 500 pixels wide, so a frame of 390 pixels represents the phone.
     let phone = page.with_file_name("phone.html");
     fs::write(&phone, PHONE).unwrap();
     for (file, width, dark) in [(&probed, 1300, false), (&probed, 1300, true), (&phone, 600, false)]
@@ -142,7 +148,7 @@ fn check_page(page: &Path) -> Result<(), String> {
 }
 
 /// The probed page in a frame with the width of a phone; its title is copied.
-const PHONE: &str = r#"<!doctype html><title></title><iframe src="probed.html" width="400" height="800"></iframe>
+const PHONE: &str = r#"<!doctype html><title></title><iframe src="probed.html" width="390" height="800"></iframe>
 <script>
 addEventListener("message", (message) => { document.title = message.data; });
 </script>"#;

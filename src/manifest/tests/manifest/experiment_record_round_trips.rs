@@ -28,7 +28,7 @@ const BASELINE: &str = "[[baseline]]\nmetric = \"mean_speed\"\nrelative_toleranc
 
 fn record() -> ExperimentRecord {
     let text = format!(
-        "description = \"two\\nlines, \\\"quoted\\\", \\\\ and \\u0007\"\nreplicates = 2\n[model.gas]\n[sweep]\n\
+        "# Why? Expected: \"so\".\n#\n# Second <part>\ndescription = \"two\\nlines, \\\"quoted\\\", \\\\ and \\u0007\"\nreplicates = 2\n[model.gas]\n[sweep]\n\
          model.gas.temperature_k = [200, 300]\n[[sweep.variants]]\nname = \"a\"\n[[sweep.variants]]\nname = \"b \\\"quoted\\\"\"\n{CHECKS}{BASELINE}"
     );
     let experiment = parse(&text, "pressure.toml", &[]).unwrap_or_else(|errors| panic!("{errors}"));
@@ -50,6 +50,17 @@ fn record_is_read_back() {
     assert_eq!(back, record);
     assert_eq!(back.baseline.len(), 1);
     assert_eq!(back.baseline[0].relative_tolerance, 0.01);
+}
+
+/// Guarantee: the report gets the question from the first comment lines. Control: comments below a key are not part of it.
+#[test]
+fn comment_at_the_start_is_kept() {
+    assert_eq!(record().comment, "Why? Expected: \"so\".\n\nSecond <part>");
+    let comment = |text: &str| parse(text, "gas.toml", &[]).unwrap().comment;
+    assert_eq!(comment("seed = 1\n# later\n[model.gas]\n"), "");
+    assert_eq!(comment("#one\r\n\r\n# two\r\n[model.gas]\r\n"), "one");
+    let long = format!("# first\n# {}\n[model.gas]\n", "x".repeat(3000));
+    assert_eq!(comment(&long), "first");
 }
 
 #[test]

@@ -1,0 +1,184 @@
+//! The head of `report.html`: the question and the expected answer, the result with its number, pass or fail, and provenance.
+
+use super::AnalysisReport;
+use super::file_links::FileLinks;
+use super::html::{breakable, typographic};
+use super::table::{deviation_text, six_digits, theory_text, value_text};
+use crate::checks::{CheckKind, CheckResult, subject};
+use crate::input::host_file::utc;
+use crate::metric::Metric;
+use maud::{Markup, html};
+use std::collections::BTreeSet;
+
+/// Separates the question from the expected answer in the first line of a manifest.
+const EXPECTED: &str = "Expected:";
+/// Maximum number of metrics in the sentence of the result.
+const MOST_RESULTS: usize = 2;
+
+/// The head of the page.
+pub(super) fn heading(report: &AnalysisReport, links: &FileLinks) -> Markup {
+    html! {
+        header {
+            h1 { (breakable(&report.name)) }
+            @if let Some(headline) = report.headline() {
+                p { strong class="bad" { "FAILED: " (headline) } }
+            }
+            (question(report))
+            (result(report))
+            (verdict(report))
+            (provenance(report))
+            (links.list())
+        }
+    }
+}
+
+/// The question and the expected answer, by the manifest's first comment lines; then its description.
+pub(super) fn question(report: &AnalysisReport) -> Markup {
+    let (first, rest) = report.comment.split_once('\n').unwrap_or((&report.comment, ""));
+    let (question, answer) = first.split_once(EXPECTED).unwrap_or((first, ""));
+    html! {
+        @if !question.trim().is_empty() { p class="question" { (question.trim()) } }
+        @if !answer.trim().is_empty() { p { span class="facts" { "Expected: " } (answer.trim()) } }
+        @for line in rest.lines().filter(|line| !line.is_empty()) { p class="facts" { (line) } }
+        @if !report.description.is_empty() { p { (report.description) } }
+    }
+}
+
+/// The metrics that answer the question, in one sentence: those of failed checks, else those of the first checks, else the first that
+/// theory predicts.
+pub(super) fn result(report: &AnalysisReport) -> Markup {
+    let checked = |result: &&CheckResult| result.kind == CheckKind::Check;
+    let failed = report.check_results.iter().filter(checked).filter(|result| !result.passed);
+    let checks = failed.chain(report.check_results.iter().filter(checked));
+    let by_check = checks.filter_map(|result| {
+        report.metrics.iter().find(|metric| subject(metric) == result.subject)
+    });
+    let mut names = BTreeSet::new();
+    let mut found: Vec<&Metric> =
+        by_check.filter(|metric| names.insert(metric.name())).take(MOST_RESULTS).collect();
+    if found.is_empty() {
+        let predicted = |metric: &&Metric| metric.deviation().is_some();
+        found.extend(report.metrics.iter().find(predicted).or(report.metrics.first()));
+    }
+    html! {
+        @if !found.is_empty() {
+            p class="result" {
+                "Result: "
+                @for (index, metric) in found.iter().enumerate() {
+                    @if index > 0 { "; " br; }
+                    (clause(metric))
+                }
+                "."
+            }
+        }
+    }
+}
+
+/// A metric in a clause, such as "slope = 4.40(2) N/(m K), theory 4.39, +0.5 σ".
+fn clause(metric: &Metric) -> Markup {
+    let unit = if metric.unit() == "1" { "" } else { metric.unit() };
+    let (theory, deviation) = (theory_text(metric), deviation_text(metric));
+    let place = subject(metric);
+    let place = place.strip_prefix(metric.name()).unwrap_or_default();
+    html! {
+        (breakable(metric.name())) (place) " = "
+        strong { (typographic(&value_text(metric))) }
+        @if !unit.is_empty() { " " (unit) }
+        @if !theory.is_empty() { ", theory " (typographic(&theory)) }
+        @if !deviation.is_empty() { ", deviation " (typographic(&deviation)) }
+    }
+}
+
+fn verdict(report: &AnalysisReport) -> Markup {
+    let (class, summary) = checks_summary(report);
+    html! {
+        p { strong class=(class) { (summary) } }
+    }
+}
+
+/// How many checks pass, with the class of its color.
+pub(super) fn checks_summary(report: &AnalysisReport) -> (&'static str, String) {
+    let checks = || report.check_results.iter().filter(|result| result.kind != CheckKind::Outcome);
+    match (checks().count(), checks().filter(|result| !result.passed).count()) {
+        (0, _) => ("", "no checks".to_owned()),
+        (1, 0) => ("good", "the check passes".to_owned()),
+        (all, 0) => ("good", format!("all {all} checks pass")),
+        (all, failed) => ("bad", format!("{failed} of {all} checks failed")),
+    }
+}
+
+/// What produced the numbers, by the recordings and the files next to them.
+fn provenance(report: &AnalysisReport) -> Markup {
+    let facts = facts(report);
+    html! {
+        dl class="provenance" {
+            @for (name, value) in facts { div { dt { (name) } dd { (breakable(&value)) } } }
+        }
+        // A line of its own, because it differs between machines.
+        @if let Some(machine) = machine(report) { p class="machine facts" { (machine) } "\n" }
+    }
+}
+
+fn facts(report: &AnalysisReport) -> Vec<(&'static str, String)> {
+    let runs = match report.runs.len() {
+        1 => "1 run".to_owned(),
+        count => format!("{count} runs"),
+    };
+    let distinct = |of: fn(&crate::run::RunAnalysis) -> String| {
+        let all: BTreeSet<String> = report.runs.iter().map(of).collect();
+        all.into_iter().collect::<Vec<_>>().join(", ")
+    };
+    let mut facts = vec![("model", format!("{}, {runs}", report.model()))];
+    if let [run] = report.runs.as_slice() {
+        facts.push(("run key", run.origin.run_key.clone()));
+    }
+    facts.push(("seed", distinct(|run| run.manifest.seed.to_string())));
+    facts.push(("program", distinct(|run| run.origin.program_version.clone())));
+    facts.push(("physics", distinct(|run| format!("version {}", run.origin.physics_version))));
+    let bytes: u64 = report.sizes.values().sum();
+    facts.push(("size", size_text(bytes)));
+    facts
+}
+
+/// Date, machine and wall time of the runs; `None` without host files.
+fn machine(report: &AnalysisReport) -> Option<String> {
+    let hosts = &report.hosts;
+    let names: BTreeSet<String> = hosts
+        .iter()
+        .map(|host| {
+            let name = host.host.as_deref().unwrap_or("unknown host");
+            format!("{name} ({} {})", host.operating_system, host.architecture)
+        })
+        .collect();
+    let date = hosts.iter().filter_map(|host| host.finished_unix_time_s).max();
+    let seconds: f64 = hosts.iter().filter_map(|host| host.wall_time_s).sum();
+    if hosts.is_empty() {
+        return None;
+    }
+    let names = names.into_iter().collect::<Vec<_>>().join(", ");
+    let date = date.map_or_else(String::new, |seconds| format!("{}, ", utc(seconds)));
+    let which = match (hosts.len(), report.runs.len()) {
+        (1, 1) => "",
+        (known, all) if known < all => " of the runs with a host file",
+        _ => " of all runs",
+    };
+    Some(format!("recorded {date}on {names}; wall time{which} {}", duration_text(seconds)))
+}
+
+fn size_text(bytes: u64) -> String {
+    match bytes {
+        0..1_000 => format!("{bytes} B"),
+        1_000..1_000_000 => format!("{} kB", six_digits((bytes as f64 / 100.0).round() / 10.0)),
+        _ => format!("{} MB", six_digits((bytes as f64 / 1e5).round() / 10.0)),
+    }
+}
+
+fn duration_text(seconds: f64) -> String {
+    match seconds {
+        short if short < 60.0 => format!("{} s", six_digits((100.0 * short).round() / 100.0)),
+        minutes if minutes < 5400.0 => {
+            format!("{} min", six_digits((minutes / 6.0).round() / 10.0))
+        }
+        hours => format!("{} h", six_digits((hours / 360.0).round() / 10.0)),
+    }
+}

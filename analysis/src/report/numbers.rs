@@ -1,0 +1,263 @@
+//! The section of `report.html` with all numbers in one table: value with error, theory, deviation and check of a metric in one row; and
+//! the definitions behind them.
+
+use super::AnalysisReport;
+use super::html::{breakable, law_text, typographic};
+use super::table::{deviation_text, reasons, theory_text, value_text};
+use crate::checks::{CheckKind, CheckResult, subject};
+use crate::metric::{Definition, Metric, symbols};
+use maud::{Markup, html};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The checks of each metric, by the metric and its scope.
+type Checks<'a> = BTreeMap<&'a str, Vec<&'a CheckResult>>;
+
+/// The table of all numbers.
+pub(super) fn section(report: &AnalysisReport) -> Markup {
+    let mut checks = Checks::new();
+    for result in report.check_results.iter().filter(|result| result.kind == CheckKind::Check) {
+        checks.entry(&result.subject).or_default().push(result);
+    }
+    let sections = report.sections();
+    let shown = sections.iter().flat_map(|(_, metrics)| metrics);
+    let has_checks = shown.clone().any(|metric| checks.contains_key(subject(metric).as_str()));
+    let widths = [value_text, theory_text].map(|text| {
+        let texts = shown.clone().map(|metric| whole_part(&text(metric)).chars().count());
+        texts.max().unwrap_or(0)
+    });
+    html! {
+        section {
+            h2 { "Numbers" }
+            p class="facts" {
+                "Digits in brackets are one standard error, in units of the last digits. "
+                "σ is the deviation from theory in standard errors; with few degrees of freedom ν it is the equally probable one of a normal distribution, by Student's t. "
+                "A theoretical value is followed by the accuracy of its law, if that is not exact. "
+                "Each name leads to its definition."
+            }
+            table class="numbers" style=(format!("--value:{}ch;--theory:{}ch", widths[0], widths[1])) {
+                thead {
+                    tr {
+                        th { "metric" } th { "value" } th { "unit" } th { "theory" }
+                        th { "deviation" } @if has_checks { th { "check" } }
+                    }
+                }
+                @for (title, metrics) in &sections { (group(title, metrics, &checks)) }
+            }
+        }
+    }
+}
+
+/// The rows of one run, of one point or of the sweep. Metrics that are zero by construction are collapsed.
+fn group(title: &str, metrics: &[&Metric], checks: &Checks<'_>) -> Markup {
+    let of_metric = |metric: &Metric| checks.get(subject(metric).as_str()).map(Vec::as_slice);
+    let (zeros, rows): (Vec<&Metric>, Vec<&Metric>) = metrics
+        .iter()
+        .partition(|metric| is_zero_by_construction(metric) && of_metric(metric).is_none());
+    let reasons = reasons(metrics);
+    html! {
+        tbody {
+            tr class="group" { th colspan="6" scope="rowgroup" { (breakable(title)) } }
+            @for metric in rows { (row(metric, of_metric(metric).unwrap_or_default())) }
+            @if !zeros.is_empty() {
+                tr class="group" {
+                    td colspan="6" {
+                        details {
+                            summary { "0 in this run: " (zeros.len()) " metrics without a theoretical value" }
+                            @for (index, metric) in zeros.iter().enumerate() {
+                                @if index > 0 { ", " }
+                                (name(metric))
+                            }
+                        }
+                    }
+                }
+            }
+            @if !reasons.is_empty() {
+                tr class="group" {
+                    td colspan="6" { ul { @for line in &reasons { li { (breakable(line)) } } } }
+                }
+            }
+        }
+    }
+}
+
+/// Whether a value is exactly zero, without an error and without a theoretical value: nothing of its kind occurs in the run.
+fn is_zero_by_construction(metric: &Metric) -> bool {
+    metric.value() == 0.0 && metric.standard_error().is_none() && metric.theory.is_none()
+}
+
+fn row(metric: &Metric, checks: &[&CheckResult]) -> Markup {
+    let unit = if metric.unit() == "1" { "" } else { metric.unit() };
+    let deviation = typographic(&deviation_text(metric));
+    let theory = theory_text(metric);
+    let label = |label: &'static str, text: &str| if text.is_empty() { "" } else { label };
+    html! {
+        tr {
+            td { (name(metric)) }
+            td class="value" data-label="" { (aligned(&value_text(metric))) }
+            td data-label="" { (unit) }
+            td class="theory" data-label=(label("theory", &theory)) { (aligned(&theory)) }
+            td data-label=(label("deviation", &deviation)) { (deviation) }
+            @if !checks.is_empty() {
+                td data-label="" {
+                    @for (index, check) in checks.iter().enumerate() {
+                        @if index > 0 { br; }
+                        @let (class, word) =
+                            if check.passed { ("good", "ok") } else { ("bad", "failed") };
+                        strong class=(class) { (word) } ": " span title=(check.finding) { (typographic(&check.requirement)) }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A metric's name, which leads to its definition and shows it under the pointer.
+fn name(metric: &Metric) -> Markup {
+    html! {
+        a href=(format!("#{}", anchor(metric.definition))) title=(metric.definition.how) {
+            (breakable(metric.name()))
+        }
+    }
+}
+
+/// A number in two parts that meet at the decimal point, so that a column aligns there.
+fn aligned(number: &str) -> Markup {
+    let whole = whole_part(number);
+    let rest = &number[whole.len()..];
+    html! {
+        @if whole.is_empty() { (number) }
+        @else { span class="whole" { (typographic(whole)) } (typographic(rest)) }
+    }
+}
+
+/// The sign and the digits before the decimal point.
+fn whole_part(number: &str) -> &str {
+    let unsigned = number.trim_start_matches('-');
+    let rest = unsigned.trim_start_matches(|digit: char| digit.is_ascii_digit());
+    &number[..number.len() - rest.len()]
+}
+
+/// The name of a definition's place in the page.
+fn anchor(definition: &Definition) -> String {
+    format!("metric-{}", definition.name)
+}
+
+/// How each metric of this report is derived, and the laws behind its theoretical value.
+pub(super) fn definitions(report: &AnalysisReport) -> Markup {
+    let mut listed = BTreeSet::new();
+    let all = report.metrics.iter().map(|metric| metric.definition);
+    let definitions = all.filter(|definition| listed.insert((definition.name, definition.how)));
+    let definitions: Vec<&Definition> = definitions.collect();
+    let formulas = definitions.iter().flat_map(|definition| {
+        definition.laws.iter().map(|law| law.statement).chain([definition.how])
+    });
+    let symbols: Vec<String> =
+        symbols::used(formulas).map(|(symbol, meaning)| format!("{symbol}: {meaning}")).collect();
+    html! {
+        section {
+            details class="definitions" {
+                summary { h2 { "Definitions" } }
+                @if !symbols.is_empty() { p { (symbols.join(" · ")) } }
+                dl {
+                    @for definition in definitions {
+                        @let laws: Vec<String> =
+                            definition.laws.iter().map(law_text).collect();
+                        dt id=(anchor(definition)) { (breakable(definition.name)) }
+                        dd {
+                            (definition.how)
+                            @if !laws.is_empty() { br; "Theory: " (laws.join("; or ")) }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The checks that no row of the table shows: of metrics that no run has, and of points that are not listed.
+pub(super) fn checks_without_row(report: &AnalysisReport) -> Vec<&CheckResult> {
+    let shown: BTreeSet<String> = report
+        .sections()
+        .iter()
+        .flat_map(|(_, metrics)| metrics.iter().map(|metric| subject(metric)))
+        .collect();
+    let checks = report.check_results.iter().filter(|result| result.kind == CheckKind::Check);
+    checks.filter(|result| !shown.contains(&result.subject)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::metric::theory::Expected as _;
+    use crate::metric::{MetricScope, SweepScope};
+    use crate::statistics::Estimate;
+
+    const FORCE: &Definition = &Definition {
+        name: "force.mean",
+        unit: "N",
+        how: "<F> & \"more\"",
+        laws: &[],
+        rounding: 0.0,
+    };
+
+    fn metric(value: f64, theory: Option<f64>) -> Metric {
+        let scope =
+            MetricScope::Sweep(SweepScope { along: None, coordinates: Vec::new(), replicates: 1 });
+        let theory = theory.expected().map(|expected| expected.by(None));
+        Metric::new(FORCE, Estimate::bare(value), theory, String::new(), scope)
+    }
+
+    fn check(passed: bool) -> CheckResult {
+        CheckResult {
+            passed,
+            kind: CheckKind::Check,
+            subject: "force.mean".to_owned(),
+            requirement: "at most <2>".to_owned(),
+            finding: "measured \"3\"".to_owned(),
+            file: None,
+            line: 1,
+            seconds: 0.0,
+        }
+    }
+
+    #[test]
+    fn numbers_are_split_at_the_decimal_point() {
+        for (number, whole) in
+            [("-0.01961(73)", "-0"), ("12345(250)", "12345"), ("1.3·10⁻¹⁸", "1"), ("none", "")]
+        {
+            assert_eq!(whole_part(number), whole);
+        }
+        let cell = aligned("-12.5(3)").into_string();
+        assert_eq!(cell, "<span class=\"whole\">−12</span>.5(3)");
+    }
+
+    #[test]
+    fn row_holds_the_check_and_definitions_are_escaped() {
+        let (passed, failed) = (check(true), check(false));
+        let row = row(&metric(3.0, Some(2.0)), &[&passed, &failed]).into_string();
+        assert!(row.contains("<strong class=\"good\">ok</strong>"), "{row}");
+        assert!(row.contains("<strong class=\"bad\">failed</strong>"), "{row}");
+        assert!(
+            row.contains("at most &lt;2&gt;") && row.contains("measured &quot;3&quot;"),
+            "{row}"
+        );
+        assert!(row.contains("title=\"&lt;F&gt; &amp; &quot;more&quot;\""), "{row}");
+        assert!(row.contains("href=\"#metric-force.mean\""), "{row}");
+    }
+
+    /// Guarantee: zeros are collapsed only where they say nothing. Control: a zero that theory predicts, or that is checked, has a row.
+    #[test]
+    fn zeros_by_construction_are_collapsed() {
+        let (zero, predicted, positive) =
+            (metric(0.0, None), metric(0.0, Some(0.0)), metric(1.0, None));
+        let result = check(true);
+        let none = Checks::new();
+        let checked = Checks::from([("force.mean", vec![&result])]);
+        let collapsed = |metric: &Metric, checks: &Checks<'_>| {
+            group("run", &[metric], checks).into_string().contains("<details>")
+        };
+        assert!(collapsed(&zero, &none));
+        assert!(!collapsed(&predicted, &none) && !collapsed(&positive, &none));
+        assert!(!collapsed(&zero, &checked));
+    }
+}

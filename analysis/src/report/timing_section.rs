@@ -1,0 +1,81 @@
+//! The section of `report.html` with run times, which no metric contains.
+
+use super::html::breakable;
+use super::table::{six_digits, with_error};
+use crate::input::coordinates::label;
+use kinetoscope_manifest::{Coordinate, TimingTable};
+use maud::{Markup, html};
+
+/// The run times of a timing table.
+pub(super) fn section(table: &TimingTable) -> Markup {
+    html! {
+        section {
+            h2 { "Timing" }
+            p {
+                "The engine alone, one run at a time, nothing recorded, " (table.machine)
+                ". These figures belong to that machine."
+            }
+            table class="numbers" {
+                thead {
+                    tr {
+                        th { "point (runs)" } th { "mean/s" } th { "standard deviation/s" }
+                        th { "median/s" } th { "steps or events/s" }
+                    }
+                }
+                tbody {
+                    @for point in &table.points {
+                        @let name = format!("{} ({})", point_name(&point.coordinates), point.runs);
+                        tr {
+                            td { (breakable(&name)) }
+                            td data-label="mean/s" { (four_digits(point.mean_s)) }
+                            td data-label="deviation/s" {
+                                (four_digits(point.standard_deviation_s))
+                            }
+                            td data-label="median/s" { (four_digits(point.median_s)) }
+                            td data-label="per second" {
+                                (four_digits(point.steps_or_events_per_s))
+                            }
+                        }
+                    }
+                }
+            }
+            (time_ratios(table))
+        }
+    }
+}
+
+fn time_ratios(table: &TimingTable) -> Markup {
+    html! {
+        @if let Some(comparison) = &table.comparison {
+            h3 { "Time of " (comparison.of) " over time of " (comparison.over) }
+            table class="numbers" {
+                thead { tr { th { "point" } th { "geometric mean" } th { "median" } } }
+                tbody {
+                    @for ratio in comparison.ratios.iter().chain([&comparison.all]) {
+                        tr {
+                            td { (breakable(&point_name(&ratio.coordinates))) }
+                            td data-label="mean" {
+                                (with_error(ratio.mean, Some(ratio.standard_error)))
+                            }
+                            td data-label="median" { (four_digits(ratio.median)) }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The name of a point of a sweep.
+fn point_name(coordinates: &[Coordinate]) -> String {
+    match label(coordinates) {
+        name if name.is_empty() => "all".to_owned(),
+        name => name,
+    }
+}
+
+/// A positive number in four digits.
+fn four_digits(value: f64) -> String {
+    let unit = 10.0_f64.powf(value.log10().floor() - 3.0);
+    six_digits(if value > 0.0 { (value / unit).round() * unit } else { value })
+}
