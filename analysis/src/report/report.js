@@ -664,7 +664,8 @@
     const observer = new ResizeObserver(() => {
       if (figure.clientWidth === lastWidth || !figure.clientWidth) return;
       lastWidth = figure.clientWidth;
-      draw();
+      // Later, because a figure that changes its height while it is observed is reported as an error.
+      requestAnimationFrame(draw);
     });
     // A chart in a closed list has no width; it is drawn when the list opens.
     observer.observe(figure);

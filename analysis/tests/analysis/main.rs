@@ -35,6 +35,8 @@ mod exports_contain_the_recorded_bits;
 mod metrics_reference_is_current;
 // The report opens in a browser without errors and on a phone.
 mod report_opens_in_a_browser;
+// The pages have no serious violation of accessibility.
+mod report_is_accessible;
 // A folder of experiments has a page that lists them.
 mod index_lists_every_experiment;
 // The plots of the report show values, zoom, and move the replay.

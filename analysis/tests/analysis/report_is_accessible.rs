@@ -1,0 +1,68 @@
+//! Guarantee: axe-core finds no serious or critical violation in `report.html` and `index.html`, in the light and in the dark theme: contrast,
+//! labels, focus, structure.
+//!
+//! Setup: headless Chromium; axe-core is added to a copy of the page. Control: a page with pale text and an unlabeled button is found.
+#![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
+
+use crate::report_opens_in_a_browser::dumped;
+use std::fs;
+use std::path::Path;
+
+/// Writes the violations to the title of the page, after its script has drawn everything.
+const PROBE: &str = r#"<script>
+addEventListener("load", async () => {
+  for (const list of document.querySelectorAll("details")) list.open = true;
+  if (window.replay) await window.replay.ready;
+  await new Promise((drawn) => setTimeout(drawn, 500));
+  const found = await axe.run(document, { resultTypes: ["violations"] });
+  const severe = found.violations.filter((one) => ["serious", "critical"].includes(one.impact));
+  const text = severe.map((one) => `${one.id}: ${one.nodes.slice(0, 3).map((node) => node.target + " " + (node.any[0]?.message ?? "")).join(" | ")}`);
+  document.title = `rules ${found.passes.length + found.violations.length}; severe [${text.join("; ")}]`;
+});
+</script>"#;
+
+/// The severe violations of a page in both themes, as one text per theme.
+fn violations(page: &Path) -> Vec<String> {
+    let axe = std::env::var("AXE").expect("AXE must name axe.min.js of axe-core");
+    let axe = fs::read_to_string(axe).unwrap();
+    let probed = page.with_file_name("accessible.html");
+    let text = fs::read_to_string(page).unwrap();
+    let scripts = format!("<script>{axe}</script>{PROBE}</body>");
+    fs::write(&probed, text.replace("</body>", &scripts)).unwrap();
+    let titles = [false, true].map(|dark| {
+        let (dom, console) = dumped(&probed, 1300, dark);
+        assert_eq!(console, "", "{}", page.display());
+        let title = dom.split("<title>").nth(1).and_then(|rest| rest.split("</title>").next());
+        title.unwrap_or_default().to_owned()
+    });
+    fs::remove_file(&probed).unwrap();
+    for title in &titles {
+        assert!(title.starts_with("rules "), "axe-core did not run on {}: {title}", page.display());
+    }
+    titles.into_iter().filter(|title| !title.ends_with("severe []")).collect()
+}
+
+#[test]
+#[ignore = "needs chromium; AXE names axe.min.js; REPORTS contains the paths of reports, separated by colons, and INDEX the page that lists them"]
+fn pages_have_no_serious_violation_in_either_theme() {
+    let reports = std::env::var("REPORTS").expect("REPORTS must name the reports");
+    let index = std::env::var("INDEX").expect("INDEX must name the page of all experiments");
+    for page in reports.split(':').chain([index.as_str()]) {
+        assert_eq!(violations(Path::new(page)), [""; 0], "{page}");
+    }
+}
+
+#[test]
+#[ignore = "needs chromium; AXE names axe.min.js"]
+fn pale_text_and_unlabeled_buttons_are_violations() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = folder.path().join("page.html");
+    let text = "<!doctype html><html lang=\"en\"><head><title>x</title></head><body><main><h1>x</h1><p style=\"color: #ccc; background: #fff\">pale</p><button></button></main></body></html>";
+    fs::write(&page, text).unwrap();
+    let found = violations(&page);
+    assert_eq!(found.len(), 2, "{found:?}");
+    assert!(
+        found.iter().all(|text| text.contains("color-contrast") && text.contains("button-name")),
+        "{found:?}"
+    );
+}
