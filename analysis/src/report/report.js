@@ -483,12 +483,13 @@
       const power = exponent ? `10${superscript(exponent)}` : "", unit = [power, axis.unit].filter(Boolean).join(" ");
       const text = unit ? `${axis.label} (${unit})` : axis.label;
       const size = Math.max(11, Math.min(13, 13 * room / widthOf(text, 13)));
-      element("text", { class: "caption", "text-anchor": "middle", style: `font-size:${size}px`, ...attributes }, sheet, text);
+      const narrow = widthOf(text, size) > room && { textLength: room, lengthAdjust: "spacingAndGlyphs" };
+      element("text", { "text-anchor": "middle", style: `font-size:${size}px`, ...narrow, ...attributes }, sheet, text);
     }
 
     function draw() {
       const full = Math.max(240, Math.min(760, figure.clientWidth));
-      const height = data.equal ? Math.min(0.9 * full, 560) : Math.max(230, Math.min(0.58 * full, 400));
+      const height = data.equal ? Math.min(0.9 * full, 560) : Math.max(260, Math.min(0.58 * full, 400));
       const top = 10, bottom = 46, right = 16;
       const [x, y] = ranges((full - 70) / (height - top - bottom));
       const rows = ticksOf(yAxis, isLogY, ...y, Math.max(2, (height - top - bottom) / 45));
@@ -515,8 +516,8 @@
       const area = element("g", { "clip-path": `url(#${id})` }, sheet);
       for (const curve of shown()) drawCurve(curve, area);
       element("rect", { class: "frame", x: left, y: top, width: view.width, height: view.height }, sheet);
-      caption(xAxis, columns.exponent, { x: left + view.width / 2, y: height - 8 }, full);
-      caption(yAxis, rows.exponent, { transform: `translate(14 ${top + view.height / 2}) rotate(-90)` }, height);
+      caption(xAxis, columns.exponent, { x: left + view.width / 2, y: height - 8 }, view.width + 2 * right - 4);
+      caption(yAxis, rows.exponent, { transform: `translate(14 ${top + view.height / 2}) rotate(-90)` }, view.height + 2 * top - 4);
       view.now = element("line", { class: "now", y1: top, y2: foot, visibility: "hidden" }, area);
       view.mark = element("circle", { class: "mark", r: 6, visibility: "hidden" }, area);
       view.zoom = element("rect", { class: "zoom", visibility: "hidden" }, sheet);
@@ -664,9 +665,13 @@
     const observer = new ResizeObserver(() => {
       if (figure.clientWidth === lastWidth || !figure.clientWidth) return;
       lastWidth = figure.clientWidth;
-      draw();
+      requestAnimationFrame(draw);
     });
-    // A chart in a closed list has no width; it is drawn when the list opens.
+    // A chart in a closed list is drawn when the list opens.
+    if (!figure.closest("details:not([open])")) {
+      lastWidth = figure.clientWidth;
+      draw();
+    }
     observer.observe(figure);
     // For tests: pixels of values, and the range of the axes.
     const made = { figure, data, showTime, pixel: (a, b) => [px(a), py(b)], get range() { return [view.x, view.y]; }, get isLog() { return [isLogX, isLogY]; } };
