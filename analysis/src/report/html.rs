@@ -71,7 +71,7 @@ fn check_table(results: &[&CheckResult], title: &str) -> Markup {
             section {
                 h2 { (title) }
                 table class="checks" {
-                    thead { tr { th {} th { "metric" } th { "finding" } } }
+                    thead { tr { th { "result" } th { "metric" } th { "finding" } } }
                     tbody {
                         @for result in results {
                             @let (class, word) =

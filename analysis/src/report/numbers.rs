@@ -38,7 +38,7 @@ pub(super) fn section(report: &AnalysisReport) -> Markup {
                 thead {
                     tr {
                         th { "metric" } th { "value" } th { "unit" } th { "theory" }
-                        th { "deviation" } th { @if has_checks { "check" } }
+                        th { "deviation" } @if has_checks { th { "check" } } @else { td {} }
                     }
                 }
                 @for (title, metrics) in &sections { (group(title, metrics, &checks)) }

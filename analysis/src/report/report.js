@@ -332,7 +332,8 @@
 }
 
 {
-  const COLORS = 7, DOT_PX = 7, REACH_PX = 60, TEXT_PX = 12, LEAST_DRAG_PX = 8;
+  const COLORS = 7, DOT_PX = 7, REACH_PX = 60, TEXT_PX = 12, LEAST_DRAG_PX = 8, PRINT_WIDTH_PX = 350;
+  let isPrinted = false;
 
   function element(name, attributes, parent, text) {
     const isSvg = /^(svg|g|path|line|rect|text|circle|clipPath)$/.test(name);
@@ -488,7 +489,7 @@
     }
 
     function draw() {
-      const full = Math.max(240, Math.min(760, figure.clientWidth));
+      const full = isPrinted ? PRINT_WIDTH_PX : Math.max(240, Math.min(760, figure.clientWidth));
       const height = data.equal ? Math.min(0.9 * full, 560) : Math.max(260, Math.min(0.58 * full, 400));
       const top = 10, bottom = 46, right = 16;
       const [x, y] = ranges((full - 70) / (height - top - bottom));
@@ -674,7 +675,7 @@
     }
     observer.observe(figure);
     // For tests: pixels of values, and the range of the axes.
-    const made = { figure, data, showTime, pixel: (a, b) => [px(a), py(b)], get range() { return [view.x, view.y]; }, get isLog() { return [isLogX, isLogY]; } };
+    const made = { figure, data, showTime, redraw: () => { if (view) draw(); }, pixel: (a, b) => [px(a), py(b)], get range() { return [view.x, view.y]; }, get isLog() { return [isLogX, isLogY]; } };
     charts.push(made);
     return () => { observer.disconnect(); charts = charts.filter((other) => other !== made); };
   }
@@ -727,6 +728,11 @@
   if (hint) hint.hidden = false;
   document.addEventListener("replaytime", () => charts.forEach((each) => each.showTime()));
   window.charts = () => charts;
+  // Two plots side by side on paper.
+  for (const [type, isPrint] of [["beforeprint", true], ["afterprint", false]]) addEventListener(type, () => {
+    isPrinted = isPrint;
+    charts.forEach((each) => each.redraw());
+  });
 
   // A link to a definition opens the list that contains it.
   function reveal() {
