@@ -295,6 +295,7 @@
       select,
       show,
       seek,
+      has: (of) => films.some((source) => source.dataset.file === of && source.dataset.film),
       get file() { return file; },
       get time() { return data ? data.times[frame] : NaN; },
       get frames() { return film.frames; },
@@ -540,8 +541,8 @@
 
     function scrub(time) {
       if (!data.time || !window.replay) return;
-      const all = files();
-      const file = all.includes(window.replay.file) ? window.replay.file : all[0];
+      const all = files(), { file: current, has } = window.replay;
+      const file = all.includes(current) ? current : all.find(has);
       if (file) window.replay.seek(time, file);
     }
 
@@ -709,7 +710,14 @@
     };
   }
 
-  for (const source of document.querySelectorAll("script.chart")) chart(source.parentElement, JSON.parse(source.textContent));
+  // The first plots over the time of the replay are next to it.
+  const beside = document.querySelector(".beside");
+  const isBeside = ({ time, curves }) => time && beside && beside.children.length < 2 && curves.some(({ run }) => run && window.replay?.has(run.file));
+  for (const source of document.querySelectorAll("script.chart")) {
+    const figure = source.parentElement, data = JSON.parse(source.textContent);
+    if (isBeside(data)) beside.append(figure);
+    chart(figure, data);
+  }
   const any = document.querySelector(".any");
   if (any) {
     const sweep = JSON.parse(any.querySelector("script.sweep").textContent), figure = any.querySelector("figure");
