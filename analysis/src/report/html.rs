@@ -71,7 +71,7 @@ fn check_table(results: &[&CheckResult], title: &str) -> Markup {
             section {
                 h2 { (title) }
                 table class="checks" {
-                    thead { tr { th {} th { "metric" } th { "finding" } } }
+                    thead { tr { th { "result" } th { "metric" } th { "finding" } } }
                     tbody {
                         @for result in results {
                             @let (class, word) =
@@ -131,9 +131,16 @@ fn baseline(comparison: &BaselineComparison) -> Markup {
     }
 }
 
-/// A number with a minus sign in place of the hyphen that terminals and files contain.
-pub(super) fn typographic(number: &str) -> String {
-    number.replace('-', "−")
+/// Numbers with minus signs in place of the hyphens that terminals and files contain; hyphens within words stay.
+pub(super) fn typographic(text: &str) -> String {
+    let mut signed = String::with_capacity(text.len());
+    let mut before = ' ';
+    for character in text.chars() {
+        let is_within_word = before.is_alphabetic() && before != 'e';
+        signed.push(if character == '-' && !is_within_word { '−' } else { character });
+        before = character;
+    }
+    signed
 }
 
 /// A law with its source, range and accuracy.
@@ -181,7 +188,13 @@ pub(super) fn breakable(text: &str) -> Markup {
 
 #[cfg(test)]
 mod tests {
-    use super::breakable;
+    use super::{breakable, typographic};
+
+    #[test]
+    fn hyphens_of_words_are_no_minus_signs() {
+        assert_eq!(typographic("-1.5e-3 to -2"), "−1.5e−3 to −2");
+        assert_eq!(typographic("within round-off"), "within round-off");
+    }
 
     #[test]
     fn names_break_and_numbers_do_not() {

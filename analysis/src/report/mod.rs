@@ -229,19 +229,7 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
             Err(UnreadableRecording(why)) => unreadable.push(why),
         }
     }
-    for run in &runs {
-        match &run.ending {
-            RunStatus::Complete => {}
-            RunStatus::Damaged(why) => unreadable.push(why.clone()),
-            other => notes.push(format!(
-                "{}: {} after {} frames, t = {}; not part of means and fits",
-                run.file,
-                other.word(),
-                run.frames,
-                last_time(run)
-            )),
-        }
-    }
+    add_endings(&runs, &mut notes, &mut unreadable);
     notes.extend(snapshots_outside(&runs, &options.snapshots_at));
     let timing = timing_beside(source, &mut notes);
     let points = sweep::points(&runs);
@@ -272,6 +260,23 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
         notes,
         unreadable,
         timing,
+    }
+}
+
+/// Notes the runs that are not complete, and reports damaged files.
+fn add_endings(runs: &[RunAnalysis], notes: &mut Vec<String>, unreadable: &mut Vec<String>) {
+    for run in runs {
+        match &run.ending {
+            RunStatus::Complete => {}
+            RunStatus::Damaged(why) => unreadable.push(why.clone()),
+            other => notes.push(format!(
+                "{}: {} after {} frames, t = {}; not part of means and fits",
+                run.file,
+                other.word(),
+                run.frames,
+                last_time(run)
+            )),
+        }
     }
 }
 

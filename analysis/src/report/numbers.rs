@@ -38,7 +38,7 @@ pub(super) fn section(report: &AnalysisReport) -> Markup {
                 thead {
                     tr {
                         th { "metric" } th { "value" } th { "unit" } th { "theory" }
-                        th { "deviation" } @if has_checks { th { "check" } }
+                        th { "deviation" } @if has_checks { th { "check" } } @else { td {} }
                     }
                 }
                 @for (title, metrics) in &sections { (group(title, metrics, &checks)) }
@@ -94,17 +94,16 @@ fn row(metric: &Metric, checks: &[&CheckResult]) -> Markup {
         tr {
             td { (name(metric)) }
             td class="value" data-label="" { (aligned(&value_text(metric))) }
-            td data-label="" { (unit) }
+            td class="unit" data-label="" { (unit) }
             td class="theory" data-label=(label("theory", &theory)) { (aligned(&theory)) }
-            td data-label=(label("deviation", &deviation)) { (deviation) }
-            @if !checks.is_empty() {
-                td data-label="" {
-                    @for (index, check) in checks.iter().enumerate() {
-                        @if index > 0 { br; }
-                        @let (class, word) =
-                            if check.passed { ("good", "ok") } else { ("bad", "failed") };
-                        strong class=(class) { (word) } ": " span title=(check.finding) { (typographic(&check.requirement)) }
-                    }
+            td class="deviation" data-label=(label("deviation", &deviation)) { (deviation) }
+            td data-label="" {
+                @for (index, check) in checks.iter().enumerate() {
+                    @if index > 0 { br; }
+                    @let (class, word) =
+                        if check.passed { ("good", "ok") } else { ("bad", "failed") };
+                    strong class=(class) { (word) } ": "
+                    span title=(check.finding) { (typographic(&check.requirement)) }
                 }
             }
         }

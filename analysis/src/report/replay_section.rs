@@ -28,7 +28,11 @@ pub(super) fn section(report: &AnalysisReport) -> Markup {
                         }
                     }
                 }
-                (stage())
+                div class="split" {
+                    (stage())
+                    // The script moves plots over time here.
+                    div class="beside" {}
+                }
                 p class="note" {}
                 @if !others.is_empty() {
                     details {

@@ -295,6 +295,7 @@
       select,
       show,
       seek,
+      has: (of) => films.some((source) => source.dataset.file === of && source.dataset.film),
       get file() { return file; },
       get time() { return data ? data.times[frame] : NaN; },
       get frames() { return film.frames; },
@@ -332,7 +333,8 @@
 }
 
 {
-  const COLORS = 7, DOT_PX = 7, REACH_PX = 60, TEXT_PX = 12, LEAST_DRAG_PX = 8;
+  const COLORS = 7, DOT_PX = 7, REACH_PX = 60, TEXT_PX = 12, LEAST_DRAG_PX = 8, PRINT_WIDTH_PX = 350;
+  let isPrinted = false;
 
   function element(name, attributes, parent, text) {
     const isSvg = /^(svg|g|path|line|rect|text|circle|clipPath)$/.test(name);
@@ -483,12 +485,13 @@
       const power = exponent ? `10${superscript(exponent)}` : "", unit = [power, axis.unit].filter(Boolean).join(" ");
       const text = unit ? `${axis.label} (${unit})` : axis.label;
       const size = Math.max(11, Math.min(13, 13 * room / widthOf(text, 13)));
-      element("text", { class: "caption", "text-anchor": "middle", style: `font-size:${size}px`, ...attributes }, sheet, text);
+      const narrow = widthOf(text, size) > room && { textLength: room, lengthAdjust: "spacingAndGlyphs" };
+      element("text", { "text-anchor": "middle", style: `font-size:${size}px`, ...narrow, ...attributes }, sheet, text);
     }
 
     function draw() {
-      const full = Math.max(240, Math.min(760, figure.clientWidth));
-      const height = data.equal ? Math.min(0.9 * full, 560) : Math.max(230, Math.min(0.58 * full, 400));
+      const full = isPrinted ? PRINT_WIDTH_PX : Math.max(240, Math.min(760, figure.clientWidth));
+      const height = data.equal ? Math.min(0.9 * full, 560) : Math.max(260, Math.min(0.58 * full, 400));
       const top = 10, bottom = 46, right = 16;
       const [x, y] = ranges((full - 70) / (height - top - bottom));
       const rows = ticksOf(yAxis, isLogY, ...y, Math.max(2, (height - top - bottom) / 45));
@@ -515,8 +518,8 @@
       const area = element("g", { "clip-path": `url(#${id})` }, sheet);
       for (const curve of shown()) drawCurve(curve, area);
       element("rect", { class: "frame", x: left, y: top, width: view.width, height: view.height }, sheet);
-      caption(xAxis, columns.exponent, { x: left + view.width / 2, y: height - 8 }, full);
-      caption(yAxis, rows.exponent, { transform: `translate(14 ${top + view.height / 2}) rotate(-90)` }, height);
+      caption(xAxis, columns.exponent, { x: left + view.width / 2, y: height - 8 }, view.width + 2 * right - 4);
+      caption(yAxis, rows.exponent, { transform: `translate(14 ${top + view.height / 2}) rotate(-90)` }, view.height + 2 * top - 4);
       view.now = element("line", { class: "now", y1: top, y2: foot, visibility: "hidden" }, area);
       view.mark = element("circle", { class: "mark", r: 6, visibility: "hidden" }, area);
       view.zoom = element("rect", { class: "zoom", visibility: "hidden" }, sheet);
@@ -538,8 +541,8 @@
 
     function scrub(time) {
       if (!data.time || !window.replay) return;
-      const all = files();
-      const file = all.includes(window.replay.file) ? window.replay.file : all[0];
+      const all = files(), { file: current, has } = window.replay;
+      const file = all.includes(current) ? current : all.find(has);
       if (file) window.replay.seek(time, file);
     }
 
@@ -667,10 +670,14 @@
       // Later, because a figure that changes its height while it is observed is reported as an error.
       requestAnimationFrame(draw);
     });
-    // A chart in a closed list has no width; it is drawn when the list opens.
+    // A chart in a closed list is drawn when the list opens.
+    if (!figure.closest("details:not([open])")) {
+      lastWidth = figure.clientWidth;
+      draw();
+    }
     observer.observe(figure);
     // For tests: pixels of values, and the range of the axes.
-    const made = { figure, data, showTime, pixel: (a, b) => [px(a), py(b)], get range() { return [view.x, view.y]; }, get isLog() { return [isLogX, isLogY]; } };
+    const made = { figure, data, showTime, redraw: () => { if (view) draw(); }, pixel: (a, b) => [px(a), py(b)], get range() { return [view.x, view.y]; }, get isLog() { return [isLogX, isLogY]; } };
     charts.push(made);
     return () => { observer.disconnect(); charts = charts.filter((other) => other !== made); };
   }
@@ -704,7 +711,14 @@
     };
   }
 
-  for (const source of document.querySelectorAll("script.chart")) chart(source.parentElement, JSON.parse(source.textContent));
+  // The first plots over the time of the replay are next to it.
+  const beside = document.querySelector(".beside");
+  const isBeside = ({ time, curves }) => time && beside && beside.children.length < 2 && curves.some(({ run }) => run && window.replay?.has(run.file));
+  for (const source of document.querySelectorAll("script.chart")) {
+    const figure = source.parentElement, data = JSON.parse(source.textContent);
+    if (isBeside(data)) beside.append(figure);
+    chart(figure, data);
+  }
   const any = document.querySelector(".any");
   if (any) {
     const sweep = JSON.parse(any.querySelector("script.sweep").textContent), figure = any.querySelector("figure");
@@ -723,6 +737,11 @@
   if (hint) hint.hidden = false;
   document.addEventListener("replaytime", () => charts.forEach((each) => each.showTime()));
   window.charts = () => charts;
+  // Two plots side by side on paper.
+  for (const [type, isPrint] of [["beforeprint", true], ["afterprint", false]]) addEventListener(type, () => {
+    isPrinted = isPrint;
+    charts.forEach((each) => each.redraw());
+  });
 
   // A link to a definition opens the list that contains it.
   function reveal() {
