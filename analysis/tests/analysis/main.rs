@@ -37,6 +37,8 @@ mod metrics_reference_is_current;
 mod report_opens_in_a_browser;
 // The pages have no serious violation of accessibility.
 mod report_is_accessible;
+// Recordings with nothing, too much or nonsense have a report.
+mod report_of_unusual_recordings;
 // A folder of experiments has a page that lists them.
 mod index_lists_every_experiment;
 // The plots of the report show values, zoom, and move the replay.

@@ -1,0 +1,132 @@
+//! Guarantee: recordings with no frame, one frame, no finite number, very many particles or very many runs, torn ones, and runs of another
+//! model have a report without errors in the browser. What is left out is stated.
+//!
+//! Setup: recordings written by hand, in headless Chromium.
+#![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
+
+use crate::report_opens_in_a_browser::dumped;
+use crate::synthetic::{Folder, Frames, analyze, two_frames};
+use kinetoscope_manifest::RunManifest;
+use kinetoscope_recording::channels::GasPressure;
+use kinetoscope_recording::frame::Frame;
+use kinetoscope_recording::recorder::Clock;
+use std::fmt::Write as _;
+use std::fs;
+
+const MANIFEST: &str = "name = \"gas\"\ndescription = \"<script>alert(1)</script>\"\n[model.gas]\nparticles = 1\nduration_s = 1.0\n[record]\nframes = 1\nchannels = [\"state\", \"pressure\"]\n";
+
+/// Largest size of a page, bytes.
+const MAX_PAGE_BYTES: usize = 10_000_000;
+
+fn pressure(value: f64) -> GasPressure {
+    GasPressure { measured_since_start_n_per_m: value, ..GasPressure::default() }
+}
+
+fn ordinary(_: &RunManifest) -> Frames {
+    two_frames(&pressure(1.0))
+}
+
+/// Analyzes a folder, which must end with one of the exit codes; returns the page.
+fn page(folder: &Folder, codes: &[i32]) -> String {
+    let output = analyze(&[folder.name()]);
+    assert!(codes.contains(&output.code), "{}: {}", output.code, output.text);
+    assert!(!output.text.contains("internal error"), "{}", output.text);
+    let page = fs::read_to_string(folder.path().join("report.html"));
+    let page = page.unwrap_or_else(|error| panic!("{error}: {}", output.text));
+    assert!(page.len() < MAX_PAGE_BYTES, "{} bytes", page.len());
+    page
+}
+
+/// The console of the browser while it shows the report.
+fn console(folder: &Folder) -> String {
+    dumped(&folder.path().join("report.html"), 1300, false).1
+}
+
+/// As many particles as given, at two times.
+fn crowd(particles: u32) -> Frames {
+    (0..2_u8)
+        .map(|index| {
+            let mut frame = Frame::new();
+            for particle in 0..particles {
+                let angle = f64::from(particle) * 0.001;
+                frame.push_state(&[0.9 * angle.sin(), 0.9 * angle.cos(), 1.0, 0.0]);
+            }
+            frame.push(&pressure(1.0));
+            (Clock { count: u64::from(index), time: f64::from(index) }, frame)
+        })
+        .collect()
+}
+
+fn five_hundred_runs() -> Folder {
+    let mut values = String::new();
+    for run in 1..=500 {
+        write!(values, "{run}.0, ").unwrap();
+    }
+    let sweep = format!("{MANIFEST}[sweep]\n\"model.gas.temperature_k\" = [{values}]\n");
+    Folder::write(&sweep, ordinary)
+}
+
+#[test]
+fn runs_beyond_the_budget_are_listed_and_not_drawn() {
+    let folder = five_hundred_runs();
+    let page = page(&folder, &[0]);
+    assert!(page.contains("more runs are not replayed"));
+    let last = folder.files.last().unwrap();
+    assert!(page.contains(last.as_str()), "{last} is not listed");
+}
+
+#[test]
+fn a_million_particles_are_thinned_and_the_page_states_it() {
+    let folder = Folder::write(MANIFEST, |_| crowd(1_000_000));
+    let page = page(&folder, &[0]);
+    assert!(page.contains("Of up to 1000000 particles, every"), "the page does not state the thinning");
+}
+
+#[test]
+fn a_recording_without_frames_is_named_as_such() {
+    let folder = Folder::write(MANIFEST, |_| Vec::new());
+    let output = analyze(&[folder.name()]);
+    assert_eq!(output.code, 5, "{}", output.text);
+    assert!(output.text.contains("holds no frame\nhelp: "), "{}", output.text);
+}
+
+#[test]
+#[ignore = "needs chromium"]
+fn unusual_recordings_have_pages_without_errors() {
+    let no_number = Folder::write(MANIFEST, |_| two_frames(&pressure(f64::NAN)));
+    let infinite = Folder::write(MANIFEST, |_| two_frames(&pressure(f64::INFINITY)));
+    let one_frame = Folder::write(MANIFEST, |run| ordinary(run).into_iter().take(1).collect());
+    for folder in [&no_number, &infinite, &one_frame] {
+        let page = page(folder, &[0, 3, 5]);
+        assert!(!page.contains("<script>alert"));
+        assert_eq!(console(folder), "");
+    }
+
+    let torn = Folder::write(MANIFEST, ordinary);
+    let bytes = fs::read(torn.file(0)).unwrap();
+    fs::write(torn.file(0), &bytes[..bytes.len() * 2 / 3]).unwrap();
+    // Nothing but the torn run may be left to report.
+    let output = analyze(&[torn.name()]);
+    assert!([3, 5].contains(&output.code), "{}", output.text);
+    if torn.path().join("report.html").exists() {
+        assert_eq!(console(&torn), "");
+    }
+
+    let mixed = Folder::write(MANIFEST, ordinary);
+    let other = Folder::write(
+        "name = \"other\"\n[model.orbit]\nduration_days = 10.0\n[record]\nframes = 1\nchannels = [\"state\"]\n",
+        |_| {
+            let mut frame = Frame::new();
+            frame.push_state(&[1.0, 0.0, 0.0, 0.0, 0.017, 0.0]);
+            vec![(Clock { count: 0, time: 0.0 }, frame)]
+        },
+    );
+    fs::copy(other.file(0), mixed.path().join("other.mcap")).unwrap();
+    page(&mixed, &[0, 3, 5]);
+    assert_eq!(console(&mixed), "");
+
+    for folder in [five_hundred_runs(), Folder::write(MANIFEST, |_| crowd(100_000))] {
+        page(&folder, &[0]);
+        assert_eq!(console(&folder), "");
+    }
+}
