@@ -733,6 +733,16 @@
     key.addEventListener("change", show);
     show();
   }
+  // Text of pictures is enlarged on a phone; what does not fit is condensed.
+  function condense() {
+    for (const text of document.querySelectorAll(".picture text")) {
+      if (text.getComputedTextLength() <= 610) continue;
+      text.setAttribute("textLength", 610);
+      text.setAttribute("lengthAdjust", "spacingAndGlyphs");
+    }
+  }
+  condense();
+  document.addEventListener("toggle", condense, true);
   const hint = document.querySelector(".hint");
   if (hint) hint.hidden = false;
   document.addEventListener("replaytime", () => charts.forEach((each) => each.showTime()));
