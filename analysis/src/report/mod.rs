@@ -26,13 +26,16 @@ use crate::report::table::six_digits;
 use crate::run::cache::AnalysisCache;
 use crate::run::{self, RunAnalysis, RunOptions, RunStatus};
 use crate::sweep;
+use crate::sweep::requested::{self, PlotData, RejectedPlot};
 use kinetoscope_manifest::{
-    BaselineTolerance, Check, Coordinate, ExpectedOutcome, ExperimentRecord, TimingTable,
+    BaselineTolerance, Check, Coordinate, ExpectedOutcome, ExperimentRecord, PlotRequest,
+    TimingTable,
 };
 use kinetoscope_recording::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
 use rayon::iter::{
     IndexedParallelIterator as _, IntoParallelRefIterator as _, ParallelIterator as _,
 };
+use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZeroUsize;
 use std::thread::available_parallelism;
 use std::time::Instant;
@@ -92,6 +95,8 @@ pub(crate) struct AnalysisOptions {
 struct AnalysisTask {
     run: OpenRun,
     coordinates: Vec<Coordinate>,
+    /// Fields of channels that requested plots show.
+    fields: Vec<String>,
     /// Whether the run is plotted and, if the page has replays, replayed.
     is_drawn: bool,
 }
@@ -104,11 +109,12 @@ impl AnalysisTask {
         replay_bytes: Option<usize>,
         threads: NonZeroUsize,
     ) -> Result<RunAnalysis, UnreadableRecording> {
-        let Self { run, coordinates, is_drawn } = self;
+        let Self { run, coordinates, fields, is_drawn } = self;
         let run_options = RunOptions {
             with_figures: *is_drawn,
             snapshots_at: &options.snapshots_at,
             replay_bytes: replay_bytes.filter(|_| *is_drawn),
+            fields,
         };
         let cached = options
             .cache
@@ -153,12 +159,14 @@ fn analyze_all(
 /// draws them. Returns what could not be read, with reasons.
 pub(crate) fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions) -> Vec<String> {
     let drawn = source.record.as_ref().map(drawn_files);
+    let fields = source.record.as_ref().map(fields_of_files).unwrap_or_default();
     let tasks: Vec<AnalysisTask> = source
         .open()
         .into_iter()
         .map(|(run, coordinates)| {
             let is_drawn = drawn.as_ref().is_none_or(|drawn| drawn.contains(&run.file));
-            AnalysisTask { run, coordinates, is_drawn }
+            let fields = fields.get(&run.file).cloned().unwrap_or_default();
+            AnalysisTask { run, coordinates, fields, is_drawn }
         })
         .collect();
     let replayed = drawn.map_or(tasks.len(), |drawn| drawn.len());
@@ -182,20 +190,31 @@ fn drawn_files(record: &ExperimentRecord) -> Vec<String> {
     drawn.into_iter().map(|(_, file)| file).collect()
 }
 
+/// The fields of channels that [`analyze`] plots from each recording if all runs are complete.
+fn fields_of_files(record: &ExperimentRecord) -> BTreeMap<String, Vec<String>> {
+    let coordinates = record.runs.iter().map(|run| run.coordinates.as_slice());
+    let fields = requested::fields_to_read(&record.plots, coordinates);
+    record.runs.iter().map(|run| run.file.clone()).zip(fields).collect()
+}
+
 /// Analyzes the recordings of one folder.
 pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -> AnalysisReport {
     let mut drawn: Vec<Vec<Coordinate>> = Vec::new();
-    let tasks: Vec<AnalysisTask> = source
-        .open()
+    let opened = source.open();
+    let requests = source.record.as_ref().map_or(&[][..], |record| &record.plots);
+    let places = opened.iter().map(|(_, coordinates)| coordinates.as_slice());
+    let fields = requested::fields_to_read(requests, places);
+    let tasks: Vec<AnalysisTask> = opened
         .into_iter()
-        .map(|(run, coordinates)| {
+        .zip(fields)
+        .map(|((run, coordinates), fields)| {
             // One run per point is drawn, up to the number of curves in a chart, because plots take most of the memory.
             let is_drawn =
                 drawn.len() < sweep::figures::MAX_CURVES && !drawn.contains(&coordinates);
             if is_drawn {
                 drawn.push(coordinates.clone());
             }
-            AnalysisTask { run, coordinates, is_drawn }
+            AnalysisTask { run, coordinates, fields, is_drawn }
         })
         .collect();
     let mut runs: Vec<RunAnalysis> = Vec::new();
@@ -231,8 +250,10 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     notes.extend(sweep::correlation_note(&points).map(str::to_owned));
     metrics.extend(sweep::replicate_means(&points));
     metrics.extend(runs.iter().flat_map(RunAnalysis::metrics));
-    let plots = plots(&runs, &points, &mut notes);
     let record = source.record.as_ref();
+    let axes = record.map_or(&[][..], |record| &record.axes);
+    let data = PlotData { runs: &runs, points: &points, metrics: &metrics, axes };
+    let plots = plots(data, requests, &mut notes);
     let expected = record.map_or(ExpectedOutcome::Complete, |record| record.expected_outcome);
     let mut check_results = outcome::evaluate(&runs, &seconds, expected);
     check_results.extend(evaluate_checks(source, options, &metrics));
@@ -308,11 +329,13 @@ fn timing_beside(source: &RecordingFolder, notes: &mut Vec<String>) -> Option<Ti
     None
 }
 
+/// All plots with their file names, those on request first.
 fn plots(
-    runs: &[RunAnalysis],
-    points: &[sweep::SweepPoint<'_>],
+    data: PlotData<'_>,
+    requests: &[PlotRequest],
     notes: &mut Vec<String>,
 ) -> Vec<(String, Plot)> {
+    let PlotData { runs, points, .. } = data;
     let mut all: Vec<(String, Plot)> = Vec::new();
     let mut add = |stem: String, plot: Plot| {
         let taken = |stem: &str| all.iter().any(|(other, _)| other == stem);
@@ -324,8 +347,23 @@ fn plots(
         }
         all.push((name, plot));
     };
+    let mut requested = BTreeSet::new();
+    for request in requests {
+        match data.draw(request) {
+            Ok(plot) => {
+                requested.insert(plot.stem.clone());
+                add(plot.stem.clone(), plot);
+            }
+            Err(RejectedPlot { what, help }) => {
+                notes.push(format!("the plot of `{}` was not drawn: {what}; {help}", request.y));
+            }
+        }
+    }
     for plot in sweep::figures::plots(points) {
-        add(plot.stem.clone(), plot);
+        // The same quantities in the layout that was requested are not drawn again.
+        if !requested.contains(&plot.stem) {
+            add(plot.stem.clone(), plot);
+        }
     }
     let drawn: Vec<&RunAnalysis> =
         runs.iter().filter(|run| run.figures != Figures::default()).collect();
