@@ -177,6 +177,9 @@ impl<'a> Checked<'a> {
             };
         }
         text += &format!("\n  {}", plural(self.experiment.checks.len() as u64, "check"));
+        if !self.experiment.plots.is_empty() {
+            text += &format!(", {}", plural(self.experiment.plots.len() as u64, "requested plot"));
+        }
         text
     }
 

@@ -18,6 +18,7 @@ mod manifests;
 pub mod messages;
 pub mod output;
 mod pipeline;
+mod plotted_fields;
 mod results;
 pub mod run;
 pub mod starter;

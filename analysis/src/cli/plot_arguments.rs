@@ -128,6 +128,10 @@ impl PlotArguments {
     fn format(&self) -> Result<Format, CommandError> {
         let Some(file) = &self.output else { return self.svg() };
         match file.extension().and_then(|end| end.to_str()).map(str::to_lowercase).as_deref() {
+            _ if !is_in_a_folder(file) => Err(CommandError::usage(format!(
+                "{} is in a folder that does not exist\nhelp: create the folder, or name another file with --output",
+                file.display()
+            ))),
             Some("png") => Ok(Format::Png),
             Some("svg") => self.svg(),
             _ => Err(CommandError::usage(format!(
@@ -191,14 +195,13 @@ impl PlotArguments {
         }
         let rejected = |why: RejectedPlot| CommandError::usage(why);
         check_name(&request, model, first).map_err(rejected)?;
-        let places: Vec<&[Coordinate]> =
-            opened.iter().map(|(_, coordinates)| coordinates.as_slice()).collect();
+        let places: Vec<Vec<Coordinate>> = opened.iter().map(|(_, place)| place.clone()).collect();
         check_places(&request, &places).map_err(rejected)?;
         let axes = source.record.as_ref().map_or(&[][..], |record| &record.axes);
         if !request.is_of_channel() {
             swept_key(request.x.as_deref(), &places, axes).map_err(rejected)?;
         }
-        let fields = fields_to_read(&[request.clone()], places.iter().copied());
+        let fields = fields_to_read(std::slice::from_ref(&request), &places);
         let tasks = opened.into_iter().zip(fields).filter(|((_, coordinates), fields)| {
             request.selects(coordinates) && (!request.is_of_channel() || !fields.is_empty())
         });
@@ -212,7 +215,8 @@ impl PlotArguments {
         self.say_about(&runs, &mut unreadable);
         let points = points(&runs);
         let (metrics, _) = fits::fits(&points);
-        let data = PlotData { runs: &runs, points: &points, metrics: &metrics, axes };
+        let data =
+            PlotData { runs: &runs, points: &points, metrics: &metrics, places: &places, axes };
         match data.draw(&request) {
             Ok(plot) => Ok((plot, unreadable)),
             // What could not be read may be the cause.
@@ -324,8 +328,8 @@ fn check_name(request: &PlotRequest, model: &str, run: &OpenRun) -> Result<(), R
 }
 
 /// Rejects a place that no recording has.
-fn check_places(request: &PlotRequest, runs: &[&[Coordinate]]) -> Result<(), RejectedPlot> {
-    let keys = keys_of(runs.iter().copied());
+fn check_places(request: &PlotRequest, runs: &[Vec<Coordinate>]) -> Result<(), RejectedPlot> {
+    let keys = keys_of(runs.iter().map(Vec::as_slice));
     for (key, value) in &request.at {
         let is_named = |other: &&String| *other == key || last_part(other) == key;
         let Some(full) = keys.iter().find(is_named) else {
@@ -335,7 +339,7 @@ fn check_places(request: &PlotRequest, runs: &[&[Coordinate]]) -> Result<(), Rej
             };
             return Err(RejectedPlot::new(format!("`{key}` is not swept"), help));
         };
-        let all = runs.iter().flat_map(|run| run.iter()).filter(|place| place.key == *full);
+        let all = runs.iter().flatten().filter(|place| place.key == *full);
         let mut values: Vec<&str> = all.map(|place| place.value.as_str()).collect();
         values.dedup();
         if !values.contains(&value.as_str()) {
@@ -348,6 +352,11 @@ fn check_places(request: &PlotRequest, runs: &[&[Coordinate]]) -> Result<(), Rej
         return Ok(());
     }
     Err(RejectedPlot::new("no recording is at all these points", "leave out one of them"))
+}
+
+/// Whether the folder of a file exists.
+fn is_in_a_folder(file: &Path) -> bool {
+    file.parent().is_none_or(|folder| folder == Path::new("") || folder.is_dir())
 }
 
 fn place(text: &str) -> Result<(String, String), String> {

@@ -192,7 +192,7 @@ fn drawn_files(record: &ExperimentRecord) -> Vec<String> {
 
 /// The fields of channels that [`analyze`] plots from each recording if all runs are complete.
 fn fields_of_files(record: &ExperimentRecord) -> BTreeMap<String, Vec<String>> {
-    let coordinates = record.runs.iter().map(|run| run.coordinates.as_slice());
+    let coordinates = record.runs.iter().map(|run| &run.coordinates);
     let fields = requested::fields_to_read(&record.plots, coordinates);
     record.runs.iter().map(|run| run.file.clone()).zip(fields).collect()
 }
@@ -202,8 +202,8 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     let mut drawn: Vec<Vec<Coordinate>> = Vec::new();
     let opened = source.open();
     let requests = source.record.as_ref().map_or(&[][..], |record| &record.plots);
-    let places = opened.iter().map(|(_, coordinates)| coordinates.as_slice());
-    let fields = requested::fields_to_read(requests, places);
+    let places: Vec<Vec<Coordinate>> = opened.iter().map(|(_, place)| place.clone()).collect();
+    let fields = requested::fields_to_read(requests, &places);
     let tasks: Vec<AnalysisTask> = opened
         .into_iter()
         .zip(fields)
@@ -252,7 +252,7 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     metrics.extend(runs.iter().flat_map(RunAnalysis::metrics));
     let record = source.record.as_ref();
     let axes = record.map_or(&[][..], |record| &record.axes);
-    let data = PlotData { runs: &runs, points: &points, metrics: &metrics, axes };
+    let data = PlotData { runs: &runs, points: &points, metrics: &metrics, places: &places, axes };
     let plots = plots(data, requests, &mut notes);
     let expected = record.map_or(ExpectedOutcome::Complete, |record| record.expected_outcome);
     let mut check_results = outcome::evaluate(&runs, &seconds, expected);

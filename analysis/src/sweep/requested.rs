@@ -35,6 +35,8 @@ pub(crate) struct PlotData<'a> {
     pub(crate) points: &'a [SweepPoint<'a>],
     /// All metrics.
     pub(crate) metrics: &'a [Metric],
+    /// The coordinates of all runs, including those that were not read.
+    pub(crate) places: &'a [Vec<Coordinate>],
     /// The axes of the sweep; empty if they are not known.
     pub(crate) axes: &'a [SweptAxis],
 }
@@ -62,9 +64,7 @@ impl PlotData<'_> {
         let definition = definition(y).ok_or_else(|| {
             RejectedPlot::new(format!("`{y}` is not a metric"), "name a metric of metrics.json")
         })?;
-        let all: Vec<&[Coordinate]> =
-            self.runs.iter().map(|run| run.coordinates.as_slice()).collect();
-        let key = swept_key(request.x.as_deref(), &all, self.axes)?;
+        let key = swept_key(request.x.as_deref(), self.places, self.axes)?;
         let samples = self.samples(request);
         let mut remarks = Vec::new();
         let curves = curves(&samples, &key, self.axes, &mut remarks);
@@ -147,8 +147,10 @@ impl PlotData<'_> {
             return Err(no_run_selected(request));
         }
         let mut remarks = Vec::new();
-        if shown.len() > MAX_CURVES {
-            remarks.push(format!("the first {MAX_CURVES} of {} points of the sweep", shown.len()));
+        let selected = self.places.iter().filter(|place| request.selects(place));
+        let selected = grouped(selected.map(|place| (place.clone(), ()))).len();
+        if selected > MAX_CURVES {
+            remarks.push(format!("the first {MAX_CURVES} of {selected} points of the sweep"));
         }
         let several = shown.len() > 1;
         let mut curves = Vec::new();
@@ -163,12 +165,13 @@ impl PlotData<'_> {
             let help = "`kinetoscope info` lists the channels of a recording";
             return Err(RejectedPlot::new(what, help));
         }
-        let (label, unit) = words_and_unit(field);
+        let (words, unit) = words_and_unit(field);
+        let channel = topic.trim_start_matches('/');
+        let label = format!("{}: {words}", channel.replace('_', " "));
         let scales = scales(request, &curves, false)?;
         let time_unit = &shown[0].time_unit;
         let axes = axes([("time", time_unit), (&label, unit)], scales);
-        let channel = topic.trim_start_matches('/');
-        let title = format!("{}: {label} against time", capitalized(&channel.replace('_', " ")));
+        let title = format!("{} against time", capitalized(&label));
         let plot = Plot::chart(format!("{channel}_{field}_vs_time"), title, axes, curves);
         Ok(plot.with_remark(&remarks.join("; ")))
     }
@@ -178,11 +181,11 @@ impl PlotData<'_> {
 /// each of their first points.
 pub(crate) fn fields_to_read<'a>(
     requests: &[PlotRequest],
-    runs: impl Iterator<Item = &'a [Coordinate]> + Clone,
+    runs: impl IntoIterator<Item = &'a Vec<Coordinate>> + Clone,
 ) -> Vec<Vec<String>> {
-    let mut wanted: Vec<Vec<String>> = runs.clone().map(|_| Vec::new()).collect();
+    let mut wanted: Vec<Vec<String>> = runs.clone().into_iter().map(|_| Vec::new()).collect();
     for request in requests.iter().filter(|request| request.is_of_channel()) {
-        let mut read: Vec<&[Coordinate]> = Vec::new();
+        let mut read: Vec<&Vec<Coordinate>> = Vec::new();
         for (names, coordinates) in wanted.iter_mut().zip(runs.clone()) {
             let is_new = request.selects(coordinates) && !read.contains(&coordinates);
             if is_new && read.len() < MAX_CURVES {
@@ -271,11 +274,11 @@ fn uninterrupted(points: &[(f64, f64)], name: &str, color: usize) -> Vec<Curve> 
 /// A key that is not swept or has no numbers, or a choice among several, with the keys.
 pub(crate) fn swept_key(
     requested: Option<&str>,
-    runs: &[&[Coordinate]],
+    places: &[Vec<Coordinate>],
     axes: &[SweptAxis],
 ) -> Result<String, RejectedPlot> {
-    let keys = coordinates::keys_of(runs.iter().copied());
-    let has_numbers = |key: &&String| runs.iter().any(|run| number(run, key).is_some());
+    let keys = coordinates::keys_of(places.iter().map(Vec::as_slice));
+    let has_numbers = |key: &&String| places.iter().any(|place| number(place, key).is_some());
     let numeric: Vec<&str> = keys.iter().filter(has_numbers).map(String::as_str).collect();
     let listed = numeric.iter().map(|key| last_part(key)).collect::<Vec<_>>().join(", ");
     let Some(x) = requested else {
