@@ -211,6 +211,7 @@ impl<'a> Checked<'a> {
             "memory_bytes": self.memory(),
             "expected_s": self.seconds,
             "checks": self.experiment.checks.len(),
+            "plots": self.experiment.plots.len(),
         })
     }
 }

@@ -124,7 +124,7 @@ fn read_one(
         check_channel(&plot, manifest, &mut reader);
     } else {
         check_y(&plot, manifest, element, &mut reader);
-        if let Some(points) = points {
+        if let Some(points) = points.filter(|_| reader.has("y")) {
             plot.x = swept_key(plot.x.as_deref(), points, element, &mut reader);
         }
     }
@@ -215,7 +215,10 @@ fn swept_key(
         };
     };
     let Some(full) = points.full_name(x) else {
-        let label = match nearest(x, numeric.iter().flatten().copied()) {
+        let last_parts: Vec<&str> =
+            numeric.iter().flatten().filter_map(|key| key.rsplit('.').next()).collect();
+        let keys = last_parts.iter().chain(numeric.iter().flatten()).copied();
+        let label = match nearest(x, keys) {
             Some(meant) => format!("did you mean `{meant}`?"),
             None if numeric.is_empty() => "the sweep has no number".to_owned(),
             None => format!("must be one of {}", listed()),

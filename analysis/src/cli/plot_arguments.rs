@@ -319,8 +319,17 @@ fn check_name(request: &PlotRequest, model: &str, run: &OpenRun) -> Result<(), R
             format!("a field of a channel is written `{with_slash}`")
         }
         Some(meant) => format!("did you mean `{meant}`?"),
-        None if request.is_of_channel() => format!("fields: {}", fields.join(", ")),
-        None => format!("metrics of this model: {}", metrics.join(", ")),
+        None if request.is_of_channel() => {
+            let topic = y.split('.').next().unwrap_or_default();
+            let of_topic: Vec<&str> = fields
+                .iter()
+                .copied()
+                .filter(|field| field.split('.').next() == Some(topic))
+                .collect();
+            let listed = if of_topic.is_empty() { &fields } else { &of_topic };
+            format!("fields: {}", listed.join(", "))
+        }
+        None => "`kinetoscope analyze --list-metrics` lists all metrics".to_owned(),
     };
     let kind =
         if request.is_of_channel() { "recorded field" } else { "metric of these recordings" };
