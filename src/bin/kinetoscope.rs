@@ -15,7 +15,9 @@ use kinetoscope::cli::run::RunArguments;
 use kinetoscope::cli::starter::{NewArguments, print_schema};
 use kinetoscope::cli::why::WhyArguments;
 use kinetoscope::cli::{Program, messages};
-use kinetoscope_analysis::cli::{self as analysis, AnalyzeArguments, ExportArguments};
+use kinetoscope_analysis::cli::{
+    self as analysis, AnalyzeArguments, ExportArguments, PlotArguments,
+};
 use kinetoscope_usage::{Ended, with_nearest_subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -52,6 +54,8 @@ enum Command {
     Analyze(AnalyzeArguments),
     #[command(after_help = exit_codes(&[5]))]
     Export(ExportArguments),
+    #[command(after_help = exit_codes(&[5]))]
+    Plot(PlotArguments),
     #[command(after_help = exit_codes(&[5, 130, 143]))]
     View(ViewArguments),
     /// Print the JSON Schema of manifests, for editors
@@ -113,6 +117,7 @@ fn execute() -> ExitCode {
         Command::Benchmark(arguments) => arguments.execute().into(),
         Command::Analyze(arguments) => ExitCode::from(arguments.execute() as u8),
         Command::Export(arguments) => ExitCode::from(arguments.execute() as u8),
+        Command::Plot(arguments) => ExitCode::from(arguments.execute() as u8),
         Command::View(arguments) => arguments.execute().into(),
         Command::Schema => print_schema().into(),
         Command::Completions { shell } => print_completions(*shell).into(),

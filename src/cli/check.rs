@@ -171,6 +171,9 @@ impl<'a> Checked<'a> {
             };
         }
         text += &format!("\n  {}", plural(self.experiment.checks.len() as u64, "check"));
+        if !self.experiment.plots.is_empty() {
+            text += &format!(", {}", plural(self.experiment.plots.len() as u64, "requested plot"));
+        }
         text
     }
 
@@ -202,6 +205,7 @@ impl<'a> Checked<'a> {
             "memory_bytes": self.memory(),
             "expected_s": self.seconds,
             "checks": self.experiment.checks.len(),
+            "plots": self.experiment.plots.len(),
         })
     }
 }

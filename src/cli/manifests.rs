@@ -2,6 +2,7 @@
 
 use crate::cli::exit::Exit;
 use crate::cli::messages::{Failure, bad, has_colors};
+use crate::cli::plotted_fields;
 use crate::cli::step::Step;
 use crate::plan::restart_files::StartFiles;
 use crate::plan::{Plan, Status};
@@ -156,9 +157,12 @@ impl<'a> ManifestReader<'a> {
             bad(what).help(CREATE_ONE)
         })?;
         let start_folder = self.start_folder(manifest);
-        self.parse(&source, manifest, overrides, start_folder, &Cell::new(None)).map_err(
-            |diagnostics| Failure::rendered(Exit::BadManifest, diagnostics.render(has_colors())),
-        )
+        let parsed = self.parse(&source, manifest, overrides, start_folder, &Cell::new(None));
+        let experiment = parsed.map_err(|diagnostics| {
+            Failure::rendered(Exit::BadManifest, diagnostics.render(has_colors()))
+        })?;
+        plotted_fields::reject_unknown(&experiment)?;
+        Ok(experiment)
     }
 
     /// Parses a manifest; `missing` receives why a manifest that it starts from has no recording.

@@ -19,6 +19,7 @@ pub mod messages;
 pub mod output;
 mod pipeline;
 mod planner;
+mod plotted_fields;
 mod program;
 mod result_arguments;
 mod results;

@@ -57,7 +57,7 @@ fn read_one(
     let mut reader = Reader::new("baseline", table, errors);
     let mut keys = BaselineKeys::default();
     keys.keys(&mut reader);
-    check_metric("a table [[baseline]]", &keys.metric, metrics, element, &mut reader);
+    check_metric("a table [[baseline]]", "metric", &keys.metric, metrics, element, &mut reader);
     if !reader.has("relative_tolerance") {
         let title = "a table [[baseline]] has no tolerance";
         reader.report(Diagnostic::new(title).at(element.span, "needs `relative_tolerance`"));

@@ -5,7 +5,7 @@ use crate::keys::{HasKeys as _, Reader, Writer, rules};
 use crate::model::METRICS;
 use crate::quantity::{Finite, NonNegative};
 use crate::renamed;
-use crate::sweep::{Axis, Coordinate, text};
+use crate::sweep::{Axis, Coordinate, VARIANT, text};
 use crate::syntax::{LineCounter, parse_toml};
 use crate::table::table;
 use crate::tree::{Entry, Node, Table};
@@ -79,10 +79,15 @@ impl Check {
     /// Whether the check applies to a run or group with these coordinates. A key may be written as its last part only.
     #[must_use]
     pub fn selects(&self, coordinates: &[Coordinate]) -> bool {
-        self.at.iter().all(|(key, value)| {
-            coordinates.iter().any(|place| names(key, &place.key) && place.value == *value)
-        })
+        selects(&self.at, coordinates)
     }
+}
+
+/// Whether a run or group with these coordinates is at one of the points that `where` selects.
+pub(crate) fn selects(at: &[(String, String)], coordinates: &[Coordinate]) -> bool {
+    at.iter().all(|(key, value)| {
+        coordinates.iter().any(|place| names(key, &place.key) && place.value == *value)
+    })
 }
 
 fn names(written: &str, key: &str) -> bool {
@@ -225,19 +230,37 @@ pub(crate) fn read(
 }
 
 /// The points of a sweep that `where` may name.
-struct Points<'a> {
+pub(crate) struct Points<'a> {
     axes: &'a [Axis],
     /// For each axis, the values of each of its keys.
     values: Vec<Vec<HashSet<&'a str>>>,
 }
 
 impl<'a> Points<'a> {
-    fn new(axes: &'a [Axis]) -> Self {
+    pub(crate) fn new(axes: &'a [Axis]) -> Self {
         let column = |axis: &'a Axis, column: usize| {
             axis.values.iter().map(|values| values[column].as_str()).collect()
         };
         let columns = |axis: &'a Axis| (0..axis.keys.len()).map(|key| column(axis, key)).collect();
         Self { axes, values: axes.iter().map(columns).collect() }
+    }
+
+    /// The keys of each axis whose values are numbers, without axes of other values.
+    pub(crate) fn numeric_keys(&self) -> Vec<Vec<&'a str>> {
+        let is_number = |value: &&str| value.parse::<f64>().is_ok_and(f64::is_finite);
+        let numeric = self.axes.iter().zip(&self.values).map(|(axis, columns)| {
+            let keys = axis.keys.iter().zip(columns);
+            let keys = keys
+                .filter(|(key, values)| *key != VARIANT && values.iter().all(|it| is_number(&it)));
+            keys.map(|(key, _)| key.as_str()).collect::<Vec<_>>()
+        });
+        numeric.filter(|keys| !keys.is_empty()).collect()
+    }
+
+    /// The full name of a swept key, which may be written as its last part only.
+    pub(crate) fn full_name(&self, written: &str) -> Option<&'a str> {
+        let mut keys = self.axes.iter().flat_map(|axis| &axis.keys);
+        keys.find(|key| names(written, key)).map(String::as_str)
     }
 
     /// Every swept key with the numbers of its axis and of its column.
@@ -255,12 +278,14 @@ fn read_one(
     metrics: Option<&[&'static str]>,
     errors: &mut Errors,
 ) -> Option<Check> {
-    let at = table.get("where").map_or_else(Vec::new, |place| read_where(place, points, errors));
+    let at = table
+        .get("where")
+        .map_or_else(Vec::new, |place| read_where("checks", place, points, errors));
     let mut reader = Reader::new("checks", table, errors);
     reader.also_known(&["where"]);
     let mut keys = CheckKeys::default();
     keys.keys(&mut reader);
-    check_metric("a check", &keys.metric, metrics, element, &mut reader);
+    check_metric("a check", "metric", &keys.metric, metrics, element, &mut reader);
     if !BOUNDS.iter().any(|key| reader.has(key)) {
         let label = "needs `tolerance`, `relative_tolerance`, `standard_errors`, \
             `max_deviation_sigma`, or `minimum` and `maximum`";
@@ -286,42 +311,45 @@ fn read_one(
     Some(Check { bound: keys.bound()?, metric: keys.metric, at, if_undecided, line: 0 })
 }
 
-/// Reports a table without a metric, or with one that is not among those of the model.
+/// Reports a table without a metric in this key, or with one that is not among those of the model.
 pub(crate) fn check_metric(
     table: &str,
+    key: &'static str,
     metric: &str,
     known: Option<&[&'static str]>,
     element: &Node,
     reader: &mut Reader<'_>,
 ) {
     let title = format!("{table} has no metric");
-    if !reader.has("metric") {
-        reader.report(Diagnostic::new(title).at(element.span, "needs `metric`"));
+    if !reader.has(key) {
+        reader.report(Diagnostic::new(title).at(element.span, format!("needs `{key}`")));
     } else if metric.trim().is_empty() {
-        reader.refuse(&["metric"], title, "must not be empty");
+        reader.refuse(&[key], title, "must not be empty");
     } else if let Some(new) = renamed::metric(metric) {
-        reader.refuse(&["metric"], format!("`{metric}` was renamed; use `{new}`"), "old name");
+        reader.refuse(&[key], format!("`{metric}` was renamed; use `{new}`"), "old name");
     } else if reader.is_full() && known.is_some_and(|known| !known.contains(&metric)) {
-        reader.refuse(&["metric"], "", "");
+        reader.refuse(&[key], "", "");
     } else if let Some(known) = known.filter(|known| !known.contains(&metric)) {
         let label = match nearest(metric, known.iter().copied()) {
             Some(meant) => format!("did you mean `{meant}`?"),
             None => "`kinetoscope analyze --list-metrics` lists all metrics".to_owned(),
         };
-        reader.refuse(&["metric"], format!("`{metric}` is not a metric"), label);
+        reader.refuse(&[key], format!("`{metric}` is not a metric"), label);
     }
 }
 
-fn read_where(
+/// Reads the table `where` of a check or a plot.
+pub(crate) fn read_where(
+    table: &str,
     place: &Entry,
     points: Option<&Points<'_>>,
     errors: &mut Errors,
 ) -> Vec<(String, String)> {
-    let Some(table) = place.node.table() else {
-        let expected = "a table of swept keys and values";
-        return refuse_type(&place.node, "checks.where", expected, errors).unwrap_or_default();
+    let Some(places) = place.node.table() else {
+        let (name, expected) = (format!("{table}.where"), "a table of swept keys and values");
+        return refuse_type(&place.node, &name, expected, errors).unwrap_or_default();
     };
-    let entries = table.entries.iter().flat_map(|entry| entry.leaves(&entry.key, &|_, _| false));
+    let entries = places.entries.iter().flat_map(|entry| entry.leaves(&entry.key, &|_, _| false));
     entries.filter_map(|(key, entry)| read_place(&key, entry, points, errors)).collect()
 }
 
@@ -366,13 +394,15 @@ pub(crate) fn write(checks: &[Check], writer: &mut Writer) {
     for check in checks {
         writer.text.push_str("\n[[checks]]\n");
         CheckKeys::of(check).keys(writer);
-        if !check.at.is_empty() {
-            let pairs: Vec<String> = check
-                .at
-                .iter()
-                .map(|(key, value)| format!("{} = {}", quoted(key), quoted(value)))
-                .collect();
-            writer.text.push_str(&format!("where = {{ {} }}\n", pairs.join(", ")));
-        }
+        write_where(&check.at, writer);
+    }
+}
+
+/// Writes the table `where`, unless it selects everything.
+pub(crate) fn write_where(at: &[(String, String)], writer: &mut Writer) {
+    if !at.is_empty() {
+        let pair = |(key, value): &(String, String)| format!("{} = {}", quoted(key), quoted(value));
+        let pairs: Vec<String> = at.iter().map(pair).collect();
+        writer.text.push_str(&format!("where = {{ {} }}\n", pairs.join(", ")));
     }
 }

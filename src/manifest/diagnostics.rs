@@ -227,7 +227,7 @@ impl fmt::Display for Diagnostics {
 impl std::error::Error for Diagnostics {}
 
 /// Returns the known name that the user most likely meant: one a few letters away, or else one that contains the word.
-pub(crate) fn nearest<'a>(
+pub fn nearest<'a>(
     word: &str,
     known: impl IntoIterator<Item = &'a str> + Clone,
 ) -> Option<&'a str> {

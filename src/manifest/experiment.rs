@@ -7,6 +7,7 @@ use crate::diagnostics::{Diagnostic, Diagnostics, Errors};
 use crate::head::{ExpectedOutcome, Head, NAME_RULE, is_name};
 use crate::keys::{HasKeys as _, Reader};
 use crate::model::{ModelConfig, Recordings, no_model};
+use crate::plots::{self, PlotRequest, PlottedManifest};
 use crate::record::RecordConfig;
 use crate::sweep::{self, Axis, Coordinate, Points, Setting, overlap};
 use crate::syntax::parse_toml;
@@ -33,6 +34,8 @@ pub struct Experiment {
     pub runs: Vec<Run>,
     /// Conditions on the metrics.
     pub checks: Vec<Check>,
+    /// The plots that the report shows first.
+    pub plots: Vec<PlotRequest>,
     /// How much metrics may differ from those of an earlier analysis.
     pub baseline: Vec<BaselineTolerance>,
     /// How the runs are expected to end.
@@ -136,6 +139,7 @@ fn experiment(
         axes: document.axes,
         runs: document.runs,
         checks: document.checks,
+        plots: document.plots,
         baseline: document.baseline,
         expected_outcome: document.head.expected_outcome.unwrap_or(ExpectedOutcome::Complete),
         manifest: origin.to_owned(),
@@ -212,6 +216,7 @@ pub(crate) struct Document {
     axes: Vec<Axis>,
     pub(crate) runs: Vec<Run>,
     checks: Vec<Check>,
+    plots: Vec<PlotRequest>,
     baseline: Vec<BaselineTolerance>,
 }
 
@@ -288,7 +293,8 @@ fn read_root(
                     .at(key_span, "leave it out, or change the sweep")
                     .at(setting.key_span, "swept here"),
             );
-        } else if ["sweep", "checks", "baseline"].iter().any(|table| overlap(table, &key)) {
+        } else if ["sweep", "checks", "plots", "baseline"].iter().any(|table| overlap(table, &key))
+        {
             let label = "change the manifest instead";
             errors.push(Diagnostic::new(format!("`{key}` cannot be set")).at(key_span, label));
         } else {
@@ -296,6 +302,7 @@ fn read_root(
         }
     }
     let checks = root.take("checks");
+    let plots = root.take("plots");
     let baseline = root.take("baseline");
     let model = root.take("model");
     let record = root.take("record");
@@ -303,7 +310,7 @@ fn read_root(
     let mut reader = Reader::new("", root, errors);
     head.keys(&mut reader);
     head.check(&mut reader);
-    reader.also_known(&["model", "record", "sweep", "checks", "baseline"]);
+    reader.also_known(&["model", "record", "sweep", "checks", "plots", "baseline"]);
     reader.finish();
     let base = Table { entries: [model, record].into_iter().flatten().collect() };
     let runs = expand(&head, &base, &axes, recordings, errors);
@@ -312,9 +319,18 @@ fn read_root(
     let manifest = CheckedManifest { source, axes: Some(&axes), metrics };
     let checks =
         checks.map_or_else(Vec::new, |checks| checks::read(&checks.node, Some(manifest), errors));
+    let first = runs.first().map(|run| &run.manifest);
+    let requesting = PlottedManifest {
+        manifest,
+        channels: first.map_or(&[], |first| first.model.channels()),
+        recorded: first.and_then(|first| first.record.channels.as_deref()),
+    };
+    // A manifest whose runs cannot be read has no known channels; its errors are reported first.
+    let requesting = first.map(|_| requesting);
+    let plots = plots.map_or_else(Vec::new, |plots| plots::read(&plots.node, requesting, errors));
     let baseline =
         baseline.map_or_else(Vec::new, |baseline| baseline::read(&baseline.node, metrics, errors));
-    Document { head, axes, runs, checks, baseline }
+    Document { head, axes, runs, checks, plots, baseline }
 }
 
 /// Inserts a value from the command line or from a sweep.

@@ -5,16 +5,33 @@ use crate::checks::CheckKeys;
 use crate::describe::{Describer, model_table, record_table};
 use crate::head::Head;
 use crate::model::ModelConfig;
+use crate::plots::PlotKeys;
 use serde_json::{Map, Value as Json, json};
+
+/// The schema of the table `where` of a check or a plot.
+fn place_table() -> Json {
+    json!({
+        "type": "object",
+        "description": "Where in the sweep: swept keys, or `variant`, and their values. Everywhere by \
+            default."
+    })
+}
+
+/// The schema of one of `[[plots]]`.
+fn plot_table() -> Json {
+    let mut table = Describer::describe(&mut PlotKeys::default());
+    table["properties"]["where"] = place_table();
+    if let Some(y) = table["properties"]["y"].as_object_mut() {
+        y.remove("default");
+    }
+    table["required"] = json!(["y"]);
+    table
+}
 
 /// The schema of one of `[[checks]]`.
 fn check_table() -> Json {
     let mut table = Describer::describe(&mut CheckKeys::default());
-    table["properties"]["where"] = json!({
-        "type": "object",
-        "description": "Where in the sweep: swept keys, or `variant`, and their values. Everywhere by \
-            default."
-    });
+    table["properties"]["where"] = place_table();
     if let Some(metric) = table["properties"]["metric"].as_object_mut() {
         metric.remove("default");
     }
@@ -118,6 +135,11 @@ pub fn json_schema() -> String {
     properties["sweep"] = sweep_table();
     properties["checks"] = json!({
         "type": "array", "items": check_table(), "description": "What analysis must find."
+    });
+    properties["plots"] = json!({
+        "type": "array",
+        "items": plot_table(),
+        "description": "Plots that the report shows first."
     });
     properties["baseline"] = json!({
         "type": "array",

@@ -8,6 +8,7 @@ use crate::experiment::Experiment;
 use crate::head::ExpectedOutcome;
 use crate::keys::{HasKeys as _, Reader, Writer};
 use crate::model::ModelConfig;
+use crate::plots::{self, PlotRequest};
 use crate::sweep::{Axis, Coordinate};
 use crate::syntax::parse_toml;
 use crate::table::table;
@@ -39,6 +40,8 @@ table! {
         runs: Vec<RunRecord> [apart] = Vec::new(),
         /// Conditions on the metrics.
         checks: Vec<Check> [apart] = Vec::new(),
+        /// The plots that the report shows first.
+        plots: Vec<PlotRequest> [apart] = Vec::new(),
         /// How much metrics may differ from those of an earlier analysis.
         baseline: Vec<BaselineTolerance> [apart] = Vec::new(),
     }
@@ -84,6 +87,7 @@ impl ExperimentRecord {
             axes: experiment.axes.clone(),
             runs: runs.collect(),
             checks: experiment.checks.clone(),
+            plots: experiment.plots.clone(),
             baseline: experiment.baseline.clone(),
             expected_outcome: experiment.expected_outcome,
             manifest: experiment.manifest.clone(),
@@ -109,6 +113,7 @@ impl ExperimentRecord {
             RunKeys { file, run_key, coordinates, replicate }.keys(&mut writer);
         }
         checks::write(&self.checks, &mut writer);
+        plots::write(&self.plots, &mut writer);
         baseline::write(&self.baseline, &mut writer);
         writer.text
     }
@@ -124,7 +129,7 @@ impl ExperimentRecord {
         let mut record = Self::default();
         let mut reader = Reader::new("", &root, &mut errors);
         record.keys(&mut reader);
-        reader.also_known(&["axes", "runs", "checks", "baseline"]);
+        reader.also_known(&["axes", "runs", "checks", "plots", "baseline"]);
         if ModelConfig::with_defaults(&record.model).is_none() {
             reader.report(Diagnostic::new(format!("unknown model {}", quoted(&record.model))));
         }
@@ -153,6 +158,9 @@ impl ExperimentRecord {
             for (check, line) in record.checks.iter_mut().zip(&record.check_lines) {
                 check.line = *line;
             }
+        }
+        if let Some(entry) = root.get("plots") {
+            record.plots = plots::read(&entry.node, None, &mut errors);
         }
         if let Some(entry) = root.get("baseline") {
             record.baseline = baseline::read(&entry.node, None, &mut errors);

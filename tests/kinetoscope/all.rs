@@ -9,6 +9,7 @@
 //! - `oversized_files`: sizes that files and manifests claim, pipes, devices and links, and concurrent starts
 //! - `shared_folders`: links, pipes, forged files and other processes in the folder of the recordings
 //! - `baselines`: other seeds, changed keys and the same run against an earlier analysis
+//! - `plots`: plots as SVG and PNG, and what cannot be plotted
 //! - `pipelines`: several manifests, folders, and manifests that start from manifests
 //! - `view`: the server of recordings for Lichtblick, and who may read
 
@@ -22,6 +23,7 @@ mod hostile_text;
 mod narrow_terminals;
 mod oversized_files;
 mod pipelines;
+mod plots;
 mod shared_folders;
 mod subcommands;
 mod view;

@@ -3,7 +3,7 @@
 use super::{Bench, GAS, call, command};
 use std::process::Stdio;
 
-const SUBCOMMANDS: [&str; 14] = [
+const SUBCOMMANDS: [&str; 15] = [
     "run",
     "new",
     "check",
@@ -14,6 +14,7 @@ const SUBCOMMANDS: [&str; 14] = [
     "benchmark",
     "analyze",
     "export",
+    "plot",
     "schema",
     "completions",
     "doctor",

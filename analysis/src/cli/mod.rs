@@ -1,12 +1,14 @@
-//! The programs `analyze-recordings`, `kinetoscope analyze` and `kinetoscope export`: from arguments to files, text and an exit code.
+//! The programs `analyze-recordings`, `kinetoscope analyze`, `kinetoscope export` and `kinetoscope plot`: from arguments to files, text and an exit code.
 
 mod arguments;
 mod exit;
 mod export_arguments;
 mod pages;
+mod plot_arguments;
 
 pub use arguments::{AnalyzeArguments, EXIT_CODES};
 pub use export_arguments::ExportArguments;
+pub use plot_arguments::PlotArguments;
 
 use crate::checks::CheckKind;
 use crate::checks::baseline::{Baseline, BaselineComparison};

@@ -5,6 +5,7 @@ use super::axis::{Axis, FLAT_RELATIVE, Layout, extremes};
 use super::canvas::{
     Canvas, INK, PALE, curve_color, draw, failure, fine, stroke, text_style, text_width,
 };
+use super::chart_size::ChartSize;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 use serde::{Deserialize, Serialize};
@@ -97,7 +98,7 @@ pub(crate) struct Chart {
     pub(crate) remark: String,
 }
 
-const WIDTH: i32 = 640;
+pub(super) const WIDTH: i32 = 640;
 const PLOT_HEIGHT: i32 = 360;
 const TITLE_HEIGHT: i32 = 40;
 const LEGEND_ROW_HEIGHT: i32 = 22;
@@ -105,6 +106,7 @@ const BOTTOM_LABELS: i32 = 58;
 const RIGHT_MARGIN: i32 = 32;
 const LEGEND_LEFT: i32 = 92;
 const LEGEND_TEXT: i32 = 16;
+const TITLE_TEXT: i32 = 20;
 const TICK_TEXT: i32 = 15;
 const LEGEND_SAMPLE: i32 = 30;
 const LEGEND_GAP: i32 = 22;
@@ -112,34 +114,45 @@ const REMARK_HEIGHT: i32 = 24;
 const REMARK_TEXT: i32 = 14;
 
 impl Chart {
-    /// The chart as an SVG document; `None` if no curve has a point that the axes can show.
-    pub(super) fn svg(&self, title: &str) -> Result<Option<String>, DrawingError> {
+    /// The chart as an SVG document; `None` if no curve has a point that the axes can show. Without a size, it has that of the
+    /// report.
+    pub(super) fn svg(
+        &self,
+        title: &str,
+        size: Option<ChartSize>,
+    ) -> Result<Option<String>, DrawingError> {
+        let width = size.map_or(WIDTH, ChartSize::layout_width);
         let curves = self.visible_curves();
         let Some((mut x, mut y)) = self.layouts(&curves) else { return Ok(None) };
-        let legend = legend_rows(&curves);
+        let legend = legend_rows(&curves, width);
         let legend_height = legend.len() as i32 * LEGEND_ROW_HEIGHT;
-        let plot_height = if self.equal_aspect { 480 } else { PLOT_HEIGHT };
+        let remark_height = if self.remark.is_empty() { 0 } else { REMARK_HEIGHT };
+        let around = TITLE_HEIGHT + legend_height + BOTTOM_LABELS + 10;
+        let plot_height = match size {
+            Some(size) => size.plot_height(around + remark_height)?,
+            None if self.equal_aspect => 480,
+            None => PLOT_HEIGHT,
+        };
         if self.equal_aspect {
-            let plot_width = WIDTH - left_labels(&y) - RIGHT_MARGIN;
+            let plot_width = width - left_labels(&y) - RIGHT_MARGIN;
             self.equalize(&mut x, &mut y, f64::from(plot_width) / f64::from(plot_height));
         }
-        let height = TITLE_HEIGHT + legend_height + plot_height + BOTTOM_LABELS + 10;
-        let remark_height = if self.remark.is_empty() { 0 } else { REMARK_HEIGHT };
-        draw(WIDTH, height + remark_height, |sheet| {
-            let style = text_style(20, HPos::Center, VPos::Center);
-            sheet.draw(&Text::new(title, (fine(WIDTH / 2), fine(22)), style)).map_err(failure)?;
+        let height = around + plot_height;
+        let svg = draw(width, height + remark_height, |sheet| {
+            let style = text_style(title_size(title, width), HPos::Center, VPos::Center);
+            sheet.draw(&Text::new(title, (fine(width / 2), fine(22)), style)).map_err(failure)?;
             for (row, entries) in legend.iter().enumerate() {
                 draw_legend_row(sheet, TITLE_HEIGHT + row as i32 * LEGEND_ROW_HEIGHT, entries)?;
             }
             let (sheet, below) = sheet.split_vertically(fine(height));
             if !self.remark.is_empty() {
                 let style = text_style(REMARK_TEXT, HPos::Center, VPos::Center);
-                let middle = (fine(WIDTH / 2), fine(REMARK_HEIGHT / 2 - 4));
+                let middle = (fine(width / 2), fine(REMARK_HEIGHT / 2 - 4));
                 below.draw(&Text::new(self.remark.clone(), middle, style)).map_err(failure)?;
             }
             let (_, plot) = sheet.split_vertically(fine(TITLE_HEIGHT + legend_height));
             draw_plot(&plot, &x, &y, &curves)?;
-            let across = (left_labels(&y) + WIDTH - RIGHT_MARGIN) / 2;
+            let across = (left_labels(&y) + width - RIGHT_MARGIN) / 2;
             let down = TITLE_HEIGHT + legend_height + plot_height / 2;
             let style = text_style(16, HPos::Center, VPos::Center);
             let below = (fine(across), fine(height - 16));
@@ -147,8 +160,8 @@ impl Chart {
             let upright = style.transform(FontTransform::Rotate270);
             let position = (fine(18), fine(down));
             sheet.draw(&Text::new(y.caption.clone(), position, upright)).map_err(failure)
-        })
-        .map(Some)
+        })?;
+        Ok(Some(size.map_or(svg.clone(), |size| size.shown(&svg, width, height + remark_height))))
     }
 
     /// Whether the chart tells more than one number: its data is not one dot, and its curves are not one flat line.
@@ -206,20 +219,27 @@ fn left_labels(y: &Layout) -> i32 {
     46 + TICK_TEXT / 2 * (y.longest_text() as i32 + 1)
 }
 
-/// Arranges the legend in rows that fit the canvas: position from the left, and curve.
-fn legend_rows(curves: &[Curve]) -> Vec<Vec<(i32, &Curve)>> {
+/// Size of the letters of a title: smaller if it is long, so that it fits the width.
+fn title_size(title: &str, width: i32) -> i32 {
+    let needed = text_width(title, TITLE_TEXT).max(1);
+    (TITLE_TEXT * (width - RIGHT_MARGIN) / needed).clamp(TITLE_TEXT / 2, TITLE_TEXT)
+}
+
+/// Arranges the legend in rows that fit the canvas: position from the left, and curve. The parts of an interrupted curve after
+/// the first have no name.
+fn legend_rows(curves: &[Curve], width: i32) -> Vec<Vec<(i32, &Curve)>> {
     let mut rows: Vec<Vec<(i32, &Curve)>> = Vec::new();
     let mut left = i32::MAX;
-    for curve in curves {
-        let width = LEGEND_SAMPLE + 8 + text_width(&curve.name, LEGEND_TEXT) + LEGEND_GAP;
-        if left.saturating_add(width) > WIDTH - RIGHT_MARGIN {
+    for curve in curves.iter().filter(|curve| !curve.name.is_empty()) {
+        let entry = LEGEND_SAMPLE + 8 + text_width(&curve.name, LEGEND_TEXT) + LEGEND_GAP;
+        if left.saturating_add(entry) > width - RIGHT_MARGIN {
             rows.push(Vec::new());
             left = LEGEND_LEFT;
         }
         if let Some(row) = rows.last_mut() {
             row.push((left, curve));
         }
-        left += width;
+        left += entry;
     }
     rows
 }

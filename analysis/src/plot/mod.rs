@@ -3,14 +3,17 @@
 mod axis;
 mod canvas;
 mod chart;
+mod chart_size;
 pub(crate) mod drawing;
 pub(crate) mod page;
 pub(crate) mod palette;
 mod picture;
+pub(crate) mod png;
 pub(crate) mod shapes_svg;
 
 pub(crate) use axis::{Axis, Scale, extremes, short_number, three_digits};
 pub(crate) use chart::{Chart, Curve, CurveStyle, Point, thinned};
+pub(crate) use chart_size::ChartSize;
 pub(crate) use picture::Picture;
 
 use kinetoscope_usage::text::visible;
@@ -69,9 +72,14 @@ impl Plot {
 
     /// The plot as an SVG document; `None` if it is empty. Characters that XML does not allow are escaped.
     pub(crate) fn svg(&self) -> Result<Option<String>, DrawingError> {
+        self.svg_of(None)
+    }
+
+    /// The plot as [`Self::svg`], with a chart of this size.
+    pub(crate) fn svg_of(&self, size: Option<ChartSize>) -> Result<Option<String>, DrawingError> {
         let svg = match &self.content {
             // The drawing library escapes markup, but not these characters.
-            PlotContent::Chart(chart) => chart.svg(&self.title)?,
+            PlotContent::Chart(chart) => chart.svg(&self.title, size)?,
             PlotContent::Picture(picture) => picture.svg(&self.title),
         };
         Ok(svg.map(|svg| visible(&svg).into_owned()))

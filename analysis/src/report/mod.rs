@@ -12,6 +12,7 @@ mod metrics_reference;
 mod numbers;
 mod plot_data;
 mod plot_section;
+mod plots;
 mod replay_section;
 mod sweep_data;
 pub(crate) mod table;
@@ -29,12 +30,12 @@ use crate::input::coordinates;
 use crate::input::host_file::HostFile;
 use crate::input::recording::OpenRun;
 use crate::metric::{Metric, MetricScope};
-use crate::models::figures::Figures;
 use crate::plot::Plot;
 use crate::report::table::six_digits;
 use crate::run::cache::AnalysisCache;
 use crate::run::{self, RunAnalysis, RunOptions, RunStatus};
 use crate::sweep;
+use crate::sweep::requested::{self, PlotData};
 use kinetoscope_manifest::{
     BaselineTolerance, Check, Coordinate, ExpectedOutcome, ExperimentRecord, TimingTable,
 };
@@ -108,6 +109,8 @@ pub(crate) struct AnalysisOptions {
 struct AnalysisTask {
     run: OpenRun,
     coordinates: Vec<Coordinate>,
+    /// Fields of channels that requested plots show.
+    fields: Vec<String>,
     /// Whether the run is plotted and, if the page has replays, replayed.
     is_drawn: bool,
 }
@@ -120,11 +123,12 @@ impl AnalysisTask {
         replay_bytes: Option<usize>,
         threads: NonZeroUsize,
     ) -> Result<RunAnalysis, UnreadableRecording> {
-        let Self { run, coordinates, is_drawn } = self;
+        let Self { run, coordinates, fields, is_drawn } = self;
         let run_options = RunOptions {
             with_figures: *is_drawn,
             snapshots_at: &options.snapshots_at,
             replay_bytes: replay_bytes.filter(|_| *is_drawn),
+            fields,
         };
         let cached = options
             .cache
@@ -169,12 +173,14 @@ fn analyze_all(
 /// draws them. Returns what could not be read, with reasons.
 pub(crate) fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions) -> Vec<String> {
     let drawn = source.record.as_ref().map(drawn_files);
+    let fields = source.record.as_ref().map(fields_of_files).unwrap_or_default();
     let tasks: Vec<AnalysisTask> = source
         .open()
         .into_iter()
         .map(|(run, coordinates)| {
             let is_drawn = drawn.as_ref().is_none_or(|drawn| drawn.contains(&run.file));
-            AnalysisTask { run, coordinates, is_drawn }
+            let fields = fields.get(&run.file).cloned().unwrap_or_default();
+            AnalysisTask { run, coordinates, fields, is_drawn }
         })
         .collect();
     let replayed = drawn.map_or(tasks.len(), |drawn| drawn.len());
@@ -198,20 +204,31 @@ fn drawn_files(record: &ExperimentRecord) -> Vec<String> {
     drawn.into_iter().map(|(_, file)| file).collect()
 }
 
+/// The fields of channels that [`analyze`] plots from each recording if all runs are complete.
+fn fields_of_files(record: &ExperimentRecord) -> BTreeMap<String, Vec<String>> {
+    let coordinates = record.runs.iter().map(|run| &run.coordinates);
+    let fields = requested::fields_to_read(&record.plots, coordinates);
+    record.runs.iter().map(|run| run.file.clone()).zip(fields).collect()
+}
+
 /// Analyzes the recordings of one folder.
 pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -> AnalysisReport {
     let mut drawn: Vec<Vec<Coordinate>> = Vec::new();
-    let tasks: Vec<AnalysisTask> = source
-        .open()
+    let opened = source.open();
+    let requests = source.record.as_ref().map_or(&[][..], |record| &record.plots);
+    let places: Vec<Vec<Coordinate>> = opened.iter().map(|(_, place)| place.clone()).collect();
+    let fields = requested::fields_to_read(requests, &places);
+    let tasks: Vec<AnalysisTask> = opened
         .into_iter()
-        .map(|(run, coordinates)| {
+        .zip(fields)
+        .map(|((run, coordinates), fields)| {
             // One run per point is drawn, up to the number of curves in a chart, because plots take most of the memory.
             let is_drawn =
                 drawn.len() < sweep::figures::MAX_CURVES && !drawn.contains(&coordinates);
             if is_drawn {
                 drawn.push(coordinates.clone());
             }
-            AnalysisTask { run, coordinates, is_drawn }
+            AnalysisTask { run, coordinates, fields, is_drawn }
         })
         .collect();
     let sizes = tasks.iter().map(|task| (task.run.file.clone(), task.run.recording().bytes()));
@@ -238,8 +255,10 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     notes.extend(sweep::correlation_note(&points).map(str::to_owned));
     metrics.extend(sweep::replicate_means(&points));
     metrics.extend(runs.iter().flat_map(RunAnalysis::metrics));
-    let plots = plots(&runs, &points, &mut notes);
     let record = source.record.as_ref();
+    let axes = record.map_or(&[][..], |record| &record.axes);
+    let data = PlotData { runs: &runs, points: &points, metrics: &metrics, places: &places, axes };
+    let plots = plots::plots(data, requests, &mut notes);
     let expected = record.map_or(ExpectedOutcome::Complete, |record| record.expected_outcome);
     let mut check_results = outcome::evaluate(&runs, &seconds, expected);
     check_results.extend(evaluate_checks(source, options, &metrics));
@@ -333,53 +352,6 @@ fn timing_beside(source: &RecordingFolder, notes: &mut Vec<String>) -> Option<Ti
         path.display()
     ));
     None
-}
-
-fn plots(
-    runs: &[RunAnalysis],
-    points: &[sweep::SweepPoint<'_>],
-    notes: &mut Vec<String>,
-) -> Vec<(String, Plot)> {
-    let mut all: Vec<(String, Plot)> = Vec::new();
-    let mut add = |stem: String, plot: Plot| {
-        if !plot.is_informative() {
-            return;
-        }
-        let taken = |stem: &str| all.iter().any(|(other, _)| other == stem);
-        let mut name = stem.clone();
-        let mut number = 2;
-        while taken(&name) {
-            name = format!("{stem}_{number}");
-            number += 1;
-        }
-        all.push((name, plot));
-    };
-    for plot in sweep::figures::plots(points) {
-        add(plot.stem.clone(), plot);
-    }
-    let drawn: Vec<&RunAnalysis> =
-        runs.iter().filter(|run| run.figures != Figures::default()).collect();
-    for plot in sweep::figures::comparisons(&drawn) {
-        add(plot.stem.clone(), plot);
-    }
-    for run in drawn.iter().take(MAX_RUNS_DRAWN) {
-        for plot in &run.figures.plots {
-            let place = coordinates::file_part(&run.coordinates);
-            let mut plot = plot.clone();
-            let label = coordinates::label(&run.coordinates);
-            if !label.is_empty() {
-                plot.title = format!("{}: {label}", plot.title);
-            }
-            add(format!("{}{place}", plot.stem), plot);
-        }
-    }
-    if drawn.len() > MAX_RUNS_DRAWN {
-        notes.push(format!(
-            "the first {MAX_RUNS_DRAWN} points of the sweep have plots of their own; plots of several runs show the first {}",
-            sweep::figures::MAX_CURVES
-        ));
-    }
-    all
 }
 
 impl AnalysisReport {

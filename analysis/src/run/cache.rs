@@ -5,6 +5,7 @@ use crate::metric::{Definition, Measurement, Theory};
 use crate::models::figures::Figures;
 use crate::models::metrics_of;
 use crate::replay::Replay;
+use crate::run::fields::RecordedField;
 use crate::run::{RunAnalysis, RunOptions, RunStatus};
 use crate::statistics::Estimate;
 use crate::write_file;
@@ -55,6 +56,8 @@ struct CachedAnalysis {
     /// Maximum size of the replay, bytes; `None` if no replay was requested.
     replay_bytes: Option<usize>,
     replay: Option<Replay>,
+    /// The fields that were requested.
+    fields: Vec<RecordedField>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -103,7 +106,7 @@ impl AnalysisCache {
         coordinates: &[Coordinate],
         options: RunOptions<'_>,
     ) -> Option<RunAnalysis> {
-        let RunOptions { with_figures, snapshots_at, replay_bytes } = options;
+        let RunOptions { with_figures, snapshots_at, replay_bytes, fields } = options;
         let identity = self.identity(run, snapshots_at)?;
         let bytes = read_own(&self.path(&run.file), MAX_SIDE_FILE_BYTES).ok()?;
         let cached: CachedAnalysis = postcard::from_bytes(&bytes).ok()?;
@@ -111,6 +114,8 @@ impl AnalysisCache {
         if cached.identity != identity || with_figures && cached.figures.is_none() || lacks_replay {
             return None;
         }
+        let fields = fields.iter().map(|name| cached.fields.iter().find(|it| it.name == *name));
+        let fields = fields.map(Option::<&RecordedField>::cloned).collect::<Option<_>>()?;
         if !cached.figures.as_ref().is_none_or(Figures::have_plain_names) {
             return None;
         }
@@ -130,6 +135,7 @@ impl AnalysisCache {
                 .collect::<Option<_>>()?,
             figures: cached.figures.filter(|_| with_figures).unwrap_or_default(),
             replay: cached.replay.filter(|_| replay_bytes.is_some()),
+            fields,
         })
     }
 
@@ -151,6 +157,7 @@ impl AnalysisCache {
             figures: options.with_figures.then(|| found.figures.clone()),
             replay_bytes: options.replay_bytes,
             replay: found.replay.clone(),
+            fields: found.fields.clone(),
         };
         if let Ok(bytes) = postcard::to_stdvec(&cached) {
             let path = self.path(&run.file);

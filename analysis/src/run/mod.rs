@@ -1,6 +1,7 @@
 //! Analysis of one recording.
 
 pub(crate) mod cache;
+pub(crate) mod fields;
 
 use crate::input::UnreadableRecording;
 use crate::input::recording::{OpenRun, is_partial};
@@ -8,6 +9,7 @@ use crate::metric::{Measurement, Measurements, Metric, MetricScope, RunOrigin, R
 use crate::models;
 use crate::models::figures::Figures;
 use crate::replay::{Replay, ReplayCollector};
+use crate::run::fields::{FieldCollector, RecordedField};
 use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_manifest::{Coordinate, RunManifest};
 use kinetoscope_recording::error::{ReadError, ReadFault};
@@ -59,6 +61,8 @@ pub struct RunOptions<'a> {
     pub snapshots_at: &'a [f64],
     /// Maximum size of the run's replay in the page, bytes; `None` for no replay.
     pub replay_bytes: Option<usize>,
+    /// Fields of channels that are plotted over time, such as `/energy.kinetic_j`.
+    pub fields: &'a [String],
 }
 
 /// Metrics and plots of one recording.
@@ -86,6 +90,8 @@ pub struct RunAnalysis {
     pub(crate) figures: Figures,
     /// The replay, if requested.
     pub(crate) replay: Option<Replay>,
+    /// The requested fields over time.
+    pub(crate) fields: Vec<RecordedField>,
 }
 
 impl RunAnalysis {
@@ -139,6 +145,7 @@ pub fn analyze(
 ) -> Result<RunAnalysis, UnreadableRecording> {
     let mut observer = models::observer(&run.manifest.model, options.snapshots_at);
     let mut replay = options.replay_bytes.map(|bytes| ReplayCollector::new(bytes, run));
+    let mut fields = FieldCollector::new(options.fields);
     let (mut frames, mut end_time, mut failure) = (0, 0.0, None);
     for frame in run.recording().frames_on(threads).map_err(UnreadableRecording::new)? {
         let observed = frame.and_then(|frame| {
@@ -146,6 +153,7 @@ pub fn analyze(
             if let Some(replay) = &mut replay {
                 replay.observe(&frame);
             }
+            fields.observe(&frame);
             observer.observe(frame).map(|()| time)
         });
         match observed {
@@ -181,6 +189,7 @@ pub fn analyze(
         ending,
         measurements: measurements.0,
         replay: replay.map(ReplayCollector::finish),
+        fields: fields.finish(),
         figures: if options.with_figures { observer.figures() } else { Figures::default() },
         file: run.file.clone(),
         manifest: run.manifest.clone(),

@@ -168,7 +168,7 @@ fn curves_of(
 }
 
 /// File name of a metric: some metrics use only the first part of their name.
-fn stem_of(metric: &str) -> String {
+pub(super) fn stem_of(metric: &str) -> String {
     match metric {
         "pressure.measured" => "pressure".to_owned(),
         "position_error.final" => "position_error".to_owned(),
@@ -176,15 +176,26 @@ fn stem_of(metric: &str) -> String {
     }
 }
 
-fn capitalized(text: &str) -> String {
+pub(super) fn capitalized(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// The quantity and the unit of a manifest key.
-fn words_and_unit(key: &str) -> (String, &'static str) {
+/// The quantity and the unit of a manifest key or a field of a channel.
+pub(super) fn words_and_unit(key: &str) -> (String, &'static str) {
     const UNITS: &[(&str, &str)] = &[
         ("_n_s_per_m", "N s/m"),
+        ("_m2_per_s2", "m²/s²"),
+        ("_au2_per_day2", "AU²/day²"),
+        ("_au2_per_day", "AU²/day"),
+        ("_au_per_day", "AU/day"),
+        ("_percent", "%"),
+        ("_ppm", "ppm"),
+        ("_j_s", "J s"),
+        ("_n_s", "N s"),
+        ("_rad", "rad"),
+        ("_uj", "µJ"),
+        ("_j", "J"),
         ("_n_per_m", "N/m"),
         ("_m_per_s2", "m/s²"),
         ("_m_per_s", "m/s"),

@@ -3,6 +3,7 @@
 mod asymptotic_range;
 pub(crate) mod figures;
 pub(crate) mod fits;
+pub(crate) mod requested;
 
 use crate::input::coordinates::grouped;
 use crate::metric::{Measurement, Metric, MetricScope, SweepScope, Theory};

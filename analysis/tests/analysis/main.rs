@@ -45,6 +45,8 @@ mod index_lists_every_experiment;
 mod plots_respond_to_the_pointer;
 // The replay of a report shows the recorded positions.
 mod replay_shows_the_recording;
+// Requested plots come first and show gaps where there is no value.
+mod requested_plots_show_the_metrics;
 // A thumbnail shows the recorded positions and colors.
 mod thumbnail_shows_the_recording;
 // A timing table is shown in the report and changes no metric.

@@ -79,7 +79,10 @@ fn runs_beyond_the_budget_are_listed_and_not_drawn() {
 fn a_million_particles_are_thinned_and_the_page_states_it() {
     let folder = Folder::write(MANIFEST, |_| crowd(1_000_000));
     let page = page(&folder, &[0]);
-    assert!(page.contains("Of up to 1000000 particles, every"), "the page does not state the thinning");
+    assert!(
+        page.contains("Of up to 1000000 particles, every"),
+        "the page does not state the thinning"
+    );
 }
 
 #[test]

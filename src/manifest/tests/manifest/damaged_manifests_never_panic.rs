@@ -36,6 +36,17 @@ metric = "energy.residual_relative"
 expected = 0.0
 tolerance = 1e-3
 where = { "model.dem.restitution" = 0.5 }
+
+[[plots]]
+y = "bed.height"
+x = "restitution"
+log = ["x", "y"]
+where = { variant = "Verlet – λ" }
+
+[[plots]]
+y = "/energy.kinetic_j"
+x = "time"
+title = "λ"
 "#;
 
 /// Parses a text with every entry point, formats the errors and returns their number.
@@ -125,6 +136,8 @@ fn unusual_texts_are_parsed_without_panic() {
         "sweep = 1\n[model.gas]",
         "checks = 1\n[model.gas]",
         "checks = [1, [], {}]\n[model.gas]",
+        "plots = 1\n[model.gas]",
+        "plots = [1, [], {}, { y = 1 }, { y = \"/\" }, { y = \"/.\", x = 2 }, { y = \"/é.\" }]\n[model.gas]",
         "[model.gas]\n[sweep]\nvariants = 1\nzip = 1",
         "[model.gas]\n[sweep]\nvariants = [1]\nzip = [1, [2]]",
         "[model.gas]\n[sweep]\nzip = [[\"a\"], []]",

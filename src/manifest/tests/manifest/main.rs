@@ -10,6 +10,8 @@ mod damaged_manifests_never_panic;
 mod differing_keys_are_named;
 // `experiment.toml` gives the analysis what the manifest gave the run.
 mod experiment_record_round_trips;
+// Requested plots name metrics, channels and swept keys that exist.
+mod plots_name_what_exists;
 // Every rule broken once: the message states the allowed values and the position.
 mod rules_are_enforced;
 // Parser, canonical form, schema and starters have the same keys.

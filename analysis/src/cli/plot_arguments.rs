@@ -1,0 +1,391 @@
+//! The command `kinetoscope plot`: one plot from the recordings of an experiment, as SVG or PNG.
+
+use super::exit::CommandError;
+use super::{AnalysisExit, concluded};
+use crate::input::coordinates::{keys_of, last_part};
+use crate::input::recording::OpenRun;
+use crate::input::{self, OpenedRuns, RecordingFolder, UnreadableRecording};
+use crate::models::{MODELS, metrics_of};
+use crate::plot::png::png;
+use crate::plot::{ChartSize, CurveStyle, Plot, PlotContent};
+use crate::run::cache::AnalysisCache;
+use crate::run::fields::names;
+use crate::run::{self, RunAnalysis, RunOptions, RunStatus};
+use crate::sweep::requested::{PlotData, RejectedPlot, fields_to_read, swept_key};
+use crate::sweep::{fits, points};
+use crate::write_file;
+use kinetoscope_manifest::{Coordinate, PlotAxis, PlotRequest, nearest};
+use kinetoscope_usage::{StandardOutput, complain};
+use rayon::iter::{IndexedParallelIterator as _, IntoParallelIterator as _, ParallelIterator as _};
+use serde_json::{Value, json};
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+/// Draw one plot from the recordings of an experiment: a metric over a swept key, or a channel's field over time.
+#[derive(Debug, clap::Args)]
+pub struct PlotArguments {
+    /// Recordings of one experiment, or their folder
+    #[arg(required = true, value_name = "PATH")]
+    paths: Vec<PathBuf>,
+    /// Metric, such as bed.height (with its standard error and, if there is one, its theoretical value), or field of a recorded
+    /// channel, such as /energy.kinetic_j
+    #[arg(long, value_name = "NAME", help_heading = "Plot")]
+    y: String,
+    /// Swept key, or `time` for a field of a channel [default: the only swept number, or time]
+    #[arg(long, value_name = "KEY", help_heading = "Plot")]
+    x: Option<String>,
+    /// Show only the points of the sweep with this value of a key; can be repeated
+    #[arg(long = "where", value_name = "KEY=VALUE", value_parser = place, help_heading = "Plot")]
+    at: Vec<(String, String)>,
+    /// Title [default: the names of both quantities]
+    #[arg(long, value_name = "TEXT", help_heading = "Plot")]
+    title: Option<String>,
+    /// Draw a logarithmic horizontal axis [default: by the range of the values]
+    #[arg(long, help_heading = "Plot")]
+    log_x: bool,
+    /// Draw a logarithmic vertical axis [default: by the range of the values]
+    #[arg(long, help_heading = "Plot")]
+    log_y: bool,
+    /// Draw linear axes whatever the range of the values
+    #[arg(long, conflicts_with_all = ["log_x", "log_y"], help_heading = "Plot")]
+    linear: bool,
+    /// File for the plot, a .svg or .png [default: SVG to standard output]
+    #[arg(long, short, value_name = "FILE", help_heading = "Output")]
+    output: Option<PathBuf>,
+    /// Width, from 100 to 10000 [default: 640]
+    #[arg(long, value_name = "PX", value_parser = side, help_heading = "Output")]
+    width: Option<u32>,
+    /// Height, from 100 to 10000 [default: 49/64 of the width]
+    #[arg(long, value_name = "PX", value_parser = side, help_heading = "Output")]
+    height: Option<u32>,
+    /// Size of the letters, from 6 to 400 [default: 16]
+    #[arg(long, value_name = "PX", value_parser = font_size, help_heading = "Output")]
+    font_size: Option<f64>,
+    /// Pixels of a .png per px of width and height, from 0.5 to 8 [default: 1]
+    #[arg(long, value_name = "NUMBER", value_parser = scale, help_heading = "Output")]
+    scale: Option<f64>,
+    /// Print errors only
+    #[arg(long, short, help_heading = "Messages")]
+    quiet: bool,
+    /// Print the written file and the drawn points as JSON
+    #[arg(long, requires = "output", help_heading = "Messages")]
+    json: bool,
+    #[arg(skip)]
+    standard_output: StandardOutput,
+}
+
+/// Maximum number of pixels of a PNG; each takes four bytes of memory, and three more while it is encoded.
+const MAX_PIXELS: f64 = 4e7;
+
+/// The kind of file that is written.
+#[derive(Clone, Copy, PartialEq)]
+enum Format {
+    Svg,
+    Png,
+}
+
+impl PlotArguments {
+    /// Draws the plot and writes it.
+    #[must_use]
+    pub fn execute(&self) -> AnalysisExit {
+        concluded(self.draw(), &self.standard_output, self.json)
+    }
+
+    fn draw(&self) -> Result<AnalysisExit, CommandError> {
+        let format = self.format()?;
+        let size = ChartSize::new(self.width, self.height, self.font_size);
+        let size = size.map_err(CommandError::usage)?;
+        let scale = self.scale.unwrap_or(1.0);
+        if format == Format::Png && size.pixels(scale) > MAX_PIXELS {
+            return Err(CommandError::usage(format!(
+                "the image has {:.0} million pixels; must be at most {:.0} million\nhelp: reduce --width, --height or --scale",
+                size.pixels(scale) / 1e6,
+                MAX_PIXELS / 1e6
+            )));
+        }
+        let source = self.source()?;
+        let (plot, mut unreadable) = self.plot(&source)?;
+        let svg = plot.svg_of(Some(size)).map_err(CommandError::usage)?;
+        let svg = svg.ok_or_else(|| CommandError::usage("there is no point to draw"))?;
+        match (&self.output, format) {
+            (None, _) => self.standard_output.print_exactly(&svg),
+            (Some(file), Format::Svg) => self.write(file, svg.as_bytes())?,
+            (Some(file), Format::Png) => {
+                self.write(file, &png(&svg, scale).map_err(CommandError::usage)?)?;
+            }
+        }
+        unreadable.dedup();
+        unreadable.iter().for_each(|why| complain(&format!("error: {why}"), false));
+        let exit =
+            if unreadable.is_empty() { AnalysisExit::Done } else { AnalysisExit::Unreadable };
+        if self.json {
+            let document = json!({ "exit_code": exit as u8, "plot": self.described(&plot) });
+            self.standard_output.print_json(&format!("{document:#}\n"));
+        }
+        Ok(exit)
+    }
+
+    fn format(&self) -> Result<Format, CommandError> {
+        let Some(file) = &self.output else { return self.svg() };
+        match file.extension().and_then(|end| end.to_str()).map(str::to_lowercase).as_deref() {
+            _ if !is_in_a_folder(file) => Err(CommandError::usage(format!(
+                "{} is in a folder that does not exist\nhelp: create the folder, or name another file with --output",
+                file.display()
+            ))),
+            Some("png") => Ok(Format::Png),
+            Some("svg") => self.svg(),
+            _ => Err(CommandError::usage(format!(
+                "{} is neither a .svg nor a .png\nhelp: name a file with one of these endings",
+                file.display()
+            ))),
+        }
+    }
+
+    /// The format SVG, which has no pixels.
+    fn svg(&self) -> Result<Format, CommandError> {
+        if self.scale.is_some() {
+            return Err(CommandError::usage(
+                "`--scale` applies to a .png\nhelp: name one with --output, or use --width and --font-size",
+            ));
+        }
+        Ok(Format::Svg)
+    }
+
+    fn write(&self, file: &Path, content: &[u8]) -> Result<(), CommandError> {
+        write_file::write(file, content)?;
+        if !self.quiet && !self.json {
+            let size = content.len().div_ceil(1000);
+            self.standard_output.print(&format!("written: {} ({size} kB)\n", file.display()));
+        }
+        Ok(())
+    }
+
+    /// The one experiment among the paths.
+    fn source(&self) -> Result<RecordingFolder, CommandError> {
+        let mut sources = input::sources(&self.paths)?;
+        match (sources.pop(), sources.as_slice()) {
+            (Some(only), []) => Ok(only),
+            (last, others) => {
+                let folders = others.iter().chain(&last).map(|it| it.folder.display().to_string());
+                let folders: Vec<String> = folders.take(5).collect();
+                Err(CommandError::usage(format!(
+                    "a plot shows the recordings of one folder; found {}\nhelp: name one of: {}",
+                    others.len() + usize::from(last.is_some()),
+                    folders.join(", ")
+                )))
+            }
+        }
+    }
+
+    /// The plot, and what could not be read.
+    fn plot(&self, source: &RecordingFolder) -> Result<(Plot, Vec<String>), CommandError> {
+        let OpenedRuns { runs: opened, unreadable: unopened, .. } = source.opened();
+        let mut unreadable = [source.unreadable.as_slice(), &unopened].concat();
+        let request = self.request();
+        let Some((first, _)) = opened.first() else {
+            return Err(CommandError::unreadable(unreadable.join("\n")));
+        };
+        let model = first.manifest.model.name();
+        if let Some((other, _)) = opened.iter().find(|(run, _)| run.manifest.model.name() != model)
+        {
+            return Err(CommandError::usage(format!(
+                "the recordings are of two models, {model} and {}\nhelp: name the recordings of one",
+                other.manifest.model.name()
+            )));
+        }
+        let rejected = |why: RejectedPlot| CommandError::usage(why);
+        check_name(&request, model, first).map_err(rejected)?;
+        let places: Vec<Vec<Coordinate>> = opened.iter().map(|(_, place)| place.clone()).collect();
+        check_places(&request, &places).map_err(rejected)?;
+        let axes = source.record.as_ref().map_or(&[][..], |record| &record.axes);
+        if !request.is_of_channel() {
+            swept_key(request.x.as_deref(), &places, axes).map_err(rejected)?;
+        }
+        let fields = fields_to_read(std::slice::from_ref(&request), &places);
+        let tasks = opened.into_iter().zip(fields).filter(|((_, coordinates), fields)| {
+            request.selects(coordinates) && (!request.is_of_channel() || !fields.is_empty())
+        });
+        let mut runs = Vec::new();
+        for read in read_all(tasks.collect(), &source.folder) {
+            match read {
+                Ok(run) => runs.push(run),
+                Err(UnreadableRecording(why)) => unreadable.push(why),
+            }
+        }
+        self.say_about(&runs, &mut unreadable);
+        let points = points(&runs);
+        let (metrics, _) = fits::fits(&points);
+        let data =
+            PlotData { runs: &runs, points: &points, metrics: &metrics, places: &places, axes };
+        match data.draw(&request) {
+            Ok(plot) => Ok((plot, unreadable)),
+            // What could not be read may be the cause.
+            Err(_) if runs.is_empty() => Err(CommandError::unreadable(unreadable.join("\n"))),
+            Err(why) => Err(rejected(why)),
+        }
+    }
+
+    /// Prints which runs a plot of a metric omits.
+    fn say_about(&self, runs: &[RunAnalysis], unreadable: &mut Vec<String>) {
+        for run in runs {
+            match &run.ending {
+                RunStatus::Complete => {}
+                RunStatus::Damaged(why) => unreadable.push(why.clone()),
+                other if !self.quiet => {
+                    let (word, frames) = (other.word(), run.frames);
+                    complain(&format!("note: {}: {word} after {frames} frames", run.file), false);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn request(&self) -> PlotRequest {
+        let logarithmic = [(self.log_x, PlotAxis::X), (self.log_y, PlotAxis::Y)];
+        let log: Vec<PlotAxis> =
+            logarithmic.iter().filter(|(is_log, _)| *is_log).map(|(_, axis)| *axis).collect();
+        PlotRequest {
+            y: self.y.clone(),
+            x: self.x.clone(),
+            title: self.title.clone(),
+            log: (self.linear || !log.is_empty()).then_some(log),
+            at: self.at.clone(),
+            line: 0,
+        }
+    }
+
+    /// The drawn points and the written file.
+    fn described(&self, plot: &Plot) -> Value {
+        let PlotContent::Chart(chart) = &plot.content else { return Value::Null };
+        let curves = chart.curves.iter().map(|curve| {
+            let style = match curve.style {
+                CurveStyle::Data => "data",
+                CurveStyle::Theory => "theory",
+                CurveStyle::Line => "line",
+            };
+            let points = curve
+                .points
+                .iter()
+                .map(|point| json!({ "x": point.x, "y": point.y, "standard_error": point.error }));
+            json!({ "name": curve.name, "style": style, "points": points.collect::<Vec<_>>() })
+        });
+        let bytes = self.output.as_ref().and_then(|file| std::fs::metadata(file).ok());
+        json!({
+            "path": self.output,
+            "bytes": bytes.map(|file| file.len()),
+            "title": plot.title,
+            "x": { "name": chart.x.label, "unit": chart.x.unit },
+            "y": { "name": self.y, "unit": chart.y.unit },
+            "curves": curves.collect::<Vec<_>>(),
+            "remark": chart.remark,
+        })
+    }
+}
+
+/// Reads recordings in parallel, or loads their analyses from the cache next to them, which is not changed.
+fn read_all(
+    tasks: Vec<((OpenRun, Vec<Coordinate>), Vec<String>)>,
+    folder: &Path,
+) -> Vec<Result<RunAnalysis, UnreadableRecording>> {
+    let cache = AnalysisCache::in_folder(folder);
+    let read = |((run, coordinates), fields): ((OpenRun, Vec<Coordinate>), Vec<String>)| {
+        let options = RunOptions { fields: &fields, ..RunOptions::default() };
+        if let Some(found) = cache.as_ref().and_then(|it| it.load(&run, &coordinates, options)) {
+            return Ok(found);
+        }
+        run::catch_defect(run.recording().path(), || {
+            run::analyze(&run, coordinates.clone(), options, NonZeroUsize::MIN)
+        })
+    };
+    tasks.into_par_iter().with_max_len(1).map(read).collect()
+}
+
+/// Rejects a name that is neither a metric of the model nor a field of its recordings.
+fn check_name(request: &PlotRequest, model: &str, run: &OpenRun) -> Result<(), RejectedPlot> {
+    let y = request.y.as_str();
+    let of_sweeps = MODELS.iter().filter(|it| it.name == model).flat_map(|it| it.sweep_metrics);
+    let metrics: Vec<&str> =
+        metrics_of(model).iter().chain(of_sweeps).map(|metric| metric.name).collect();
+    // Without a readable frame, no field has a name; the error is that of the recording.
+    let fields = names(run.recording()).unwrap_or_default();
+    let fields: Vec<&str> = fields.iter().map(String::as_str).collect();
+    if metrics.contains(&y) || fields.contains(&y) || (fields.is_empty() && request.is_of_channel())
+    {
+        return Ok(());
+    }
+    let with_slash = format!("/{y}");
+    let help = match nearest(y, metrics.iter().chain(&fields).copied()) {
+        _ if fields.contains(&with_slash.as_str()) => {
+            format!("a field of a channel is written `{with_slash}`")
+        }
+        Some(meant) => format!("did you mean `{meant}`?"),
+        None if request.is_of_channel() => {
+            let topic = y.split('.').next().unwrap_or_default();
+            let of_topic: Vec<&str> = fields
+                .iter()
+                .copied()
+                .filter(|field| field.split('.').next() == Some(topic))
+                .collect();
+            let listed = if of_topic.is_empty() { &fields } else { &of_topic };
+            format!("fields: {}", listed.join(", "))
+        }
+        None => "`kinetoscope analyze --list-metrics` lists all metrics".to_owned(),
+    };
+    let kind =
+        if request.is_of_channel() { "recorded field" } else { "metric of these recordings" };
+    Err(RejectedPlot::new(format!("`{y}` is not a {kind}"), help))
+}
+
+/// Rejects a place that no recording has.
+fn check_places(request: &PlotRequest, runs: &[Vec<Coordinate>]) -> Result<(), RejectedPlot> {
+    let keys = keys_of(runs.iter().map(Vec::as_slice));
+    for (key, value) in &request.at {
+        let is_named = |other: &&String| *other == key || last_part(other) == key;
+        let Some(full) = keys.iter().find(is_named) else {
+            let help = match nearest(last_part(key), keys.iter().map(|key| last_part(key))) {
+                Some(meant) => format!("did you mean `{meant}`?"),
+                None => "name a key in which the recordings differ".to_owned(),
+            };
+            return Err(RejectedPlot::new(format!("`{key}` is not swept"), help));
+        };
+        let all = runs.iter().flatten().filter(|place| place.key == *full);
+        let mut values: Vec<&str> = all.map(|place| place.value.as_str()).collect();
+        values.dedup();
+        if !values.contains(&value.as_str()) {
+            let what = format!("the sweep has no point `{key}` = {value}");
+            values.truncate(20);
+            return Err(RejectedPlot::new(what, format!("values: {}", values.join(", "))));
+        }
+    }
+    if runs.iter().any(|run| request.selects(run)) {
+        return Ok(());
+    }
+    Err(RejectedPlot::new("no recording is at all these points", "leave out one of them"))
+}
+
+/// Whether the folder of a file exists.
+fn is_in_a_folder(file: &Path) -> bool {
+    file.parent().is_none_or(|folder| folder == Path::new("") || folder.is_dir())
+}
+
+fn place(text: &str) -> Result<(String, String), String> {
+    let pair = text.split_once('=').map(|(key, value)| (key.trim(), value.trim()));
+    let pair = pair.filter(|(key, value)| !key.is_empty() && !value.is_empty());
+    pair.map(|(key, value)| (key.to_owned(), value.to_owned()))
+        .ok_or_else(|| "must be KEY=VALUE".to_owned())
+}
+
+fn side(text: &str) -> Result<u32, String> {
+    let side = text.parse().ok().filter(|side| (100..=10_000).contains(side));
+    side.ok_or_else(|| "must be a whole number from 100 to 10000".to_owned())
+}
+
+fn font_size(text: &str) -> Result<f64, String> {
+    let size = text.parse().ok().filter(|size| (6.0..=400.0).contains(size));
+    size.ok_or_else(|| "must be a number from 6 to 400".to_owned())
+}
+
+fn scale(text: &str) -> Result<f64, String> {
+    let scale = text.parse().ok().filter(|scale| (0.5..=8.0).contains(scale));
+    scale.ok_or_else(|| "must be a number from 0.5 to 8".to_owned())
+}

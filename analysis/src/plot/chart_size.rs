@@ -1,0 +1,82 @@
+//! Size of a chart on request: pixels, and the size of its letters.
+
+use super::DrawingError;
+use super::chart::WIDTH;
+
+/// Letters of legend and captions in the report, px: a chart with larger ones is laid out on a smaller canvas and enlarged.
+const REPORT_FONT_PX: f64 = 16.0;
+/// Height of the report's charts, with one row of the legend, over their width.
+const HEIGHT_OVER_WIDTH: f64 = 490.0 / 640.0;
+/// Minimum width over the size of the letters, so that tick labels do not overlap.
+const MIN_WIDTH_OVER_FONT: f64 = 25.0;
+/// Minimum height of the plotted area over the size of the letters.
+const MIN_PLOT_HEIGHT_OVER_FONT: f64 = 8.0;
+
+/// The size of a chart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ChartSize {
+    width_px: u32,
+    height_px: u32,
+    font_px: f64,
+}
+
+impl ChartSize {
+    /// A chart of this size, by default with the proportions of the report's.
+    ///
+    /// # Errors
+    /// A width that the letters do not fit, with the minimum.
+    pub(crate) fn new(
+        width_px: Option<u32>,
+        height_px: Option<u32>,
+        font_px: Option<f64>,
+    ) -> Result<Self, String> {
+        let width_px = width_px.unwrap_or(WIDTH.unsigned_abs());
+        let natural = (f64::from(width_px) * HEIGHT_OVER_WIDTH).round() as u32;
+        let font_px = font_px.unwrap_or(REPORT_FONT_PX);
+        let min = (MIN_WIDTH_OVER_FONT * font_px).ceil();
+        if f64::from(width_px) < min {
+            return Err(format!(
+                "a width of {width_px} px is too small for letters of {font_px} px; must be at least {min} px"
+            ));
+        }
+        Ok(Self { width_px, height_px: height_px.unwrap_or(natural), font_px })
+    }
+
+    /// The number of pixels at a scale.
+    pub(crate) fn pixels(self, scale: f64) -> f64 {
+        f64::from(self.width_px) * f64::from(self.height_px) * scale * scale
+    }
+
+    fn laid_out(self, length_px: u32) -> i32 {
+        (f64::from(length_px) * REPORT_FONT_PX / self.font_px).round() as i32
+    }
+
+    /// The width on which the chart is laid out with letters of the report's size.
+    pub(super) fn layout_width(self) -> i32 {
+        self.laid_out(self.width_px)
+    }
+
+    /// The height of the plotted area on that canvas, given the height of everything around it.
+    ///
+    /// # Errors
+    /// A height that has no room for the plot.
+    pub(super) fn plot_height(self, around: i32) -> Result<i32, DrawingError> {
+        let plot_height = self.laid_out(self.height_px) - around;
+        let min = (MIN_PLOT_HEIGHT_OVER_FONT * REPORT_FONT_PX) as i32;
+        if plot_height < min {
+            let min = (f64::from(around + min) * self.font_px / REPORT_FONT_PX).ceil();
+            return Err(DrawingError(format!(
+                "a height of {} px is too small for title, legend and letters of {} px; must be at least {min} px",
+                self.height_px, self.font_px
+            )));
+        }
+        Ok(plot_height)
+    }
+
+    /// The document shown in the requested size instead of the size of its layout.
+    pub(super) fn shown(self, svg: &str, width: i32, height: i32) -> String {
+        let (width_px, height_px) = (self.width_px, self.height_px);
+        let laid_out = format!("width=\"{width}\" height=\"{height}\"");
+        svg.replacen(&laid_out, &format!("width=\"{width_px}\" height=\"{height_px}\""), 1)
+    }
+}

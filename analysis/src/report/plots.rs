@@ -1,0 +1,73 @@
+//! The plots of a report with their file names: those on request, of the sweep, of several runs, and of single runs.
+
+use super::MAX_RUNS_DRAWN;
+use crate::input::coordinates;
+use crate::models::figures::Figures;
+use crate::plot::Plot;
+use crate::run::RunAnalysis;
+use crate::sweep;
+use crate::sweep::requested::{PlotData, RejectedPlot};
+use kinetoscope_manifest::PlotRequest;
+
+/// All plots, those on request first. Other plots without information are omitted. A request that cannot be drawn adds a note.
+pub(super) fn plots(
+    data: PlotData<'_>,
+    requests: &[PlotRequest],
+    notes: &mut Vec<String>,
+) -> Vec<(String, Plot)> {
+    let PlotData { runs, points, .. } = data;
+    let mut requested: Vec<Plot> = Vec::new();
+    for request in requests {
+        match data.draw(request) {
+            Ok(plot) => requested.push(plot),
+            Err(RejectedPlot { what, help }) => {
+                notes.push(format!("the plot of `{}` was not drawn: {what}; {help}", request.y));
+            }
+        }
+    }
+    let mut others = sweep::figures::plots(points);
+    // The same quantities in the layout that was requested are not drawn again.
+    others.retain(|plot| requested.iter().all(|other| other.stem != plot.stem));
+    let drawn: Vec<&RunAnalysis> =
+        runs.iter().filter(|run| run.figures != Figures::default()).collect();
+    others.extend(sweep::figures::comparisons(&drawn));
+    others.extend(drawn.iter().take(MAX_RUNS_DRAWN).flat_map(|run| plots_of(run)));
+    if drawn.len() > MAX_RUNS_DRAWN {
+        notes.push(format!(
+            "the first {MAX_RUNS_DRAWN} points of the sweep have plots of their own; plots of several runs show the first {}",
+            sweep::figures::MAX_CURVES
+        ));
+    }
+    others.retain(Plot::is_informative);
+    requested.append(&mut others);
+    uniquely_named(requested)
+}
+
+/// The plots of one run, named by its place in the sweep.
+fn plots_of(run: &RunAnalysis) -> impl Iterator<Item = Plot> + '_ {
+    let place = coordinates::file_part(&run.coordinates);
+    let label = coordinates::label(&run.coordinates);
+    run.figures.plots.iter().map(move |plot| {
+        let mut plot = plot.clone();
+        plot.stem += &place;
+        if !label.is_empty() {
+            plot.title = format!("{}: {label}", plot.title);
+        }
+        plot
+    })
+}
+
+/// The plots with the names of their files; of equal names, later ones are numbered.
+fn uniquely_named(plots: Vec<Plot>) -> Vec<(String, Plot)> {
+    let mut named: Vec<(String, Plot)> = Vec::new();
+    for plot in plots {
+        let mut name = plot.stem.clone();
+        let mut number = 2;
+        while named.iter().any(|(other, _)| *other == name) {
+            name = format!("{}_{number}", plot.stem);
+            number += 1;
+        }
+        named.push((name, plot));
+    }
+    named
+}

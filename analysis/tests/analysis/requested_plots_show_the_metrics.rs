@@ -1,0 +1,83 @@
+//! Guarantee: the plots that a manifest requests come first in the report and in the list of the written files, with gaps where
+//! a run has no value, and a plot that cannot be drawn is noted.
+
+use crate::synthetic::{Folder, Frames, analyze, flat, two_frames};
+use kinetoscope_recording::channels::GasPressure;
+use kinetoscope_recording::frame::Frame;
+use kinetoscope_recording::recorder::Clock;
+use std::fs;
+
+const SWEEP: &str =
+    "[model.gas]\nparticles = 1\n[sweep]\nmodel.gas.temperature_k = [100, 200, 300, 400]\n";
+
+/// The given pressures in one run, a value per frame.
+fn pressures(values: &[f64]) -> Frames {
+    let frame = |(index, value): (u32, &f64)| {
+        let mut frame = Frame::new();
+        frame.push_state(&[0.0, 0.0, 1.0, 0.0]);
+        frame.push(&GasPressure { measured_n_per_m: *value, ..GasPressure::default() });
+        (Clock { count: u64::from(index), time: f64::from(index) }, frame)
+    };
+    (0..).zip(values).map(frame).collect()
+}
+
+#[test]
+fn requested_plots_come_first() {
+    let plots = "[[plots]]\ny = \"/pressure.measured_n_per_m\"\ntitle = \"First <of> all\"\n\
+        [[plots]]\ny = \"pressure.measured\"\nlog = [\"x\"]\n";
+    let folder = Folder::write(&format!("{SWEEP}{plots}"), |run| {
+        let kinetoscope_manifest::model::ModelConfig::Gas(gas) = &run.model else { panic!() };
+        let value = f64::from(run.replicate) + format!("{gas:?}").len() as f64;
+        two_frames(&GasPressure {
+            measured_since_start_n_per_m: value,
+            measured_n_per_m: value,
+            ..GasPressure::default()
+        })
+    });
+    let output = analyze(&[folder.name()]);
+    assert_eq!(output.code, 0, "{}", output.text);
+    let html = fs::read_to_string(folder.path().join("report.html")).unwrap();
+    let labels: Vec<&str> = html.split("<svg role=\"img\" aria-label=\"").skip(1).collect();
+    assert!(labels[0].starts_with("First &lt;of&gt; all\""), "{}", &labels[0][..80]);
+    assert!(labels[1].starts_with("Pressure against temperature\""), "{}", &labels[1][..80]);
+    for name in ["pressure_measured_n_per_m_vs_time.svg", "pressure_vs_temperature.svg"] {
+        assert!(folder.path().join(name).exists(), "{name}");
+    }
+    // The automatic plot of the same quantities is not drawn as well.
+    assert!(!folder.path().join("pressure_vs_temperature_2.svg").exists());
+    // Unchanged recordings are not read again, and give the same page.
+    assert_eq!(analyze(&[folder.name()]).code, 0);
+    assert_eq!(fs::read_to_string(folder.path().join("report.html")).unwrap(), html);
+}
+
+/// Setup: NaN in the middle of a series and at its end. Control: without NaN, the line is one.
+#[test]
+fn value_that_is_not_a_number_is_a_gap() {
+    let plots = "[model.gas]\nparticles = 1\n[[plots]]\ny = \"/pressure.measured_n_per_m\"\n";
+    let lines = |values: &[f64]| {
+        let folder = Folder::write(plots, |_| pressures(values));
+        let output = analyze(&[folder.name()]);
+        assert_eq!(output.code, 0, "{}", output.text);
+        let path = folder.path().join("pressure_measured_n_per_m_vs_time.svg");
+        let svg = fs::read_to_string(path).unwrap();
+        let curves =
+            svg.lines().filter(|line| line.contains("<polyline") && line.contains("#0072B2"));
+        curves.count()
+    };
+    assert_eq!(lines(&[f64::NAN, 1.0, 2.0, f64::NAN, 3.0, 4.0, f64::INFINITY]), 2);
+    assert_eq!(lines(&[1.0, 2.0, 3.0, 4.0]), 1);
+}
+
+#[test]
+fn plot_that_cannot_be_drawn_is_noted() {
+    let plots = "[[plots]]\ny = \"effusion_rate\"\n[[plots]]\ny = \"/collisions.wall_collisions\"\n\
+        [[plots]]\ny = \"/pressure.no_field\"\n";
+    let pressure = GasPressure { measured_since_start_n_per_m: 1.0, ..GasPressure::default() };
+    let folder = Folder::write(&format!("{SWEEP}{plots}"), |_| two_frames(&pressure));
+    let output = analyze(&[folder.name()]);
+    assert_eq!(output.code, 0, "{}", output.text);
+    let text = flat(&output.text);
+    for name in ["effusion_rate", "/collisions.wall_collisions", "/pressure.no_field"] {
+        assert!(text.contains(&format!("the plot of `{name}` was not drawn: no")), "{text}");
+    }
+}

@@ -1,0 +1,107 @@
+//! Guarantee: `[[plots]]` names metrics, channels and swept keys that exist, and a wrong name is reported at its place with the
+//! nearest right one. Plots do not affect the run key.
+
+// A test may panic.
+#![allow(clippy::unwrap_used)]
+
+use kinetoscope_manifest::{
+    ExperimentRecord, Override, PlotAxis, PlotRequest, parse, parse_run, run_key,
+};
+
+const SWEEP: &str = "[model.gas]\n[record]\nchannels = [\"state\", \"pressure\"]\n[sweep]\n\
+    model.gas.temperature_k = [200, 300]\nmodel.gas.speed_distribution = [\"maxwell\", \"uniform\"]\n";
+
+/// The plots of a manifest with a sweep over a number and a word.
+fn accepted(plots: &str) -> Vec<PlotRequest> {
+    parse(&format!("{SWEEP}{plots}"), "m.toml", &[]).unwrap_or_else(|why| panic!("{why}")).plots
+}
+
+/// The manifest has exactly one error, in the line with `# <-`.
+fn rejected(manifest: &str, message: &str) {
+    let line = 1 + manifest.lines().position(|line| line.contains("# <-")).unwrap();
+    let errors = parse(manifest, "m.toml", &[]).unwrap_err();
+    let text = errors.to_string();
+    assert!(text.contains(message), "expected: {message}\n{text}");
+    assert!(text.contains(&format!("--> m.toml:{line}:")), "expected line {line}\n{text}");
+    assert_eq!(errors.len(), 1, "{text}");
+}
+
+#[test]
+fn plot_of_a_metric_is_over_the_full_name_of_the_swept_number() {
+    let plots = accepted(
+        "[[plots]]\ny = \"mean_speed\"\n[[plots]]\ny = \"pressure.measured\"\nx = \"temperature_k\"\n\
+         title = \"p\"\nlog = [\"y\"]\nwhere = { speed_distribution = \"uniform\" }\n\
+         [[plots]]\ny = \"/pressure.measured_n_per_m\"\nx = \"time\"\nlog = []\n",
+    );
+    let key = Some("model.gas.temperature_k".to_owned());
+    assert_eq!(plots.iter().map(|plot| plot.line).collect::<Vec<_>>(), [7, 9, 15]);
+    assert_eq!((&plots[0].x, &plots[1].x), (&key, &key));
+    assert_eq!(plots[1].log, Some(vec![PlotAxis::Y]));
+    assert_eq!(plots[1].title.as_deref(), Some("p"));
+    assert_eq!(plots[1].at[0].0, "model.gas.speed_distribution");
+    assert_eq!(plots[2].channel_field(), Some(("/pressure", "measured_n_per_m")));
+    assert_eq!((plots[0].log.as_ref(), plots[2].log.as_ref()), (None, Some(&vec![])));
+    assert_eq!(plots[0].channel_field(), None);
+}
+
+#[test]
+fn wrong_names_of_a_plot_are_reported_with_the_nearest() {
+    let plot = |text: &str| format!("{SWEEP}[[plots]]\n{text}");
+    for (text, message) in [
+        ("y = \"pressure.mesured\" # <-", "did you mean `pressure.measured`?"),
+        ("y = \"zzz\" # <-", "`kinetoscope analyze --list-metrics` lists all metrics"),
+        ("y = \"hit_rate\" # <-", "was renamed; use `wall_collision_rate`"),
+        ("y = \"\" # <-", "must not be empty"),
+        ("y = \"pressure.window_s\" # <-", "is written `/pressure.window_s`"),
+        ("y = \"/presure.window_s\" # <-", "did you mean `/pressure`?"),
+        ("y = \"/pressure\" # <-", "must be `/CHANNEL.FIELD`"),
+        ("y = \"/energy.kinetic_j\" # <-", "add \"energy\" to `record.channels`"),
+        ("y = \"/pressure.window_s\"\nx = \"temperature_k\" # <-", "must be `time`"),
+        ("y = \"mean_speed\"\nx = \"temprature_k\" # <-", "did you mean `temperature_k`?"),
+        ("y = \"mean_speed\"\nx = \"time\" # <-", "must be one of model.gas.temperature_k"),
+        ("y = \"mean_speed\"\nx = \"speed_distribution\" # <-", "`x` takes a swept number"),
+        ("y = \"mean_speed\"\nwhere = { radius_m = 1 } # <-", "`radius_m` is not swept"),
+        ("y = \"mean_speed\"\nwhere = { temperature_k = 1 } # <-", "values: 200, 300"),
+        ("y = \"mean_speed\"\nlog = [\"z\"] # <-", "must be"),
+        ("y = \"mean_speed\"\ntitle = \" \" # <-", "leave it out"),
+        ("y = \"mean_speed\"\ntitel = \"t\" # <-", "did you mean `title`?"),
+    ] {
+        rejected(&plot(text), message);
+    }
+    rejected(&format!("{SWEEP}[[plots]] # <-\nx = \"temperature_k\"\n"), "needs `y`");
+    rejected("[model.gas]\n[[plots]] # <-\ny = \"mean_speed\"\n", "such as `/energy.kinetic_j`");
+    rejected(
+        "[model.gas]\n[sweep]\nmodel.gas.temperature_k = [1, 2]\nmodel.gas.radius_m = [1, 2]\n\
+         [[plots]] # <-\ny = \"mean_speed\"\n",
+        "must be one of model.gas.temperature_k, model.gas.radius_m",
+    );
+    // Control: the second key of a pair is not an axis of its own.
+    let paired = "[model.gas]\n[sweep]\nzip = [[\"model.gas.temperature_k\", \"model.gas.radius_m\"]]\n\
+        model.gas.temperature_k = [1, 2]\nmodel.gas.radius_m = [1, 2]\n[[plots]]\ny = \"mean_speed\"\n";
+    let x = parse(paired, "m.toml", &[]).unwrap().plots[0].x.clone();
+    assert_eq!(x.as_deref(), Some("model.gas.temperature_k"));
+}
+
+#[test]
+fn plots_do_not_affect_the_run_key_and_cannot_be_set() {
+    let with = "[model.gas]\n[[plots]]\ny = \"/energy.kinetic_j\"\ntitle = \"t\"\n";
+    let key = |text: &str| run_key(&parse_run(text).unwrap().canonical(), 1, 1);
+    assert_eq!(key(with), key("[model.gas]\n"));
+    let set = [Override { key: "plots".to_owned(), value: "[]".to_owned() }];
+    let errors = parse("[model.gas]\n", "m.toml", &set).unwrap_err().to_string();
+    assert!(errors.contains("`plots` cannot be set"), "{errors}");
+}
+
+#[test]
+fn record_of_an_experiment_contains_its_plots() {
+    let plots = "[[plots]]\ny = \"/pressure.window_s\"\ntitle = \"a \\\"b\\\" <c>\"\nlog = []\n\
+        [[plots]]\ny = \"mean_speed\"\nlog = [\"x\", \"y\"]\nwhere = { temperature_k = 200 }\n";
+    let experiment = parse(&format!("{SWEEP}{plots}"), "m.toml", &[]).unwrap();
+    let text = ExperimentRecord::new(&experiment, []).to_toml();
+    let back = ExperimentRecord::from_toml(&text, "experiment.toml").unwrap();
+    let without_lines = |plots: &[PlotRequest]| -> Vec<PlotRequest> {
+        plots.iter().map(|plot| PlotRequest { line: 0, ..plot.clone() }).collect()
+    };
+    assert_eq!(without_lines(&back.plots), without_lines(&experiment.plots), "{text}");
+    assert_eq!(back.plots.len(), 2);
+}
