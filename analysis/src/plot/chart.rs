@@ -151,7 +151,7 @@ impl Chart {
         .map(Some)
     }
 
-    /// Whether the chart tells more than one number: its data is not one dot, and its curves are not one flat line.
+    /// Whether the chart shows more than one number: its data is not one dot, and its curves are not one flat line.
     pub(super) fn is_informative(&self) -> bool {
         let curves = self.visible_curves();
         let varies = |values: &mut dyn Iterator<Item = f64>| {

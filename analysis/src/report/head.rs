@@ -25,7 +25,7 @@ pub(super) fn heading(report: &AnalysisReport, links: &FileLinks) -> Markup {
             }
             (question(report))
             (result(report))
-            (verdict(report))
+            (check_summary(report))
             (provenance(report))
             (links.list())
         }
@@ -90,7 +90,7 @@ fn clause(metric: &Metric) -> Markup {
 }
 
 /// How many checks pass, and the findings of those that do not.
-fn verdict(report: &AnalysisReport) -> Markup {
+fn check_summary(report: &AnalysisReport) -> Markup {
     let checks = || report.check_results.iter().filter(|result| result.kind != CheckKind::Outcome);
     let failed: Vec<&CheckResult> = checks().filter(|result| !result.passed).collect();
     let (class, summary) = match (checks().count(), failed.len()) {

@@ -711,11 +711,11 @@
   }
 
   // The first plots over the time of the replay are next to it.
-  const beside = document.querySelector(".beside");
-  const isBeside = ({ time, curves }) => time && beside && beside.children.length < 2 && curves.some(({ run }) => run && window.replay?.has(run.file));
+  const adjacent = document.querySelector(".adjacent");
+  const isAdjacent = ({ time, curves }) => time && adjacent && adjacent.children.length < 2 && curves.some(({ run }) => run && window.replay?.has(run.file));
   for (const source of document.querySelectorAll("script.chart")) {
     const figure = source.parentElement, data = JSON.parse(source.textContent);
-    if (isBeside(data)) beside.append(figure);
+    if (isAdjacent(data)) adjacent.append(figure);
     chart(figure, data);
   }
   const any = document.querySelector(".any");
@@ -746,7 +746,7 @@
   if (hint) hint.hidden = false;
   document.addEventListener("replaytime", () => charts.forEach((each) => each.showTime()));
   window.charts = () => charts;
-  // Two plots side by side on paper.
+  // Two plots in a row on paper.
   for (const [type, isPrint] of [["beforeprint", true], ["afterprint", false]]) addEventListener(type, () => {
     isPrinted = isPrint;
     charts.forEach((each) => each.redraw());
