@@ -754,7 +754,7 @@
 
   // A link to a definition opens the list that contains it.
   function reveal() {
-    const target = document.getElementById(decodeURIComponent(location.hash.slice(1))), list = target && target.closest("details");
+    const target = document.getElementById(location.hash.slice(1)), list = target && target.closest("details");
     if (!list || list.open) return;
     list.open = true;
     target.scrollIntoView();
