@@ -164,7 +164,7 @@ impl Chart {
         Ok(Some(size.map_or(svg.clone(), |size| size.shown(&svg, width, height + remark_height))))
     }
 
-    /// Whether the chart tells more than one number: its data is not one dot, and its curves are not one flat line.
+    /// Whether the chart shows more than one number: its data is not one dot, and its curves are not one flat line.
     pub(super) fn is_informative(&self) -> bool {
         let curves = self.visible_curves();
         let varies = |values: &mut dyn Iterator<Item = f64>| {

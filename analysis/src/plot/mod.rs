@@ -62,7 +62,7 @@ impl Plot {
         self
     }
 
-    /// Whether the plot tells more than one number: not one dot, and not a flat line.
+    /// Whether the plot shows more than one number: not one dot, and not a flat line.
     pub(crate) fn is_informative(&self) -> bool {
         match &self.content {
             PlotContent::Chart(chart) => chart.is_informative(),
@@ -83,5 +83,29 @@ impl Plot {
             PlotContent::Picture(picture) => picture.svg(&self.title),
         };
         Ok(svg.map(|svg| visible(&svg).into_owned()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Guarantee: one dot and a flat line are no plots. Control: two dots, and a flat line away from theory, are.
+    #[test]
+    fn plots_without_information_are_recognized() {
+        let is_informative = |curves: Vec<Curve>| {
+            let axes = [Axis::linear("x", ""), Axis::linear("y", "")];
+            Plot::chart("a", "a", axes, curves).is_informative()
+        };
+        let data =
+            |points: &[(f64, f64)]| Curve::new("", CurveStyle::Data, 0, points.iter().copied());
+        let level = |y: f64| Curve::theory("", 1, [(0.0, y), (1.0, y)]);
+        assert!(!is_informative(vec![data(&[(0.5, 2.0)])]));
+        assert!(!is_informative(vec![data(&[(0.5, 2.0)]), level(3.0)]), "one dot below theory");
+        assert!(!is_informative(vec![data(&[(0.0, 2.0), (1.0, 2.0 + 1e-12)])]), "flat");
+        assert!(!is_informative(vec![data(&[(0.0, 0.0), (1.0, 0.0)]), level(0.0)]), "zero");
+        assert!(!is_informative(Vec::new()));
+        assert!(is_informative(vec![data(&[(0.0, 2.0), (1.0, 2.1)])]));
+        assert!(is_informative(vec![data(&[(0.0, 2.0), (1.0, 2.0)]), level(3.0)]));
     }
 }

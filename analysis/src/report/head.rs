@@ -25,7 +25,7 @@ pub(super) fn heading(report: &AnalysisReport, links: &FileLinks) -> Markup {
             }
             (question(report))
             (result(report))
-            (verdict(report))
+            (check_summary(report))
             (provenance(report))
             (links.list())
         }
@@ -89,7 +89,7 @@ fn clause(metric: &Metric) -> Markup {
     }
 }
 
-fn verdict(report: &AnalysisReport) -> Markup {
+fn check_summary(report: &AnalysisReport) -> Markup {
     let (class, summary) = checks_summary(report);
     html! {
         p { strong class=(class) { (summary) } }

@@ -188,7 +188,16 @@ pub(super) fn breakable(text: &str) -> Markup {
 
 #[cfg(test)]
 mod tests {
-    use super::{breakable, typographic};
+    use super::{SCRIPT, STYLE_SHEET, breakable, typographic};
+
+    #[test]
+    fn script_and_style_are_small() {
+        for (text, most) in [(SCRIPT, 40_000), (STYLE_SHEET, 10_000)] {
+            assert!(text.len() <= most, "{} of {most} bytes", text.len());
+            // The ends of the elements that contain them.
+            assert!(!text.contains("</script") && !text.contains("</style"));
+        }
+    }
 
     #[test]
     fn hyphens_of_words_are_no_minus_signs() {

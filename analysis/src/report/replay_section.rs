@@ -31,7 +31,7 @@ pub(super) fn section(report: &AnalysisReport) -> Markup {
                 div class="split" {
                     (stage())
                     // The script moves plots over time here.
-                    div class="beside" {}
+                    div class="adjacent" {}
                 }
                 p class="note" {}
                 @if !others.is_empty() {

@@ -712,11 +712,11 @@
   }
 
   // The first plots over the time of the replay are next to it.
-  const beside = document.querySelector(".beside");
-  const isBeside = ({ time, curves }) => time && beside && beside.children.length < 2 && curves.some(({ run }) => run && window.replay?.has(run.file));
+  const adjacent = document.querySelector(".adjacent");
+  const isAdjacent = ({ time, curves }) => time && adjacent && adjacent.children.length < 2 && curves.some(({ run }) => run && window.replay?.has(run.file));
   for (const source of document.querySelectorAll("script.chart")) {
     const figure = source.parentElement, data = JSON.parse(source.textContent);
-    if (isBeside(data)) beside.append(figure);
+    if (isAdjacent(data)) adjacent.append(figure);
     chart(figure, data);
   }
   const any = document.querySelector(".any");
@@ -747,7 +747,7 @@
   if (hint) hint.hidden = false;
   document.addEventListener("replaytime", () => charts.forEach((each) => each.showTime()));
   window.charts = () => charts;
-  // Two plots side by side on paper.
+  // Two plots in a row on paper.
   for (const [type, isPrint] of [["beforeprint", true], ["afterprint", false]]) addEventListener(type, () => {
     isPrinted = isPrint;
     charts.forEach((each) => each.redraw());
@@ -755,7 +755,7 @@
 
   // A link to a definition opens the list that contains it.
   function reveal() {
-    const target = document.getElementById(decodeURIComponent(location.hash.slice(1))), list = target && target.closest("details");
+    const target = document.getElementById(location.hash.slice(1)), list = target && target.closest("details");
     if (!list || list.open) return;
     list.open = true;
     target.scrollIntoView();
