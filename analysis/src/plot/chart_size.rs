@@ -36,7 +36,7 @@ impl ChartSize {
         let min = (MIN_WIDTH_OVER_FONT * font_px).ceil();
         if f64::from(width_px) < min {
             return Err(format!(
-                "a width of {width_px} px is too small for letters of {font_px} px; must be at least {min} px"
+                "a width of {width_px} px is too small for letters of {font_px} px; must be at least {min} px\nhelp: increase --width or reduce --font-size"
             ));
         }
         Ok(Self { width_px, height_px, font_px })
@@ -73,7 +73,7 @@ impl ChartSize {
         if plot_height < min {
             let min = (f64::from(around + min) * self.font_px / REPORT_FONT_PX).ceil();
             return Err(DrawingError(format!(
-                "a height of {height_px} px is too small for title, legend and letters of {} px; must be at least {min} px",
+                "a height of {height_px} px is too small for title, legend and letters of {} px; must be at least {min} px\nhelp: increase --height or reduce --font-size",
                 self.font_px
             )));
         }
