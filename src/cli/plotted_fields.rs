@@ -15,8 +15,8 @@ pub(crate) fn reject_unknown(experiment: &Experiment) -> Result<(), Failure> {
     let clock = ChannelDeclaration::of::<FrameClock>();
     let channels: Vec<&ChannelDeclaration> =
         kind_of(&run.manifest.model).channels.iter().chain([&clock]).collect();
-    let of_channels = experiment.plots.iter().filter(|plot| plot.is_of_channel());
-    of_channels.map(|plot| check(plot, &channels, &experiment.manifest)).collect()
+    let mut of_channels = experiment.plots.iter().filter(|plot| plot.is_of_channel());
+    of_channels.try_for_each(|plot| check(plot, &channels, &experiment.manifest))
 }
 
 fn check(

@@ -250,8 +250,7 @@ impl<'a> Points<'a> {
         let is_number = |value: &&str| value.parse::<f64>().is_ok_and(f64::is_finite);
         let numeric = self.axes.iter().zip(&self.values).map(|(axis, columns)| {
             let keys = axis.keys.iter().zip(columns);
-            let keys = keys
-                .filter(|(key, values)| *key != VARIANT && values.iter().all(|it| is_number(&it)));
+            let keys = keys.filter(|(key, values)| *key != VARIANT && values.iter().all(is_number));
             keys.map(|(key, _)| key.as_str()).collect::<Vec<_>>()
         });
         numeric.filter(|keys| !keys.is_empty()).collect()

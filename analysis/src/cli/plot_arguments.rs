@@ -55,7 +55,7 @@ pub struct PlotArguments {
     /// Width, from 100 to 10000 [default: 640]
     #[arg(long, value_name = "PX", value_parser = side, help_heading = "Output")]
     width: Option<u32>,
-    /// Height, from 100 to 10000 [default: 49/64 of the width]
+    /// Height, from 100 to 10000 [default: 49/64 of the width, or what title and legend need]
     #[arg(long, value_name = "PX", value_parser = side, help_heading = "Output")]
     height: Option<u32>,
     /// Size of the letters, from 6 to 400 [default: 16]
@@ -282,13 +282,13 @@ impl PlotArguments {
     }
 }
 
+/// A run with its coordinates, and the fields of channels to read.
+type Task = ((OpenRun, Vec<Coordinate>), Vec<String>);
+
 /// Reads recordings in parallel, or loads their analyses from the cache next to them, which is not changed.
-fn read_all(
-    tasks: Vec<((OpenRun, Vec<Coordinate>), Vec<String>)>,
-    folder: &Path,
-) -> Vec<Result<RunAnalysis, UnreadableRecording>> {
+fn read_all(tasks: Vec<Task>, folder: &Path) -> Vec<Result<RunAnalysis, UnreadableRecording>> {
     let cache = AnalysisCache::in_folder(folder);
-    let read = |((run, coordinates), fields): ((OpenRun, Vec<Coordinate>), Vec<String>)| {
+    let read = |((run, coordinates), fields): Task| {
         let options = RunOptions { fields: &fields, ..RunOptions::default() };
         if let Some(found) = cache.as_ref().and_then(|it| it.load(&run, &coordinates, options)) {
             return Ok(found);

@@ -16,7 +16,8 @@ const MIN_PLOT_HEIGHT_OVER_FONT: f64 = 8.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ChartSize {
     width_px: u32,
-    height_px: u32,
+    /// `None` for the proportions of the report, or more if title and legend need it.
+    height_px: Option<u32>,
     font_px: f64,
 }
 
@@ -31,20 +32,25 @@ impl ChartSize {
         font_px: Option<f64>,
     ) -> Result<Self, String> {
         let width_px = width_px.unwrap_or(WIDTH.unsigned_abs());
-        let natural = (f64::from(width_px) * HEIGHT_OVER_WIDTH).round() as u32;
         let font_px = font_px.unwrap_or(REPORT_FONT_PX);
         let min = (MIN_WIDTH_OVER_FONT * font_px).ceil();
         if f64::from(width_px) < min {
             return Err(format!(
-                "a width of {width_px} px is too small for letters of {font_px} px; must be at least {min} px"
+                "a width of {width_px} px is too small for letters of {font_px} px; must be at least {min} px\nhelp: increase --width or reduce --font-size"
             ));
         }
-        Ok(Self { width_px, height_px: height_px.unwrap_or(natural), font_px })
+        Ok(Self { width_px, height_px, font_px })
+    }
+
+    /// The height before title and legend are known.
+    fn usual_height(self) -> u32 {
+        let usual = || (f64::from(self.width_px) * HEIGHT_OVER_WIDTH).round() as u32;
+        self.height_px.unwrap_or_else(usual)
     }
 
     /// The number of pixels at a scale.
     pub(crate) fn pixels(self, scale: f64) -> f64 {
-        f64::from(self.width_px) * f64::from(self.height_px) * scale * scale
+        f64::from(self.width_px) * f64::from(self.usual_height()) * scale * scale
     }
 
     fn laid_out(self, length_px: u32) -> i32 {
@@ -61,13 +67,14 @@ impl ChartSize {
     /// # Errors
     /// A height that has no room for the plot.
     pub(super) fn plot_height(self, around: i32) -> Result<i32, DrawingError> {
-        let plot_height = self.laid_out(self.height_px) - around;
+        let plot_height = self.laid_out(self.usual_height()) - around;
         let min = (MIN_PLOT_HEIGHT_OVER_FONT * REPORT_FONT_PX) as i32;
+        let Some(height_px) = self.height_px else { return Ok(plot_height.max(min)) };
         if plot_height < min {
             let min = (f64::from(around + min) * self.font_px / REPORT_FONT_PX).ceil();
             return Err(DrawingError(format!(
-                "a height of {} px is too small for title, legend and letters of {} px; must be at least {min} px",
-                self.height_px, self.font_px
+                "a height of {height_px} px is too small for title, legend and letters of {} px; must be at least {min} px\nhelp: increase --height or reduce --font-size",
+                self.font_px
             )));
         }
         Ok(plot_height)
@@ -75,7 +82,9 @@ impl ChartSize {
 
     /// The document shown in the requested size instead of the size of its layout.
     pub(super) fn shown(self, svg: &str, width: i32, height: i32) -> String {
-        let (width_px, height_px) = (self.width_px, self.height_px);
+        let width_px = self.width_px;
+        let needed = || (f64::from(height) * self.font_px / REPORT_FONT_PX).round() as u32;
+        let height_px = self.height_px.unwrap_or_else(needed);
         let laid_out = format!("width=\"{width}\" height=\"{height}\"");
         svg.replacen(&laid_out, &format!("width=\"{width_px}\" height=\"{height_px}\""), 1)
     }

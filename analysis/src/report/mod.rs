@@ -211,33 +211,38 @@ fn fields_of_files(record: &ExperimentRecord) -> BTreeMap<String, Vec<String>> {
     record.runs.iter().map(|run| run.file.clone()).zip(fields).collect()
 }
 
+/// The tasks of opened runs with the fields to read from each, and the number of runs that are drawn.
+fn tasks(
+    opened: Vec<(OpenRun, Vec<Coordinate>)>,
+    fields: Vec<Vec<String>>,
+) -> (Vec<AnalysisTask>, usize) {
+    let mut drawn: Vec<Vec<Coordinate>> = Vec::new();
+    let task = |((run, coordinates), fields): ((OpenRun, Vec<Coordinate>), Vec<String>)| {
+        // One run per point is drawn, up to the number of curves in a chart, because plots take most of the memory.
+        let is_drawn = drawn.len() < sweep::figures::MAX_CURVES && !drawn.contains(&coordinates);
+        if is_drawn {
+            drawn.push(coordinates.clone());
+        }
+        AnalysisTask { run, coordinates, fields, is_drawn }
+    };
+    let tasks = opened.into_iter().zip(fields).map(task).collect();
+    (tasks, drawn.len())
+}
+
 /// Analyzes the recordings of one folder.
 pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -> AnalysisReport {
-    let mut drawn: Vec<Vec<Coordinate>> = Vec::new();
     let opened = source.open();
     let requests = source.record.as_ref().map_or(&[][..], |record| &record.plots);
     let places: Vec<Vec<Coordinate>> = opened.iter().map(|(_, place)| place.clone()).collect();
     let fields = requested::fields_to_read(requests, &places);
-    let tasks: Vec<AnalysisTask> = opened
-        .into_iter()
-        .zip(fields)
-        .map(|((run, coordinates), fields)| {
-            // One run per point is drawn, up to the number of curves in a chart, because plots take most of the memory.
-            let is_drawn =
-                drawn.len() < sweep::figures::MAX_CURVES && !drawn.contains(&coordinates);
-            if is_drawn {
-                drawn.push(coordinates.clone());
-            }
-            AnalysisTask { run, coordinates, fields, is_drawn }
-        })
-        .collect();
+    let (tasks, drawn) = tasks(opened, fields);
     let sizes = tasks.iter().map(|task| (task.run.file.clone(), task.run.recording().bytes()));
     let sizes = sizes.collect();
     let hosts = tasks.iter().filter_map(|task| source.host_file(&task.run.file)).collect();
     let mut runs: Vec<RunAnalysis> = Vec::new();
     let (mut notes, mut unreadable) = (source.notes.clone(), source.unreadable.clone());
     let mut seconds = Vec::new();
-    for (result, took) in analyze_all(&tasks, drawn.len(), options) {
+    for (result, took) in analyze_all(&tasks, drawn, options) {
         match result {
             Ok(run) => {
                 runs.push(run);

@@ -61,7 +61,7 @@ fn value_that_is_not_a_number_is_a_gap() {
         let path = folder.path().join("pressure_measured_n_per_m_vs_time.svg");
         let svg = fs::read_to_string(path).unwrap();
         let curves =
-            svg.lines().filter(|line| line.contains("<polyline") && line.contains("#0072B2"));
+            svg.lines().filter(|line| line.contains("<polyline") && line.contains("#6C1DC1"));
         curves.count()
     };
     assert_eq!(lines(&[f64::NAN, 1.0, 2.0, f64::NAN, 3.0, 4.0, f64::INFINITY]), 2);

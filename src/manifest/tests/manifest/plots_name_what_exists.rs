@@ -62,7 +62,7 @@ fn wrong_names_of_a_plot_are_reported_with_the_nearest() {
         ("y = \"mean_speed\"\nx = \"speed_distribution\" # <-", "`x` takes a swept number"),
         ("y = \"mean_speed\"\nwhere = { radius_m = 1 } # <-", "`radius_m` is not swept"),
         ("y = \"mean_speed\"\nwhere = { temperature_k = 1 } # <-", "values: 200, 300"),
-        ("y = \"mean_speed\"\nlog = [\"z\"] # <-", "must be"),
+        ("y = \"mean_speed\"\nlog = [\"z\"] # <-", "unknown value \"z\""),
         ("y = \"mean_speed\"\ntitle = \" \" # <-", "leave it out"),
         ("y = \"mean_speed\"\ntitel = \"t\" # <-", "did you mean `title`?"),
     ] {
