@@ -48,8 +48,8 @@ fn crowd(particles: u32) -> Frames {
         .map(|index| {
             let mut frame = Frame::new();
             for particle in 0..particles {
-                let angle = f64::from(particle) * 0.001;
-                frame.push_state(&[0.9 * angle.sin(), 0.9 * angle.cos(), 1.0, 0.0]);
+                let place = f64::from(particle % 1000) * 0.0018 - 0.9;
+                frame.push_state(&[place, -place, 1.0, 0.0]);
             }
             frame.push(&pressure(1.0));
             (Clock { count: u64::from(index), time: f64::from(index) }, frame)
