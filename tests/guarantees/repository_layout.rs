@@ -149,7 +149,7 @@ fn external_packages_are_used_in_one_folder() {
         ("indicatif::", "src/executor/progress.rs"),
         ("tungstenite::", "src/live"),
         ("object_store::", "src/object_storage"),
-        ("tokio::", "src/object_storage"),
+        ("axum::", "src/bin/view"),
         ("csv::", "analysis"),
         ("png::", "analysis"),
         ("resvg::", "analysis/src/plot/png.rs"),

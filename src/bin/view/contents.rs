@@ -1,6 +1,5 @@
 //! The recordings of a folder with their layouts and reports, and their addresses.
 
-use super::is_hidden;
 use std::fs;
 use std::net::SocketAddr;
 use std::path::Path;
@@ -80,6 +79,11 @@ impl Contents {
         self.is_cut |= !has_room;
         has_room
     }
+}
+
+/// Whether a file or folder of this name is neither shown nor served: hidden ones and unfinished recordings.
+pub(super) fn is_hidden(path: &Path) -> bool {
+    path.file_name().is_none_or(|name| name.to_string_lossy().starts_with('.'))
 }
 
 fn is_recording(name: &str) -> bool {

@@ -11,7 +11,7 @@ use kinetoscope_usage::StandardOutput;
 use serde_json::json;
 use server::Server;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The port unless another is given.
 const DEFAULT_PORT: u16 = 8766;
@@ -149,9 +149,4 @@ fn viewer_url(text: &str) -> Result<String, String> {
     } else {
         Err("write an address such as http://localhost:8080/".to_owned())
     }
-}
-
-/// Whether a file or folder of this name is neither shown nor served: hidden ones and unfinished recordings.
-fn is_hidden(path: &Path) -> bool {
-    path.file_name().is_none_or(|name| name.to_string_lossy().starts_with('.'))
 }

@@ -4,8 +4,7 @@
 //! name this machine by address or as `localhost` (DNS rebinding), and a web page must be the viewer's or of this machine. Only
 //! recordings and what belongs to them are served; symbolic links and hidden files are not.
 
-use super::contents::{Contents, Found, path_of_address, viewer_address};
-use super::is_hidden;
+use super::contents::{Contents, Found, is_hidden, path_of_address, viewer_address};
 use axum::Router;
 use axum::extract::{Request, State};
 use axum::http::header::{
