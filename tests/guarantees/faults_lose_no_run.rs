@@ -76,9 +76,17 @@ impl Workspace {
 
     fn spawn(&self) -> Child {
         let arguments = self.arguments();
-        let mut command = Command::new(&arguments[0]);
-        command.args(&arguments[1..]).stdout(Stdio::null()).stderr(Stdio::piped());
-        command.spawn().unwrap()
+        let mut command = if cfg!(target_os = "linux") {
+            // The caller of the tests may ignore SIGHUP, as `nohup` does, and a run would ignore it as well.
+            let mut command = Command::new("env");
+            command.arg("--default-signal=HUP").args(&arguments);
+            command
+        } else {
+            let mut command = Command::new(&arguments[0]);
+            command.args(&arguments[1..]);
+            command
+        };
+        command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
     }
 
     fn has_checkpoint(&self) -> bool {
