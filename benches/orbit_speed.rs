@@ -2,6 +2,9 @@
 //! in the same run. `benches/peers/orbit_rebound.py` measures REBOUND.
 //!
 //!     cargo bench --bench orbit_speed
+//!
+//! Tracked events cost velocity Verlet a tenth of its speed (23 Nov 2026, AMD EPYC: 26.8 ns per step, 23.4 ns before events were tracked). Repeating
+//! the steps since the last check at an event, instead of keeping a copy of the state before each step, gave 1.00: the copy is not the cost.
 
 // A benchmark may panic.
 #![allow(clippy::unwrap_used, missing_docs)]

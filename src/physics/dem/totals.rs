@@ -3,7 +3,7 @@
 use super::block::{BLOCK, Partner};
 use super::parameters::StepContext;
 use crate::simd::aligned_rows::AlignedRows;
-use crate::simd::registers::Register as _;
+use crate::simd::registers::{Register as _, vectorized};
 
 /// Forces on the discs of a block, and sums over its contacts.
 #[derive(Clone, Debug, Default)]
@@ -194,21 +194,26 @@ impl ContactMask {
 
     /// Whether the set is complete and holds less than a quarter of `discs` discs.
     pub(super) fn is_sparse(&self, discs: usize) -> bool {
-        let count: u32 = self.bits.iter().map(|word| word.count_ones()).sum();
-        self.is_complete && 4 * (count as usize) < discs
+        self.is_complete && 4 * number_of_bits(&self.bits) < discs
     }
 
-    /// The discs in ascending order.
-    pub(super) fn iter(&self) -> impl Iterator<Item = usize> {
-        self.bits.iter().enumerate().flat_map(|(number, &word)| {
+    /// Visits the discs in ascending order.
+    #[inline]
+    pub(super) fn for_each(&self, mut visit: impl FnMut(usize)) {
+        for (number, &word) in self.bits.iter().enumerate() {
             let mut left = word;
-            std::iter::from_fn(move || {
-                let disc = number * 64 + left.trailing_zeros() as usize;
-                let found = (left != 0).then_some(disc);
-                left &= left.wrapping_sub(1);
-                found
-            })
-        })
+            while left != 0 {
+                visit(number * 64 + left.trailing_zeros() as usize);
+                left &= left - 1;
+            }
+        }
+    }
+}
+
+vectorized! {
+    /// Number of ones: every processor can count them, but few in one instruction.
+    fn number_of_bits(words: &[u64]) -> usize {
+        words.iter().map(|word| u64::from(word.count_ones())).sum::<u64>() as usize
     }
 }
 
