@@ -3,8 +3,8 @@
 use clap::Command;
 use clap::error::{ContextKind, ContextValue, Error, ErrorKind};
 
-/// Adds the subcommand that differs from the unknown one by one letter, if clap suggests none: its measure of similarity rejects short
-/// names with a missing letter, such as `rn` for `run`.
+/// Adds the subcommand that differs from the unknown one by one letter, if clap suggests none: clap does
+/// not suggest `run` for `rn`, because too few letters of a short name remain.
 #[must_use]
 pub fn with_nearest_subcommand(mut error: Error, command: &Command) -> Error {
     let near = match error.get(ContextKind::InvalidSubcommand) {

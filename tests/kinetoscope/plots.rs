@@ -215,7 +215,7 @@ fn output_is_replaced_as_a_whole_or_not_at_all() {
     }
 }
 
-/// Text of the command line and of manifests is text in the document.
+/// Markup in names of the command line and of manifests is shown as text.
 #[test]
 fn markup_in_names_is_escaped() {
     let bench = Bench::new();
@@ -258,4 +258,16 @@ fn shipped_experiment_is_plotted_in_three_commands() {
     commands.iter().for_each(|line| called(line));
     assert_eq!(size_of(&fs::read(bench.path("p_vs_t.png")).unwrap()), [1280, 980]);
     assert_eq!(call(["plot", "--help"]).code, Some(0));
+}
+
+#[test]
+fn files_that_are_not_recordings_are_errors_with_help() {
+    let bench = Bench::new();
+    for name in ["a.txt", "b.mcap"] {
+        bench.write(name, "no recording");
+        let called = bench.call(&["plot", name, "--y", "pressure.measured"]);
+        assert_eq!(called.code, Some(5), "{}", called.err);
+        assert!(called.err.starts_with("error: "), "{}", called.err);
+        assert!(called.err.contains("\nhelp: name a recording"), "{}", called.err);
+    }
 }

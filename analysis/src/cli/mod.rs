@@ -382,8 +382,13 @@ fn conclude(analyzed: &[Analyzed], terminal: Terminal) -> AnalysisExit {
 
 /// Prints why an input cannot be read, and what to do. The first line ends with the remedy; the errors of a manifest may follow.
 fn complain_unreadable(why: &str) {
+    complain(&format!("error: {}", with_remedy(why)), false);
+}
+
+/// Why a recording is unreadable, with the remedy in the first line as help.
+fn with_remedy(why: &str) -> String {
     let (what, details) = why.split_at(why.find('\n').unwrap_or(why.len()));
-    complain(&format!("error: {}{details}", with_help(what)), false);
+    format!("{}{details}", with_help(what))
 }
 
 fn read_checks(path: &Path) -> Result<Vec<Check>, String> {

@@ -1,7 +1,7 @@
 //! The command `kinetoscope plot`: one plot from the recordings of an experiment, as SVG or PNG.
 
 use super::exit::CommandError;
-use super::{AnalysisExit, concluded};
+use super::{AnalysisExit, complain_unreadable, concluded, with_remedy};
 use crate::input::coordinates::{keys_of, last_part};
 use crate::input::recording::OpenRun;
 use crate::input::{self, OpenedRuns, RecordingFolder, UnreadableRecording};
@@ -115,7 +115,7 @@ impl PlotArguments {
             }
         }
         unreadable.dedup();
-        unreadable.iter().for_each(|why| complain(&format!("error: {why}"), false));
+        unreadable.iter().for_each(|why| complain_unreadable(why));
         let exit =
             if unreadable.is_empty() { AnalysisExit::Done } else { AnalysisExit::Unreadable };
         if self.json {
@@ -183,7 +183,7 @@ impl PlotArguments {
         let mut unreadable = [source.unreadable.as_slice(), &unopened].concat();
         let request = self.request();
         let Some((first, _)) = opened.first() else {
-            return Err(CommandError::unreadable(unreadable.join("\n")));
+            return Err(all_unreadable(&unreadable));
         };
         let model = first.manifest.model.name();
         if let Some((other, _)) = opened.iter().find(|(run, _)| run.manifest.model.name() != model)
@@ -220,7 +220,7 @@ impl PlotArguments {
         match data.draw(&request) {
             Ok(plot) => Ok((plot, unreadable)),
             // What could not be read may be the cause.
-            Err(_) if runs.is_empty() => Err(CommandError::unreadable(unreadable.join("\n"))),
+            Err(_) if runs.is_empty() => Err(all_unreadable(&unreadable)),
             Err(why) => Err(rejected(why)),
         }
     }
@@ -284,6 +284,12 @@ impl PlotArguments {
 
 /// A run with its coordinates, and the fields of channels to read.
 type Task = ((OpenRun, Vec<Coordinate>), Vec<String>);
+
+/// The error of a command that can read none of its recordings.
+fn all_unreadable(reasons: &[String]) -> CommandError {
+    let reasons: Vec<String> = reasons.iter().map(|why| with_remedy(why)).collect();
+    CommandError::unreadable(reasons.join("\nerror: "))
+}
 
 /// Reads recordings in parallel, or loads their analyses from the cache next to them, which is not changed.
 fn read_all(tasks: Vec<Task>, folder: &Path) -> Vec<Result<RunAnalysis, UnreadableRecording>> {

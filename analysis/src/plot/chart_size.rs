@@ -80,7 +80,7 @@ impl ChartSize {
         Ok(plot_height)
     }
 
-    /// The document shown in the requested size instead of the size of its layout.
+    /// The SVG in the requested size instead of the size of its layout.
     pub(super) fn shown(self, svg: &str, width: i32, height: i32) -> String {
         let width_px = self.width_px;
         let needed = || (f64::from(height) * self.font_px / REPORT_FONT_PX).round() as u32;

@@ -14,8 +14,21 @@ use crate::plot::palette;
 use kinetoscope_usage::text::visible;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-pub(super) const STYLE_SHEET: &str = include_str!("report.css");
+const STYLE_SHEET: &str = include_str!("report.css");
 const SCRIPT: &str = include_str!("report.js");
+
+/// The head of a page with a style sheet in addition to the common one.
+pub(super) fn page_head(title: &str, style_sheet: &str) -> Markup {
+    html! {
+        head {
+            meta charset="utf-8";
+            meta name="viewport" content="width=device-width, initial-scale=1";
+            meta name="color-scheme" content="light dark";
+            title { (title) }
+            style { (PreEscaped(STYLE_SHEET)) (PreEscaped(style_sheet)) }
+        }
+    }
+}
 
 /// The page with its plots, in order, and the files next to it.
 pub(crate) fn page(report: &AnalysisReport, plots: &[DrawnPlot<'_>], links: &FileLinks) -> String {
@@ -24,13 +37,7 @@ pub(crate) fn page(report: &AnalysisReport, plots: &[DrawnPlot<'_>], links: &Fil
     let page = html! {
         (DOCTYPE)
         html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                title { (report.name) }
-                style { (PreEscaped(STYLE_SHEET)) (PreEscaped(palette::style_sheet())) }
-            }
+            (page_head(&report.name, &palette::style_sheet()))
             body {
                 main {
                     (head::heading(report, links))

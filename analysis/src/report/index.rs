@@ -3,7 +3,7 @@
 
 use super::file_links::address;
 use super::head::{checks_summary, question, result};
-use super::html::{STYLE_SHEET, breakable};
+use super::html::{breakable, page_head};
 use super::{AnalysisReport, files};
 use crate::input::host_file::utc;
 use crate::thumbnail::{ThumbnailFormat, ThumbnailOptions, thumbnail};
@@ -13,14 +13,14 @@ use base64::engine::general_purpose::STANDARD;
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
 use kinetoscope_usage::text::visible;
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{DOCTYPE, Markup, html};
 use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
 use std::num::NonZeroU32;
 use std::path::{Component, Path};
 
 const INDEX_STYLE: &str = include_str!("index.css");
 /// Marks the pages of this program; a page without it is the user's own.
-const MARK: &str = "kinetoscope index";
+const MARK: &str = "kinetoscope-index";
 /// Width of a thumbnail, px.
 const THUMBNAIL_WIDTH: NonZeroU32 = NonZeroU32::new(240).unwrap();
 /// Pictures of a thumbnail.
@@ -101,16 +101,9 @@ fn page(cards: &[Card<'_>]) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                meta name="generator" content=(MARK);
-                title { "Experiments" }
-                style { (PreEscaped(STYLE_SHEET)) (PreEscaped(INDEX_STYLE)) }
-            }
+            (page_head("Experiments", INDEX_STYLE))
             body {
-                main {
+                main class=(MARK) {
                     header {
                         h1 { "Experiments" }
                         p class="facts" { (summary(cards)) }
