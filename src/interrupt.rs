@@ -68,6 +68,11 @@ impl Interrupt {
         self.stopped.store(true, Ordering::Relaxed);
     }
 
+    /// Requests a stop as a signal does: for all interrupts with the same signals.
+    pub fn raise(&self, signal: usize) {
+        self.signal.store(signal, Ordering::Relaxed);
+    }
+
     /// The conventional exit code after a signal: 128 plus its number.
     #[must_use]
     pub fn exit_code(&self) -> Option<u8> {

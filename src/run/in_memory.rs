@@ -18,14 +18,21 @@ use std::path::Path;
 /// # Errors
 /// A start that cannot be run, or a recording that cannot be written or read.
 pub fn run(run: &Run) -> Result<Recording, RunError> {
+    run_interruptibly(run, &Interrupt::default())
+}
+
+/// [`run`], which ends at an interrupt with the outcome that states it.
+///
+/// # Errors
+/// Like those of [`run`].
+pub fn run_interruptibly(run: &Run, interrupt: &Interrupt) -> Result<Recording, RunError> {
     let manifest = &run.manifest;
     let canonical = manifest.canonical();
     let key = run_key(&canonical, kind_of(&manifest.model).physics_version, SCHEMA_VERSION);
     let start = Prepared::new(manifest, &canonical, key.as_str())?;
     let recorder = Recorder::create(Vec::new(), &start.header)?;
     let mut state = record_start(start, recorder)?;
-    let interrupt = Interrupt::default();
-    let outcome = record_frames(&mut state, &interrupt, &|_, _| {}, |_, _| Ok(()))?;
+    let outcome = record_frames(&mut state, interrupt, &|_, _| {}, |_, _| Ok(()))?;
     let bytes = state.recorder.finish(&outcome)?;
     Ok(Recording::from_bytes(bytes, Path::new("the recording in memory"))?)
 }

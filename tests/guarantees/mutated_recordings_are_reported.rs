@@ -4,6 +4,9 @@
 //! Setup: structure-aware mutations of a small recording of each model (`tests/shared/mutated_recording.rs`); small random manifests.
 //! Programs run with limits of their memory (1 GiB) and processor time (10 s per file). Control: the unchanged recording verifies.
 //!
+//! A change of a recording's manifest may ask for a run of years. What executes a run is interrupted after [`LONGEST_RUN`] and then must
+//! end; the campaigns print the number of these files.
+//!
 //! The ignored tests are the campaigns: `MUTATIONS=20000 cargo test --test guarantees -- --ignored full_harness_mutated_recordings`.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
@@ -11,16 +14,20 @@
 
 use crate::kinetoscope_program::kinetoscope;
 use crate::mutated_recording::{Numbers, Records};
+use kinetoscope::Experiment;
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope::plan::restart_files::StartFiles;
+use kinetoscope::run::in_memory::run_interruptibly;
 use kinetoscope::verify::compare::compare_recordings;
 use kinetoscope::verify::verify;
-use kinetoscope::{Experiment, run};
 use kinetoscope_manifest::parse_with_recordings;
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::mpsc;
+use std::thread;
+use std::time::{Duration, Instant};
 
 /// Small experiments that record every channel, and the keys of a run that starts from their last frame.
 const MODELS: [(&str, &str, &str); 4] = [
@@ -45,10 +52,46 @@ fn mutations(default: usize) -> usize {
     std::env::var("MUTATIONS").map_or(default, |count| count.parse().unwrap())
 }
 
+/// Number of the signal that interrupts a run.
+const SIGTERM: usize = 15;
+
+/// Time after which a run is interrupted.
+const LONGEST_RUN: Duration = Duration::from_secs(2);
+
+/// Time within which an interrupted run ends, also on a busy machine.
+const LONGEST_END: Duration = Duration::from_secs(30);
+
+/// What executed a run: its panic or its failure to end, and whether it was interrupted.
+#[derive(Default)]
+struct Execution {
+    finding: Option<String>,
+    is_interrupted: bool,
+}
+
+/// Calls a function that executes a run, and interrupts it after [`LONGEST_RUN`].
+fn execute(function: impl FnOnce(&Interrupt)) -> Execution {
+    let interrupt = Interrupt::default();
+    let watched = interrupt.clone();
+    let (ended, has_ended) = mpsc::channel::<()>();
+    let start = Instant::now();
+    thread::scope(|scope| {
+        scope.spawn(move || {
+            if has_ended.recv_timeout(LONGEST_RUN) == Err(mpsc::RecvTimeoutError::Timeout) {
+                watched.raise(SIGTERM);
+            }
+        });
+        let panic = panic_of(|| function(&interrupt));
+        drop(ended);
+        let is_late = start.elapsed() > LONGEST_RUN + LONGEST_END;
+        let late = || is_late.then(|| "an interrupt did not end the run".to_owned());
+        Execution { finding: panic.or_else(late), is_interrupted: interrupt.is_raised() }
+    })
+}
+
 /// The recording of a manifest, in memory.
-fn record(manifest: &str) -> Option<Vec<u8>> {
+fn record(manifest: &str, interrupt: &Interrupt) -> Option<Vec<u8>> {
     let experiment: Experiment = manifest.parse().ok()?;
-    let recording = run(experiment.runs.first()?).ok()?;
+    let recording = run_interruptibly(experiment.runs.first()?, interrupt).ok()?;
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mcap");
     recording.save(&path).unwrap();
@@ -83,6 +126,8 @@ fn panic_of(function: impl FnOnce()) -> Option<String> {
 /// The findings about some files of one folder.
 struct Findings {
     found: Vec<String>,
+    /// Number of runs that were interrupted because they are long.
+    interrupted: usize,
     /// Where files with findings are kept.
     kept: PathBuf,
 }
@@ -103,19 +148,23 @@ impl Findings {
         for file in files {
             let name = file.file_name().unwrap().to_str().unwrap();
             let compared = panic_of(|| drop(compare_recordings(original, file)));
-            let verified = panic_of(|| drop(verify(file, &Interrupt::default(), &|_, _| {})));
-            let started = panic_of(|| {
+            let verified = execute(|interrupt| drop(verify(file, interrupt, &|_, _| {})));
+            let started = execute(|interrupt| {
                 let starts = StartFiles::relative_to(file.parent().unwrap());
                 let read = |name: &str| starts.read(name);
                 let text = start(name);
                 if let Ok(experiment) = parse_with_recordings(&text, "a.toml", &[], &read) {
-                    drop(run(&experiment.runs[0]));
+                    drop(run_interruptibly(&experiment.runs[0], interrupt));
                 }
             });
-            let panics = [("compare", compared), ("verify", verified), ("start_from", started)];
-            for (what, panic) in panics {
-                if let Some(panic) = panic {
-                    self.add(what, file, &panic);
+            self.interrupted +=
+                [&verified, &started].map(|run| run.is_interrupted.into()).iter().sum::<usize>();
+            let (verified, started) = (verified.finding, started.finding);
+            for (what, finding) in
+                [("compare", compared), ("verify", verified), ("start_from", started)]
+            {
+                if let Some(finding) = finding {
+                    self.add(what, file, &finding);
                 }
             }
         }
@@ -137,6 +186,13 @@ impl Findings {
         }
     }
 
+    /// Prints a line on what was tried so far.
+    #[allow(clippy::print_stderr, reason = "the figures of a campaign")]
+    fn print(&self, what: &str) {
+        let (found, interrupted) = (self.found.len(), self.interrupted);
+        eprintln!("{what}: {found} findings, {interrupted} runs interrupted in all");
+    }
+
     fn draw(&mut self, file: &Path) {
         let picture = file.with_extension("png");
         let arguments = ["export", "--quiet", "--thumbnail", picture.to_str().unwrap()];
@@ -148,10 +204,10 @@ impl Findings {
 
 /// Mutates a recording of each model; returns the findings.
 fn mutate(count: usize, thumbnails: usize, seed: u64, kept: &Path) -> Vec<String> {
-    let mut findings = Findings { found: Vec::new(), kept: kept.to_owned() };
+    let mut findings = Findings { found: Vec::new(), interrupted: 0, kept: kept.to_owned() };
     for (model, keys, start_keys) in MODELS {
         let manifest = format!("seed = 1\n[model.{model}]\n{keys}[record]\nframes = 4\n");
-        let bytes = record(&manifest).unwrap();
+        let bytes = record(&manifest, &Interrupt::default()).unwrap();
         let records = Records::of(&bytes);
         let original_folder = tempfile::tempdir().unwrap();
         let original = original_folder.path().join("original.mcap");
@@ -175,6 +231,7 @@ fn mutate(count: usize, thumbnails: usize, seed: u64, kept: &Path) -> Vec<String
             files.iter().take(thumbnails).for_each(|file| findings.draw(file));
             findings.analyze(folder.path(), &files);
         }
+        findings.print(&format!("{count} mutations of {model}"));
     }
     findings.found
 }
@@ -272,7 +329,7 @@ fn random_packing(numbers: &mut Numbers) -> String {
 
 /// Runs, verifies and analyzes random manifests until `count` were valid; returns the findings.
 fn run_random_manifests(count: usize, seed: u64, kept: &Path) -> Vec<String> {
-    let mut findings = Findings { found: Vec::new(), kept: kept.to_owned() };
+    let mut findings = Findings { found: Vec::new(), interrupted: 0, kept: kept.to_owned() };
     let mut numbers = Numbers(seed);
     let mut done = 0;
     while done < count {
@@ -281,8 +338,13 @@ fn run_random_manifests(count: usize, seed: u64, kept: &Path) -> Vec<String> {
         while files.len() < BATCH.min(count - done) {
             let manifest = random_manifest(&mut numbers);
             let mut recorded = None;
-            if let Some(panic) = panic_of(|| recorded = record(&manifest)) {
-                findings.add("run", Path::new(""), &format!("{panic}\n{manifest}"));
+            let recording = execute(|interrupt| recorded = record(&manifest, interrupt));
+            if let Some(finding) = recording.finding {
+                findings.add("run", Path::new(""), &format!("{finding}\n{manifest}"));
+            }
+            if recording.is_interrupted {
+                findings.interrupted += 1;
+                continue;
             }
             let Some(bytes) = recorded else { continue };
             let path = folder.path().join(format!("random_{}.mcap", files.len()));
@@ -300,6 +362,7 @@ fn run_random_manifests(count: usize, seed: u64, kept: &Path) -> Vec<String> {
         findings.analyze(folder.path(), &files);
         done += files.len();
     }
+    findings.print(&format!("{count} random manifests"));
     findings.found
 }
 
