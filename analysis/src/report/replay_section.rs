@@ -52,8 +52,9 @@ fn stage() -> Markup {
         div class="stage" {
             canvas tabindex="0" role="img" aria-label="Particles of the run; arrow keys change the frame, space plays" {}
             div class="controls" {
-                button type="button" class="play" aria-label="Play" { "▶" }
-                input type="range" class="scrub" min="0" max="0" value="0" step="1" autocomplete="off" aria-label="Frame";
+                // The script enables these two once the frames are decoded.
+                button type="button" class="play" aria-label="Play" disabled { "▶" }
+                input type="range" class="scrub" min="0" max="0" value="0" step="1" autocomplete="off" aria-label="Frame" disabled;
                 label {
                     "speed "
                     select class="speed" autocomplete="off" {

@@ -275,6 +275,8 @@
     play.addEventListener("click", () => setPlaying(!isPlaying));
     scrub.addEventListener("input", () => { setPlaying(false); show(Number(scrub.value)); });
     canvas.addEventListener("keydown", (event) => {
+      // The film may not be decoded yet.
+      if (!film) return;
       const step = { ArrowLeft: -1, ArrowRight: 1, Home: -Infinity, End: Infinity }[event.key];
       if (step) { setPlaying(false); show(frame + step); }
       else if (event.key === " ") setPlaying(!isPlaying);
