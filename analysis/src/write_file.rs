@@ -6,18 +6,23 @@ use std::path::{Path, PathBuf};
 
 /// A file or folder that cannot be written, with the user's next step.
 #[derive(Debug, thiserror::Error)]
-#[error(
-    "{} cannot be written: {reason}. Make room or make it writable, or name another folder with --output DIR",
-    path.display()
-)]
+#[error("{} cannot be written: {reason}. Make room or make it writable, or name another {instead}", path.display())]
 pub(crate) struct WriteError {
     path: PathBuf,
     reason: String,
+    /// What the user may name in its place.
+    instead: &'static str,
 }
 
 impl WriteError {
     pub(crate) fn new(path: &Path, reason: impl std::fmt::Display) -> Self {
-        Self { path: path.to_path_buf(), reason: reason.to_string() }
+        let instead = "folder with --output DIR";
+        Self { path: path.to_path_buf(), reason: reason.to_string(), instead }
+    }
+
+    /// An error of a destination that the user named.
+    fn of_destination(path: &Path, reason: impl std::fmt::Display) -> Self {
+        Self { instead: "file", ..Self::new(path, reason) }
     }
 }
 
@@ -59,7 +64,8 @@ pub(crate) fn begin(path: &Path) -> Result<NewFile, WriteError> {
 /// # Errors
 /// A destination that cannot be written.
 pub(crate) fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<(), WriteError> {
-    output_file::write(path, content.as_ref()).map_err(|error| WriteError::new(path, error))
+    output_file::write(path, content.as_ref())
+        .map_err(|error| WriteError::of_destination(path, error))
 }
 
 /// Adds text to the end of a destination, which is created if it does not exist.
@@ -67,5 +73,5 @@ pub(crate) fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<(), WriteE
 /// # Errors
 /// A destination that cannot be written.
 pub(crate) fn append(path: &Path, text: &str) -> Result<(), WriteError> {
-    output_file::append(path, text).map_err(|error| WriteError::new(path, error))
+    output_file::append(path, text).map_err(|error| WriteError::of_destination(path, error))
 }

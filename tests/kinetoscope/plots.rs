@@ -204,6 +204,7 @@ fn output_is_replaced_as_a_whole_or_not_at_all() {
     fs::create_dir(bench.path("folder.svg")).unwrap();
     let folder = plot(&bench, &["--output", "folder.svg"]);
     assert_eq!(folder.code, Some(75), "{}", folder.err);
+    assert!(folder.err.contains("or name another file\n"), "{}", folder.err);
     bench.write("p.svg", "old");
     assert_eq!(plot(&bench, &["--quiet", "--output", "p.svg"]).out, "");
     let svg = fs::read_to_string(bench.path("p.svg")).unwrap();
