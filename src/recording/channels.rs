@@ -93,15 +93,6 @@ impl ChannelDeclaration {
     }
 }
 
-/// One column of the state, as a model declares it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct StateColumn {
-    /// Name in the recording, such as `vx`.
-    pub name: &'static str,
-    /// Unit, such as "m/s"; empty for dimensionless.
-    pub unit: &'static str,
-}
-
 macro_rules! channels {
     ($($(#[$doc:meta])* $name:ident on $topic:literal {
         $($(#[$field_doc:meta])* $field:ident: $type:ty [$($kind:tt)+] = $tag:tt,)+

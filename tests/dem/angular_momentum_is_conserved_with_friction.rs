@@ -101,7 +101,7 @@ fn angular_momentum_is_conserved_with_friction() {
             "seed {seed}: change of L {:.1e}; spin {:.2e}; overlap {:.3} r; with the full radius {:.2e}",
             found.change, found.spin, found.max_overlap, found.change_with_radius
         );
-        assert!(found.max_overlap > 0.04 && found.spin > 1e-3, "the discs do not rub");
+        assert!(found.max_overlap > 0.04 && found.spin > 1e-3, "the discs do not slide");
         assert!(found.change < 1e-12, "seed {seed}: {:e}", found.change);
         // Control.
         assert!(found.change_with_radius > 1e-3, "seed {seed}: {:e}", found.change_with_radius);
