@@ -6,6 +6,7 @@ pub mod estimate;
 pub mod in_memory;
 pub mod memory;
 pub mod prepared;
+mod published_times;
 pub mod recording;
 pub mod schedule;
 
