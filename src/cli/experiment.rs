@@ -190,6 +190,7 @@ impl Execution<'_> {
         if let Some(live) = &live {
             self.say(&arguments.live.invitation(live, plan));
         }
+        let gnuplot = if runs.is_empty() { None } else { arguments.live.gnuplot_loop()? };
         let progress = ProgressDisplay::new(runs.len(), arguments.verbosity());
         let stop = || interrupt.is_raised();
         let results = local::run_all(
@@ -201,6 +202,7 @@ impl Execution<'_> {
                 checkpoint_every: arguments.execution.checkpoint_every,
                 on_frame: &|_, _| {},
                 live: live.as_ref(),
+                gnuplot: gnuplot.as_ref(),
             },
             &progress,
             &|run| {

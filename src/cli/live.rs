@@ -3,11 +3,12 @@
 use crate::cli::exit::Exit;
 use crate::cli::messages::Failure;
 use crate::interrupt::Interrupt;
-use crate::live::{self, Admission, LiveServer};
+use crate::live::{self, Admission, GnuplotLoop, LiveServer};
 use crate::outputs::sidecars::layout_name;
 use crate::plan::Plan;
 use clap::Args;
 use std::net::SocketAddr;
+use std::path::PathBuf;
 
 /// Whether and where viewers can connect.
 #[derive(Debug, Args)]
@@ -29,6 +30,9 @@ pub struct LiveArguments {
     /// Admit viewers that connect to this machine by this name; IP addresses and localhost are always admitted
     #[arg(long, value_name = "NAME", requires = "live", value_parser = live::host)]
     live_host: Vec<String>,
+    /// Write the newest frame of each run to DIR as `x y r` lines, with a script that shows it in a loop: cd DIR; gnuplot NAME.gp
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["dry_run", "executor", "export_commands"])]
+    gnuplot: Option<PathBuf>,
 }
 
 impl LiveArguments {
@@ -49,6 +53,18 @@ impl LiveArguments {
                     ))
             },
         )
+    }
+
+    /// Creates the folder of the files for gnuplot, if one is requested.
+    ///
+    /// # Errors
+    /// A folder that cannot be created.
+    pub fn gnuplot_loop(&self) -> Result<Option<GnuplotLoop>, Failure> {
+        let Some(folder) = &self.gnuplot else { return Ok(None) };
+        GnuplotLoop::create(folder).map(Some).map_err(|error| {
+            let what = format!("cannot create the folder {}: {error}", folder.display());
+            Failure::new(Exit::Retryable, what).help("name another folder with --gnuplot DIR")
+        })
     }
 
     /// The address for viewers, and how to connect.

@@ -10,16 +10,20 @@
 //! the program or lock out a viewer.
 //!
 //! If several runs execute in parallel, the first one is shown. When it ends, the next run that starts is shown.
+//!
+//! `gnuplot_loop.rs` writes the newest frame of each run as text files for gnuplot instead.
 
 mod admission;
 mod broadcaster;
 mod connection;
 mod frame_buffer;
+pub(crate) mod gnuplot_loop;
 mod pace;
 mod protocol;
 mod viewer;
 
 pub use admission::{Admission, host, origin};
+pub use gnuplot_loop::GnuplotLoop;
 
 use crate::interrupt::Interrupt;
 use connection::Slots;

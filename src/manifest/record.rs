@@ -18,8 +18,8 @@ table! {
     pub struct RecordConfig {
         /// When frames are taken.
         interval: RecordInterval [apart] = RecordInterval::Frames(NonZeroU64::new(200).expect("not zero")),
-        /// Topics to record, without the leading slash; by default all that the model has, but `per_collision` (packing) and
-        /// `contact_forces` (dem).
+        /// Topics to record, without the leading slash; by default all that the model has, but `per_collision` (packing),
+        /// `contact_forces` and `disc_forces` (dem).
         channels: Option<Vec<String>> ["", optional],
         /// Frames per second of playback.
         playback_fps: PlaybackRate ["1/s"] = PlaybackRate::literal(25.0),

@@ -36,6 +36,15 @@ pub struct TimingPoint {
     pub quartile_distance_s: f64,
     /// Steps or events of all runs divided by their time, 1/s.
     pub steps_or_events_per_s: f64,
+    /// Published mean time of such runs, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub published_s: Option<f64>,
+}
+
+impl TimingPoint {
+    /// Who published the times, and how they were measured.
+    pub const PUBLISHED_BY: &str =
+        "the packing exercise, Python 3.11 on a 1.4 GHz Intel Core i5, means of 100 runs";
 }
 
 /// Ratios of the times at one value of a key to those at another, replicate by replicate.

@@ -93,15 +93,6 @@ impl ChannelDeclaration {
     }
 }
 
-/// One column of the state, as a model declares it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct StateColumn {
-    /// Name in the recording, such as `vx`.
-    pub name: &'static str,
-    /// Unit, such as "m/s"; empty for dimensionless.
-    pub unit: &'static str,
-}
-
 macro_rules! channels {
     ($($(#[$doc:meta])* $name:ident on $topic:literal {
         $($(#[$field_doc:meta])* $field:ident: $type:ty [$($kind:tt)+] = $tag:tt,)+
@@ -149,7 +140,7 @@ channels! {
     /// DEM: where the energy is. kinetic + gravitational + elastic + dissipated + removed - entered - wall_work
     /// = total at the start + residual.
     DemEnergy on "/energy" {
-        /// Sum of m v^2 / 2, from the velocity at the positions' time, J.
+        /// Sum of m v^2 / 2 + I w^2 / 2 with I = m r^2 / 2, from the velocities at the positions' time, J.
         kinetic_j: f64 [double] = "1",
         /// Sum of -m g . x, J; zero at the origin.
         gravitational_j: f64 [double] = "2",
@@ -201,7 +192,7 @@ channels! {
         pair_contacts: u64 [uint64] = "1",
         /// Touching pairs of disc and wall.
         wall_contacts: u64 [uint64] = "2",
-        /// Mean number of contacts per disc.
+        /// Mean number of contacts per disc, with discs and walls: (2 pair_contacts + wall_contacts) / N.
         coordination_number: f64 [double] = "3",
         /// Maximum overlap since the last frame, over the smaller radius of the pair.
         max_overlap_over_radius: f64 [double] = "4",
@@ -222,6 +213,15 @@ channels! {
         force_x_n: Vec<f64> [double, repeated] = "5",
         /// Force on the first disc, y, N.
         force_y_n: Vec<f64> [double, repeated] = "6",
+    }
+
+    /// DEM: the sum of the contact forces on each disc, m (a - g), as columns of equal length in the order of `/state`: the
+    /// forces that accelerate the discs in the next step, friction and walls included, gravity not.
+    DemDiscForces on "/disc_forces" {
+        /// Sum of the contact forces, x, N.
+        force_x_n: Vec<f64> [double, repeated] = "1",
+        /// Sum of the contact forces, y, N.
+        force_y_n: Vec<f64> [double, repeated] = "2",
     }
 
     /// DEM: forces of the walls on the discs, one entry per wall: left, right, floor and ceiling of the box (unless

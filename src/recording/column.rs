@@ -1,4 +1,13 @@
-//! The lengths of the columns of a message.
+//! The columns of a state, and the lengths of the columns of a message.
+
+/// One column of the state, as a model declares it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StateColumn {
+    /// Name in the recording, such as `vx`.
+    pub name: &'static str,
+    /// Unit, such as "m/s"; empty for dimensionless.
+    pub unit: &'static str,
+}
 
 /// A field that may be a column.
 pub(crate) trait Column {

@@ -1,6 +1,6 @@
 //! The messages of one instant in memory: the interface between physics and recording.
 
-pub use crate::channels::StateColumn;
+pub use crate::column::StateColumn;
 pub use crate::force_lines::ContactLine;
 
 use crate::channels::Channel;

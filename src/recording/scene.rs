@@ -2,8 +2,8 @@
 //!
 //! Drawings are rounded and thinned; the exact state is on `/state` alone.
 
-use crate::channels::StateColumn;
 use crate::color::{self, ColorMap};
+use crate::column::StateColumn;
 use crate::error::RecordError;
 use crate::force_lines::{ContactLine, weakest_drawn};
 use crate::playback::three_digits;

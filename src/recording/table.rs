@@ -1,6 +1,6 @@
 //! The exact state of one frame: one row per particle, one column per quantity.
 
-use crate::channels::StateColumn;
+use crate::column::StateColumn;
 use crate::scene::{FRAME_ID, pose};
 use foxglove::messages::packed_element_field::NumericType;
 use foxglove::messages::{PackedElementField, PointCloud, Timestamp};

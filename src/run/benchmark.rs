@@ -5,6 +5,7 @@
 //! their ratio as little as possible.
 
 use crate::run::memory;
+use crate::run::published_times::published_s;
 use kinetoscope_manifest::{
     Coordinate, Experiment, Run, RunManifest, TimingComparison, TimingPoint, TimingRatio,
     TimingTable,
@@ -34,6 +35,8 @@ struct Point {
     coordinates: Vec<Coordinate>,
     seconds: Vec<f64>,
     steps_or_events: u64,
+    /// Published mean time of such runs, s.
+    published_s: Option<f64>,
 }
 
 /// Measures every run of an experiment.
@@ -60,6 +63,7 @@ pub fn time_table(experiment: &Experiment) -> Result<TimingTable, TimingError> {
                 coordinates: run.coordinates.clone(),
                 seconds: vec![seconds],
                 steps_or_events: count,
+                published_s: published_s(&run.manifest.model),
             }),
         }
     }
@@ -111,6 +115,7 @@ impl Point {
             standard_deviation_s,
             quartile_distance_s: quantile(&self.seconds, 0.75) - quantile(&self.seconds, 0.25),
             steps_or_events_per_s: self.steps_or_events as f64 / self.seconds.iter().sum::<f64>(),
+            published_s: self.published_s,
         }
     }
 }
@@ -178,6 +183,7 @@ pub fn text(table: &TimingTable) -> String {
             point.steps_or_events_per_s
         );
     }
+    text += &published_times(table, width);
     if let Some(comparison) = &table.comparison {
         text += &format!(
             "\nTime of {} over time of {}, run by run: median, geometric mean, standard error\n",
@@ -189,6 +195,28 @@ pub fn text(table: &TimingTable) -> String {
         text += &ratio_line("all", &comparison.all);
     }
     text
+}
+
+/// The table of published times, empty if no point has one.
+fn published_times(table: &TimingTable, width: usize) -> String {
+    let mut text = String::new();
+    for point in &table.points {
+        let Some(published_s) = point.published_s else { continue };
+        let (ours_s, ratio) = (point.mean_s, published_s / point.mean_s);
+        let name = name(&point.coordinates);
+        text += &format!("{name:width$}  {published_s:>11.4} {ours_s:>11.3e} {ratio:>11.0}\n");
+    }
+    if text.is_empty() {
+        return text;
+    }
+    format!(
+        "\nPublished times: {}\n{:width$}  {:>11} {:>11} {:>11}\n{text}",
+        TimingPoint::PUBLISHED_BY,
+        "run",
+        "published/s",
+        "mean/s",
+        "ratio"
+    )
 }
 
 fn ratio_line(name: &str, ratio: &TimingRatio) -> String {
@@ -234,7 +262,7 @@ mod tests {
         let coordinate =
             |key: &str, value: &str| Coordinate { key: key.to_owned(), value: value.to_owned() };
         let coordinates = vec![coordinate("n", "5"), coordinate("variant", variant)];
-        Point { coordinates, seconds: seconds.to_vec(), steps_or_events: 10 }
+        Point { coordinates, seconds: seconds.to_vec(), steps_or_events: 10, published_s: None }
     }
 
     /// Law: median, quartiles, mean and standard deviation of 1, 2, 3, 4, 10, by hand: 3, 2, 4, 4, sqrt(50/4).
@@ -243,6 +271,31 @@ mod tests {
         let sample = [10.0, 1.0, 3.0, 2.0, 4.0];
         assert_eq!([0.25, 0.5, 0.75].map(|fraction| quantile(&sample, fraction)), [2.0, 3.0, 4.0]);
         assert_eq!(mean_and_deviation(&sample), (4.0, 12.5_f64.sqrt()));
+    }
+
+    /// The packing exercise's runs of 5 discs took 0.0048 s and 0.0046 s.
+    #[test]
+    fn published_times_are_shown_with_their_ratio() {
+        let manifest = "name = \"timed\"\nseed = 1\n[model.packing]\ndiscs = 5\nevents_per_disc = 100\n\
+                        initial_velocities = \"variance-1-over-n\"\n";
+        let read = |text: &str| {
+            let experiment = kinetoscope_manifest::parse(text, "timed.toml", &[]).unwrap();
+            published_s(&experiment.runs[0].manifest.model)
+        };
+        assert_eq!(read(manifest), Some(0.0046));
+        assert_eq!(read(&manifest.replace("variance-1-over-n", "unit-variance")), Some(0.0048));
+        assert_eq!(read(&manifest.replace("= 100", "= 99")), None);
+        let points = [Point { published_s: Some(0.0046), ..point("one", &[2e-5]) }];
+        let table = TimingTable {
+            schema: TimingTable::SCHEMA,
+            experiment: "timed".to_owned(),
+            machine: "on a machine".to_owned(),
+            comparison: None,
+            points: points.iter().map(Point::statistics).collect(),
+        };
+        let text = text(&table);
+        let row = text.lines().last().unwrap();
+        assert!(row.contains("0.0046") && row.ends_with(" 230"), "{text}");
     }
 
     /// Law: ratios are taken run by run, (2/1, 6/2): median 2.5, geometric mean sqrt 6, its error sqrt 6 ln(1.5) / 2.
@@ -259,6 +312,7 @@ mod tests {
         let text = text(&table);
         assert!(text.contains("n = 5: 2.5000, 2.4495 +- 0.4966"), "{text}");
         assert!(text.contains("Time of other over time of one"), "{text}");
+        assert!(!text.contains("Published"), "{text}");
         assert_eq!(TimingTable::from_json(&table.to_json().unwrap()).unwrap(), table);
     }
 }

@@ -1,5 +1,6 @@
 //! Checkpoints by the clock. A run resumes from its last checkpoint, and the recording shows no trace of it.
 
+use crate::live::gnuplot_loop::GnuplotFiles;
 use crate::run::memory::{available_bytes, needed_memory_bytes};
 use crate::run::prepared::Prepared;
 use crate::run::schedule::Schedule;
@@ -31,12 +32,14 @@ pub struct RunState<W: Write = RecordingFile> {
     pub recorder: FrameWriter<W>,
     /// The next frame.
     pub next: u64,
+    /// Files that show the newest frame.
+    pub(crate) gnuplot: Option<GnuplotFiles>,
 }
 
 impl<W: Write> RunState<W> {
     pub(crate) fn new(prepared: Prepared, recorder: FrameWriter<W>, next: u64) -> Self {
         let Prepared { model, schedule, .. } = prepared;
-        Self { model, schedule, recorder, next }
+        Self { model, schedule, recorder, next, gnuplot: None }
     }
 }
 

@@ -6,11 +6,12 @@ pub mod estimate;
 pub mod in_memory;
 pub mod memory;
 pub mod prepared;
+mod published_times;
 pub mod recording;
 pub mod schedule;
 
 use crate::interrupt::Interrupt;
-use crate::live::LiveServer;
+use crate::live::{GnuplotLoop, LiveServer};
 use checkpoint::{Checkpointer, RunState, max_checkpoint_bytes};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_physics::model::{Progress, SetupError};
@@ -19,7 +20,7 @@ use kinetoscope_recording::background::FrameWriter;
 use kinetoscope_recording::checkpoint::{self as checkpoint_file, decode_head};
 use kinetoscope_recording::error::{ReadError, RecordError};
 use kinetoscope_recording::file::RecordingFile;
-use kinetoscope_recording::frame::{Level, LogLine};
+use kinetoscope_recording::frame::{Frame, Level, LogLine};
 use kinetoscope_recording::recorder::{Clock, Outcome, Recorder, RecorderState};
 use prepared::Prepared;
 use std::fs;
@@ -87,6 +88,8 @@ pub struct RunContext<'a> {
     pub on_frame: &'a (dyn Fn(u64, u64) + Sync),
     /// The server through which viewers observe one run at a time.
     pub live: Option<&'a LiveServer>,
+    /// The folder in which gnuplot finds the newest frame of each run.
+    pub gnuplot: Option<&'a GnuplotLoop>,
 }
 
 /// The reason why a run left no usable recording.
@@ -123,6 +126,13 @@ pub fn execute(
         kind.physics_version
     );
     let (mut state, start) = begin(spec, start, &identity, context.live)?;
+    if let Some(gnuplot) = context.gnuplot {
+        let mut files = gnuplot.begin(stem, kind.state_columns, &state.model.scenery());
+        let mut frame = Frame::new();
+        state.model.observe(&mut frame);
+        files.update(&frame, state.model.time());
+        state.gnuplot = Some(files);
+    }
     let every = context.checkpoint_every;
     let mut checkpointer = Checkpointer::new(folder, stem, identity, every);
     let save = |state: &mut RunState, at_once| checkpointer.save(state, at_once);
@@ -222,9 +232,14 @@ pub fn record_start<W: Write + Send + 'static>(
 }
 
 fn record_now<W: Write>(state: &mut RunState<W>) -> Result<(), RecordError> {
-    let model = &state.model;
+    let RunState { model, gnuplot, .. } = state;
     let clock = Clock { count: model.count(), time: model.time() };
-    state.recorder.write(clock, |frame| model.observe(frame))
+    state.recorder.write(clock, |frame| {
+        model.observe(frame);
+        if let Some(files) = gnuplot {
+            files.update(frame, clock.time);
+        }
+    })
 }
 
 /// Advances the run and records its remaining frames. `save` is called between two parts of the work, with `true` if the run

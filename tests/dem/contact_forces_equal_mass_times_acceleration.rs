@@ -6,6 +6,10 @@
 //! after 1500 steps; the discs of a pair are identified by their centers only.
 //! Tolerance: 1e-9 of the largest force, for the rounding of v' - v.
 //! Control: forces without their tangential part are rejected in every scene with friction.
+//!
+//! Law: F = m (a - g) for the recorded sum F of the forces on a disc: v + (g + F/m) dt/2 is the velocity of `/state`, and
+//! v + (g + F/m) dt the next one, to the last bit.
+//! Control: forces that differ by 1e-9 are rejected.
 
 // Assertions compare within tolerances, so no bit of a run depends on these functions.
 #![allow(clippy::disallowed_methods)]
@@ -14,7 +18,7 @@ use crate::scene::{Disc, SEED, discs, frame, run_to, scenes, time_step};
 use kinetoscope_manifest::model::{DemConfig, PeriodicSides};
 use kinetoscope_physics::dem::Dem;
 use kinetoscope_physics::model::Model;
-use kinetoscope_recording::channels::DemContactForces;
+use kinetoscope_recording::channels::{DemContactForces, DemDiscForces};
 use std::collections::BTreeMap;
 
 const STEP: u64 = 1500;
@@ -111,5 +115,44 @@ fn recorded_forces_equal_mass_times_acceleration() {
         // Control.
         let has_friction = config.friction.get() > 0.0;
         assert_eq!(normal_only > 1e-9, has_friction, "{name}: {normal_only:e}");
+    }
+}
+
+/// Number of velocities of `/state` that the recorded forces, times `factor`, do not give to the last bit, and of all compared.
+fn velocities_that_differ(config: &DemConfig, factor: f64) -> [usize; 2] {
+    let mut model = Dem::prepare(config, SEED, true).expect("the scene is valid");
+    run_to(&mut model, STEP);
+    let recorded: DemDiscForces = frame(&model).get().expect("forces are requested");
+    let before = discs(&model);
+    assert_eq!([recorded.force_x_n.len(), recorded.force_y_n.len()], [before.len(); 2]);
+    run_to(&mut model, STEP + 1);
+    let after: BTreeMap<u32, Disc> = discs(&model).into_iter().map(|d| (d.id, d)).collect();
+    let (step, gravity) = (time_step(&model), config.gravity_m_per_s2.map(|part| part.get()));
+    let mut counts = [0; 2];
+    for (index, disc) in before.iter().enumerate() {
+        let force = [recorded.force_x_n[index], recorded.force_y_n[index]];
+        for axis in [0, 1] {
+            let acceleration = gravity[axis] + force[axis] * factor * (1.0 / disc.mass);
+            let [now, next] =
+                [0.5 * step, step].map(|time| disc.step_velocity[axis] + acceleration * time);
+            counts[0] += usize::from(now.to_bits() != disc.velocity[axis].to_bits());
+            if let Some(moved) = after.get(&disc.id) {
+                counts[0] += usize::from(next.to_bits() != moved.step_velocity[axis].to_bits());
+            }
+            counts[1] += 2;
+        }
+    }
+    counts
+}
+
+#[test]
+fn recorded_sums_of_forces_give_the_velocities_to_the_last_bit() {
+    for (name, config) in scenes() {
+        let [differ, compared] = velocities_that_differ(&config, 1.0);
+        let [control, _] = velocities_that_differ(&config, 1.0 + 1e-9);
+        println!("{name}: {differ} of {compared} velocities differ; control {control}");
+        assert_eq!(differ, 0, "{name}");
+        // Control.
+        assert!(control > 0, "{name}");
     }
 }

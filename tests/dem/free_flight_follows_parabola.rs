@@ -77,3 +77,19 @@ fn first_recorded_velocity_is_the_requested_one() {
         assert!((x + 3.0 * half_step).abs() < 1e-15 && (y + 9.81 * half_step).abs() < 1e-15);
     }
 }
+
+/// The DEM exercise's discs start at rest: the first frame has their positions and velocities to the last digit.
+#[test]
+fn first_frame_of_discs_at_rest_is_the_requested_one() {
+    let wanted = [[0.012_345_678_901_234_5, 0.031], [1.0 / 30.0, 0.1 + 0.2 - 0.28]];
+    let at_rest = wanted.map(|position| (position, [0.0, 0.0]));
+    let first = |integrator| {
+        discs(&prepared(&given(DemConfig { integrator, ..DemConfig::default() }, &at_rest)))
+    };
+    let found = first(DemIntegrator::VelocityVerlet);
+    assert_eq!([found[0].position, found[1].position], wanted);
+    assert!(found.iter().all(|disc| disc.velocity == [0.0, 0.0]), "{found:?}");
+    // Control: semi-implicit Euler begins half a step earlier.
+    let control = first(DemIntegrator::SemiImplicitEuler);
+    assert!(control.iter().all(|disc| disc.velocity[1] < 0.0), "{control:?}");
+}

@@ -6,6 +6,8 @@
 // Scenes, initial states and frame readers that the tests share.
 mod scene;
 
+// A frictional collision conserves spin plus orbital angular momentum.
+mod angular_momentum_is_conserved_with_friction;
 // Recorded contact forces equal mass times acceleration for every disc.
 mod contact_forces_equal_mass_times_acceleration;
 // Duration and largest overlap of a contact follow the damped oscillator.

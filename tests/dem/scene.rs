@@ -24,6 +24,8 @@ pub(crate) struct Disc {
     /// Velocity that the integrator stores.
     pub(crate) step_velocity: [f64; 2],
     pub(crate) radius: f64,
+    /// Angular velocity at the time of the positions, rad/s.
+    pub(crate) spin: f64,
     pub(crate) id: u32,
     pub(crate) mass: f64,
 }
@@ -95,6 +97,7 @@ pub(crate) fn discs(model: &Dem) -> Vec<Disc> {
             velocity: [row[2], row[3]],
             step_velocity: [row[4], row[5]],
             radius: row[6],
+            spin: row[7],
             id: row[8] as u32,
             mass: row[9],
         })

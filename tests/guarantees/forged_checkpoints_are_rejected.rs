@@ -44,6 +44,7 @@ fn interrupt_all(plan: &Plan) {
             checkpoint_every: Duration::from_secs(5),
             on_frame: &stop,
             live: None,
+            gnuplot: None,
         };
         assert_eq!(execute(spec, None, context).unwrap().outcome, Outcome::Interrupted);
     }

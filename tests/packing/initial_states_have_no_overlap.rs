@@ -87,6 +87,19 @@ fn placed_discs_are_inside_and_do_not_overlap() {
     }
 }
 
+/// The packing exercise accepts every number of discs whose packing fraction is below 0.5: 254 of radius 1 in a box of 40 x 40.
+#[test]
+fn exercise_limit_of_the_packing_fraction_is_accepted() {
+    let most = in_box(254, 40.0, 40.0, 1.0);
+    for replicate in 0..40 {
+        assert_eq!(disc_states(&prepare(&most, 1, replicate)).len(), 254);
+    }
+    assert!(log_of_start(&most).contains("packing fraction 0.4987"), "{}", log_of_start(&most));
+    // Control.
+    let text = rejection(&in_box(255, 40.0, 40.0, 1.0));
+    assert!(text.contains("0.5007") && text.contains("below 0.5"), "{text}");
+}
+
 #[test]
 fn initial_states_without_room_are_rejected_with_a_remedy() {
     let text = rejection(&at_fraction(200, 0.51));

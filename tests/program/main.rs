@@ -20,6 +20,8 @@ mod comparison_lists_differences;
 mod forged_manifests_are_rejected;
 // A live viewer receives the recorded messages and does not delay the run.
 mod live_viewers_receive_recorded_messages;
+// `run --gnuplot` writes the newest frame for gnuplot and changes no recording.
+mod gnuplot_files_show_the_newest_frame;
 // A panic or a failed allocation ends with an exit code of the help text.
 mod exit_codes_are_documented;
 // Hostile clients of the live server neither change nor delay a run, and foreign web pages are rejected.

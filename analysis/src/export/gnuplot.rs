@@ -1,10 +1,17 @@
-//! Text files for gnuplot, as in the exercises: `x y r` per line, one file per frame, and a script that plays them.
+//! Text files for gnuplot, as in the exercises: `x y r` per line, and `vx vy` if recorded, one file per frame, the borders, and
+//! scripts that play the particles and their velocities.
 
 use super::exporter::{ExportedRun, Exporter, WrittenFile};
+use crate::plot::drawing::segments_of;
+use crate::plot::short_number;
+use crate::plot::velocity_field::ArrowScale;
 use crate::write_file::{WriteError, replace_unsynced};
 use kinetoscope_recording::reader::RecordedFrame;
 use std::fmt::Write as _;
 use std::path::PathBuf;
+
+/// The container and the walls at rest: the ends of one segment per block.
+const BORDERS: &str = "borders.txt";
 
 pub(super) struct Gnuplot {
     run: ExportedRun,
@@ -13,12 +20,13 @@ pub(super) struct Gnuplot {
     frames: u64,
     /// Lower left and upper right corner of the positions, for models without walls.
     seen: [[f64; 2]; 2],
+    max_speed: f64,
 }
 
 impl Gnuplot {
     pub(super) fn new(run: ExportedRun, folder: PathBuf) -> Self {
         let seen = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
-        Self { run, folder, written: Vec::new(), frames: 0, seen }
+        Self { run, folder, written: Vec::new(), frames: 0, seen, max_speed: 0.0 }
     }
 
     fn write(&mut self, name: &str, text: &str, rows: usize) -> Result<(), WriteError> {
@@ -28,24 +36,51 @@ impl Gnuplot {
         Ok(())
     }
 
-    fn script(&self) -> String {
-        let [low, high] = self.run.extent.bounds.unwrap_or(self.seen);
-        let points = self.run.extent.radius == 0.0 && self.run.index("radius").is_none();
-        let style =
-            if points { "using 1:2 with points pointtype 7" } else { "using 1:2:3 with circles" };
+    fn bounds(&self) -> [[f64; 2]; 2] {
+        self.run.extent.bounds.unwrap_or(self.seen)
+    }
+
+    /// A script that plays the frames; `settings` and `style` draw the particles of one.
+    fn script(&self, name: &str, settings: &str, style: &str) -> String {
+        let [low, high] = self.bounds();
         let last = self.frames.saturating_sub(1);
+        let borders = if self.run.extent.walls.is_empty() {
+            String::new()
+        } else {
+            format!("\"{BORDERS}\" with lines linewidth 2 linecolor \"gray50\" notitle, ")
+        };
         format!(
-            "# Plays the frames: gnuplot play.gp\n\
+            "# Plays the frames: gnuplot {name}\n\
              set size ratio -1\n\
              set xrange [{}:{}]\nset yrange [{}:{}]\n\
-             do for [frame = 0:{last}] {{\n\
+             {settings}do for [frame = 0:{last}] {{\n\
              \x20   set title sprintf(\"frame %d\", frame)\n\
-             \x20   plot sprintf(\"frame_%06d.txt\", frame) {style} notitle\n\
+             \x20   plot {borders}sprintf(\"frame_%06d.txt\", frame) {style} notitle\n\
              \x20   pause 0.04\n\
              }}\n\
-             pause mouse close\n",
+             pause -1 \"Press Enter to end\"\n",
             low[0], high[0], low[1], high[1]
         )
+    }
+
+    /// The script that plays the velocities as arrows to scale, with a key; `None` for particles at rest or without velocities.
+    fn velocity_script(&self) -> Option<String> {
+        let (vx, [low, high]) = (self.run.index("vx")?, self.bounds());
+        let side = (high[0] - low[0]).max(high[1] - low[1]);
+        let ArrowScale { length_over_speed, key_speed } = ArrowScale::new(self.max_speed, side)?;
+        let (unit, length) = (&self.run.units[vx], key_speed * length_over_speed);
+        let [x, y, top] = [low[0] + 0.02 * side, high[1] + 0.05 * side, high[1] + 0.1 * side];
+        let settings = format!(
+            "set yrange [{}:{top}]\n\
+             set arrow from {x},{y} rto {length},0\n\
+             set label \"{} {unit}\" at {},{y}\n",
+            low[1],
+            short_number(key_speed),
+            x + length + 0.02 * side
+        );
+        let style =
+            format!("using 1:2:($4*{length_over_speed}):($5*{length_over_speed}) with vectors");
+        Some(self.script("velocity.gp", &settings, &style))
     }
 }
 
@@ -56,12 +91,18 @@ impl Exporter for Gnuplot {
             return Ok(());
         };
         let radius = self.run.index("radius");
+        let velocity = self.run.index("vx").zip(self.run.index("vy"));
         let mut text = String::new();
         for particle in 0..state.rows() {
             let row = state.row(particle);
             let radius = radius.map_or(self.run.extent.radius, |column| row[column]);
             // Writing to a String cannot fail.
-            let _ = writeln!(text, "{:?} {:?} {radius:?}", row[x], row[y]);
+            let _ = write!(text, "{:?} {:?} {radius:?}", row[x], row[y]);
+            if let Some((vx, vy)) = velocity {
+                let _ = write!(text, " {:?} {:?}", row[vx], row[vy]);
+                self.max_speed = self.max_speed.max(row[vx].hypot(row[vy]));
+            }
+            text.push('\n');
             for (axis, place) in [row[x], row[y]].into_iter().enumerate() {
                 self.seen[0][axis] = self.seen[0][axis].min(place);
                 self.seen[1][axis] = self.seen[1][axis].max(place);
@@ -72,7 +113,21 @@ impl Exporter for Gnuplot {
     }
 
     fn finish(&mut self) -> Result<Vec<WrittenFile>, WriteError> {
-        self.write("play.gp", &self.script(), 0)?;
+        let segments: Vec<_> = segments_of(&self.run.extent.walls).collect();
+        if !segments.is_empty() {
+            let block = |[[x, y], [to_x, to_y]]: &[[f64; 2]; 2]| {
+                format!("{x:?} {y:?}\n{to_x:?} {to_y:?}\n\n")
+            };
+            let text: String = segments.iter().map(block).collect();
+            self.write(BORDERS, &text, segments.len())?;
+        }
+        let points = self.run.extent.radius == 0.0 && self.run.index("radius").is_none();
+        let style =
+            if points { "using 1:2 with points pointtype 7" } else { "using 1:2:3 with circles" };
+        self.write("play.gp", &self.script("play.gp", "", style), 0)?;
+        if let Some(script) = self.velocity_script() {
+            self.write("velocity.gp", &script, 0)?;
+        }
         Ok(std::mem::take(&mut self.written))
     }
 }

@@ -26,7 +26,7 @@ pub(crate) enum ExportFormat {
     Csv,
     /// The same tables as Parquet (requires a program built with `--features parquet`)
     Parquet,
-    /// One text file per frame with `x y r` per line, and a gnuplot script that plays them
+    /// One text file per frame with `x y r vx vy` per line, the borders, and gnuplot scripts that play particles and velocities
     Gnuplot,
     /// Extended XYZ, for OVITO and ASE
     Xyz,

@@ -48,7 +48,7 @@ impl SharedCurve {
     }
 }
 
-/// Pictures of the snapshots of a run; `caption` takes the number of particles and the time as text, and `size` is that of
+/// Pictures of the snapshots of a run and of their velocities if those are drawn; `caption` takes the number of particles and the time as text, and `size` is that of
 /// the container.
 pub(crate) fn pictures<'a>(
     snapshots: &'a Snapshots,
@@ -56,20 +56,23 @@ pub(crate) fn pictures<'a>(
     caption: impl Fn(&str, &str) -> String + 'a,
     size: &'a str,
 ) -> impl Iterator<Item = Plot> + 'a {
-    snapshots.named().map(move |(stem, when, snapshot)| {
+    snapshots.named().flat_map(move |(stem, when, snapshot)| {
         let count = match (snapshot.particles, snapshot.drawing.discs.len()) {
             (all, drawn) if drawn < all => format!("N = {all} ({drawn} drawn)"),
             (all, _) => format!("N = {all}"),
         };
-        Plot {
-            stem: format!("state_at_{stem}"),
-            title: format!("{particles} {when}"),
+        let caption = caption(&count, &short_number(snapshot.time));
+        let plot = |name: &str, title: &str, drawing| Plot {
+            stem: format!("{name}_at_{stem}"),
+            title: format!("{title} {when}"),
             content: PlotContent::Picture(Picture {
-                caption: caption(&count, &short_number(snapshot.time)),
+                caption: caption.clone(),
                 size: size.to_owned(),
-                drawing: snapshot.drawing,
+                drawing,
             }),
-        }
+        };
+        let velocities = snapshot.velocities.map(|field| plot("velocity", "Velocities", field));
+        [Some(plot("state", particles, snapshot.drawing)), velocities].into_iter().flatten()
     })
 }
 

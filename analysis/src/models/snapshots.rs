@@ -1,6 +1,7 @@
 //! Snapshots of the particles at chosen times, drawn from the recorded scenes or else from the state.
 
 use crate::plot::drawing::Drawing;
+use crate::plot::velocity_field::velocity_field;
 use kinetoscope_recording::drawing::Shape;
 use kinetoscope_recording::reader::{RecordedFrame, StateTable};
 
@@ -13,6 +14,8 @@ pub(crate) struct Snapshot {
     pub(crate) particles: usize,
     /// The drawing; without discs if the state has no positions.
     pub(crate) drawing: Drawing,
+    /// Arrows of the velocities; `None` for a state without velocities, for particles at rest, and unless they are requested.
+    pub(crate) velocities: Option<Drawing>,
 }
 
 /// How a state is drawn that was recorded without scenes.
@@ -28,6 +31,8 @@ pub(crate) struct StateStyle {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Snapshots {
     style: StateStyle,
+    /// The unit of speeds if velocities are drawn.
+    speed_unit: Option<&'static str>,
     /// Times that have not been reached, the latest first.
     waiting: Vec<f64>,
     /// Scenes of the first frame, which apply until a frame replaces them.
@@ -51,6 +56,11 @@ impl Snapshots {
     /// Sets how states without scenes are drawn.
     pub(crate) fn with_style(self, style: StateStyle) -> Self {
         Self { style, ..self }
+    }
+
+    /// Draws velocities as well.
+    pub(crate) fn with_velocities(self, speed_unit: &'static str) -> Self {
+        Self { speed_unit: Some(speed_unit), ..self }
     }
 
     /// Adds the state of the next frame and takes a snapshot if its time has been reached.
@@ -94,7 +104,15 @@ impl Snapshots {
             drawing.legend.clear();
             drawing.draw_state(state, self.style.radius);
         }
-        Snapshot { time, particles: state.rows(), drawing }
+        let velocities = self.speed_unit.and_then(|unit| {
+            let columns = ["x", "y", "vx", "vy"].map(|name| state.index(name));
+            let [Some(x), Some(y), Some(vx), Some(vy)] = columns else { return None };
+            let rows = (0..state.rows()).map(|particle| state.row(particle));
+            let particles: Vec<_> =
+                rows.map(|row| [x, y, vx, vy].map(|column| row[column])).collect();
+            velocity_field(&particles, &drawing.walls, unit)
+        });
+        Snapshot { time, particles: state.rows(), drawing, velocities }
     }
 
     /// All snapshots in order, each with the end of its file name and its description.

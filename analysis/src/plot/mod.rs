@@ -10,6 +10,7 @@ pub(crate) mod palette;
 mod picture;
 pub(crate) mod png;
 pub(crate) mod shapes_svg;
+pub(crate) mod velocity_field;
 
 pub(crate) use axis::{Axis, Scale, extremes, short_number, three_digits};
 pub(crate) use chart::{Chart, Curve, CurveStyle, Point, thinned};

@@ -3,7 +3,7 @@
 use super::html::breakable;
 use super::table::{six_digits, with_error};
 use crate::input::coordinates::label;
-use kinetoscope_manifest::{Coordinate, TimingTable};
+use kinetoscope_manifest::{Coordinate, TimingPoint, TimingTable};
 use maud::{Markup, html};
 
 /// The run times of a timing table.
@@ -39,7 +39,34 @@ pub(super) fn section(table: &TimingTable) -> Markup {
                     }
                 }
             }
+            (published_times(table))
             (time_ratios(table))
+        }
+    }
+}
+
+fn published_times(table: &TimingTable) -> Markup {
+    let published = |point: &TimingPoint| {
+        point.published_s.map(|seconds| (point_name(&point.coordinates), seconds, point.mean_s))
+    };
+    let rows: Vec<_> = table.points.iter().filter_map(published).collect();
+    html! {
+        @if !rows.is_empty() {
+            h3 { "Published times over these" }
+            p { (TimingPoint::PUBLISHED_BY) "." }
+            table class="numbers" {
+                thead { tr { th { "point" } th { "published/s" } th { "mean/s" } th { "ratio" } } }
+                tbody {
+                    @for (name, published_s, mean_s) in rows {
+                        tr {
+                            td { (breakable(&name)) }
+                            td data-label="published/s" { (four_digits(published_s)) }
+                            td data-label="mean/s" { (four_digits(mean_s)) }
+                            td data-label="ratio" { (four_digits(published_s / mean_s)) }
+                        }
+                    }
+                }
+            }
         }
     }
 }

@@ -7,6 +7,7 @@ use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::{PackingCollisions, PackingTemperature, PerCollision};
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::recorder::Clock;
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
@@ -160,8 +161,8 @@ fn gnuplot_files_have_one_disc_per_line_and_a_script_shows_all_frames() {
         let found = rows(&fs::read_to_string(file).unwrap(), ' ');
         let expected: Vec<Vec<f64>> = (0..2)
             .map(|disc| {
-                let [x, y, ..] = state(frame, disc);
-                vec![x, y, 1.5]
+                let [x, y, vx, vy, ..] = state(frame, disc);
+                vec![x, y, 1.5, vx, vy]
             })
             .collect();
         assert_eq!(found, expected);
@@ -169,6 +170,26 @@ fn gnuplot_files_have_one_disc_per_line_and_a_script_shows_all_frames() {
     let script = fs::read_to_string(path.join("gnuplot/play.gp")).unwrap();
     assert!(script.contains("do for [frame = 0:2]") && script.contains("with circles"), "{script}");
     assert!(script.contains("set xrange [-20:20]"), "{script}");
+    assert!(script.contains("\"borders.txt\" with lines"), "{script}");
+    assert!(!script.contains("mouse"), "{script}");
+    let borders = fs::read_to_string(path.join("gnuplot/borders.txt")).unwrap();
+    let corners: BTreeSet<&str> = borders.lines().filter(|line| !line.is_empty()).collect();
+    assert_eq!(corners, BTreeSet::from(["-20.0 -20.0", "-20.0 20.0", "20.0 -20.0", "20.0 20.0"]));
+    let script = fs::read_to_string(path.join("gnuplot/velocity.gp")).unwrap();
+    assert!(script.contains("with vectors") && script.contains("set label"), "{script}");
+}
+
+#[test]
+#[ignore = "needs gnuplot"]
+fn gnuplot_plays_both_scripts_to_their_end() {
+    let (_folder, path) = exported("gnuplot");
+    for script in ["play.gp", "velocity.gp"] {
+        let mut gnuplot = Command::new("gnuplot");
+        gnuplot.args(["-e", "set terminal dumb", script]).current_dir(path.join("gnuplot"));
+        let output = gnuplot.stdin(std::process::Stdio::null()).output().unwrap();
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && !errors.contains("undefined"), "{errors}");
+    }
 }
 
 /// Runs a Python program, which contains the assertions, on a file.

@@ -36,6 +36,7 @@ fn table() -> TimingTable {
             standard_deviation_s: 4.567_89e-5,
             quartile_distance_s: 1e-5,
             steps_or_events_per_s: 3_210_987.0,
+            published_s: Some(0.9018),
         }],
         comparison: Some(TimingComparison {
             of: "modified".to_owned(),
@@ -67,6 +68,10 @@ fn timing_table_is_shown_and_changes_no_metric() {
         "4.568·10⁻⁵",
         "0.001235",
         "3.211·10⁶",
+        "Published times over these",
+        "Python 3.11",
+        "0.9018",
+        "664.1",
         "Time of modified over time of unmodified",
         "1.0123(21)",
     ] {

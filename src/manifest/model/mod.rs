@@ -140,7 +140,7 @@ models! {
     /// Spring–dashpot discs in a box.
     dem: Dem(DemConfig) from placement every every_s metrics DEM [
         state discs walls legend velocity force_chains energy energy_percent contact_statistics wall_forces temperature
-        contact_forces log
+        contact_forces disc_forces log
     ],
     /// Point particles in a circular container.
     gas: Gas(GasConfig) from placement every every_s metrics GAS [

@@ -187,34 +187,29 @@ vectorized! {
         spins: &mut [f64],
         masses: &[f64],
         radii: &[f64],
-        tangential: &mut [[f64; 2]],
-        rolling: &mut [f64],
+        torques: &mut [[f64; 2]],
         time_step: f64,
     ) -> FourDiscs {
         let mut power = [0.0; LANES];
         let (spins, last_spins) = spins.as_chunks_mut::<LANES>();
         let (masses, last_masses) = masses.as_chunks::<LANES>();
         let (radii, last_radii) = radii.as_chunks::<LANES>();
-        let (tangential, last_tangential) = tangential.as_chunks_mut::<LANES>();
-        let (rolling, last_rolling) = rolling.as_chunks_mut::<LANES>();
+        let (torques, last_torques) = torques.as_chunks_mut::<LANES>();
         let bodies = spins.iter_mut().zip(masses).zip(radii);
-        for (((spins, &masses), &radii), (tangential, rolling)) in
-            bodies.zip(tangential.iter_mut().zip(rolling))
-        {
-            let taken = rotate_four(spins, masses, radii, *tangential, *rolling, time_step);
-            (*tangential, *rolling) = ([[0.0; 2]; LANES], [0.0; LANES]);
+        for (((spins, &masses), &radii), torques) in bodies.zip(torques) {
+            let torques = std::mem::take(torques);
+            let taken = rotate_four(spins, masses, radii, torques, time_step);
             power = each(|at| power[at] + taken[at]);
         }
         // The last discs, filled up with discs without a torque.
         let few = last_spins.len();
         let (mut spins, mut masses, mut radii) = ([0.0; LANES], [1.0; LANES], [1.0; LANES]);
-        let (mut tangential, mut rolling) = ([[0.0; 2]; LANES], [0.0; LANES]);
+        let mut torques = [[0.0; 2]; LANES];
         spins[..few].copy_from_slice(last_spins);
         masses[..few].copy_from_slice(last_masses);
         radii[..few].copy_from_slice(last_radii);
-        tangential[..few].swap_with_slice(last_tangential);
-        rolling[..few].swap_with_slice(last_rolling);
-        let taken = rotate_four(&mut spins, masses, radii, tangential, rolling, time_step);
+        torques[..few].swap_with_slice(last_torques);
+        let taken = rotate_four(&mut spins, masses, radii, torques, time_step);
         last_spins.copy_from_slice(&spins[..few]);
         each(|at| power[at] + taken[at])
     }
@@ -222,18 +217,12 @@ vectorized! {
 
 /// Advances the spins of a block's discs by a step, and returns the power that dashpots take from them, W.
 fn rotate(discs: &mut BlockDiscs<'_>, forces: &mut BlockForces, time_step: f64) -> f64 {
-    let BlockForces { tangential, rolling, .. } = forces;
-    if tangential.is_empty() {
+    let torques = &mut forces.torques;
+    if torques.is_empty() {
         return 0.0;
     }
-    let power = rotation(discs.spins, discs.masses, discs.radii, tangential, rolling, time_step);
+    let power = rotation(discs.spins, discs.masses, discs.radii, torques, time_step);
     (power[0] + power[2]) + (power[1] + power[3])
-}
-
-/// Torque on a disc, N m, and the dashpots' part of it: tangential forces act on the rim.
-#[inline(always)]
-pub(super) fn torque(radius: f64, [force, dashpot]: [f64; 2], rolling: f64) -> [f64; 2] {
-    [rolling - radius * force, radius * dashpot]
 }
 
 /// Numbers of the discs that are rotated at a time.
@@ -245,15 +234,12 @@ fn rotate_four(
     spins: &mut FourDiscs,
     masses: FourDiscs,
     radii: FourDiscs,
-    tangential: [[f64; 2]; LANES],
-    rolling: FourDiscs,
+    torques: [[f64; 2]; LANES],
     time_step: f64,
 ) -> FourDiscs {
     let half = 0.5 * time_step;
     let before = *spins;
-    let torques = each(|at| torque(radii[at], tangential[at], rolling[at])[0]);
-    let losses = each(|at| torque(radii[at], tangential[at], rolling[at])[1]);
-    let alpha = each(|at| motion::angular_acceleration(torques[at], masses[at], radii[at]));
+    let alpha = each(|at| motion::angular_acceleration(torques[at][0], masses[at], radii[at]));
     *spins = each(|at| before[at] + alpha[at] * time_step);
-    each(|at| losses[at] * (before[at] + alpha[at] * half))
+    each(|at| torques[at][1] * (before[at] + alpha[at] * half))
 }

@@ -36,8 +36,8 @@ use energy::{ClosedBalance, Energies, EnergyBalance};
 use insertion::Insertion;
 use kinetoscope_manifest::model::{DemConfig, Placement, UnstableTimeStep};
 use kinetoscope_recording::channels::{
-    ChannelDeclaration, DemContactForces, DemContactStatistics, DemEnergy, DemEnergyPercent,
-    DemTemperature, DemWalls,
+    ChannelDeclaration, DemContactForces, DemContactStatistics, DemDiscForces, DemEnergy,
+    DemEnergyPercent, DemTemperature, DemWalls,
 };
 use kinetoscope_recording::frame::{Frame, StateColumn};
 use kinetoscope_recording::scenery::Scenery;
@@ -94,7 +94,7 @@ struct Window {
 
 const KIND: ModelKind = ModelKind {
     name: "dem",
-    physics_version: 3,
+    physics_version: 4,
     time_unit: "s",
     // `vx`, `vy` and `spin` belong to the positions' time, v + a dt/2; `vx_step` and `vy_step` are the integrator's own.
     state_columns: &[
@@ -116,6 +116,7 @@ const KIND: ModelKind = ModelKind {
         ChannelDeclaration::of::<DemWalls>(),
         ChannelDeclaration::of::<DemTemperature>(),
         ChannelDeclaration::opt_in::<DemContactForces>(),
+        ChannelDeclaration::opt_in::<DemDiscForces>(),
     ],
 };
 
@@ -126,8 +127,8 @@ impl Model for Dem {
         &KIND
     }
 
-    /// Prepares the first state; with `contact_forces`, frames contain the force of every contact.
-    fn prepare(config: &DemConfig, seed: Seed, contact_forces: bool) -> Result<Self, SetupError> {
+    /// Prepares the first state; with `forces`, frames contain the force of every contact and on every disc.
+    fn prepare(config: &DemConfig, seed: Seed, forces: bool) -> Result<Self, SetupError> {
         let diagnosis = Diagnosis::of(config);
         let mut warnings = Vec::new();
         if diagnosis.is_rejected() {
@@ -138,8 +139,7 @@ impl Model for Dem {
             warnings.push(format!("{problems} {remedies}"));
         }
         warnings.extend(diagnosis.warnings());
-        let parameters =
-            Parameters { records_contact_forces: contact_forces, ..Parameters::new(config) };
+        let parameters = Parameters { records_forces: forces, ..Parameters::new(config) };
         let mut drawn = start::drawn_discs(config, &parameters, seed);
         let inserted = drawn.split_off(config.discs.get() as usize);
         let mut discs = start::place(drawn, config, &parameters, seed)?;

@@ -15,7 +15,9 @@ pub fn acceleration(gravity: [f64; 2], contact_force: [f64; 2], inverse_mass: f6
     [gravity[0] + contact_force[0] * inverse_mass, gravity[1] + contact_force[1] * inverse_mass]
 }
 
-/// The equation of motion of the spin, I alpha = sum of torques, for a disc: I = m r^2/2. In rad/s^2.
+/// The equation of motion of the spin, I alpha = sum of torques, in rad/s^2, for a disc: I = m r^2/2.
+///
+/// The torque of a tangential force f_t on a disc is -a f_t with its [`lever_arm`] a, in addition to rolling resistance.
 #[must_use]
 #[inline(always)]
 pub fn angular_acceleration(torque: f64, mass: f64, radius: f64) -> f64 {
@@ -27,6 +29,16 @@ pub fn angular_acceleration(torque: f64, mass: f64, radius: f64) -> f64 {
 #[inline(always)]
 pub fn moment_of_inertia(mass: f64, radius: f64) -> f64 {
     0.5 * mass * radius * radius
+}
+
+/// Lever arm of a tangential force, the distance from a disc's center to the contact point, a = r - delta/2, in m.
+///
+/// The arms of two discs add up to the distance of their centers. Therefore, their contact conserves the sum of orbital and spin
+/// angular momentum. Against a wall, the contact point lies on its surface: a = r - delta, the distance of the center.
+/// The velocities of the surfaces, a w, have the same arms, so that the work on the spins is that of the force.
+#[inline(always)]
+pub(crate) fn lever_arm<R: Register>(radius: R, overlap: R) -> R {
+    radius - overlap.splat(0.5) * overlap
 }
 
 /// Effective mass of a pair, m_eff = m_i m_j / (m_i + m_j), in kg. Against a wall it is the disc's own mass.

@@ -8,7 +8,8 @@ use super::walls::{PlacedWall, Shape};
 use crate::model::Model as _;
 use crate::simd::registers::Register as _;
 use kinetoscope_recording::channels::{
-    DemContactForces, DemContactStatistics, DemEnergy, DemEnergyPercent, DemTemperature, DemWalls,
+    DemContactForces, DemContactStatistics, DemDiscForces, DemEnergy, DemEnergyPercent,
+    DemTemperature, DemWalls,
 };
 use kinetoscope_recording::frame::{ContactLine, Frame, Level};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};
@@ -23,7 +24,7 @@ const SPEED_RANGE: f64 = 0.75;
 impl Dem {
     /// Fills a frame.
     pub(super) fn fill(&self, frame: &mut Frame) {
-        let records_forces = self.parameters.records_contact_forces;
+        let records_forces = self.parameters.records_forces;
         let mut forces = DemContactForces::default();
         let evaluation = &self.evaluate_contacts(&mut |contact| {
             let line = self.line(contact);
@@ -42,6 +43,10 @@ impl Dem {
         }
         if records_forces {
             frame.push(&forces);
+            let component = |axis: usize| {
+                self.discs.by_id().map(|disc| evaluation.forces[disc][axis]).collect()
+            };
+            frame.push(&DemDiscForces { force_x_n: component(0), force_y_n: component(1) });
         }
         // In a large bed, they take as much memory as the rows of the state, which follow.
         drop(forces);

@@ -37,8 +37,8 @@ pub(super) struct Parameters {
     pub(super) walls: Vec<Wall>,
     /// Height below which discs are removed.
     pub(super) outlet_below: Option<f64>,
-    /// Whether frames contain the force of every contact.
-    pub(super) records_contact_forces: bool,
+    /// Whether frames contain the force of every contact and the sum of the forces on every disc.
+    pub(super) records_forces: bool,
     /// Numbers in the widest register that may be used; results have the same bits at every width.
     #[serde(skip, default = "max_width")]
     pub(super) max_width: usize,
@@ -108,7 +108,7 @@ impl Parameters {
             periodic,
             walls,
             outlet_below: config.remove_below_m.map(|height| height.get()),
-            records_contact_forces: false,
+            records_forces: false,
             max_width: MAX_WIDTH,
         }
     }

@@ -164,6 +164,8 @@ pub(super) struct Evaluation {
     pub(super) velocities: Vec<[f64; 2]>,
     /// Spins at the positions' time, rad/s.
     pub(super) spins: Vec<f64>,
+    /// Sums of the contact forces, N; empty if they are not recorded.
+    pub(super) forces: Vec<[f64; 2]>,
     /// The totals of the next step.
     pub(super) totals: StepTotals,
 }
@@ -222,8 +224,9 @@ impl Evaluation {
                 let forces = solved.as_ref().map(|all| &all.forces[block.start / BLOCK]);
                 evaluate_block(block, discs, forces, step, mid_step)
             });
-            for (of_block, contacts) in evaluated.collect::<Vec<(StepTotals, Vec<Contact>)>>() {
+            for (of_block, contacts, forces) in evaluated.collect::<Vec<EvaluatedBlock>>() {
                 totals.push(of_block);
+                all.forces.extend(forces);
                 contacts.iter().for_each(&mut take);
             }
         }
@@ -235,7 +238,10 @@ impl Evaluation {
     }
 }
 
-/// Moves a copy of a block; returns its totals, and its contacts unless all forces are solved. Velocities and spins at the
+/// Totals, contacts unless all forces are solved, and the discs' forces if they are recorded.
+type EvaluatedBlock = (StepTotals, Vec<Contact>, Vec<[f64; 2]>);
+
+/// Moves a copy of a block. Velocities and spins at the
 /// positions' time are written to the last argument.
 fn evaluate_block(
     block: &Block,
@@ -243,7 +249,7 @@ fn evaluate_block(
     solved: Option<&BlockForces>,
     step: &StepContext<'_>,
     (velocities, spins): (&mut [[f64; 2]], &mut [f64]),
-) -> (StepTotals, Vec<Contact>) {
+) -> EvaluatedBlock {
     let range = block.start..block.start + block.len(discs.len());
     let mut copy = BlockDiscs {
         start: block.start,
@@ -268,11 +274,12 @@ fn evaluate_block(
         velocities[disc] = [vx + ax * half, vy + ay * half];
     }
     spins.copy_from_slice(copy.spins);
-    for (disc, &tangential) in forces.tangential.iter().enumerate() {
+    for (disc, &[torque, _]) in forces.torques.iter().enumerate() {
         let (mass, radius) = (copy.masses[disc], copy.radii[disc]);
-        let [torque, _] = integrate::torque(radius, tangential, forces.rolling[disc]);
         spins[disc] += motion::angular_acceleration(torque, mass, radius) * half;
     }
+    let recorded = forces.forces.iter().filter(|_| step.parameters.records_forces);
+    let recorded = recorded.map(|&[fx, fy, ..]| [fx, fy]).collect();
     let totals = integrate::kick_and_drift(&mut copy, &mut forces, step);
-    (totals, contacts)
+    (totals, contacts, recorded)
 }

@@ -10,10 +10,8 @@ use crate::simd::registers::{Register as _, vectorized};
 pub(super) struct BlockForces {
     /// Fx, Fy, Dx, Dy of each disc, N; zero between two steps. D is the dissipative part of F.
     pub(super) forces: AlignedRows,
-    /// Tangential force on the rim of each disc and the dashpots' part of it, N; empty without friction.
-    pub(super) tangential: Vec<[f64; 2]>,
-    /// Torque of the rolling springs on each disc, N m; empty without friction.
-    pub(super) rolling: Vec<f64>,
+    /// Torque on each disc and the part of it that dashpots take, N m; empty without friction, and zero between two steps.
+    pub(super) torques: Vec<[f64; 2]>,
     pub(super) sums: ContactSums,
     /// Discs in contact.
     pub(super) mask: ContactMask,

@@ -8,8 +8,8 @@ use kinetoscope_manifest::model::DemConfig;
 impl Dem {
     /// Whether the state can be one of a run with this configuration.
     pub(super) fn is_valid_state(&self, config: &DemConfig) -> bool {
-        let records_contact_forces = self.parameters.records_contact_forces;
-        let parameters = Parameters { records_contact_forces, ..Parameters::new(config) };
+        let records_forces = self.parameters.records_forces;
+        let parameters = Parameters { records_forces, ..Parameters::new(config) };
         let inserted = config.insertion.map_or(0, |insertion| u64::from(insertion.discs.get()));
         let total = u64::from(config.discs.get()) + inserted;
         let walls = parameters.walls.len();

@@ -4,15 +4,11 @@ use super::motion::{self, Vector};
 use crate::model::SetupError;
 use crate::placement::{Rectangle, random_sequential_addition};
 use crate::random::{Generator, Seed, Stream};
-use kinetoscope_manifest::model::{Boundary, InitialVelocities, PackingConfig};
+use kinetoscope_manifest::model::{InitialVelocities, PackingConfig};
 
 /// Packing fraction below which random placement is supported (packing exercise, `NU`). Random sequential addition itself
 /// saturates at 0.547 (Feder, J. Theor. Biol. 87 (1980) 237).
 const RANDOM_PLACEMENT_LIMIT: f64 = 0.5;
-
-/// Width in diameters by which the densely filled layer at a wall adds to the room of the centers (as that of the cars at
-/// the ends of Rényi's street).
-const WALL_LAYER: f64 = 0.33;
 
 /// The box as a rectangle.
 pub(super) fn rectangle(config: &PackingConfig) -> Rectangle {
@@ -36,32 +32,20 @@ pub(super) fn random_radii(config: &PackingConfig, seed: Seed) -> Vec<f64> {
 
 /// Packing fraction n π `<r²>` / (lx ly).
 pub(super) fn packing_fraction(config: &PackingConfig, radii: &[f64]) -> f64 {
-    covered_area(radii) / (config.width.get() * config.height.get())
+    let areas = radii.iter().map(|radius| std::f64::consts::PI * radius * radius);
+    areas.fold(0.0, |sum, area| sum + area) / (config.width.get() * config.height.get())
 }
 
-fn covered_area(radii: &[f64]) -> f64 {
-    radii.iter().fold(0.0, |sum, radius| sum + std::f64::consts::PI * radius * radius)
-}
-
-/// Rejects a packing fraction that random sequential addition would hardly reach. Within walls, centers are restricted to
-/// a x b with a = lx − 2 r. Discs next to a wall are denser than elsewhere, so the relevant fraction is that of
-/// (a + 0.66 s) (b + 0.66 s) with s the diameter.
+/// Rejects a packing fraction that random sequential addition would hardly reach.
 pub(super) fn check_random_placement(
     config: &PackingConfig,
     radii: &[f64],
 ) -> Result<(), SetupError> {
-    let diameter = 2.0 * config.largest_radius();
-    let lost = match config.boundary {
-        Boundary::Walls => (1.0 - 2.0 * WALL_LAYER) * diameter,
-        Boundary::Periodic => 0.0,
-    };
-    let room = (config.width.get() - lost) * (config.height.get() - lost);
-    let fraction = covered_area(radii) / room;
+    let fraction = packing_fraction(config, radii);
     if radii.len() > 1 && fraction >= RANDOM_PLACEMENT_LIMIT {
         return Err(SetupError(format!(
-            "packing fraction {:.4}, {fraction:.4} of the room that walls leave: random placement needs a fraction below \
-             {RANDOM_PLACEMENT_LIMIT}; use placement = \"lattice\" or \"compressed\", fewer discs or a smaller radius",
-            packing_fraction(config, radii)
+            "packing fraction {fraction:.4}: random placement needs a fraction below {RANDOM_PLACEMENT_LIMIT}; \
+             use placement = \"lattice\" or \"compressed\", fewer discs or a smaller radius"
         )));
     }
     Ok(())

@@ -83,19 +83,19 @@ pub(super) unsafe fn add_opposite_rows<const N: usize>(
     }
 }
 
-/// Adds rows to the sums at both ends.
+/// Adds rows to the sums at either end.
 ///
 /// # Safety
 /// - The processor has AVX.
 /// - Every index is less than the number of sums.
 #[inline(always)]
-pub(super) unsafe fn add_rows_to_both<const N: usize>(
-    rows: [__m128d; N],
+pub(super) unsafe fn add_rows_to_ends<const N: usize>(
+    rows: [[__m128d; N]; 2],
     sums: &mut [[f64; 2]],
     [first, second]: [&[u32; N]; 2],
 ) {
     for lane in 0..N {
-        for end in [first[lane], second[lane]] {
+        for (end, rows) in [(first[lane], &rows[0]), (second[lane], &rows[1])] {
             // SAFETY: the caller checked the processor and the indices; two f64 lie behind the reference.
             unsafe {
                 let sum = sums.get_unchecked_mut(end as usize);
@@ -103,6 +103,24 @@ pub(super) unsafe fn add_rows_to_both<const N: usize>(
                 _mm_storeu_pd(sum.as_mut_ptr(), added);
             }
         }
+    }
+}
+
+/// The rows of two columns.
+///
+/// # Safety
+/// - The processor has AVX.
+#[inline(always)]
+pub(super) unsafe fn rows_of_two(x: __m256d, y: __m256d) -> [__m128d; 4] {
+    // SAFETY: the caller checked the processor.
+    unsafe {
+        let (even, odd) = (_mm256_unpacklo_pd(x, y), _mm256_unpackhi_pd(x, y));
+        [
+            _mm256_castpd256_pd128(even),
+            _mm256_castpd256_pd128(odd),
+            _mm256_extractf128_pd::<1>(even),
+            _mm256_extractf128_pd::<1>(odd),
+        ]
     }
 }
 
@@ -221,27 +239,22 @@ impl InstructionSet<4> for Avx2 {
     }
 
     #[inline(always)]
-    unsafe fn add_to_both(self, columns: [F64x4; 2], sums: &mut [[f64; 2]], ends: [&[u32; 4]; 2]) {
+    unsafe fn add_to_ends(
+        self,
+        columns: [[F64x4; 2]; 2],
+        sums: &mut [[f64; 2]],
+        ends: [&[u32; 4]; 2],
+    ) {
         // SAFETY: the caller checked the indices.
-        unsafe {
-            let even = _mm256_unpacklo_pd(columns[0].0, columns[1].0);
-            let odd = _mm256_unpackhi_pd(columns[0].0, columns[1].0);
-            let rows = [
-                _mm256_castpd256_pd128(even),
-                _mm256_castpd256_pd128(odd),
-                _mm256_extractf128_pd::<1>(even),
-                _mm256_extractf128_pd::<1>(odd),
-            ];
-            add_rows_to_both(rows, sums, ends);
-        }
+        unsafe { add_rows_to_ends(columns.map(|[x, y]| rows_of_two(x.0, y.0)), sums, ends) }
     }
 
     #[inline(always)]
-    unsafe fn gather(self, column: &[f64], &[a, b, c, d]: &[u32; 4]) -> F64x4 {
+    unsafe fn gather_vectors(self, vectors: &[[f64; 2]], &[a, b, c, d]: &[u32; 4]) -> [F64x4; 2] {
         // SAFETY: the caller checked the indices.
         unsafe {
-            let at = |index: u32| *column.get_unchecked(index as usize);
-            F64x4(_mm256_setr_pd(at(a), at(b), at(c), at(d)))
+            let (even, odd) = (two_vectors(vectors, [a, c]), two_vectors(vectors, [b, d]));
+            [F64x4(_mm256_unpacklo_pd(even, odd)), F64x4(_mm256_unpackhi_pd(even, odd))]
         }
     }
 

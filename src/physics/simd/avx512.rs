@@ -8,7 +8,8 @@
 #![allow(unsafe_code)]
 
 use super::avx2::{
-    add_opposite_rows, add_rows_to_both, operators, store_selected_numbers, two_vectors,
+    add_opposite_rows, add_rows_to_ends, operators, rows_of_two, store_selected_numbers,
+    two_vectors,
 };
 use super::registers::{InstructionSet, Kernel, Mask, Register};
 use std::arch::x86_64::*;
@@ -139,34 +140,36 @@ impl InstructionSet<8> for Avx512 {
     }
 
     #[inline(always)]
-    unsafe fn add_to_both(self, columns: [F64x8; 2], sums: &mut [[f64; 2]], ends: [&[u32; 8]; 2]) {
+    unsafe fn add_to_ends(
+        self,
+        columns: [[F64x8; 2]; 2],
+        sums: &mut [[f64; 2]],
+        ends: [&[u32; 8]; 2],
+    ) {
         // SAFETY: the caller checked the indices.
         unsafe {
-            let even = _mm512_unpacklo_pd(columns[0].0, columns[1].0);
-            let odd = _mm512_unpackhi_pd(columns[0].0, columns[1].0);
-            let (low_even, low_odd) = (_mm512_castpd512_pd256(even), _mm512_castpd512_pd256(odd));
-            let (high_even, high_odd) =
-                (_mm512_extractf64x4_pd::<1>(even), _mm512_extractf64x4_pd::<1>(odd));
-            let rows = [
-                _mm256_castpd256_pd128(low_even),
-                _mm256_castpd256_pd128(low_odd),
-                _mm256_extractf128_pd::<1>(low_even),
-                _mm256_extractf128_pd::<1>(low_odd),
-                _mm256_castpd256_pd128(high_even),
-                _mm256_castpd256_pd128(high_odd),
-                _mm256_extractf128_pd::<1>(high_even),
-                _mm256_extractf128_pd::<1>(high_odd),
-            ];
-            add_rows_to_both(rows, sums, ends);
+            let rows = columns.map(|[x, y]| {
+                let (low_x, low_y) = (_mm512_castpd512_pd256(x.0), _mm512_castpd512_pd256(y.0));
+                let high_x = _mm512_extractf64x4_pd::<1>(x.0);
+                let [a, b, c, d] = rows_of_two(low_x, low_y);
+                let [e, f, g, h] = rows_of_two(high_x, _mm512_extractf64x4_pd::<1>(y.0));
+                [a, b, c, d, e, f, g, h]
+            });
+            add_rows_to_ends(rows, sums, ends);
         }
     }
 
     #[inline(always)]
-    unsafe fn gather(self, column: &[f64], &[a, b, c, d, e, f, g, h]: &[u32; 8]) -> F64x8 {
+    unsafe fn gather_vectors(
+        self,
+        vectors: &[[f64; 2]],
+        &[a, b, c, d, e, f, g, h]: &[u32; 8],
+    ) -> [F64x8; 2] {
         // SAFETY: the caller checked the indices.
         unsafe {
-            let at = |index: u32| *column.get_unchecked(index as usize);
-            F64x8(_mm512_setr_pd(at(a), at(b), at(c), at(d), at(e), at(f), at(g), at(h)))
+            let even = self.four_vectors(vectors, [a, c, e, g]);
+            let odd = self.four_vectors(vectors, [b, d, f, h]);
+            [F64x8(_mm512_unpacklo_pd(even, odd)), F64x8(_mm512_unpackhi_pd(even, odd))]
         }
     }
 

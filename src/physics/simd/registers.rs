@@ -95,22 +95,23 @@ pub(crate) trait InstructionSet<const N: usize>: Copy {
         ends: [&[u32; N]; 2],
     );
 
-    /// Adds rows, given by columns, to the sums at both ends.
+    /// Adds rows, given by columns, to the sums at either end: lane after lane, first `first`, then `second`.
     ///
     /// # Safety
     /// - Every index is less than the number of sums.
-    unsafe fn add_to_both(
+    unsafe fn add_to_ends(
         self,
-        columns: [Self::Register; 2],
+        columns: [[Self::Register; 2]; 2],
         sums: &mut [[f64; 2]],
         ends: [&[u32; N]; 2],
     );
 
-    /// The values of a column at `N` indices.
+    /// The x and the y of the vectors at `N` indices.
     ///
     /// # Safety
-    /// - Every index is less than the number of values.
-    unsafe fn gather(self, column: &[f64], indices: &[u32; N]) -> Self::Register;
+    /// - Every index is less than the number of vectors.
+    unsafe fn gather_vectors(self, vectors: &[[f64; 2]], indices: &[u32; N])
+    -> [Self::Register; 2];
 
     /// Stores the lanes whose bits are set in `lanes`, packed from the front; the rest is undefined.
     fn store_selected(self, register: Self::Register, lanes: u32, into: &mut [f64; N]);
@@ -282,21 +283,21 @@ impl InstructionSet<1> for Scalar {
     }
 
     #[inline(always)]
-    unsafe fn add_to_both(
+    unsafe fn add_to_ends(
         self,
-        columns: [f64; 2],
+        columns: [[f64; 2]; 2],
         sums: &mut [[f64; 2]],
         [[first], [second]]: [&[u32; 1]; 2],
     ) {
-        for end in [first, second] {
+        for (end, added) in [first, second].into_iter().zip(columns) {
             let [x, y] = sums[*end as usize];
-            sums[*end as usize] = [x + columns[0], y + columns[1]];
+            sums[*end as usize] = [x + added[0], y + added[1]];
         }
     }
 
     #[inline(always)]
-    unsafe fn gather(self, column: &[f64], [index]: &[u32; 1]) -> f64 {
-        column[*index as usize]
+    unsafe fn gather_vectors(self, vectors: &[[f64; 2]], [index]: &[u32; 1]) -> [f64; 2] {
+        vectors[*index as usize]
     }
 
     #[inline(always)]
@@ -374,12 +375,12 @@ mod tests {
                 // SAFETY: indices are less than 8.
                 let [dx, dy] = unsafe { instructions.differences(self.0, ends) };
                 // SAFETY: as above.
-                let gathered = unsafe { instructions.gather(self.0.as_flattened(), &first) };
-                let columns = [dx, gathered, x, instructions.splat(3.0)];
+                let [vx, vy] = unsafe { instructions.gather_vectors(self.0, ends[1]) };
+                let columns = [dx, vx, x, instructions.splat(3.0)];
                 // SAFETY: as above.
                 unsafe { instructions.add_opposite(columns, &mut sums.0, ends) };
                 // SAFETY: as above.
-                unsafe { instructions.add_to_both([dy, dx], &mut sums.1, ends) };
+                unsafe { instructions.add_to_ends([[dy, dx], [vx, vy]], &mut sums.1, ends) };
                 let lanes = x.is_less(y).bits();
                 let count = lanes.count_ones() as usize;
                 instructions.store_selected(y, lanes, &mut stored);

@@ -9,6 +9,8 @@ definitions! {
     ELASTIC: "energy.elastic", "J", "/energy, last frame", [], 0.0;
     DISSIPATED: "energy.dissipated", "J", "/energy, last frame", [], 0.0;
     FRICTION: "energy.friction", "J", "/energy, last frame: the part of energy.dissipated due to friction", [], 0.0;
+    ROLLING: "energy.rolling", "J", "/energy, last frame: the part of energy.dissipated due to rolling friction", [], 0.0;
+    ROTATIONAL: "energy.rotational", "J", "/state: sum of I w^2/2 with I = m r^2/2, the part of energy.kinetic due to spins, last frame", [], 0.0;
     WALL_WORK: "energy.wall_work", "J", "/energy, last frame: wall work since the start", [], 0.0;
     DISCS_REMOVED: "discs_removed", "1", "/wall_forces: discs removed through the outlet, last frame", [], 0.0;
     TOTAL_CHANGE: "energy.total_change_relative", "1", "/energy: change of the mechanical energy, minus inserted energy, over the initial and inserted energy, last frame", [], 0.0;
@@ -20,7 +22,8 @@ definitions! {
     RESTITUTION: "restitution.measured", "1", "/state: sqrt(energy after / before) of each rebound of a single disc, mean", [law::RESTITUTION], 0.0;
     CONTACT_DURATION: "contact_duration.measured", "s", "/state: from touch to parting of each rebound of a single disc, by its parabolas before and after, mean", [law::CONTACT_DURATION], 0.0;
     MAX_OVERLAP: "max_overlap_over_radius", "1", "/contact_statistics: largest since the start", [], 0.0;
-    COORDINATION_NUMBER: "coordination_number", "1", "/contact_statistics: contacts per disc, last frame", [], 0.0;
+    COORDINATION_NUMBER: "coordination_number", "1", "/contact_statistics: contacts per disc, with discs and walls, (2 pair_contacts + wall_contacts)/N, last frame", [], 0.0;
+    PAIR_COORDINATION_NUMBER: "pair_coordination_number", "1", "/contact_statistics: contacts per disc with other discs only, 2 pair_contacts/N, last frame", [], 0.0;
     GRANULAR_TEMPERATURE: "granular_temperature", "m^2/s^2", "/temperature: <(v - <v>)^2> / 2, last frame", [], 0.0;
     PACKING_FRACTION: "packing_fraction", "1", "/state: discs' area over the box's", [], 0.0;
     BED_HEIGHT: "bed.height", "m", "/state: twice the height of the discs' center of area over the floor, last frame", [], 0.0;

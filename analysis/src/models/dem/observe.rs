@@ -1,7 +1,7 @@
 //! Observer of DEM runs: energy balance, contacts, beds, stress, and the rebounds of a single disc.
 
 use super::bed_shape;
-use super::disc::discs;
+use super::disc::{Disc, discs};
 use super::laws as law;
 use super::metrics as metric;
 use super::rebounds::Rebounds;
@@ -74,7 +74,7 @@ impl DemRun {
         Self {
             rebounds: drop.then(|| Rebounds::new(-along, sag)),
             stress: StressProfile::new(&config),
-            snapshots: snapshots.with_style(StateStyle { walls, radius }),
+            snapshots: snapshots.with_style(StateStyle { walls, radius }).with_velocities("m/s"),
             config,
             ..Self::default()
         }
@@ -127,6 +127,7 @@ impl DemRun {
         found.add(metric::ELASTIC, last.elastic_j);
         found.add(metric::DISSIPATED, last.dissipated_j);
         found.add(metric::FRICTION, last.friction_j);
+        found.add(metric::ROLLING, last.rolling_j);
         found.add(metric::WALL_WORK, last.wall_work_j);
         let residual = balance_j(last) - balance_j(first);
         found.compare(metric::RESIDUAL, residual, 0.0);
@@ -344,6 +345,16 @@ impl Observer for DemRun {
         if let Some(contacts) = &self.contacts {
             found.add(metric::MAX_OVERLAP, self.max_overlap_over_radius);
             found.add(metric::COORDINATION_NUMBER, contacts.coordination_number);
+        }
+        let last = self.snapshots.last().and_then(|state| discs(&self.config, state));
+        if let Some(last) = last {
+            let rotational = |disc: Disc| disc.mass * (disc.radius * disc.spin).powi(2) / 4.0;
+            let (count, rotational_j) =
+                last.fold((0, 0.0), |(count, sum), disc| (count + 1, sum + rotational(disc)));
+            found.add(metric::ROTATIONAL, rotational_j);
+            let pairs = self.contacts.as_ref().filter(|_| count > 0);
+            let per_disc = pairs.map(|all| 2.0 * all.pair_contacts as f64 / f64::from(count));
+            found.add(metric::PAIR_COORDINATION_NUMBER, per_disc);
         }
         found.add(metric::DISCS_REMOVED, self.removed.last().map(|(_, removed)| *removed));
         let temperature = self.temperature.last().map(|(_, temperature)| *temperature);

@@ -38,20 +38,18 @@ pub(super) struct Surfaces<'a> {
     pub(super) constants: &'a ContactConstants,
     /// eta of the contact, N s/m.
     pub(super) damping: f64,
-    /// r_i w_i + r_j w_j, m/s.
-    pub(super) rim_speed: f64,
+    /// Distance from the disc's center to the contact point, m.
+    pub(super) arm: f64,
+    /// Sum of the speeds a w of both surfaces about their centers, m/s.
+    pub(super) surface_speed: f64,
     /// w_i - w_j, rad/s.
     pub(super) rolling_rate: f64,
     /// r_i r_j / (r_i + r_j), or the disc's radius against a wall, m; `None` without rolling friction.
     pub(super) reduced_radius: Option<f64>,
 }
 
-/// Tangential force on a rim and the dashpot's part of it, N, and the torque of a rolling spring, N m.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct RimForce {
-    pub(super) tangential: [f64; 2],
-    pub(super) torque: f64,
-}
+/// Torque on a disc and the part of it that dashpots take, N m.
+pub(crate) type Torque = [f64; 2];
 
 impl<R: Register> LawRegisters<R> {
     #[inline(always)]
@@ -86,17 +84,17 @@ impl<R: Register> LawRegisters<R> {
         motion::normal_force(self.stiffness, damping, overlap, separating_speed, self.least_force)
     }
 
-    /// The force of the tangential spring; `rim_speed` is r_i w_i + r_j w_j, `limit` mu f_n.
+    /// The force of the tangential spring; `surface_speed` is a_i w_i + a_j w_j, `limit` mu f_n.
     #[inline(always)]
     pub(super) fn sliding(
         &self,
         contact: &ContactKinematics<R>,
         damping: R,
-        rim_speed: R,
+        surface_speed: R,
         before: R,
         limit: R,
     ) -> TangentialForce<R> {
-        let speed = contact.sliding_speed - rim_speed;
+        let speed = contact.sliding_speed - surface_speed;
         let dashpot = -(self.tangential_to_normal_damping * damping) * speed;
         motion::spring_slider(&self.spring, before, speed * self.time_step, dashpot, limit)
     }
@@ -123,7 +121,7 @@ impl<R: Register> LawRegisters<R> {
 }
 
 impl LawRegisters<f64> {
-    /// Fx, Fy, Dx, Dy on the disc with friction, and the force on its rim. The springs advance by a step, and a fraction of the
+    /// Fx, Fy, Dx, Dy on the disc with friction, and the torque on it. The springs advance by a step, and a fraction of the
     /// energies is added to the sums.
     #[inline(always)]
     pub(super) fn with_friction(
@@ -134,26 +132,26 @@ impl LawRegisters<f64> {
         stretch: &mut Stretch,
         sums: &mut ContactSums,
         fraction: f64,
-    ) -> ([f64; 4], RimForce) {
-        let Surfaces { constants, damping, rim_speed, rolling_rate, reduced_radius } = *surfaces;
+    ) -> ([f64; 4], Torque) {
+        let Surfaces { constants, damping, arm, surface_speed, rolling_rate, reduced_radius } =
+            *surfaces;
         // Friction acts only on a contact that presses.
         let pressing = normal.force.larger(0.0);
         let limit = constants.friction * pressing;
-        let slid = self.sliding(contact, damping, rim_speed, stretch[0], limit);
-        let (mut elastic, mut torque) = (self.spring_energy(slid.stretch), 0.0);
+        let slid = self.sliding(contact, damping, surface_speed, stretch[0], limit);
+        let (mut elastic, mut torque) = (self.spring_energy(slid.stretch), -arm * slid.force);
         stretch[0] = slid.stretch;
         if let Some(reduced_radius) = reduced_radius {
             let limit = constants.rolling_friction * pressing;
             let (rolled, on_disc) = self.rolling(reduced_radius, rolling_rate, stretch[1], limit);
             elastic += self.spring_energy(rolled.stretch);
-            torque = on_disc;
+            torque += on_disc;
             stretch[1] = rolled.stretch;
             sums.rolling += fraction * rolled.loss;
         }
         sums.elastic += fraction * elastic;
         sums.friction += fraction * slid.loss;
-        let tangential = [slid.force, slid.dashpot];
-        (contact.with_friction(normal, &slid), RimForce { tangential, torque })
+        (contact.with_friction(normal, &slid), [torque, arm * slid.dashpot])
     }
 
     /// Releases the springs of a contact that has ended: friction dissipates their energy, of which a fraction is added.

@@ -2,7 +2,7 @@
 //!
 //! They depend on discs of other blocks; therefore, all blocks find them before any disc moves.
 
-use super::contact_law::{ContactKinematics, LawRegisters, RimForce, Surfaces};
+use super::contact_law::{ContactKinematics, LawRegisters, Surfaces, Torque};
 use crate::dem::block::{Block, Partner};
 use crate::dem::discs::Discs;
 use crate::dem::motion;
@@ -17,8 +17,8 @@ use crate::simd::registers::Scalar;
 pub(crate) struct InterBlockForces {
     /// The disc, counted from the block's first disc, with Fx, Fy, Dx, Dy, N.
     pub(super) forces: Vec<(u32, [f64; 4])>,
-    /// Friction of each; empty without friction.
-    pub(super) rims: Vec<RimForce>,
+    /// Torque of each; empty without friction.
+    pub(super) torques: Vec<Torque>,
     pub(super) sums: ContactSums,
     /// The contacts, each in the block of its lower index, if they are recorded.
     pub(super) contacts: Vec<Contact>,
@@ -53,7 +53,7 @@ impl InterBlockForces {
         step: &StepContext<'_>,
     ) {
         self.forces.clear();
-        self.rims.clear();
+        self.torques.clear();
         self.contacts.clear();
         self.sums.clear(step, block.start);
         let law = LawRegisters::new(Scalar, step.parameters);
@@ -119,18 +119,20 @@ impl InterBlockForces {
         let force = if FRICTION {
             let [spin, other_spin] = ends.map(|disc| discs.spins[disc]);
             let [first, second] = ends.map(|disc| discs.materials[disc]);
+            let arms = radii.map(|radius| motion::lever_arm(radius, contact.overlap));
             let surfaces = Surfaces {
                 constants: step.parameters.law.materials.between(first, second),
                 damping,
-                rim_speed: radii[0] * spin + radii[1] * other_spin,
+                arm: arms[0],
+                surface_speed: arms[0] * spin + arms[1] * other_spin,
                 rolling_rate: spin - other_spin,
                 reduced_radius: has_rolling_friction.then(|| radii[0] * radii[1] / reach),
             };
             let (mut stretch, sums) = (block.inter_block.stretch_of(pair), &mut self.sums);
-            let (force, rim) =
+            let (force, torque) =
                 law.with_friction(&contact, &normal, &surfaces, &mut stretch, sums, 0.5);
             block.inter_block.set_stretch(pair, stretch);
-            self.rims.push(rim);
+            self.torques.push(torque);
             force
         } else {
             contact.along_normal(&normal)

@@ -4,8 +4,7 @@
 //! on the width, so results have the same bits. Each batch takes two passes: the first finds the kinematics of all contacts, with
 //! all roots and quotients and no sum in memory that waits for them; the second adds the forces.
 //!
-//! The tangential force f of a pair acts on both rims. The torque on either disc is -r f, so f is summed per disc and multiplied
-//! by the radius once.
+//! The tangential force f of a pair acts at its contact point. The torque on either disc is -a f with the arm a = r - delta/2.
 //!
 //! # Safety
 //! - Loops do not check indices: the callers, in `pair_loops`, compare the largest index with the number of discs before.
@@ -27,18 +26,16 @@ pub(super) const BATCH: usize = 16;
 pub(super) struct PairContext<'a> {
     pub(super) step: &'a StepContext<'a>,
     pub(super) discs: &'a BlockDiscs<'a>,
-    /// Speeds r w of the rims, m/s; empty without friction.
-    pub(super) rim_speeds: &'a [f64],
+    /// Radius, m, and spin, rad/s, of each disc; empty without friction.
+    pub(super) rotors: &'a [[f64; 2]],
 }
 
 /// The sums that pairs add to.
 pub(super) struct PairSums<'a> {
     /// Fx, Fy, Dx, Dy of each disc, N.
     pub(super) forces: &'a mut [[f64; 4]],
-    /// Tangential force on the rim of each disc and the dashpots' part of it, N; empty without friction.
-    pub(super) tangential: &'a mut [[f64; 2]],
-    /// Torque of the rolling springs on each disc, N m; empty without friction.
-    pub(super) rolling: &'a mut [f64],
+    /// Torque on each disc and the part of it that dashpots take, N m; empty without friction.
+    pub(super) torques: &'a mut [[f64; 2]],
     pub(super) max_overlap: &'a mut MaxOverlap,
 }
 
@@ -120,8 +117,8 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, C: ContactRecorder>
         let BlockDiscs { velocities, spins, radii, .. } = context.discs;
         let lengths = [velocities.len(), spins.len(), radii.len(), sums.forces.len()];
         assert!(is_one_length(&lengths), "columns of different lengths");
-        if !context.rim_speeds.is_empty() {
-            let lengths = [context.rim_speeds.len(), sums.tangential.len(), sums.rolling.len()];
+        if !context.rotors.is_empty() {
+            let lengths = [context.rotors.len(), sums.torques.len()];
             assert!(is_one_length(&lengths), "columns of different lengths");
         }
         assert!(groups.max_index() < discs, "a pair names a disc that does not exist");
@@ -270,8 +267,7 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, C: ContactRecorder>
         }
     }
 
-    /// Fx, Fy, Dx, Dy on the first discs with friction. Adds the tangential forces, torques and energies; springs of pairs apart
-    /// are released.
+    /// Fx, Fy, Dx, Dy on the first discs with friction. Adds the torques and energies; springs of pairs apart are released.
     ///
     /// # Safety
     /// - Every index is less than the number of discs.
@@ -286,27 +282,28 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, C: ContactRecorder>
         let Self { instructions, law, context, sums, energies, .. } = self;
         let ends = [&groups.first[group], &groups.second[group]];
         // SAFETY: the caller checked the indices.
-        let at_ends = |column: &[f64]| unsafe {
-            [instructions.gather(column, ends[0]), instructions.gather(column, ends[1])]
-        };
+        let [[radius, spin], [other_radius, other_spin]] =
+            ends.map(|end| unsafe { instructions.gather_vectors(context.rotors, end) });
         // Friction acts only on contacts that press.
         let pressing = normal.force.larger(law.zero);
         let [friction, rolling_friction] =
             if MIXED { coefficients(*instructions, context, ends) } else { law.friction };
-        let [rim_speed, other_rim_speed] = at_ends(context.rim_speeds);
+        let arm = motion::lever_arm(radius, kinematics.overlap);
+        let other_arm = motion::lever_arm(other_radius, kinematics.overlap);
         let damping = instructions.load(&groups.damping[group]);
         let before = instructions.load(&springs.stretch[group]);
-        let (rim_speed, limit) = (rim_speed + other_rim_speed, friction * pressing);
-        let slid = law.sliding(kinematics, damping, rim_speed, before, limit);
+        let surface_speed = arm * spin + other_arm * other_spin;
+        let slid = law.sliding(kinematics, damping, surface_speed, before, friction * pressing);
         instructions.store(slid.stretch.or_zero(mask), &mut springs.stretch[group]);
         let part = group % (MAX_WIDTH / N);
         let lost = slid.loss.or_else(mask, law.spring_energy(before));
         energies[1][part] = energies[1][part] + lost;
         let mut elastic = law.spring_energy(slid.stretch);
+        let (force, dashpot) = (slid.force.or_zero(mask), slid.dashpot.or_zero(mask));
+        let mut torques =
+            [[-(arm * force), arm * dashpot], [-(other_arm * force), other_arm * dashpot]];
         if ROLLING {
             let before = instructions.load(&springs.rolling_stretch[group]);
-            let [radius, other_radius] = at_ends(context.discs.radii);
-            let [spin, other_spin] = at_ends(context.discs.spins);
             let reduced_radius = radius * other_radius / instructions.load(&groups.reach[group]);
             let limit = rolling_friction * pressing;
             let (rolled, torque) = law.rolling(reduced_radius, spin - other_spin, before, limit);
@@ -314,12 +311,13 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, C: ContactRecorder>
             let lost = rolled.loss.or_else(mask, law.spring_energy(before));
             energies[2][part] = energies[2][part] + lost;
             elastic = elastic + law.spring_energy(rolled.stretch);
-            add_torques(*instructions, torque.or_zero(mask), sums.rolling, ends);
+            let torque = torque.or_zero(mask);
+            torques[0][0] = torques[0][0] + torque;
+            torques[1][0] = torques[1][0] - torque;
         }
         energies[0][part] = energies[0][part] + elastic.or_zero(mask);
-        let on_rims = [slid.force.or_zero(mask), slid.dashpot.or_zero(mask)];
         // SAFETY: the caller checked the indices.
-        unsafe { instructions.add_to_both(on_rims, sums.tangential, ends) };
+        unsafe { instructions.add_to_ends(torques, sums.torques, ends) };
         let [fx, fy, dx, dy] = kinematics.with_friction(normal, &slid);
         [fx.or_zero(mask), fy.or_zero(mask), dx.or_zero(mask), dy.or_zero(mask)]
     }
@@ -387,20 +385,4 @@ fn coefficients<const N: usize, I: InstructionSet<N>>(
         (friction[lane], rolling_friction[lane]) = (pair.friction, pair.rolling_friction);
     }
     [instructions.load(&friction), instructions.load(&rolling_friction)]
-}
-
-/// Adds torques to those on the first discs, and subtracts them from those on the second.
-#[inline(always)]
-fn add_torques<const N: usize, I: InstructionSet<N>>(
-    instructions: I,
-    torques: I::Register,
-    sums: &mut [f64],
-    [first, second]: [&[u32; N]; 2],
-) {
-    let mut on_first = [0.0; N];
-    instructions.store(torques, &mut on_first);
-    for (lane, torque) in on_first.into_iter().enumerate() {
-        sums[first[lane] as usize] += torque;
-        sums[second[lane] as usize] -= torque;
-    }
 }

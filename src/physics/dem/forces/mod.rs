@@ -16,8 +16,8 @@ use crate::dem::block::{Block, BlockDiscs, Partner};
 use crate::dem::neighbors::near_pairs::{ContactNumbers, NearPairs};
 use crate::dem::parameters::StepContext;
 use crate::dem::totals::{BlockForces, Contact, ContactMask, ContactRecorder};
-use crate::simd::registers::{Scalar, vectorized};
-use contact_law::{ContactKinematics, LawRegisters, RimForce, Surfaces};
+use crate::simd::registers::Scalar;
+use contact_law::{ContactKinematics, LawRegisters, Surfaces, Torque};
 use inter_block::InterBlockForces;
 use kernel::{PairContext, PairSums};
 use pair_loops::NearMemory;
@@ -26,8 +26,8 @@ use pair_loops::NearMemory;
 #[derive(Clone, Debug, Default)]
 pub(super) struct ForceFinder {
     pub(super) found: BlockForces,
-    /// Speeds r w of the discs' rims, m/s.
-    rim_speeds: Vec<f64>,
+    /// Radius, m, and spin, rad/s, of each disc.
+    rotors: Vec<[f64; 2]>,
     contact_numbers: ContactNumbers,
 }
 
@@ -48,8 +48,7 @@ impl ForceFinder {
         // The integration has left them at zero.
         if found.forces.len() != count {
             found.forces.clear_to(count);
-            found.tangential.clear();
-            found.rolling.clear();
+            found.torques.clear();
         }
         found.sums.clear(step, block.start);
         found.mask = ContactMask::default();
@@ -58,8 +57,8 @@ impl ForceFinder {
             add(&mut self.found.forces[disc as usize], force);
             self.found.mask.insert(disc);
         }
-        for (&(disc, _), rim) in inter_block.forces.iter().zip(&inter_block.rims) {
-            self.add_rim_force(disc as usize, rim);
+        for (&(disc, _), torque) in inter_block.forces.iter().zip(&inter_block.torques) {
+            self.add_torque(disc as usize, torque);
         }
         inter_block.contacts.iter().for_each(|&contact| recorder.record(contact));
         self.add_walls(block, discs, step, recorder);
@@ -75,16 +74,15 @@ impl ForceFinder {
         recorder: &mut C,
     ) {
         let has_friction = step.parameters.law.has_friction();
-        let BlockForces { forces, tangential, rolling, sums, mask } = &mut self.found;
+        let BlockForces { forces, torques, sums, mask } = &mut self.found;
         if has_friction {
-            tangential.resize(forces.len(), [0.0; 2]);
-            rolling.resize(forces.len(), 0.0);
-            self.rim_speeds.resize(forces.len(), 0.0);
-            find_rim_speeds(&mut self.rim_speeds, discs.radii, discs.spins);
+            torques.resize(forces.len(), [0.0; 2]);
+            self.rotors.clear();
+            let columns = discs.radii.iter().zip(discs.spins.iter());
+            self.rotors.extend(columns.map(|(&radius, &spin)| [radius, spin]));
         }
-        let context = PairContext { step, discs, rim_speeds: &self.rim_speeds };
-        let mut pair_sums =
-            PairSums { forces, tangential, rolling, max_overlap: &mut sums.max_overlap };
+        let context = PairContext { step, discs, rotors: &self.rotors };
+        let mut pair_sums = PairSums { forces, torques, max_overlap: &mut sums.max_overlap };
         if has_friction {
             let [elastic, friction, rolling] =
                 pair_loops::add_with_friction(&context, &mut block.inner, &mut pair_sums, recorder);
@@ -99,11 +97,9 @@ impl ForceFinder {
     }
 
     #[inline]
-    fn add_rim_force(&mut self, disc: usize, rim: &RimForce) {
-        let [force, dashpot] = self.found.tangential[disc];
-        let [on_rim, dashpot_on_rim] = rim.tangential;
-        self.found.tangential[disc] = [force + on_rim, dashpot + dashpot_on_rim];
-        self.found.rolling[disc] += rim.torque;
+    fn add_torque(&mut self, disc: usize, [torque, by_dashpot]: &Torque) {
+        let [sum, sum_by_dashpots] = self.found.torques[disc];
+        self.found.torques[disc] = [sum + torque, sum_by_dashpots + by_dashpot];
     }
 
     fn add_walls<C: ContactRecorder>(
@@ -140,15 +136,16 @@ impl ForceFinder {
                 let surfaces = Surfaces {
                     constants: step.parameters.law.materials.with_walls(discs.materials[disc]),
                     damping: pair.damping,
-                    rim_speed: radius * spin,
+                    arm: distance,
+                    surface_speed: distance * spin,
                     rolling_rate: spin - wall.spin,
                     reduced_radius: has_rolling_friction.then_some(radius),
                 };
                 let (normal_force, stretch) = (&normal_force, &mut pair.stretch);
-                let (force, rim) =
+                let (force, torque) =
                     law.with_friction(&contact, normal_force, &surfaces, stretch, sums, 1.0);
                 on_disc = force;
-                self.add_rim_force(disc, &rim);
+                self.add_torque(disc, &torque);
             }
             add(&mut self.found.forces[disc], on_disc);
             self.found.mask.insert(pair.disc);
@@ -177,13 +174,4 @@ impl ForceFinder {
 #[inline]
 fn add(sum: &mut [f64; 4], part: [f64; 4]) {
     *sum = [sum[0] + part[0], sum[1] + part[1], sum[2] + part[2], sum[3] + part[3]];
-}
-
-vectorized! {
-    /// Finds the speeds r w of rims, m/s.
-    fn find_rim_speeds(speeds: &mut [f64], radii: &[f64], spins: &[f64]) -> () {
-        for ((speed, radius), spin) in speeds.iter_mut().zip(radii).zip(spins) {
-            *speed = radius * spin;
-        }
-    }
 }
