@@ -246,7 +246,11 @@ impl InstructionSet<4> for Avx2 {
         ends: [&[u32; 4]; 2],
     ) {
         // SAFETY: the caller checked the indices.
-        unsafe { add_rows_to_ends(columns.map(|[x, y]| rows_of_two(x.0, y.0)), sums, ends) }
+        unsafe {
+            let [[x, y], [other_x, other_y]] = columns;
+            let rows = [rows_of_two(x.0, y.0), rows_of_two(other_x.0, other_y.0)];
+            add_rows_to_ends(rows, sums, ends);
+        }
     }
 
     #[inline(always)]

@@ -148,14 +148,14 @@ impl InstructionSet<8> for Avx512 {
     ) {
         // SAFETY: the caller checked the indices.
         unsafe {
-            let rows = columns.map(|[x, y]| {
+            let rows = |[x, y]: [F64x8; 2]| {
                 let (low_x, low_y) = (_mm512_castpd512_pd256(x.0), _mm512_castpd512_pd256(y.0));
                 let high_x = _mm512_extractf64x4_pd::<1>(x.0);
                 let [a, b, c, d] = rows_of_two(low_x, low_y);
                 let [e, f, g, h] = rows_of_two(high_x, _mm512_extractf64x4_pd::<1>(y.0));
                 [a, b, c, d, e, f, g, h]
-            });
-            add_rows_to_ends(rows, sums, ends);
+            };
+            add_rows_to_ends([rows(columns[0]), rows(columns[1])], sums, ends);
         }
     }
 

@@ -282,8 +282,9 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, C: ContactRecorder>
         let Self { instructions, law, context, sums, energies, .. } = self;
         let ends = [&groups.first[group], &groups.second[group]];
         // SAFETY: the caller checked the indices.
-        let [[radius, spin], [other_radius, other_spin]] =
-            ends.map(|end| unsafe { instructions.gather_vectors(context.rotors, end) });
+        let rotors = |end| unsafe { instructions.gather_vectors(context.rotors, end) };
+        // Not by `map`: its closure would not be compiled with the instructions of the kernel.
+        let ([radius, spin], [other_radius, other_spin]) = (rotors(ends[0]), rotors(ends[1]));
         // Friction acts only on contacts that press.
         let pressing = normal.force.larger(law.zero);
         let [friction, rolling_friction] =
