@@ -14,6 +14,7 @@ pub(crate) const SYMBOLS: &[(&str, &str)] = &[
     ("F_y", "vertical component of a contact force"),
     ("GM", "gravitational constant times the Sun's mass"),
     ("H", "Boltzmann's H function"),
+    ("I", "moment of inertia of a uniform disc, half its mass times its radius squared"),
     ("L", "angular momentum, r × v for one body"),
     ("L_0", "initial angular momentum"),
     ("N", "number of particles"),
@@ -64,6 +65,7 @@ pub(crate) const SYMBOLS: &[(&str, &str)] = &[
     ("χ", "pair correlation function at contact"),
     ("χ_ij", "pair correlation function at contact of discs i and j"),
     ("ω", "angular frequency of a contact, or mean motion of an orbit at the start"),
+    ("Ω", "angular velocity of a disc"),
 ];
 
 /// The symbols in these texts, in the order of the table, with their meanings.

@@ -66,6 +66,22 @@ unsafe fn transposed(rows: [__m512d; 4]) -> [__m512d; 4] {
     }
 }
 
+/// The rows of two columns.
+///
+/// # Safety
+/// - The processor has AVX-512.
+#[inline(always)]
+unsafe fn eight_rows_of_two([x, y]: [F64x8; 2]) -> [__m128d; 8] {
+    // SAFETY: the caller checked the processor.
+    unsafe {
+        let (low_x, low_y) = (_mm512_castpd512_pd256(x.0), _mm512_castpd512_pd256(y.0));
+        let high_x = _mm512_extractf64x4_pd::<1>(x.0);
+        let [a, b, c, d] = rows_of_two(low_x, low_y);
+        let [e, f, g, h] = rows_of_two(high_x, _mm512_extractf64x4_pd::<1>(y.0));
+        [a, b, c, d, e, f, g, h]
+    }
+}
+
 // SAFETY of all that follows: the instruction set and its registers prove the instructions; references hold what is moved.
 impl InstructionSet<8> for Avx512 {
     type Register = F64x8;
@@ -148,14 +164,8 @@ impl InstructionSet<8> for Avx512 {
     ) {
         // SAFETY: the caller checked the indices.
         unsafe {
-            let rows = |[x, y]: [F64x8; 2]| {
-                let (low_x, low_y) = (_mm512_castpd512_pd256(x.0), _mm512_castpd512_pd256(y.0));
-                let high_x = _mm512_extractf64x4_pd::<1>(x.0);
-                let [a, b, c, d] = rows_of_two(low_x, low_y);
-                let [e, f, g, h] = rows_of_two(high_x, _mm512_extractf64x4_pd::<1>(y.0));
-                [a, b, c, d, e, f, g, h]
-            };
-            add_rows_to_ends([rows(columns[0]), rows(columns[1])], sums, ends);
+            let rows = [eight_rows_of_two(columns[0]), eight_rows_of_two(columns[1])];
+            add_rows_to_ends(rows, sums, ends);
         }
     }
 

@@ -10,7 +10,7 @@ definitions! {
     DISSIPATED: "energy.dissipated", "J", "/energy, last frame", [], 0.0;
     FRICTION: "energy.friction", "J", "/energy, last frame: the part of energy.dissipated due to friction", [], 0.0;
     ROLLING: "energy.rolling", "J", "/energy, last frame: the part of energy.dissipated due to rolling friction", [], 0.0;
-    ROTATIONAL: "energy.rotational", "J", "/state: sum of I w^2/2 with I = m r^2/2, the part of energy.kinetic due to spins, last frame", [], 0.0;
+    ROTATIONAL: "energy.rotational", "J", "/state: sum of I Ω^2/2, the part of energy.kinetic due to rotation, last frame", [], 0.0;
     WALL_WORK: "energy.wall_work", "J", "/energy, last frame: wall work since the start", [], 0.0;
     DISCS_REMOVED: "discs_removed", "1", "/wall_forces: discs removed through the outlet, last frame", [], 0.0;
     TOTAL_CHANGE: "energy.total_change_relative", "1", "/energy: change of the mechanical energy, minus inserted energy, over the initial and inserted energy, last frame", [], 0.0;
