@@ -54,6 +54,7 @@ pub(crate) const SYMBOLS: &[(&str, &str)] = &[
     ("v_rms", "root mean square speed"),
     ("w", "width of an orifice"),
     ("Δt", "time step"),
+    ("Ω", "angular velocity of a disc"),
     ("ε", "eccentricity"),
     ("ζ", "damping ratio, η_n/(2 sqrt(k_n m_eff))"),
     ("η_n", "normal damping of a contact"),
@@ -65,7 +66,6 @@ pub(crate) const SYMBOLS: &[(&str, &str)] = &[
     ("χ", "pair correlation function at contact"),
     ("χ_ij", "pair correlation function at contact of discs i and j"),
     ("ω", "angular frequency of a contact, or mean motion of an orbit at the start"),
-    ("Ω", "angular velocity of a disc"),
 ];
 
 /// The symbols in these texts, in the order of the table, with their meanings.

@@ -1,5 +1,5 @@
 //! Guarantee: topics, schemas, field names, types and tags do not change. Recordings outlive programs: a channel may get a new field with
-//! a new tag at its end; any other change requires a new `SCHEMA_VERSION`.
+//! a new tag at its end, and a channel may be added; any other change requires a new `SCHEMA_VERSION`.
 
 use kinetoscope_recording::channels::{self, ALL, SCHEMA_VERSION};
 use std::fmt::Write as _;
