@@ -17,7 +17,7 @@ pub fn acceleration(gravity: [f64; 2], contact_force: [f64; 2], inverse_mass: f6
 
 /// The equation of motion of the spin, I alpha = sum of torques, in rad/s^2, for a disc: I = m r^2/2.
 ///
-/// The torque of a tangential force f_t on a disc is -a f_t with its [`lever_arm`] a, in addition to rolling resistance.
+/// The torque of a tangential force f_t on a disc is -a f_t with its `lever_arm` a, in addition to rolling resistance.
 #[must_use]
 #[inline(always)]
 pub fn angular_acceleration(torque: f64, mass: f64, radius: f64) -> f64 {
