@@ -4,6 +4,7 @@ mod view;
 
 use clap::{CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
+use kinetoscope::Recording;
 use kinetoscope::cli::analysis::Analysis;
 use kinetoscope::cli::benchmark::BenchmarkArguments;
 use kinetoscope::cli::check::CheckArguments;
@@ -11,6 +12,8 @@ use kinetoscope::cli::doctor::DoctorArguments;
 use kinetoscope::cli::exit::{Exit, OF_RUN, exit_codes};
 use kinetoscope::cli::info::InfoArguments;
 use kinetoscope::cli::inspect::{CompareArguments, VerifyArguments};
+use kinetoscope::cli::lock::LockArguments;
+use kinetoscope::cli::rerun::Metrics;
 use kinetoscope::cli::run::RunArguments;
 use kinetoscope::cli::starter::{NewArguments, print_schema};
 use kinetoscope::cli::why::WhyArguments;
@@ -38,8 +41,10 @@ enum Command {
     Run(RunArguments),
     #[command(after_help = exit_codes(&[]))]
     New(NewArguments),
-    #[command(after_help = exit_codes(&[1]))]
+    #[command(after_help = exit_codes(&[1, 4, 5, 129, 130, 143]))]
     Check(CheckArguments),
+    #[command(after_help = exit_codes(&[1, 4, 5, 129, 130, 143]))]
+    Lock(LockArguments),
     #[command(after_help = exit_codes(&[1, 4, 5, 129, 130, 143]))]
     Verify(VerifyArguments),
     #[command(after_help = exit_codes(&[4, 5]))]
@@ -82,6 +87,15 @@ impl Analysis for LinkedAnalysis {
     }
 }
 
+impl Metrics for LinkedAnalysis {
+    fn of(&self, recording: &Recording) -> Result<Vec<(String, f64)>, String> {
+        let analysis =
+            kinetoscope_analysis::analyze(recording).map_err(|error| error.to_string())?;
+        let with_value = analysis.measurements.iter().filter(|found| found.reason.is_none());
+        Ok(with_value.map(|found| (found.name().to_owned(), found.estimate.value)).collect())
+    }
+}
+
 /// The optional features, and whether this program was built with them.
 const FEATURES: [(&str, bool); 2] =
     [("object-storage", cfg!(feature = "object-storage")), ("parquet", cfg!(feature = "parquet"))];
@@ -109,7 +123,8 @@ fn execute() -> ExitCode {
     match &arguments.command {
         Command::Run(arguments) => arguments.execute(&program).into(),
         Command::New(arguments) => arguments.execute().into(),
-        Command::Check(arguments) => arguments.execute().into(),
+        Command::Check(arguments) => arguments.execute(&program, &LinkedAnalysis).into(),
+        Command::Lock(arguments) => arguments.execute(&program, &LinkedAnalysis).into(),
         Command::Verify(arguments) => arguments.execute().into(),
         Command::Compare(arguments) => arguments.execute().into(),
         Command::Why(arguments) => arguments.execute().into(),

@@ -3,11 +3,15 @@
 use crate::cli::executor::at_least_one;
 use crate::cli::exit::Exit;
 use crate::cli::expected_time;
+use crate::cli::lock;
+use crate::cli::locked::LockedCheck;
 use crate::cli::manifests::{ManifestArguments, ManifestReader, NoRecording, expand};
 use crate::cli::messages::{Failure, bad, counted, describe, plural};
 use crate::cli::output::OutputArguments;
 use crate::cli::pipeline;
 use crate::cli::planner::{Planned, Planner};
+use crate::cli::program::Program;
+use crate::cli::rerun::Metrics;
 use crate::cli::result_arguments::ResultArguments;
 use crate::cli::step::Step;
 use crate::executor::progress::size;
@@ -23,7 +27,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Args)]
 pub struct CheckArguments {
     /// Manifests (TOML files), or folders of manifests
-    #[arg(required = true, value_name = "MANIFEST")]
+    #[arg(required_unless_present = "locked", value_name = "MANIFEST")]
     manifests: Vec<PathBuf>,
     #[command(flatten)]
     manifest: ManifestArguments,
@@ -32,6 +36,15 @@ pub struct CheckArguments {
     /// Number of runs in parallel that the expected time assumes [default: number of CPUs]
     #[arg(long, value_name = "N", value_parser = at_least_one::<NonZeroUsize>, help_heading = "Execution")]
     jobs: Option<NonZeroUsize>,
+    /// Run the manifests of a lock file, or those named here, and compare the messages with those that are locked
+    #[arg(long, conflicts_with = "set", help_heading = "Lock file")]
+    locked: bool,
+    /// Run the slow manifests as well: those that took more than 5 s
+    #[arg(long, requires = "locked", help_heading = "Lock file")]
+    all: bool,
+    /// The lock file
+    #[arg(long, requires = "locked", value_name = "FILE", default_value = lock::USUAL, help_heading = "Lock file")]
+    lock_file: PathBuf,
     #[command(flatten)]
     result: ResultArguments,
 }
@@ -39,9 +52,28 @@ pub struct CheckArguments {
 impl CheckArguments {
     /// Checks every manifest; an error in one does not hide those of the others.
     #[must_use]
-    pub fn execute(&self) -> Exit {
-        self.result
-            .concluded(self.check_all().unwrap_or_else(|failure| self.result.failed(&failure)))
+    pub fn execute(&self, program: &Program<'_>, metrics: &dyn Metrics) -> Exit {
+        let checked = match self.locked {
+            true => self.compare_with_lock(program, metrics),
+            false => self.check_all(),
+        };
+        self.result.concluded(checked.unwrap_or_else(|failure| self.result.failed(&failure)))
+    }
+
+    fn compare_with_lock(
+        &self,
+        program: &Program<'_>,
+        metrics: &dyn Metrics,
+    ) -> Result<Exit, Failure> {
+        let check = LockedCheck {
+            lock_file: &self.lock_file,
+            manifests: &self.manifests,
+            all: self.all,
+            recordings: self.output.folder()?,
+            jobs: self.jobs,
+            result: &self.result,
+        };
+        check.execute(program, metrics)
     }
 
     fn check_all(&self) -> Result<Exit, Failure> {

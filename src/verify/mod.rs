@@ -3,6 +3,9 @@
 pub mod attestation;
 pub mod compare;
 pub mod diff;
+pub mod fingerprint;
+pub mod lock_file;
+mod syndromes;
 
 use crate::interrupt::Interrupt;
 use crate::plan::restart_files::StartFiles;

@@ -11,6 +11,7 @@
 //! - `baselines`: other seeds, changed keys and the same run against an earlier analysis
 //! - `plots`: plots as SVG and PNG, and what cannot be plotted
 //! - `pipelines`: several manifests, folders, and manifests that start from manifests
+//! - `lock`: golden values of runs, and the place of the first difference
 //! - `view`: the server of recordings for Lichtblick, and who may read
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
@@ -20,6 +21,7 @@ mod baselines;
 mod full_output;
 mod hostile_files;
 mod hostile_text;
+mod lock;
 mod narrow_terminals;
 mod oversized_files;
 mod pipelines;

@@ -1,0 +1,172 @@
+//! `lock`: runs manifests and writes what they gave into a lock file.
+
+use crate::cli::executor::at_least_one;
+use crate::cli::exit::Exit;
+use crate::cli::manifests::{canonical, expand};
+use crate::cli::messages::{Failure, bad, plural};
+use crate::cli::program::Program;
+use crate::cli::rerun::{Metrics, RerunExperiment, Reruns};
+use crate::cli::result_arguments::ResultArguments;
+use crate::verify::fingerprint::Fingerprint;
+use crate::verify::lock_file::{LockError, LockFile, LockedExperiment, LockedTrace, bound_s};
+use clap::Args;
+use kinetoscope_manifest::RunManifest;
+use kinetoscope_physics::kind_of;
+use kinetoscope_recording::channels::SCHEMA_VERSION;
+use serde_json::json;
+use std::num::NonZeroUsize;
+use std::path::{Component, Path, PathBuf};
+
+/// The usual name of a lock file.
+pub(crate) const USUAL: &str = "kinetoscope.lock";
+
+/// Run manifests, and write the hash of all messages of each run into a lock file, with which `check --locked` compares.
+#[derive(Debug, Args)]
+pub struct LockArguments {
+    /// Manifests (TOML files), or folders of manifests
+    #[arg(required = true, value_name = "MANIFEST")]
+    manifests: Vec<PathBuf>,
+    /// The lock file. Entries of other manifests are kept
+    #[arg(long, value_name = "FILE", default_value = USUAL)]
+    lock_file: PathBuf,
+    /// Number of runs to execute in parallel [default: number of CPUs]
+    #[arg(long, value_name = "N", value_parser = at_least_one::<NonZeroUsize>, help_heading = "Execution")]
+    jobs: Option<NonZeroUsize>,
+    #[command(flatten)]
+    result: ResultArguments,
+}
+
+impl LockArguments {
+    /// Runs the manifests and writes the file.
+    #[must_use]
+    pub fn execute(&self, program: &Program<'_>, metrics: &dyn Metrics) -> Exit {
+        let locked = self.lock(program, metrics);
+        self.result.concluded(locked.unwrap_or_else(|failure| self.result.failed(&failure)))
+    }
+
+    fn lock(&self, program: &Program<'_>, metrics: &dyn Metrics) -> Result<Exit, Failure> {
+        let mut file = match LockFile::read(&self.lock_file) {
+            Ok(file) if file.schema_version == SCHEMA_VERSION => file,
+            Err(LockError::Io(error)) if error.kind() != std::io::ErrorKind::NotFound => {
+                return Err(unreadable(&self.lock_file, &LockError::Io(error)));
+            }
+            // Every entry would differ: a file of another version is written anew.
+            Ok(_) | Err(LockError::Io(_) | LockError::OtherVersion(_)) => {
+                LockFile::new(SCHEMA_VERSION)
+            }
+            Err(error) => return Err(unreadable(&self.lock_file, &error)),
+        };
+        file.program_version = env!("CARGO_PKG_VERSION").to_owned();
+        let manifests = expand(&self.manifests)?;
+        let reruns = Reruns::new(program, self.jobs)?;
+        for manifest in &manifests {
+            let path = relative_to(&self.lock_file, manifest)?;
+            let rerun = reruns.execute(manifest)?;
+            let entry = entry(path, &rerun, metrics)?;
+            let runs = plural(entry.runs.len() as u64, "run");
+            let (shown, seconds) = (manifest.display(), rerun.seconds);
+            self.result.say(&format!("{shown}: {runs}, {seconds:.1} s"));
+            rerun.remove();
+            file.put(entry);
+        }
+        file.write(&self.lock_file).map_err(|error| {
+            let what = format!("cannot write {}: {error}", self.lock_file.display());
+            Failure::new(Exit::Retryable, what).help("name another file with --lock-file")
+        })?;
+        let count = plural(file.experiments.len() as u64, "manifest");
+        let text = format!("{}: {count}", self.lock_file.display());
+        self.result.print(
+            &text,
+            || json!({ "exit_code": 0, "lock_file": self.lock_file, "manifests": file.experiments.len() }),
+        );
+        Ok(Exit::Done)
+    }
+}
+
+/// The error of a lock file that cannot be used.
+pub(crate) fn unreadable(path: &Path, error: &LockError) -> Failure {
+    let what = format!("cannot use the lock file {}: {error}", path.display());
+    match error {
+        LockError::Io(_) => Failure::new(Exit::Unreadable, what).help(
+            "write it with `kinetoscope lock MANIFEST…`, or name another file with --lock-file",
+        ),
+        LockError::OtherVersion(_) => Failure::new(Exit::Differs, what)
+            .help("use the program that wrote it, or write it anew with `kinetoscope lock`"),
+        LockError::Damaged(_) => Failure::new(Exit::Unreadable, what)
+            .help("restore the file, or remove it and write it anew with `kinetoscope lock`"),
+    }
+}
+
+/// The entry of a manifest.
+fn entry(
+    manifest: String,
+    rerun: &RerunExperiment,
+    metrics: &dyn Metrics,
+) -> Result<LockedExperiment, Failure> {
+    let (mut runs, mut first) = (Vec::new(), None);
+    for run in &rerun.runs {
+        let (recording, found) = run.fingerprint()?;
+        runs.push(LockedExperiment::run_line(&run.run_key, &found.messages));
+        if first.is_none() {
+            first = Some((metrics_of(metrics, &recording)?, LockedTrace::of(&found)));
+        }
+    }
+    let (metrics, trace) = first.ok_or_else(|| bad(format!("{manifest} has no run")))?;
+    Ok(LockedExperiment {
+        manifest,
+        model: rerun.experiment.model().to_owned(),
+        physics_version: physics_version(&rerun.experiment.runs[0].manifest),
+        at_most_s: bound_s(rerun.seconds),
+        runs,
+        trace,
+        metrics,
+    })
+}
+
+/// The version of the physics of a run.
+pub(crate) fn physics_version(run: &RunManifest) -> u32 {
+    kind_of(&run.model).physics_version
+}
+
+/// The metrics of a recording by name.
+pub(crate) fn metrics_of(
+    metrics: &dyn Metrics,
+    recording: &kinetoscope_recording::reader::Recording,
+) -> Result<std::collections::BTreeMap<String, f64>, Failure> {
+    let found = metrics.of(recording);
+    Ok(found.map_err(|why| Failure::new(Exit::Unreadable, why))?.into_iter().collect())
+}
+
+/// The fingerprint of a recording in `recordings` if its messages are those that are locked.
+pub(crate) fn locked_recording(
+    path: &Path,
+    messages: &str,
+) -> Option<(kinetoscope_recording::reader::Recording, Fingerprint)> {
+    let recording = crate::run::recording::open(path).ok()?;
+    let found = crate::verify::fingerprint::fingerprint(&recording).ok()?;
+    (found.messages == messages).then_some((recording, found))
+}
+
+/// The path of a manifest relative to the folder of the lock file, the same on every system.
+pub(crate) fn relative_to(lock_file: &Path, manifest: &Path) -> Result<String, Failure> {
+    let folder = match lock_file.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    let (folder, manifest) = (canonical(folder), canonical(manifest));
+    let common = folder
+        .components()
+        .zip(manifest.components())
+        .take_while(|(one, other)| one == other)
+        .count();
+    let up = folder.components().skip(common).map(|_| "..".to_owned());
+    let down = manifest.components().skip(common).filter_map(|part| match part {
+        Component::Normal(name) => Some(name.to_string_lossy().into_owned()),
+        _ => None,
+    });
+    let path = up.chain(down).collect::<Vec<_>>().join("/");
+    if path.contains(char::REPLACEMENT_CHARACTER) {
+        return Err(bad(format!("{} is not UTF-8", manifest.display())).help("rename it"));
+    }
+    Ok(path)
+}

@@ -1,0 +1,290 @@
+//! `check --locked`: runs the manifests of a lock file again and names the first difference of each.
+
+use crate::cli::exit::Exit;
+use crate::cli::lock::{locked_recording, metrics_of, physics_version, relative_to, unreadable};
+use crate::cli::manifests::expand;
+use crate::cli::messages::{Failure, bad, plural};
+use crate::cli::program::Program;
+use crate::cli::rerun::{Metrics, RerunExperiment, RerunRun, Reruns};
+use crate::cli::result_arguments::ResultArguments;
+use crate::verify::diff::compare_messages;
+use crate::verify::fingerprint::{Fingerprint, Place};
+use crate::verify::lock_file::{LockFile, LockedExperiment};
+use kinetoscope_recording::channels::SCHEMA_VERSION;
+use kinetoscope_recording::reader::Recording;
+use serde_json::{Value as Json, json};
+use std::collections::BTreeMap;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+/// How many metrics of a run are listed.
+const LISTED_METRICS: usize = 8;
+
+/// A check of a lock file.
+pub(crate) struct LockedCheck<'a> {
+    pub(crate) lock_file: &'a Path,
+    /// The manifests to check; those of the tier if it is empty.
+    pub(crate) manifests: &'a [PathBuf],
+    /// Whether the slow manifests are checked as well.
+    pub(crate) all: bool,
+    /// The folder of recordings, where the details of a difference may be found.
+    pub(crate) recordings: PathBuf,
+    pub(crate) jobs: Option<NonZeroUsize>,
+    pub(crate) result: &'a ResultArguments,
+}
+
+impl LockedCheck<'_> {
+    /// Runs the manifests and compares.
+    pub(crate) fn execute(
+        &self,
+        program: &Program<'_>,
+        metrics: &dyn Metrics,
+    ) -> Result<Exit, Failure> {
+        let file =
+            LockFile::read(self.lock_file).map_err(|error| unreadable(self.lock_file, &error))?;
+        if file.schema_version != SCHEMA_VERSION {
+            let what = format!(
+                "{} was written for recording schema {}; this program records schema {SCHEMA_VERSION}",
+                self.lock_file.display(),
+                file.schema_version
+            );
+            return Err(Failure::new(Exit::Differs, what).help(WRITE_ANEW));
+        }
+        let entries = self.entries(&file)?;
+        let reruns = Reruns::new(program, self.jobs)?;
+        let (mut exit, mut checked) = (Exit::Done, Vec::<Json>::new());
+        for entry in &entries {
+            let findings = match self.findings(entry, &reruns, metrics) {
+                Ok(findings) => findings,
+                Err(failure) if matches!(failure.exit, Exit::Signal(_)) => return Err(failure),
+                Err(failure) => {
+                    exit = exit.worst(failure.report());
+                    continue;
+                }
+            };
+            self.result.say(&described(entry, &findings));
+            checked.push(json!({
+                "manifest": entry.manifest, "equal": findings.is_empty(), "findings": findings,
+            }));
+            if !findings.is_empty() {
+                exit = exit.worst(Exit::Differs);
+            }
+        }
+        self.conclude(&file, exit, &checked);
+        Ok(exit)
+    }
+
+    fn conclude(&self, file: &LockFile, exit: Exit, checked: &[Json]) {
+        if self.result.json {
+            self.result.print_json(&json!({ "exit_code": exit.code(), "experiments": checked }));
+            return;
+        }
+        let equal = checked.iter().filter(|entry| entry["equal"] == true).count();
+        let mut text = format!("{equal} of {} equal", plural(checked.len() as u64, "manifest"));
+        let rest = file.experiments.len() - checked.len().min(file.experiments.len());
+        if rest > 0 && self.manifests.is_empty() && !self.all {
+            text += &format!("; {} not checked (--all)", plural(rest as u64, "slow manifest"));
+        }
+        self.result.say(&text);
+        if exit == Exit::Differs {
+            let what = format!("the runs are not those of {}", self.lock_file.display());
+            Failure::new(exit, what).help(WRITE_ANEW).report();
+        }
+    }
+
+    /// The entries to check.
+    fn entries<'a>(&self, file: &'a LockFile) -> Result<Vec<&'a LockedExperiment>, Failure> {
+        if self.manifests.is_empty() {
+            return Ok(if self.all { file.experiments.iter().collect() } else { file.quick() });
+        }
+        let of = |manifest: &PathBuf| {
+            let path = relative_to(self.lock_file, manifest)?;
+            file.experiment(&path).ok_or_else(|| {
+                bad(format!("{} has no entry for {path}", self.lock_file.display()))
+                    .help(format!("add it with `kinetoscope lock {}`", manifest.display()))
+            })
+        };
+        expand(self.manifests)?.iter().map(of).collect()
+    }
+
+    /// What differs from the entry.
+    fn findings(
+        &self,
+        entry: &LockedExperiment,
+        reruns: &Reruns<'_>,
+        metrics: &dyn Metrics,
+    ) -> Result<Vec<String>, Failure> {
+        let folder = self.lock_file.parent().unwrap_or(Path::new(""));
+        let rerun = reruns.execute(&folder.join(&entry.manifest))?;
+        let findings = match other_runs(entry, &rerun) {
+            Some(finding) => vec![finding],
+            None => self.differences(entry, &rerun, metrics)?,
+        };
+        rerun.remove();
+        Ok(findings)
+    }
+
+    /// What differs in the messages and metrics of the same runs.
+    fn differences(
+        &self,
+        entry: &LockedExperiment,
+        rerun: &RerunExperiment,
+        metrics: &dyn Metrics,
+    ) -> Result<Vec<String>, Failure> {
+        let (mut findings, mut differing) = (Vec::new(), 0);
+        for (index, (line, run)) in entry.runs.iter().zip(&rerun.runs).enumerate() {
+            let (recording, found) = run.fingerprint()?;
+            let locked = line.rsplit(' ').next().unwrap_or_default();
+            if found.messages != locked {
+                differing += 1;
+                if differing == 1 {
+                    let trace = entry.trace.fingerprint().filter(|_| index == 0);
+                    let at =
+                        self.place(rerun, run, (&recording, &found), trace.as_ref(), locked)?;
+                    findings.push(format!("{}: {at}", run.name));
+                }
+            }
+            if index == 0 {
+                findings.extend(moved(&entry.metrics, &metrics_of(metrics, &recording)?));
+            }
+        }
+        if differing > 1 {
+            findings
+                .push(format!("{differing} of {} differ", plural(entry.runs.len() as u64, "run")));
+        }
+        Ok(findings)
+    }
+
+    /// The first difference of a run: exactly, if a recording with the locked messages is there, otherwise from the trace.
+    fn place(
+        &self,
+        rerun: &RerunExperiment,
+        run: &RerunRun,
+        (recording, found): (&Recording, &Fingerprint),
+        trace: Option<&Fingerprint>,
+        locked: &str,
+    ) -> Result<String, Failure> {
+        let name = run.recording.file_name().unwrap_or_default();
+        let local = self.recordings.join(&rerun.experiment.name).join(name);
+        if let Some((local, _)) = locked_recording(&local, locked) {
+            let comparison = compare_messages(&local, recording)
+                .map_err(|error| Failure::with_remedy(Exit::Unreadable, error))?;
+            if let Some(difference) = comparison.difference {
+                return Ok(difference.describe("the locked recording", "this run"));
+            }
+        }
+        let particles = recording
+            .frames()
+            .ok()
+            .and_then(|mut frames| frames.next()?.ok()?.state().map(|state| state.rows() as u64))
+            .unwrap_or(u64::MAX);
+        let place = trace.and_then(|trace| trace.first_difference(found, particles));
+        let Some(place) = place else {
+            let missing = format!(
+                "the messages differ; their place is known if {} has a recording with the locked messages",
+                local.display()
+            );
+            return Ok(missing);
+        };
+        Ok(describe(&place, recording))
+    }
+}
+
+const WRITE_ANEW: &str = "if the change is intended, write the file anew with `kinetoscope lock`, and review what changed";
+
+/// Why the manifest describes other runs than those that are locked.
+fn other_runs(entry: &LockedExperiment, rerun: &RerunExperiment) -> Option<String> {
+    let keys = entry.runs.iter().map(|line| &line[..16]);
+    let is_same = entry.runs.len() == rerun.runs.len()
+        && keys.zip(&rerun.runs).all(|(key, run)| run.run_key.starts_with(key));
+    if is_same {
+        return None;
+    }
+    let version = physics_version(&rerun.experiment.runs[0].manifest);
+    let (model, locked) = (rerun.experiment.model(), entry.physics_version);
+    Some(match (entry.model == model, version == locked) {
+        (true, false) => {
+            format!("the physics version of {model} is {version}, locked with {locked}")
+        }
+        (true, true) => format!(
+            "the manifest describes other runs than those locked ({}, locked {})",
+            plural(rerun.runs.len() as u64, "run"),
+            entry.runs.len()
+        ),
+        (false, _) => format!("the model is {model}, locked {}", entry.model),
+    })
+}
+
+/// The place of a difference as text, with the time of its frame.
+fn describe(place: &Place, recording: &Recording) -> String {
+    let (equal, frame) = place.frames;
+    let mut text = match equal {
+        Some(equal) if equal + 1 < frame => {
+            format!("first difference after frame {equal}, at the latest in frame {frame}")
+        }
+        _ => format!("first difference in frame {frame}"),
+    };
+    let clock = recording.frames().ok().and_then(|mut frames| {
+        frames.find_map(|found| found.ok().filter(|found| found.clock.frame == frame))
+    });
+    if let Some(found) = clock {
+        let (time, unit) = (found.clock.time, &found.clock.time_unit);
+        let space = if unit.is_empty() { "" } else { " " };
+        text += &format!(" (time {time:?}{space}{unit})");
+    }
+    let Some(row) = &place.row else { return text };
+    if row.frame != frame {
+        text += &format!("; in frame {}", row.frame);
+    }
+    text += &format!(": {}", row.topics.join(", "));
+    if !row.columns.is_empty() {
+        text += &format!("; columns {}", row.columns.join(", "));
+    }
+    text += &match row.particles.as_deref() {
+        None => "; more than two particles".to_owned(),
+        Some([]) => String::new(),
+        Some([one]) => format!("; particle {one}"),
+        Some(several) => {
+            let names: Vec<String> = several.iter().map(u64::to_string).collect();
+            format!("; particles {}", names.join(" and "))
+        }
+    };
+    text
+}
+
+/// The metrics that moved, those that moved most first.
+fn moved(locked: &BTreeMap<String, f64>, found: &BTreeMap<String, f64>) -> Vec<String> {
+    let mut lines: Vec<(f64, String)> = Vec::new();
+    for (name, old) in locked {
+        match found.get(name) {
+            Some(new) if new == old || (new.is_nan() && old.is_nan()) => {}
+            Some(new) => {
+                let relative = ((new - old) / old).abs();
+                let order = if relative.is_nan() { f64::INFINITY } else { relative };
+                let shown =
+                    format!("metric {name}: {old:?} → {new:?} (relative change {relative:.1e})");
+                lines.push((order, shown));
+            }
+            None => lines.push((f64::INFINITY, format!("metric {name}: {old:?} → no value"))),
+        }
+    }
+    let is_new = |name: &&String| !locked.contains_key(*name);
+    for name in found.keys().filter(is_new) {
+        lines.push((f64::INFINITY, format!("metric {name}: not locked")));
+    }
+    lines.sort_by(|one, other| other.0.total_cmp(&one.0));
+    let rest = lines.len().saturating_sub(LISTED_METRICS);
+    let mut shown: Vec<String> =
+        lines.into_iter().take(LISTED_METRICS).map(|(_, line)| line).collect();
+    if rest > 0 {
+        shown.push(format!("{} more moved", plural(rest as u64, "metric")));
+    }
+    shown
+}
+
+fn described(entry: &LockedExperiment, findings: &[String]) -> String {
+    if findings.is_empty() {
+        return format!("{}: {} equal", entry.manifest, plural(entry.runs.len() as u64, "run"));
+    }
+    format!("{}: differs\n  {}", entry.manifest, findings.join("\n  "))
+}

@@ -1,0 +1,121 @@
+//! Runs of manifests in a temporary folder, for what is derived from a fresh run: lock files.
+
+use crate::cli::exit::Exit;
+use crate::cli::manifests::ManifestReader;
+use crate::cli::messages::{Failure, name_of};
+use crate::cli::program::Program;
+use crate::cli::run::RunArguments;
+use crate::verify::fingerprint::{Fingerprint, fingerprint};
+use clap::Parser;
+use kinetoscope_manifest::Experiment;
+use kinetoscope_recording::reader::Recording;
+use std::ffi::OsString;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+use tempfile::TempDir;
+
+/// What lock files keep of a recording, which only the analysis can derive.
+pub trait Metrics {
+    /// Names and values of the metrics of a recording that have a value.
+    ///
+    /// # Errors
+    /// Why the recording was not analyzed.
+    fn of(&self, recording: &Recording) -> Result<Vec<(String, f64)>, String>;
+}
+
+/// The arguments of `run`, parsed as a user writes them.
+#[derive(Debug, Parser)]
+struct RunCommand {
+    #[command(flatten)]
+    run: RunArguments,
+}
+
+/// Executes manifests below a temporary folder, which is removed at the end.
+pub(crate) struct Reruns<'a> {
+    program: &'a Program<'a>,
+    folder: TempDir,
+    jobs: Option<NonZeroUsize>,
+}
+
+/// One manifest that was executed.
+pub(crate) struct RerunExperiment {
+    pub(crate) experiment: Experiment,
+    pub(crate) runs: Vec<RerunRun>,
+    /// Time that the runs took, s.
+    pub(crate) seconds: f64,
+}
+
+/// One run that was executed.
+pub(crate) struct RerunRun {
+    /// Its coordinates in the sweep, or the name of the experiment.
+    pub(crate) name: String,
+    pub(crate) run_key: String,
+    pub(crate) recording: PathBuf,
+}
+
+impl<'a> Reruns<'a> {
+    /// Creates the folder.
+    pub(crate) fn new(
+        program: &'a Program<'a>,
+        jobs: Option<NonZeroUsize>,
+    ) -> Result<Self, Failure> {
+        let folder =
+            tempfile::Builder::new().prefix("kinetoscope-").tempdir().map_err(|error| {
+                let folder = std::env::temp_dir();
+                let what = format!("cannot create a folder in {}: {error}", folder.display());
+                Failure::new(Exit::Retryable, what).help("name another folder in TMPDIR")
+            })?;
+        Ok(Self { program, folder, jobs })
+    }
+
+    /// Executes the runs of a manifest. The recordings of other manifests are removed, unless this one starts from them.
+    pub(crate) fn execute(&self, manifest: &Path) -> Result<RerunExperiment, Failure> {
+        let mut words: Vec<OsString> =
+            vec!["run".into(), "--quiet".into(), "--output".into(), self.folder.path().into()];
+        if let Some(jobs) = self.jobs {
+            words.extend(["--jobs".into(), jobs.to_string().into()]);
+        }
+        words.extend(["--".into(), manifest.into()]);
+        let parsed = RunCommand::try_parse_from(words);
+        let RunCommand { run } =
+            parsed.map_err(|error| Failure::rendered(Exit::BadManifest, error.to_string()))?;
+        let start = Instant::now();
+        let exit = run.execute(self.program);
+        let seconds = start.elapsed().as_secs_f64();
+        if exit != Exit::Done {
+            let what = format!("{} was not run to its end", manifest.display());
+            return Err(Failure::new(exit, what).help("see the error above"));
+        }
+        let reader = ManifestReader::new(run.output.folder()?, None);
+        let experiment = reader.read(manifest, &[])?;
+        let plan = run.planner().plan(&experiment)?.plan;
+        let runs = plan.runs.iter().map(|planned| RerunRun {
+            name: name_of(planned, &experiment),
+            run_key: planned.run_key.as_str().to_owned(),
+            recording: plan.folder.join(planned.file_name()),
+        });
+        let runs = runs.collect();
+        Ok(RerunExperiment { experiment, runs, seconds })
+    }
+}
+
+impl RerunExperiment {
+    /// Removes its recordings: those of all manifests together would need much space.
+    pub(crate) fn remove(self) {
+        for run in self.runs {
+            // What remains is removed with the folder.
+            let _ = std::fs::remove_file(run.recording);
+        }
+    }
+}
+
+impl RerunRun {
+    /// Reads the recording.
+    pub(crate) fn fingerprint(&self) -> Result<(Recording, Fingerprint), Failure> {
+        let unreadable = |error| Failure::with_remedy(Exit::Unreadable, error);
+        let recording = crate::run::recording::open(&self.recording).map_err(unreadable)?;
+        let found = fingerprint(&recording).map_err(unreadable)?;
+        Ok((recording, found))
+    }
+}

@@ -1,0 +1,238 @@
+//! `kinetoscope.lock`: what the runs of manifests gave, in a text file that is reviewed like any other.
+
+use crate::verify::fingerprint::{Fingerprint, Row};
+use data_encoding::BASE64_NOPAD;
+use kinetoscope_recording::atomic_file;
+use kinetoscope_recording::regular_file::read_text;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::io;
+use std::path::Path;
+use thiserror::Error;
+
+/// Version of the file's layout.
+const VERSION: u32 = 1;
+/// Maximum size of a lock file that is read.
+const MAX_BYTES: u64 = 64 << 20;
+/// Time that a manifest of the quick tier may take, s.
+pub const QUICK_S: u64 = 5;
+const HEAD: &str =
+    "# Written by `kinetoscope lock`, compared by `kinetoscope check --locked`. Do not edit.\n";
+
+/// The content of a lock file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LockFile {
+    version: u32,
+    /// Version of the program that wrote the file.
+    pub program_version: String,
+    /// Version of the recordings' layout.
+    pub schema_version: u32,
+    /// The manifests, sorted by path.
+    #[serde(default, rename = "experiment", skip_serializing_if = "Vec::is_empty")]
+    pub experiments: Vec<LockedExperiment>,
+}
+
+/// What the runs of one manifest gave.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LockedExperiment {
+    /// Path of the manifest, relative to the folder of the lock file, with `/` between folders.
+    pub manifest: String,
+    /// The model.
+    pub model: String,
+    /// Its physics version.
+    pub physics_version: u32,
+    /// Bound of the time that the runs took, s: 1, 2, 5, 10, 20, 50, …
+    pub at_most_s: u64,
+    /// The runs in the manifest's order, each as run key (16 digits) and hash of its messages (32 digits).
+    pub runs: Vec<String>,
+    /// Trace of the first run.
+    pub trace: LockedTrace,
+    /// Metrics of the first run.
+    #[serde(default)]
+    pub metrics: BTreeMap<String, f64>,
+}
+
+/// The trace of a run, see [`Fingerprint`].
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LockedTrace {
+    frames: u64,
+    /// Separated by spaces.
+    topics: String,
+    columns: String,
+    tags: String,
+    rows: Vec<String>,
+}
+
+/// The reason why a lock file cannot be used.
+#[derive(Debug, Error)]
+pub enum LockError {
+    /// The file cannot be read or written.
+    #[error("{0}")]
+    Io(#[from] io::Error),
+    /// The file has a layout that this program does not know.
+    #[error("it has version {0} of the layout; this program reads version {VERSION}")]
+    OtherVersion(u64),
+    /// The file is damaged.
+    #[error("{0}")]
+    Damaged(String),
+}
+
+impl LockFile {
+    /// A file without an entry.
+    #[must_use]
+    pub fn new(schema_version: u32) -> Self {
+        let program_version = env!("CARGO_PKG_VERSION").to_owned();
+        Self { version: VERSION, program_version, schema_version, experiments: Vec::new() }
+    }
+
+    /// Reads a lock file.
+    ///
+    /// # Errors
+    /// A file that cannot be read, has another version, or is damaged.
+    pub fn read(path: &Path) -> Result<Self, LockError> {
+        #[derive(Deserialize)]
+        struct Version {
+            version: u64,
+        }
+        let text = read_text(path, MAX_BYTES).map_err(|error| match error.kind() {
+            io::ErrorKind::InvalidData => LockError::Damaged(error.to_string()),
+            _ => LockError::Io(error),
+        })?;
+        let damaged = |error: toml::de::Error| LockError::Damaged(first_line(&error.to_string()));
+        let Version { version } = toml::from_str(&text).map_err(damaged)?;
+        if version != u64::from(VERSION) {
+            return Err(LockError::OtherVersion(version));
+        }
+        let file: Self = toml::from_str(&text).map_err(damaged)?;
+        for experiment in &file.experiments {
+            experiment.reject_damage()?;
+        }
+        Ok(file)
+    }
+
+    /// Writes the file as a whole.
+    ///
+    /// # Errors
+    /// A folder that cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), LockError> {
+        let text =
+            toml::to_string_pretty(self).map_err(|error| io::Error::other(error.to_string()))?;
+        Ok(atomic_file::replace(path, format!("{HEAD}{text}").as_bytes())?)
+    }
+
+    /// The entry of a manifest.
+    #[must_use]
+    pub fn experiment(&self, manifest: &str) -> Option<&LockedExperiment> {
+        self.experiments.iter().find(|experiment| experiment.manifest == manifest)
+    }
+
+    /// Adds or replaces the entry of a manifest. A time that is at most one bound away from the old one is not changed.
+    pub fn put(&mut self, mut experiment: LockedExperiment) {
+        match self.experiments.binary_search_by(|other| other.manifest.cmp(&experiment.manifest)) {
+            Ok(index) => {
+                let old = self.experiments[index].at_most_s;
+                if bound_s(old as f64 + 0.5) == experiment.at_most_s
+                    || bound_s(experiment.at_most_s as f64 + 0.5) == old
+                {
+                    experiment.at_most_s = old;
+                }
+                self.experiments[index] = experiment;
+            }
+            Err(index) => self.experiments.insert(index, experiment),
+        }
+    }
+
+    /// The entries of the quick tier: those that take at most [`QUICK_S`], and the quickest of each model.
+    #[must_use]
+    pub fn quick(&self) -> Vec<&LockedExperiment> {
+        let quickest = |model: &str| {
+            let of_model = self.experiments.iter().filter(|other| other.model == model);
+            of_model.map(|other| other.at_most_s).min()
+        };
+        let is_quick = |experiment: &&LockedExperiment| {
+            experiment.at_most_s <= QUICK_S
+                || quickest(&experiment.model) == Some(experiment.at_most_s)
+        };
+        self.experiments.iter().filter(is_quick).collect()
+    }
+}
+
+/// The smallest of 1, 2, 5, 10, 20, 50, … that is not below the time.
+#[must_use]
+pub fn bound_s(seconds: f64) -> u64 {
+    let mut scale = 1;
+    loop {
+        for bound in [scale, 2 * scale, 5 * scale] {
+            if seconds <= bound as f64 || bound > 1_000_000_000 {
+                return bound;
+            }
+        }
+        scale *= 10;
+    }
+}
+
+impl LockedExperiment {
+    fn reject_damage(&self) -> Result<(), LockError> {
+        let is_hash = |run: &String| {
+            let digits = run.split_once(' ').map(|(key, hash)| (key.len(), hash.len()));
+            digits == Some((16, 32))
+                && run.bytes().all(|byte| byte == b' ' || byte.is_ascii_hexdigit())
+        };
+        if self.runs.is_empty()
+            || !self.runs.iter().all(is_hash)
+            || self.trace.fingerprint().is_none()
+        {
+            return Err(LockError::Damaged(format!("the entry of {} is damaged", self.manifest)));
+        }
+        Ok(())
+    }
+
+    /// The line of a run.
+    #[must_use]
+    pub fn run_line(run_key: &str, messages: &str) -> String {
+        format!("{} {messages}", &run_key[..16.min(run_key.len())])
+    }
+}
+
+impl LockedTrace {
+    /// The trace of a fingerprint.
+    #[must_use]
+    pub fn of(fingerprint: &Fingerprint) -> Self {
+        Self {
+            frames: fingerprint.frames,
+            topics: fingerprint.topics.join(" "),
+            columns: fingerprint.columns.join(" "),
+            tags: BASE64_NOPAD.encode(&fingerprint.tags),
+            rows: fingerprint.rows.iter().map(Row::text).collect(),
+        }
+    }
+
+    /// The fingerprint without the hash; `None` if the trace is damaged.
+    #[must_use]
+    pub fn fingerprint(&self) -> Option<Fingerprint> {
+        let names = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+        let columns = names(&self.columns);
+        let topics = names(&self.topics);
+        let row = |text: &String| Row::parse(text, columns.len());
+        let rows: Vec<Row> = self.rows.iter().map(row).collect::<Option<_>>()?;
+        // The last row has a tag for each topic.
+        if rows.last()?.topics.len() != topics.len() {
+            return None;
+        }
+        Some(Fingerprint {
+            messages: String::new(),
+            frames: self.frames,
+            tags: BASE64_NOPAD.decode(self.tags.as_bytes()).ok()?,
+            rows,
+            topics,
+            columns,
+        })
+    }
+}
+
+fn first_line(text: &str) -> String {
+    text.lines().filter(|line| !line.trim().is_empty()).collect::<Vec<_>>().join("; ")
+}

@@ -1,0 +1,152 @@
+//! Guarantee: `check --locked` passes for the runs that `lock` saw, and names frame, particle and field of the first difference.
+//!
+//! A changed program is simulated by a changed manifest: its run key replaces that of the locked one in the lock file.
+
+use super::{Bench, Called, recordings};
+use std::fs;
+
+/// Discs without energy loss in the original; some lose energy when the restitution is changed.
+const DISCS: &str = "name = \"discs\"\nseed = 4\n[model.packing]\ndiscs = 40\nradius = 0.5\nwidth = 12.0\nheight = 12.0\nrestitution = 1.0\nduration = 4.0\n[record]\nframes = 60\n";
+
+/// A folder with a locked manifest.
+fn locked() -> Bench {
+    let bench = Bench::new();
+    bench.write("discs.toml", DISCS);
+    expect(&bench.call(&["lock", "discs.toml"]), 0);
+    bench
+}
+
+fn expect(called: &Called, code: i32) {
+    assert_eq!(called.code, Some(code), "{}{}", called.out, called.err);
+}
+
+/// The run key of the manifest, its first 16 digits.
+fn key(bench: &Bench) -> String {
+    let found = bench.call(&["why", "--json", "discs.toml"]).json();
+    found["runs"][0]["run_key"].as_str().unwrap()[..16].to_owned()
+}
+
+fn edit(bench: &Bench, file: &str, edits: &[(&str, &str)]) {
+    let mut text = fs::read_to_string(bench.path(file)).unwrap();
+    for (old, new) in edits {
+        assert!(text.contains(old), "{old} is not in {text}");
+        text = text.replace(old, new);
+    }
+    bench.write(file, &text);
+}
+
+/// A folder in which the program seems to have changed: collisions lose energy.
+fn changed() -> Bench {
+    let bench = locked();
+    let old = key(&bench);
+    edit(&bench, "discs.toml", &[("restitution = 1.0", "restitution = 0.9")]);
+    let new = key(&bench);
+    edit(&bench, "kinetoscope.lock", &[(&old, &new)]);
+    bench
+}
+
+#[test]
+fn locked_runs_are_equal_and_the_file_is_reproducible() {
+    let bench = locked();
+    let first = fs::read(bench.path("kinetoscope.lock")).unwrap();
+    expect(&bench.call(&["check", "--locked"]), 0);
+    expect(&bench.call(&["check", "--locked", "--all", "discs.toml"]), 0);
+    expect(&bench.call(&["lock", "discs.toml"]), 0);
+    assert_eq!(fs::read(bench.path("kinetoscope.lock")).unwrap(), first);
+    assert!(!bench.path("recordings").exists(), "a lock keeps no recording");
+    let json = bench.call(&["check", "--locked", "--json"]).json();
+    assert_eq!(json["experiments"][0]["equal"], true);
+}
+
+/// The frame and the two discs of the first collision follow from the lock file alone.
+#[test]
+fn first_difference_is_named_without_a_recording() {
+    let bench = changed();
+    let called = bench.call(&["check", "--locked"]);
+    expect(&called, 4);
+    for part in
+        ["first difference in frame ", "/state", "columns x, y, vx, vy", "particles ", "metric "]
+    {
+        assert!(called.out.contains(part), "{part}: {}", called.out);
+    }
+    // Reference: the recordings of both manifests, compared value by value.
+    expect(&bench.call(&["run", "--quiet", "--output", "new", "discs.toml"]), 0);
+    let set = ["run", "--quiet", "--output", "old", "--set", "model.packing.restitution=1.0"];
+    expect(&bench.call(&[&set[..], &["discs.toml"]].concat()), 0);
+    let [old, new] = ["old", "new"].map(|folder| recordings(&bench.path(folder).join("discs")));
+    let compared = bench.call(&["compare", old[0].to_str().unwrap(), new[0].to_str().unwrap()]);
+    expect(&compared, 4);
+    let after = |text: &str, what: &str| {
+        let rest = text.split(what).nth(1).unwrap_or_else(|| panic!("{what}: {text}")).to_owned();
+        rest.split(|letter: char| !letter.is_ascii_digit()).next().unwrap().to_owned()
+    };
+    assert_eq!(after(&called.out, "in frame "), after(&compared.err, ", frame "));
+    assert_eq!(after(&called.out, "particles "), after(&compared.err, ", particle "));
+}
+
+/// With a recording that has the locked messages, both values are named.
+#[test]
+fn first_difference_has_values_if_the_locked_recording_exists() {
+    let bench = changed();
+    expect(&bench.call(&["run", "--quiet", "--output", "new", "discs.toml"]), 0);
+    let set = ["run", "--quiet", "--output", "old", "--set", "model.packing.restitution=1.0"];
+    expect(&bench.call(&[&set[..], &["discs.toml"]].concat()), 0);
+    let [old, new] = ["old", "new"].map(|folder| recordings(&bench.path(folder).join("discs")));
+    fs::create_dir_all(bench.path("recordings/discs")).unwrap();
+    let name = bench.path("recordings/discs").join(new[0].file_name().unwrap());
+    fs::copy(&old[0], &name).unwrap();
+    let called = bench.call(&["check", "--locked"]);
+    expect(&called, 4);
+    for part in ["/state, frame ", "particle ", "in the locked recording", "in this run"] {
+        assert!(called.out.contains(part), "{part}: {}", called.out);
+    }
+    // Control: another recording of that name is not taken for the locked one.
+    fs::copy(&new[0], &name).unwrap();
+    let called = bench.call(&["check", "--locked"]);
+    assert!(!called.out.contains("in the locked recording"), "{}", called.out);
+}
+
+#[test]
+fn changed_manifests_and_other_versions_are_reported() {
+    let bench = locked();
+    edit(&bench, "discs.toml", &[("seed = 4", "seed = 5")]);
+    let called = bench.call(&["check", "--locked"]);
+    expect(&called, 4);
+    assert!(called.out.contains("other runs than those locked"), "{}", called.out);
+    bench.write("discs.toml", DISCS);
+    edit(&bench, "kinetoscope.lock", &[("physics_version = ", "physics_version = 9")]);
+    expect(&bench.call(&["check", "--locked"]), 0);
+    let key = key(&bench);
+    edit(&bench, "kinetoscope.lock", &[(&key, "0123456789abcdef")]);
+    let called = bench.call(&["check", "--locked"]);
+    expect(&called, 4);
+    assert!(called.out.contains("the physics version of packing is"), "{}", called.out);
+    edit(&bench, "kinetoscope.lock", &[("\nversion = 1", "\nversion = 2")]);
+    let called = bench.call(&["check", "--locked"]);
+    expect(&called, 4);
+    assert!(called.err.contains("version 2 of the layout"), "{}", called.err);
+}
+
+#[test]
+fn damaged_and_missing_lock_files_are_reported() {
+    let bench = locked();
+    expect(&bench.call(&["check", "--locked", "other.toml"]), 2);
+    let whole = fs::read_to_string(bench.path("kinetoscope.lock")).unwrap();
+    for damaged in [
+        whole.replace("runs = [\"", "runs = [\"x"),
+        whole.replace("columns = \"", "columns = \"surplus "),
+        whole.replace("model =", "modal ="),
+        whole[..whole.len() / 2].to_owned(),
+        "\u{0}".to_owned(),
+        String::new(),
+    ] {
+        bench.write("kinetoscope.lock", &damaged);
+        let called = bench.call(&["check", "--locked"]);
+        expect(&called, 5);
+        assert!(called.err.contains("help: "), "{}", called.err);
+    }
+    fs::remove_file(bench.path("kinetoscope.lock")).unwrap();
+    let called = bench.call(&["check", "--locked"]);
+    expect(&called, 5);
+    assert!(called.err.contains("kinetoscope lock"), "{}", called.err);
+}
