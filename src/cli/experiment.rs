@@ -1,6 +1,6 @@
 //! One experiment from its manifest to its recordings: the plan, the execution, and the errors of the runs.
 
-use crate::cli::check;
+use crate::cli::checked;
 use crate::cli::executor::{Executor, TaskOptions};
 use crate::cli::exit::Exit;
 use crate::cli::messages::{Failure, bad, complain, describe, disk_shortage, plural, summary};
@@ -113,7 +113,7 @@ impl Execution<'_> {
     }
 
     fn dry_run(&self, planned: &Planned, rerun: Option<&Planned>) -> Executed {
-        let checked = check::Checked::new(self.manifest, self.experiment, planned, rerun);
+        let checked = checked::Checked::new(self.manifest, self.experiment, planned, rerun);
         self.say(&checked.text());
         let listed = self.arguments.execution.prune.then(|| self.prune(&planned.plan));
         let exit = match listed {

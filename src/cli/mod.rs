@@ -6,6 +6,7 @@ pub mod allocator;
 pub mod analysis;
 pub mod benchmark;
 pub mod check;
+mod checked;
 pub mod doctor;
 pub mod executor;
 pub mod exit;

@@ -1,6 +1,6 @@
 //! `run`: executes the experiments of one or several manifests, each after those that it starts from.
 
-use crate::cli::check;
+use crate::cli::checked;
 use crate::cli::exit::Exit;
 use crate::cli::experiment::{Executed, Execution};
 use crate::cli::manifests::{ManifestReader, NoRecording, canonical, expand};
@@ -150,7 +150,7 @@ impl Session<'_> {
             Reading::Read(experiment) => *experiment,
             Reading::Pending if is_dry => {
                 let why = self.reader.missing_start(step);
-                if let Some(text) = why.map(|why| check::not_planned(step, why)).transpose()? {
+                if let Some(text) = why.map(|why| checked::not_planned(step, why)).transpose()? {
                     self.arguments.messages.say(&text);
                 }
                 return Ok(Exit::Done);

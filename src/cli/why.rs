@@ -1,6 +1,6 @@
 //! `why`: reports for each run whether it would be executed, and what differs from the nearest recording.
 
-use crate::cli::check::not_planned;
+use crate::cli::checked::not_planned;
 use crate::cli::exit::Exit;
 use crate::cli::manifests::{ManifestArguments, ManifestReader};
 use crate::cli::messages::{Failure, bad, name_of};
