@@ -6,8 +6,6 @@
 //!
 //! [`analyze`] is the way from one recording to its metrics. The modules are internal to the program `analyze-recordings`: they
 //! may change in every version.
-// The numbers here are derived and never recorded: they need no fixed bits across platforms, so std's maths suffices.
-#![allow(clippy::disallowed_methods)]
 
 mod checks;
 pub mod cli;

@@ -11,10 +11,6 @@ use std::sync::Arc;
 /// Tag of `foxglove.PointCloud.data`, its last field.
 const DATA_TAG: u32 = 6;
 
-// The values of a frame have the same layout in memory and in the message.
-#[cfg(target_endian = "big")]
-compile_error!("recordings have little-endian numbers; this machine must be little-endian as well");
-
 /// Words before the first value. A header of up to 2 KiB fits, which suffices for about fifty columns.
 const HEADER_WORDS: usize = 256;
 
@@ -25,11 +21,19 @@ pub(crate) struct Rows {
     /// Words for the header, then the values.
     words: Vec<f64>,
     room: usize,
+    /// The words as the message has them, where memory has another order of bytes.
+    #[cfg(target_endian = "big")]
+    little_endian: Vec<u8>,
 }
 
 impl Default for Rows {
     fn default() -> Self {
-        Self { words: vec![0.0; HEADER_WORDS], room: HEADER_WORDS }
+        Self {
+            words: vec![0.0; HEADER_WORDS],
+            room: HEADER_WORDS,
+            #[cfg(target_endian = "big")]
+            little_endian: Vec::new(),
+        }
     }
 }
 
@@ -66,9 +70,24 @@ impl Rows {
         }
         let values_at = size_of::<f64>() * self.room;
         let message_at = values_at - header.len();
-        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut self.words);
+        let bytes = self.little_endian_bytes();
         bytes[message_at..values_at].copy_from_slice(&header);
         &bytes[message_at..]
+    }
+}
+
+impl Rows {
+    /// The words in the byte order of messages: on most machines, those in memory.
+    #[cfg(target_endian = "little")]
+    fn little_endian_bytes(&mut self) -> &mut [u8] {
+        bytemuck::cast_slice_mut(&mut self.words)
+    }
+
+    #[cfg(target_endian = "big")]
+    fn little_endian_bytes(&mut self) -> &mut [u8] {
+        self.little_endian.clear();
+        self.little_endian.extend(self.words.iter().flat_map(|word| word.to_le_bytes()));
+        &mut self.little_endian
     }
 }
 

@@ -100,7 +100,7 @@ impl Exporter for Gnuplot {
             let _ = write!(text, "{:?} {:?} {radius:?}", row[x], row[y]);
             if let Some((vx, vy)) = velocity {
                 let _ = write!(text, " {:?} {:?}", row[vx], row[vy]);
-                self.max_speed = self.max_speed.max(row[vx].hypot(row[vy]));
+                self.max_speed = self.max_speed.max(libm::hypot(row[vx], row[vy]));
             }
             text.push('\n');
             for (axis, place) in [row[x], row[y]].into_iter().enumerate() {

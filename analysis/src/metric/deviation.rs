@@ -34,7 +34,7 @@ impl Deviation {
             _ if difference.abs() <= rounding => Self::Rounding,
             // A standard error within rounding is not a measure of the deviation.
             Some(error) if error > rounding => {
-                let combined = error.hypot(theory.accuracy);
+                let combined = libm::hypot(error, theory.accuracy);
                 let deviation = difference / combined;
                 // The accuracy of the law is known, so it adds freedom (Welch 1947, Satterthwaite 1946).
                 let freedom =

@@ -126,7 +126,7 @@ mod tests {
             let drift = |place, [vx, vy]: [f64; 2]| (place, [vx + 5.0, vy]);
             assert_eq!(homogeneity(discs, drift), Some(true));
             let shear = |place: [f64; 2], [vx, vy]: [f64; 2]| {
-                (place, [vx + 2.0 * (TAU * place[1]).sin(), vy])
+                (place, [vx + 2.0 * libm::sin(TAU * place[1]), vy])
             };
             assert_eq!(homogeneity(discs, shear), Some(false));
             let cluster = |[x, y]: [f64; 2], velocity| {

@@ -337,7 +337,7 @@ mod tests {
             (0.65, 8.406, 2e-3),
         ];
         assert_compressibilities(&rows, |z, error| {
-            3.0 * f64::hypot(error, STATE_EQUATION_ACCURACY * z)
+            3.0 * libm::hypot(error, STATE_EQUATION_ACCURACY * z)
         });
     }
 

@@ -78,7 +78,7 @@ impl Layout {
                 let unit = power_of_ten(layout.exponent);
                 layout.widen(least / unit, greatest / unit);
             }
-            Scale::Logarithmic => layout.widen(least.log10(), greatest.log10()),
+            Scale::Logarithmic => layout.widen(libm::log10(least), libm::log10(greatest)),
         }
         layout.set_ticks();
         layout.caption = caption(axis, layout.exponent);
@@ -122,9 +122,9 @@ impl Layout {
             return;
         }
         if self.scale == Scale::Logarithmic {
-            let (low, high) = (10.0_f64.powf(self.low), 10.0_f64.powf(self.high));
+            let (low, high) = (libm::pow(10.0, self.low), libm::pow(10.0, self.high));
             let (ticks, _) = even_ticks(low, high);
-            self.ticks = ticks.into_iter().filter(|tick| *tick > 0.0).map(f64::log10).collect();
+            self.ticks = ticks.into_iter().filter(|tick| *tick > 0.0).map(libm::log10).collect();
             return;
         }
         (self.ticks, self.decimals) = even_ticks(self.low, self.high);
@@ -140,7 +140,7 @@ impl Layout {
     pub(super) fn position(&self, value: f64) -> f64 {
         match self.scale {
             Scale::Linear => value / power_of_ten(self.exponent),
-            Scale::Logarithmic => value.log10(),
+            Scale::Logarithmic => libm::log10(value),
         }
     }
 
@@ -155,7 +155,7 @@ impl Layout {
                     text.replace('−', "")
                 }
             }
-            Scale::Logarithmic => short_number(10.0_f64.powf(tick)),
+            Scale::Logarithmic => short_number(libm::pow(10.0, tick)),
         }
     }
 }
@@ -190,7 +190,7 @@ fn caption(axis: &Axis, exponent: i32) -> String {
 
 /// The power of ten in the caption; zero if plain numbers are readable.
 fn common_exponent(size: f64) -> i32 {
-    if size == 0.0 || (1e-2..1e5).contains(&size) { 0 } else { size.log10().floor() as i32 }
+    if size == 0.0 || (1e-2..1e5).contains(&size) { 0 } else { libm::log10(size).floor() as i32 }
 }
 
 /// A power of ten, exact for decimal literals, so that a division by 10^e rounds only once.
@@ -201,8 +201,8 @@ fn power_of_ten(exponent: i32) -> f64 {
 /// About six ticks at multiples of 1, 2 or 5 times a power of ten, and the number of decimals that distinguishes them.
 fn even_ticks(low: f64, high: f64) -> (Vec<f64>, usize) {
     let rough = (high - low) / 6.0;
-    let power = rough.log10().floor();
-    let unit = 10.0_f64.powf(power);
+    let power = libm::log10(rough).floor();
+    let unit = libm::pow(10.0, power);
     let step = [1.0, 2.0, 5.0, 10.0]
         .into_iter()
         .map(|factor| factor * unit)
@@ -210,7 +210,7 @@ fn even_ticks(low: f64, high: f64) -> (Vec<f64>, usize) {
         .unwrap_or(unit);
     let first = (low / step).ceil() as i64;
     let last = (high / step).floor() as i64;
-    let decimals = (-step.log10().floor()).max(0.0) as usize;
+    let decimals = (-libm::log10(step).floor()).max(0.0) as usize;
     ((first..=last).map(|index| index as f64 * step).collect(), decimals)
 }
 
@@ -225,7 +225,7 @@ fn decade_ticks(low: f64, high: f64) -> Option<Vec<f64>> {
     let mut ticks = Vec::new();
     for decade in (first..=high.ceil() as i64).step_by(stride as usize) {
         for mantissa in mantissas {
-            let tick = decade as f64 + mantissa.log10();
+            let tick = decade as f64 + libm::log10(*mantissa);
             if (low..=high).contains(&tick) {
                 ticks.push(tick);
             }
@@ -247,7 +247,7 @@ pub(crate) fn short_number(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
-    let exponent = (value.abs() * (1.0 + 1e-12)).log10().floor() as i32;
+    let exponent = libm::log10(value.abs() * (1.0 + 1e-12)).floor() as i32;
     if (-2..=4).contains(&exponent) {
         let digits = format!("{value:.*}", usize::try_from(4 - exponent).unwrap_or(0));
         return trim_zeros(&digits).replace('-', "−");

@@ -67,7 +67,7 @@ impl Drawing {
         let index = |name: &str| state.index(name);
         let (Some(x), Some(y)) = (index("x"), index("y")) else { return };
         let (velocity, radii) = (index("vx").zip(index("vy")), index("radius"));
-        let speed = |row: &[f64]| velocity.map_or(0.0, |(vx, vy)| row[vx].hypot(row[vy]));
+        let speed = |row: &[f64]| velocity.map_or(0.0, |(vx, vy)| libm::hypot(row[vx], row[vy]));
         let rows = || (0..state.rows().min(MAX_DRAWN_PARTICLES)).map(|row| state.row(row));
         let max_speed = rows().map(speed).fold(f64::MIN_POSITIVE, f64::max);
         let disc = |row: &[f64]| Shape::Disc {
@@ -100,7 +100,7 @@ pub(crate) fn rectangle([low, high]: [[f64; 2]; 2]) -> Shape {
 pub(crate) fn circle(center: [f64; 2], radius: f64) -> Shape {
     let corner = |index: u32| {
         let angle = TAU * f64::from(index) / f64::from(CIRCLE_CORNERS);
-        [center[0] + radius * angle.cos(), center[1] + radius * angle.sin()]
+        [center[0] + radius * libm::cos(angle), center[1] + radius * libm::sin(angle)]
     };
     wall((0..CIRCLE_CORNERS).map(|index| [corner(index), corner(index + 1)]).collect())
 }

@@ -96,7 +96,7 @@ mod tests {
     fn linear(color: Color) -> [f64; 3] {
         color.map(|part| match f64::from(part) / 255.0 {
             dark if dark <= 0.040_45 => dark / 12.92,
-            bright => ((bright + 0.055) / 1.055).powf(2.4),
+            bright => libm::pow((bright + 0.055) / 1.055, 2.4),
         })
     }
 
@@ -104,7 +104,7 @@ mod tests {
     fn least_distance(colors: &[Color], vision: &Matrix) -> f64 {
         let oklab = |color: &Color| {
             let seen = times(vision, linear(*color)).map(|part| part.clamp(0.0, 1.0));
-            times(&TO_OKLAB, times(&TO_CONES, seen).map(f64::cbrt))
+            times(&TO_OKLAB, times(&TO_CONES, seen).map(libm::cbrt))
         };
         let places: Vec<[f64; 3]> = colors.iter().map(oklab).collect();
         let mut least = f64::INFINITY;

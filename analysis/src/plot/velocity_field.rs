@@ -33,7 +33,7 @@ impl ArrowScale {
         if !(max_speed > 0.0 && max_speed.is_finite() && side > 0.0 && side.is_finite()) {
             return None;
         }
-        let unit = 10.0_f64.powf(max_speed.log10().floor());
+        let unit = libm::pow(10.0, libm::log10(max_speed).floor());
         let multiple = [5.0, 2.0].into_iter().find(|multiple| multiple * unit <= max_speed);
         let length_over_speed = LONGEST_OVER_SIDE * side / max_speed;
         Some(Self { length_over_speed, key_speed: multiple.unwrap_or(1.0) * unit })
@@ -57,7 +57,7 @@ pub(crate) fn velocity_field(
     let low = [0, 1].map(|axis| bound(axis, f64::min, f64::INFINITY));
     let high = [0, 1].map(|axis| bound(axis, f64::max, f64::NEG_INFINITY));
     let side = (high[0] - low[0]).max(high[1] - low[1]);
-    let max_speed = particles.iter().map(|[.., vx, vy]| vx.hypot(*vy)).fold(0.0, f64::max);
+    let max_speed = particles.iter().map(|[.., vx, vy]| libm::hypot(*vx, *vy)).fold(0.0, f64::max);
     let scale = ArrowScale::new(max_speed, side)?;
     let step = particles.len().div_ceil(MAX_ARROWS);
     let arrows = particles.iter().step_by(step).flat_map(|&[x, y, vx, vy]| {
@@ -105,7 +105,7 @@ mod tests {
         assert_eq!(shafts.len(), 2);
         let length = LONGEST_OVER_SIDE * 10.0;
         for (shaft, to) in shafts.iter().zip([[1.0 + length, 2.0], [4.0, 4.0 - 0.5 * length]]) {
-            assert!((shaft[1][0] - to[0]).hypot(shaft[1][1] - to[1]) < 1e-12, "{shaft:?}");
+            assert!(libm::hypot(shaft[1][0] - to[0], shaft[1][1] - to[1]) < 1e-12, "{shaft:?}");
         }
         assert_eq!([shafts[0][0], shafts[1][0]], [[1.0, 2.0], [4.0, 4.0]]);
         let key = segments_of(&drawing.legend).next().unwrap();

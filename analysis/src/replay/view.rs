@@ -31,7 +31,7 @@ impl View {
     pub(super) fn of_particles(discs: &[[f64; 3]]) -> Option<Self> {
         let middle = [0, 1].map(|axis| median(discs.iter().map(|disc| disc[axis])));
         let [x, y] = [middle[0]?, middle[1]?];
-        let distance = |disc: &[f64; 3]| (disc[0] - x).hypot(disc[1] - y);
+        let distance = |disc: &[f64; 3]| libm::hypot(disc[0] - x, disc[1] - y);
         let limit = MAX_MEDIAN_DISTANCES * median(discs.iter().map(distance))?;
         let near = discs.iter().copied().filter(|disc| limit == 0.0 || distance(disc) <= limit);
         Self::containing(near)

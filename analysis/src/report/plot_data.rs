@@ -109,7 +109,7 @@ fn step(axis: &Axis, values: impl Iterator<Item = f64>) -> f64 {
     if axis.scale == Scale::Logarithmic || range <= 0.0 {
         return 0.0;
     }
-    10.0_f64.powf(range.log10().floor() + 1.0 - f64::from(DIGITS_OF_RANGE))
+    libm::pow(10.0, libm::log10(range).floor() + 1.0 - f64::from(DIGITS_OF_RANGE))
 }
 
 /// A number rounded to a step or to significant digits, whichever is finer; `None` if it is not finite.
@@ -117,7 +117,7 @@ pub(super) fn rounded(value: f64, step: f64, digits: i32) -> Option<f64> {
     if !value.is_finite() || value == 0.0 {
         return value.is_finite().then_some(0.0);
     }
-    let by_step = if step > 0.0 { (value.abs() / step).log10().ceil() as i32 } else { 0 };
+    let by_step = if step > 0.0 { libm::log10(value.abs() / step).ceil() as i32 } else { 0 };
     let decimals = usize::try_from(by_step.max(digits).min(17) - 1).unwrap_or(0);
     format!("{value:.decimals$e}").parse().ok()
 }

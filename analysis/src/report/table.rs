@@ -87,7 +87,7 @@ pub(crate) fn with_error(value: f64, standard_error: Option<f64>) -> String {
 }
 
 fn decimal_exponent(value: f64) -> i32 {
-    value.log10().floor() as i32
+    libm::log10(value).floor() as i32
 }
 
 /// Formats a number with six digits.

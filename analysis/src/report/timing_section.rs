@@ -103,6 +103,6 @@ fn point_name(coordinates: &[Coordinate]) -> String {
 
 /// A positive number in four digits.
 fn four_digits(value: f64) -> String {
-    let unit = 10.0_f64.powf(value.log10().floor() - 3.0);
+    let unit = libm::pow(10.0, libm::log10(value).floor() - 3.0);
     six_digits(if value > 0.0 { (value / unit).round() * unit } else { value })
 }

@@ -48,7 +48,7 @@ impl Estimate {
 
     /// The estimate with a further independent error.
     pub(crate) fn with_further_error(self, error: f64) -> Self {
-        Self { standard_error: self.standard_error.map(|own| own.hypot(error)), ..self }
+        Self { standard_error: self.standard_error.map(|own| libm::hypot(own, error)), ..self }
     }
 
     /// The estimate whose error is so far that for the given start, with the scatter of its expectation from start to
@@ -56,7 +56,7 @@ impl Estimate {
     pub(crate) fn with_scatter_of_starts(self, scatter: f64) -> Self {
         match self.standard_error {
             Some(given) if scatter > 0.0 => Self {
-                standard_error: Some(given.hypot(scatter)),
+                standard_error: Some(libm::hypot(given, scatter)),
                 conditional_standard_error: Some(given),
                 ..self
             },

@@ -30,7 +30,8 @@ pub(crate) fn power_law_exponent(points: &[(f64, f64)]) -> Option<f64> {
     if points.iter().any(|&(x, y)| !(x > 0.0 && y > 0.0)) {
         return None;
     }
-    let logarithms: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.ln(), y.ln())).collect();
+    let logarithms: Vec<(f64, f64)> =
+        points.iter().map(|(x, y)| (libm::log(*x), libm::log(*y))).collect();
     least_squares_line(&logarithms).map(|line| line.slope)
 }
 
@@ -43,19 +44,19 @@ pub(crate) fn saturation(points: &[(f64, f64)]) -> Option<(f64, f64)> {
     }
     let misfit = |scale: f64| {
         let squares = points.iter().map(|&(x, y)| {
-            let distance = y / (-scale * (-x / scale).exp_m1()) - 1.0;
+            let distance = y / (-scale * libm::expm1(-x / scale)) - 1.0;
             distance * distance
         });
         (squares.sum::<f64>() / points.len() as f64).sqrt()
     };
     // Golden-section search in the logarithm of the scale: the misfit has one minimum.
-    let (mut low, mut high) = ((1e-3 * largest).ln(), (1e2 * largest).ln());
+    let (mut low, mut high) = (libm::log(1e-3 * largest), libm::log(1e2 * largest));
     let section = (5.0_f64.sqrt() - 1.0) / 2.0;
     for _ in 0..100 {
         let (left, right) = (high - section * (high - low), low + section * (high - low));
-        if misfit(left.exp()) < misfit(right.exp()) { high = right } else { low = left }
+        if misfit(libm::exp(left)) < misfit(libm::exp(right)) { high = right } else { low = left }
     }
-    let scale = ((low + high) / 2.0).exp();
+    let scale = libm::exp((low + high) / 2.0);
     (scale < 10.0 * largest).then(|| (scale, misfit(scale)))
 }
 
@@ -80,7 +81,7 @@ mod tests {
     /// Law: points on the curve determine its scale; points on y = x have none.
     #[test]
     fn a_saturating_curve_is_found() {
-        let curve = |x: f64| (x, 3.0 * (1.0 - (-x / 3.0).exp()));
+        let curve = |x: f64| (x, 3.0 * (1.0 - libm::exp(-x / 3.0)));
         let points: Vec<(f64, f64)> = [0.5, 1.0, 4.0, 12.0].map(curve).to_vec();
         let (scale, misfit) = saturation(&points).unwrap();
         assert!((scale - 3.0).abs() < 1e-7 && misfit < 1e-8, "{scale} {misfit}");

@@ -15,8 +15,8 @@ impl Uniform {
 
     /// Normal with variance 1 (Box and Muller 1958).
     pub(crate) fn normal(&mut self) -> f64 {
-        let radius = (-2.0 * (1.0 - self.next()).ln()).sqrt();
-        radius * (std::f64::consts::TAU * self.next()).cos()
+        let radius = (-2.0 * libm::log(1.0 - self.next())).sqrt();
+        radius * libm::cos(std::f64::consts::TAU * self.next())
     }
 
     /// A series of normal numbers with variance 1, each with the correlation `rho` to the preceding one.

@@ -32,7 +32,7 @@ pub(crate) fn normal_equivalent(t: f64, degrees_of_freedom: f64) -> f64 {
     let deviation = if probability > MIN_PROBABILITY {
         SQRT_2 * erfc_inv(probability)
     } else {
-        let logarithm = 2.0 * (t / freedom.sqrt()).hypot(1.0).ln();
+        let logarithm = 2.0 * libm::log(libm::hypot(t / freedom.sqrt(), 1.0));
         (8.0 * freedom + 1.0) / (8.0 * freedom + 3.0) * (freedom * logarithm).sqrt()
     };
     deviation.copysign(t)

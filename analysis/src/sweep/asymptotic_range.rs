@@ -44,7 +44,7 @@ impl Fit {
             match self.reason_outside(range, run, error) {
                 Some(why) => outside.push(format!("{} = {step} ({why})", self.along)),
                 None => {
-                    let (ln_step, ln_error) = (step.ln(), error.ln());
+                    let (ln_step, ln_error) = (libm::log(step), libm::log(error));
                     points.push((ConvergencePoint { step, ln_step, ln_error }, point));
                 }
             }

@@ -129,7 +129,7 @@ fn order_line(
         curves.last().filter(|last| last.style == CurveStyle::Data && last.color == color)?;
     let order = (ordinate.order?.order)(group.first()?.runs.first()?.model())?;
     let (first, end) = (last.points.first()?, last.points.last()?);
-    let at = |x: f64| Point::bare(x, first.y * (x / first.x).powf(order));
+    let at = |x: f64| Point::bare(x, first.y * libm::pow(x / first.x, order));
     let name = labeled(label, &format!("order {order}"));
     Some(Curve { name, style: CurveStyle::Theory, color, points: vec![at(first.x), at(end.x)] })
 }

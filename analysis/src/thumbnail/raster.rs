@@ -37,7 +37,7 @@ impl Raster {
             Shape::Disc { center, radius, color } => {
                 let (center, radius) = (page.position(*center), page.length(*radius));
                 self.fill(*color, [center, center], radius, |point| {
-                    radius - (point[0] - center[0]).hypot(point[1] - center[1])
+                    radius - libm::hypot(point[0] - center[0], point[1] - center[1])
                 });
             }
             Shape::Segments { segments, width_px, color } => {
@@ -77,7 +77,7 @@ impl Raster {
             } else {
                 0.0
             };
-            half_width - (off[0] - fraction * along[0]).hypot(off[1] - fraction * along[1])
+            half_width - libm::hypot(off[0] - fraction * along[0], off[1] - fraction * along[1])
         });
     }
 

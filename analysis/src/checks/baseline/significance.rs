@@ -31,7 +31,7 @@ impl Significance {
     /// Of the difference of two values, by their combined error with the degrees of freedom of Welch (1947) and
     /// Satterthwaite (1946).
     pub(super) fn of(one: Sample, other: Sample) -> Self {
-        let combined = one.error.hypot(other.error);
+        let combined = libm::hypot(one.error, other.error);
         let t = (one.value - other.value).abs() / combined;
         let inverse: f64 = [one, other]
             .iter()

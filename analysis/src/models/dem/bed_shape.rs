@@ -48,7 +48,7 @@ pub(super) fn surface_angle_deg(discs: &[[f64; 4]], width: f64) -> Option<f64> {
     if flanks.len() < 4 {
         return None;
     }
-    least_squares_line(&flanks).map(|line| (-line.slope).atan().to_degrees())
+    least_squares_line(&flanks).map(|line| libm::atan(-line.slope).to_degrees())
 }
 
 #[cfg(test)]

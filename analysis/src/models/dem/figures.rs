@@ -138,7 +138,7 @@ fn stress_by_height(run: &DemRun) -> Option<Plot> {
 /// Area of the part of a disc below a horizontal line at this height above its center.
 fn area_below(line: f64, radius: f64) -> f64 {
     let share = (line / radius).clamp(-1.0, 1.0);
-    radius * radius * (PI / 2.0 + share.asin() + share * (1.0 - share * share).sqrt())
+    radius * radius * (PI / 2.0 + libm::asin(share) + share * (1.0 - share * share).sqrt())
 }
 
 #[cfg(test)]

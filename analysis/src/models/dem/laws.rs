@@ -169,7 +169,7 @@ impl WallContact {
 /// w times the time until a clamped force ends, below critical damping (Schwager and Pöschel 2007, equations 17 to 19).
 fn clamped_phase(zeta: f64) -> f64 {
     let root = (1.0 - zeta * zeta).sqrt();
-    let angle = (2.0 * zeta * root / (1.0 - 2.0 * zeta * zeta)).atan();
+    let angle = libm::atan(2.0 * zeta * root / (1.0 - 2.0 * zeta * zeta));
     if zeta < FRAC_1_SQRT_2 { PI - angle } else { -angle }
 }
 
@@ -179,13 +179,13 @@ pub(crate) fn restitution(damping_ratio: f64, tail: bool) -> f64 {
     let zeta = damping_ratio;
     let root = (1.0 - zeta * zeta).abs().sqrt();
     match tail {
-        false if zeta < 1.0 => (-PI * zeta / root).exp(),
+        false if zeta < 1.0 => libm::exp(-PI * zeta / root),
         false => 0.0,
-        true if zeta < 1.0 => (-zeta / root * clamped_phase(zeta)).exp(),
-        true if zeta == 1.0 => (-2.0_f64).exp(),
+        true if zeta < 1.0 => libm::exp(-zeta / root * clamped_phase(zeta)),
+        true if zeta == 1.0 => libm::exp(-2.0),
         true => {
             let ratio = (zeta + root) / (zeta - root);
-            (-zeta / root * ratio.ln()).exp()
+            libm::exp(-zeta / root * libm::log(ratio))
         }
     }
 }
@@ -209,7 +209,7 @@ mod tests {
         }
         // Far above critical damping, the clamped restitution approaches 1 / (4 zeta^2).
         assert!((restitution(1e3, true) * 4e6 - 1.0).abs() < 1e-4);
-        let critical = (-2.0_f64).exp();
+        let critical = libm::exp(-2.0);
         for zeta in [1.0 - 1e-6, 1.0, 1.0 + 1e-6] {
             assert!((restitution(zeta, true) - critical).abs() < 1e-5);
         }

@@ -268,7 +268,7 @@ fn segment_at(wall: &DemWall, time_s: f64) -> Option<[[f64; 2]; 2]> {
         Some([begin, end]) => time_s.clamp(begin.get(), end.get()) - begin.get(),
         None => time_s,
     };
-    let phase = (TAU * wall.frequency_hz.get() * clock).sin();
+    let phase = libm::sin(TAU * wall.frequency_hz.get() * clock);
     Some([from_m, to_m].map(|end| {
         std::array::from_fn(|axis| {
             let velocity = wall.velocity_m_per_s[axis].get();

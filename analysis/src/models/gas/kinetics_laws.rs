@@ -41,7 +41,7 @@ pub(crate) const fn fraction_within_later(places: PositionDistribution) -> f64 {
 
 /// H of Maxwell's distribution, -ln(pi e `<v^2>`), velocities in m/s.
 pub(crate) fn min_h(mean_square_m2_per_s2: f64) -> f64 {
-    -(PI * mean_square_m2_per_s2).ln() - 1.0
+    -libm::log(PI * mean_square_m2_per_s2) - 1.0
 }
 
 /// Equilibrium of colliding discs with equal masses.
@@ -123,15 +123,16 @@ fn poisson_divergence_moments(expected: f64) -> [f64; 2] {
     let first = (expected - reach).max(0.0).floor() as u64;
     let last = (expected + reach).ceil() as u64;
     let (mut moments, mut total) = ([0.0; 2], 0.0);
-    let mut logarithm = -expected + first as f64 * expected.ln() - ln_factorial(first);
+    let mut logarithm = -expected + first as f64 * libm::log(expected) - ln_factorial(first);
     for count in first..=last {
         let count = count as f64;
-        let (probability, ratio) = (logarithm.exp(), count / expected);
-        let divergence = if count > 0.0 { count * ratio.ln() - count + expected } else { expected };
+        let (probability, ratio) = (libm::exp(logarithm), count / expected);
+        let divergence =
+            if count > 0.0 { count * libm::log(ratio) - count + expected } else { expected };
         moments[0] += probability * divergence;
         moments[1] += probability * divergence * divergence;
         total += probability;
-        logarithm += (expected / (count + 1.0)).ln();
+        logarithm += libm::log(expected / (count + 1.0));
     }
     moments.map(|moment| moment / total)
 }
@@ -140,7 +141,7 @@ fn poisson_divergence_moments(expected: f64) -> [f64; 2] {
 const MOST_SUMMED: f64 = 1e6;
 
 fn ln_factorial(number: u64) -> f64 {
-    (2..=number).map(|factor| (factor as f64).ln()).sum()
+    (2..=number).map(|factor| libm::log(factor as f64)).sum()
 }
 
 #[cfg(test)]
@@ -179,7 +180,7 @@ mod tests {
                 ..GasConfig::default()
             };
             let theory = collisions(&config, 2.0).unwrap().compressibility();
-            let allowed = 3.0 * f64::hypot(error, theory.accuracy.unwrap());
+            let allowed = 3.0 * libm::hypot(error, theory.accuracy.unwrap());
             let z = theory.value;
             println!("{discs} {fraction}: {z} {simulated} {allowed}");
             assert!((z - simulated).abs() < allowed, "{discs} {fraction}: {z} {simulated}");

@@ -345,6 +345,6 @@ fn speeds_of(state: &StateTable) -> Option<SpeedMeans> {
     Some(SpeedMeans {
         mean_m_per_s: mean(&lengths)?,
         mean_square_m2_per_s2: mean(&squares)?,
-        drift_m_per_s: mean(&vx)?.hypot(mean(&vy)?),
+        drift_m_per_s: libm::hypot(mean(&vx)?, mean(&vy)?),
     })
 }

@@ -95,7 +95,9 @@ mod tests {
                 for _ in 0..4000 {
                     let speeds: Vec<f64> = (0..100)
                         .map(|_| match distribution {
-                            SpeedDistribution::Maxwell => uniform.normal().hypot(uniform.normal()),
+                            SpeedDistribution::Maxwell => {
+                                libm::hypot(uniform.normal(), uniform.normal())
+                            }
                             _ => uniform.next(),
                         })
                         .collect();

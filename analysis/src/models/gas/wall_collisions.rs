@@ -103,8 +103,9 @@ impl GasRun {
         match virial.standard_error {
             Some(error) => {
                 // The virial is proportional to the thermal energy, from which the conserved rotation takes its share.
-                let by_virial = per_virial * error.hypot(virial.value * start.thermal_energy);
-                given.with_scatter_of_starts(by_speeds.hypot(by_virial))
+                let by_virial =
+                    per_virial * libm::hypot(error, virial.value * start.thermal_energy);
+                given.with_scatter_of_starts(libm::hypot(by_speeds, by_virial))
             }
             None => Estimate {
                 missing_error: virial.missing_error,

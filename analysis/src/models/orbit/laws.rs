@@ -65,7 +65,7 @@ fn euler_growth(time_step_days: f64, orbit: &KeplerOrbit, time_days: f64) -> f64
 
 /// (E - E0) / |E0| of explicit Euler, nearly circular.
 pub(crate) fn euler_energy_drift(time_step_days: f64, orbit: &KeplerOrbit, time_days: f64) -> f64 {
-    1.0 - (1.0 + euler_growth(time_step_days, orbit, time_days)).powf(-1.0 / 3.0)
+    1.0 - libm::pow(1.0 + euler_growth(time_step_days, orbit, time_days), -1.0 / 3.0)
 }
 
 /// (L - L0) / L0 of explicit Euler, nearly circular.
@@ -74,7 +74,7 @@ pub(crate) fn euler_angular_momentum_drift(
     orbit: &KeplerOrbit,
     time_days: f64,
 ) -> f64 {
-    (1.0 + euler_growth(time_step_days, orbit, time_days)).powf(1.0 / 6.0) - 1.0
+    libm::pow(1.0 + euler_growth(time_step_days, orbit, time_days), 1.0 / 6.0) - 1.0
 }
 
 /// dE/|E0| per revolution of explicit Euler on a nearly circular orbit: 8 pi^2 h / P.
@@ -127,7 +127,7 @@ impl KeplerOrbit {
 
     /// Eccentricity.
     pub(crate) fn eccentricity(&self) -> f64 {
-        self.e_cos.hypot(self.e_sin)
+        libm::hypot(self.e_cos, self.e_sin)
     }
 
     /// Sine of the eccentric anomaly at time 0; 0 for a circle.
@@ -144,7 +144,7 @@ impl KeplerOrbit {
         let time = time_days - period * (time_days / period).round();
         let target = self.mean_motion_rad_per_day * time;
         let change = self.anomaly_change(target);
-        let (sine, cosine) = change.sin_cos();
+        let (sine, cosine) = libm::sincos(change);
         let f = 1.0 - self.semi_major_axis_au / self.radius * (1.0 - cosine);
         let g = time - (change - sine) / self.mean_motion_rad_per_day;
         std::array::from_fn(|axis| f * self.position[axis] + g * self.velocity[axis])
@@ -155,7 +155,7 @@ impl KeplerOrbit {
         let (mut low, mut high) = (target - 2.0, target + 2.0);
         let mut x = target;
         for _ in 0..100 {
-            let (sine, cosine) = x.sin_cos();
+            let (sine, cosine) = libm::sincos(x);
             let excess = x - self.e_cos * sine + self.e_sin * (1.0 - cosine) - target;
             if excess > 0.0 {
                 high = x;

@@ -59,7 +59,7 @@ impl OrbitRun {
     }
 
     fn angle(&self, position: [f64; 3]) -> f64 {
-        dot(position, self.plane[1]).atan2(dot(position, self.plane[0]))
+        libm::atan2(dot(position, self.plane[1]), dot(position, self.plane[0]))
     }
 
     fn point(&self, time_days: f64, position: [f64; 3], velocity: [f64; 3]) -> OrbitPoint {
@@ -244,7 +244,7 @@ impl Observer for OrbitRun {
         let (start, end) = (first.eccentricity_vector, last.eccentricity_vector);
         found.compare(metric::ECCENTRICITY_CHANGE, norm(difference(end, start)), theory);
         let normal = unit(first.angular_momentum);
-        let rotation = dot(cross(start, end), normal).atan2(dot(start, end));
+        let rotation = libm::atan2(dot(cross(start, end), normal), dot(start, end));
         found.compare(metric::APSIDAL_ROTATION, rotation, theory);
         self.measure_path(last, found);
         let evaluations = self.elements.as_ref().map(|found| found.force_evaluations as f64);

@@ -54,7 +54,7 @@ impl Displacement {
         }
         let (mut product, mut square) = (0.0, 0.0);
         for (particle, (now, start)) in rows.zip(&self.start).enumerate() {
-            let speed = now[2].hypot(now[3]);
+            let speed = libm::hypot(now[2], now[3]);
             for axis in 0..2 {
                 let moved = now[axis] - self.positions[particle][axis];
                 self.displacements[particle][axis] += match self.sides {

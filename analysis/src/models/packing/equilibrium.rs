@@ -163,7 +163,7 @@ mod tests {
                 ..PackingConfig::default()
             };
             let theory = equilibrium(&config, sizes(&config)).unwrap().compressibility();
-            let allowed = 3.0 * f64::hypot(error, theory.accuracy.unwrap());
+            let allowed = 3.0 * libm::hypot(error, theory.accuracy.unwrap());
             let z = theory.value;
             assert!((z - simulated).abs() < allowed, "n = {discs}, {fraction}: {z} {simulated}");
             assert!(theory.in_range && allowed < 0.12 * (z - 1.0), "{allowed}");

@@ -30,12 +30,12 @@ pub(crate) fn a2_cooling(restitution: f64) -> f64 {
 
 /// Temperature over its initial value after this number of pair collisions; [`cooling_accuracy`] is its relative accuracy.
 pub(crate) fn cooling(restitution: f64, pair_collisions: f64, discs: u32) -> f64 {
-    (-(1.0 - restitution * restitution) * pair_collisions / f64::from(discs)).exp()
+    libm::exp(-(1.0 - restitution * restitution) * pair_collisions / f64::from(discs))
 }
 
 /// Relative accuracy of [`cooling`]: that of the mean energy loss per collision, 2 % for a2 up to 0.07, and the scatter of the
 /// losses.
 pub(crate) fn cooling_accuracy(restitution: f64, pair_collisions: f64, discs: u32) -> f64 {
-    let exponent = -cooling(restitution, pair_collisions, discs).ln();
+    let exponent = -libm::log(cooling(restitution, pair_collisions, discs));
     exponent * (0.02 + 1.0 / pair_collisions.max(1.0).sqrt())
 }

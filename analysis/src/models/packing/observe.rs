@@ -473,7 +473,7 @@ fn mean_while_cooling(before: f64, after: f64) -> f64 {
     if (before - after).abs() <= 1e-6 * before {
         return (before + after) / 2.0;
     }
-    before * after * (before / after).ln() / (before - after)
+    before * after * libm::log(before / after) / (before - after)
 }
 
 /// `<v^2>` and a2 of a state; `None` without velocities.

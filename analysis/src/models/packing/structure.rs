@@ -110,9 +110,9 @@ impl Structure {
         for [real, imaginary, neighbors] in bonds.iter().filter(|bond| bond[2] > 0.0) {
             let psi = [real / neighbors, imaginary / neighbors];
             total = [total[0] + psi[0], total[1] + psi[1]];
-            local += psi[0].hypot(psi[1]);
+            local += libm::hypot(psi[0], psi[1]);
         }
-        self.psi6_global.add(total[0].hypot(total[1]) / bonds.len() as f64);
+        self.psi6_global.add(libm::hypot(total[0], total[1]) / bonds.len() as f64);
         self.psi6_local.add(local / bonds.len() as f64);
     }
 
@@ -227,8 +227,10 @@ mod tests {
             .collect();
         let mut near = 0_u64;
         for first in &points {
-            near += points.iter().filter(|p| (p[0] - first[0]).hypot(p[1] - first[1]) < 2.0).count()
-                as u64;
+            near += points
+                .iter()
+                .filter(|p| libm::hypot(p[0] - first[0], p[1] - first[1]) < 2.0)
+                .count() as u64;
         }
         let share = near as f64 / (points.len() * points.len()) as f64;
         assert!((structure.pairs_within(2.0) / share - 1.0).abs() < 0.01, "{share}");
@@ -246,7 +248,7 @@ mod tests {
             let (mut pairs, mut farthest) = (0, 0.0_f64);
             structure.for_each_pair(&points, reach, |_, _, [x, y]| {
                 pairs += 1;
-                farthest = farthest.max(x.hypot(y));
+                farthest = farthest.max(libm::hypot(x, y));
             });
             let shells = [1.3, 1.8, 2.6].iter().position(|r| *r == reach).unwrap() + 1;
             assert_eq!(pairs, 96 * 4 * shells / 2, "within {reach}");
@@ -256,8 +258,9 @@ mod tests {
 
     #[test]
     fn a_direction_turned_by_sixty_degrees_is_the_same_bond() {
-        let bond =
-            |degrees: f64| sixth_power([degrees.to_radians().cos(), degrees.to_radians().sin()]);
+        let bond = |degrees: f64| {
+            sixth_power([libm::cos(degrees.to_radians()), libm::sin(degrees.to_radians())])
+        };
         for turned in [0.0, 60.0, 180.0] {
             let [a, b] = [bond(17.0), bond(17.0 + turned)];
             assert!((a[0] - b[0]).abs() < 1e-14 && (a[1] - b[1]).abs() < 1e-14);
