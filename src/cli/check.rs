@@ -11,7 +11,7 @@ use crate::cli::output::OutputArguments;
 use crate::cli::pipeline;
 use crate::cli::planner::Planner;
 use crate::cli::program::Program;
-use crate::cli::rerun::Metrics;
+use crate::cli::rerun::{Metrics, Parallel};
 use crate::cli::result_arguments::ResultArguments;
 use crate::cli::step::Step;
 use clap::Args;
@@ -67,7 +67,7 @@ impl CheckArguments {
             manifests: &self.manifests,
             all: self.all,
             recordings: self.output.folder()?,
-            jobs: self.jobs,
+            parallel: Parallel { jobs: self.jobs, threads: None },
             result: &self.result,
         };
         check.execute(program, metrics)

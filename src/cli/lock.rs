@@ -1,11 +1,10 @@
 //! `lock`: runs manifests and writes what they gave into a lock file.
 
-use crate::cli::executor::at_least_one;
 use crate::cli::exit::Exit;
 use crate::cli::manifests::{canonical, expand};
 use crate::cli::messages::{Failure, bad, plural};
 use crate::cli::program::Program;
-use crate::cli::rerun::{Metrics, RerunExperiment, Reruns};
+use crate::cli::rerun::{Metrics, Parallel, RerunExperiment, Reruns};
 use crate::cli::result_arguments::ResultArguments;
 use crate::verify::fingerprint::Fingerprint;
 use crate::verify::lock_file::{LockError, LockFile, LockedExperiment, LockedTrace, bound_s};
@@ -14,7 +13,6 @@ use kinetoscope_manifest::RunManifest;
 use kinetoscope_physics::kind_of;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
 use serde_json::json;
-use std::num::NonZeroUsize;
 use std::path::{Component, Path, PathBuf};
 
 /// The usual name of a lock file.
@@ -29,9 +27,8 @@ pub struct LockArguments {
     /// The lock file. Entries of other manifests are kept
     #[arg(long, value_name = "FILE", default_value = USUAL)]
     lock_file: PathBuf,
-    /// Number of runs to execute in parallel [default: number of CPUs]
-    #[arg(long, value_name = "N", value_parser = at_least_one::<NonZeroUsize>, help_heading = "Execution")]
-    jobs: Option<NonZeroUsize>,
+    #[command(flatten)]
+    parallel: Parallel,
     #[command(flatten)]
     result: ResultArguments,
 }
@@ -58,7 +55,7 @@ impl LockArguments {
         };
         file.program_version = env!("CARGO_PKG_VERSION").to_owned();
         let manifests = expand(&self.manifests)?;
-        let reruns = Reruns::new(program, self.jobs)?;
+        let reruns = Reruns::new(program, self.parallel)?;
         for manifest in &manifests {
             let path = relative_to(&self.lock_file, manifest)?;
             let rerun = reruns.execute(manifest)?;

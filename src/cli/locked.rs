@@ -5,7 +5,7 @@ use crate::cli::lock::{locked_recording, metrics_of, physics_version, relative_t
 use crate::cli::manifests::expand;
 use crate::cli::messages::{Failure, bad, plural};
 use crate::cli::program::Program;
-use crate::cli::rerun::{Metrics, RerunExperiment, RerunRun, Reruns};
+use crate::cli::rerun::{Metrics, Parallel, RerunExperiment, RerunRun, Reruns};
 use crate::cli::result_arguments::ResultArguments;
 use crate::verify::diff::compare_messages;
 use crate::verify::fingerprint::{Fingerprint, Place};
@@ -14,7 +14,6 @@ use kinetoscope_recording::channels::SCHEMA_VERSION;
 use kinetoscope_recording::reader::Recording;
 use serde_json::{Value as Json, json};
 use std::collections::BTreeMap;
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 /// How many metrics of a run are listed.
@@ -29,7 +28,7 @@ pub(crate) struct LockedCheck<'a> {
     pub(crate) all: bool,
     /// The folder of recordings, where the details of a difference may be found.
     pub(crate) recordings: PathBuf,
-    pub(crate) jobs: Option<NonZeroUsize>,
+    pub(crate) parallel: Parallel,
     pub(crate) result: &'a ResultArguments,
 }
 
@@ -51,7 +50,7 @@ impl LockedCheck<'_> {
             return Err(Failure::new(Exit::Differs, what).help(WRITE_ANEW));
         }
         let entries = self.entries(&file)?;
-        let reruns = Reruns::new(program, self.jobs)?;
+        let reruns = Reruns::new(program, self.parallel)?;
         let (mut exit, mut checked) = (Exit::Done, Vec::<Json>::new());
         for entry in &entries {
             let findings = match self.findings(entry, &reruns, metrics) {

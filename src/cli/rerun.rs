@@ -1,12 +1,13 @@
 //! Runs of manifests in a temporary folder, for what is derived from a fresh run: lock files.
 
+use crate::cli::executor::at_least_one;
 use crate::cli::exit::Exit;
 use crate::cli::manifests::ManifestReader;
 use crate::cli::messages::{Failure, name_of};
 use crate::cli::program::Program;
 use crate::cli::run::RunArguments;
 use crate::verify::fingerprint::{Fingerprint, fingerprint};
-use clap::Parser;
+use clap::{Args, Parser};
 use kinetoscope_manifest::Experiment;
 use kinetoscope_recording::reader::Recording;
 use std::ffi::OsString;
@@ -35,7 +36,18 @@ struct RunCommand {
 pub(crate) struct Reruns<'a> {
     program: &'a Program<'a>,
     folder: TempDir,
-    jobs: Option<NonZeroUsize>,
+    parallel: Parallel,
+}
+
+/// How many processors are used. No result depends on it.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct Parallel {
+    /// Number of runs to execute in parallel [default: number of CPUs]
+    #[arg(long, value_name = "N", value_parser = at_least_one::<NonZeroUsize>, help_heading = "Execution")]
+    pub(crate) jobs: Option<NonZeroUsize>,
+    /// Number of threads per run [default: number of CPUs divided by the number of parallel runs]
+    #[arg(long, value_name = "N", value_parser = at_least_one::<NonZeroUsize>, help_heading = "Execution")]
+    pub(crate) threads: Option<NonZeroUsize>,
 }
 
 /// One manifest that was executed.
@@ -56,25 +68,25 @@ pub(crate) struct RerunRun {
 
 impl<'a> Reruns<'a> {
     /// Creates the folder.
-    pub(crate) fn new(
-        program: &'a Program<'a>,
-        jobs: Option<NonZeroUsize>,
-    ) -> Result<Self, Failure> {
+    pub(crate) fn new(program: &'a Program<'a>, parallel: Parallel) -> Result<Self, Failure> {
         let folder =
             tempfile::Builder::new().prefix("kinetoscope-").tempdir().map_err(|error| {
                 let folder = std::env::temp_dir();
                 let what = format!("cannot create a folder in {}: {error}", folder.display());
                 Failure::new(Exit::Retryable, what).help("name another folder in TMPDIR")
             })?;
-        Ok(Self { program, folder, jobs })
+        Ok(Self { program, folder, parallel })
     }
 
     /// Executes the runs of a manifest. The recordings of other manifests are removed, unless this one starts from them.
     pub(crate) fn execute(&self, manifest: &Path) -> Result<RerunExperiment, Failure> {
         let mut words: Vec<OsString> =
             vec!["run".into(), "--quiet".into(), "--output".into(), self.folder.path().into()];
-        if let Some(jobs) = self.jobs {
-            words.extend(["--jobs".into(), jobs.to_string().into()]);
+        let Parallel { jobs, threads } = self.parallel;
+        for (option, number) in [("--jobs", jobs), ("--threads", threads)] {
+            if let Some(number) = number {
+                words.extend([option.into(), number.to_string().into()]);
+            }
         }
         words.extend(["--".into(), manifest.into()]);
         let parsed = RunCommand::try_parse_from(words);
