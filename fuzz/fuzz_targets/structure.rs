@@ -33,5 +33,5 @@ fuzz_target!(|input: &[u8]| {
     if let Ok(recording) = Recording::open(&path) {
         drop(kinetoscope_analysis::analyze(&recording));
     }
-    drop(compare_recordings(original_path, &path));
+    drop(compare_recordings(original_path, &path, None));
 });

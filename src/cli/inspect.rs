@@ -11,6 +11,7 @@ use crate::verify::attestation::{
 };
 use crate::verify::compare::{CompareError, RecordingComparison, compare_recordings};
 use crate::verify::diff::Comparison;
+use crate::verify::divergence::{Cause, Divergence, Step};
 use crate::verify::{Finding, Verification, VerifyError, verify};
 use clap::Args;
 use kinetoscope_recording::reader::Outcome;
@@ -41,6 +42,9 @@ pub struct CompareArguments {
     /// Recording to compare with
     #[arg(value_name = "OTHER")]
     right: PathBuf,
+    /// Execute both runs again, to find the step at which they differ for the first time, and thereby the cause
+    #[arg(long)]
+    find_step: bool,
     #[command(flatten)]
     result: ResultArguments,
 }
@@ -66,7 +70,17 @@ impl CompareArguments {
     /// Compares the recordings and prints the result.
     #[must_use]
     pub fn execute(&self) -> Exit {
-        let report = match compare_recordings(&self.left, &self.right) {
+        let interrupt = match self.find_step.then(Interrupt::listen).transpose() {
+            Ok(interrupt) => interrupt,
+            Err(error) => {
+                let error = format!("cannot listen to Ctrl-C: {error}");
+                return Report::error(Exit::Retryable, &error).print(&self.result);
+            }
+        };
+        let report = match compare_recordings(&self.left, &self.right, interrupt.as_ref()) {
+            Ok(_) if let Some(code) = interrupt.as_ref().and_then(Interrupt::exit_code) => {
+                Report::error(Exit::Signal(code), &"stopped before the first step that differs")
+            }
             Ok(comparison) => compared(&comparison, &self.left, &self.right),
             Err(error @ CompareError::Read(_)) => Report::with_remedy(Exit::Unreadable, &error),
             Err(error @ CompareError::Io(_)) => Report::with_remedy(Exit::Retryable, &error),
@@ -253,12 +267,41 @@ fn compared(comparison: &RecordingComparison, left: &Path, right: &Path) -> Repo
         lines.push(format!("{what}: {one} → {other}"));
     }
     let frames = comparison.messages.equal_frames;
+    if let Some(divergence) = &comparison.divergence {
+        lines.extend(cause(divergence));
+    }
     if comparison.same_bytes {
         lines.push(format!("{frames} frames: equal in every byte"));
     } else if comparison.messages.difference.is_none() {
         lines.push(format!("{frames} frames: equal in every message, not in every byte"));
     }
     Report { lines, ..messages(&comparison.messages, &left, &right) }
+}
+
+/// Where the states differ for the first time, and why.
+fn cause(divergence: &Divergence) -> Vec<String> {
+    let Divergence { frame, step, separation, particles, growth_time } = divergence;
+    let named: Vec<String> = particles.iter().take(4).map(usize::to_string).collect();
+    let rest = if particles.len() > 4 { ", …" } else { "" };
+    let at = match step {
+        Some(Step { count, time }) => format!("{count} steps or events, at time {time:?}"),
+        None => format!("frame {frame}"),
+    };
+    let mut lines = vec![format!(
+        "states differ from {at} on: separation {separation:.1e}, particles {}{rest}",
+        named.join(", ")
+    )];
+    lines.push(match divergence.cause() {
+        Cause::Rounding => {
+            let growth = growth_time.map_or_else(String::new, |time| {
+                format!(", amplified by a factor of e in a time of {time:.3e}")
+            });
+            format!("cause: rounding errors{growth}")
+        }
+        Cause::Physics => "cause: other initial values, coefficients or equations: the separation is above rounding errors from the start".to_owned(),
+        Cause::Undecided => "cause: not decided by the frames; --find-step executes both runs again".to_owned(),
+    });
+    lines
 }
 
 fn check_attestation(path: &Path) -> Report {

@@ -1,7 +1,9 @@
 //! Comparison of two recordings: the manifest keys that differ, the versions, and the messages.
 
+use crate::interrupt::Interrupt;
 use crate::run::recording;
 use crate::verify::diff::{Comparison, compare_messages};
+use crate::verify::divergence::{self, Divergence};
 use kinetoscope_manifest::{KeyDifference, differing_keys};
 use kinetoscope_recording::error::{ReadError, RecordError};
 use kinetoscope_recording::file::same_bytes;
@@ -20,6 +22,8 @@ pub struct RecordingComparison {
     pub messages: Comparison,
     /// Whether the files are byte-identical.
     pub same_bytes: bool,
+    /// Where the states of the particles differ for the first time.
+    pub divergence: Option<Divergence>,
 }
 
 /// The reason why two recordings cannot be compared.
@@ -33,13 +37,25 @@ pub enum CompareError {
     Io(#[from] RecordError),
 }
 
-/// Compares two recordings.
+/// Compares two recordings. With an interrupt, both runs are executed again up to the first step that differs.
 ///
 /// # Errors
 /// A file that is not a recording or cannot be opened. Damage after the first frame is part of the result.
-pub fn compare_recordings(left: &Path, right: &Path) -> Result<RecordingComparison, CompareError> {
+pub fn compare_recordings(
+    left: &Path,
+    right: &Path,
+    find_step: Option<&Interrupt>,
+) -> Result<RecordingComparison, CompareError> {
     let (left_recording, right_recording) = (recording::open(left)?, recording::open(right)?);
+    let divergence = divergence::in_frames(&left_recording, &right_recording)?;
+    let divergence = divergence.map(|found| {
+        let step = find_step.and_then(|interrupt| {
+            divergence::find_step([&left_recording, &right_recording], &found, interrupt)
+        });
+        step.unwrap_or(found)
+    });
     Ok(RecordingComparison {
+        divergence,
         keys: differing_keys(left_recording.manifest(), right_recording.manifest()),
         versions: versions(&left_recording, &right_recording),
         messages: compare_messages(&left_recording, &right_recording)?,

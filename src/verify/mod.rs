@@ -3,6 +3,7 @@
 pub mod attestation;
 pub mod compare;
 pub mod diff;
+pub mod divergence;
 pub mod fingerprint;
 pub mod lock_file;
 mod syndromes;

@@ -37,6 +37,9 @@ mod verification_confirms_every_model;
 // Verification names the first difference of a changed recording.
 mod verification_names_the_first_difference;
 
+// Rounding errors are not taken for different physics, and different physics not for rounding errors.
+mod causes_of_differences_are_told_apart;
+
 // Mutated recordings and random manifests cause no panic.
 mod mutated_recordings_are_reported;
 

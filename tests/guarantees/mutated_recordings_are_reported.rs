@@ -148,7 +148,7 @@ impl Findings {
     fn read(&mut self, original: &Path, files: &[PathBuf], start: impl Fn(&str) -> String) {
         for file in files {
             let name = file.file_name().unwrap().to_str().unwrap();
-            let compared = panic_of(|| drop(compare_recordings(original, file)));
+            let compared = panic_of(|| drop(compare_recordings(original, file, None)));
             let verified = execute(|interrupt| drop(verify(file, interrupt, &|_, _| {})));
             let started = execute(|interrupt| {
                 let starts = StartFiles::relative_to(file.parent().unwrap());

@@ -1,0 +1,230 @@
+#!/usr/bin/env python3
+"""Do the shipped experiments give the same messages and metrics on every architecture?
+
+For each target, the program is compiled in a Debian system of its own (made by debootstrap; needs root) and executed by
+qemu-user; `kinetoscope lock` writes the hashes of all messages and the metrics into a lock file, which must be equal to that of
+this machine. Five experiments, which would take over a minute, have fewer runs.
+
+    tests/architectures/compare.py                      # all targets, all experiments: two hours; writes docs/architectures.md
+    tests/architectures/compare.py --quick              # aarch64, one experiment of each model
+    tests/architectures/compare.py --targets riscv64    # one target
+
+Exit codes: 0 equal, 1 different, 77 the system cannot be made (no network, no permission).
+"""
+
+import argparse
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import time
+
+SOURCES = pathlib.Path(__file__).resolve().parents[2]
+QUICK = ("first_run", "gas_300_kelvin", "packing_fifty_discs", "orbit_exercise")
+MIRROR_OPTIONS = 'Acquire::Check-Valid-Until "false";\n'
+
+# Name: Rust's target, the cross compiler's prefix, the emulator and its options.
+TARGETS = {
+    "x86-64 with AVX2": ("x86_64-unknown-linux-gnu", "", ["qemu-x86_64", "-cpu", "Haswell"]),
+    "x86-64 with SSE2": ("x86_64-unknown-linux-gnu", "", ["qemu-x86_64", "-cpu", "qemu64"]),
+    "aarch64": ("aarch64-unknown-linux-gnu", "aarch64-linux-gnu", ["qemu-aarch64"]),
+    "riscv64": ("riscv64gc-unknown-linux-gnu", "riscv64-linux-gnu", ["qemu-riscv64"]),
+    "s390x (big-endian)": ("s390x-unknown-linux-gnu", "s390x-linux-gnu", ["qemu-s390x"]),
+}
+# Text of manifests whose runs would take an emulator over a minute, and what it becomes.
+SHORTENED = {
+    "dem_column_collapse": ("replicates = 6", "replicates = 1"),
+    "dem_heap": ("replicates = 4", "replicates = 1"),
+    "dem_silo": ("[80, 120, 240, 480]", "[80, 120]"),
+    "packing_timing_table": ("replicates = 100", "replicates = 5"),
+    "packing_velocity_laws": ("replicates = 20", "replicates = 4"),
+}
+DEBIAN = {"aarch64": "arm64", "riscv64gc": "riscv64", "s390x": "s390x"}
+
+
+def shortened(manifest):
+    """The text of a manifest for an emulator, and what was changed."""
+    text = manifest.read_text()
+    if manifest.stem not in SHORTENED:
+        return text, None
+    old, new = SHORTENED[manifest.stem]
+    if text.count(old) != 1:
+        raise ValueError(f"{manifest} does not contain {old!r} once")
+    return text.replace(old, new), f"`{new}` instead of `{old}`"
+
+
+class CannotBeMade(Exception):
+    """The system for the compilation cannot be made here."""
+
+
+def run(*words, **options):
+    return subprocess.run([str(word) for word in words], check=True, **options)
+
+
+def mirror():
+    """The package mirror of this machine."""
+    texts = [*pathlib.Path("/etc/apt").glob("sources.list*"), *pathlib.Path("/etc/apt/sources.list.d").glob("*")]
+    for path in texts:
+        found = re.search(r"(https?://\S+/debian)/?\s", path.read_text()) if path.is_file() else None
+        if found:
+            return found[1]
+    raise CannotBeMade("this is no Debian system with a package mirror")
+
+
+class System:
+    """A Debian system with cross compilers and emulators."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.mounted = []
+
+    def make(self, targets):
+        if not (self.folder / "made").exists():
+            if not shutil.which("debootstrap"):
+                run("apt-get", "install", "-y", "-qq", "debootstrap", stdout=subprocess.DEVNULL)
+            shutil.rmtree(self.folder, ignore_errors=True)
+            packages = "--include=ca-certificates,cargo,rustc,gcc,libc6-dev,qemu-user"
+            run("debootstrap", "--variant=minbase", packages, "sid", self.folder, mirror(), stdout=subprocess.DEVNULL)
+            (self.folder / "etc/apt/apt.conf.d/99snapshot").write_text(MIRROR_OPTIONS)
+            (self.folder / "made").touch()
+        self.mount("/proc", "proc")
+        self.mount("/dev", "dev")
+        self.mount(SOURCES, "sources")
+        cargo = pathlib.Path.home() / ".cargo/registry"
+        cargo.mkdir(parents=True, exist_ok=True)
+        self.mount(cargo, "root/.cargo/registry")
+        for target, prefix in targets:
+            self.install(target, prefix)
+
+    def install(self, target, prefix):
+        """The compiler and Rust's standard library for a target."""
+        done = self.folder / f"made-{target}"
+        if not prefix or done.exists():
+            return
+        architecture = DEBIAN[target.split("-")[0]]
+        script = f"""
+            export DEBIAN_FRONTEND=noninteractive
+            dpkg --add-architecture {architecture}
+            apt-get update -qq
+            apt-get install -y -qq --no-install-recommends gcc-{prefix} libc6-dev-{architecture}-cross
+            cd /root
+            apt-get download -qq libstd-rust-dev:{architecture}
+            dpkg -x libstd-rust-dev_*_{architecture}.deb /
+        """
+        self.shell(script, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        done.touch()
+
+    def mount(self, source, place):
+        target = self.folder / place
+        target.mkdir(parents=True, exist_ok=True)
+        run("mount", "--bind", source, target)
+        self.mounted.append(target)
+
+    def unmount(self):
+        for target in reversed(self.mounted):
+            run("umount", target)
+
+    def shell(self, script, **options):
+        return run("chroot", self.folder, "bash", "-euc", script, **options)
+
+    def build(self, target, prefix):
+        """Compiles the program; the packages come from the folder that this machine's Cargo has filled."""
+        variable = target.upper().replace("-", "_")
+        exports = f"export CARGO_TARGET_{variable}_LINKER={prefix}-gcc CC_{target.replace('-', '_')}={prefix}-gcc" if prefix else ":"
+        self.shell(f"""
+            {exports}
+            export CARGO_TARGET_DIR=/build CARGO_NET_OFFLINE=true CARGO_TERM_COLOR=never
+            cd /sources
+            cargo build --quiet --locked --release --package kinetoscope-program --target {target}
+        """)
+
+    def lock(self, target, prefix, emulator, threads, work):
+        """The lock file of the experiments in `work`, as the target writes it."""
+        shutil.copytree(work, self.folder / "work", dirs_exist_ok=True)
+        library = f"-L /usr/{prefix}" if prefix else ""
+        started = time.monotonic()
+        self.shell(f"""
+            cd /work
+            rm -f kinetoscope.lock
+            {' '.join(emulator)} {library} /build/{target}/release/kinetoscope lock --quiet --jobs 1 --threads {threads} experiments
+        """)
+        return (self.folder / "work/kinetoscope.lock").read_text(), time.monotonic() - started
+
+
+def entries(lock):
+    """The entries of a lock file by manifest, without the time that the runs took."""
+    parts = re.split(r"(?m)^\[\[experiment\]\]\n", lock)[1:]
+    kept = (re.sub(r"(?m)^at_most_s = .*\n", "", part) for part in parts)
+    return {re.search(r'manifest = "(.*)"', part)[1]: part for part in kept}
+
+
+def differences(ours, theirs):
+    """The manifests with other messages, and those with other metrics only."""
+    messages = lambda part: part.split("[experiment.metrics]")[0]
+    ours, theirs = entries(ours), entries(theirs)
+    other = [name for name in ours if messages(ours[name]) != messages(theirs.get(name, ""))]
+    return other, [name for name in ours if name not in other and ours[name] != theirs[name]]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="aarch64, one experiment of each model, one thread")
+    parser.add_argument("--targets", help="names of targets, separated by commas: the start of each suffices")
+    parser.add_argument("--system", type=pathlib.Path, default=SOURCES / "target/architectures/system")
+    parser.add_argument("--program", type=pathlib.Path, default=SOURCES / "target/release/kinetoscope")
+    arguments = parser.parse_args()
+    wanted = (arguments.targets or ("aarch64" if arguments.quick else "")).split(",")
+    targets = {name: rest for name, rest in TARGETS.items() if name.startswith(tuple(wanted))}
+    work = SOURCES / "target/architectures/work"
+    shutil.rmtree(work, ignore_errors=True)
+    (work / "experiments").mkdir(parents=True)
+    changes = {}
+    for manifest in sorted((SOURCES / "experiments").glob("*.toml")):
+        if not arguments.quick or manifest.stem in QUICK:
+            text, changes[manifest.stem] = shortened(manifest)
+            (work / "experiments" / manifest.name).write_text(text)
+    run(arguments.program, "lock", "--quiet", "experiments", cwd=work)
+    ours = (work / "kinetoscope.lock").read_text()
+    (work / "kinetoscope.lock").unlink()
+    system, rows, failed = System(arguments.system), [], False
+    try:
+        try:
+            system.make({rest[:2] for rest in targets.values()})
+        except (CannotBeMade, OSError, subprocess.CalledProcessError) as error:
+            print(f"the system for other architectures cannot be made: {error}")
+            return 77
+        for target, prefix in {rest[:2] for rest in targets.values()}:
+            system.build(target, prefix)
+        for name, (target, prefix, emulator) in targets.items():
+            for threads in (1,) if arguments.quick else (1, 2):
+                theirs, seconds = system.lock(target, prefix, emulator, threads, work)
+                messages, metrics = differences(ours, theirs)
+                rows.append((name, threads, len(changes), messages, metrics))
+                failed |= bool(messages or metrics)
+                print(f"{name}, {threads} thread(s): {len(changes)} experiments, {seconds:.0f} s; "
+                      f"other messages: {', '.join(messages) or 'none'}; other metrics: {', '.join(metrics) or 'none'}", flush=True)
+    finally:
+        system.unmount()
+    if not arguments.quick and not arguments.targets:
+        (SOURCES / "docs/architectures.md").write_text(page(rows, changes))
+    return int(failed)
+
+
+def page(rows, changes):
+    """The table as a document."""
+    lines = [
+        "# The same messages on every architecture", "",
+        "Generated by `tests/architectures/compare.py`: do not edit. On each target, `kinetoscope lock` ran the shipped experiments; the hashes of all messages "
+        "(topic, time, payload), the traces and the metrics, to the last digit, were compared with those of x86-64 with AVX-512. The compression of the file is not part of the guarantee.", "",
+        "| target | threads | experiments | equal messages | equal metrics |", "|---|---|---|---|---|",
+    ]
+    for name, threads, count, messages, metrics in rows:
+        lines.append(f"| {name} | {threads} | {count} | {count - len(messages)} | {count - len(messages) - len(metrics)} |")
+    lines += ["", "## Shortened experiments", "", "Emulation is about ten times slower than the processor. These experiments had fewer runs:", ""]
+    lines += [f"- `{name}`: {change}" for name, change in changes.items() if change]
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    sys.exit(main())
