@@ -4,12 +4,17 @@
 //! Setup: small runs of all models, with coefficients that are drawn; each is compared with its original, whose frames are
 //! far apart.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 use kinetoscope::verify::divergence::{Cause, Divergence, find_step, in_frames};
 use kinetoscope::{Experiment, Recording, interrupt::Interrupt, run};
 use std::collections::BTreeMap;
 
-/// A model, its manifest with a value for `{}` in one place after the other, and the ranges of these values.
-const SCENES: &[(&str, &str, &[(&str, f64, f64)])] = &[
+/// Name and range of a coefficient.
+type Coefficient = (&'static str, f64, f64);
+
+/// A model, its manifest with coefficients in braces, and their ranges.
+const SCENES: &[(&str, &str, &[Coefficient])] = &[
     (
         "dem",
         "seed = {seed}\n[model.dem]\ndiscs = 25\nwidth_m = 0.012\nheight_m = 0.012\nfriction = {friction}\nrestitution = {restitution}\nstiffness_n_per_m = {stiffness}\nmass_kg = {mass}\nvelocity_std_m_per_s = 0.3\nduration_s = 0.03\n[record]\nframes = 6\n",
@@ -66,7 +71,7 @@ fn rounding_and_physics_are_told_apart() {
     let mut wrong = Vec::new();
     for (model, template, coefficients) in SCENES {
         for seed in 0..PER_SCENE {
-            let draw = |(index, (name, low, high)): (usize, &(&'static str, f64, f64))| {
+            let draw = |(index, (name, low, high)): (usize, &Coefficient)| {
                 let share = uniform(100 * seed + index as u64 + 1);
                 (*name, low + share * (high - low))
             };
