@@ -40,8 +40,8 @@ def main():
             sys.exit(f"{name} does not contain {old!r} once")
         (COPY / name).write_text(text.replace(old, new))
     build = ["cargo", "build", "--quiet", "--locked", "--release", "--package", "kinetoscope-program"]
-    subprocess.run([*build, "--target-dir", COPY / "target"], cwd=COPY, check=True)
-    program = COPY / "target/release/kinetoscope"
+    subprocess.run([*build, "--target-dir", SOURCES / "target/flipped-build"], cwd=COPY, check=True)
+    program = SOURCES / "target/flipped-build/release/kinetoscope"
     checked = subprocess.run([program, "check", "--locked", "--json"], cwd=COPY, capture_output=True, text=True)
     report = {entry["manifest"]: entry for entry in json.loads(checked.stdout)["experiments"]}
     failed = checked.returncode != 4
