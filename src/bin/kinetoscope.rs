@@ -13,6 +13,7 @@ use kinetoscope::cli::exit::{Exit, OF_RUN, exit_codes};
 use kinetoscope::cli::info::InfoArguments;
 use kinetoscope::cli::inspect::{CompareArguments, VerifyArguments};
 use kinetoscope::cli::lock::LockArguments;
+use kinetoscope::cli::messages::Failure;
 use kinetoscope::cli::rerun::Metrics;
 use kinetoscope::cli::run::RunArguments;
 use kinetoscope::cli::starter::{NewArguments, print_schema};
@@ -22,7 +23,7 @@ use kinetoscope_analysis::cli::{
     self as analysis, AnalyzeArguments, ExportArguments, PlotArguments,
 };
 use kinetoscope_usage::{Ended, with_nearest_subcommand};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use view::ViewArguments;
 
@@ -71,6 +72,12 @@ enum Command {
     Completions {
         /// The shell
         shell: Shell,
+    },
+    /// Write the manual pages into a folder, for packages of distributions
+    #[command(after_help = exit_codes(&[]))]
+    ManPages {
+        /// The folder
+        folder: PathBuf,
     },
     #[command(
         after_help = "Exit codes:\n  0    no problem\n  1    a problem was found; its remedy is printed\n  2    bad arguments\n  70   an internal error, or not enough memory\n  75   the output cannot be written"
@@ -136,6 +143,7 @@ fn execute() -> ExitCode {
         Command::View(arguments) => arguments.execute().into(),
         Command::Schema => print_schema().into(),
         Command::Completions { shell } => print_completions(*shell).into(),
+        Command::ManPages { folder } => write_man_pages(folder).into(),
         Command::Doctor(arguments) => arguments.execute(&FEATURES).into(),
     }
 }
@@ -152,4 +160,17 @@ fn print_completions(shell: Shell) -> Exit {
     let mut text = Vec::new();
     clap_complete::generate(shell, &mut Arguments::command(), "kinetoscope", &mut text);
     messages::print_exactly(String::from_utf8_lossy(&text).trim_end())
+}
+
+/// Writes the pages `kinetoscope.1`, `kinetoscope-run.1` and so on.
+fn write_man_pages(folder: &Path) -> Exit {
+    let written = std::fs::create_dir_all(folder)
+        .and_then(|()| clap_mangen::generate_to(Arguments::command(), folder));
+    match written {
+        Ok(()) => Exit::Done,
+        Err(error) => {
+            let what = format!("cannot write the manual pages to {}: {error}", folder.display());
+            Failure::new(Exit::Retryable, what).help("name another folder").report()
+        }
+    }
 }

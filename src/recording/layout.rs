@@ -22,14 +22,14 @@ const PANEL_HEIGHT_PX: f64 = 700.0;
 /// Diameter below which a disc disappears under its outline, px.
 const MIN_OUTLINED_PX: f64 = 6.0;
 
-/// The template of a model, as it stands in `experiments/layouts/`.
+/// The template of a model, as it stands in `layouts/`.
 #[must_use]
 pub fn template(model: &str) -> Option<&'static str> {
     match model {
-        "dem" => Some(include_str!("../../experiments/layouts/dem.json")),
-        "gas" => Some(include_str!("../../experiments/layouts/gas.json")),
-        "packing" => Some(include_str!("../../experiments/layouts/packing.json")),
-        "orbit" => Some(include_str!("../../experiments/layouts/orbit.json")),
+        "dem" => Some(include_str!("layouts/dem.json")),
+        "gas" => Some(include_str!("layouts/gas.json")),
+        "packing" => Some(include_str!("layouts/packing.json")),
+        "orbit" => Some(include_str!("layouts/orbit.json")),
         _ => None,
     }
 }
