@@ -14,7 +14,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import laws as law_book
 import pages
 import reference
-from assemble import Assembly, SourceError
+from assemble import Assembly, SourceError, escape_angles
 from execution import ExecutionError, Pages
 
 BOOK = Path(__file__).resolve().parents[1]
@@ -45,14 +45,13 @@ def measure_all(laws, options):
     return results, wrong
 
 
-def write_laws(results, source, seconds):
+def write_laws(laws, results, source, seconds):
     """Writes the pages of the laws, and returns their lines of the summary."""
     folder = source / "laws"
     folder.mkdir(parents=True, exist_ok=True)
-    lines = []
-    for model, title in pages.MODELS.items():
-        chosen = [result for result in results if result.law["model"] == model]
-        lines += [f"  - [{title}: {result.law['title']}](laws/{result.law['id']}.md)" for result in chosen]
+    lines = [f"  - [{pages.MODELS[law['model']]}: {law['title']}](laws/{law['id']}.md)" for law in laws]
+    for law in laws:
+        (folder / f"{law['id']}.md").write_text(pages.unmeasured_page(law))
     for result in results:
         manifest = law_book.manifest_text(result.law)
         (folder / f"{result.law['id']}.toml").write_text(manifest)
@@ -89,10 +88,12 @@ def main():
     started = time.monotonic()
     laws = law_book.read_laws(BOOK / "laws")
     if options.law:
-        laws = [law for law in laws if law["id"] in options.law]
+        chosen = [law for law in laws if law["id"] in options.law]
     elif options.quick:
-        laws = [next(law for law in laws if law["model"] == model) for model in pages.MODELS]
-    results, wrong = measure_all(laws, options)
+        chosen = [next(law for law in laws if law["model"] == model) for model in pages.MODELS]
+    else:
+        chosen = laws
+    results, wrong = measure_all(chosen, options)
     seconds = time.monotonic() - started
     print(f"{len(results)} laws and their controls in {seconds:.0f} s")
     if wrong:
@@ -106,7 +107,7 @@ def main():
     try:
         execution = Pages(REPOSITORY, options.bin.resolve(), (options.output / "executed").resolve())
         Assembly(REPOSITORY, BOOK / "src", source.resolve()).assemble(execution.execute)
-        lines = {"laws": write_laws(results, source, seconds), "cross_code": write_cross_code(source, options)}
+        lines = {"laws": write_laws(laws, results, source, seconds), "cross_code": write_cross_code(source, options)}
     except (SourceError, ExecutionError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
@@ -117,6 +118,8 @@ def main():
     for name, generated in lines.items():
         text = text.replace(f"{{{{{name}}}}}", "\n".join(generated))
     summary.write_text(text)
+    for page in source.rglob("*.md"):
+        page.write_text(escape_angles(page.read_text()))
     shutil.copyfile(BOOK / "book.toml", options.output / "book.toml")
     print(f"source of the book in {options.output}, after {time.monotonic() - started:.0f} s")
     return 0

@@ -13,6 +13,16 @@ INCLUDE = re.compile(r"\{\{#include ([^}]+)\}\}")
 LINK = re.compile(r"(!?\[[^\]]*\])\(([^)\s]+)\)")
 
 
+CODE = re.compile(r"(^```.*?^```$|^ {4}[^\n]*$|`[^`\n]+`)", re.MULTILINE | re.DOTALL)
+
+
+def escape_angles(text):
+    """Markdown in which `<v>` outside of code is a mean and not an HTML tag."""
+    parts = CODE.split(text)
+    parts[::2] = [re.sub(r"<(?!https?:)", "&lt;", part) for part in parts[::2]]
+    return "".join(parts)
+
+
 class SourceError(Exception):
     """A page that cannot be assembled, with the reason."""
 

@@ -7,7 +7,8 @@ In a page,
     ```
 
 runs the command in a folder of that page, which contains a copy of `experiments/`, and inserts what it prints. The info string
-may limit this: `console lines=8` shows the last 8 lines, `console head=8` the first ones, and `console exit=2` expects that code.
+may limit this: `console lines=8` shows the last 8 lines, `console head=8` the first ones, and `console exit=2` expects that code of
+the last command.
 `{{value EXPERIMENT METRIC KEY=VALUE …}}` is the value of a metric; `variant=velocity_Verlet` is the variant "velocity Verlet". `![…](x.png)` shows a picture that a command has written.
 """
 
@@ -51,19 +52,17 @@ class Pages:
         """A block with the output of each command."""
         settings = dict(option.split("=") for option in options)
         lines = []
-        for line in body.splitlines():
-            if not line.startswith("$ "):
-                continue
-            lines.append(line)
-            lines += self.output(page, folder, line[2:], settings)
+        commands = [line for line in body.splitlines() if line.startswith("$ ")]
+        for command in commands:
+            expected = int(settings.get("exit", 0)) if command is commands[-1] else 0
+            lines += [command, *self.output(page, folder, command[2:], settings, expected)]
         return "```console\n" + "\n".join(lines) + "\n```"
 
-    def output(self, page, folder, command, settings):
+    def output(self, page, folder, command, settings, expected):
         """What a command prints, with paths of this machine removed."""
         environment = os.environ | {"PATH": f"{self.bin_folder}{os.pathsep}{os.environ['PATH']}", "NO_COLOR": "1", "COLUMNS": "100"}
         done = subprocess.run(command, shell=True, cwd=folder, env=environment, text=True, stdout=subprocess.PIPE,
                               stderr=subprocess.STDOUT)
-        expected = int(settings.get("exit", 0))
         if done.returncode != expected:
             raise ExecutionError(f"{page}: `{command}` ended with exit code {done.returncode}, not {expected}:\n{done.stdout}")
         text = done.stdout.replace(f"{folder}/", "").replace(str(folder), ".")

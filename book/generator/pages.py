@@ -112,6 +112,24 @@ The run key is a hash of everything that affects the result: runs with the same 
 """
 
 
+def unmeasured_page(law):
+    """The page of a law that a quick build does not measure."""
+    return f"""# {law['title']}
+
+{law['statement']}
+
+```text
+{law['formula']}
+```
+
+**Source:** {law['source']}
+
+**Setup:** {law['setup']}
+
+This book was built with `--quick`, which measures one law per model only.
+"""
+
+
 def index_page(results, seconds):
     """The table of all laws."""
     parts = [f"""# The book of laws
