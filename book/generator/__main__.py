@@ -25,7 +25,9 @@ def arguments():
     parser = argparse.ArgumentParser(prog="python3 book/generator", description="Generate the source of the book with all its numbers.")
     parser.add_argument("--bin", type=Path, default=REPOSITORY / "target/release", help="folder of the programs [default: target/release]")
     parser.add_argument("--output", type=Path, default=REPOSITORY / "target/book", help="folder of the book [default: target/book]")
-    parser.add_argument("--quick", action="store_true", help="one law per model, and no cross-code pages")
+    parser.add_argument("--quick", action="store_true", help="one law per model")
+    parser.add_argument("--cross-code-python", default=sys.executable, metavar="PYTHON",
+                        help="a Python in which the packages of book/cross_code/requirements.txt are installed [default: this one]")
     parser.add_argument("--law", action="append", default=[], metavar="ID", help="only this law, and nothing else; prints its comparison")
     return parser.parse_args()
 
@@ -64,13 +66,10 @@ def write_cross_code(source, options):
     """Writes the pages that compare with other programs, and returns their lines of the summary."""
     folder = source / "cross_code"
     folder.mkdir(parents=True, exist_ok=True)
-    command = [sys.executable, str(BOOK / "cross_code"), "--bin", str(options.bin.resolve()), "--output", str(folder)]
-    if options.quick:
-        command.append("--quick")
-    done = subprocess.run(command, text=True, stdout=subprocess.PIPE)
+    command = [options.cross_code_python, BOOK / "cross_code", "--bin", options.bin.resolve(), "--output", folder]
+    done = subprocess.run(command)
     if done.returncode:
         raise SourceError(f"the cross-code pages failed with exit code {done.returncode}")
-    print(done.stdout, end="")
     return [f"  - [{title}](cross_code/{name})" for name, title in json.loads((folder / "pages.json").read_text())]
 
 
@@ -93,6 +92,9 @@ def main():
         chosen = [next(law for law in laws if law["model"] == model) for model in pages.MODELS]
     else:
         chosen = laws
+    if not options.law:
+        # Every number comes from runs of this build.
+        shutil.rmtree(options.output / "laws", ignore_errors=True)
     results, wrong = measure_all(chosen, options)
     seconds = time.monotonic() - started
     print(f"{len(results)} laws and their controls in {seconds:.0f} s")
