@@ -14,7 +14,9 @@ def number(value, digits=7):
         return "0"
     size = abs(value)
     if 1e-3 <= size < 1e6:
-        return f"{value:.{digits}g}".replace("-", "−")
+        places = max(0, digits - 1 - math.floor(math.log10(size)))
+        text = f"{value:.{places}f}"
+        return (text.rstrip("0").rstrip(".") if "." in text else text).replace("-", "−")
     mantissa, power = f"{value:.{digits - 1}e}".split("e")
     mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
     return f"{mantissa}·10{str(int(power)).translate(SUPERSCRIPTS)}".replace("-", "−")
@@ -31,13 +33,12 @@ def ratio_text(value, tolerance):
 
 def key_text(keys):
     """The first eight digits of run keys, as in the names of recordings."""
-    shown = ", ".join(f"`{key[:8]}`" for key in keys[:3])
-    return shown if len(keys) <= 3 else f"{shown} and {len(keys) - 3} more"
+    return f"`{keys[0][:8]}`" if len(keys) == 1 else f"`{keys[0][:8]}` and {len(keys) - 1} more"
 
 
 def table(points, names):
     """The comparison of every point of a sweep."""
-    rows = [f"| {names} | measured | standard error | exact | deviation | tolerance | deviation / tolerance | run key |",
+    rows = [f"| {names} | measured | standard error | exact | deviation | tolerance | deviation / tolerance | run keys |",
             "|---|---|---|---|---|---|---|---|"]
     for point in points:
         deviation = point.measured - point.exact

@@ -3,6 +3,7 @@
 import json
 
 MODELS = {"dem": "DEM", "gas": "Gas", "packing": "Packing", "orbit": "Orbit"}
+TABLES = ("record", "sweep", "checks", "plots", "baseline")
 
 
 def in_cell(text):
@@ -34,7 +35,8 @@ def kind(schema, root):
         return " or ".join(given)
     if given == "array":
         size = f"{schema['minItems']} " if schema.get("minItems") and schema.get("minItems") == schema.get("maxItems") else ""
-        return f"list of {size}{kind(schema.get('items', {}), root)}"
+        item = kind(schema.get("items", {}), root)
+        return f"list of {size}{'tables' + item.removeprefix('table') if item.startswith('table') else item}"
     if given == "object" and schema.get("properties"):
         return "table of " + ", ".join(f"`{name}`" for name in schema["properties"])
     return {"string": "text", "object": "table", "boolean": "`true` or `false`"}.get(given, given)
@@ -50,14 +52,16 @@ def limits(schema, root):
 
 def rows(table, root):
     """One row per key of a table."""
-    lines = ["| key | value | range | default | meaning |", "|---|---|---|---|---|"]
+    lines = ["| key | meaning | value | default |", "|---|---|---|---|"]
     needed = table.get("required", [])
     for name, schema in table.get("properties", {}).items():
         whole = resolve(schema, root)
         default = f"`{json.dumps(whole['default'], ensure_ascii=False)}`" if "default" in whole else ""
         default = "required" if name in needed else default
-        lines.append(f"| `{name}` | {in_cell(kind(schema, root))} | {in_cell(limits(schema, root))} | {in_cell(default)} | "
-                     f"{in_cell(schema.get('description', whole.get('description', '')))} |")
+        value, range_text = kind(schema, root), limits(schema, root)
+        value = f"{value}, {range_text}" if range_text else value
+        meaning = schema.get("description", whole.get("description", ""))
+        lines.append(f"| `{name}` | {in_cell(meaning)} | {in_cell(value)} | {in_cell(default)} |")
     return "\n".join(lines)
 
 
@@ -77,12 +81,12 @@ Every key of a manifest, from the JSON Schema that `kinetoscope schema` prints. 
 program parses manifests, and this page from the schema. `kinetoscope new MODEL` prints a manifest with every key and default.
 
 ## Top level
-""", rows({"properties": {name: value for name, value in top.items() if name != "model"}}, root)]
+""", rows({"properties": {name: value for name, value in top.items() if name not in ("model", *TABLES)}}, root)]
     models = resolve(top["model"], root)["properties"]
     for name, title in MODELS.items():
         if name in models:
             parts += [f"\n## [model.{name}]: {title}\n", rows(keys_of(models[name], root), root)]
-    for name in ("record", "sweep", "checks", "plots", "baseline"):
+    for name in TABLES:
         if name in top:
             brackets = f"[[{name}]]" if resolve(top[name], root).get("type") == "array" else f"[{name}]"
             parts += [f"\n## {brackets}\n", rows(keys_of(top[name], root), root)]
