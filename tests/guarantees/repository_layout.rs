@@ -1,8 +1,8 @@
 //! Guarantee: the documents describe the repository as it is, and each package, each unsafe block and each import is where the
 //! architecture allows it.
 //!
-//! Setup: every path in ARCHITECTURE.md, README.md and CONTRIBUTING.md must exist; every experiment must have a row in the README
-//! with an existing test and a picture in docs/replay.md; the sources are searched for packages, `unsafe` and imports.
+//! Setup: every path in ARCHITECTURE.md, README.md and CONTRIBUTING.md must exist; the README has at most 200 lines; every experiment
+//! must have a row in `book/src/use/experiments.md` with an existing test and a picture in docs/replay.md; the sources are searched for packages, `unsafe` and imports.
 //! Control: a path that does not exist and a rule that omits a file are found.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
@@ -42,6 +42,7 @@ fn paths_in(document: &str) -> Vec<String> {
                 "docs/",
                 "benches/",
                 "examples/",
+                "book/",
             ]
             .iter()
             .any(|top| path.starts_with(top))
@@ -72,12 +73,24 @@ fn collect_sources(folder: &Path, into: &mut Vec<PathBuf>) {
 
 #[test]
 fn paths_named_in_documents_exist() {
-    for document in ["ARCHITECTURE.md", "README.md", "CONTRIBUTING.md", "docs/threat_model.md"] {
+    for document in [
+        "ARCHITECTURE.md",
+        "README.md",
+        "CONTRIBUTING.md",
+        "docs/threat_model.md",
+        "book/src/use/experiments.md",
+    ] {
         let text = read(document);
         for path in paths_in(&text) {
             assert!(root().join(&path).exists(), "{document} names {path}, which does not exist");
         }
     }
+}
+
+#[test]
+fn readme_has_at_most_200_lines() {
+    let lines = read("README.md").lines().count();
+    assert!(lines <= 200, "README.md has {lines} lines; move details to book/src");
 }
 
 #[test]
@@ -104,7 +117,7 @@ fn findings_of_the_threat_model_name_their_tests() {
 
 #[test]
 fn every_experiment_has_a_row_a_test_a_replay_and_a_check() {
-    let readme = read("README.md");
+    let table = read("book/src/use/experiments.md");
     let replays = read("docs/replay.md");
     let mut shipped = BTreeSet::new();
     for entry in fs::read_dir(root().join("experiments")).unwrap() {
@@ -114,10 +127,10 @@ fn every_experiment_has_a_row_a_test_a_replay_and_a_check() {
         }
     }
     for experiment in &shipped {
-        let row = readme
+        let row = table
             .lines()
             .find(|line| line.starts_with(&format!("| `experiments/{experiment}`")))
-            .unwrap_or_else(|| panic!("{experiment} has no row in the README's table"));
+            .unwrap_or_else(|| panic!("{experiment} has no row in book/src/use/experiments.md"));
         assert!(row.contains("`tests/"), "{experiment}: the row names no test");
         let first = read(&format!("experiments/{experiment}"));
         let question = first.lines().next().unwrap_or_default();

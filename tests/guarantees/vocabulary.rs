@@ -292,7 +292,15 @@ impl Text {
 fn texts() -> BTreeMap<String, Text> {
     let documents = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "recordings/README.md"];
     let documents = documents.into_iter().map(str::to_owned);
-    let named = [("docs", "md"), ("experiments", "toml"), ("src/manifest/starter", "toml")];
+    let named = [
+        ("docs", "md"),
+        ("book/src", "md"),
+        ("book/src/tutorials", "md"),
+        ("book/src/use", "md"),
+        ("book/src/physics", "md"),
+        ("experiments", "toml"),
+        ("src/manifest/starter", "toml"),
+    ];
     let named = named.into_iter().chain([("src/recording/layouts", "json")]);
     let others = named.flat_map(|(folder, extension)| files(folder, extension));
     let read = |name: &str| fs::read_to_string(root().join(name)).unwrap();

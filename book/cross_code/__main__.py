@@ -1,0 +1,162 @@
+"""Writes the pages that compare Kinetoscope with other programs: `python3 book/cross_code --bin FOLDER --output FOLDER`.
+
+Each comparison has a tolerance and a control, the same comparison with a changed constant in the other program, which must exceed
+it. A program that cannot be loaded is skipped by name. The summary of the pages goes to `pages.json`.
+"""
+
+import argparse
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parent / "generator")]
+
+from pages import number
+
+EXPERIMENTS = HERE.parents[1] / "experiments"
+
+
+def table(heads, rows):
+    lines = [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
+    return "\n".join(lines + [f"| {' | '.join(cells)} |" for cells in rows])
+
+
+def page(title, text, heads, rows, control, tolerance, key):
+    """A page with both tables: the comparison and its control."""
+    return f"""# {title}
+
+{text}
+
+{table(heads, rows)}
+
+**Tolerance:** {tolerance}
+
+**Run key:** `{key}`
+
+## The control that fails
+
+{control[0]}
+
+{table(heads, control[1])}
+"""
+
+
+def discs(kinetoscope, folder, model):
+    """Hard discs against the plain event-driven program."""
+    from event_driven import compare
+
+    radius, duration, unit = (1.0, 14.0, "") if model == "packing" else (0.1, 3.5, " m")
+    rows, key, manifest = compare(kinetoscope, folder, model, 20, duration)
+    control, _, _ = compare(kinetoscope, folder, model, 20, duration, 1 + 1e-6)
+    tolerance = 1e-3 * radius
+
+    def agree(rows):
+        return all(ours == theirs and distance <= tolerance for _, ours, theirs, distance in rows)
+
+    def cells(rows):
+        return [[number(time), str(ours[0]), str(theirs[0]), str(ours[1]), str(theirs[1]), number(distance, 2)]
+                for time, ours, theirs, distance in rows]
+
+    heads = ["time", "pair collisions", "in the plain program", "wall collisions", "in the plain program", f"largest distance{unit}"]
+    shape = "a square with walls" if model == "packing" else "a circle"
+    title = f"{model.capitalize()} and a plain event-driven program"
+    text = f"""Twenty hard discs in {shape}, from the same start, in Kinetoscope and in `book/cross_code/event_driven.py`. That program moves all discs to each event
+and finds the next event among all pairs by the textbook's quadratic formula; it shares no code and no algorithm with Kinetoscope.
+
+```toml
+{manifest.strip()}
+```
+
+Rounding errors grow by a factor of a few per collision of a disc, in any program, so the distance grows exponentially with time."""
+    body = page(title, text, heads, cells(rows), ("The discs of the plain program are larger by a millionth:", cells(control)),
+                "equal numbers of collisions in every frame, and no disc farther away than a thousandth of its radius.", key)
+    return title, body, agree(rows), agree(control), f"{sum(rows[-1][1])} collisions in the same order"
+
+
+def lammps_page(kinetoscope, folder):
+    """DEM against LAMMPS."""
+    from lammps_discs import MANIFEST, RADIUS, compare
+
+    rows, key, version = compare(kinetoscope, folder)
+    control, _, _ = compare(kinetoscope, folder, 1 + 1e-6)
+    tolerance = 1e-6 * RADIUS
+    heads = ["time, s", "kinetic energy, J", "in LAMMPS, J", "largest distance, m"]
+
+    def cells(rows):
+        return [[number(time), number(ours, 12), number(theirs, 12), number(distance, 2)] for time, ours, theirs, distance in rows]
+
+    title = "DEM and LAMMPS"
+    text = f"""Twenty discs in a box with gravity, from the same start, in Kinetoscope and in LAMMPS {version} (`pair_style gran/hooke`, `fix wall/gran`,
+`fix nve/sphere disc`), step by step.
+
+```toml
+{MANIFEST.strip()}
+```"""
+    body = page(title, text, heads, cells(rows), ("The damping in LAMMPS is larger by a millionth:", cells(control)),
+                "no disc is farther away than a millionth of its radius at any frame.", key)
+    worst = max(row[-1] for row in rows)
+    return title, body, worst <= tolerance, max(row[-1] for row in control) <= tolerance, f"discs within {number(worst, 2)} m"
+
+
+def rebound_page(kinetoscope, folder):
+    """Orbits against REBOUND."""
+    from rebound_orbits import compare
+
+    manifest = EXPERIMENTS / "orbit_outer_planets.toml"
+    rows, key, version = compare(kinetoscope, folder, manifest)
+    control, _, _ = compare(kinetoscope, folder, manifest, 1 + 1e-6)
+    heads, tolerance = ["time, d", "largest distance of a body, AU"], 1e-9
+
+    def cells(rows):
+        return [[number(time), number(distance, 2)] for time, distance in rows]
+
+    title = "Orbits and REBOUND"
+    text = f"""The Sun and the five outer planets of `experiments/orbit_outer_planets.toml` for a century: the method of order 8 in Kinetoscope (`dop853`), IAS15 in
+REBOUND {version}, from the same start."""
+    body = page(title, text, heads, cells(rows), ("The mass of Jupiter in REBOUND is larger by a millionth:", cells(control)),
+                "1e-9 AU, 150 m: both methods keep about 1e-15 per step.", key)
+    worst = max(row[-1] for row in rows)
+    return title, body, worst <= tolerance, max(row[-1] for row in control) <= tolerance, f"bodies within {number(worst, 2)} AU"
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="python3 book/cross_code")
+    parser.add_argument("--bin", type=Path, required=True, help="folder of the programs")
+    parser.add_argument("--output", type=Path, required=True, help="folder of the pages")
+    options = parser.parse_args()
+    comparisons = {"dem": ("LAMMPS", lammps_page), "orbit": ("REBOUND", rebound_page),
+                   "packing": ("the plain program", lambda *places: discs(*places, "packing")),
+                   "gas": ("the plain program", lambda *places: discs(*places, "gas"))}
+    pages, lines, wrong = [], [], []
+    with tempfile.TemporaryDirectory() as folder:
+        for model, (program, comparison) in comparisons.items():
+            try:
+                title, body, agrees, control_agrees, result = comparison(options.bin / "kinetoscope", Path(folder))
+            except (ImportError, OSError) as error:
+                print(f"skipped: {program}: {error}")
+                lines.append([model, program, "skipped, because it cannot be loaded here"])
+                continue
+            if not agrees:
+                wrong.append(f"{title}: the programs differ")
+            if control_agrees:
+                wrong.append(f"{title}: the control passes")
+            (options.output / f"{model}.md").write_text(body)
+            pages.append([f"{model}.md", title])
+            lines.append([model, f"[{program}]({model}.md)", result])
+    text = f"""# Comparison with other programs
+
+The same start in two programs, compared frame by frame. Each page has a control: the same comparison with a constant changed by a millionth in
+the other program, which is detected.
+
+{table(["model", "program", "result"], lines)}
+"""
+    (options.output / "index.md").write_text(text)
+    (options.output / "pages.json").write_text(json.dumps(pages))
+    print("\n".join(f"error: {line}" for line in wrong) or f"{len(pages)} comparisons with other programs agree")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

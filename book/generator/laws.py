@@ -1,0 +1,207 @@
+"""Laws: an experiment, the metric that it measures, its exact value, a tolerance, and a control that must be rejected.
+
+A law is one table `[[law]]` of `book/laws/MODEL.toml`:
+
+    id, title, statement, formula, source, setup    text of the page
+    manifest            the experiment, without its name; the name is the id
+    manifest_file       in place of `manifest`: a shipped experiment, by its path in the repository
+    metric              the metric compared; or `measured`, an expression of metrics, m("name")
+    where               coordinates of the points compared (default: all)
+    exact               expression of the exact value (default: `theory`, that of the analysis)
+    tolerance           expression of the largest |measured - exact|
+    tolerance_reason    why it is that large
+    constants           numbers that formulas need and no manifest contains
+    [law.control]       text, and one or more of: set = {KEY = "VALUE"}, exact, metric, measured
+
+Expressions are Python with the functions of `math`. They may use every key of the manifest by the last part of its name, and
+`theory`, `accuracy` (of the theory), `error` (the standard error) and, in a tolerance, `exact`. A control with `exact` compares
+the same measurement with a wrong law; a control with `set` compares another run with the law of the first run.
+"""
+
+import json
+import math
+import shlex
+import subprocess
+import tomllib
+from dataclasses import dataclass, field
+from pathlib import Path
+
+FUNCTIONS = {name: getattr(math, name) for name in dir(math) if not name.startswith("_")}
+FUNCTIONS |= {"abs": abs, "max": max, "min": min, "sum": sum, "len": len}
+
+
+class LawError(Exception):
+    """A law that cannot be evaluated, with the reason."""
+
+
+@dataclass
+class Point:
+    """One comparison: a run, the mean of replicates at one point of a sweep, or a fit along a sweep."""
+
+    label: str
+    names: dict
+    measured: float
+    error: float | None
+    run_keys: list[str]
+    exact: float = math.nan
+    tolerance: float = math.nan
+
+    def agrees(self):
+        return abs(self.measured - self.exact) <= self.tolerance
+
+
+@dataclass
+class Result:
+    """A law with its measurement, its control and the commands that repeat both."""
+
+    law: dict
+    unit: str
+    points: list[Point]
+    control_points: list[Point]
+    commands: list[str]
+    control_commands: list[str] = field(default_factory=list)
+
+    def failures(self):
+        """What is wrong with the law, as sentences."""
+        found = [f"{point.label or 'the run'}: measured {point.measured!r}, exact {point.exact!r}, tolerance {point.tolerance!r}"
+                 for point in self.points if not point.agrees()]
+        found += [f"the control passes at {point.label or 'its run'}: {point.measured!r}, compared with {point.exact!r} within "
+                  f"{point.tolerance!r}" for point in self.control_points if point.agrees()]
+        return found
+
+
+def read_laws(folder):
+    """All laws of a folder, in the order of the files' names; ids are unique."""
+    laws = []
+    for file in sorted(Path(folder).glob("*.toml")):
+        with file.open("rb") as text:
+            for law in tomllib.load(text)["law"]:
+                laws.append(law | {"model": file.stem})
+    names = [law["id"] for law in laws]
+    twice = {name for name in names if names.count(name) > 1}
+    if twice:
+        raise LawError(f"ids are listed twice: {', '.join(sorted(twice))}")
+    return laws
+
+
+def evaluate(law, text, names):
+    """The value of an expression."""
+    try:
+        return float(eval(text, {"__builtins__": {}}, FUNCTIONS | names))
+    except Exception as error:
+        raise LawError(f"{law['id']}: `{text}`: {error}") from error
+
+
+def run_experiment(law, bin_folder, folder, overrides):
+    """Runs and analyzes the experiment of a law, and returns its metrics."""
+    manifest = Path(folder) / "manifests" / f"{law['id']}.toml"
+    manifest.parent.mkdir(parents=True, exist_ok=True)
+    manifest.write_text(manifest_text(law))
+    output = Path(folder) / ("controls" if overrides else "recordings")
+    settings = [word for key, value in overrides.items() for word in ("--set", f"{key}={value}")]
+    program = str(Path(bin_folder) / "kinetoscope")
+    for words in ([program, "run", "--quiet", "--prune", "--output", str(output), *settings, str(manifest)],
+                  [program, "analyze", "--quiet", "--no-replay", str(output / law["id"])]):
+        done = subprocess.run(words, capture_output=True, text=True)
+        # 3: a check of the experiment fails or a run ends in a fault; the comparison of the law decides.
+        if done.returncode not in (0, 3):
+            raise LawError(f"{law['id']}: {shlex.join(words)}: exit code {done.returncode}\n{done.stderr}")
+    with (output / law["id"] / "metrics.json").open() as text:
+        return json.load(text)
+
+
+def manifest_text(law):
+    """The manifest: the question of the law, the name, and the text of its table or of the shipped experiment."""
+    text = law.get("manifest")
+    if text is None:
+        shipped = (Path(__file__).parents[2] / law["manifest_file"]).read_text()
+        head, table, rest = shipped.partition("[model.")
+        text = "\n".join(line for line in head.splitlines() if line.startswith(("seed", "replicates"))) + "\n\n" + table + rest
+    return f'# {law["title"]}: {law["statement"]}\nname = "{law["id"]}"\n{text.strip()}\n'
+
+
+def commands(law, overrides):
+    """The commands by which a reader repeats the runs."""
+    settings = "".join(f" --set {shlex.quote(f'{key}={value}')}" for key, value in overrides.items())
+    return [f"kinetoscope run {law['id']}.toml{settings}", f"kinetoscope analyze recordings/{law['id']}"]
+
+
+def coordinates_match(coordinates, wanted):
+    return all(name in coordinates and coordinates[name]["value"] == value for name, value in wanted.items())
+
+
+def values_of(manifest):
+    """The keys of a canonical manifest by the last part of their names, as numbers, words or lists."""
+    return {key.rsplit(".", 1)[-1]: tomllib.loads(f"x = {value}")["x"] for key, value in manifest.items()
+            if not value.startswith("sha256")}
+
+
+def label_of(coordinates):
+    parts = []
+    for name, coordinate in coordinates.items():
+        unit = "" if coordinate["unit"] in ("1", "") else f" {coordinate['unit']}"
+        value = coordinate["value"]
+        parts.append(str(value) if name == "variant" else f"{name} = {value}{unit}")
+    return ", ".join(parts)
+
+
+def points_of(law, metrics, metric, measured):
+    """All points at which a metric has a value: fits, else means over replicates, else runs."""
+    named = metric or law.get("metric") or next(iter(measured.split('m("')[1:])).split('"')[0]
+    entries = [entry for entry in metrics["metrics"] if entry["name"] == named and entry["applicable"]]
+    fits = [entry for entry in entries if (entry.get("sweep") or {}).get("along")]
+    means = [entry for entry in entries if entry.get("sweep") and not entry["sweep"]["along"]]
+    entries = fits or means or [entry for entry in entries if entry.get("run")]
+    points = []
+    for entry in entries:
+        place = (entry.get("sweep") or entry["run"])["coordinates"]
+        if not coordinates_match(place, law.get("where", {})):
+            continue
+        same = {name: coordinate["value"] for name, coordinate in place.items()}
+        runs = [run for run in metrics["runs"] if coordinates_match(run["coordinates"], same)
+                and ("run" not in entry or entry["run"]["file"] == run["file"])]
+        points.append(point_at(law, metrics, entry, place, runs, measured))
+    if not points:
+        raise LawError(f"{law['id']}: no run has a value of {named}")
+    return points, entries[0]["unit"]
+
+
+def point_at(law, metrics, entry, place, runs, measured):
+    theory = entry.get("theory") or {}
+    error = entry["conditional_standard_error"]
+    error = entry["standard_error"] if error is None else error
+    names = values_of(runs[0]["manifest"]) | law.get("constants", {})
+    names |= {"theory": theory.get("value"), "accuracy": theory.get("accuracy") or 0.0, "error": error, "runs": len(runs)}
+    key = "sweep" if entry.get("sweep") else "run"
+    others = {other["name"]: other["value"] for other in metrics["metrics"] if other.get(key) == entry[key]}
+    names["m"] = others.__getitem__
+    value = evaluate(law, measured, names) if measured else entry["value"]
+    return Point(label_of(place), names, value, error, [run["run_key"] for run in runs])
+
+
+def compare(law, points, references, exact):
+    """Sets the exact value and the tolerance of points, from their own names or from those of the reference."""
+    for point, reference in zip(points, references, strict=True):
+        names = reference.names
+        point.exact = evaluate(law, exact, names)
+        law_value = evaluate(law, law.get("exact", "theory"), names)
+        point.tolerance = evaluate(law, law["tolerance"], names | {"exact": law_value})
+
+
+def measure(law, bin_folder, folder):
+    """Runs a law and its control."""
+    metrics = run_experiment(law, bin_folder, folder, {})
+    points, unit = points_of(law, metrics, law.get("metric"), law.get("measured"))
+    compare(law, points, points, law.get("exact", "theory"))
+    control = law["control"]
+    if not control.keys() & {"set", "exact", "metric", "measured"}:
+        raise LawError(f"{law['id']}: the control changes nothing")
+    overrides = control.get("set", {})
+    if overrides:
+        metrics = run_experiment(law, bin_folder, folder, overrides)
+    metric, measured = law.get("metric"), law.get("measured")
+    if "metric" in control or "measured" in control:
+        metric, measured = control.get("metric"), control.get("measured")
+    control_points, _ = points_of(law, metrics, metric, measured)
+    compare(law, control_points, points, control.get("exact", law.get("exact", "theory")))
+    return Result(law, unit, points, control_points, commands(law, {}), commands(law, overrides) if overrides else [])

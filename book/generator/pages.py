@@ -1,0 +1,156 @@
+"""Pages of the book of laws: one per law, and the table of all."""
+
+import math
+
+MODELS = {"dem": "DEM", "gas": "Gas", "orbit": "Orbit", "packing": "Packing"}
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def number(value, digits=7):
+    """A number with a power of ten where it is far from 1."""
+    if value is None or math.isnan(value):
+        return ""
+    if value == 0:
+        return "0"
+    size = abs(value)
+    if 1e-3 <= size < 1e6:
+        places = max(0, digits - 1 - math.floor(math.log10(size)))
+        text = f"{value:.{places}f}"
+        return (text.rstrip("0").rstrip(".") if "." in text else text).replace("-", "−")
+    mantissa, power = f"{value:.{digits - 1}e}".split("e")
+    mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
+    return f"{mantissa}·10{str(int(power)).translate(SUPERSCRIPTS)}".replace("-", "−")
+
+
+def in_cell(text):
+    return text.replace("|", "\\|")
+
+
+def ratio_text(value, tolerance):
+    """A deviation in units of the tolerance."""
+    return number(value / tolerance, 2) if tolerance > 0 else number(value, 2)
+
+
+def key_text(keys):
+    """The first eight digits of run keys, as in the names of recordings."""
+    return f"`{keys[0][:8]}`" if len(keys) == 1 else f"`{keys[0][:8]}` and {len(keys) - 1} more"
+
+
+def table(points, names):
+    """The comparison of every point of a sweep."""
+    rows = [f"| {names} | measured | standard error | exact | deviation | tolerance | deviation / tolerance | run keys |",
+            "|---|---|---|---|---|---|---|---|"]
+    for point in points:
+        deviation = point.measured - point.exact
+        cells = [in_cell(point.label) or "all runs", number(point.measured), number(point.error, 2), number(point.exact),
+                 number(deviation, 2), number(point.tolerance, 2), ratio_text(abs(deviation), point.tolerance),
+                 key_text(point.run_keys)]
+        rows.append(f"| {' | '.join(cells)} |")
+    return "\n".join(rows)
+
+
+def quantity(law, unit):
+    """What is measured, with its unit."""
+    unit = "" if unit in ("1", "") else f", in {unit}"
+    return f"`{law.get('metric') or law['measured']}`{unit}"
+
+
+def compared(part, law):
+    """The expression with which a measurement is compared."""
+    text = part.get("exact", law.get("exact", "theory"))
+    return "the theoretical value of the analysis" if text == "theory" else f"`{text}`"
+
+
+def law_page(result, manifest):
+    """The page of a law."""
+    law, control = result.law, result.law["control"]
+    commands = "\n".join(result.commands)
+    if result.control_commands:
+        repeat = f"\n\n```console\n{chr(10).join(result.control_commands)}\n```"
+    else:
+        repeat = "\n\nIt needs no run of its own: the measurement is that of the law."
+    measured = control.get("metric") or control.get("measured")
+    measured = f" The quantity compared is `{measured}`." if measured else ""
+    return f"""# {law['title']}
+
+{law['statement']}
+
+```text
+{law['formula']}
+```
+
+**Source:** {law['source']}
+
+**Setup:** {law['setup']}
+
+## Measured and exact
+
+{quantity(law, result.unit)}, compared with {compared(law, law)}:
+
+{table(result.points, "runs")}
+
+**Tolerance:** `{law['tolerance']}`. {law['tolerance_reason']}
+
+## The control that fails
+
+{control['text']}{measured} Compared with {compared(control, law)}, within the tolerance of the law; the deviation must be larger than it:
+
+{table(result.control_points, "runs")}{repeat}
+
+## Repeat it
+
+Save [the manifest]({law['id']}.toml), then:
+
+```console
+{commands}
+```
+
+```toml
+{manifest.strip()}
+```
+
+The run key is a hash of everything that affects the result: runs with the same key have the same bytes on every machine.
+"""
+
+
+def unmeasured_page(law):
+    """The page of a law that a quick build does not measure."""
+    return f"""# {law['title']}
+
+{law['statement']}
+
+```text
+{law['formula']}
+```
+
+**Source:** {law['source']}
+
+**Setup:** {law['setup']}
+
+This book was built with `--quick`, which measures one law per model only.
+"""
+
+
+def index_page(results, seconds):
+    """The table of all laws."""
+    parts = [f"""# The book of laws
+
+Each page compares a measurement with an exact value. The same command that wrote these pages ran the {len(results)} laws and their
+controls, in {seconds:.0f} s. It fails if a law is violated, and also if a control passes: a comparison that cannot fail would prove nothing.
+
+No result on these pages was typed: measurements come from `metrics.json`, exact values from the formulas and manifests in
+`book/laws/`. The deviation is the largest of the law's points, in units of its tolerance. The last column is the smallest
+deviation of the control in the same units, which must be above 1.
+"""]
+    for model, title in MODELS.items():
+        chosen = [result for result in results if result.law["model"] == model]
+        if not chosen:
+            continue
+        parts.append(f"\n## {title}\n\n| law | formula | points | deviation / tolerance | control |\n|---|---|---|---|---|")
+        for result in chosen:
+            law = result.law
+            largest = max(abs(p.measured - p.exact) / p.tolerance for p in result.points)
+            least = min(abs(p.measured - p.exact) / p.tolerance for p in result.control_points)
+            parts.append(f"| [{law['title']}]({law['id']}.md) | {in_cell(law['formula'])} | {len(result.points)} | "
+                         f"{number(largest, 2)} | {number(least, 2)} |")
+    return "\n".join(parts) + "\n"
