@@ -224,7 +224,7 @@ impl GasRun {
         found.compare(metric::ENERGY_DRIFT, drift, self.keeps_energy().then_some(0.0));
         found.compare(metric::PARTICLES_OUTSIDE, self.max_outside as f64, 0.0);
         // A thermal wall and collisions between discs change the speed of each particle; nothing is recorded then.
-        if self.config.disc_radius_m.is_none() && self.config.wall_temperature_k.is_none() {
+        if self.config.disc_radius_m.is_none() && self.config.thermal_wall.is_none() {
             found.compare(metric::MAX_SPEED_CHANGE, self.max_speed_change, 0.0);
             let change = self.max_angular_momentum_change;
             found.compare(metric::MAX_ANGULAR_MOMENTUM_CHANGE, change, 0.0);
