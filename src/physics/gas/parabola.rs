@@ -71,7 +71,7 @@ fn latest_collision(particle: Particle, gravity: f64, radius: f64) -> f64 {
     let height = if y + radius > 0.0 { y + radius } else { 0.0 };
     let root = (vy * vy + 2.0 * gravity * height).sqrt();
     // Both forms are the later root; each is used where it has no cancellation.
-    let fall = if vy > 0.0 { (vy + root) / gravity } else { 2.0 * height / (root - vy) };
+    let fall = if vy >= 0.0 { (vy + root) / gravity } else { 2.0 * height / (root - vy) };
     let side = if vx < 0.0 { x + radius } else { radius - x };
     let drift = (if side > 0.0 { side } else { 0.0 }) / vx.abs();
     // A comparison with 0/0 is false.
