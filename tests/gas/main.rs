@@ -36,5 +36,10 @@ mod pressure_of_discs_agrees_with_theory;
 // Elastic collisions relax speeds to Maxwell's distribution.
 mod collisions_relax_speeds_to_maxwell;
 
+// Density in gravity follows the barometric law, and particles keep their energy.
+mod gravity_gives_the_barometric_law;
+// A removed partition keeps the temperature and raises the entropy.
+mod removed_partition_raises_the_entropy;
+
 // Initial states, rejected configurations, frames and checkpoints of the gas.
 mod initial_state_and_frames_follow_configuration;

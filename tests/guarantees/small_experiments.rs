@@ -115,6 +115,16 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
          speeds_m_per_s = [300.0, 900.0, 600.0]\ntemperature_schedule = [[0.0103, 500.0]]\nduration_s = 0.02\n[record]\nframes = 20\n",
     ),
     (
+        "gas_in_gravity",
+        "seed = 21\n[model.gas]\nparticles = 50\nadditional_masses_kg = [3e-26]\ngravity_m_per_s2 = 5e5\n\
+         position_distribution = \"barometric\"\nduration_s = 0.02\n[record]\nframes = 20\n",
+    ),
+    (
+        "gas_with_a_partition",
+        "seed = 22\n[model.gas]\nparticles = 50\nadditional_masses_kg = [3e-26]\npartition_x_m = 0.1\n\
+         partition_opens_s = 0.0103\npartition_side = \"by-mass\"\nduration_s = 0.02\n[record]\nframes = 20\n",
+    ),
+    (
         "gas_logarithmic",
         "seed = 18\n[model.gas]\nparticles = 50\nduration_s = 0.02\n[record]\nframes_per_decade = 7\n",
     ),

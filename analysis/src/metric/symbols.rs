@@ -5,6 +5,8 @@ use std::collections::BTreeSet;
 /// Each symbol with its meaning.
 pub(crate) const SYMBOLS: &[(&str, &str)] = &[
     ("A", "area of the container, or of a layer of a bed"),
+    ("A_s", "area in which species s starts"),
+    ("B", "number of boxes on each side of a partition"),
     ("C", "number of pair collisions since the start"),
     ("E", "energy; per unit mass for one body around the Sun"),
     ("E_0", "initial energy"),
@@ -35,6 +37,7 @@ pub(crate) const SYMBOLS: &[(&str, &str)] = &[
     ("d_ij", "mean of the diameters of discs i and j"),
     ("d_j", "diameter of disc j"),
     ("e", "coefficient of restitution"),
+    ("g", "acceleration of gravity"),
     ("g(r)", "pair correlation function at the distance r of two discs"),
     ("i", "imaginary unit"),
     ("k_B", "Boltzmann's constant"),
@@ -53,6 +56,8 @@ pub(crate) const SYMBOLS: &[(&str, &str)] = &[
     ("v", "velocity, or speed"),
     ("v_rms", "root mean square speed"),
     ("w", "width of an orifice"),
+    ("x_s", "fraction of the particles that belong to species s"),
+    ("y", "height above the center of the container"),
     ("Δt", "time step"),
     ("Ω", "angular velocity of a disc"),
     ("ε", "eccentricity"),

@@ -1,6 +1,7 @@
 //! `[model.gas]`: point particles in a circular container.
 
 use super::contract::{Model, at_least_one_step};
+use super::gas_partition::Partition;
 use super::gas_start::{
     BoltzmannConstant, GasPlacement, PositionDistribution, SpeedDistribution, SpeedScale,
     TemperatureDefinition,
@@ -40,6 +41,7 @@ table! {
         /// Additional masses: particle i has the (i mod n)-th of `mass_kg` and these.
         additional_masses_kg: Vec<Positive> ["kg", sparse] = Vec::new(),
         /// uniform-in-area: stationary (default). uniform-in-radius: the distance from the center is uniform, which is not stationary.
+        /// barometric: equilibrium at `temperature_k` in gravity.
         position_distribution: PositionDistribution ["", sparse] = PositionDistribution::UniformInArea,
         /// Pairs [time, temperature] in rising order: at each time all velocities are rescaled to the temperature.
         temperature_schedule: Vec<[NonNegative; 2]> ["s, K", sparse] = Vec::new(),
@@ -55,6 +57,10 @@ table! {
         /// Speeds that are given to the particles in turn, in place of `speed_distribution`; directions are uniform. They
         /// are kept unless `temperature_k` is given as well.
         speeds_m_per_s: Vec<NonNegative> ["m/s", sparse] = Vec::new(),
+        /// Uniform gravity toward -y. Needs exact propagation, points and a plain wall.
+        gravity_m_per_s2: NonNegative ["m/s^2", sparse] = NonNegative::literal(0.0),
+        /// A partition that is removed.
+        partition: Option<Partition> [group],
         /// Simulated time.
         duration_s: Positive ["s"] = Positive::literal(0.1),
     }
@@ -135,12 +141,13 @@ impl GasConfig {
         self.keeps_energy() && self.disc_radius_m.is_none()
     }
 
-    /// Whether the particles keep their energy, each of them or all together.
+    /// Whether the particles keep their kinetic energy, each of them or all together.
     #[must_use]
     pub fn keeps_energy(&self) -> bool {
         self.thermal_wall.is_none()
             && self.wall_speed_m_per_s.get() == 0.0
             && self.temperature_schedule.is_empty()
+            && self.gravity_m_per_s2.get() == 0.0
     }
 
     fn check_time_step(&self, table: &mut Reader<'_>) {
@@ -182,6 +189,7 @@ impl Model for GasConfig {
         self.check_speeds(table);
         self.check_wall(table);
         self.check_collisions(table);
+        self.check_gravity_and_partition(table);
         self.check_time_step(table);
     }
 }

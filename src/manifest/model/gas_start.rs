@@ -12,6 +12,8 @@ words! {
         UniformInArea = "uniform-in-area",
         /// Distance from the center uniform in [0, r]: too many in the middle, and not stationary.
         UniformInRadius = "uniform-in-radius",
+        /// Equilibrium in gravity: density proportional to exp(-m g y / (k_B T)).
+        Barometric = "barometric",
     }
 }
 

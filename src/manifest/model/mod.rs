@@ -10,6 +10,7 @@ mod dem_radius;
 mod dem_rules;
 mod dem_walls;
 mod gas;
+mod gas_partition;
 mod gas_rules;
 mod gas_start;
 mod gas_walls;
@@ -28,6 +29,7 @@ pub use dem_materials::{DISC, DemContactConstants, DemContactPair, DemMaterial, 
 pub use dem_radius::DiscRadius;
 pub use dem_walls::{DemWall, DemWallShape};
 pub use gas::{GasConfig, Propagation};
+pub use gas_partition::{Partition, PartitionSide};
 pub use gas_start::{
     BoltzmannConstant, GasPlacement, PositionDistribution, SpeedDistribution, SpeedScale,
     TemperatureDefinition,

@@ -1,5 +1,6 @@
 //! Particles at the start: positions, velocities and their scale.
 
+use super::initial_positions::draw_special;
 use super::motion::Particle;
 use super::pressure::{SpeedMoments, speed_at};
 use super::speed_distribution::InitialSpeeds;
@@ -146,6 +147,9 @@ fn draw_positions(config: &GasConfig, seed: Seed) -> Result<Vec<[f64; 2]>, Setup
     let radius = config.radius_m.get();
     let mut draws = seed.stream(Stream::Positions);
     let count = config.particles.get();
+    if let Some(positions) = draw_special(config, &mut draws)? {
+        return Ok(positions);
+    }
     let Some(disc_radius) = config.disc_radius_m.map(|radius| radius.get()) else {
         return Ok((0..count)
             .map(|_| {
@@ -153,8 +157,8 @@ fn draw_positions(config: &GasConfig, seed: Seed) -> Result<Vec<[f64; 2]>, Setup
                 let fraction = draws.uniform();
                 let distance = radius
                     * match config.position_distribution {
-                        PositionDistribution::UniformInArea => fraction.sqrt(),
                         PositionDistribution::UniformInRadius => fraction,
+                        _ => fraction.sqrt(),
                     };
                 from_polar(distance, TAU * draws.uniform())
             })

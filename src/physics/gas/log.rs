@@ -24,18 +24,25 @@ impl Gas {
                 "N = {count} particles of {mass:e} kg in a circle of radius r = {radius} m with its center at ({cx}, {cy}) m"
             ),
         );
+        let positions = if self.scheme.partition_m().is_some() {
+            "uniform over one side of the partition"
+        } else if self.scheme.gravity_m_per_s2() > 0.0 {
+            "by position_distribution"
+        } else {
+            "uniform over the area"
+        };
         frame.log(
             Level::Info,
             match self.initial_speeds {
                 InitialSpeeds::Uniform { max_speed } => format!(
-                    "start: positions uniform over the area, directions uniform, speeds uniform in [0, {}) m/s",
+                    "start: positions {positions}, directions uniform, speeds uniform in [0, {}) m/s",
                     short(max_speed)
                 ),
                 InitialSpeeds::Maxwell { .. } => {
-                    "start: positions uniform over the area, velocities from the Maxwell distribution".to_owned()
+                    format!("start: positions {positions}, velocities from the Maxwell distribution")
                 }
                 InitialSpeeds::Equal => format!(
-                    "start: positions uniform over the area, directions uniform, all speeds {} m/s",
+                    "start: positions {positions}, directions uniform, all speeds {} m/s",
                     short(moments.mean_speed)
                 ),
                 InitialSpeeds::Given => "start: positions and velocities as given".to_owned(),

@@ -8,16 +8,19 @@
 //! schemes). `pressure.rs` holds the ideal-gas laws, `observe.rs` what a frame contains.
 
 pub mod as_printed;
+mod ballistic;
 mod clock;
 mod closed_form;
 mod collisions;
 mod energy_balance;
 mod event_driven;
+mod initial_positions;
 mod initial_state;
 mod log;
 pub mod motion;
 mod numeric_range;
 mod observe;
+pub mod parabola;
 mod particle_groups;
 pub mod pressure;
 mod propagator;
@@ -41,6 +44,7 @@ use self::tallies::WallTallies;
 use self::temperature_schedule::TemperatureSchedule;
 use crate::model::{Extent, Model, ModelKind, Progress, SetupError, SimulationFault, Target};
 use crate::random::Seed;
+use crate::sum::CompensatedSum;
 use kinetoscope_manifest::model::GasConfig;
 use kinetoscope_recording::channels::{
     ChannelDeclaration, GasCollisions, GasEnergyBalance, GasInvariants, GasPressure, GasSpeeds,
@@ -125,14 +129,20 @@ impl Model for Gas {
             is_target_reached: true,
         };
         let moments = gas.moments();
-        gas.state.energy_balance.at_start = moments.reduced_mean_square * moments.count / 2.0;
+        gas.state.energy_balance.at_start =
+            moments.reduced_mean_square * moments.count / 2.0 + gas.potential_energy();
         let rms_speed = moments.mean_square.sqrt();
         let top = gas.initial_speeds.range_top(rms_speed, config.disc_radius_m.is_some());
         // Slow compression multiplies every speed by r0/r.
         let circle = gas.state.container.circle;
         let end_radius = circle.radius_at(config.duration_s.get());
         let compression = if end_radius < circle.radius { circle.radius / end_radius } else { 1.0 };
-        gas.speed_range_top = top * compression;
+        let gravity = config.gravity_m_per_s2.get();
+        gas.speed_range_top = if gravity > 0.0 {
+            (top * top + 4.0 * gravity * circle.radius).sqrt()
+        } else {
+            top * compression
+        };
         Ok(gas)
     }
 
@@ -213,6 +223,21 @@ impl Gas {
     #[inline]
     fn is_inside(&self, id: usize) -> bool {
         self.state.container.half_opening_rad.is_none() || self.scheme.is_inside(id)
+    }
+
+    /// Potential energy of all particles in gravity above the bottom of the container, per first mass, m^2/s^2; 0 without gravity.
+    fn potential_energy(&self) -> f64 {
+        let (gravity, radius) =
+            (self.scheme.gravity_m_per_s2(), self.state.container.circle.radius);
+        let mut sum = CompensatedSum::default();
+        if gravity > 0.0 {
+            for (particle, ratio) in
+                self.state.particles.iter().zip(&self.state.substance.mass_ratios)
+            {
+                sum.add(ratio * gravity * (particle.position[1] + radius));
+            }
+        }
+        sum.value()
     }
 
     /// Resets the sums since the last frame.

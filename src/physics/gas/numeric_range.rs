@@ -23,8 +23,13 @@ const MAX_STEPS: f64 = 9_007_199_254_740_992.0;
 /// Rejects a configuration outside the range.
 pub(super) fn check(config: &GasConfig, particles: &[Particle]) -> Result<(), SetupError> {
     let (radius, duration) = (config.radius_m.get(), config.duration_s.get());
+    let gravity = config.gravity_m_per_s2.get();
     let fastest = max_speed(particles.iter().copied());
+    // Falling across the container adds 4 g R to v^2.
+    let fastest =
+        if gravity > 0.0 { (fastest * fastest + 4.0 * gravity * radius).sqrt() } else { fastest };
     for (name, value) in [
+        ("gravity_m_per_s2", if gravity > 0.0 { gravity } else { 1.0 }),
         ("mass_kg", config.mass_kg.get()),
         ("radius_m", radius),
         ("duration_s", duration),

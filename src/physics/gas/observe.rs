@@ -48,8 +48,8 @@ impl Gas {
         frame.push(&self.energy_balance(&speeds));
         frame.push(&self.collisions());
         frame.push(&speeds);
-        if self.has_moving_wall() {
-            frame.push_wall(self.drawn_wall());
+        if self.has_moving_wall() || self.scheme.partition_m().is_some() {
+            self.drawn_walls().into_iter().for_each(|wall| frame.push_wall(wall));
         }
         if self.time() == 0.0 {
             self.log_start(&moments, frame);
@@ -61,7 +61,7 @@ impl Gas {
     pub(super) fn draw(&self) -> Scenery {
         let ([x, y], radius) = (self.state.container.center_m, self.state.container.circle.radius);
         Scenery {
-            walls: vec![self.drawn_wall()],
+            walls: self.drawn_walls(),
             view: [[x - radius, y - radius], [x + radius, y + radius]],
             drawn_radius: DrawnRadius::Fixed(match self.scheme.center_limit_m() {
                 Some(limit) => radius - limit,
@@ -89,6 +89,18 @@ impl Gas {
             Some(half) => Wall::Arc { center, radius, angles_rad: [half, TAU - half] },
             None => Wall::Circle { center, radius },
         }
+    }
+
+    /// The wall, and the partition until it is removed.
+    fn drawn_walls(&self) -> Vec<Wall> {
+        let mut walls = vec![self.drawn_wall()];
+        if let Some(x) = self.scheme.partition_m().filter(|_| self.scheme.is_partition_closed()) {
+            let radius = self.state.container.circle.radius;
+            let [cx, cy] = self.state.container.center_m;
+            let half = ((radius - x) * (radius + x)).sqrt();
+            walls.push(Wall::Segment { from: [cx + x, cy - half], to: [cx + x, cy + half] });
+        }
+        walls
     }
 
     fn has_moving_wall(&self) -> bool {
@@ -226,7 +238,7 @@ impl Gas {
     fn energy_balance(&self, speeds: &GasSpeeds) -> GasEnergyBalance {
         let (mass, circle) = (self.state.substance.mass_kg, self.state.container.circle);
         let moments = self.moments();
-        let energy = moments.reduced_mean_square * moments.count / 2.0;
+        let energy = moments.reduced_mean_square * moments.count / 2.0 + self.potential_energy();
         let EnergyBalance { at_start, rescaling, heat, escaped_energy, escaped } =
             self.state.energy_balance;
         let (heat, left, rescaling) = (heat.value(), escaped_energy.value(), rescaling.value());

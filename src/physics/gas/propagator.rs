@@ -54,6 +54,21 @@ pub(super) trait Propagator {
         None
     }
 
+    /// Uniform gravity toward -y, m/s^2.
+    fn gravity_m_per_s2(&self) -> f64 {
+        0.0
+    }
+
+    /// Position of the partition relative to the center, m, closed or removed; `None` without one.
+    fn partition_m(&self) -> Option<f64> {
+        None
+    }
+
+    /// Whether there is a partition that has not been removed.
+    fn is_partition_closed(&self) -> bool {
+        false
+    }
+
     /// Collisions between discs.
     fn pair_tally(&self) -> PairTally {
         PairTally::default()

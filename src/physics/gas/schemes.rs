@@ -2,6 +2,7 @@
 //! [`Scheme::prepare`].
 
 use super::as_printed::AsPrinted;
+use super::ballistic::Ballistic;
 use super::clock::{Clock, StepClock};
 use super::closed_form::ClosedForm;
 use super::collisions::CollidingDiscs;
@@ -49,6 +50,7 @@ schemes! {
     ClosedForm,
     TimeStepped,
     AsPrinted,
+    Ballistic,
 }
 
 impl Scheme {
@@ -56,6 +58,9 @@ impl Scheme {
     pub(super) fn is_of(&self, config: &GasConfig) -> bool {
         let has_special_wall = config.thermal_wall.is_some() || config.orifice_width_m.is_some();
         let is_its_scheme = match (config.propagation, config.disc_radius_m) {
+            (Propagation::Exact, _) if config.has_gravity_or_partition() => {
+                matches!(self, Self::Ballistic(scheme) if scheme.is_of(config))
+            }
             (Propagation::Exact, Some(_)) => matches!(self, Self::CollidingDiscs(_)),
             (Propagation::Exact, None) if has_special_wall => matches!(self, Self::EventDriven(_)),
             (Propagation::Exact, None) => matches!(self, Self::ClosedForm(_)),
@@ -91,6 +96,9 @@ impl Scheme {
         let duration_s = config.duration_s.get();
         let has_special_wall = config.thermal_wall.is_some() || config.orifice_width_m.is_some();
         Ok(match (config.propagation, config.disc_radius_m) {
+            (Propagation::Exact, _) if config.has_gravity_or_partition() => {
+                Self::Ballistic(Ballistic::new(config, state))
+            }
             (Propagation::Exact, Some(radius)) => {
                 Self::CollidingDiscs(CollidingDiscs::new(duration_s, radius.get(), state)?)
             }

@@ -1,6 +1,7 @@
 //! Plots of a gas run: pressure over time, speed histogram with its distributions, snapshots.
 
 use super::laws as law;
+use super::layers::{BarometricLaw, LAYERS, counts, relative_density};
 use super::observe::GasRun;
 use crate::models::contract::PlottedObserver;
 use crate::models::figures::{Figures, pictures};
@@ -19,12 +20,35 @@ impl PlottedObserver for GasRun {
         if self.relative_entropy.len() > 1 && !self.config.keeps_speeds() {
             plots.push(h_over_time(self));
         }
+        plots.extend(density_by_height(self));
         let radius = short_number(self.config.radius_m.get());
         let caption = |count: &str, time: &str| format!("{count}, r = {radius} m, t = {time} s");
         let size = format!("circle of radius {radius} m");
         plots.extend(pictures(&self.snapshots, "Gas", caption, &size));
         Figures { plots, ..Figures::default() }
     }
+}
+
+/// Density over height against the barometric law; `None` without gravity.
+fn density_by_height(run: &GasRun) -> Option<Plot> {
+    let law = BarometricLaw::of(&run.config)?;
+    let (counts, _) = counts(run.snapshots.last()?, &run.config)?;
+    let particles = f64::from(run.config.particles.get());
+    let radius = run.config.radius_m.get();
+    let height = |layer: usize| radius * ((2 * layer + 1) as f64 / LAYERS as f64 - 1.0);
+    let over_height = |fraction: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
+        (0..LAYERS).map(|l| (height(l), relative_density(l, fraction(l)))).collect()
+    };
+    let points = over_height(&|layer| counts[layer] / particles);
+    let mut measured = Curve::new("measured", CurveStyle::Data, 0, points);
+    for (layer, point) in measured.points.iter_mut().enumerate() {
+        point.error = Some(relative_density(layer, counts[layer].sqrt() / particles));
+    }
+    let theory = over_height(&|layer| law.fractions[layer]);
+    let curves = vec![measured, Curve::theory("barometric law", 1, theory)];
+    let axes =
+        [Axis::linear("height above the center", "m"), Axis::linear("density over the mean", "1")];
+    Some(Plot::chart("density_by_height", "Density by height", axes, curves))
 }
 
 /// Relative entropy over time: Boltzmann's H above its minimum.

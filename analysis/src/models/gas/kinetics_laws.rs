@@ -26,7 +26,7 @@ const LATE_FRACTION_OF_UNIFORM_RADIUS: f64 = 0.328_072_88;
 /// Fraction of the particles within half the radius at the start.
 pub(crate) const fn fraction_within_at_start(places: PositionDistribution) -> f64 {
     match places {
-        PositionDistribution::UniformInArea => 0.25,
+        PositionDistribution::UniformInArea | PositionDistribution::Barometric => 0.25,
         PositionDistribution::UniformInRadius => 0.5,
     }
 }
@@ -34,7 +34,7 @@ pub(crate) const fn fraction_within_at_start(places: PositionDistribution) -> f6
 /// Fraction of the particles within half the radius after a long time.
 pub(crate) const fn fraction_within_later(places: PositionDistribution) -> f64 {
     match places {
-        PositionDistribution::UniformInArea => 0.25,
+        PositionDistribution::UniformInArea | PositionDistribution::Barometric => 0.25,
         PositionDistribution::UniformInRadius => LATE_FRACTION_OF_UNIFORM_RADIUS,
     }
 }

@@ -17,6 +17,11 @@ laws! {
     ENERGY_BALANCE: "energy = energy at the start + work + heat + rescaling - escaped", "first law of thermodynamics";
     THERMALIZATION: "T tends to the wall's temperature", "equilibrium with a thermal wall (Maxwell 1879)", range "after 20 crossings of the container";
     HISTOGRAM: "(bins - constraints)/bins: the number of particles is given, and <v> or <v^2> if a temperature is", "Pearson's chi-square";
+    BAROMETRIC_CHI: "(layers - 1)/layers for a density proportional to exp(-m g y/(k_B T))", "barometric law, integrated over the layers of the circle; Pearson's chi-square", range "points that start in barometric equilibrium";
+    BAROMETRIC_HEIGHT: "<y> of a density proportional to exp(-m g y/(k_B T))", "barometric law, integrated over the circle", range "points that start in barometric equilibrium";
+    TEMPERATURE_CONSTANT: "T is constant: no work is done", "free expansion (Joule 1845)";
+    BOX_ENTROPY_START: "sum over the species of x_s ln(A_s/A) - (B - 1)/(2N)", "uniform start on one side; Wilks 1938";
+    BOX_ENTROPY_CHANGE: "sum over the species of x_s ln(A/A_s) - B/(2N); 0 if the partition stays", "ideal gas: free expansion and mixing; Wilks 1938", range "a partition through the center, at least 50 crossings after it is removed";
     PRESSURE_SLOPE: "slope N k_B / A of P over T, times <v^2> over its value by the definition", "ideal gas law";
     PRESSURE_RADIUS_EXPONENT: "P is proportional to R^-2 at fixed T", "ideal gas law, A = pi R^2";
     SPEED_EXPONENT: "<v> is proportional to T^(1/2)", "definition of temperature";
@@ -63,6 +68,15 @@ fn moments_of_list(config: &GasConfig) -> (f64, f64) {
     let given = || config.speeds_m_per_s.iter().map(|speed| speed.get()).cycle().take(count);
     let mean = |sum: f64| sum / count as f64;
     (mean(given().sum()), mean(given().map(|speed| speed * speed).sum()))
+}
+
+/// Whether the partition passes through the center. Behind any other, the distribution of the angular momenta, which are conserved after
+/// the expansion, is not that of a uniform gas.
+pub(crate) fn has_partition_through_center(config: &GasConfig) -> bool {
+    let center = config.center_m[0].get();
+    config.partition.is_some_and(|partition| {
+        (partition.x_m.get() - center).abs() <= 1e-9 * config.radius_m.get()
+    })
 }
 
 /// Whether particles differ in mass. Means of the speed then do not determine the energy.

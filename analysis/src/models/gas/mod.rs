@@ -1,10 +1,12 @@
 //! Analysis of gas runs: wall pressure, speeds, collisions and conserved quantities.
 
+mod boxes;
 mod chi_square;
 mod figures;
 mod kinetics;
 mod kinetics_laws;
 mod laws;
+mod layers;
 mod metrics;
 mod observe;
 mod scatter;

@@ -1,5 +1,6 @@
 //! Observer of gas runs: wall pressure, speed moments, wall collisions, conserved quantities.
 
+use super::boxes::box_entropy;
 use super::chi_square::ChiSquare;
 use super::kinetics::fraction_within_half_radius;
 use super::kinetics_laws as kinetics;
@@ -57,6 +58,10 @@ pub(super) struct GasRun {
     pub(super) relative_entropy: Series<(f64, f64)>,
     pub(super) within_half_radius_at_start: Option<f64>,
     first_mean_speed_m_per_s: Option<f64>,
+    first_temperature_k: Option<f64>,
+    /// Maximum relative change of the temperature, and the entropy by boxes at the start.
+    pub(super) max_temperature_change: f64,
+    pub(super) box_entropy_at_start: Option<f64>,
 }
 
 /// Radius of a drawn point over that of the container.
@@ -108,14 +113,19 @@ impl GasRun {
         Some(histogram.maxwell.iter().map(|density| counted * density).collect())
     }
 
-    /// Whether no particle leaves or changes its speed.
+    /// Whether no particle leaves the whole container or changes its speed.
     pub(super) fn keeps_particles(&self) -> bool {
-        self.config.keeps_speeds() && self.config.orifice_width_m.is_none()
+        self.config.keeps_speeds() && self.fills_container()
+    }
+
+    /// Whether neither an opening nor a partition divides the container.
+    fn fills_container(&self) -> bool {
+        self.config.orifice_width_m.is_none() && self.config.partition.is_none()
     }
 
     /// Whether no particle leaves and the total energy is conserved.
     pub(super) fn keeps_energy(&self) -> bool {
-        self.config.keeps_energy() && self.config.orifice_width_m.is_none()
+        self.config.keeps_energy() && self.fills_container()
     }
 
     /// Whether in addition all particles have the same mass.
@@ -135,7 +145,8 @@ impl GasRun {
 
     /// Scatter of the means over speeds that particles keep; none where they change or differ in mass.
     fn start_scatter(&self) -> StartScatter {
-        let start = StartScatter::new(&self.config).filter(|_| self.keeps_particles());
+        let is_kept = self.config.keeps_speeds() && self.config.orifice_width_m.is_none();
+        let start = StartScatter::new(&self.config).filter(|_| is_kept);
         start.unwrap_or_default()
     }
 
@@ -206,8 +217,14 @@ impl GasRun {
         if let Some(chi_square) = ChiSquare::of(counts) {
             // The number of particles is given, and so is their mean speed or mean square if they were rescaled.
             let is_rescaled = matches!(self.config.speed_scale, SpeedScale::Temperature(_));
-            let theory = chi_square.expected(if is_rescaled { 2.0 } else { 1.0 });
-            let theory = theory.filter(|_| self.keeps_particles());
+            // In gravity, the kinetic energy is not given, and a barometric start stays in equilibrium.
+            let is_barometric =
+                self.config.position_distribution == PositionDistribution::Barometric;
+            let is_fixed = is_rescaled && !is_barometric;
+            let theory = chi_square.expected(if is_fixed { 2.0 } else { 1.0 });
+            let theory = theory.filter(|_| {
+                self.config.keeps_speeds() && self.config.orifice_width_m.is_none() || is_barometric
+            });
             let error = theory.map(|expected| (2.0 * expected / chi_square.bins).sqrt());
             let per_bin = Estimate::new(chi_square.per_bin, error);
             found.compare(metric::HISTOGRAM_CHI_SQUARE, per_bin, theory);
@@ -223,8 +240,11 @@ impl GasRun {
         let drift = relative_change(last.kinetic_j, first.kinetic_j);
         found.compare(metric::ENERGY_DRIFT, drift, self.keeps_energy().then_some(0.0));
         found.compare(metric::PARTICLES_OUTSIDE, self.max_outside as f64, 0.0);
-        // A thermal wall and collisions between discs change the speed of each particle; nothing is recorded then.
-        if self.config.disc_radius_m.is_none() && self.config.thermal_wall.is_none() {
+        // A thermal wall, gravity and collisions between discs change the speed of each particle; nothing is recorded then.
+        let keeps_speeds = self.config.disc_radius_m.is_none()
+            && self.config.thermal_wall.is_none()
+            && !self.config.has_gravity_or_partition();
+        if keeps_speeds {
             found.compare(metric::MAX_SPEED_CHANGE, self.max_speed_change, 0.0);
             let change = self.max_angular_momentum_change;
             found.compare(metric::MAX_ANGULAR_MOMENTUM_CHANGE, change, 0.0);
@@ -283,6 +303,12 @@ impl Observer for GasRun {
             self.pressure = Some(pressure);
         }
         if let Some(temperature) = frame.get::<GasTemperature>()? {
+            let present = temperature.mean_square_temperature_k;
+            let first = *self.first_temperature_k.get_or_insert(present);
+            self.max_temperature_change = max_or_nan(
+                self.max_temperature_change,
+                if present == first { 0.0 } else { relative_change(present, first).abs() },
+            );
             self.recorded_speeds = Some(SpeedMeans {
                 mean_m_per_s: temperature.mean_speed_m_per_s,
                 mean_square_m2_per_s2: temperature.rms_speed_m_per_s
@@ -293,6 +319,9 @@ impl Observer for GasRun {
         if let Some(state) = frame.take_state() {
             if self.own_rates.is_empty() {
                 self.own_rates = own_rates(&state, &self.config);
+            }
+            if self.box_entropy_at_start.is_none() {
+                self.box_entropy_at_start = box_entropy(&state, &self.config);
             }
             if self.within_half_radius_at_start.is_none() {
                 self.within_half_radius_at_start =
@@ -329,6 +358,8 @@ impl Observer for GasRun {
         self.measure_invariants(found);
         self.measure_energy_balance(found);
         self.measure_kinetics(found);
+        self.measure_layers(found);
+        self.measure_boxes(found);
     }
 }
 

@@ -42,7 +42,7 @@ fn chord_variance(rates: &[[f64; 2]], config: &GasConfig) -> f64 {
             let radius = config.radius_m.get();
             squares(&|[_, speed]| *speed) * (0.5 - 4.0 / (PI * PI)) / (radius * radius)
         }
-        PositionDistribution::UniformInRadius => {
+        PositionDistribution::UniformInRadius | PositionDistribution::Barometric => {
             let sum = |index: usize| rates.iter().map(|own| own[index]).sum::<f64>();
             let mean_inverse_chord = sum(0) / sum(1);
             squares(&|[rate, speed]| rate - mean_inverse_chord * speed)

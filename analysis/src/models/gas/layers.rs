@@ -1,0 +1,154 @@
+//! Density of a gas in gravity over twenty layers, against the barometric law.
+
+use super::chi_square::ChiSquare;
+use super::laws::boltzmann_j_per_k;
+use super::metrics as metric;
+use super::observe::GasRun;
+use crate::metric::Measurements;
+use crate::metric::theory::ExpectedValue;
+use crate::statistics::Estimate;
+use kinetoscope_manifest::model::{GasConfig, PositionDistribution, SpeedScale};
+use kinetoscope_recording::reader::StateTable;
+use std::f64::consts::PI;
+
+/// Number of layers of equal height.
+pub(super) const LAYERS: usize = 20;
+
+/// Intervals of Simpson's rule per layer.
+const INTERVALS: usize = 4096;
+
+/// Expected fraction of the particles per layer, from the bottom to the top, and their mean height above the center, m.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct BarometricLaw {
+    pub(super) fractions: [f64; LAYERS],
+    mean_height_m: f64,
+}
+
+impl BarometricLaw {
+    /// The law of the manifest's gas; `None` without gravity or without a temperature.
+    pub(super) fn of(config: &GasConfig) -> Option<Self> {
+        let gravity = config.gravity_m_per_s2.get();
+        let SpeedScale::Temperature(temperature) = config.speed_scale else { return None };
+        if gravity == 0.0 || temperature.get() == 0.0 {
+            return None;
+        }
+        let thermal = boltzmann_j_per_k(config) * temperature.get();
+        let masses = std::iter::once(config.mass_kg).chain(config.additional_masses_kg.clone());
+        let masses: Vec<f64> = masses.map(|mass| mass.get()).collect();
+        let particles = config.particles.get() as usize;
+        let (mut fractions, mut mean) = ([0.0; LAYERS], 0.0);
+        for (species, mass) in masses.iter().enumerate() {
+            let members = (particles + masses.len() - 1 - species) / masses.len();
+            let weight = mass * gravity * config.radius_m.get() / thermal;
+            let share = members as f64 / particles as f64;
+            let layers = layers(weight);
+            let total: f64 = layers.iter().map(|[content, _]| content).sum();
+            for (fraction, [content, moment]) in fractions.iter_mut().zip(layers) {
+                *fraction += share * content / total;
+                mean += share * moment / total;
+            }
+        }
+        Some(Self { fractions, mean_height_m: mean * config.radius_m.get() })
+    }
+}
+
+/// Content and first moment of each layer of the unit circle for w = m g R / (k_B T): the integrals of exp(-w (1 + y)) 2 sqrt(1 - y^2)
+/// and of y times that. With y = -cos(t), the integrand is exp(-w (1 - cos t)) 2 sin^2 t, smooth at both ends.
+fn layers(weight: f64) -> [[f64; 2]; LAYERS] {
+    let edge = |layer: usize| (1.0 - 2.0 * layer as f64 / LAYERS as f64).clamp(-1.0, 1.0).acos();
+    std::array::from_fn(|layer| {
+        let (from, to) = (edge(layer), edge(layer + 1));
+        let step = (to - from) / INTERVALS as f64;
+        let mut sums = [0.0; 2];
+        for node in 0..=INTERVALS {
+            let angle = from + step * node as f64;
+            let simpson = match node {
+                0 | INTERVALS => 1.0,
+                _ if node % 2 == 1 => 4.0,
+                _ => 2.0,
+            };
+            // 1 - cos t without cancellation.
+            let height = 2.0 * (angle / 2.0).sin().powi(2);
+            let density = simpson * (-weight * height).exp() * 2.0 * angle.sin().powi(2);
+            sums[0] += density;
+            sums[1] += density * (height - 1.0);
+        }
+        sums.map(|sum| sum * step / 3.0)
+    })
+}
+
+/// Number of particles per layer, from the bottom to the top, and the sums of their heights above the center and of the squares.
+pub(super) fn counts(state: &StateTable, config: &GasConfig) -> Option<([f64; LAYERS], [f64; 2])> {
+    let (center, radius) = (config.center_m[1].get(), config.radius_m.get());
+    let (mut counts, mut sums) = ([0.0; LAYERS], [0.0; 2]);
+    for y in state.column("y")? {
+        let height = y - center;
+        let layer = ((height / radius + 1.0) / 2.0 * LAYERS as f64).clamp(0.0, LAYERS as f64 - 1.0);
+        counts[layer as usize] += 1.0;
+        sums[0] += height;
+        sums[1] += height * height;
+    }
+    Some((counts, sums))
+}
+
+/// Density of a layer over that of a uniform gas.
+pub(super) fn relative_density(layer: usize, fraction: f64) -> f64 {
+    let chord = |y: f64| y * (1.0 - y * y).max(0.0).sqrt() + y.asin();
+    let edge = |layer: usize| (2.0 * layer as f64 / LAYERS as f64 - 1.0).clamp(-1.0, 1.0);
+    fraction * PI / (chord(edge(layer + 1)) - chord(edge(layer)))
+}
+
+impl GasRun {
+    /// Adds the metrics of the layers.
+    pub(super) fn measure_layers(&self, found: &mut Measurements) {
+        let Some(barometric) = BarometricLaw::of(&self.config) else { return };
+        let Some((counts, sums)) =
+            self.snapshots.last().and_then(|state| counts(state, &self.config))
+        else {
+            return;
+        };
+        // Only a start in equilibrium has a known distribution later: each particle keeps its energy.
+        let in_range = self.config.position_distribution == PositionDistribution::Barometric;
+        let particles: f64 = counts.iter().sum();
+        let pairs = counts.iter().zip(&barometric.fractions);
+        let pairs = pairs.map(|(count, fraction)| [*count, particles * fraction]);
+        if let Some(chi_square) = ChiSquare::of(pairs)
+            && let Some(value) = chi_square.expected(1.0)
+        {
+            let error = (2.0 * value / chi_square.bins).sqrt();
+            let per_layer = Estimate::new(chi_square.per_bin, Some(error));
+            let theory = ExpectedValue { value, accuracy: None, in_range };
+            found.compare(metric::LAYERS_CHI_SQUARE, per_layer, theory);
+        }
+        let mean = sums[0] / particles;
+        let variance = (sums[1] / particles - mean * mean).max(0.0);
+        let height = Estimate::new(mean, Some((variance / particles).sqrt()));
+        let theory = ExpectedValue { value: barometric.mean_height_m, accuracy: None, in_range };
+        found.compare(metric::MEAN_HEIGHT, height, theory);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Law: without weight, the contents are areas; with weight w, their sum is 2 pi exp(-w) I1(w)/w.
+    /// Source: Abramowitz and Stegun 9.6.18, I1(1) = 0.565159103992485, I1(10) = 2670.988303701255.
+    /// Control: the weight 10.001 deviates by more than the tolerance.
+    #[test]
+    fn layer_contents_equal_closed_forms() {
+        let total = |weight| layers(weight).iter().map(|[content, _]| content).sum::<f64>();
+        assert!((total(0.0) / PI - 1.0).abs() < 1e-12);
+        for (weight, bessel) in [(1.0_f64, 0.565_159_103_992_485), (10.0, 2_670.988_303_701_255)] {
+            let exact = 2.0 * PI * (-weight).exp() * bessel / weight;
+            assert!((total(weight) / exact - 1.0).abs() < 1e-12, "{weight}");
+            assert!((total(weight + 1e-3) / exact - 1.0).abs() > 1e-5, "control");
+        }
+        for (layer, [content, _]) in layers(0.0).into_iter().enumerate() {
+            assert!((relative_density(layer, content / PI) - 1.0).abs() < 1e-9, "{layer}");
+        }
+        // Far above the scale height, the layer at the bottom contains everything, and 2e5 (1 + <y>) is 3.
+        let [content, moment] = layers(2e5)[0];
+        assert!((2e5 * (1.0 + moment / content) / 1.5 - 1.0).abs() < 1e-5);
+    }
+}

@@ -1,0 +1,83 @@
+//! Positions at the start in gravity or behind a partition, relative to the center of the container.
+
+use super::state::Substance;
+use crate::model::SetupError;
+use crate::random::Generator;
+use kinetoscope_manifest::model::{GasConfig, PartitionSide, PositionDistribution, SpeedScale};
+
+/// Draws the positions of points in barometric equilibrium or on their sides of the partition; `None` for other starts.
+pub(super) fn draw_special(
+    config: &GasConfig,
+    draws: &mut Generator,
+) -> Result<Option<Vec<[f64; 2]>>, SetupError> {
+    let radius = config.radius_m.get();
+    let count = config.particles.get() as usize;
+    if let Some(partition) = config.partition {
+        let x = (partition.x_m.get() - config.center_m[0].get()) / radius;
+        if !(x.abs() < 1.0) {
+            return Err(SetupError(format!(
+                "partition_x_m is {}, outside the container: must be within radius_m of the center",
+                partition.x_m.get()
+            )));
+        }
+        let is_right = |id| partition.side == PartitionSide::ByMass && config.species_of(id) > 0;
+        let positions = (0..count).map(|id| {
+            // The right side is the left one of the mirrored circle.
+            let sign = if is_right(id) { -1.0 } else { 1.0 };
+            let [x, y] = in_left_segment(sign * x, draws);
+            [sign * radius * x, radius * y]
+        });
+        return Ok(Some(positions.collect()));
+    }
+    if config.position_distribution != PositionDistribution::Barometric {
+        return Ok(None);
+    }
+    let SpeedScale::Temperature(temperature) = config.speed_scale else {
+        return Err(SetupError(
+            "a barometric start needs a temperature: give temperature_k".to_owned(),
+        ));
+    };
+    let Substance { mass_kg, mass_ratios, boltzmann_j_per_k, .. } = Substance::new(config);
+    let weight = mass_kg * config.gravity_m_per_s2.get() * radius;
+    let positions = mass_ratios.iter().map(|ratio| {
+        let weight = ratio * weight / (boltzmann_j_per_k * temperature.get());
+        barometric(weight, draws).map(|axis| radius * axis)
+    });
+    Ok(Some(positions.collect()))
+}
+
+/// Point of the unit circle with a coordinate x below the given one, uniform over the area: rejection from a rectangle around it.
+fn in_left_segment(limit: f64, draws: &mut Generator) -> [f64; 2] {
+    let half = if limit < 0.0 { (1.0 - limit * limit).sqrt() } else { 1.0 };
+    loop {
+        let x = draws.uniform_in(-1.0, limit);
+        let y = draws.uniform_in(-half, half);
+        if x * x + y * y <= 1.0 && x < limit {
+            return [x, y];
+        }
+    }
+}
+
+/// Point of the unit circle with a density proportional to exp(-w y), w = m g R / (k_B T).
+///
+/// The height u = 1 + y above the bottom has the density exp(-w u) sqrt(u (2 - u)). For w > 1, u is drawn from the Gamma distribution
+/// with shape 3/2, the sum of an exponential number and half a squared normal one, and accepted with probability sqrt(1 - u/2);
+/// otherwise, a uniform point is accepted with probability exp(-w u).
+fn barometric(weight: f64, draws: &mut Generator) -> [f64; 2] {
+    loop {
+        if weight > 1.0 {
+            let normal = draws.normal_pair()[0];
+            let height = (normal * normal / 2.0 - libm::log(1.0 - draws.uniform())) / weight;
+            let is_accepted = height < 2.0 && draws.uniform() < (1.0 - height / 2.0).sqrt();
+            let x = draws.uniform_in(-1.0, 1.0) * (height * (2.0 - height)).sqrt();
+            if is_accepted {
+                return [x, height - 1.0];
+            }
+        } else {
+            let [x, y] = [draws.uniform_in(-1.0, 1.0), draws.uniform_in(-1.0, 1.0)];
+            if x * x + y * y <= 1.0 && draws.uniform() < libm::exp(-weight * (1.0 + y)) {
+                return [x, y];
+            }
+        }
+    }
+}
