@@ -119,7 +119,7 @@ class Frames:
             raise KinetoscopeError(
                 "the package `xarray` is not installed", "`pip install kinetoscope[xarray]`"
             ) from error
-        selected = self if index is None else Frames(self._container, self.topic, self._selection[index:][:1])
+        selected = self
         if index is not None:
             # Negative numbers and numbers beyond the end as for lists.
             frame = self._selection[index]

@@ -9,7 +9,10 @@ from pathlib import Path
 from ._errors import KinetoscopeError
 
 # The page without everything except the player.
-PLAYER_ONLY = "<style>main > :not(.replay) { display: none !important } body, main { margin: 0; padding: 4px }</style>"
+PLAYER_ONLY = (
+    "<style>main > :not(.replay), .replay h2, .replay .adjacent { display: none !important } "
+    "body, main, .replay { margin: 0; padding: 4px; border: 0 }</style>"
+)
 
 
 def is_notebook() -> bool:

@@ -125,7 +125,7 @@ class Run:
         One row per frame, or one per entry for topics with columns of numbers such as ``/speeds``.
 
         >>> energy = recording.series("/energy")
-        >>> energy.columns[:3], len(energy)
+        >>> list(energy.columns)[:3], len(energy)
         (['frame', 'time', 'kinetic_j'], 251)
         """
         _tables.library_module(library)
@@ -153,7 +153,7 @@ class Run:
         findings: List[str] = [str(line) for line in result.get("findings", [])]
         return Verification(finished.code == _programs.EXIT_OK and bool(result["equal"]), tuple(findings))
 
-    def show(self, *, height: int = 640, replay_budget_mb: float = 3.0) -> None:
+    def show(self, *, height: int = 700, replay_budget_mb: float = 3.0) -> None:
         """Displays the player of this run in the cell of a notebook."""
         _player.display(self._player(replay_budget_mb), height)
 

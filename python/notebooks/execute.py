@@ -31,7 +31,7 @@ def main() -> None:
         work.mkdir(parents=True)
         for path in notebooks:
             start = time.monotonic()
-            notebook = nbformat.read(path, as_version=4)
+            notebook = nbformat.read(path, as_version=4)  # type: ignore[no-untyped-call]
             outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
             if outputs:
                 sys.exit(f"{path.name} contains outputs: clear them before a commit")

@@ -43,9 +43,9 @@ def test_a_sweep_has_metrics_by_coordinates(experiments: Path, tmp_path: Path, p
     each = [gas.metric("pressure.second_half_over_first", temperature_k=300, replicate=n) for n in (0, 1)]
     assert mean > 0 and each[0] != each[1]
     table = gas.metrics
-    assert table.columns[:4] == ["temperature_k", "replicate", "metric", "value"]
-    assert mean in table["value"].to_list()
-    assert list(gas.metric_table("pandas").columns) == table.columns
+    assert list(table.columns)[:4] == ["temperature_k", "replicate", "metric", "value"]
+    assert mean in list(table["value"])
+    assert list(gas.metric_table("pandas").columns) == list(table.columns)
     with pytest.raises(k.KinetoscopeError, match="has 4 values.*\nhelp: the first is at temperature_k = 200"):
         gas.metric("pressure.measured")
 

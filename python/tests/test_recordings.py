@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import importlib.util
 import shutil
 import struct
+import sys
 import zlib
 from pathlib import Path
 from typing import Iterator, List, Optional
@@ -99,12 +101,27 @@ def test_every_compression_is_read(compression: str, experiments: Path, tmp_path
 
 
 def test_series_have_the_library_of_choice(recording: k.Run) -> None:
+    pytest.importorskip("polars")
     polars, pandas = recording.series("/energy"), recording.series("/energy", "pandas")
     assert type(polars).__module__.startswith("polars") and type(pandas).__module__.startswith("pandas")
     assert polars["kinetic_j"].to_list() == pandas["kinetic_j"].to_list()
     walls = recording.series("/wall_forces")
     assert len(walls) == 4 * len(recording) and walls["frame"].to_list()[:5] == [0, 0, 0, 0, 1]
     assert recording.series("/frame")["time_unit"][0] == "s"
+
+
+def test_missing_optional_packages_are_named(recording: k.Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "polars" else found(name))
+    assert type(recording.series("/energy")).__module__.startswith("pandas")
+    with pytest.raises(k.KinetoscopeError, match="polars is not installed\nhelp: `pip install kinetoscope.polars.`"):
+        recording.series("/energy", "polars")
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(k.KinetoscopeError, match="neither polars nor pandas is installed"):
+        recording.series("/energy")
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    with pytest.raises(k.KinetoscopeError, match="`xarray` is not installed"):
+        recording["/state"].to_xarray()
 
 
 def test_xarray_has_times_and_units(recording: k.Run) -> None:

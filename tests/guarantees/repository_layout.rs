@@ -42,6 +42,7 @@ fn paths_in(document: &str) -> Vec<String> {
                 "docs/",
                 "benches/",
                 "examples/",
+                "python/",
             ]
             .iter()
             .any(|top| path.starts_with(top))
