@@ -9,6 +9,6 @@ cd "$(dirname "$0")"
 python3 -m venv "$environment"
 "$environment/bin/pip" install --quiet --disable-pip-version-check --editable '.[test]'
 "$environment/bin/mypy" --cache-dir "$environment/mypy" kinetoscope tests benchmarks notebooks conftest.py
-"$environment/bin/pytest" --quiet -o cache_dir="$environment/pytest" --kinetoscope-programs "$programs"
+"$environment/bin/pytest" --quiet -o cache_dir="$environment/pytest" --kinetoscope-programs="$programs"
 "$environment/bin/python" notebooks/execute.py "$programs"
 "$environment/bin/python" benchmarks/iteration.py "$programs" 0.02

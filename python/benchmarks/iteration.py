@@ -21,6 +21,10 @@ import time
 from pathlib import Path
 from typing import Dict, List, Tuple
 
+from mcap.reader import make_reader
+
+import kinetoscope
+
 ROUNDS = 7
 READERS = ("kinetoscope", "bare", "bare with checksums")
 # A gas of 10,000 particles: 320 kB per frame in memory and 221 kB in the file.
@@ -39,11 +43,7 @@ FRAMES_PER_GIGABYTE = 4530
 def read(reader: str, path: str) -> int:
     """Reads all states, and returns their bytes."""
     if reader == "kinetoscope":
-        import kinetoscope
-
         return sum(frame.nbytes for frame in kinetoscope.Run(path)["/state"])
-    from mcap.reader import make_reader
-
     with open(path, "rb") as stream:
         messages = make_reader(stream, validate_crcs=reader != "bare").iter_messages(topics=["/state"])
         return sum(len(message.data) for _, _, message in messages)
@@ -58,8 +58,6 @@ def measure(reader: str, path: Path) -> Tuple[float, float, int]:
 
 def main() -> None:
     """Records, measures and prints."""
-    import kinetoscope
-
     frames = round(FRAMES_PER_GIGABYTE * float(sys.argv[2] if len(sys.argv) > 2 else 1))
     with tempfile.TemporaryDirectory() as folder:
         manifest = Path(folder) / "gigabyte.toml"

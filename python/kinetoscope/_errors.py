@@ -52,7 +52,7 @@ class UnknownNameError(KinetoscopeError, KeyError):
         'expected one of `/energy`, `/state`'
         """
         names = sorted(set(known))
-        near = difflib.get_close_matches(name, names, n=3, cutoff=0.6)
+        near = difflib.get_close_matches(name, names, n=3, cutoff=0.7)
         if near:
             help = f"did you mean {' or '.join(f'`{other}`' for other in near)}?"
         elif names:

@@ -38,12 +38,12 @@ class Experiment:
     >>> experiment.name, len(experiment.runs)
     ('first_run', 1)
     >>> round(experiment.metric("energy.residual_relative"), 6)
-    -0.000175
-    >>> experiment.metric("energy.residual")
+    -0.005084
+    >>> experiment.metric("energy.kinetik")
     Traceback (most recent call last):
     ...
-    kinetoscope._errors.UnknownNameError: unknown metric `energy.residual`
-    help: did you mean `energy.residual_relative`?
+    kinetoscope._errors.UnknownNameError: unknown metric `energy.kinetik`
+    help: did you mean `energy.kinetic`?
     """
 
     def __init__(

@@ -25,9 +25,9 @@ class Frames:
 
     >>> state = recording["/state"]
     >>> len(state), state.columns[:4]
-    (251, ('x', 'y', 'z', 'vx'))
+    (251, ('x', 'y', 'vx', 'vy'))
     >>> [round(float(frame["y"].mean()), 4) for frame in state[::100]]
-    [0.0206, 0.0023, 0.0016]
+    [0.0184, 0.0009, 0.0005]
     >>> state.units["vx"]
     'm/s'
     """

@@ -101,7 +101,7 @@ def test_read_only_package_and_folder_without_home(
     shutil.copytree(Path(k.__file__).parent, tmp_path / "kinetoscope", ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copytree(experiment.path, tmp_path / "recordings")
     # Root may write anywhere; without its capabilities, it is the owner of these folders only.
-    command = ["setpriv", "--bounding-set=-all", "--inh-caps=-all"] if os.geteuid() == 0 else []
+    command = ["setpriv", "--bounding-set=-all"] if os.geteuid() == 0 else []
     folders = [os.fspath(tmp_path / "recordings"), os.path.abspath(programs) if programs else "", os.fspath(tmp_path)]
     command += [sys.executable, "-c", script, *folders]
     before = sorted(tmp_path.rglob("*"))

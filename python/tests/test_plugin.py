@@ -30,7 +30,7 @@ minimum = 0.0
 
 
 def options(programs: Optional[str]) -> List[str]:
-    return ["--kinetoscope-programs", str(Path(programs).resolve())] if programs else []
+    return [f"--kinetoscope-programs={Path(programs).resolve()}"] if programs else []
 
 
 def test_run_checks_yields_one_test_per_check(pytester: pytest.Pytester, programs: Optional[str]) -> None:
