@@ -43,7 +43,7 @@ class Experiment:
     Traceback (most recent call last):
     ...
     kinetoscope._errors.UnknownNameError: unknown metric `energy.kinetik`
-    help: did you mean `energy.kinetic`?
+    help: did you mean `energy.kinetic` or `energy.elastic`?
     """
 
     def __init__(
