@@ -72,7 +72,10 @@ def test_numeric_topics_equal_those_of_the_official_reader(run_of_model: k.Run) 
 def test_single_frames_and_slices_equal_those_of_the_iteration(recording: k.Run) -> None:
     state = recording["/state"]
     frames = list(state)
-    for index in (0, 1, 77, 250, -1, -251):
+    # Frames on both sides of the start of a chunk are in it.
+    second_chunk = 181
+    assert len(recording._container.chunks) == 2
+    for index in (0, 1, 77, second_chunk - 1, second_chunk, second_chunk + 1, 250, -1, -251):
         assert state[index].tobytes() == frames[index].tobytes()
     for part in (slice(5, 9), slice(None, None, 50), slice(None, None, -60), slice(3, 3)):
         assert [frame.tobytes() for frame in state[part]] == [frame.tobytes() for frame in frames[part]]
@@ -80,6 +83,15 @@ def test_single_frames_and_slices_equal_those_of_the_iteration(recording: k.Run)
     with pytest.raises(IndexError, match="frame 251 of 251 frames"):
         state[251]
     assert frames[3].flags.aligned and frames[3].flags.owndata
+
+
+@pytest.mark.parametrize("rate", [0.1, 7.3, 29.97, 50.0])
+def test_frames_are_found_at_every_playback_rate(
+    rate: float, experiments: Path, tmp_path: Path, programs: Optional[str]
+) -> None:
+    change = {"record.playback_fps": rate}
+    run = k.run(experiments / "orbit_exercise.toml", set=change, output=tmp_path, programs=programs).runs[0]
+    assert [frame.tobytes() for frame in run["/state"]] == [frame.tobytes() for frame in official_states(run.path)]
 
 
 def test_frames_may_differ_in_size(experiments: Path, tmp_path: Path, programs: Optional[str]) -> None:
