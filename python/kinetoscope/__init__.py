@@ -4,7 +4,7 @@
 >>> experiment = k.run(experiments / "first_run.toml", output=folder, programs=programs)
 >>> run = experiment.runs[0]
 >>> fastest = max(float(frame["vy"].max()) for frame in run["/state"])
->>> run.series("/energy")["kinetic_j"].max() > 0
+>>> bool(run.series("/energy")["kinetic_j"].max() > 0)
 True
 >>> bool(run.verify())
 True
