@@ -43,6 +43,7 @@ fn paths_in(document: &str) -> Vec<String> {
                 "benches/",
                 "examples/",
                 "book/",
+                "python/",
             ]
             .iter()
             .any(|top| path.starts_with(top))

@@ -1,0 +1,14 @@
+#!/usr/bin/env bash
+# Checks the Python package with the programs of a release build: types, doctests, tests, notebooks, and the benchmark in short.
+# Usage: python/check.sh PROGRAMS [VENV]     (the folder of the program kinetoscope; the folder of a new environment)
+set -euo pipefail
+programs=$(realpath "$1")
+environment=$(realpath --canonicalize-missing "${2:-"$(dirname "$0")/../target/python"}")
+cd "$(dirname "$0")"
+
+python3 -m venv "$environment"
+"$environment/bin/pip" install --quiet --disable-pip-version-check --editable '.[test]'
+"$environment/bin/mypy" --cache-dir "$environment/mypy" kinetoscope tests benchmarks notebooks conftest.py
+"$environment/bin/pytest" --quiet -o cache_dir="$environment/pytest" --kinetoscope-programs="$programs"
+"$environment/bin/python" notebooks/execute.py "$programs"
+"$environment/bin/python" benchmarks/iteration.py "$programs" 0.02

@@ -1,0 +1,267 @@
+"""Experiments: their runs and metrics."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import warnings
+from pathlib import Path
+from typing import Any, Dict, Iterator, List, Mapping, Optional, Tuple
+
+from . import _player, _programs, _tables, _toml
+from ._container import damaged
+from ._errors import KinetoscopeError, RecordingError, UnknownNameError
+from ._run import Run
+
+# Layout of `metrics.json` that this package reads.
+METRICS_SCHEMA = 2
+# Columns of the table of metrics after the coordinates.
+COLUMNS = (
+    "replicate",
+    "metric",
+    "value",
+    "unit",
+    "standard_error",
+    "theory",
+    "deviation_sigma",
+    "scope",
+    "applicable",
+    "reason",
+    "file",
+    "source",
+)
+
+
+class Experiment:
+    """The recordings of an experiment, with metrics and checks.
+
+    >>> experiment.name, len(experiment.runs)
+    ('first_run', 1)
+    >>> round(experiment.metric("energy.residual_relative"), 6)
+    -0.005084
+    >>> experiment.metric("energy.kinetik")
+    Traceback (most recent call last):
+    ...
+    kinetoscope._errors.UnknownNameError: unknown metric `energy.kinetik`
+    help: did you mean `energy.kinetic` or `energy.elastic`?
+    """
+
+    def __init__(
+        self, path: Path, files: List[Path], *, programs: Optional[_programs.PathLike] = None
+    ) -> None:
+        self.path = path
+        self._files = files
+        self._programs = programs
+        self._runs: Optional[Tuple[Run, ...]] = None
+        self._analysis: Optional[Dict[str, Any]] = None
+
+    def __repr__(self) -> str:
+        return f"<experiment {self.name}: {len(self._files)} runs in {self.path}>"
+
+    @property
+    def name(self) -> str:
+        """The name, which is also that of the folder."""
+        return self.path.name if self.path.is_dir() else self.path.parent.name
+
+    @property
+    def runs(self) -> Tuple[Run, ...]:
+        """The finished runs, in the order of the sweep."""
+        if self._runs is None:
+            self._runs = tuple(Run(path, programs=self._programs) for path in self._files)
+        return self._runs
+
+    @property
+    def metrics(self) -> Any:
+        """All metrics as a Polars data frame, or as pandas if only that is installed.
+
+        One row per metric and run, and one per mean over replicates or fit over a sweep; the first columns are the
+        coordinates of the sweep. Recordings that have not changed since the last analysis are not read again.
+        """
+        return self.metric_table()
+
+    def metric_table(self, library: Optional[_tables.TableLibrary] = None) -> Any:
+        """The same table by the library of choice, ``"polars"`` or ``"pandas"``."""
+        _tables.library_module(library)
+        rows = self._rows()
+        coordinates = dict.fromkeys(key for row in rows for key in row["coordinates"])
+        flat = [{**row, **row["coordinates"]} for row in rows]
+        return _tables.frame_of_rows(flat, [*coordinates, *COLUMNS], library)
+
+    def metric(self, name: str, **where: object) -> float:
+        """The value of one metric at the given coordinates, such as ``temperature_k=300``.
+
+        For replicates, this is the mean. ``replicate=2`` selects one of them.
+        """
+        rows = self._rows()
+        named = [row for row in rows if row["metric"] == name]
+        if not named:
+            raise UnknownNameError.of("metric", name, (row["metric"] for row in rows))
+        known = {"replicate"}.union(*(row["coordinates"] for row in rows))
+        for key in where:
+            if key not in known:
+                raise UnknownNameError.of("coordinate", key, known)
+        matching = [row for row in named if all(_value_at(row, key) == value for key, value in where.items())]
+        means = [row for row in matching if row["scope"] == "sweep"]
+        chosen = means or matching
+        if len(chosen) != 1:
+            places = ", ".join(f"{key} = {value}" for key, value in chosen[0]["coordinates"].items()) if chosen else ""
+            raise KinetoscopeError(
+                f"`{name}` has {len(chosen)} values at the given coordinates",
+                f"the first is at {places}: give these, or use `experiment.metrics`"
+                if places
+                else "`experiment.metrics` lists all values",
+            )
+        if chosen[0]["value"] is None:
+            raise KinetoscopeError(f"`{name}` has no value: {chosen[0]['reason']}")
+        return float(chosen[0]["value"])
+
+    @property
+    def checks(self) -> List[Dict[str, Any]]:
+        """The results of the outcome of each run and of the manifest's checks: ``subject``, ``passed``, ``finding``."""
+        checks: List[Dict[str, Any]] = self._analyzed()["checks"]
+        return checks
+
+    def show(self, *, height: int = 900) -> None:
+        """Displays the whole report in the cell of a notebook."""
+        with tempfile.TemporaryDirectory(prefix="kinetoscope-") as folder:
+            finished = _programs.call(["analyze", "--quiet", "--output", folder, *self._inputs()], self._programs)
+            report = Path(folder) / "report.html"
+            if not report.exists():
+                raise finished.error()
+            _player.display(report.read_text(encoding="utf-8"), height)
+
+    def _inputs(self) -> List[str]:
+        return [os.fspath(self.path)]
+
+    def _rows(self) -> List[Dict[str, Any]]:
+        return [_row(metric) for metric in self._analyzed()["analysis"]["metrics"]]
+
+    def _analyzed(self) -> Dict[str, Any]:
+        if self._analysis is None:
+            self._analysis = self._analyze([])
+        return self._analysis
+
+    def _analyze(self, options: List[str]) -> Dict[str, Any]:
+        """Analyzes the recordings. The results are written next to them if that is possible and they are all of the folder's."""
+        with tempfile.TemporaryDirectory(prefix="kinetoscope-") as scratch:
+            if options or not (self.path.is_dir() and os.access(self.path, os.W_OK)):
+                options = [*options, "--no-replay", "--output", scratch]
+            finished = _programs.call(["analyze", "--json", "--quiet", *options, *self._inputs()], self._programs)
+        if not finished.output.strip():
+            raise finished.error()
+        result = finished.json()
+        experiments = result.get("experiments") or []
+        if len(experiments) != 1:
+            raise finished.error()
+        analysis: Dict[str, Any] = experiments[0]
+        for what in analysis.get("unreadable", []):
+            warnings.warn(f"not analyzed: {what}", stacklevel=4)
+        schema = analysis["analysis"]["schema"]
+        if schema != METRICS_SCHEMA:
+            raise KinetoscopeError(
+                f"the program writes metrics of schema version {schema}; this package reads version {METRICS_SCHEMA}",
+                "install the same version of both: `pip install --upgrade kinetoscope`",
+            )
+        return analysis
+
+
+def _row(metric: Mapping[str, Any]) -> Dict[str, Any]:
+    """A metric as a row, with the values of its coordinates."""
+    place = metric.get("run") or metric.get("sweep") or {}
+    theory = metric.get("theory")
+    row = dict(metric, metric=metric["name"], theory=theory["value"] if theory else None)
+    row["coordinates"] = {
+        key: entry["value"] if isinstance(entry, dict) else entry
+        for key, entry in place.get("coordinates", {}).items()
+    }
+    row["scope"] = "run" if "run" in metric else "sweep"
+    row["replicate"] = place.get("replicate")
+    row["file"] = place.get("file")
+    return row
+
+
+def _value_at(row: Mapping[str, Any], key: str) -> object:
+    return row["replicate"] if key == "replicate" else row["coordinates"].get(key)
+
+
+def run(
+    manifest: _programs.PathLike,
+    *,
+    seed: Optional[int] = None,
+    set: Optional[Mapping[str, object]] = None,
+    output: _programs.PathLike = "recordings",
+    jobs: Optional[int] = None,
+    force: bool = False,
+    programs: Optional[_programs.PathLike] = None,
+) -> Experiment:
+    """Runs the experiment of a manifest and returns its recordings.
+
+    Finished runs are not rerun unless a value, the seed or the physics has changed, or with ``force``. ``set`` overrides
+    keys of the manifest; ``output`` is the folder of all experiments, ``jobs`` the number of runs to execute in
+    parallel, and ``programs`` the folder of the program ``kinetoscope`` if it is not installed with this package.
+
+    >>> short = kinetoscope.run(
+    ...     experiments / "first_run.toml", seed=7, set={"model.dem.discs": 5}, output=folder, programs=programs
+    ... )
+    >>> short.runs[0].seed, len(short.runs[0]["/state"][0])
+    (7, 5)
+    """
+    overrides = dict(set or {})
+    if seed is not None:
+        overrides["seed"] = seed
+    arguments = ["run", "--json", "--quiet", "--output", os.fspath(_programs.absolute(output))]
+    for key, value in overrides.items():
+        arguments += ["--set", f"{key}={_toml.literal(value)}"]
+    if jobs is not None:
+        arguments += ["--jobs", str(jobs)]
+    if force:
+        arguments.append("--force")
+    path = os.fspath(_programs.absolute(manifest))
+    finished = _programs.call([*arguments, path], programs)
+    if finished.code != _programs.EXIT_OK:
+        raise finished.error()
+    experiments = finished.json()["experiments"]
+    # Manifests that `start_from` names are run first.
+    result = next((entry for entry in experiments if entry.get("manifest") == path), experiments[-1])
+    files = [Path(entry["recording"]) for entry in result["runs"] if entry.get("recording")]
+    return Experiment(Path(result["destination"]), files, programs=programs)
+
+
+def open(path: _programs.PathLike, *, programs: Optional[_programs.PathLike] = None) -> Experiment:
+    """Opens the recordings in a folder such as ``recordings/first_run``, or one recording.
+
+    >>> kinetoscope.open(experiment.path).runs[0].outcome
+    'complete'
+    """
+    place = _programs.absolute(path)
+    if not place.is_dir():
+        # Reports a file that is missing or is not a recording.
+        Run(place)
+        return Experiment(place, [place], programs=programs)
+    files = list(_listed(place))
+    if files:
+        return Experiment(place, files, programs=programs)
+    inner = sorted(entry.parent for entry in place.glob("*/experiment.toml"))
+    if inner:
+        raise RecordingError(
+            f"{place} contains {len(inner)} experiments", f"open one of them, such as `{inner[0]}`"
+        )
+    raise RecordingError(f"{place} contains no finished recording", "run the experiment first: `kinetoscope.run(…)`")
+
+
+def _listed(folder: Path) -> Iterator[Path]:
+    """The finished recordings of a folder: those that its `experiment.toml` lists, else all."""
+    description = folder / "experiment.toml"
+    if not description.is_file():
+        yield from sorted(path for path in folder.glob("*.mcap") if not path.name.endswith(".partial.mcap"))
+        return
+    try:
+        entries = _toml.parsed(description.read_text(encoding="utf-8")).get("runs", [])
+        names = [str(entry["file"]) for entry in entries]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise damaged(description, str(error)) from error
+    for name in names:
+        # Only files of this folder.
+        path = folder / os.path.basename(name)
+        if path.is_file():
+            yield path

@@ -1,0 +1,234 @@
+"""The frames of a topic, read when they are needed."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack
+from fractions import Fraction
+from typing import Any, BinaryIO, Dict, Iterator, List, Mapping, Optional, Tuple, Union, overload
+
+import numpy as np
+import numpy.typing as npt
+from mcap.records import Chunk
+
+from ._container import Container, check_content, damaged, open_file, payloads, unpack_chunk
+from ._decoding import Decoder, Table, decoder_of
+from ._errors import KinetoscopeError, UnknownNameError
+
+
+class Frames:
+    """The frames of one topic: a sequence of NumPy structured arrays that are read when they are needed.
+
+    Iteration holds one chunk of the file and one frame in memory. ``frames[i]`` reads one chunk, and a slice is again
+    a lazy sequence. The arrays are copies: they may be changed and kept.
+
+    >>> state = recording["/state"]
+    >>> len(state), state.columns[:4]
+    (251, ('x', 'y', 'vx', 'vy'))
+    >>> [round(float(frame["y"].mean()), 4) for frame in state[::100]]
+    [0.0184, 0.0009, 0.0005]
+    >>> state.units["vx"]
+    'm/s'
+    """
+
+    def __init__(self, container: Container, topic: str, selection: Optional[range] = None) -> None:
+        self._container = container
+        self.topic = topic
+        channel = container.channel(topic)
+        topics = container.topics()
+        if channel is None:
+            raise UnknownNameError.of("topic", topic, topics)
+        self._channel = channel
+        provenance = container.metadata["kinetoscope"]
+        self._rate = Fraction(float(provenance["playback_fps"]))
+        columns = provenance["state_columns"].split(",")
+        self._state_units = dict(zip(columns, provenance["state_units"].split(",")))
+        self._state_columns = columns
+        # Rejects drawings before the first frame is requested.
+        self.dtype: np.dtype[Any] = self._decoder().dtype  # type: ignore[attr-defined]
+        self._selection = range(topics[topic]) if selection is None else selection
+
+    @property
+    def columns(self) -> Tuple[str, ...]:
+        """The names of the columns."""
+        return self.dtype.names or ()
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """The units of the columns of ``/state``; the fields of other topics have their unit in the name."""
+        return {name: self._state_units.get(name, "") for name in self.columns} if self.topic == "/state" else {}
+
+    @property
+    def indices(self) -> range:
+        """The indices of these frames in the recording; 0 is the start."""
+        return self._selection
+
+    @property
+    def times(self) -> npt.NDArray[np.float64]:
+        """The simulated time of each frame, in the unit of the recording."""
+        clocks = Frames(self._container, "/frame", self._selection)
+        return np.fromiter((clock["time"][0] for clock in clocks), np.float64, len(clocks))
+
+    def __len__(self) -> int:
+        return len(self._selection)
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} frames of {self.topic}: {', '.join(self.columns)}>"
+
+    @overload
+    def __getitem__(self, index: int) -> Table: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> "Frames": ...
+
+    def __getitem__(self, index: Union[int, slice]) -> Union[Table, "Frames"]:
+        if isinstance(index, slice):
+            return Frames(self._container, self.topic, self._selection[index])
+        try:
+            frame = self._selection[index]
+        except IndexError:
+            raise IndexError(f"frame {index} of {len(self)} frames") from None
+        return next(self._read(range(frame, frame + 1)))
+
+    def __iter__(self) -> Iterator[Table]:
+        return self._read(self._selection)
+
+    def array(self) -> Table:
+        """All frames in memory: one row per frame, one column per particle.
+
+        >>> recording["/state"][:5].array().shape
+        (5, 20)
+        """
+        first = self[0] if len(self) else np.empty(0, self.dtype)
+        whole: Table = np.empty((len(self), len(first)), self.dtype)
+        for row, frame in enumerate(self):
+            if len(frame) != len(first):
+                raise KinetoscopeError(
+                    f"frame {self.indices[row]} of `{self.topic}` has {len(frame)} rows, the first one {len(first)}",
+                    "iterate over the frames instead",
+                )
+            whole[row] = frame
+        return whole
+
+    def to_xarray(self, index: Optional[int] = None) -> Any:
+        """An ``xarray.Dataset`` of one frame, or of all frames with the coordinates ``frame`` and ``time``."""
+        try:
+            import xarray
+        except ImportError as error:
+            raise KinetoscopeError(
+                "the package `xarray` is not installed", "`pip install kinetoscope[xarray]`"
+            ) from error
+        selected = self
+        if index is not None:
+            # Negative numbers and numbers beyond the end as for lists.
+            frame = self._selection[index]
+            selected = Frames(self._container, self.topic, range(frame, frame + 1))
+        whole, dimensions = selected.array(), ("frame", "particle" if self.topic == "/state" else "row")
+        variables = {
+            name: (dimensions, whole[name], {"units": self.units[name]} if self.units.get(name) else {})
+            for name in self.columns
+        }
+        unit = self._container.metadata["kinetoscope"]["time_unit"]
+        times = ("frame", selected.times, {"units": unit} if unit else {})
+        dataset = xarray.Dataset(variables, {"frame": list(selected.indices), "time": times})
+        return dataset if index is None else dataset.isel(frame=0)
+
+    def _decoder(self) -> Decoder:
+        return decoder_of(self.topic, self._container.schemas[self._channel.schema_id], self._state_columns)
+
+    def _log_time(self, frame: int) -> int:
+        """Frame index over playback rate in ns, rounded to the nearest as the recorder does."""
+        scaled = 2 * frame * 10**9 * self._rate.denominator
+        return (scaled + self._rate.numerator) // (2 * self._rate.numerator)
+
+    def _read(self, selection: range) -> Iterator[Table]:
+        if len(selection) == 0:
+            return
+        decode = self._decoder()
+        with ExitStack() as stack:
+            stream = stack.enter_context(open_file(self._container.path))
+            places = _Places(self._container, self._channel.id, stream)
+            if abs(selection.step) * len(selection) > 1:
+                _keep_freed_memory()
+                places.read_ahead = stack.enter_context(ThreadPoolExecutor(1))
+            for frame in selection:
+                content, start, end = places.find(frame, self._log_time(frame))
+                try:
+                    table = decode(content, start, end)
+                except (ValueError, IndexError) as error:
+                    raise damaged(self._container.path, f"frame {frame} of {self.topic}: {error}") from error
+                yield table
+
+
+def _keep_freed_memory() -> None:
+    """Makes glibc keep freed blocks of a chunk's size instead of returning them to the system for every chunk.
+
+    It keeps blocks up to the size of the largest one that was freed. This one is never written, so it takes no memory.
+    Measured: a tenth of the time of an iteration (2026-11).
+    """
+    bytearray(24 << 20)
+
+
+class _Places:
+    """The messages of a channel in the chunk that was read last.
+
+    While its frames are used, a thread decompresses the next chunk. Chunks with one large frame are not read ahead.
+    """
+
+    MAX_AHEAD_BYTES = 16 << 20
+
+    def __init__(self, container: Container, channel_id: int, stream: BinaryIO) -> None:
+        self.read_ahead: Optional[ThreadPoolExecutor] = None
+        self._container = container
+        self._channel_id = channel_id
+        self._stream = stream
+        self._starts: List[int] = [chunk.start_time for chunk in container.chunks]
+        self._chunk = -1
+        self._next: Optional[Tuple[int, "Future[Tuple[Chunk, bytes]]"]] = None
+        self._content = b""
+        self._messages: Dict[int, Tuple[int, int]] = {}
+
+    def find(self, frame: int, log_time: int) -> Tuple[bytes, int, int]:
+        """The content of the chunk with a frame, and the place of the frame's message in it."""
+        place = self._messages.get(log_time)
+        if place is None:
+            self._read(bisect_right(self._starts, log_time) - 1)
+            place = self._messages.get(log_time)
+        if place is None:
+            raise damaged(self._container.path, f"frame {frame} is missing")
+        return self._content, place[0], place[1]
+
+    def _read(self, number: int) -> None:
+        if number in (self._chunk, -1):
+            return
+        # The last chunk is released before the next one is decompressed.
+        self._content, self._messages, self._chunk = b"", {}, number
+        path = self._container.path
+        try:
+            chunk, self._content = self._unpacked(number)
+            check_content(path, chunk, self._content)
+        except KinetoscopeError:
+            raise
+        except Exception as error:
+            raise damaged(path, f"chunk {number} cannot be read ({error!r})") from error
+        self._messages = {
+            message.log_time: (message.start, message.end)
+            for message in payloads(path, self._content, self._channel_id)
+        }
+
+    def _unpacked(self, number: int) -> Tuple[Chunk, bytes]:
+        chunks = self._container.chunks
+
+        def unpack(number: int) -> Tuple[Chunk, bytes]:
+            return unpack_chunk(self._container.path, self._stream, chunks[number].offset)
+
+        if self.read_ahead is None:
+            return unpack(number)
+        # The thread is the only one that reads the file.
+        ready, self._next = self._next, None
+        future = ready[1] if ready and ready[0] == number else self.read_ahead.submit(unpack, number)
+        is_sequential = ready is None or ready[0] == number
+        if is_sequential and number + 1 < len(chunks) and chunks[number + 1].size <= self.MAX_AHEAD_BYTES:
+            self._next = (number + 1, self.read_ahead.submit(unpack, number + 1))
+        return future.result()

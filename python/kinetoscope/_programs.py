@@ -1,0 +1,126 @@
+"""Finds the program ``kinetoscope`` and runs it."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
+from typing import Any, Dict, List, Optional, Sequence, Union
+
+from ._errors import KinetoscopeError, ProgramNotFoundError, RunFailedError
+
+PathLike = Union[str, "os.PathLike[str]"]
+
+PROGRAM = "kinetoscope"
+# Time for a run to write its checkpoint after an interrupt, s.
+SECONDS_TO_STOP = 30.0
+
+EXIT_OK = 0
+EXIT_FAILED = 1
+EXIT_USAGE = 2
+EXIT_DIFFERENCE = 4
+EXIT_UNREADABLE = 5
+
+
+def find(programs: Optional[PathLike] = None) -> str:
+    """Path of the program: in the folder ``programs``, else next to Python, in its folders of scripts, or on the PATH."""
+    if programs is not None:
+        found = shutil.which(PROGRAM, path=os.fspath(programs))
+        if found is None:
+            raise ProgramNotFoundError(
+                f"there is no program `{PROGRAM}` in {os.fspath(programs)}",
+                "pass the folder that contains it, such as `target/release` of a clone",
+            )
+        return os.path.abspath(found)
+    folders = [os.path.dirname(sys.executable), sysconfig.get_path("scripts")]
+    user_scheme = f"{os.name}_user"
+    if user_scheme in sysconfig.get_scheme_names():
+        folders.append(sysconfig.get_path("scripts", user_scheme))
+    for path in [*folders, None]:
+        found = shutil.which(PROGRAM, path=path)
+        if found is not None:
+            return os.path.abspath(found)
+    searched = ", ".join(dict.fromkeys(folders))
+    raise ProgramNotFoundError(
+        f"the program `{PROGRAM}` is neither in {searched} nor on the PATH",
+        "`pip install kinetoscope` installs it; in a clone, run `cargo build --release` and pass "
+        "`programs=\"target/release\"`",
+    )
+
+
+class Finished:
+    """Exit code and output of the program."""
+
+    def __init__(self, arguments: Sequence[str], code: int, output: str, messages: str) -> None:
+        self.arguments = arguments
+        self.code = code
+        self.output = output
+        self.messages = messages
+
+    def json(self) -> Dict[str, Any]:
+        """The output of ``--json``."""
+        try:
+            value = json.loads(self.output)
+        except ValueError as error:
+            raise self.error() from error
+        if not isinstance(value, dict):
+            raise self.error()
+        return value
+
+    def error(self) -> KinetoscopeError:
+        """The error that the program reported, with its exit code."""
+        text = self.messages.strip() or self.output.strip() or "no message"
+        help = None
+        # The program's last line of help is that of this error.
+        lines = text.split("\n")
+        if lines[-1].startswith("help: "):
+            help, text = lines[-1][len("help: ") :], "\n".join(lines[:-1])
+        if text.startswith("error: "):
+            text = text[len("error: ") :]
+        kind = RunFailedError if self.code in (EXIT_FAILED, EXIT_USAGE) else KinetoscopeError
+        return kind(f"{text}\n(`{PROGRAM} {self.arguments[0]}` ended with exit code {self.code})", help)
+
+
+def call(arguments: Sequence[str], programs: Optional[PathLike] = None) -> Finished:
+    """Runs the program to its end. An interrupt of Python ends it in order, so that a later call resumes the run."""
+    command: List[str] = [find(programs), *arguments]
+    try:
+        child = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            encoding="utf-8",
+            errors="replace",
+        )
+    except OSError as error:
+        raise ProgramNotFoundError(
+            f"{command[0]} cannot be executed: {error.strerror}",
+            "install a wheel or build the program for this operating system and processor",
+        ) from error
+    with child:
+        try:
+            output, messages = child.communicate()
+        except KeyboardInterrupt:
+            _stop(child)
+            raise
+    return Finished(arguments, child.returncode, output, messages)
+
+
+def _stop(child: "subprocess.Popen[str]") -> None:
+    interrupt = signal.SIGINT if os.name == "posix" else signal.SIGTERM
+    child.send_signal(interrupt)
+    try:
+        child.communicate(timeout=SECONDS_TO_STOP)
+    except subprocess.TimeoutExpired:
+        child.kill()
+
+
+def absolute(path: PathLike) -> Path:
+    """An absolute path, so that a name that starts with ``-`` is not read as an option."""
+    return Path(os.path.abspath(os.fspath(path)))

@@ -1,0 +1,168 @@
+"""One run: its recording."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Dict, List, Optional, Tuple
+
+import numpy as np
+
+from . import _player, _programs, _tables, _toml
+from ._container import damaged, load
+from ._errors import RecordingError
+from ._frames import Frames
+
+
+@dataclass(frozen=True)
+class Verification:
+    """Whether a rerun gave the same recording; true if it did."""
+
+    is_equal: bool
+    findings: Tuple[str, ...]
+
+    def __bool__(self) -> bool:
+        return self.is_equal
+
+    def __str__(self) -> str:
+        return "\n".join(self.findings)
+
+
+class Run:
+    """One run, by its recording.
+
+    A recording of an interrupted run, or a torn file, is rejected unless ``allow_torn`` is true; then its intact frames
+    can be read.
+
+    >>> recording.model, recording.seed, recording.outcome
+    ('dem', 1, 'complete')
+    >>> recording.manifest["model"]["dem"]["discs"]
+    20
+    >>> recording.topics[:3]
+    ('/contact_statistics', '/discs', '/energy')
+    """
+
+    def __init__(
+        self,
+        path: _programs.PathLike,
+        *,
+        allow_torn: bool = False,
+        programs: Optional[_programs.PathLike] = None,
+    ) -> None:
+        self.path: Path = _programs.absolute(path)
+        self._programs = programs
+        self._container = load(self.path, allow_torn)
+        self._provenance = self._container.metadata["kinetoscope"]
+        outcome = self._container.metadata.get("kinetoscope.outcome", {}).get("outcome")
+        if outcome == "interrupted" and not allow_torn:
+            raise RecordingError(
+                f"{self.path} is the recording of an interrupted run",
+                "run the same experiment again to complete it, or read its frames with "
+                "`kinetoscope.Run(path, allow_torn=True)`",
+            )
+        self._outcome = outcome or "unfinished"
+
+    def __repr__(self) -> str:
+        return f"<run {self.path.stem}: {self.model}, {len(self)} frames, {self.outcome}>"
+
+    def __len__(self) -> int:
+        """The number of frames."""
+        return self._container.topics().get("/frame", 0)
+
+    def __getitem__(self, topic: str) -> Frames:
+        """The frames of a topic, such as ``/state``."""
+        return Frames(self._container, topic)
+
+    # Without it, `in` and `iter` would ask for topics 0, 1, 2, …
+    __iter__ = None
+
+    def __contains__(self, topic: object) -> bool:
+        return topic in self._container.topics()
+
+    @property
+    def topics(self) -> Tuple[str, ...]:
+        """The recorded topics."""
+        return tuple(self._container.topics())
+
+    @property
+    def manifest(self) -> Dict[str, Any]:
+        """The complete manifest of this run, with defaults, as it is in the recording."""
+        try:
+            return _toml.parsed(self._container.manifest)
+        except ValueError as error:
+            raise damaged(self.path, "its manifest is not TOML") from error
+
+    @property
+    def model(self) -> str:
+        """The model: dem, gas, packing or orbit."""
+        return self._provenance["model"]
+
+    @property
+    def seed(self) -> int:
+        """The seed of the run's random streams."""
+        return int(self.manifest["seed"])
+
+    @property
+    def run_key(self) -> str:
+        """SHA-256 of all inputs that affect the result."""
+        return self._provenance["run_key"]
+
+    @property
+    def time_unit(self) -> str:
+        """Unit of the simulated time: s, d, or empty for a dimensionless model."""
+        return self._provenance["time_unit"]
+
+    @property
+    def outcome(self) -> str:
+        """``complete``, ``fault``, ``interrupted``, or ``unfinished`` for a torn file."""
+        return self._outcome
+
+    def series(self, topic: str, library: Optional[_tables.TableLibrary] = None) -> Any:
+        """A topic over time as a Polars data frame, or as pandas if only that is installed or requested.
+
+        One row per frame, or one per entry for topics with columns of numbers such as ``/speeds``.
+
+        >>> energy = recording.series("/energy")
+        >>> list(energy.columns)[:3], len(energy)
+        (['frame', 'time', 'kinetic_j'], 251)
+        """
+        _tables.library_module(library)
+        frames = self[topic]
+        tables = list(frames)
+        lengths = [len(table) for table in tables]
+        rows = np.concatenate(tables) if tables else np.empty(0, frames.dtype)
+        columns: Dict[str, Any] = {
+            "frame": np.repeat(np.arange(len(tables)), lengths),
+            "time": np.repeat(frames.times, lengths),
+        }
+        for name in frames.columns:
+            # The clock of `/frame` has these two itself.
+            if name not in columns:
+                column = np.ascontiguousarray(rows[name])
+                columns[name] = column.tolist() if column.dtype.kind == "U" else column
+        return _tables.frame_of_columns(columns, library)
+
+    def verify(self) -> Verification:
+        """Reruns the run and compares; the result is true if both are equal, and its text names the first difference."""
+        finished = _programs.call(["verify", "--json", os.fspath(self.path)], self._programs)
+        if finished.code not in (_programs.EXIT_OK, _programs.EXIT_DIFFERENCE):
+            raise finished.error()
+        result = finished.json()
+        findings: List[str] = [str(line) for line in result.get("findings", [])]
+        return Verification(finished.code == _programs.EXIT_OK and bool(result["equal"]), tuple(findings))
+
+    def show(self, *, height: int = 700, replay_budget_mb: float = 3.0) -> None:
+        """Displays the player of this run in the cell of a notebook."""
+        _player.display(self._player(replay_budget_mb), height)
+
+    def _player(self, replay_budget_mb: float) -> str:
+        with tempfile.TemporaryDirectory(prefix="kinetoscope-") as folder:
+            arguments = ["analyze", "--quiet", "--output", folder, "--replay-budget", str(replay_budget_mb)]
+            finished = _programs.call([*arguments, os.fspath(self.path)], self._programs)
+            report = Path(folder) / "report.html"
+            # A failed check does not concern the player.
+            if not report.exists():
+                raise finished.error()
+            return _player.player(report)

@@ -1,0 +1,51 @@
+"""Executes the notebooks in a temporary folder and checks that each displays its player.
+
+Usage: python execute.py PROGRAMS     (the folder of the program kinetoscope)
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import nbformat
+from nbclient import NotebookClient
+
+HERE = Path(__file__).resolve().parent
+
+
+def main() -> None:
+    """Executes all notebooks of this folder."""
+    os.environ["PATH"] = os.pathsep.join([os.path.abspath(sys.argv[1]), os.environ["PATH"]])
+    notebooks = sorted(HERE.glob("*.ipynb"))
+    if len(notebooks) != 4:
+        sys.exit(f"expected one notebook per model, found {len(notebooks)}")
+    with tempfile.TemporaryDirectory() as folder:
+        # The notebooks find the experiments as in the repository, and their recordings are removed.
+        shutil.copytree(HERE.parent.parent / "experiments", Path(folder) / "experiments")
+        work = Path(folder) / "python" / "notebooks"
+        work.mkdir(parents=True)
+        for path in notebooks:
+            start = time.monotonic()
+            notebook = nbformat.read(path, as_version=4)  # type: ignore[no-untyped-call]
+            outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
+            if outputs:
+                sys.exit(f"{path.name} contains outputs: clear them before a commit")
+            NotebookClient(notebook, timeout=120, resources={"metadata": {"path": str(work)}}).execute()
+            pages = [
+                output.data["text/html"]
+                for cell in notebook.cells
+                for output in cell.get("outputs", [])
+                if "text/html" in output.get("data", {})
+            ]
+            if not any(page.startswith("<iframe") and "film" in page for page in pages):
+                sys.exit(f"{path.name} does not display its player")
+            print(f"{path.name}: executed, {time.monotonic() - start:.1f} s")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,249 @@
+"""Guarantee: recordings are read as the official reader reads them, in any order, and damage is an error."""
+
+from __future__ import annotations
+
+import importlib.util
+import shutil
+import struct
+import sys
+import zlib
+from pathlib import Path
+from typing import Iterator, List, Optional
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from mcap_protobuf.decoder import DecoderFactory
+
+import kinetoscope as k
+
+MODELS = ["first_run", "gas_300_kelvin", "packing_fifty_discs", "orbit_exercise"]
+
+
+@pytest.fixture(scope="session", params=MODELS)
+def run_of_model(
+    request: pytest.FixtureRequest, experiments: Path, tmp_path_factory: pytest.TempPathFactory, programs: Optional[str]
+) -> k.Run:
+    output = tmp_path_factory.mktemp("models")
+    return k.run(experiments / f"{request.param}.toml", output=output, programs=programs).runs[0]
+
+
+def official(path: Path, topic: str) -> Iterator[object]:
+    with path.open("rb") as stream:
+        reader = make_reader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
+        for _, _, _, message in reader.iter_decoded_messages(topics=[topic]):
+            yield message
+
+
+def official_states(path: Path) -> List[np.ndarray]:
+    return [
+        np.frombuffer(message.data, [(field.name, "<f8") for field in message.fields])  # type: ignore[attr-defined]
+        for message in official(path, "/state")
+    ]
+
+
+def test_state_equals_that_of_the_official_reader(run_of_model: k.Run) -> None:
+    expected = official_states(run_of_model.path)
+    frames = list(run_of_model["/state"])
+    assert len(frames) == len(expected) == len(run_of_model)
+    for ours, theirs in zip(frames, expected):
+        assert ours.dtype.names == theirs.dtype.names and ours.tobytes() == theirs.tobytes()
+    # Control: one bit.
+    frames[-1]["x"][0] = np.nextafter(frames[-1]["x"][0], 1e9)
+    assert frames[-1].tobytes() != expected[-1].tobytes()
+
+
+def test_numeric_topics_equal_those_of_the_official_reader(run_of_model: k.Run) -> None:
+    numeric = [topic for topic in run_of_model.topics if topic not in ("/state", "/log")]
+    compared = 0
+    for topic in numeric:
+        try:
+            frames = run_of_model[topic]
+        except k.KinetoscopeError as error:
+            assert "foxglove.SceneUpdate, not numbers" in str(error)
+            continue
+        for ours, theirs in zip(frames, official(run_of_model.path, topic)):
+            for name in frames.columns:
+                np.testing.assert_array_equal(ours[name], getattr(theirs, name))
+        compared += 1
+    assert compared >= 3
+
+
+def test_single_frames_and_slices_equal_those_of_the_iteration(recording: k.Run) -> None:
+    state = recording["/state"]
+    frames = list(state)
+    # Frames on both sides of the start of a chunk are in it.
+    second_chunk = 181
+    assert len(recording._container.chunks) == 2
+    for index in (0, 1, 77, second_chunk - 1, second_chunk, second_chunk + 1, 250, -1, -251):
+        assert state[index].tobytes() == frames[index].tobytes()
+    for part in (slice(5, 9), slice(None, None, 50), slice(None, None, -60), slice(3, 3)):
+        assert [frame.tobytes() for frame in state[part]] == [frame.tobytes() for frame in frames[part]]
+        assert list(state[part].times) == list(state.times[part])
+    with pytest.raises(IndexError, match="frame 251 of 251 frames"):
+        state[251]
+    assert frames[3].flags.aligned and frames[3].flags.owndata
+
+
+@pytest.mark.parametrize("rate", [0.1, 7.3, 29.97, 50.0])
+def test_frames_are_found_at_every_playback_rate(
+    rate: float, experiments: Path, tmp_path: Path, programs: Optional[str]
+) -> None:
+    change = {"record.playback_fps": rate}
+    run = k.run(experiments / "orbit_exercise.toml", set=change, output=tmp_path, programs=programs).runs[0]
+    assert [frame.tobytes() for frame in run["/state"]] == [frame.tobytes() for frame in official_states(run.path)]
+
+
+def test_frames_may_differ_in_size(experiments: Path, tmp_path: Path, programs: Optional[str]) -> None:
+    change = {"model.dem.duration_s": 0.3}
+    run = k.run(experiments / "dem_fed_hopper.toml", set=change, output=tmp_path, programs=programs).runs[0]
+    state = run["/state"]
+    expected = official_states(run.path)
+    assert len({len(frame) for frame in expected}) > 1
+    assert [frame.tobytes() for frame in state] == [frame.tobytes() for frame in expected]
+    with pytest.raises(k.KinetoscopeError, match="help: iterate"):
+        state.array()
+
+
+@pytest.mark.parametrize("compression", ["zstd-3", "lz4", "none"])
+def test_every_compression_is_read(compression: str, experiments: Path, tmp_path: Path, programs: Optional[str]) -> None:
+    change = {"record.compression": compression}
+    run = k.run(experiments / "first_run.toml", set=change, output=tmp_path, programs=programs).runs[0]
+    assert [frame.tobytes() for frame in run["/state"]] == [frame.tobytes() for frame in official_states(run.path)]
+
+
+def test_series_have_the_library_of_choice(recording: k.Run) -> None:
+    pytest.importorskip("polars")
+    polars, pandas = recording.series("/energy"), recording.series("/energy", "pandas")
+    assert type(polars).__module__.startswith("polars") and type(pandas).__module__.startswith("pandas")
+    assert polars["kinetic_j"].to_list() == pandas["kinetic_j"].to_list()
+    walls = recording.series("/wall_forces")
+    assert len(walls) == 4 * len(recording) and walls["frame"].to_list()[:5] == [0, 0, 0, 0, 1]
+    assert recording.series("/frame")["time_unit"][0] == "s"
+
+
+def test_missing_optional_packages_are_named(recording: k.Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "polars" else found(name))
+    assert type(recording.series("/energy")).__module__.startswith("pandas")
+    with pytest.raises(k.KinetoscopeError, match="polars is not installed\nhelp: `pip install kinetoscope.polars.`"):
+        recording.series("/energy", "polars")
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(k.KinetoscopeError, match="neither polars nor pandas is installed"):
+        recording.series("/energy")
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    with pytest.raises(k.KinetoscopeError, match="`xarray` is not installed"):
+        recording["/state"].to_xarray()
+
+
+def test_xarray_has_times_and_units(recording: k.Run) -> None:
+    whole = recording["/state"][:10].to_xarray()
+    assert whole["x"].shape == (10, 20) and whole["vx"].attrs["units"] == "m/s"
+    one = recording["/state"].to_xarray(-1)
+    assert int(one["frame"]) == 250 and float(one["time"]) == recording["/state"].times[-1]
+
+
+def test_torn_files_are_rejected_and_their_intact_frames_can_be_read(recording: k.Run, tmp_path: Path) -> None:
+    whole = recording.path.read_bytes()
+    frames = list(recording["/state"])
+    counts = {0}
+    for part in range(1, 20):
+        torn = tmp_path / f"torn {part}.mcap"
+        torn.write_bytes(whole[: len(whole) * part // 20])
+        with pytest.raises(k.RecordingError, match="has no end.*\nhelp: run the same experiment again"):
+            k.Run(torn)
+        run = k.Run(torn, allow_torn=True)
+        assert run.outcome == "unfinished"
+        if "/state" in run:
+            intact = list(run["/state"])
+            assert [frame.tobytes() for frame in intact] == [frame.tobytes() for frame in frames[: len(intact)]]
+            counts.add(len(intact))
+    # Nothing, the first chunk, and everything but the index.
+    assert len(counts) == 3 and max(counts) == len(frames)
+    (tmp_path / "start.mcap").write_bytes(whole[:5])
+    with pytest.raises(k.RecordingError, match="is not an MCAP file"):
+        k.Run(tmp_path / "start.mcap")
+
+
+def test_a_changed_byte_is_an_error(recording: k.Run, tmp_path: Path) -> None:
+    whole = bytearray(recording.path.read_bytes())
+    changed = tmp_path / "changed.mcap"
+    found = 0
+    for at in range(200, len(whole) - 200, len(whole) // 60):
+        whole[at] ^= 0xFF
+        changed.write_bytes(whole)
+        whole[at] ^= 0xFF
+        try:
+            run = k.Run(changed)
+            frames = [frame.tobytes() for frame in run["/state"]]
+        except k.KinetoscopeError:
+            found += 1
+        else:
+            # The byte is not that of a chunk: nothing that was read has changed.
+            assert frames == [frame.tobytes() for frame in recording["/state"]]
+    assert found > 40
+
+
+def with_schema_version(source: Path, target: Path, version: bytes) -> None:
+    """A copy whose provenance states another schema version of the same length."""
+    data = source.read_bytes()
+    key = b"schema_version" + struct.pack("<I", 1)
+    at = data.index(key) + len(key)
+    target.write_bytes(data[:at] + version + data[at + 1 :])
+
+
+def test_newer_schema_is_rejected_with_both_versions(recording: k.Run, tmp_path: Path) -> None:
+    other = tmp_path / "other.mcap"
+    with_schema_version(recording.path, other, b"4")
+    with pytest.raises(k.RecordingError, match="schema version 4 .*this package reads version 3\nhelp: upgrade"):
+        k.Run(other)
+    with_schema_version(recording.path, other, b"2")
+    with pytest.raises(k.RecordingError, match="schema version 2 .*this package reads version 3\nhelp: record it again"):
+        k.open(other)
+    # Control: the same version.
+    with_schema_version(recording.path, other, b"3")
+    assert len(k.Run(other)) == 251
+
+
+def test_a_chunk_that_claims_too_much_is_rejected(recording: k.Run, tmp_path: Path) -> None:
+    data = bytearray(recording.path.read_bytes())
+    chunk = recording._container.chunks[0].offset
+    # Kind and length of the record, two log times, then the size of the content.
+    struct.pack_into("<Q", data, chunk + 9 + 16, 1 << 40)
+    bomb = tmp_path / "bomb.mcap"
+    bomb.write_bytes(data)
+    with pytest.raises(k.RecordingError, match=f"claims {1 << 40} bytes"):
+        list(k.Run(bomb)["/state"])
+
+
+def test_unknown_names_have_the_nearest_ones(recording: k.Run, experiment: k.Experiment) -> None:
+    with pytest.raises(k.UnknownNameError, match="unknown topic `/stat`\nhelp: did you mean `/state`"):
+        recording["/stat"]
+    with pytest.raises(KeyError, match="did you mean `/energy`"):
+        recording.series("/energy_")
+    with pytest.raises(k.UnknownNameError, match="did you mean `energy.kinetic`"):
+        experiment.metric("energy.kinetik")
+    with pytest.raises(k.UnknownNameError, match="unknown coordinate `temperature_k`"):
+        experiment.metric("energy.kinetic", temperature_k=300)
+
+
+def test_files_that_are_not_recordings_are_errors(tmp_path: Path) -> None:
+    with pytest.raises(k.RecordingError, match="No such file or directory\nhelp: check the path"):
+        k.open(tmp_path / "none.mcap")
+    with pytest.raises(k.RecordingError, match="contains no finished recording"):
+        k.open(tmp_path)
+    text = tmp_path / "text.mcap"
+    text.write_text("text")
+    with pytest.raises(k.RecordingError, match="is not an MCAP file"):
+        k.open(text)
+    with pytest.raises(k.RecordingError, match="is not a file"):
+        k.Run("/dev/zero")
+
+
+def test_a_folder_of_experiments_names_them(experiment: k.Experiment, tmp_path: Path) -> None:
+    shutil.copytree(experiment.path, tmp_path / "a")
+    with pytest.raises(k.RecordingError, match="contains 1 experiments\nhelp: open one of them, such as"):
+        k.open(tmp_path)
+    assert zlib.crc32(k.open(tmp_path / "a").runs[0].path.read_bytes()) == zlib.crc32(
+        experiment.runs[0].path.read_bytes()
+    )
