@@ -1,0 +1,51 @@
+#!/usr/bin/env bash
+# Builds everything that is released, from the files of this folder: wheel, archive, Debian package, list of packages (CycloneDX)
+# and SHA-256 checksums. Needs Rust, Python 3.11 and git.
+# Usage: release/build.sh [OUTPUT]     (default: target/release-files)
+set -euo pipefail
+cd "$(dirname "$0")/.."
+root=$PWD
+output=$(realpath --canonicalize-missing "${1:-target/release-files}")
+target=x86_64-unknown-linux-gnu
+version=$(sed -n 's/^version = "\(.*\)"$/\1/p' Cargo.toml | head -n 1)
+
+if [ ! -x target/linker/bin/cargo-zigbuild ]; then
+    python3 -m venv target/linker
+    target/linker/bin/pip install --quiet --disable-pip-version-check --requirement release/requirements.txt
+fi
+export PATH="$root/target/linker/bin:$PATH"
+
+# No path and no time of this machine is in the programs.
+cargo_home=${CARGO_HOME:-$HOME/.cargo}
+folders=("$root=/kinetoscope" "$cargo_home=/cargo" "$(rustc --print sysroot)=/rust")
+RUSTFLAGS=$(printf -- '--remap-path-prefix=%s ' "${folders[@]}")
+CFLAGS=$(printf -- '-ffile-prefix-map=%s ' "${folders[@]}")
+SOURCE_DATE_EPOCH=${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct)}
+export RUSTFLAGS CFLAGS SOURCE_DATE_EPOCH CARGO_INCREMENTAL=0 LC_ALL=C TZ=UTC
+umask 022
+
+# glibc 2.17: manylinux_2_17, and every distribution since 2014.
+cargo zigbuild --locked --profile dist --target "$target.2.17" --target-dir "$root/target" \
+    --package kinetoscope-program --features parquet --bin kinetoscope
+program=$root/target/$target/dist/kinetoscope
+
+stage=$root/target/stage
+rm -rf "$stage" "$output"
+mkdir -p "$stage"/bin "$stage"/share/{man/man1,bash-completion/completions,zsh/site-functions,fish/vendor_completions.d} "$output"
+install -m 755 "$program" "$stage/bin/kinetoscope"
+# The other two programs are two of its subcommands; as programs of their own they would make the wheel three times as large.
+for pair in run-experiment:run analyze-recordings:analyze; do
+    printf '#!/bin/sh\nexec "$(dirname "$(readlink -f "$0")")/kinetoscope" %s "$@"\n' "${pair#*:}" > "$stage/bin/${pair%:*}"
+    chmod 755 "$stage/bin/${pair%:*}"
+done
+"$program" man-pages "$stage/share/man/man1"
+for pair in run-experiment:run analyze-recordings:analyze; do
+    echo ".so man1/kinetoscope-${pair#*:}.1" > "$stage/share/man/man1/${pair%:*}.1"
+done
+"$program" completions bash > "$stage/share/bash-completion/completions/kinetoscope"
+"$program" completions zsh > "$stage/share/zsh/site-functions/_kinetoscope"
+"$program" completions fish > "$stage/share/fish/vendor_completions.d/kinetoscope.fish"
+
+python3 release/pack.py "$stage" "$version" "$output"
+python3 release/sbom.py > "$output/kinetoscope-$version.cdx.json"
+(cd "$output" && sha256sum -- * > SHA256SUMS && cat SHA256SUMS)

@@ -1,0 +1,164 @@
+#!/usr/bin/env python3
+"""Packs a folder of programs as a wheel, an archive and a Debian package. Equal input gives equal bytes.
+
+Usage: pack.py STAGE VERSION OUTPUT     (SOURCE_DATE_EPOCH is the time of every file)
+
+STAGE is laid out as below /usr: bin, share/man/man1, share/bash-completion/completions, ... The wheel contains the Python
+package in python/kinetoscope, with the dependencies and entry points of python/pyproject.toml, if they exist.
+"""
+
+import base64
+import gzip
+import hashlib
+import io
+import os
+import sys
+import tarfile
+import time
+import tomllib
+import zipfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+EPOCH = int(os.environ["SOURCE_DATE_EPOCH"])
+# glibc of the linker's target in build.sh; the second name is that of older versions of pip.
+PLATFORM = "manylinux_2_17_x86_64.manylinux2014_x86_64"
+SUMMARY = "Reproducible particle experiments: a manifest in, recordings and checked physics out"
+LICENSES = ("LICENSE-APACHE", "LICENSE-MIT")
+
+
+def files_below(folder):
+    """Path within the folder, bytes and whether it is a program, in a fixed order."""
+    for path in sorted(folder.rglob("*")):
+        if path.is_file() and "__pycache__" not in path.parts:
+            yield path.relative_to(folder).as_posix(), path.read_bytes(), path.parent.name == "bin"
+
+
+def metadata(version, project):
+    """The wheel's description of itself: Core Metadata 2.4, PyPA."""
+    lines = ["Metadata-Version: 2.4", "Name: kinetoscope", f"Version: {version}", f"Summary: {SUMMARY}"]
+    lines += ["License-Expression: MIT OR Apache-2.0"] + [f"License-File: {name}" for name in LICENSES]
+    lines.append(f"Requires-Python: {project.get('requires-python', '>=3.9')}")
+    lines += [f"Requires-Dist: {requirement}" for requirement in project.get("dependencies", [])]
+    for extra, requirements in sorted(project.get("optional-dependencies", {}).items()):
+        lines.append(f"Provides-Extra: {extra}")
+        lines += [f"Requires-Dist: {with_extra(requirement, extra)}" for requirement in requirements]
+    return "\n".join(lines) + "\n"
+
+
+def with_extra(requirement, extra):
+    """The requirement under the condition that the extra was asked for."""
+    name, _, marker = (part.strip() for part in requirement.partition(";"))
+    condition = f'extra == "{extra}"'
+    return f"{name}; ({marker}) and {condition}" if marker else f"{name}; {condition}"
+
+
+def entry_points(project):
+    groups = dict(project.get("entry-points", {}))
+    if "scripts" in project:
+        groups["console_scripts"] = project["scripts"]
+    text = ""
+    for group, entries in sorted(groups.items()):
+        text += f"[{group}]\n" + "".join(f"{name} = {target}\n" for name, target in sorted(entries.items()))
+    return text
+
+
+def wheel(stage, version, output):
+    description = ROOT / "python/pyproject.toml"
+    project = tomllib.loads(description.read_text())["project"] if description.exists() else {}
+    if project and project["version"] != version:
+        sys.exit(f"error: python/pyproject.toml has version {project['version']}, Cargo.toml {version}")
+    information = f"kinetoscope-{version}.dist-info"
+    contents = [(f"kinetoscope/{name}", data, False) for name, data, _ in files_below(ROOT / "python/kinetoscope")]
+    for name, data, is_program in files_below(stage):
+        kind = "scripts/" + name.removeprefix("bin/") if is_program else "data/" + name
+        contents.append((f"kinetoscope-{version}.data/{kind}", data, is_program))
+    tags = "".join(f"Tag: py3-none-{platform}\n" for platform in PLATFORM.split("."))
+    texts = {"METADATA": metadata(version, project), "entry_points.txt": entry_points(project)}
+    texts["WHEEL"] = f"Wheel-Version: 1.0\nGenerator: release/pack.py\nRoot-Is-Purelib: false\n{tags}"
+    contents += [(f"{information}/{name}", text.encode(), False) for name, text in sorted(texts.items()) if text]
+    contents += [(f"{information}/licenses/{name}", (ROOT / name).read_bytes(), False) for name in LICENSES]
+    record = "".join(f"{name},sha256={digest(data)},{len(data)}\n" for name, data, _ in contents)
+    contents.append((f"{information}/RECORD", f"{record}{information}/RECORD,,\n".encode(), False))
+    path = output / f"kinetoscope-{version}-py3-none-{PLATFORM}.whl"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+        for name, data, is_program in contents:
+            entry = zipfile.ZipInfo(name, time.gmtime(EPOCH)[:6])
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.create_system = 3
+            entry.external_attr = (0o100755 if is_program else 0o100644) << 16
+            archive.writestr(entry, data, compresslevel=9)
+    return path
+
+
+def digest(data):
+    return base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
+
+
+def archive_of(contents):
+    """A .tar.gz with folders before their files, owned by root. The time in the gzip header is 0."""
+    raw = io.BytesIO()
+    with tarfile.open(fileobj=raw, mode="w", format=tarfile.USTAR_FORMAT) as archive:
+        folders = {parent for name, _, _ in contents for parent in Path(name).parents if parent.name}
+        for folder in sorted(folders):
+            archive.addfile(member(folder.as_posix(), tarfile.DIRTYPE, 0o755, 0))
+        for name, data, is_program in contents:
+            entry = member(name, tarfile.REGTYPE, 0o755 if is_program else 0o644, len(data))
+            archive.addfile(entry, io.BytesIO(data))
+    return gzip.compress(raw.getvalue(), 9, mtime=0)
+
+
+def member(name, kind, mode, size):
+    entry = tarfile.TarInfo(name)
+    entry.type, entry.mode, entry.size, entry.mtime = kind, mode, size, EPOCH
+    entry.uname = entry.gname = "root"
+    return entry
+
+
+def archive(stage, version, output):
+    folder = f"kinetoscope-{version}-x86_64-linux"
+    contents = [(f"{folder}/{name}", data, program) for name, data, program in files_below(stage)]
+    contents += [(f"{folder}/{name}", (ROOT / name).read_bytes(), False) for name in (*LICENSES, "README.md")]
+    path = output / f"{folder}.tar.gz"
+    path.write_bytes(archive_of(contents))
+    return path
+
+
+def debian_package(stage, version, output):
+    """Three members of an `ar` archive: format version, control, data (deb(5))."""
+    contents = []
+    for name, data, program in files_below(stage):
+        if name.startswith("share/man/"):
+            name, data = name + ".gz", gzip.compress(data, 9, mtime=0)
+        # Debian's zsh does not look into site-functions.
+        name = name.replace("zsh/site-functions", "zsh/vendor-completions")
+        contents.append((f"usr/{name}", data, program))
+    license_text = b"\n\n".join((ROOT / name).read_bytes() for name in LICENSES)
+    contents.append(("usr/share/doc/kinetoscope/copyright", license_text, False))
+    size = sum(len(data) for _, data, _ in contents) // 1024 + 1
+    control = (
+        f"Package: kinetoscope\nVersion: {version}\nArchitecture: amd64\nMaintainer: The Kinetoscope developers\n"
+        f"Installed-Size: {size}\nDepends: libc6 (>= 2.17)\nSection: science\nPriority: optional\nDescription: {SUMMARY}\n"
+    )
+    sums = "".join(f"{hashlib.md5(data).hexdigest()}  {name}\n" for name, data, _ in contents)
+    about = [("control", control.encode(), False), ("md5sums", sums.encode(), False)]
+    path = output / f"kinetoscope_{version}_amd64.deb"
+    with path.open("wb") as package:
+        package.write(b"!<arch>\n")
+        members = {"debian-binary": b"2.0\n", "control.tar.gz": archive_of(about), "data.tar.gz": archive_of(contents)}
+        for name, data in members.items():
+            package.write(f"{name:<16}{EPOCH:<12}{0:<6}{0:<6}{'100644':<8}{len(data):<10}`\n".encode())
+            package.write(data + b"\n" * (len(data) % 2))
+    return path
+
+
+def main():
+    stage, version, output = Path(sys.argv[1]), sys.argv[2], Path(sys.argv[3])
+    output.mkdir(parents=True, exist_ok=True)
+    for pack in (wheel, archive, debian_package):
+        path = pack(stage, version, output)
+        print(f"{path.name}: {path.stat().st_size / 1e6:.2f} MB")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,40 @@
+#!/usr/bin/env bash
+# Installs the built files in empty Debian 11 and 12 roots without Rust, and checks the programs, the manual pages and the
+# completions. As root, with debootstrap; packages come from the mirror that apt of this machine uses.
+# Usage: release/test_install.sh [FILES] [SUITE ...]     (default: target/release-files bullseye bookworm)
+set -euo pipefail
+cd "$(dirname "$0")/.."
+files=$(realpath "${1:-target/release-files}")
+shift || true
+[ $# -gt 0 ] || set -- bullseye bookworm
+roots=$PWD/target/install-roots
+# Seconds from `pip install` to the report.
+LIMIT=20
+
+mirror=$(apt-get indextargets --format '$(SITE)' 'Created-By: Packages' | grep '/debian/*$' | head -n 1)
+[ -n "$mirror" ] || { echo "error: apt names no mirror of Debian" >&2; exit 1; }
+
+for suite in "$@"; do
+    root=$roots/$suite
+    case $suite in bullseye) python=3.9 ;; *) python=3.11 ;; esac
+    if [ ! -e "$root/complete" ]; then
+        rm -rf "$root"
+        mkdir -p "$roots"
+        debootstrap --variant=minbase --include=python3,python3-venv,man-db,bash-completion,zsh \
+            "$suite" "$root" "$mirror" > "$roots/$suite.log" || { tail -n 5 "$roots/$suite.log" >&2; exit 1; }
+        touch "$root/complete"
+    fi
+    # The local index: the wheel, and the wheels that it needs for this Python.
+    rm -rf "$root/index" "$root/work" "$root/environment"
+    mkdir -p "$root/index" "$root/work"
+    python3 -m pip download --quiet --disable-pip-version-check --dest "$root/index" --only-binary=:all: \
+        --python-version "$python" --platform manylinux2014_x86_64 --platform manylinux_2_17_x86_64 "$files"/*.whl
+    cp "$files"/*.deb experiments/first_run.toml release/installed.sh release/completion.zsh "$root/work"
+    mountpoint --quiet "$root/proc" || mount -t proc proc "$root/proc"
+    trap 'umount "$root/proc" 2> /dev/null || true' EXIT
+    echo "== $suite, Python $python"
+    env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 TERM=dumb LIMIT=$LIMIT \
+        chroot "$root" bash /work/installed.sh
+    umount "$root/proc"
+    trap - EXIT
+done
