@@ -14,7 +14,7 @@ pub(super) fn draw_special(
     let count = config.particles.get() as usize;
     if let Some(partition) = config.partition {
         let x = (partition.x_m.get() - config.center_m[0].get()) / radius;
-        if !(x.abs() < 1.0) {
+        if x.abs() >= 1.0 {
             return Err(SetupError(format!(
                 "partition_x_m is {}, outside the container: must be within radius_m of the center",
                 partition.x_m.get()
