@@ -6,6 +6,7 @@ use std::collections::BTreeSet;
 pub(crate) const SYMBOLS: &[(&str, &str)] = &[
     ("A", "area of the container, or of a layer of a bed"),
     ("C", "number of pair collisions since the start"),
+    ("D", "self-diffusion coefficient"),
     ("E", "energy; per unit mass for one body around the Sun"),
     ("E_0", "initial energy"),
     ("F", "force"),
