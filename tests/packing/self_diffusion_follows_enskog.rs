@@ -1,9 +1,9 @@
-//! Law: elastic discs diffuse with D = 1.027 sqrt(T/pi) / (2 n d χ) + T / (8 pi n (D + viscosity)) ln(t / 2.5 t_0) - T t / N, measured by the velocity autocorrelation
-//! (D = 1/2 integral of <v(0) . v(t)>) and by the mean square displacement (D = d<|r|^2>/dt / 4).
+//! Law: elastic discs diffuse with D = 1.027 sqrt(T/pi) / (2 n d χ) + T / (8 pi n (D + viscosity)) ln(t / 2.5 t_0) - T t / N,
+//! measured by the velocity autocorrelation (D = 1/2 integral of <v(0) . v(t)>) and by the mean square displacement (D = d<|r|^2>/dt / 4).
 //!
 //! Source: Enskog's theory (Chapman and Cowling, The Mathematical Theory of Non-uniform Gases), with the sum of four Sonine
-//! polynomials by `benches/peers/disc_diffusion_sonine.py`; χ by Kolafa and Rottner, Mol. Phys. 104 (2006) 3435. Tail of the velocity autocorrelation by Ernst, Hauge and van Leeuwen, Phys. Rev. Lett. 25
-//! (1970) 1254, with Enskog's viscosity by Gass, J. Chem. Phys. 54 (1971) 1898; its onset at 2.5 mean free times t_0 was fitted to runs
+//! polynomials by `benches/peers/disc_diffusion_sonine.py`; χ by Kolafa and Rottner, Mol. Phys. 104 (2006) 3435. Tail of the
+//! velocity autocorrelation by Ernst, Hauge and van Leeuwen, Phys. Rev. Lett. 25 (1970) 1254, with Enskog's viscosity by Gass, J. Chem. Phys. 54 (1971) 1898; its onset at 2.5 mean free times t_0 was fitted to runs
 //! with other seeds and 250 discs. Fixed momentum takes T/N off the velocity autocorrelation.
 //! Setup: 600 discs in a periodic box at three packing fractions, about 90 windows of ten mean free times, five frames per mean free
 //! time.
