@@ -15,7 +15,7 @@
 #![allow(clippy::disallowed_methods, clippy::unwrap_used)]
 
 use crate::run::{distance, exercise};
-use kinetoscope_manifest::model::{OrbitBody, OrbitConfig, OrbitIntegrator};
+use kinetoscope_manifest::model::{OrbitBody, OrbitConfig, OrbitIntegrator, OrbitState};
 use kinetoscope_manifest::quantity::{Finite, NonNegative};
 use kinetoscope_physics::constants::GM_SUN_AU3_PER_DAY2 as GM;
 use kinetoscope_physics::model::{Extent, Model, Progress, Target};
@@ -29,8 +29,10 @@ use kinetoscope_recording::frame::Frame;
 fn body(gm: f64, position: [f64; 3], velocity: [f64; 3]) -> OrbitBody {
     OrbitBody {
         gm_au3_per_day2: NonNegative::new(gm).unwrap(),
-        position_au: position.map(|component| Finite::new(component).unwrap()),
-        velocity_au_per_day: velocity.map(|component| Finite::new(component).unwrap()),
+        state: OrbitState::Vectors {
+            position_au: position.map(|component| Finite::new(component).unwrap()),
+            velocity_au_per_day: velocity.map(|component| Finite::new(component).unwrap()),
+        },
     }
 }
 

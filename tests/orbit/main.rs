@@ -10,6 +10,8 @@ mod run;
 mod adaptive_method_keeps_its_tolerance;
 // Three bodies follow their known solutions and conserve their integrals.
 mod bodies_follow_exact_solutions;
+// Elements and vectors are those of REBOUND, in both directions.
+mod elements_agree_with_rebound;
 // Explicit Euler gains energy and angular momentum at the predicted rate.
 mod euler_drift_follows_its_closed_form;
 // Explicit Euler gives the numbers of an independent program.
@@ -20,6 +22,8 @@ mod integrators_have_their_order;
 mod kepler_motion_equals_50_digit_reference;
 // Symplectic methods keep their energy error bounded.
 mod symplectic_methods_do_not_drift;
+// Massive bodies move as if test particles were absent.
+mod test_particles_change_no_bit;
 
 // Step budget, observation and resuming change no bit; invalid initial states are rejected.
 mod observation_does_not_affect_the_trajectory;

@@ -28,7 +28,7 @@ pub(crate) fn exercise(integrator: OrbitIntegrator, step: f64, duration: f64) ->
 
 /// Initial state given in AU and AU/day.
 pub(crate) fn given(position: [f64; 3], velocity: [f64; 3]) -> OrbitStart {
-    OrbitStart::Given(OrbitState {
+    OrbitStart::Given(OrbitState::Vectors {
         position_au: position.map(|component| Finite::new(component).unwrap()),
         velocity_au_per_day: velocity.map(|component| Finite::new(component).unwrap()),
     })

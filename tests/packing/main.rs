@@ -46,3 +46,5 @@ mod periodic_and_compressed_states_match_references;
 mod pressure_agrees_with_theory;
 // Collision rate and pressure of elastic discs between walls follow Enskog's theory.
 mod pressure_and_rate_follow_enskog;
+// Elastic discs diffuse at Enskog's rate, by velocities and by displacements.
+mod self_diffusion_follows_enskog;

@@ -8,6 +8,7 @@ pub(crate) const SYMBOLS: &[(&str, &str)] = &[
     ("A_s", "area in which species s starts"),
     ("B", "number of boxes on each side of a partition"),
     ("C", "number of pair collisions since the start"),
+    ("D", "self-diffusion coefficient"),
     ("E", "energy; per unit mass for one body around the Sun"),
     ("E_0", "initial energy"),
     ("F", "force"),

@@ -121,6 +121,8 @@ pub(super) const PACKING: &[&str] = &[
     "psi6.local",
     "pair_correlation.near_contact",
     "mean_square_displacement.final",
+    "self_diffusion.from_velocities",
+    "self_diffusion.from_displacements",
     "velocity_autocorrelation.final",
 ];
 

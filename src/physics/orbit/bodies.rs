@@ -3,11 +3,12 @@
 //! Energy and momenta are divided by the total mass, so that only AU and days remain: m_i is G m_i over the sum of all.
 
 use super::elements::log10_of_change;
-use super::motion::{MutualGravity, Phase, add_scaled, cross, dot, length};
+use super::motion::{MutualGravity, Phase, State, add_scaled, cross, dot, length};
 use super::path::Untracked;
+use super::starts;
 use super::trajectory::{Discretization, NotFinite, Trajectory};
 use crate::model::SetupError;
-use kinetoscope_manifest::model::OrbitBody;
+use kinetoscope_manifest::model::{OrbitBody, OrbitIntegrator};
 use kinetoscope_recording::channels::{OrbitConserved, OrbitEnergy};
 use kinetoscope_recording::frame::{Frame, Level};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery};
@@ -71,6 +72,10 @@ impl Conserved {
             sums.momentum = add_scaled(sums.momentum, *velocity, fraction);
             sums.center = add_scaled(sums.center, *position, fraction);
             for (j, other) in positions.iter().enumerate().skip(i + 1) {
+                // Test particles pass through each other.
+                if gravitational_parameters[i] == 0.0 && gravitational_parameters[j] == 0.0 {
+                    continue;
+                }
                 let distance = length(add_scaled(*position, *other, -1.0));
                 sums.potential -= fraction * gravitational_parameters[j] / distance;
                 sums.min_separation =
@@ -100,12 +105,13 @@ impl Bodies {
         bodies: &[OrbitBody],
         discretization: &Discretization,
     ) -> Result<Self, SetupError> {
-        let numbers = |of: fn(&OrbitBody) -> [f64; 3]| bodies.iter().flat_map(of).collect();
+        let states = starts::of_bodies(bodies);
+        let numbers = |of: fn(&State) -> [f64; 3]| states.iter().flat_map(of).collect();
         let gravitational_parameters: Vec<f64> =
             bodies.iter().map(|body| body.gm_au3_per_day2.get()).collect();
         let mut phase = Phase {
-            position: numbers(|body| body.position_au.map(|component| component.get())),
-            velocity: numbers(|body| body.velocity_au_per_day.map(|component| component.get())),
+            position: numbers(|state| state.position),
+            velocity: numbers(|state| state.velocity),
         };
         let given = Conserved::of(&gravitational_parameters, &phase);
         for axis in 0..phase.position.len() {
@@ -188,7 +194,7 @@ impl Bodies {
     }
 
     /// Describes the start in the log.
-    pub(super) fn log_start(&self, frame: &mut Frame) {
+    pub(super) fn log_start(&self, discretization: &Discretization, frame: &mut Frame) {
         frame.log(
             Level::Info,
             format!(
@@ -199,6 +205,20 @@ impl Bodies {
                 self.start.min_separation
             ),
         );
+        let parameters = &self.force.gravitational_parameters;
+        let test_particles = parameters.iter().filter(|parameter| **parameter == 0.0).count();
+        if test_particles > 0 {
+            let steps = match discretization.integrator {
+                OrbitIntegrator::Dop853 => {
+                    "; the adaptive steps keep the tolerance for them as well, so they affect the rounding of all bodies"
+                }
+                _ => "; no bit of the motion of the others depends on them",
+            };
+            frame.log(
+                Level::Info,
+                format!("{test_particles} of them are test particles without mass{steps}"),
+            );
+        }
     }
 }
 
@@ -214,7 +234,8 @@ fn check_start(start: &Conserved) -> Result<(), SetupError> {
     }
     Err(SetupError(format!(
         "bodies: minimum separation {} AU, kinetic energy {:e} and potential energy {:e} AU^2/day^2 per unit mass: no motion to follow. \
-         Bodies must be at different positions, one of them must move relative to the others, and the energy must not be zero.",
+         Bodies must be at different positions, two of them must have mass, one of them must move relative to the others, and the energy \
+         must not be zero. A single test particle around the Sun is given by start.",
         start.min_separation, start.kinetic, start.potential
     )))
 }

@@ -92,6 +92,98 @@ impl Elements {
     }
 }
 
+/// An ellipse, and the place of a body on it: what determines a state, in AU and rad.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ellipse {
+    /// Semi-major axis, AU; above zero.
+    pub semi_major_axis: f64,
+    /// In [0, 1).
+    pub eccentricity: f64,
+    /// In [0, pi].
+    pub inclination: f64,
+    /// Longitude of the ascending node.
+    pub ascending_node: f64,
+    /// Angle from the ascending node to the perihelion.
+    pub argument_of_perihelion: f64,
+    /// Where the body is.
+    pub anomaly: Anomaly,
+}
+
+/// Place on an ellipse, rad.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Anomaly {
+    /// Angle from the perihelion.
+    True(f64),
+    /// Time since the perihelion, as a fraction of the period times 2 pi.
+    Mean(f64),
+}
+
+impl Ellipse {
+    /// State of a body on the ellipse around a mass with this G m, AU^3/day^2.
+    ///
+    /// With P toward the perihelion and Q ahead of it in the orbital plane, and b = a sqrt(1 - e^2):
+    /// r = a (cos E - e) P + b sin E Q, v = sqrt(GM a) / |r| (-sin E P + b/a cos E Q) (Murray and Dermott: Solar System
+    /// Dynamics, section 2.4). The cosine of E is 1 - 2 sin^2(E/2), so that nothing cancels near the perihelion.
+    #[must_use]
+    pub fn state(&self, gravitational_parameter: f64) -> State {
+        let (a, e) = (self.semi_major_axis, self.eccentricity);
+        let ratio = ((1.0 - e) * (1.0 + e)).sqrt();
+        let anomaly = match self.anomaly {
+            Anomaly::Mean(mean) => eccentric_anomaly(mean, e),
+            // tan(E/2) = sqrt((1 - e) / (1 + e)) tan(f/2)
+            Anomaly::True(angle) => {
+                let (sine, cosine) = (libm::sin(0.5 * angle), libm::cos(0.5 * angle));
+                2.0 * libm::atan2((1.0 - e).sqrt() * sine, (1.0 + e).sqrt() * cosine)
+            }
+        };
+        let half = libm::sin(0.5 * anomaly);
+        let (sine, cosine) = (libm::sin(anomaly), libm::cos(anomaly));
+        let distance = a * ((1.0 - e) + 2.0 * e * half * half);
+        let rate = (gravitational_parameter * a).sqrt() / distance;
+        let [perihelion, ahead] = self.axes();
+        let along = |radial: f64, transverse: f64| {
+            std::array::from_fn(|axis| radial * perihelion[axis] + transverse * ahead[axis])
+        };
+        State {
+            position: along(a * ((1.0 - e) - 2.0 * half * half), a * ratio * sine),
+            velocity: along(-rate * sine, rate * ratio * cosine),
+        }
+    }
+
+    /// Unit vectors in the orbital plane: toward the perihelion, and ahead of it.
+    fn axes(&self) -> [[f64; 3]; 2] {
+        let pair = |angle| (libm::sin(angle), libm::cos(angle));
+        let (sin_node, cos_node) = pair(self.ascending_node);
+        let (sin_tilt, cos_tilt) = pair(self.inclination);
+        let (sin_argument, cos_argument) = pair(self.argument_of_perihelion);
+        // In the orbital plane: toward the ascending node, and ahead of it.
+        let node = [cos_node, sin_node, 0.0];
+        let next = [-sin_node * cos_tilt, cos_node * cos_tilt, sin_tilt];
+        let turned = |first: f64, second: f64| {
+            std::array::from_fn(|axis| first * node[axis] + second * next[axis])
+        };
+        [turned(cos_argument, sin_argument), turned(-sin_argument, cos_argument)]
+    }
+}
+
+/// Solves Kepler's equation E - e sin E = M by Newton's method. From the right end of the bracket [M, M + e], M in [0, pi], where
+/// the left side is convex, the iterates decrease to the solution.
+fn eccentric_anomaly(mean: f64, eccentricity: f64) -> f64 {
+    let mean = mean - TAU * (mean / TAU + 0.5).floor();
+    let magnitude = mean.abs();
+    let right = magnitude + eccentricity;
+    let mut anomaly = if right < PI { right } else { PI };
+    for _ in 0..100 {
+        let excess = anomaly - eccentricity * libm::sin(anomaly) - magnitude;
+        let next = anomaly - excess / (1.0 - eccentricity * libm::cos(anomaly));
+        if next >= anomaly || next.is_nan() {
+            break;
+        }
+        anomaly = next;
+    }
+    if mean < 0.0 { -anomaly } else { anomaly }
+}
+
 /// Equivalent angle in [-pi, pi].
 fn within_half_a_turn(angle: f64) -> f64 {
     if angle > PI {

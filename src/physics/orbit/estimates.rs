@@ -35,7 +35,11 @@ pub(super) fn view_half_width(
 
 /// Semi-major axis of explicit Euler after time t, AU: a^3 = a0^3 + 6 h GM t (1 + e^2/2) (1 - e^2)^(-5/2). It follows from the energy
 /// added by the local error, averaged over a revolution of constant eccentricity.
-fn grown_semi_major_axis(elements: &Elements, step_days: f64, duration_days: f64) -> f64 {
+pub(super) fn grown_semi_major_axis(
+    elements: &Elements,
+    step_days: f64,
+    duration_days: f64,
+) -> f64 {
     let a = elements.semi_major_axis;
     let gain = 6.0 * step_days * GM_SUN_AU3_PER_DAY2 * duration_days * energy_gain_factor(elements);
     libm::cbrt(a * a * a + gain)

@@ -221,6 +221,30 @@ impl Orbit {
         ))
     }
 
+    /// Explains steps of a day or more: any length is allowed, and the error depends on the method.
+    fn explanation_of_long_steps(&self) -> String {
+        let Discretization { integrator, step, .. } = self.discretization;
+        let total = self.discretization.time_at(self.total_steps);
+        let grown = match &self.system {
+            System::Planet(planet) => planet.grown_by_euler(&self.discretization, total),
+            System::Bodies(_) => None,
+        };
+        let effect = match (integrator, grown) {
+            (OrbitIntegrator::ExplicitEuler, Some([before, after])) => format!(
+                "explicit Euler adds energy in proportion to the step, so the orbit grows from a = {before:.4} AU to about {after:.4} AU \
+                 in {total} d; a shorter step or \"velocity-verlet\" reduces the growth"
+            ),
+            (OrbitIntegrator::ExplicitEuler, None) => {
+                "explicit Euler adds energy in proportion to the step, so orbits grow; \"velocity-verlet\" has no such drift".to_owned()
+            }
+            (OrbitIntegrator::Dop853 | OrbitIntegrator::Kepler, _) => {
+                "its error does not depend on the step".to_owned()
+            }
+            _ => "halve the step to see its effect on the result".to_owned(),
+        };
+        format!("time step {step} d: the orbit exercise requires less than 1 d; {effect}")
+    }
+
     /// Describes the run in the log of the first frame.
     fn log_start(&self, frame: &mut Frame) {
         let Discretization { integrator, summation, step, tolerance } = self.discretization;
@@ -245,13 +269,10 @@ impl Orbit {
         );
         match &self.system {
             System::Planet(planet) => planet.log_start(&self.discretization, frame),
-            System::Bodies(bodies) => bodies.log_start(frame),
+            System::Bodies(bodies) => bodies.log_start(&self.discretization, frame),
         }
         if step >= 1.0 {
-            frame.log(
-                Level::Warning,
-                format!("time step {step} d: the orbit exercise requires less than 1 d"),
-            );
+            frame.log(Level::Warning, self.explanation_of_long_steps());
         }
     }
 }

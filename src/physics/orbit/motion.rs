@@ -80,19 +80,28 @@ pub fn acceleration_over_position(position: [f64; 3]) -> f64 {
 ///
 /// a_i = sum over j of G m_j (r_j - r_i) / |r_j - r_i|^3, G m in AU^3/day^2, r in AU
 ///
-/// (Newton; Hairer, Lubich, Wanner: Geometric Numerical Integration, equation I.2.8).
+/// (Newton; Hairer, Lubich, Wanner: Geometric Numerical Integration, equation I.2.8). A body without mass adds nothing to the sum of
+/// another one, not even a zero, so that no bit of the others' motion depends on it.
 pub fn mutual_accelerations(gravitational_parameters: &[f64], positions: &[f64], into: &mut [f64]) {
     into.fill(0.0);
     let (positions, _) = positions.as_chunks::<3>();
     let (sums, _) = into.as_chunks_mut::<3>();
     for (i, first) in positions.iter().enumerate() {
         for (j, second) in positions.iter().enumerate().skip(i + 1) {
+            let [of_first, of_second] = [gravitational_parameters[i], gravitational_parameters[j]];
+            if of_first == 0.0 && of_second == 0.0 {
+                continue;
+            }
             let separation = add_scaled(*second, *first, -1.0);
             let distance = length(separation);
             let inverse_cube = 1.0 / ((distance * distance) * distance);
             let attraction = scaled(separation, inverse_cube);
-            sums[i] = add_scaled(sums[i], attraction, gravitational_parameters[j]);
-            sums[j] = add_scaled(sums[j], attraction, -gravitational_parameters[i]);
+            if of_second != 0.0 {
+                sums[i] = add_scaled(sums[i], attraction, of_second);
+            }
+            if of_first != 0.0 {
+                sums[j] = add_scaled(sums[j], attraction, -of_first);
+            }
         }
     }
 }

@@ -7,11 +7,12 @@ use super::kepler::Kepler;
 use super::motion::{self, FixedSun, State, energy, kinetic_energy, length, potential_energy};
 use super::orbital_plane::OrbitalPlane;
 use super::path::PathRecord;
-use super::starts::{BARYCENTRIC_START, HELIOCENTRIC_START};
+use super::starts::{self, BARYCENTRIC_START, HELIOCENTRIC_START};
 use super::trajectory::{Discretization, NotFinite, Trajectory};
+use crate::constants::GM_SUN_AU3_PER_DAY2;
 use crate::model::SetupError;
 use crate::restart_state;
-use kinetoscope_manifest::model::{OrbitIntegrator, OrbitStart, OrbitState};
+use kinetoscope_manifest::model::{OrbitIntegrator, OrbitStart};
 use kinetoscope_recording::channels::{OrbitElements, OrbitEnergy};
 use kinetoscope_recording::frame::{Frame, Level};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};
@@ -58,10 +59,8 @@ impl Planet {
             OrbitStart::Heliocentric => {
                 ("\"heliocentric\": the Earth relative to the Sun, 2013-01-01", HELIOCENTRIC_START)
             }
-            OrbitStart::Given(OrbitState { position_au, velocity_au_per_day }) => {
-                let position = position_au.map(|component| component.get());
-                let velocity = velocity_au_per_day.map(|component| component.get());
-                ("given in the manifest", State { position, velocity })
+            OrbitStart::Given(state) => {
+                ("given in the manifest", starts::given(state, GM_SUN_AU3_PER_DAY2))
             }
             OrbitStart::Recorded(start) => {
                 let rows = restart_state::rows(start, ["x", "y", "z", "vx", "vy", "vz"])?;
@@ -197,6 +196,18 @@ impl Planet {
                 start.angular_momentum,
             ),
         }
+    }
+
+    /// Semi-major axis of explicit Euler at the start and after the duration, AU, to first order in the step; `None` for an open path.
+    pub(super) fn grown_by_euler(
+        &self,
+        discretization: &Discretization,
+        duration_days: f64,
+    ) -> Option<[f64; 2]> {
+        let elements = Elements::of(self.exact.start());
+        elements.bound?;
+        let grown = estimates::grown_semi_major_axis(&elements, discretization.step, duration_days);
+        Some([elements.semi_major_axis, grown])
     }
 
     /// Describes the start in the log, and the energy gain of explicit Euler.

@@ -3,7 +3,9 @@
 use super::laws::{self, model_order};
 use crate::metric::definition::definitions;
 use crate::models::contract::{AsymptoticRange, Fit, FitShape, OrderInKey, Ordinate, TradeOff};
-use kinetoscope_manifest::model::{ModelConfig, OrbitConfig, OrbitStart, OrbitSummation};
+use kinetoscope_manifest::model::{
+    ModelConfig, OrbitConfig, OrbitStart, OrbitState, OrbitSummation,
+};
 
 definitions! {
     CONVERGENCE_ORDER: "convergence.order", "1", "least-squares line through the logarithms of position_error.final, over the runs in the asymptotic range: phase error up to 0.1 rad, error over 30 times its rounding, and neighboring steps whose orders differ by less than 0.04; at least three", [laws::CONVERGENCE], 1e-9;
@@ -26,9 +28,12 @@ fn energy_rounding(model: &ModelConfig, end_days: f64) -> f64 {
 /// Rounding error of the position, AU: an energy error changes the phase in proportion to the time.
 fn position_rounding(model: &ModelConfig, end_days: f64) -> f64 {
     let distance = match model {
-        ModelConfig::Orbit(OrbitConfig { start: OrbitStart::Given(start), .. }) => {
-            laws::norm(start.position_au.map(|component| component.get()))
-        }
+        ModelConfig::Orbit(OrbitConfig { start: OrbitStart::Given(start), .. }) => match start {
+            OrbitState::Vectors { position_au, .. } => {
+                laws::norm(position_au.map(|component| component.get()))
+            }
+            OrbitState::Elements { semi_major_axis_au, .. } => semi_major_axis_au.get(),
+        },
         _ => 1.0,
     };
     let mean_motion = (laws::GM_SUN_AU3_PER_DAY2 / (distance * distance * distance)).sqrt();

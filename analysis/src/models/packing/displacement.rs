@@ -5,7 +5,7 @@ use crate::statistics::{Estimate, mean_of_independent};
 use kinetoscope_recording::reader::StateTable;
 
 /// Maximum number of tracked particles: more would hardly reduce the errors, and each costs memory and time per frame.
-const MAX_PARTICLES: usize = 1000;
+pub(super) const MAX_PARTICLES: usize = 1000;
 
 /// Fraction of a box side that a disc may travel between two frames. The nearest image is certain up to half a side;
 /// collisions may speed a disc up in between.
@@ -84,6 +84,12 @@ impl Displacement {
         if square > 0.0 {
             self.velocity_autocorrelation.add((time, product / square));
         }
+    }
+
+    /// Displacements from the start to the last frame; `None` if one is unknown.
+    pub(super) fn unwrapped(&self) -> Option<&[[f64; 2]]> {
+        (!self.is_displacement_unknown && !self.displacements.is_empty())
+            .then_some(self.displacements.as_slice())
     }
 
     /// Mean square displacement of the last frame; its error is from the scatter of the particles.

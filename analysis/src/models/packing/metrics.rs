@@ -25,5 +25,7 @@ definitions! {
     PSI6_LOCAL: "psi6.local", "1", "/state: mean over discs of |psi6|, over the sampled frames, error by blocking", [], 0.0;
     PAIR_CORRELATION: "pair_correlation.near_contact", "1", "/state: g(r) over 1 to 1.1 diameters: pairs within 1.1 over those between 1 and 1.1 of as many points at random in the room of the centers, mean over the sampled frames, error by blocking", [], 0.0;
     DISPLACEMENT: "mean_square_displacement.final", "", "/state: mean |r - r(0)|^2 of the first 1000 discs, last frame; error from their scatter, up to a packing fraction of 0.45, above which neighbors move together; in a periodic box by the nearest images from frame to frame, and none where a disc may have gone a quarter of a side between two", [], 0.0;
+    DIFFUSION_GREEN_KUBO: "self_diffusion.from_velocities", "", "/state: D = 1/2 integral of <v(0) . v(t)> over ten mean free times by the trapezoidal rule, first 1000 discs, mean over consecutive windows, error by blocking; elastic discs of one size in a periodic box with zero momentum, frames at most a quarter of a mean free time apart", [law::SELF_DIFFUSION], 0.0;
+    DIFFUSION_EINSTEIN: "self_diffusion.from_displacements", "", "/state: D = growth of mean |r - r(0)|^2 over 4 t, from five to ten mean free times after the start of the window; otherwise as self_diffusion.from_velocities", [law::SELF_DIFFUSION], 0.0;
     VELOCITY_AUTOCORRELATION: "velocity_autocorrelation.final", "1", "/state: sum of v . v(0) over sum of v(0)^2 of the first 1000 discs, last frame", [], 0.0;
 }

@@ -7,6 +7,7 @@ mod laws;
 mod metrics;
 mod observe;
 mod scatter;
+mod self_diffusion;
 mod structure;
 mod sweep;
 

@@ -4,6 +4,7 @@ use super::displacement::Displacement;
 use super::equilibrium::{self, Equilibrium};
 use super::laws as law;
 use super::metrics as metric;
+use super::self_diffusion::SelfDiffusion;
 use super::structure::Structure;
 use crate::metric::theory::{Expected, ExpectedValue};
 use crate::metric::{Law, Measurements};
@@ -59,6 +60,7 @@ pub(crate) struct PackingRun {
     pub(crate) snapshots: Snapshots,
     pub(crate) structure: Structure,
     pub(crate) displacement: Displacement,
+    pub(super) self_diffusion: Option<SelfDiffusion>,
     last_of_collisions: Option<VelocityMoments>,
     a2_by_collisions: Blocking,
     a2_by_model: Blocking,
@@ -113,11 +115,11 @@ impl PackingRun {
         f64::from(self.config.discs.get())
     }
 
-    fn is_elastic(&self) -> bool {
+    pub(super) fn is_elastic(&self) -> bool {
         self.config.restitution.get() == 1.0
     }
 
-    fn is_settled(&self, events: f64) -> bool {
+    pub(super) fn is_settled(&self, events: f64) -> bool {
         events >= SETTLING_EVENTS_PER_DISC * self.discs()
     }
 
@@ -205,7 +207,7 @@ impl PackingRun {
     }
 
     /// Equilibrium theory; `None` where it has no value.
-    fn equilibrium(&self) -> Option<Equilibrium> {
+    pub(super) fn equilibrium(&self) -> Option<Equilibrium> {
         let sizes = self.known_sizes()?;
         if self.has_walls() {
             return equilibrium::equilibrium(&self.config, sizes);
@@ -407,6 +409,7 @@ impl PackingRun {
         found.add(metric::DISPLACEMENT, displacement);
         let correlation = self.displacement.velocity_autocorrelation.last();
         found.add(metric::VELOCITY_AUTOCORRELATION, correlation.map(|(_, value)| *value));
+        self.measure_self_diffusion(found);
     }
 }
 
@@ -439,6 +442,9 @@ impl Observer for PackingRun {
                 self.flow.add_state(&state, sides.map(|side| -side / 2.0), sides);
             }
             self.displacement.add_frame(time, &state);
+            if self.is_settled(events) {
+                self.add_to_self_diffusion(time, &state);
+            }
             self.sizes = self.sizes_of(&state).or(self.sizes);
             self.snapshots.add_state(&frame, state);
         }

@@ -373,15 +373,43 @@ impl Numbers {
     fn orbit_body(&mut self) -> OrbitBody {
         OrbitBody {
             gm_au3_per_day2: NonNegative::new(self.share().get()).unwrap(),
-            position_au: [self.finite(), self.finite(), self.finite()],
-            velocity_au_per_day: [self.finite(), self.finite(), self.finite()],
+            state: self.orbit_state(),
+        }
+    }
+
+    /// Elements are relative to the first body, which has none.
+    fn central_body(&mut self) -> OrbitBody {
+        OrbitBody {
+            gm_au3_per_day2: NonNegative::new(self.share().get()).unwrap(),
+            state: OrbitState::Vectors {
+                position_au: [self.finite(), self.finite(), self.finite()],
+                velocity_au_per_day: [self.finite(), self.finite(), self.finite()],
+            },
+        }
+    }
+
+    fn orbit_state(&mut self) -> OrbitState {
+        if self.below(2) == 0 {
+            return OrbitState::Vectors {
+                position_au: [self.finite(), self.finite(), Finite::literal(1.0)],
+                velocity_au_per_day: [self.finite(), self.finite(), self.finite()],
+            };
+        }
+        OrbitState::Elements {
+            semi_major_axis_au: Finite::new(1e3 * self.share().get()).unwrap(),
+            eccentricity: Finite::new(0.5 * self.share().get()).unwrap(),
+            inclination_rad: Finite::new(self.share().get()).unwrap(),
+            longitude_of_ascending_node_rad: self.finite(),
+            argument_of_perihelion_rad: self.finite(),
+            true_anomaly_rad: None,
+            mean_anomaly_rad: (self.below(2) == 0).then(|| self.finite()),
         }
     }
 
     fn orbit(&mut self) -> OrbitConfig {
         if self.below(3) == 0 {
             return OrbitConfig {
-                bodies: Some(vec![self.orbit_body(), self.orbit_body(), self.orbit_body()]),
+                bodies: Some(vec![self.central_body(), self.orbit_body(), self.orbit_body()]),
                 ..OrbitConfig::default()
             };
         }
@@ -389,10 +417,7 @@ impl Numbers {
             start: match self.below(3) {
                 0 => OrbitStart::Barycentric,
                 1 => OrbitStart::Heliocentric,
-                _ => OrbitStart::Given(OrbitState {
-                    position_au: [self.finite(), self.finite(), Finite::literal(1.0)],
-                    velocity_au_per_day: [self.finite(), self.finite(), self.finite()],
-                }),
+                _ => OrbitStart::Given(self.orbit_state()),
             },
             integrator: [
                 OrbitIntegrator::Rk4,

@@ -79,6 +79,47 @@ fn numbers_outside_their_ranges_are_rejected() {
 }
 
 #[test]
+fn elements_that_describe_no_ellipse_are_rejected_with_the_nearest_value() {
+    let start = |text: &str| format!("[model.orbit]\nstart = {{ {text} }} # <-");
+    for (elements, remedy) in [
+        ("semi_major_axis_au = 1, eccentricity = 1.2", "the nearest value is 0.9999999999999999"),
+        ("semi_major_axis_au = 1, eccentricity = 1", "the nearest value is 0.9999999999999999"),
+        ("semi_major_axis_au = 1, eccentricity = -0.1", "the nearest value is 0.0"),
+        ("semi_major_axis_au = -2.5, eccentricity = 0.1", "must be > 0, such as 2.5"),
+        ("semi_major_axis_au = 0, eccentricity = 0.1", "must be > 0, such as 1.0"),
+        (
+            "semi_major_axis_au = 1, eccentricity = 0, inclination_rad = 4",
+            "the nearest value is 3.141592653589793",
+        ),
+        ("semi_major_axis_au = 1, eccentricity = 0, inclination_rad = -1", "nearest value is 0.0"),
+        (
+            "semi_major_axis_au = 1, eccentricity = 0, true_anomaly_rad = 1, mean_anomaly_rad = 1",
+            "keep one of them",
+        ),
+        (
+            "position_au = [1, 0, 0], velocity_au_per_day = [0, 0.017, 0], eccentricity = 0.1",
+            "keep the vectors or the elements",
+        ),
+        ("semi_major_axis_au = 1", "needs `eccentricity`"),
+    ] {
+        rejected(&start(elements), remedy);
+    }
+    let sun =
+        "{ gm_au3_per_day2 = 3e-4, position_au = [0, 0, 0], velocity_au_per_day = [0, 0, 0] }";
+    let planet = "{ gm_au3_per_day2 = 0, semi_major_axis_au = 1, eccentricity = 0.1 }";
+    let bodies =
+        |first: &str, second: &str| format!("[model.orbit]\nbodies = [{first}, {second}] # <-");
+    accepted(&bodies(sun, planet));
+    rejected(&bodies(planet, sun), "give the first body by `position_au`");
+    rejected(&bodies(sun, &planet.replace("0.1", "1.5")), "the nearest value is 0.99999");
+    for step in ["1e-5", "1", "365"] {
+        accepted(&format!(
+            "[model.orbit]\nintegrator = \"explicit-euler\"\ntime_step_days = {step}"
+        ));
+    }
+}
+
+#[test]
 fn unknown_names_are_rejected_with_the_nearest_known_name() {
     rejected("[model.gas]\nparticle = 3 # <-", "did you mean `particles`?");
     rejected("[model.orbit]\nintegrator = \"verlet\" # <-", "did you mean \"velocity-verlet\"?");
