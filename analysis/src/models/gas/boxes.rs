@@ -33,7 +33,7 @@ pub(super) fn box_entropy(state: &StateTable, config: &GasConfig) -> Option<f64>
     for counts in &counts {
         let members: f64 = counts.iter().sum();
         for (count, fraction) in counts.iter().zip(fractions).filter(|(count, _)| **count > 0.0) {
-            sum -= count * (count / (members * fraction)).ln();
+            sum -= count * libm::log(count / (members * fraction));
         }
     }
     Some(sum / state.rows() as f64)
@@ -59,7 +59,7 @@ fn box_of(x: f64, partition: f64) -> usize {
 /// Fraction of the area of a unit circle to the left of x.
 fn area_to_the_left(x: f64) -> f64 {
     let x = x.clamp(-1.0, 1.0);
-    0.5 + (x * (1.0 - x * x).sqrt() + x.asin()) / PI
+    0.5 + (x * (1.0 - x * x).sqrt() + libm::asin(x)) / PI
 }
 
 fn area_fractions(partition: f64) -> [f64; 2 * BOXES_PER_SIDE] {
@@ -96,7 +96,7 @@ fn expected(config: &GasConfig) -> Option<[f64; 4]> {
     let [few, all] = [BOXES_PER_SIDE as f64 - 1.0, 2.0 * BOXES_PER_SIDE as f64 - 1.0];
     let (mut start, mut change, mut species) = (0.0, 0.0, 0.0);
     for [members, fraction] in starts(config)? {
-        let ideal = -members / particles * fraction.ln();
+        let ideal = -members / particles * libm::log(fraction);
         start += -ideal - few / (2.0 * particles);
         change += ideal - (all - few) / (2.0 * particles);
         species += 1.0;

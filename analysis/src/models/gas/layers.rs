@@ -55,7 +55,8 @@ impl BarometricLaw {
 /// Content and first moment of each layer of the unit circle for w = m g R / (k_B T): the integrals of exp(-w (1 + y)) 2 sqrt(1 - y^2)
 /// and of y times that. With y = -cos(t), the integrand is exp(-w (1 - cos t)) 2 sin^2 t, smooth at both ends.
 fn layers(weight: f64) -> [[f64; 2]; LAYERS] {
-    let edge = |layer: usize| (1.0 - 2.0 * layer as f64 / LAYERS as f64).clamp(-1.0, 1.0).acos();
+    let edge =
+        |layer: usize| libm::acos((1.0 - 2.0 * layer as f64 / LAYERS as f64).clamp(-1.0, 1.0));
     std::array::from_fn(|layer| {
         let (from, to) = (edge(layer), edge(layer + 1));
         let step = (to - from) / INTERVALS as f64;
@@ -68,8 +69,8 @@ fn layers(weight: f64) -> [[f64; 2]; LAYERS] {
                 _ => 2.0,
             };
             // 1 - cos t without cancellation.
-            let height = 2.0 * (angle / 2.0).sin().powi(2);
-            let density = simpson * (-weight * height).exp() * 2.0 * angle.sin().powi(2);
+            let height = 2.0 * libm::sin(angle / 2.0).powi(2);
+            let density = simpson * libm::exp(-weight * height) * 2.0 * libm::sin(angle).powi(2);
             sums[0] += density;
             sums[1] += density * (height - 1.0);
         }
@@ -93,7 +94,7 @@ pub(super) fn counts(state: &StateTable, config: &GasConfig) -> Option<([f64; LA
 
 /// Density of a layer over that of a uniform gas.
 pub(super) fn relative_density(layer: usize, fraction: f64) -> f64 {
-    let chord = |y: f64| y * (1.0 - y * y).max(0.0).sqrt() + y.asin();
+    let chord = |y: f64| y * (1.0 - y * y).max(0.0).sqrt() + libm::asin(y);
     let edge = |layer: usize| (2.0 * layer as f64 / LAYERS as f64 - 1.0).clamp(-1.0, 1.0);
     fraction * PI / (chord(edge(layer + 1)) - chord(edge(layer)))
 }
@@ -140,7 +141,7 @@ mod tests {
         let total = |weight| layers(weight).iter().map(|[content, _]| content).sum::<f64>();
         assert!((total(0.0) / PI - 1.0).abs() < 1e-12);
         for (weight, bessel) in [(1.0_f64, 0.565_159_103_992_485), (10.0, 2_670.988_303_701_255)] {
-            let exact = 2.0 * PI * (-weight).exp() * bessel / weight;
+            let exact = 2.0 * PI * libm::exp(-weight) * bessel / weight;
             assert!((total(weight) / exact - 1.0).abs() < 1e-12, "{weight}");
             assert!((total(weight + 1e-3) / exact - 1.0).abs() > 1e-5, "control");
         }

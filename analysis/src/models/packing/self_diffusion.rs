@@ -223,7 +223,7 @@ impl PackingRun {
 /// grows. The mean of ln t from w/2 to w is ln w - 1 + ln 2.
 fn moments_of_window() -> [[f64; 2]; 2] {
     let end = WINDOW_MEAN_FREE_TIMES;
-    let logarithm = (end / law::TAIL_ONSET_MEAN_FREE_TIMES).ln();
+    let logarithm = libm::log(end / law::TAIL_ONSET_MEAN_FREE_TIMES);
     [[end, logarithm], [0.75 * end, logarithm - 1.0 + std::f64::consts::LN_2]]
 }
 
