@@ -38,7 +38,7 @@ pub struct Row {
     pub frame: u64,
     /// One byte per topic.
     pub topics: Vec<u8>,
-    /// One byte per column of the state.
+    /// One byte per column of the state; zeros if the state is not recorded.
     pub columns: Vec<u8>,
     /// From which up to two differing particles follow.
     pub particles: Syndromes,
@@ -105,7 +105,7 @@ impl Fingerprint {
             hashes[index].update(message.payload());
         }
         let topics = hashes.into_iter().map(|hash| hash.finalize()[0]).collect();
-        let (mut columns, mut particles) = (Vec::new(), Syndromes::default());
+        let (mut columns, mut particles) = (vec![0; self.columns.len()], Syndromes::default());
         if let Some(state) = frame.state() {
             let mut of_columns = vec![0_u64; state.columns().len()];
             for row in 0..state.rows() {

@@ -107,6 +107,15 @@ fn first_difference_has_values_if_the_locked_recording_exists() {
 }
 
 #[test]
+fn runs_without_a_recorded_state_are_locked() {
+    let bench = Bench::new();
+    bench.write("discs.toml", &format!("{DISCS}channels = [\"temperature\"]\n"));
+    expect(&bench.call(&["lock", "discs.toml"]), 0);
+    expect(&bench.call(&["check", "--locked"]), 0);
+    expect(&bench.call(&["lock", "discs.toml"]), 0);
+}
+
+#[test]
 fn changed_manifests_and_other_versions_are_reported() {
     let bench = locked();
     edit(&bench, "discs.toml", &[("seed = 4", "seed = 5")]);
