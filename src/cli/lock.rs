@@ -47,7 +47,7 @@ impl LockArguments {
             Err(LockError::Io(error)) if error.kind() != std::io::ErrorKind::NotFound => {
                 return Err(unreadable(&self.lock_file, &LockError::Io(error)));
             }
-            // Every entry would differ: a file of another version is written anew.
+            // Every entry would differ: a file of another version is written from scratch.
             Ok(_) | Err(LockError::Io(_) | LockError::OtherVersion(_)) => {
                 LockFile::new(SCHEMA_VERSION)
             }
@@ -88,9 +88,9 @@ pub(crate) fn unreadable(path: &Path, error: &LockError) -> Failure {
             "write it with `kinetoscope lock MANIFEST…`, or name another file with --lock-file",
         ),
         LockError::OtherVersion(_) => Failure::new(Exit::Differs, what)
-            .help("use the program that wrote it, or write it anew with `kinetoscope lock`"),
+            .help("use the program that wrote it, or write it again with `kinetoscope lock`"),
         LockError::Damaged(_) => Failure::new(Exit::Unreadable, what)
-            .help("restore the file, or remove it and write it anew with `kinetoscope lock`"),
+            .help("restore the file, or remove it and write it again with `kinetoscope lock`"),
     }
 }
 

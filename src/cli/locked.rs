@@ -189,7 +189,7 @@ impl LockedCheck<'_> {
     }
 }
 
-const WRITE_ANEW: &str = "if the change is intended, write the file anew with `kinetoscope lock`, and review what changed";
+const WRITE_ANEW: &str = "if the change is intended, write the file again with `kinetoscope lock`, and review what changed";
 
 /// Why the manifest describes other runs than those that are locked.
 fn other_runs(entry: &LockedExperiment, rerun: &RerunExperiment) -> Option<String> {

@@ -10,6 +10,7 @@ mod dem_radius;
 mod dem_rules;
 mod dem_walls;
 mod gas;
+mod gas_gravity_rules;
 mod gas_partition;
 mod gas_rules;
 mod gas_start;

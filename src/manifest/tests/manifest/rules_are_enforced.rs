@@ -421,7 +421,7 @@ fn gas_gravity_and_partition_must_be_consistent() {
     let barometric = "[model.gas]\nposition_distribution = \"barometric\"";
     rejected(&format!("{barometric} # <-"), "a barometric start needs gravity");
     rejected(
-        &format!("{barometric}\nspeed_distribution = \"uniform\"\ngravity_m_per_s2 = 1 # <-"),
+        &format!("{barometric}\ngravity_m_per_s2 = 1\nspeed_distribution = \"uniform\" # <-"),
         "a barometric start needs Maxwell's speeds",
     );
     rejected(

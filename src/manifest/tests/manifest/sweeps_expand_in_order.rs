@@ -193,7 +193,7 @@ error: unknown key `tmp` in `model.gas`
  --> my_sweep.toml:4:11
   |
 4 | model.gas.tmp = [1]
-  |           ^^^ known keys: particles, mass_kg, radius_m, center_m, speed_distribution, temperature_k, max_speed_m_per_s, temperature_definition, boltzmann_constant, propagation, time_step_s, placement, start_from, additional_masses_kg, position_distribution, temperature_schedule, wall_speed_m_per_s, wall_temperature_k, accommodation_coefficient, orifice_width_m, disc_radius_m, speeds_m_per_s, duration_s
+  |           ^^^ known keys: particles, mass_kg, radius_m, center_m, speed_distribution, temperature_k, max_speed_m_per_s, temperature_definition, boltzmann_constant, propagation, time_step_s, placement, start_from, additional_masses_kg, position_distribution, temperature_schedule, wall_speed_m_per_s, wall_temperature_k, accommodation_coefficient, orifice_width_m, disc_radius_m, speeds_m_per_s, gravity_m_per_s2, partition_x_m, partition_opens_s, partition_side, duration_s
 
 error: `seed` cannot be swept
  --> my_sweep.toml:5:1

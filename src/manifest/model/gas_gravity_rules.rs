@@ -1,0 +1,132 @@
+//! `[model.gas]`: rules for uniform gravity and for a partition.
+
+use super::gas::{GasConfig, Propagation};
+use super::gas_partition::PartitionSide;
+use super::gas_start::{
+    GasPlacement, PositionDistribution, SpeedDistribution, SpeedScale, TemperatureDefinition,
+};
+use crate::keys::{Reader, rules};
+
+/// Distance of the partition from the center over the radius, up to which a gas can be drawn behind it.
+const MAX_PARTITION_OFFSET: f64 = 0.999;
+
+/// Maximum ratio of the weight on the container's radius, m g R, to `k_B T`. Above it, all particles lie within the rounding of the
+/// bottom.
+const MAX_WEIGHT_OVER_THERMAL: f64 = 1e6;
+
+impl GasConfig {
+    /// Whether gravity or a partition acts on the particles.
+    #[must_use]
+    pub fn has_gravity_or_partition(&self) -> bool {
+        self.gravity_m_per_s2.get() > 0.0 || self.partition.is_some()
+    }
+
+    /// Species of a particle: the index of its mass among `mass_kg` and `additional_masses_kg`.
+    #[must_use]
+    pub fn species_of(&self, particle: usize) -> usize {
+        particle % (1 + self.additional_masses_kg.len())
+    }
+
+    /// Rejects keys that cannot be used with gravity or a partition.
+    pub(super) fn check_gravity_and_partition(&self, table: &mut Reader<'_>) {
+        let has_gravity = self.gravity_m_per_s2.get() > 0.0;
+        for (own, is_used) in
+            [("gravity_m_per_s2", has_gravity), ("partition_x_m", self.partition.is_some())]
+        {
+            for (key, is_other_used, label) in [
+                (
+                    "propagation",
+                    self.propagation != Propagation::Exact,
+                    "set propagation to \"exact\"",
+                ),
+                ("wall_speed_m_per_s", self.wall_speed_m_per_s.get() != 0.0, "remove one of them"),
+                ("wall_temperature_k", self.thermal_wall.is_some(), "remove one of them"),
+                ("orifice_width_m", self.orifice_width_m.is_some(), "remove one of them"),
+                ("disc_radius_m", self.disc_radius_m.is_some(), "remove one of them"),
+                (
+                    "temperature_schedule",
+                    !self.temperature_schedule.is_empty(),
+                    "remove one of them",
+                ),
+            ] {
+                rules! { table;
+                    is_used && is_other_used => [own, key] "`{own}` cannot be used with this `{key}`", "{label}";
+                }
+            }
+        }
+        rules! { table;
+            has_gravity && self.partition.is_some() => ["gravity_m_per_s2", "partition_x_m"]
+                "`gravity_m_per_s2` and `partition_x_m` cannot be used together", "remove one of them";
+        }
+        self.check_partition(table);
+        self.check_barometric(table);
+    }
+
+    fn check_partition(&self, table: &mut Reader<'_>) {
+        for key in ["partition_opens_s", "partition_side"] {
+            rules! { table;
+                table.has(key) && !table.has("partition_x_m") => [key]
+                    "`{key}` needs `partition_x_m`", "add `partition_x_m`";
+            }
+        }
+        let Some(partition) = self.partition else { return };
+        let (x, center, radius) =
+            (partition.x_m.get(), self.center_m[0].get(), self.radius_m.get());
+        let reach = MAX_PARTITION_OFFSET * radius;
+        let nearest = center + if x < center { -reach } else { reach };
+        let duration = self.duration_s.get();
+        let opens = partition.opens_s.map_or(0.0, |time| time.get());
+        let is_drawn = self.placement == GasPlacement::Random;
+        let is_uniform = self.position_distribution == PositionDistribution::UniformInArea;
+        let is_by_mass = partition.side == PartitionSide::ByMass;
+        rules! { table;
+            (x - center).abs() > reach => ["partition_x_m", "radius_m", "center_m"]
+                "`partition_x_m` is {x}, outside the container or almost", "the nearest value that works is {nearest}";
+            opens >= duration => ["partition_opens_s", "duration_s"]
+                "the partition would be removed at {opens} s, but the run ends at {duration} s",
+                "must be below {duration}; remove `partition_opens_s` for a partition that stays";
+            is_by_mass && self.additional_masses_kg.is_empty() => ["partition_side"]
+                "partition_side \"by-mass\" needs `additional_masses_kg`", "add a mass, which may equal `mass_kg`";
+            !is_drawn && table.has("partition_side") => ["placement", "start_from", "partition_side"]
+                "`partition_side` cannot be used with a given start", "remove `partition_side`";
+            is_drawn && !is_uniform => ["partition_x_m", "position_distribution"]
+                "`partition_x_m` cannot be used with this `position_distribution`",
+                "set position_distribution to \"uniform-in-area\"";
+        }
+    }
+
+    fn check_barometric(&self, table: &mut Reader<'_>) {
+        if self.position_distribution != PositionDistribution::Barometric {
+            return;
+        }
+        let gravity = self.gravity_m_per_s2.get();
+        let SpeedScale::Temperature(temperature) = self.speed_scale else {
+            rules! { table;
+                true => ["position_distribution", "max_speed_m_per_s", "speeds_m_per_s"]
+                    "a barometric start needs a temperature", "use `temperature_k`";
+            }
+            return;
+        };
+        let is_maxwell = self.speed_distribution == SpeedDistribution::Maxwell
+            && self.speeds_m_per_s.is_empty()
+            && self.temperature_definition == TemperatureDefinition::MeanSquare;
+        let masses = std::iter::once(self.mass_kg).chain(self.additional_masses_kg.iter().copied());
+        let heaviest =
+            masses.fold(0.0, |most, mass| if mass.get() > most { mass.get() } else { most });
+        // The two constants differ by 6.5e-6.
+        let thermal = 1.380_649e-23 * temperature.get();
+        let largest = MAX_WEIGHT_OVER_THERMAL * thermal / (heaviest * self.radius_m.get());
+        rules! { table;
+            gravity == 0.0 => ["position_distribution"]
+                "a barometric start needs gravity", "add `gravity_m_per_s2`, or set position_distribution to \"uniform-in-area\"";
+            !is_maxwell => ["position_distribution", "speed_distribution", "speeds_m_per_s", "temperature_definition"]
+                "a barometric start needs Maxwell's speeds at a temperature defined by the mean square",
+                "set speed_distribution to \"maxwell\" and temperature_definition to \"mean-square\"";
+            self.placement != GasPlacement::Random => ["position_distribution", "placement", "start_from"]
+                "a barometric start cannot be used with a given start", "remove `position_distribution`";
+            gravity > largest => ["gravity_m_per_s2", "temperature_k", "radius_m"]
+                "gravity leaves no particle above the bottom: m g R exceeds k_B T {MAX_WEIGHT_OVER_THERMAL:e} times",
+                "the nearest `gravity_m_per_s2` that works is {largest:e}";
+        }
+    }
+}
