@@ -121,7 +121,7 @@ fn help_lists_only_the_exit_codes_of_its_subcommand() {
         ("schema", "0 2 70 75"),
         ("completions", "0 2 70 75"),
         ("export", "0 2 5 70 75"),
-        ("check", "0 1 2 70 75"),
+        ("check", "0 1 2 4 5 70 75 129 130 143"),
         ("verify", "0 1 2 4 5 70 75 129 130 143"),
         ("compare", "0 2 4 5 70 75"),
         ("why", "0 1 2 70 75"),
