@@ -16,7 +16,8 @@ mirror=$(apt-get indextargets --format '$(SITE)' 'Created-By: Packages' | grep '
 
 for suite in "$@"; do
     root=$roots/$suite
-    case $suite in bullseye) python=3.9 ;; *) python=3.11 ;; esac
+    # pip evaluates the wheel's conditions for its own Python, so that what only an older one needs is named.
+    case $suite in bullseye) python=3.9 needs='tomli>=2' ;; *) python=3.11 needs='' ;; esac
     if [ ! -e "$root/complete" ]; then
         rm -rf "$root"
         mkdir -p "$roots"
@@ -28,7 +29,7 @@ for suite in "$@"; do
     rm -rf "$root/index" "$root/work" "$root/environment"
     mkdir -p "$root/index" "$root/work"
     python3 -m pip download --quiet --disable-pip-version-check --dest "$root/index" --only-binary=:all: \
-        --python-version "$python" --platform manylinux2014_x86_64 --platform manylinux_2_17_x86_64 "$files"/*.whl
+        --python-version "$python" --platform manylinux2014_x86_64 --platform manylinux_2_17_x86_64 "$files"/*.whl $needs
     cp "$files"/*.deb experiments/first_run.toml release/installed.sh release/completion.zsh "$root/work"
     mountpoint --quiet "$root/proc" || mount -t proc proc "$root/proc"
     trap 'umount "$root/proc" 2> /dev/null || true' EXIT
