@@ -12,6 +12,7 @@ use crate::verify::attestation::{
 use crate::verify::compare::{CompareError, RecordingComparison, compare_recordings};
 use crate::verify::diff::Comparison;
 use crate::verify::divergence::{Cause, Divergence, Step};
+use crate::verify::merge::{MergeFailure, merge_recordings};
 use crate::verify::{Finding, Verification, VerifyError, verify};
 use clap::Args;
 use kinetoscope_recording::reader::Outcome;
@@ -33,18 +34,22 @@ pub struct VerifyArguments {
     result: ResultArguments,
 }
 
-/// Compare two recordings: manifests, versions, messages.
+/// Compare two recordings: manifests, versions, messages. More recordings are compared with the first one, too.
 #[derive(Debug, Args)]
 pub struct CompareArguments {
     /// Recording (*.mcap)
     #[arg(value_name = "RECORDING")]
     left: PathBuf,
-    /// Recording to compare with
-    #[arg(value_name = "OTHER")]
-    right: PathBuf,
+    /// Recordings to compare with it
+    #[arg(value_name = "OTHER", required = true)]
+    others: Vec<PathBuf>,
     /// Execute both runs again, to find the step at which they differ for the first time, and thereby the cause
     #[arg(long)]
     find_step: bool,
+    /// Write a recording of all these runs to a new file: the first one, the others as ghosts over it, and their distances from
+    /// it. A layout for it is written next to it
+    #[arg(long, value_name = "FILE")]
+    mcap: Option<PathBuf>,
     #[command(flatten)]
     result: ResultArguments,
 }
@@ -77,15 +82,33 @@ impl CompareArguments {
                 return Report::error(Exit::Retryable, &error).print(&self.result);
             }
         };
-        let report = match compare_recordings(&self.left, &self.right, interrupt.as_ref()) {
-            Ok(_) if let Some(code) = interrupt.as_ref().and_then(Interrupt::exit_code) => {
+        let mut report = Report::equal();
+        for other in &self.others {
+            report.add(self.with(other, interrupt.as_ref()));
+        }
+        if let Some(file) = &self.mcap
+            && matches!(report.exit, Exit::Done | Exit::Differs)
+        {
+            let recordings: Vec<&Path> =
+                [&self.left].into_iter().chain(&self.others).map(PathBuf::as_path).collect();
+            report.add(match merge_recordings(&recordings, file) {
+                Ok(lines) => Report { lines, ..Report::equal() },
+                Err(error) => Report::with_remedy(merge_exit(&error), &error),
+            });
+        }
+        report.print(&self.result)
+    }
+
+    /// Compares the first recording with another one.
+    fn with(&self, other: &Path, interrupt: Option<&Interrupt>) -> Report {
+        match compare_recordings(&self.left, other, interrupt) {
+            Ok(_) if let Some(code) = interrupt.and_then(Interrupt::exit_code) => {
                 Report::error(Exit::Signal(code), &"stopped before the first step that differs")
             }
-            Ok(comparison) => compared(&comparison, &self.left, &self.right),
+            Ok(comparison) => compared(&comparison, &self.left, other),
             Err(error @ CompareError::Read(_)) => Report::with_remedy(Exit::Unreadable, &error),
             Err(error @ CompareError::Io(_)) => Report::with_remedy(Exit::Retryable, &error),
-        };
-        report.print(&self.result)
+        }
     }
 }
 
@@ -102,6 +125,15 @@ struct Report {
 impl Report {
     const fn equal() -> Self {
         Self { lines: Vec::new(), errors: Vec::new(), exit: Exit::Done }
+    }
+
+    /// Adds another result. The exit code is the first one that is not zero, unless a later one says that nothing is known.
+    fn add(&mut self, other: Self) {
+        self.lines.extend(other.lines);
+        self.errors.extend(other.errors);
+        if matches!(self.exit, Exit::Done | Exit::Differs) && other.exit != Exit::Done {
+            self.exit = other.exit;
+        }
     }
 
     fn error(exit: Exit, error: &dyn std::fmt::Display) -> Self {
@@ -229,6 +261,14 @@ fn notes(verification: &Verification, path: &Path) -> Vec<String> {
     lines
 }
 
+fn merge_exit(error: &MergeFailure) -> Exit {
+    match error {
+        MergeFailure::Usage(_) => Exit::BadManifest,
+        MergeFailure::Read(_) => Exit::Unreadable,
+        MergeFailure::Write(_) => Exit::Retryable,
+    }
+}
+
 fn attest(verification: &Verification, verdict: Verdict) -> String {
     let recording = &verification.recording;
     let written = Attestation::of(recording, verification.physics_version, verdict)
@@ -268,7 +308,7 @@ fn compared(comparison: &RecordingComparison, left: &Path, right: &Path) -> Repo
     }
     let frames = comparison.messages.equal_frames;
     if let Some(divergence) = &comparison.divergence {
-        lines.extend(cause(divergence));
+        lines.extend(cause(divergence, comparison.has_other_physics()));
     }
     if comparison.same_bytes {
         lines.push(format!("{frames} frames: equal in every byte"));
@@ -279,7 +319,7 @@ fn compared(comparison: &RecordingComparison, left: &Path, right: &Path) -> Repo
 }
 
 /// Where the states differ for the first time, and why.
-fn cause(divergence: &Divergence) -> Vec<String> {
+fn cause(divergence: &Divergence, other_physics: bool) -> Vec<String> {
     let Divergence { frame, step, separation, particles, growth_time } = divergence;
     let named: Vec<String> = particles.iter().take(4).map(usize::to_string).collect();
     let rest = if particles.len() > 4 { ", …" } else { "" };
@@ -296,7 +336,11 @@ fn cause(divergence: &Divergence) -> Vec<String> {
             let growth = growth_time.map_or_else(String::new, |time| {
                 format!(", amplified by a factor of e in a time of {time:.3e}")
             });
-            format!("cause: rounding errors{growth}")
+            if other_physics {
+                format!("cause: the manifests; the difference is as small as rounding errors{growth}")
+            } else {
+                format!("cause: rounding errors{growth}")
+            }
         }
         Cause::Physics => "cause: other initial values, coefficients or equations: the separation is above rounding errors from the start".to_owned(),
         Cause::Undecided => "cause: not decided by the frames; --find-step executes both runs again".to_owned(),

@@ -23,6 +23,8 @@ pub(crate) enum Broken {
     Io(io::Error),
     /// The file does not begin as an MCAP file does.
     NotMcap,
+    /// The file is a recording of several runs.
+    Merged,
     /// The file ends inside a record.
     Torn,
     /// The bytes differ from those that were written.

@@ -129,6 +129,9 @@ pub enum ReadFault {
     /// An MCAP file of another program.
     #[error(" is an MCAP file, but not a recording of this program")]
     Foreign,
+    /// A recording of several runs.
+    #[error(" holds several runs, merged for a viewer")]
+    Merged,
     /// A recording of another schema version.
     #[error(" has schema version {found}; this program reads version {SCHEMA_VERSION}")]
     OtherSchema {
@@ -163,6 +166,7 @@ impl ReadFault {
             Self::Io(_) => "Check that the file exists and may be read, and the disk",
             Self::NotMcap => "Name a recording (*.mcap)",
             Self::Foreign => "Name a recording that run-experiment wrote",
+            Self::Merged => "Name a recording of one run; keep merged recordings in another folder",
             Self::OtherSchema { .. } => "Run its manifest again, or use the program that wrote it",
             Self::Torn { .. } => "Run its manifest again, or copy the file again",
             Self::Damaged { .. } => "Copy the file again, or run its manifest again with --force",
@@ -174,7 +178,13 @@ impl ReadError {
     /// The frames that could be read.
     fn intact_part(&self) -> String {
         match (&self.fault, self.intact_frames) {
-            (ReadFault::NotMcap | ReadFault::Foreign | ReadFault::OtherSchema { .. }, _)
+            (
+                ReadFault::NotMcap
+                | ReadFault::Foreign
+                | ReadFault::Merged
+                | ReadFault::OtherSchema { .. },
+                _,
+            )
             | (ReadFault::Io(_), 0) => String::new(),
             (_, 0) => "; no frame could be read".to_owned(),
             (_, 1) => "; frame 0 is intact, the rest is lost".to_owned(),

@@ -3,7 +3,7 @@
 use crate::channels::{self, Channel, FrameClock};
 use crate::container::{Broken, Fields, damaged};
 use crate::data_section::{DataRecord, DataSection};
-use crate::error::{ReadError, ReadFault};
+use crate::error::ReadError;
 use crate::frame::{Level, LogLine};
 use crate::limits::{MAX_CHANNELS, MAX_CHUNK_MESSAGES, MAX_LOG_LINES};
 use crate::log_text::split;
@@ -94,6 +94,11 @@ impl RecordedFrame {
         &self.messages
     }
 
+    /// The error of a frame that contains what no recording does.
+    pub(crate) fn read_error(&self, broken: Broken) -> ReadError {
+        ReadError::new(&self.path, self.clock.frame, self.byte, broken)
+    }
+
     /// The message of one channel; `None` if this frame has none.
     ///
     /// # Errors
@@ -104,13 +109,9 @@ impl RecordedFrame {
             .iter()
             .find(|message| message.topic.name == C::TOPIC && message.topic.schema == C::SCHEMA);
         let Some(message) = found else { return Ok(None) };
-        let damaged = |why: &dyn std::fmt::Display| ReadError {
-            path: self.path.to_path_buf(),
-            intact_frames: self.clock.frame,
-            fault: ReadFault::Damaged {
-                byte: self.byte,
-                what: format!("frame {}, {}: {why}", self.clock.frame, C::TOPIC),
-            },
+        let damaged = |why: &dyn std::fmt::Display| {
+            let what = format!("frame {}, {}: {why}", self.clock.frame, C::TOPIC);
+            self.read_error(Broken::Damaged(what))
         };
         let decoded = C::decode(message.payload.clone()).map_err(|error| damaged(&error))?;
         if decoded.has_equal_columns() {

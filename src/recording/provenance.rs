@@ -11,6 +11,8 @@ pub const MANIFEST_ATTACHMENT: &str = "manifest.toml";
 pub(crate) const PROVENANCE_RECORD: &str = "kinetoscope";
 /// Name of the metadata record at the end.
 pub(crate) const OUTCOME_RECORD: &str = "kinetoscope.outcome";
+/// Name of the metadata record at the start of a recording of several runs.
+pub(crate) const MERGED_RECORD: &str = "kinetoscope.merged";
 
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -9,7 +9,9 @@ use crate::container::{Broken, Fields, MAGIC, PREFIX, Records, attachment, metad
 use crate::data_section::DataSection;
 use crate::error::{ReadError, ReadFault};
 use crate::limits::{ChunkLimits, MAX_STATE_COLUMNS};
-use crate::provenance::{LIBRARY, MANIFEST_ATTACHMENT, OUTCOME_RECORD, PROVENANCE_RECORD};
+use crate::provenance::{
+    LIBRARY, MANIFEST_ATTACHMENT, MERGED_RECORD, OUTCOME_RECORD, PROVENANCE_RECORD,
+};
 use crate::record_kind as kind;
 use crate::storage::{InMemory, Input, LocalFolders, Opened, Storage};
 use std::fs::File;
@@ -174,6 +176,7 @@ impl ReadError {
             Broken::Torn => ReadFault::Torn { byte },
             Broken::Damaged(what) => ReadFault::Damaged { byte, what },
             Broken::NotMcap => ReadFault::NotMcap,
+            Broken::Merged => ReadFault::Merged,
         };
         Self { path: path.to_path_buf(), intact_frames, fault }
     }
@@ -209,6 +212,9 @@ fn read_head(
             kind::METADATA => {
                 records.body(prefix, &mut body)?;
                 let (name, entries) = metadata(&body)?;
+                if name == MERGED_RECORD {
+                    return Err(Broken::Merged);
+                }
                 if name == PROVENANCE_RECORD {
                     let read = Provenance::from_metadata(&entries);
                     let is_plausible =

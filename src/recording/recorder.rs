@@ -399,7 +399,7 @@ impl<W: Write> Drop for Recorder<W> {
 }
 
 /// Sets every option, so that the bytes do not depend on defaults of a release or of the machine.
-fn write_options(compression: Compression) -> mcap::WriteOptions {
+pub(crate) fn write_options(compression: Compression) -> mcap::WriteOptions {
     mcap::WriteOptions::new()
         .profile("")
         .library(LIBRARY)

@@ -26,6 +26,16 @@ pub struct RecordingComparison {
     pub divergence: Option<Divergence>,
 }
 
+impl RecordingComparison {
+    /// Whether the runs have other equations, coefficients or initial values according to their manifests and versions.
+    #[must_use]
+    pub fn has_other_physics(&self) -> bool {
+        let is_physics = |key: &KeyDifference| key.key == "seed" || key.key.starts_with("model.");
+        self.keys.iter().any(is_physics)
+            || self.versions.iter().any(|(what, _)| *what == "physics version")
+    }
+}
+
 /// The reason why two recordings cannot be compared.
 #[derive(Debug, Error)]
 pub enum CompareError {

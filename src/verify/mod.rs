@@ -6,6 +6,7 @@ pub mod diff;
 pub mod divergence;
 pub mod fingerprint;
 pub mod lock_file;
+pub mod merge;
 mod syndromes;
 
 use crate::interrupt::Interrupt;

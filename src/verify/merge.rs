@@ -1,0 +1,129 @@
+//! One recording of several runs, for a viewer.
+
+use crate::plan::restart_files::StartFiles;
+use crate::run::prepared::Prepared;
+use crate::run::recording;
+use kinetoscope_manifest::{differing_keys, manifest_values, parse_run};
+use kinetoscope_recording::atomic_file::{NewFile, replace};
+use kinetoscope_recording::error::{ReadError, RecordError};
+use kinetoscope_recording::layout::layout_json;
+use kinetoscope_recording::merged::{MAX_RUNS, MergeError, MergedRun, merge};
+use kinetoscope_recording::merged_layout::merged_layout_json;
+use kinetoscope_recording::reader::Recording;
+use std::io;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// The reason why recordings were not merged.
+#[derive(Debug, Error)]
+pub enum MergeFailure {
+    /// They cannot be merged, or not into this file.
+    #[error("{0}")]
+    Usage(String),
+    /// One of them cannot be read to its end.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The file cannot be written.
+    #[error(transparent)]
+    Write(#[from] RecordError),
+}
+
+impl From<MergeError> for MergeFailure {
+    fn from(error: MergeError) -> Self {
+        match error {
+            MergeError::Read(error) => Self::Read(error),
+            MergeError::Write(error) => Self::Write(error),
+        }
+    }
+}
+
+/// Merges recordings of one model into a new file, writes a layout next to it, and returns what was written.
+///
+/// # Errors
+/// More recordings than colors, different models, an existing file, or a file that cannot be read or written.
+pub fn merge_recordings(paths: &[&Path], file: &Path) -> Result<Vec<String>, MergeFailure> {
+    let usage = |text: String| Err(MergeFailure::Usage(text));
+    if paths.len() > MAX_RUNS {
+        return usage(format!(
+            "{} recordings; at most {MAX_RUNS} can be told apart in one",
+            paths.len()
+        ));
+    }
+    if file.symlink_metadata().is_ok() {
+        return usage(format!("{} already exists. Delete it, or name a new file", file.display()));
+    }
+    let recordings =
+        paths.iter().map(|path| recording::open(path)).collect::<Result<Vec<_>, _>>()?;
+    let model = |recording: &Recording| recording.provenance().model.clone();
+    let models: Vec<String> = recordings.iter().map(model).collect();
+    if let Some(other) = models.iter().find(|model| **model != models[0]) {
+        let first = &models[0];
+        return usage(format!(
+            "the recordings are of different models: {first} and {other}. Name recordings of one model"
+        ));
+    }
+    let labels = labels(&recordings);
+    let runs = recordings.iter().zip(&labels);
+    let runs: Vec<MergedRun<'_>> =
+        runs.map(|(recording, label)| MergedRun { recording, label }).collect();
+    let written = |source: io::Error| {
+        let named = io::Error::new(source.kind(), format!("{}: {source}", file.display()));
+        MergeFailure::Write(RecordError::Io(named))
+    };
+    let new = merge(&runs, NewFile::create(file).map_err(written)?)?;
+    new.finish().map_err(written)?;
+    let mut lines = vec![format!("{}: {} runs", file.display(), runs.len())];
+    let layout = recordings.first().and_then(layout);
+    if let Some(layout) = layout.and_then(|layout| merged_layout_json(&layout, &labels).ok()) {
+        let path = layout_path(file);
+        replace(&path, layout.as_bytes()).map_err(written)?;
+        lines.push(format!("layout: {}", path.display()));
+    }
+    Ok(lines)
+}
+
+/// `NAME.layout.json` for `NAME.mcap`.
+fn layout_path(file: &Path) -> PathBuf {
+    file.with_extension("layout.json")
+}
+
+/// The layout of a run; `None` for one that this program cannot start.
+fn layout(recording: &Recording) -> Option<String> {
+    let mut manifest = parse_run(recording.manifest()).ok()?;
+    let folder = recording.path().parent().unwrap_or(Path::new("."));
+    let starts = StartFiles::relative_to(folder);
+    manifest.model.read_start(&|name: &str| starts.read(name)).ok()?;
+    let key = &recording.provenance().run_key;
+    let start = Prepared::new(&manifest, recording.manifest(), key).ok()?;
+    layout_json(&start.header).ok()
+}
+
+/// What tells the runs apart: the values of the manifest's keys that are not the same in all of them, or a number.
+fn labels(recordings: &[Recording]) -> Vec<String> {
+    let Some(first) = recordings.first() else { return Vec::new() };
+    let mut keys: Vec<String> = Vec::new();
+    for other in recordings {
+        for difference in differing_keys(first.manifest(), other.manifest()) {
+            if difference.key.starts_with("model.") && !keys.contains(&difference.key) {
+                keys.push(difference.key);
+            }
+        }
+    }
+    if keys.is_empty() {
+        keys.push("seed".to_owned());
+    }
+    let label = |(index, recording): (usize, &Recording)| {
+        let values = manifest_values(recording.manifest());
+        let named = keys.iter().filter_map(|key| {
+            let (_, value) = values.iter().find(|(name, _)| name == key)?;
+            let name = key.rsplit('.').next().unwrap_or(key);
+            Some(format!("{name} {}", value.trim_matches('"')))
+        });
+        let named: Vec<String> = named.take(LABELLED_KEYS).collect();
+        format!("run {}: {}", index + 1, named.join(", "))
+    };
+    recordings.iter().enumerate().map(label).collect()
+}
+
+/// Maximum number of keys in a label.
+const LABELLED_KEYS: usize = 3;
