@@ -2,8 +2,8 @@
 
 use crate::metric::law::laws;
 use kinetoscope_manifest::model::{
-    BoltzmannConstant, GasConfig, GasPlacement, SpeedDistribution, SpeedScale,
-    TemperatureDefinition,
+    BoltzmannConstant, GasConfig, GasPlacement, PositionDistribution, SpeedDistribution,
+    SpeedScale, TemperatureDefinition,
 };
 use std::f64::consts::{FRAC_PI_4, PI};
 
@@ -105,6 +105,23 @@ fn finite_number_factors(config: &GasConfig) -> [f64; 2] {
     let factor =
         |first: f64, of_one: f64| 1.0 + inverse * (first + inverse * (of_one - 1.0 - first));
     [factor(of_mean, 1.0 / ratio.sqrt()), factor(of_mean_square, ratio)]
+}
+
+/// `<v^2>` = 2 k_B T/m of the first mass in a gas that starts in equilibrium with gravity, m^2/s^2; `None` for another start.
+pub(crate) fn barometric_mean_square_m2_per_s2(config: &GasConfig) -> Option<f64> {
+    let SpeedScale::Temperature(temperature) = config.speed_scale else { return None };
+    let is_barometric = config.position_distribution == PositionDistribution::Barometric;
+    let square = 2.0 * boltzmann_j_per_k(config) * temperature.get() / config.mass_kg.get();
+    is_barometric.then_some(square)
+}
+
+/// Fraction of Maxwell's speeds in a bin from 0: the integral of 2 v/`<v^2>` exp(-v^2/`<v^2>`).
+pub(crate) fn maxwell_fraction(bin: usize, width: f64, mean_square: f64) -> f64 {
+    let below = |edge: usize| {
+        let speed = edge as f64 * width;
+        -libm::expm1(-speed * speed / mean_square)
+    };
+    below(bin + 1) - below(bin)
 }
 
 /// Moments of the initial speeds.
