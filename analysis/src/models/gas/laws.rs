@@ -21,7 +21,7 @@ laws! {
     BAROMETRIC_HEIGHT: "<y> of a density proportional to exp(-m g y/(k_B T))", "barometric law, integrated over the circle", range "points that start in barometric equilibrium";
     TEMPERATURE_CONSTANT: "T is constant: no work is done", "free expansion (Joule 1845)";
     BOX_ENTROPY_START: "sum over the species of x_s ln(A_s/A) - (B - 1)/(2N)", "uniform start on one side; Wilks 1938";
-    BOX_ENTROPY_CHANGE: "sum over the species of x_s ln(A/A_s) - B/(2N); 0 if the partition stays", "ideal gas: free expansion and mixing; Wilks 1938", range "a partition through the center, at least 50 crossings after it is removed";
+    BOX_ENTROPY_CHANGE: "sum over the species of x_s ln(A/A_s) - B/(2N); 0 if the partition stays", "ideal gas: free expansion and mixing; Wilks 1938", range "a partition through the center, at least 50 crossings at the rms speed after it is removed, and particles with fewer than 5 crossings lack less than half of the error";
     PRESSURE_SLOPE: "slope N k_B / A of P over T, times <v^2> over its value by the definition", "ideal gas law";
     PRESSURE_RADIUS_EXPONENT: "P is proportional to R^-2 at fixed T", "ideal gas law, A = pi R^2";
     SPEED_EXPONENT: "<v> is proportional to T^(1/2)", "definition of temperature";
