@@ -16,9 +16,9 @@ use kinetoscope_manifest::quantity::{Finite, NonNegative};
 use kinetoscope_physics::gas::Gas;
 use kinetoscope_physics::gas::motion::{Particle, time_to_wall};
 use kinetoscope_physics::gas::parabola::{energy_per_mass, flown, time_to_wall_in_gravity};
-use kinetoscope_physics::model::Target;
+use kinetoscope_physics::model::{Model as _, Progress, Target};
 use kinetoscope_physics::random::{Seed, Stream};
-use kinetoscope_recording::channels::{GasEnergyBalance, GasTemperature};
+use kinetoscope_recording::channels::{GasEnergyBalance, GasPressure, GasTemperature};
 
 /// Boltzmann's constant, exact in the SI since 2019, J/K.
 const BOLTZMANN: f64 = 1.380_649e-23;
@@ -205,4 +205,26 @@ fn gravity_outside_the_range_is_rejected() {
     assert!(message.contains("gravity_m_per_s2 is 1e60"), "{message}");
     let message = rejection(&config(1e30));
     assert!(message.contains("shorten duration_s"), "{message}");
+}
+
+/// A signal is noticed between two calls, so that a long frame must not be one of them.
+#[test]
+fn budget_limits_the_collisions_of_a_call() {
+    let mut config = barometric(PositionDistribution::Barometric);
+    config.particles = count(100);
+    let mut whole = gas(&config, 7);
+    advance(&mut whole, Target::Time(0.01));
+    let mut cut = gas(&config, 7);
+    let mut calls = 0_u32;
+    while cut.advance(Target::Time(0.01), 3).unwrap() == Progress::Working {
+        calls += 1;
+    }
+    assert!(calls > 10, "{calls}");
+    let bits = |gas: &Gas| -> Vec<[u64; 4]> {
+        let all = particles(gas);
+        let rows = all.iter().map(|p| [p.position, p.velocity].concat());
+        rows.map(|row| [0, 1, 2, 3].map(|column| row[column].to_bits())).collect()
+    };
+    assert_eq!(bits(&cut), bits(&whole));
+    assert_eq!(channel::<GasPressure>(&cut), channel::<GasPressure>(&whole));
 }

@@ -71,6 +71,17 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
          accommodation_coefficient = 0.7\nduration_s = 0.02\n[record]\nframes = 20\n",
     ),
     (
+        "gas_gravity",
+        "seed = 24\n[model.gas]\nparticles = 50\ngravity_m_per_s2 = 1e6\nposition_distribution = \"barometric\"\n\
+         duration_s = 0.02\n[record]\nframes = 20\n",
+    ),
+    (
+        "gas_partition_and_given_start",
+        "seed = 25\n[model.gas]\nparticles = 2\npartition_x_m = 0.0\npartition_opens_s = 0.01\nduration_s = 0.02\n\
+         placement = { positions_m = [[-0.5, 0.1], [0.5, 0.0]], velocities_m_per_s = [[300.0, 10.0], [-200.0, 50.0]] }\n\
+         [record]\nframes = 20\n",
+    ),
+    (
         "gas_piston",
         "seed = 13\n[model.gas]\nparticles = 50\nwall_speed_m_per_s = -5.0\nduration_s = 0.02\n[record]\nframes = 20\n",
     ),

@@ -9,7 +9,7 @@ use crate::gas_and_dem_metrics_equal_closed_forms::{DROP, drop_frames};
 use crate::synthetic::{Folder, Frames, Metrics};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::{
-    DemEnergy, GasPressure, PackingCollisions, PackingPressure, PackingTemperature,
+    DemEnergy, GasPressure, GasSpeeds, PackingCollisions, PackingPressure, PackingTemperature,
 };
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::recorder::Clock;
@@ -177,4 +177,67 @@ fn mean_speed_of_one_particle_is_its_speed() {
     };
     assert!((of(1) - 1.0).abs() < 1e-12);
     assert!(of(100_000) < 0.9, "control: many particles");
+}
+
+/// Two thousand particles, half of them with the second speed, m/s, behind a partition that was removed 0.1 s ago.
+fn expanded(slow: f64) -> Metrics {
+    let manifest = "name = \"gas\"\n[model.gas]\nparticles = 2000\npartition_x_m = 0.0\npartition_opens_s = 0.01\nduration_s = 0.11\n[record]\nframes = 1\n";
+    let frames = move |_: &RunManifest| {
+        let at = |(time, side): (f64, f64)| {
+            let mut frame = Frame::new();
+            for particle in 0..2000 {
+                let speed = if particle % 2 == 0 { 1300.0 } else { slow };
+                let sign = if particle % 4 < 2 { -1.0 } else { side };
+                frame.push_state(&[sign * 0.5, 0.0, speed, 0.0]);
+            }
+            (Clock { count: time as u64, time }, frame)
+        };
+        [(0.0, -1.0), (0.11, 1.0)].map(at).into()
+    };
+    Folder::write(manifest, frames).metrics()
+}
+
+/// Source: particles at 20 m/s cross a container of 2 m once in 0.1 s. Control: particles at 1300 m/s.
+#[test]
+fn entropy_is_not_compared_while_slow_particles_have_not_moved() {
+    assert_eq!(is_in_range(&expanded(20.0), "box_entropy.change"), Some(false));
+    assert_eq!(is_in_range(&expanded(1300.0), "box_entropy.change"), Some(true), "control");
+}
+
+/// All speeds of a gas at 300 K lie in the first of 30 bins up to 40 km/s: Maxwell's density at the middle of that bin is almost zero.
+#[test]
+fn maxwells_speeds_are_compared_by_the_integral_of_a_bin() {
+    let of = |width: f64| {
+        let manifest = "name = \"gas\"\n[model.gas]\nparticles = 2000\ngravity_m_per_s2 = 4e8\nposition_distribution = \"barometric\"\n[record]\nframes = 1\n";
+        // <v^2> = 2 k_B T/m with the manifest's defaults.
+        let square = 2.0 * 1.380_649e-23 * 300.0 / 1e-26;
+        let frames = move |_: &RunManifest| {
+            let middles: Vec<f64> = (0..30).map(|bin| (f64::from(bin) + 0.5) * width).collect();
+            let below = |speed: f64| 1.0 - libm::exp(-speed * speed / square);
+            let fraction = |middle: &f64| below(middle + width / 2.0) - below(middle - width / 2.0);
+            let maxwell = |v: &f64| 2.0 * v / square * libm::exp(-v * v / square);
+            let speeds = GasSpeeds {
+                density: middles.iter().map(|speed| fraction(speed) / width).collect(),
+                initial_distribution: middles.iter().map(maxwell).collect(),
+                speed_m_per_s: middles,
+                speed_over_rms: vec![0.0; 30],
+                density_times_rms: vec![0.0; 30],
+                initial_distribution_times_rms: vec![0.0; 30],
+                maxwell_times_rms: vec![0.0; 30],
+                maxwell: vec![0.0; 30],
+            };
+            let at = |time: f64| {
+                let mut frame = Frame::new();
+                frame.push(&speeds);
+                (Clock { count: time as u64, time }, frame)
+            };
+            [0.0, 1.0].map(at).into()
+        };
+        Folder::write(manifest, frames).metrics()
+    };
+    for width in [76.0, 700.0] {
+        let metrics = of(width);
+        let name = "speed_histogram.chi_square_per_bin";
+        assert!(metrics.value(name) < 1e-6, "{width}: {}", metrics.value(name));
+    }
 }

@@ -189,6 +189,7 @@ impl Model for GasConfig {
         self.check_speeds(table);
         self.check_wall(table);
         self.check_collisions(table);
+        self.complete_partition();
         self.check_gravity_and_partition(table);
         self.check_time_step(table);
     }

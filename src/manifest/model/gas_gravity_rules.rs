@@ -27,6 +27,15 @@ impl GasConfig {
         particle % (1 + self.additional_masses_kg.len())
     }
 
+    /// A partition before a drawn start separates all particles from nothing, unless the manifest names something else.
+    pub(super) fn complete_partition(&mut self) {
+        if self.placement == GasPlacement::Random
+            && let Some(partition) = &mut self.partition
+        {
+            partition.side.get_or_insert(PartitionSide::Left);
+        }
+    }
+
     /// Rejects keys that cannot be used with gravity or a partition.
     pub(super) fn check_gravity_and_partition(&self, table: &mut Reader<'_>) {
         let has_gravity = self.gravity_m_per_s2.get() > 0.0;
@@ -78,7 +87,7 @@ impl GasConfig {
         let opens = partition.opens_s.map_or(0.0, |time| time.get());
         let is_drawn = self.placement == GasPlacement::Random;
         let is_uniform = self.position_distribution == PositionDistribution::UniformInArea;
-        let is_by_mass = partition.side == PartitionSide::ByMass;
+        let is_by_mass = partition.side == Some(PartitionSide::ByMass);
         rules! { table;
             (x - center).abs() > reach => ["partition_x_m", "radius_m", "center_m"]
                 "`partition_x_m` is {x}, outside the container or almost", "the nearest value that works is {nearest}";
@@ -107,6 +116,13 @@ impl GasConfig {
             }
             return;
         };
+        if temperature.get() == 0.0 {
+            rules! { table;
+                true => ["position_distribution", "temperature_k"]
+                    "without motion, all particles of a barometric start lie at the bottom", "set `temperature_k` above 0";
+            }
+            return;
+        }
         let is_maxwell = self.speed_distribution == SpeedDistribution::Maxwell
             && self.speeds_m_per_s.is_empty()
             && self.temperature_definition == TemperatureDefinition::MeanSquare;

@@ -22,8 +22,8 @@ pub struct Partition {
     pub x_m: Finite,
     /// When it is removed, s; it stays if this is left out.
     pub opens_s: Option<Positive>,
-    /// What it separates.
-    pub side: PartitionSide,
+    /// What it separates; `None` for a given start, whose positions say it.
+    pub side: Option<PartitionSide>,
 }
 
 table! {
@@ -44,14 +44,10 @@ impl HasKeys for Option<Partition> {
         let mut own = PartitionKeys {
             partition_x_m: self.map(|partition| partition.x_m),
             partition_opens_s: self.and_then(|partition| partition.opens_s),
-            partition_side: self.map(|partition| partition.side),
+            partition_side: self.and_then(|partition| partition.side),
         };
         own.keys(keys);
         let (opens_s, side) = (own.partition_opens_s, own.partition_side);
-        *self = own.partition_x_m.map(|x_m| Partition {
-            x_m,
-            opens_s,
-            side: side.unwrap_or(PartitionSide::Left),
-        });
+        *self = own.partition_x_m.map(|x_m| Partition { x_m, opens_s, side });
     }
 }

@@ -129,6 +129,9 @@ starts! {
 /// Packing fraction from which random placement is rejected, by the input limits of the packing exercise.
 const RANDOM_PLACEMENT_LIMIT: f64 = 0.5;
 
+/// Packing fraction of the densest arrangement of equal discs, pi/(2 sqrt 3) (A. Thue 1910).
+const DENSEST: f64 = 0.906_899_682_117_089_3;
+
 /// Minimum width of a periodic box in largest diameters, so that no disc meets another one across both sides: the engine needs
 /// three cells per axis, each wider than a diameter.
 pub const PERIODIC_DIAMETERS: f64 = 3.1;
@@ -174,6 +177,13 @@ impl Model for PackingConfig {
         let discs = f64::from(self.discs.get());
         let mean_square = radius * radius * (1.0 + spread * spread / 3.0);
         let fraction = discs * std::f64::consts::PI * mean_square / (width * height);
+        // The largest number below the limit; the cast saturates.
+        let most = (RANDOM_PLACEMENT_LIMIT * discs / fraction).ceil() as u64 - 1;
+        let others = if fraction < DENSEST {
+            ", or placement = \"lattice\" or \"compressed\""
+        } else {
+            "; no start has a packing fraction above 0.907"
+        };
         rules! { table;
             self.boundary == Boundary::Periodic && shorter < least => ["boundary", "radius", "width", "height"]
                 "a periodic box of {width:?} x {height:?} is too small for discs of radius {largest:?}",
@@ -185,7 +195,7 @@ impl Model for PackingConfig {
             self.placement == PackingPlacement::Random && fraction >= RANDOM_PLACEMENT_LIMIT =>
                 ["discs", "width", "height", "radius", "placement"]
                 "the packing fraction n pi r^2 / (lx ly) is {fraction:.3}; random placement needs less than {RANDOM_PLACEMENT_LIMIT}",
-                "fewer or smaller discs, a larger box, or placement = \"lattice\" or \"compressed\"";
+                "at most {most} discs of this radius, smaller discs, or a larger box{others}";
         }
     }
 }

@@ -30,6 +30,17 @@ pub(super) struct Ballistic {
     time_s: f64,
     space: Space,
     paths: Vec<Path>,
+    /// How far each block of particles is on the way to the present target; empty at a target.
+    blocks: Vec<Progress>,
+}
+
+/// How far a block of particles is on the way to a target. The particles move one after another, so that the sums do not depend on
+/// the number of calls.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Progress {
+    /// Number of particles at the target.
+    arrived: usize,
+    tally: WallTally,
 }
 
 /// What acts on the particles.
@@ -113,13 +124,21 @@ impl Space {
         wall.opens_s.is_none_or(|opens| path.started_s + time < opens).then_some(time)
     }
 
-    /// Moves a particle to a time through all its collisions.
-    fn advance(&self, path: &mut Path, until_s: f64, tally: &mut WallTally) -> Particle {
+    /// Moves a particle to a time through all its collisions, of which there may be as many as the budget; `None` if there are
+    /// more.
+    fn advance(
+        &self,
+        path: &mut Path,
+        until_s: f64,
+        tally: &mut WallTally,
+        budget: &mut u64,
+    ) -> Option<Particle> {
         loop {
             let (time, obstacle) = self.next_collision(path);
             if path.started_s + time > until_s || !time.is_finite() {
-                return flown(path.start, self.gravity, until_s - path.started_s);
+                return Some(flown(path.start, self.gravity, until_s - path.started_s));
             }
+            *budget = budget.checked_sub(1)?;
             let incident = flown(path.start, self.gravity, time);
             let emitted = match obstacle {
                 Obstacle::Partition => self.reflected_by_partition(incident),
@@ -177,7 +196,25 @@ impl Ballistic {
         let particles = state.particles.iter().zip(&state.substance.mass_ratios);
         let paths = particles.map(|(particle, ratio)| space.start_path(particle, 0.0, *ratio));
         let (duration_s, paths) = (config.duration_s.get(), paths.collect());
-        Self { duration_s, time_s: 0.0, space, paths }
+        Self { duration_s, time_s: 0.0, space, paths, blocks: Vec::new() }
+    }
+
+    /// Moves a block toward a time. The budget limits its collisions; returns whether all of its particles are there.
+    fn advance_block(
+        space: Space,
+        until_s: f64,
+        budget: u64,
+        progress: &mut Progress,
+        (paths, groups): (&mut [Path], &mut [Group]),
+    ) -> bool {
+        let mut budget = budget;
+        while let Some(path) = paths.get_mut(progress.arrived) {
+            let moved = space.advance(path, until_s, &mut progress.tally, &mut budget);
+            let Some(particle) = moved else { return false };
+            groups[progress.arrived / LANES].set(progress.arrived % LANES, particle);
+            progress.arrived += 1;
+        }
+        true
     }
 
     /// Whether the scheme is that of a manifest.
@@ -195,33 +232,41 @@ impl Propagator for Ballistic {
         let Space { radius, gravity, .. } = self.space;
         let max_energy = max_speed * max_speed / 2.0 + 2.0 * gravity * radius;
         let reach = radius * radius * (1.0 + 1e-6);
+        let blocks = state.particles.groups.chunks(BLOCK).len();
+        let most = BLOCK * LANES;
+        // On the way to a target, particles are ahead of the time.
+        let reached_s = if self.blocks.is_empty() { self.time_s } else { self.duration_s };
+        let last_start_s = reached_s * (1.0 + 1e-9);
         self.paths.len() == state.particles.len()
+            && (self.blocks.is_empty() || self.blocks.len() == blocks)
+            && self.blocks.iter().all(|block| block.arrived <= most && block.tally.is_finite())
             && self.paths.iter().zip(&state.substance.mass_ratios).all(|(path, &mass_ratio)| {
                 let Path { start, energy, .. } = *path;
                 path.mass_ratio == mass_ratio
-                    && (0.0..=self.time_s * (1.0 + 1e-9)).contains(&path.started_s)
+                    && (0.0..=last_start_s).contains(&path.started_s)
                     && dot(start.position, start.position) <= reach
                     && (0.0..=2.0 * max_energy).contains(&energy)
                     && dot(start.velocity, start.velocity) <= 4.0 * max_energy
             })
     }
 
-    /// Moves all particles to a time, in blocks of fixed size.
-    fn advance(&mut self, target: Target, _budget: &mut u64, state: &mut GasState) -> bool {
+    /// Moves all particles to a time, in blocks of fixed size, each by as many collisions as the budget.
+    fn advance(&mut self, target: Target, budget: &mut u64, state: &mut GasState) -> bool {
         let Target::Time(until_s) = target else { return true };
-        let space = self.space;
-        let advance_block = |(paths, groups): (&mut [Path], &mut [Group])| {
-            let mut tally = WallTally::default();
-            for (index, path) in paths.iter_mut().enumerate() {
-                let particle = space.advance(path, until_s, &mut tally);
-                groups[index / LANES].set(index % LANES, particle);
-            }
-            tally
-        };
+        let (space, share) = (self.space, *budget);
         let groups = state.particles.groups.par_chunks_mut(BLOCK);
         let blocks = self.paths.par_chunks_mut(BLOCK * LANES).zip(groups);
-        let tallies: Vec<WallTally> = blocks.map(advance_block).collect();
-        for tally in &tallies {
+        self.blocks.resize(blocks.len(), Progress::default());
+        let moved =
+            self.blocks.par_iter_mut().zip(blocks).map(|(progress, block)| {
+                Self::advance_block(space, until_s, share, progress, block)
+            });
+        let have_arrived: Vec<bool> = moved.collect();
+        if have_arrived.contains(&false) {
+            *budget = 0;
+            return false;
+        }
+        for Progress { tally, .. } in self.blocks.drain(..) {
             state.wall.add(tally.collisions, tally.impulse_per_mass.value());
         }
         self.time_s = until_s;

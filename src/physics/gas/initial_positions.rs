@@ -20,7 +20,8 @@ pub(super) fn draw_special(
                 partition.x_m.get()
             )));
         }
-        let is_right = |id| partition.side == PartitionSide::ByMass && config.species_of(id) > 0;
+        let is_right =
+            |id| partition.side == Some(PartitionSide::ByMass) && config.species_of(id) > 0;
         let positions = (0..count).map(|id| {
             // The right side is the left one of the mirrored circle.
             let sign = if is_right(id) { -1.0 } else { 1.0 };

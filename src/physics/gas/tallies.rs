@@ -13,7 +13,7 @@ pub(super) struct WallTally {
 
 impl WallTally {
     /// Whether the impulse is a number.
-    fn is_finite(&self) -> bool {
+    pub(super) fn is_finite(&self) -> bool {
         self.impulse_per_mass.is_finite()
     }
 

@@ -16,8 +16,11 @@ use std::f64::consts::PI;
 /// Boxes on each side of the partition.
 const BOXES_PER_SIDE: usize = 10;
 
-/// Container crossings after which the gas has filled the container.
+/// Container crossings at the rms speed after which the gas has filled the container.
 const CROSSINGS_TO_FILL: f64 = 50.0;
+
+/// Container crossings up to which a particle is taken to be where it started.
+const CROSSINGS_TO_MOVE: f64 = 5.0;
 
 /// Entropy per particle over k_B, relative to that of a uniform gas; `None` without a partition or positions.
 pub(super) fn box_entropy(state: &StateTable, config: &GasConfig) -> Option<f64> {
@@ -81,10 +84,16 @@ fn starts(config: &GasConfig) -> Option<Vec<[f64; 2]>> {
     let left = area_to_the_left(partition);
     let start = |index: usize| {
         let members = (particles + species - 1 - index) / species;
-        let is_right = side == PartitionSide::ByMass && index > 0;
+        let is_right = side == Some(PartitionSide::ByMass) && index > 0;
         [members as f64, if is_right { 1.0 - left } else { left }]
     };
     Some((0..species).map(start).filter(|[members, _]| *members > 0.0).collect())
+}
+
+/// The entropy of a uniform gas on both sides, as measured by boxes; `None` where the start is given.
+pub(super) fn entropy_at_equilibrium(config: &GasConfig) -> Option<f64> {
+    let [start, _, change, _] = expected(config)?;
+    (config.placement == GasPlacement::Random).then_some(start + change)
 }
 
 /// Expected entropy per particle over k_B at the start and its standard deviation, then the expected change and its standard deviation.
@@ -106,12 +115,28 @@ fn expected(config: &GasConfig) -> Option<[f64; 4]> {
 }
 
 impl GasRun {
+    /// Entropy per particle over k_B that is missing because particles are too slow to have moved: of a species of which a fraction f
+    /// is still on its side of the center, the densities are 1 + f and 1 - f, and f^2/2 is missing. `None` without velocities.
+    fn entropy_of_unmoved(&self, open_s: f64) -> Option<f64> {
+        let state = self.snapshots.last()?;
+        let slowest = CROSSINGS_TO_MOVE * 2.0 * self.config.radius_m.get() / open_s;
+        let mut species = vec![[0.0; 2]; 1 + self.config.additional_masses_kg.len()];
+        for (id, (vx, vy)) in state.column("vx")?.zip(state.column("vy")?).enumerate() {
+            let [members, unmoved] = &mut species[self.config.species_of(id)];
+            *members += 1.0;
+            *unmoved += f64::from(u8::from(vx * vx + vy * vy < slowest * slowest));
+        }
+        let missing = |[members, unmoved]: &[f64; 2]| unmoved * unmoved / (2.0 * members);
+        let present = species.iter().filter(|[members, _]| *members > 0.0);
+        Some(present.map(missing).sum::<f64>() / state.rows() as f64)
+    }
+
     /// Adds the entropy by boxes and, because only specular reflections occur, the change of the temperature.
     pub(super) fn measure_boxes(&self, found: &mut Measurements) {
         let Some(partition) = self.config.partition else { return };
         found.compare(metric::TEMPERATURE_MAX_CHANGE, self.max_temperature_change, 0.0);
-        let last = self.snapshots.last().and_then(|state| box_entropy(state, &self.config));
-        let (Some(first), Some(last)) = (self.box_entropy_at_start, last) else { return };
+        let ends = (self.box_entropy.first(), self.box_entropy.last());
+        let (Some(&(_, first)), Some(&(_, last))) = ends else { return };
         let theory =
             expected(&self.config).filter(|_| self.config.placement == GasPlacement::Random);
         let Some([start, start_error, change, change_error]) = theory else {
@@ -123,7 +148,10 @@ impl GasRun {
         let open_s = partition.opens_s.map_or(0.0, |opens| self.time_s - opens.get());
         let rms = self.mean_square().map_or(0.0, f64::sqrt);
         let crossings = rms * open_s / (2.0 * self.config.radius_m.get());
-        let in_range = crossings >= CROSSINGS_TO_FILL && has_partition_through_center(&self.config);
+        let unmoved = self.entropy_of_unmoved(open_s);
+        let in_range = crossings >= CROSSINGS_TO_FILL
+            && unmoved.is_some_and(|missing| missing <= change_error / 2.0)
+            && has_partition_through_center(&self.config);
         // A partition that stays changes nothing, up to the scatter of both entropies.
         let value = if partition.opens_s.is_some() { change } else { 0.0 };
         let in_range = in_range || partition.opens_s.is_none();

@@ -1,5 +1,6 @@
 //! Plots of a gas run: pressure over time, speed histogram with its distributions, snapshots.
 
+use super::boxes::entropy_at_equilibrium;
 use super::laws as law;
 use super::layers::{BarometricLaw, LAYERS, counts, relative_density};
 use super::observe::GasRun;
@@ -21,6 +22,9 @@ impl PlottedObserver for GasRun {
             plots.push(h_over_time(self));
         }
         plots.extend(density_by_height(self));
+        if self.box_entropy.len() > 1 {
+            plots.push(entropy_over_time(self));
+        }
         let radius = short_number(self.config.radius_m.get());
         let caption = |count: &str, time: &str| format!("{count}, r = {radius} m, t = {time} s");
         let size = format!("circle of radius {radius} m");
@@ -49,6 +53,20 @@ fn density_by_height(run: &GasRun) -> Option<Plot> {
     let axes =
         [Axis::linear("height above the center", "m"), Axis::linear("density over the mean", "1")];
     Some(Plot::chart("density_by_height", "Density by height", axes, curves))
+}
+
+/// Entropy by boxes over time, with that of a uniform gas if the partition is removed.
+fn entropy_over_time(run: &GasRun) -> Plot {
+    let series = &run.box_entropy;
+    let mut curves = vec![Curve::line("measured", 0, series.iter().copied())];
+    let is_removed = run.config.partition.is_some_and(|partition| partition.opens_s.is_some());
+    if let Some(entropy) = entropy_at_equilibrium(&run.config).filter(|_| is_removed) {
+        let level = series.ends().map(|(time, _)| (*time, entropy));
+        curves.push(Curve::theory("uniform gas in the whole container", 1, level));
+    }
+    let axes =
+        [Axis::linear("time", "s"), Axis::linear("entropy per particle over k, by boxes", "1")];
+    Plot::chart("box_entropy_over_time", "Entropy", axes, curves)
 }
 
 /// Relative entropy over time: Boltzmann's H above its minimum.

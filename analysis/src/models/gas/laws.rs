@@ -2,8 +2,8 @@
 
 use crate::metric::law::laws;
 use kinetoscope_manifest::model::{
-    BoltzmannConstant, GasConfig, GasPlacement, SpeedDistribution, SpeedScale,
-    TemperatureDefinition,
+    BoltzmannConstant, GasConfig, GasPlacement, PositionDistribution, SpeedDistribution,
+    SpeedScale, TemperatureDefinition,
 };
 use std::f64::consts::{FRAC_PI_4, PI};
 
@@ -21,7 +21,7 @@ laws! {
     BAROMETRIC_HEIGHT: "<y> of a density proportional to exp(-m g y/(k_B T))", "barometric law, integrated over the circle", range "points that start in barometric equilibrium";
     TEMPERATURE_CONSTANT: "T is constant: no work is done", "free expansion (Joule 1845)";
     BOX_ENTROPY_START: "sum over the species of x_s ln(A_s/A) - (B - 1)/(2N)", "uniform start on one side; Wilks 1938";
-    BOX_ENTROPY_CHANGE: "sum over the species of x_s ln(A/A_s) - B/(2N); 0 if the partition stays", "ideal gas: free expansion and mixing; Wilks 1938", range "a partition through the center, at least 50 crossings after it is removed";
+    BOX_ENTROPY_CHANGE: "sum over the species of x_s ln(A/A_s) - B/(2N); 0 if the partition stays", "ideal gas: free expansion and mixing; Wilks 1938", range "a partition through the center, at least 50 crossings at the rms speed after it is removed, and particles with fewer than 5 crossings lack less than half of the error";
     PRESSURE_SLOPE: "slope N k_B / A of P over T, times <v^2> over its value by the definition", "ideal gas law";
     PRESSURE_RADIUS_EXPONENT: "P is proportional to R^-2 at fixed T", "ideal gas law, A = pi R^2";
     SPEED_EXPONENT: "<v> is proportional to T^(1/2)", "definition of temperature";
@@ -105,6 +105,23 @@ fn finite_number_factors(config: &GasConfig) -> [f64; 2] {
     let factor =
         |first: f64, of_one: f64| 1.0 + inverse * (first + inverse * (of_one - 1.0 - first));
     [factor(of_mean, 1.0 / ratio.sqrt()), factor(of_mean_square, ratio)]
+}
+
+/// `<v^2>` = 2 k_B T/m of the first mass in a gas that starts in equilibrium with gravity, m^2/s^2; `None` for another start.
+pub(crate) fn barometric_mean_square_m2_per_s2(config: &GasConfig) -> Option<f64> {
+    let SpeedScale::Temperature(temperature) = config.speed_scale else { return None };
+    let is_barometric = config.position_distribution == PositionDistribution::Barometric;
+    let square = 2.0 * boltzmann_j_per_k(config) * temperature.get() / config.mass_kg.get();
+    is_barometric.then_some(square)
+}
+
+/// Fraction of Maxwell's speeds in a bin from 0: the integral of 2 v/`<v^2>` exp(-v^2/`<v^2>`).
+pub(crate) fn maxwell_fraction(bin: usize, width: f64, mean_square: f64) -> f64 {
+    let below = |edge: usize| {
+        let speed = edge as f64 * width;
+        -libm::expm1(-speed * speed / mean_square)
+    };
+    below(bin + 1) - below(bin)
 }
 
 /// Moments of the initial speeds.

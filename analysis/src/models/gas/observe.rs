@@ -59,9 +59,10 @@ pub(super) struct GasRun {
     pub(super) within_half_radius_at_start: Option<f64>,
     first_mean_speed_m_per_s: Option<f64>,
     first_temperature_k: Option<f64>,
-    /// Maximum relative change of the temperature, and the entropy by boxes at the start.
+    /// Maximum relative change of the temperature.
     pub(super) max_temperature_change: f64,
-    pub(super) box_entropy_at_start: Option<f64>,
+    /// Time, s, and entropy by boxes.
+    pub(super) box_entropy: Series<(f64, f64)>,
 }
 
 /// Radius of a drawn point over that of the container.
@@ -211,9 +212,17 @@ impl GasRun {
         let Some(histogram) = &self.histogram else { return };
         let bins = &histogram.speed_m_per_s;
         let width = if bins.len() > 1 { bins[1] - bins[0] } else { return };
-        let counted = f64::from(self.config.particles.get()) * width;
-        let pairs = histogram.density.iter().zip(&histogram.initial_distribution);
-        let counts = pairs.map(|(density, initial)| [counted * density, counted * initial]);
+        let particles = f64::from(self.config.particles.get());
+        let counted = particles * width;
+        let maxwell = law::barometric_mean_square_m2_per_s2(&self.config);
+        let expected = |(bin, initial): (usize, &f64)| match maxwell {
+            // In strong gravity, the bins are wider than the distribution.
+            Some(square) => particles * law::maxwell_fraction(bin, width, square),
+            None => counted * initial,
+        };
+        let expected = histogram.initial_distribution.iter().enumerate().map(expected);
+        let pairs = histogram.density.iter().zip(expected);
+        let counts = pairs.map(|(density, expected)| [counted * density, expected]);
         if let Some(chi_square) = ChiSquare::of(counts) {
             // The number of particles is given, and so is their mean speed or mean square if they were rescaled.
             let is_rescaled = matches!(self.config.speed_scale, SpeedScale::Temperature(_));
@@ -320,8 +329,8 @@ impl Observer for GasRun {
             if self.own_rates.is_empty() {
                 self.own_rates = own_rates(&state, &self.config);
             }
-            if self.box_entropy_at_start.is_none() {
-                self.box_entropy_at_start = box_entropy(&state, &self.config);
+            if let Some(entropy) = box_entropy(&state, &self.config) {
+                self.box_entropy.add((self.time_s, entropy));
             }
             if self.within_half_radius_at_start.is_none() {
                 self.within_half_radius_at_start =
