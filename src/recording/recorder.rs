@@ -87,6 +87,8 @@ impl<W: Write> Recorder<W> {
             name: PROVENANCE_RECORD.to_owned(),
             metadata: header.provenance().to_metadata(),
         })?;
+        // No channel exists yet, so this flush writes no chunk. A checkpoint counts on these bytes.
+        writer.flush()?;
         Ok(Self {
             header: header.clone(),
             scenes,
@@ -236,7 +238,7 @@ impl<W: Write> Recorder<W> {
         })?;
         writer.finish()?;
         match self.writer.take() {
-            Some(writer) => Ok(writer.into_inner().into_inner()),
+            Some(writer) => Ok(writer.into_inner().into_inner()?),
             None => Err(RecordError::Container("the recording is closed".to_owned())),
         }
     }
