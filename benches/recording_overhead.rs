@@ -1,32 +1,47 @@
-//! What recording costs a run: the program in turn with and without frames on the way, with and without checkpoints, and with and
-//! without viewers.
+//! What recording costs a run: the program in turn with and without frames on the way, with all channels and with the state only,
+//! with and without checkpoints, and with and without viewers; and what tiny runs cost, compared with their files.
 //!
 //! The bars: a run of 1e5 discs with `--threads 1` that records every 100th step takes at most 5 % longer than one that records
-//! its start and end only; checkpoints take at most 2 % of a run, also with 1e6 discs; 16 viewers that subscribe to all channels and
-//! do not read take at most 2 % of a run that is served without viewers.
+//! its start and end only, with `--threads 2` at most 15 %; a dense recording with all channels takes at most 1.25 times the time of
+//! its state; checkpoints take at most 2 % of a run, also with 1e6 discs; 16 viewers that subscribe to all channels and do not read
+//! take at most 2 % of a run that is served without viewers.
 //!
 //! Measured on two cores (median of 7 pairs): 1.77 to 1.83 s, +2.6 %, with `--threads 1`; 1.03 to 1.61 s, +57 %, with 2. A frame costs
 //! the model's thread the copy of 8 MB (discs and lists), and what the recorder takes of the shared cache. Its thread works some
 //! 20 ms a frame: 5 to fill it, 10 to pack 8 MB, 3 for copies, 2 for the drawing. With `--threads 2` and no third core that time
-//! is the model's: it is reported, and has no bar. Two checkpoints of 1e6 discs in 51.4 s: 52.5 s, +2.1 % (one pair; a set takes
-//! twelve minutes).
+//! is the model's: 100 steps take 44 ms of both cores, so the compression of 8 MB alone is more than 15 %. Two checkpoints of 1e6
+//! discs in 51.4 s: 52.5 s, +2.1 % (one pair; a set takes twelve minutes).
+//!
+//! Rows written in the order of the memory, instead of a gather by id from each column, on two cores that were busy with other work
+//! (load 6 to 8, so the figures are rough): 2000 steps with 21 frames take 0.69 to 0.94 of the time before (4 pairs); the overhead
+//! with one thread +4 to +35 % (median +28 %), compared with +18 to +153 % (median +49 %) before, 5 pairs each.
+//!
+//! Dense, 401 frames of 1e4 discs, same machine: all channels take 2.0 to 2.5 times the time of the state (4 pairs); 2.3 to 3.4 before
+//! cylinders were encoded without a value per disc. All channels took 0.56 to 0.88 of the time before. Some 10 % of the processor time
+//! is left in the encoding of the discs, 45 % in zstd: 106 bytes per disc are compressed in addition to 80 of the state, therefore
+//! 1.25 needs a drawing with fewer bytes.
+//!
+//! Tiny runs: small writes that are joined reduce the `write` calls of a run from 188 to 5. On a busy machine (5 pairs) this changed
+//! the wall time of a thousand runs by a factor of 0.8 to 1.5, which is noise: the syncs dominate.
 //!
 //! 16 silent viewers of 1e5 discs, a frame per 100 of 8000 steps: -3.7 % of the wall time, on a machine whose two cores were busy
 //! with other work. In processor time, which that work does not affect: 0.2 s once, while the buffers of the connections fill
 //! (median of 5 pairs), and 0.998 for a run of 12 s (median of 3).
 //!
-//! Wall times are those of the runs' `.host.json`, so that the plan, which both have, does not count. Pairs are run in turn; what
-//! is quoted is the median of the ratios. `cargo bench --bench recording_overhead -- overhead`, `-- checkpoints` or `-- viewers` runs one
-//! part.
+//! Wall times are those of the runs' `.host.json`, so that the plan, which both have, does not count (that of tiny runs is the
+//! program's). Pairs are run in turn; what
+//! is quoted is the median of the ratios. `cargo bench --bench recording_overhead -- overhead`, `-- dense`, `-- tiny`,
+//! `-- checkpoints` or `-- viewers` runs one part. Each line ends with the range of the ratios.
 
 #![allow(clippy::unwrap_used, reason = "a benchmark may end on an error")]
 
 use serde_json::json;
 use std::fs;
-use std::io::{BufRead as _, BufReader};
+use std::io::{BufRead as _, BufReader, Write as _};
 use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::time::Instant;
 use tungstenite::client::IntoClientRequest as _;
 use tungstenite::http::HeaderValue;
 use tungstenite::{Message, WebSocket};
@@ -41,6 +56,59 @@ fn manifest(discs: u32, side_m: f64, steps: u32, every_steps: u32) -> String {
         "seed = 5\n[model.dem]\ndiscs = {discs}\nwidth_m = {side_m}\nheight_m = {side_m}\nduration_s = {duration_s}\n\
          stiffness_n_per_m = 4e5\n[record]\nevery_steps = {every_steps}\n"
     )
+}
+
+/// A run that records the same cloud of 10^4 discs after each of 400 steps.
+fn dense_manifest(channels: &str) -> String {
+    manifest(10_000, 0.15, 400, 1) + channels
+}
+
+/// A thousand runs of a gas of four particles, over in a few steps.
+const TINY: &str = "seed = 5\nreplicates = 1000\n[model.gas]\nparticles = 4\nduration_s = 0.01\n";
+const TINY_RUNS: usize = 1000;
+
+/// Wall time of the program with a thousand tiny runs on two threads, from its start to its end, s. Returns the mean size of their
+/// recordings in addition.
+fn run_tiny(folder: &Path) -> (f64, u64) {
+    let output = folder.join("tiny");
+    let path = folder.join("tiny.toml");
+    fs::write(&path, TINY).unwrap();
+    let started = Instant::now();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_run-experiment"));
+    command.args(["--jobs", "2", "--quiet", "--output"]).arg(&output).arg(path);
+    assert!(command.status().unwrap().success());
+    let took = started.elapsed().as_secs_f64();
+    let files = fs::read_dir(output.join("tiny")).unwrap().map(|entry| entry.unwrap());
+    let recordings = files.filter(|file| file.path().extension().is_some_and(|end| end == "mcap"));
+    let bytes: u64 = recordings.map(|file| file.metadata().unwrap().len()).sum();
+    fs::remove_dir_all(output).unwrap();
+    (took, bytes / TINY_RUNS as u64)
+}
+
+/// Time of two threads that write and sync a thousand files of this size, rename each and sync the folder, s.
+fn write_files(folder: &Path, bytes: u64) -> f64 {
+    let output = folder.join("files");
+    fs::create_dir(&output).unwrap();
+    let contents = vec![7; usize::try_from(bytes).unwrap()];
+    let started = Instant::now();
+    std::thread::scope(|scope| {
+        for thread in 0..2 {
+            let (output, contents) = (&output, &contents);
+            scope.spawn(move || {
+                for number in (thread..TINY_RUNS).step_by(2) {
+                    let partial = output.join(format!("{number}.partial"));
+                    let mut file = fs::File::create(&partial).unwrap();
+                    file.write_all(contents).unwrap();
+                    file.sync_all().unwrap();
+                    fs::rename(&partial, output.join(number.to_string())).unwrap();
+                    fs::File::open(output).unwrap().sync_all().unwrap();
+                }
+            });
+        }
+    });
+    let took = started.elapsed().as_secs_f64();
+    fs::remove_dir_all(output).unwrap();
+    took
 }
 
 /// Wall time of a run, s.
@@ -101,12 +169,21 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// Runs both in turn; prints median times and the median ratio.
+/// Runs both in turn; prints median times and the median of the ratios, with their range.
 fn compare(what: &str, with: &dyn Fn() -> f64, without: &dyn Fn() -> f64) {
     let pairs: Vec<[f64; 2]> = (0..PAIRS).map(|_| [with(), without()]).collect();
-    let ratio = median(pairs.iter().map(|[with, without]| with / without).collect());
+    let ratios: Vec<f64> = pairs.iter().map(|[with, without]| with / without).collect();
     let [with, without] = [0, 1].map(|side| median(pairs.iter().map(|pair| pair[side]).collect()));
-    println!("{what:<44}{with:>8.3} s {without:>8.3} s {:>+8.1} %", 100.0 * (ratio - 1.0));
+    let (min, max) = range(&ratios);
+    let ratio = median(ratios);
+    println!("{what:<44}{with:>8.3} s {without:>8.3} s {ratio:>8.2} ({min:.2} to {max:.2})");
+}
+
+fn range(values: &[f64]) -> (f64, f64) {
+    let ends = (f64::INFINITY, f64::NEG_INFINITY);
+    values.iter().fold(ends, |(min, max), &value| {
+        (if value < min { value } else { min }, if value > max { value } else { max })
+    })
 }
 
 fn main() {
@@ -114,7 +191,7 @@ fn main() {
         std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
     let wants = |half: &str| wanted.is_empty() || wanted.iter().any(|word| word == half);
     let folder = tempfile::tempdir().unwrap();
-    println!("{:<44}{:>10} {:>10} {:>10}", "", "with", "without", "cost");
+    println!("{:<44}{:>10} {:>10} {:>8}", "", "with", "without", "ratio");
     if wants("overhead") {
         for threads in ["1", "2"] {
             let time = |every| {
@@ -131,6 +208,19 @@ fn main() {
                 &|| time(4000),
             );
         }
+    }
+    if wants("dense") {
+        let time =
+            |channels| run(folder.path(), "dense", &dense_manifest(channels), &["--threads", "1"]);
+        compare("all channels over the state only, 1e4 discs", &|| time(""), &|| {
+            time("channels = [\"state\"]\n")
+        });
+    }
+    if wants("tiny") {
+        let (_, bytes) = run_tiny(folder.path());
+        compare("1000 tiny runs over files of their size", &|| run_tiny(folder.path()).0, &|| {
+            write_files(folder.path(), bytes)
+        });
     }
     if wants("checkpoints") {
         // Long enough for two: the first one waits for 23 s, 50 times what its 93 MB are expected to cost.

@@ -63,9 +63,18 @@ impl ColorMap {
 
     /// The color at a share of the top speed; beyond the ends the end's color.
     pub(crate) fn at(&self, share: f64) -> Color {
+        self.colors[Self::step(share)]
+    }
+
+    /// The index of the color at a share of the top speed.
+    pub(crate) fn step(share: f64) -> usize {
         // A cast from float saturates: negative shares and NaN give step 0.
-        let step = (share * STEPS as f64) as usize;
-        self.colors[step.min(STEPS - 1)]
+        ((share * STEPS as f64) as usize).min(STEPS - 1)
+    }
+
+    /// All colors, from rest to the top speed.
+    pub(crate) fn all(&self) -> [Color; STEPS] {
+        self.colors
     }
 }
 

@@ -74,9 +74,10 @@ impl Frame {
         size_of_val(self.state()) + messages.sum::<usize>()
     }
 
-    /// Reserves memory for values of the state.
-    pub fn reserve_state(&mut self, values: usize) {
-        self.state.reserve(values);
+    /// The values of the state, row by row in the order of the particles' ids, for a model that does not write its rows in this
+    /// order. All of them must be written: until then, they are zeros or those of an earlier frame.
+    pub fn resize_state(&mut self, values: usize) -> &mut [f64] {
+        self.state.resize(values)
     }
 
     /// The rows of the state, before which the recorder writes the header of the message.

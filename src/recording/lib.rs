@@ -30,6 +30,7 @@ mod column;
 mod container;
 mod data_section;
 mod descriptor;
+mod disc_cylinders;
 mod force_lines;
 mod frames;
 mod ghosts;

@@ -15,7 +15,7 @@ use crate::log_text::joined;
 use crate::observer::{ChannelList, FrameObserver};
 use crate::playback::log_time_ns;
 use crate::provenance::{LIBRARY, MANIFEST_ATTACHMENT, OUTCOME_RECORD, PROVENANCE_RECORD};
-use crate::scene::SceneBuilder;
+use crate::scene::{EncodedDiscs, SceneBuilder};
 use crate::schema::schema_of;
 use crate::sink::CountingSink;
 use crate::trail::Trails;
@@ -59,6 +59,8 @@ pub struct Recorder<W: Write> {
     resumable: Option<Resumable>,
     observer: Option<Box<dyn FrameObserver>>,
     buffer: Vec<u8>,
+    /// The drawing of the discs, which is encoded before the frame is written.
+    discs: EncodedDiscs,
     written: Arc<AtomicU64>,
 }
 
@@ -85,6 +87,8 @@ impl<W: Write> Recorder<W> {
             name: PROVENANCE_RECORD.to_owned(),
             metadata: header.provenance().to_metadata(),
         })?;
+        // No channel exists yet, so this flush writes no chunk. A checkpoint counts on these bytes.
+        writer.flush()?;
         Ok(Self {
             header: header.clone(),
             scenes,
@@ -98,6 +102,7 @@ impl<W: Write> Recorder<W> {
             resumable: None,
             observer: None,
             buffer: Vec::new(),
+            discs: EncodedDiscs::default(),
             written,
         })
     }
@@ -156,7 +161,10 @@ impl<W: Write> Recorder<W> {
         let (log_time, time) = self.times_of(self.frames)?;
         self.check_frame(frame)?;
         self.add_channels()?;
-        self.expect(size_of_val(frame.state()) as u64);
+        if self.wants(channels::DISCS) {
+            self.scenes.discs(frame.state(), time, &mut self.discs);
+        }
+        self.expect(frame);
         let frame_clock = FrameClock {
             frame: self.frames,
             step_or_event_count: clock.count,
@@ -196,11 +204,13 @@ impl<W: Write> Recorder<W> {
         Ok(())
     }
 
-    /// If the state of a frame fills the chunk, the chunk is closed at the end of the frame, and its messages are not stored.
-    fn expect(&mut self, state_bytes: u64) {
+    /// If the state and the discs of a frame fill the chunk, the chunk is closed at the end of the frame, and its messages are not
+    /// stored.
+    fn expect(&mut self, frame: &Frame) {
+        let drawn = self.discs.bytes().len();
+        let state = if self.wants(channels::STATE) { size_of_val(frame.state()) } else { 0 };
         if let Some(Resumable { open, .. }) = &mut self.resumable
-            && state_bytes >= CHUNK_PAYLOAD
-            && self.recorded.contains(&channels::STATE)
+            && self.payload_in_chunk + (state + drawn) as u64 >= CHUNK_PAYLOAD
         {
             open.discard_until_closed();
         }
@@ -228,7 +238,7 @@ impl<W: Write> Recorder<W> {
         })?;
         writer.finish()?;
         match self.writer.take() {
-            Some(writer) => Ok(writer.into_inner().into_inner()),
+            Some(writer) => Ok(writer.into_inner().into_inner()?),
             None => Err(RecordError::Container("the recording is closed".to_owned())),
         }
     }
@@ -284,7 +294,13 @@ impl<W: Write> Recorder<W> {
         let is_first = self.frames == 0;
         for topic in self.recorded.clone() {
             let scene = match topic {
-                channels::DISCS => self.scenes.discs(frame.state(), time),
+                channels::DISCS => {
+                    let discs = std::mem::take(&mut self.discs);
+                    let written = self.payload(topic, log_time, discs.bytes());
+                    self.discs = discs;
+                    written?;
+                    continue;
+                }
                 channels::VELOCITY => self.scenes.velocity(frame.state(), time),
                 channels::FORCE_CHAINS => self.scenes.contacts(frame.contacts(), time),
                 channels::TRAIL => {

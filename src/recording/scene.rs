@@ -4,6 +4,7 @@
 
 use crate::color::{self, ColorMap};
 use crate::column::StateColumn;
+use crate::disc_cylinders::{DrawnDisc, Tail, Tails};
 use crate::error::RecordError;
 use crate::force_lines::{ContactLine, weakest_drawn};
 use crate::playback::three_digits;
@@ -13,6 +14,8 @@ use foxglove::messages::{
     Color, CubePrimitive, CylinderPrimitive, LinePrimitive, Point3, Pose, Quaternion, SceneEntity,
     SceneUpdate, TextPrimitive, Timestamp, Vector3, line_primitive,
 };
+use prost::Message as _;
+use prost::encoding::{WireType, encode_key, encode_varint};
 use std::f64::consts::TAU;
 use std::num::NonZeroU32;
 
@@ -38,6 +41,25 @@ const FONT_SIZE_PX: f64 = 16.0;
 const CIRCLE_CORNERS: usize = 128;
 /// Cubes of the color bar.
 const LEGEND_CUBES: usize = 40;
+
+/// Tag of `foxglove.SceneUpdate.entities`.
+const ENTITIES_TAG: u32 = 2;
+/// Bytes of the key and the length of an entity.
+const MAX_PREFIX: usize = 1 + 10;
+
+/// An encoded `foxglove.SceneUpdate` of the discs. Its memory is reused from frame to frame.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct EncodedDiscs {
+    bytes: Vec<u8>,
+    start: usize,
+}
+
+impl EncodedDiscs {
+    /// The message; empty before the first frame.
+    pub(crate) fn bytes(&self) -> &[u8] {
+        &self.bytes[self.start..]
+    }
+}
 
 /// Which columns of the state are drawn.
 #[derive(Clone, Debug)]
@@ -74,6 +96,7 @@ pub(crate) struct SceneBuilder {
     scenery: Scenery,
     columns: DrawnColumns,
     colors: ColorMap,
+    tails: Tails,
     grid: f64,
     // The container's longer side.
     extent: f64,
@@ -88,9 +111,11 @@ impl SceneBuilder {
         drawn_at_most: NonZeroU32,
     ) -> Result<Self, RecordError> {
         let extent = scenery.extent();
+        let colors = ColorMap::new();
         Ok(Self {
             columns: DrawnColumns::new(columns, scenery.drawn_radius)?,
-            colors: ColorMap::new(),
+            tails: Tails::new(&colors),
+            colors,
             grid: power_of_two_below(GRID_OVER_CONTAINER * extent),
             extent,
             drawn_at_most: drawn_at_most.get() as usize,
@@ -98,26 +123,40 @@ impl SceneBuilder {
         })
     }
 
-    /// All discs as flat cylinders of one entity, colored by speed; discs too small to be seen are enlarged.
-    pub(crate) fn discs(&self, state: &[f64], time: Timestamp) -> SceneUpdate {
+    /// Encodes all discs as flat cylinders of one entity, colored by speed; discs too small to be seen are enlarged.
+    pub(crate) fn discs(&self, state: &[f64], time: Timestamp, encoded: &mut EncodedDiscs) {
         let smallest = self.scenery.min_drawn_radius();
-        let disc = |(index, row): (usize, &[f64])| {
+        let central = Tail::of(color::YELLOW);
+        let thickness = self.layer(1.0);
+        let before = entity("discs", time).encode_to_vec();
+        let room = before.len() + MAX_PREFIX;
+        let EncodedDiscs { bytes, start } = encoded;
+        bytes.clear();
+        bytes.resize(room, 0);
+        for (index, row) in self.drawn_rows(state) {
             let radius = match (self.columns.radius, self.scenery.drawn_radius) {
                 (Some(column), _) => row[column],
                 (None, DrawnRadius::Fixed(radius)) => radius,
                 (None, DrawnRadius::Column { min }) => min,
             };
             let radius = if radius < smallest { smallest } else { radius };
-            let color = if self.scenery.central_particle == Some(index) {
-                color::YELLOW
+            let tail = if self.scenery.central_particle == Some(index) {
+                &central
             } else {
-                self.colors.at(self.speed(row) / self.scenery.speed_range_top)
+                self.tails.at(self.speed(row) / self.scenery.speed_range_top)
             };
-            cylinder(self.point(row), radius, self.layer(1.0), color)
-        };
-        let cylinders = self.drawn_rows(state).map(disc).collect();
-        let texts = self.names(state);
-        update(SceneEntity { cylinders, texts, ..entity("discs", time) })
+            let Point3 { x, y, .. } = self.point(row);
+            DrawnDisc { center: [x, y], radius, thickness }.append_to(bytes, tail);
+        }
+        // Texts have a larger tag than cylinders, so they follow.
+        SceneEntity { texts: self.names(state), ..SceneEntity::default() }.encode_raw(bytes);
+        let length = bytes.len() - room + before.len();
+        let mut prefix = Vec::with_capacity(room);
+        encode_key(ENTITIES_TAG, WireType::LengthDelimited, &mut prefix);
+        encode_varint(length as u64, &mut prefix);
+        prefix.extend_from_slice(&before);
+        *start = room - prefix.len();
+        bytes[*start..room].copy_from_slice(&prefix);
     }
 
     /// The names of the first particles, above and to the right of them.

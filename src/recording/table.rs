@@ -21,6 +21,8 @@ pub(crate) struct Rows {
     /// Words for the header, then the values.
     words: Vec<f64>,
     room: usize,
+    /// The values are those of an earlier frame, which `resize` reuses: to fill many megabytes with zeros takes long.
+    is_cleared: bool,
     /// The words as the message has them, where memory has another order of bytes.
     #[cfg(target_endian = "big")]
     little_endian: Vec<u8>,
@@ -31,6 +33,7 @@ impl Default for Rows {
         Self {
             words: vec![0.0; HEADER_WORDS],
             room: HEADER_WORDS,
+            is_cleared: false,
             #[cfg(target_endian = "big")]
             little_endian: Vec::new(),
         }
@@ -45,23 +48,38 @@ impl PartialEq for Rows {
 
 impl Rows {
     pub(crate) fn clear(&mut self) {
-        self.words.truncate(self.room);
+        self.is_cleared = true;
     }
 
-    pub(crate) fn reserve(&mut self, values: usize) {
-        self.words.reserve_exact(values);
+    /// Removes the values of an earlier frame.
+    fn remove_cleared(&mut self) {
+        if self.is_cleared {
+            self.words.truncate(self.room);
+            self.is_cleared = false;
+        }
     }
 
     pub(crate) fn push(&mut self, row: &[f64]) {
+        self.remove_cleared();
         self.words.extend_from_slice(row);
     }
 
+    /// Changes the number of values. Until they are written, they are zeros or those of an earlier frame.
+    pub(crate) fn resize(&mut self, values: usize) -> &mut [f64] {
+        self.is_cleared = false;
+        let words = self.room + values;
+        self.words.reserve_exact(words.saturating_sub(self.words.len()));
+        self.words.resize(words, 0.0);
+        &mut self.words[self.room..]
+    }
+
     pub(crate) fn values(&self) -> &[f64] {
-        &self.words[self.room..]
+        if self.is_cleared { &[] } else { &self.words[self.room..] }
     }
 
     /// A `foxglove.PointCloud` with the values as FLOAT64 fields. The header is written before the values, which stay in place.
     pub(crate) fn as_message(&mut self, columns: &[StateColumn], time: Timestamp) -> &[u8] {
+        self.remove_cleared();
         let header = message_header(columns, self.values().len(), time);
         let words = header.len().div_ceil(size_of::<f64>());
         if let Some(missing) = words.checked_sub(self.room) {

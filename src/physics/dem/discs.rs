@@ -168,12 +168,32 @@ impl Discs {
     /// The index of each disc, in the order of the ids.
     pub(super) fn by_id(&self) -> impl Iterator<Item = usize> {
         // Few ids are missing, so no sort is needed.
-        let most = self.ids.iter().fold(0, |most, &id| Ord::max(most, id as usize + 1));
-        let mut places = vec![NONE; most];
+        let mut places = vec![NONE; self.id_end()];
         for (place, &id) in (0..).zip(&self.ids) {
             places[id as usize] = place;
         }
         places.into_iter().filter(|&place| place != NONE).map(|place| place as usize)
+    }
+
+    /// The inverse of [`Discs::by_id`]: the number of smaller ids, for each disc.
+    pub(super) fn rows_by_id(&self) -> Vec<u32> {
+        let end = self.id_end();
+        if end == self.ids.len() {
+            // No id is missing.
+            return self.ids.clone();
+        }
+        let mut rows = vec![0; end];
+        self.ids.iter().for_each(|&id| rows[id as usize] = 1);
+        let mut next = 0;
+        for row in &mut rows {
+            next += std::mem::replace(row, next);
+        }
+        self.ids.iter().map(|&id| rows[id as usize]).collect()
+    }
+
+    /// The number above all ids.
+    fn id_end(&self) -> usize {
+        self.ids.iter().fold(0, |end, &id| Ord::max(end, id as usize + 1))
     }
 }
 
@@ -298,5 +318,17 @@ mod tests {
         let both = groups_that_left(&positions, [1.0, 2.0], [true, true]);
         assert_eq!(both, [group(0), group(64), group(192)]);
         assert_eq!(groups_that_left(&positions, [1.0, 2.0], [false, true]), [group(0), group(64)]);
+    }
+
+    /// Guarantee: rows come in the order of the ids, also where ids are missing.
+    #[test]
+    fn rows_by_id_are_the_inverse_of_by_id() {
+        for ids in [vec![3, 0, 2, 1], vec![7, 2, 9, 0, 4], vec![5], vec![]] {
+            let discs = Discs { ids, ..Discs::default() };
+            let rows = discs.rows_by_id();
+            let by_id: Vec<usize> = discs.by_id().collect();
+            let inverse: Vec<u32> = by_id.iter().map(|&disc| rows[disc]).collect();
+            assert_eq!(inverse, (0..rows.len() as u32).collect::<Vec<_>>());
+        }
     }
 }

@@ -47,8 +47,8 @@ fn header() -> Header {
 }
 
 fn fill(frame: &mut Frame, particles: usize) {
-    frame.reserve_state(particles * WIDTH);
-    (0..particles).for_each(|particle| frame.push_state(&[particle as f64; WIDTH]));
+    let rows = frame.resize_state(particles * WIDTH).chunks_exact_mut(WIDTH);
+    rows.enumerate().for_each(|(particle, row)| row.fill(particle as f64));
 }
 
 fn clock(index: usize) -> Clock {
