@@ -8,9 +8,11 @@ use super::disc::{DiscRecord, SENTINEL};
 use super::events::NEVER;
 use super::motion::{self, Vector};
 #[cfg(target_arch = "x86_64")]
-use super::scan_simd;
+use super::{scan_lanes, scan_simd};
 use crate::cell_grid::BlockOffsets;
 use crate::cell_lists::{CellLists, NO_DISC};
+#[cfg(target_arch = "x86_64")]
+use crate::simd::{avx2::F64x4, sse2::F64x2};
 
 /// Number of pairs that are processed in parallel.
 const LANES: usize = 8;
@@ -56,7 +58,7 @@ pub(super) enum DiscSizes<'a> {
 /// Finds the first contact of a disc with the discs of the block around its cell; all radii are equal. If `HAS_AVX512`, the
 /// processor must have AVX-512.
 #[inline(always)]
-pub(super) fn first_contact_of_equal_discs<const HAS_AVX512: bool>(
+pub(super) fn first_contact_of_equal_discs<const WIDTH: usize>(
     discs: &[DiscRecord],
     cells: &CellLists,
     offsets: &BlockOffsets,
@@ -64,15 +66,19 @@ pub(super) fn first_contact_of_equal_discs<const HAS_AVX512: bool>(
     contact_distance: f64,
 ) -> PredictedContact {
     #[cfg(target_arch = "x86_64")]
-    if HAS_AVX512
-        && !cells.has_overflow()
-        && let Some(contact) =
-            scan_simd::first_contact(discs, cells, offsets, moving, contact_distance)
-    {
-        return contact;
+    if !cells.has_overflow() {
+        let distance = contact_distance;
+        let contact = match WIDTH {
+            8 => scan_simd::first_contact(discs, cells, offsets, moving, distance),
+            4 => scan_lanes::first_contact::<4, F64x4>(discs, cells, offsets, moving, distance),
+            _ => scan_lanes::first_contact::<2, F64x2>(discs, cells, offsets, moving, distance),
+        };
+        if let Some(contact) = contact {
+            return contact;
+        }
     }
     let input = ScanInput { discs, cells, offsets, sizes: DiscSizes::Equal(contact_distance) };
-    if HAS_AVX512 { first_contact(input, moving) } else { scan(input, moving) }
+    first_contact(input, moving)
 }
 
 /// Finds the first contact of a disc with the discs of the block around its cell.
@@ -303,7 +309,7 @@ impl CandidateStates {
             Self { position: [zero; 2], velocity: [zero; 2], time: zero, offset: [zero; 2] };
         for (lane, record) in records.into_iter().enumerate() {
             states.time[lane] = record.time;
-            for (axis, offsets) in offsets.iter().enumerate() {
+            for (axis, offsets) in offsets.columns.iter().enumerate() {
                 states.position[axis][lane] = record.position[axis];
                 states.velocity[axis][lane] = record.velocity[axis];
                 states.offset[axis][lane] = offsets[block_cells[lane] as usize % 16];
