@@ -73,7 +73,7 @@ impl Engine {
         engine
     }
 
-    /// Executes the next event, unless it is later than a time since the start. If `HAS_AVX512`, AVX-512 is used.
+    /// Executes the next event, unless it is later than a time since the start. `WIDTH` is that of the registers of `simd::registers` that are used.
     ///
     /// # Errors
     /// Inelastic collapse (McNamara and Young, Phys. Fluids A 4 (1992) 496), or a jam.

@@ -6,7 +6,7 @@
 //! - data: `domain` (box and collision parameters), `disc`, `events`, `collision`, `contact`, `growth`, `clock`;
 //! - start: `start`, `random_start`, `lattice`, `compression`;
 //! - algorithms: `engine` with `prediction`, `collisions`, `crossings`, `growth` and `prefetch`; the contact scan `scan` and
-//!   `scan_simd`; `cells`; `event_queue`; `inelastic_collapse`;
+//!   `scan_simd` and `scan_lanes`; `cells`; `event_queue`; `inelastic_collapse`;
 //! - measurement: `observables`.
 //!
 //! Invariant: the trajectory depends on the manifest and the seed only, not on observation, checkpoints, the step budget or

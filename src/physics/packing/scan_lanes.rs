@@ -2,7 +2,8 @@
 //! equal radius.
 //!
 //! The slots of the block are examined at once: one bit per slot says whether it holds another disc. The first eight of them
-//! are processed without a branch, which is enough in nearly every dilute and in most dense systems; up to eight more follow.
+//! are processed without a branch, which is enough in nearly every dilute and in most dense systems; up to eight more follow, by
+//! four.
 //!
 //! The arithmetic is that of the portable scan (`scan`); results are bitwise identical. The gain is listed in
 //! `benches/packing_speed.rs`.
@@ -10,7 +11,9 @@
 //! # Safety
 //! - [`first_contact`] with the registers of AVX2 is called only in code that is compiled for AVX2 and runs only where the
 //!   processor has it (`simd::registers`).
-//! - Loads go through references to as many numbers as are moved.
+//! - Every x86-64 processor has SSE2.
+//! - Loads go through references to as many numbers as are moved. Cells are read without bounds checks after an assertion on
+//!   the largest index of the block; at most sixteen slots are taken, and the bits of sixteen slots behind the block are set.
 
 #![allow(unsafe_code)]
 
@@ -31,6 +34,9 @@ const ROUND: usize = 8;
 /// Slots of a block.
 const SLOTS: usize = 36;
 
+/// Largest number of discs: the sign bit of an id tells an empty slot.
+const MAX_DISCS: usize = i32::MAX as usize;
+
 /// A register that can gather what a scan reads.
 pub(super) trait ScanRegister<const N: usize>: Register {
     /// A number in every lane.
@@ -45,8 +51,8 @@ pub(super) trait ScanRegister<const N: usize>: Register {
     fn smaller(self, other: Self) -> Self;
     /// The smallest number of all lanes.
     fn smallest(self) -> f64;
-    /// The lanes that contain a number, as bits.
-    fn lanes_equal_to(self, number: f64) -> u32;
+    /// The lanes of eight numbers that contain a number, as bits.
+    fn lanes_equal_to(numbers: &[Self; 4], number: f64) -> u32;
 }
 
 /// The slots of a block, and those that contain another disc.
@@ -59,17 +65,19 @@ struct Block {
 }
 
 impl Block {
-    /// Reads the slots. A slot is empty if its sign bit is set; there are fewer discs than 2^31.
+    /// Reads the slots. A slot is empty if its sign bit is set.
     #[inline(always)]
     fn new(cells: &CellLists, moving: &MovingDisc) -> Self {
-        // SAFETY: every x86-64 processor has SSE2; four u32 lie behind each reference.
+        let (cells, rows, columns) = cells.block_indices(moving.cell);
+        let largest = |three: [usize; 3]| three[0].max(three[1]).max(three[2]);
+        assert!(largest(rows) + largest(columns) < cells.len());
+        // SAFETY: every x86-64 processor has SSE2; the line above checks the cells, which are four u32 each.
         unsafe {
-            let (cells, rows, columns) = cells.block_indices(moving.cell);
             let own = _mm_set1_epi32(moving.id.cast_signed());
             let mut slots = [own; SLOTS / 4 + 2 * ROUND / 4];
             let mut excluded = [own; SLOTS / 4];
             for cell in 0..SLOTS / 4 {
-                let content = &cells[rows[cell / 3] + columns[cell % 3]];
+                let content = cells.get_unchecked(rows[cell / 3] + columns[cell % 3]);
                 let content = _mm_loadu_si128(content.as_ptr().cast());
                 slots[cell] = content;
                 // The disc itself is in the central cell, or in the one that it is leaving by a side.
@@ -79,33 +87,43 @@ impl Block {
                     content
                 };
             }
-            // Packing saturates and keeps the signs.
-            let signs = |cell: usize| {
-                let low = _mm_packs_epi32(excluded[cell], excluded[cell + 1]);
-                let high = _mm_packs_epi32(excluded[cell + 2], excluded[cell + 3]);
-                u64::from(_mm_movemask_epi8(_mm_packs_epi16(low, high)).cast_unsigned())
-            };
             let last = _mm_movemask_ps(_mm_castsi128_ps(excluded[8])).cast_unsigned();
-            let empty = signs(0) | signs(4) << 16 | u64::from(last) << 32;
+            let empty = signs([excluded[0], excluded[1], excluded[2], excluded[3]])
+                | signs([excluded[4], excluded[5], excluded[6], excluded[7]]) << 16
+                | u64::from(last) << 32;
             Self { slots, candidates: !empty }
         }
     }
 
     /// Number of candidates.
     #[inline(always)]
-    fn count(&self) -> u32 {
-        (self.candidates << (64 - SLOTS)).count_ones()
+    fn count(&self) -> usize {
+        (self.candidates << (64 - SLOTS)).count_ones() as usize
     }
 
+    /// The disc in a slot that is a candidate.
     #[inline(always)]
     fn disc_in(&self, slot: usize) -> u32 {
         let slots: &[u32; 4 * (SLOTS / 4 + 2 * ROUND / 4)] = bytemuck::cast_ref(&self.slots);
-        slots[slot]
+        // SAFETY: at most sixteen candidates are taken, and the bits above those of the slots are set.
+        unsafe { *slots.get_unchecked(slot) }
     }
 }
 
+/// The sign bits of sixteen integers.
+#[inline(always)]
+fn signs([a, b, c, d]: [__m128i; 4]) -> u64 {
+    // SAFETY: every x86-64 processor has SSE2.
+    let bits = unsafe {
+        // Packing saturates and keeps the signs.
+        let bytes = _mm_packs_epi16(_mm_packs_epi32(a, b), _mm_packs_epi32(c, d));
+        _mm_movemask_epi8(bytes)
+    };
+    u64::from(bits.cast_unsigned())
+}
+
 /// Finds the first contact of a disc with the discs of the 3 x 3 block around its cell; all radii are equal. Returns `None`
-/// if the block has more than sixteen other discs.
+/// if the block has more than sixteen other discs, or if there are more than [`MAX_DISCS`].
 #[inline(always)]
 pub(super) fn first_contact<const N: usize, R: ScanRegister<N>>(
     discs: &[DiscRecord],
@@ -116,24 +134,28 @@ pub(super) fn first_contact<const N: usize, R: ScanRegister<N>>(
 ) -> Option<PredictedContact> {
     let mut block = Block::new(cells, &moving);
     let count = block.count();
-    if count as usize > 2 * ROUND {
+    if (count > 2 * ROUND) | (discs.len() > MAX_DISCS) {
         return None;
     }
     let mut ids = [moving.id; 2 * ROUND];
     let mut rounds = [[R::new(NEVER); 4]; 2];
-    rounds[0] =
-        round::<N, R>(&mut block, &mut ids[..ROUND], discs, offsets, &moving, contact_distance);
+    let scan = Scan { discs, offsets, moving: &moving, contact_distance };
+    let ([early, _], (first, _)) = (&mut rounds, ids.split_at_mut(ROUND));
+    scan.next_four::<N, R>(&mut block, &mut first[..4], &mut early[..4 / N]);
+    scan.next_four::<N, R>(&mut block, &mut first[4..], &mut early[4 / N..]);
     let mut least = smallest_of::<N, R>(&rounds[0]);
-    if count as usize > ROUND {
-        rounds[1] =
-            round::<N, R>(&mut block, &mut ids[ROUND..], discs, offsets, &moving, contact_distance);
+    if count > ROUND {
+        let ([_, late], (_, second)) = (&mut rounds, ids.split_at_mut(ROUND));
+        scan.next_four::<N, R>(&mut block, &mut second[..4], &mut late[..4 / N]);
+        if count > ROUND + 4 {
+            scan.next_four::<N, R>(&mut block, &mut second[4..], &mut late[4 / N..]);
+        }
         least = least.smaller(smallest_of::<N, R>(&rounds[1]));
     }
     let time = least.smallest();
-    let mut lanes = 0;
-    for register in 0..ROUND / N {
-        lanes |= rounds[0][register].lanes_equal_to(time) << (N * register);
-        lanes |= rounds[1][register].lanes_equal_to(time) << (N * register + ROUND);
+    let mut lanes = R::lanes_equal_to(&rounds[0], time);
+    if count > ROUND {
+        lanes |= R::lanes_equal_to(&rounds[1], time) << ROUND;
     }
     let mut partner = ids[lanes.trailing_zeros() as usize % (2 * ROUND)];
     if (lanes & lanes.wrapping_sub(1) != 0) & (time < NEVER) {
@@ -153,50 +175,63 @@ fn smallest_of<const N: usize, R: ScanRegister<N>>(times: &[R; 4]) -> R {
     least
 }
 
-/// The times until a disc touches the next eight candidates.
-#[inline(always)]
-fn round<const N: usize, R: ScanRegister<N>>(
-    block: &mut Block,
-    ids: &mut [u32],
-    discs: &[DiscRecord],
-    offsets: &BlockOffsets,
-    moving: &MovingDisc,
+/// What a scan reads.
+struct Scan<'a> {
+    discs: &'a [DiscRecord],
+    offsets: &'a BlockOffsets,
+    moving: &'a MovingDisc,
     contact_distance: f64,
-) -> [R; 4] {
-    let mut times = [R::new(NEVER); 4];
-    for register in 0..ROUND / N {
-        let mut records = [&discs[0]; N];
-        let mut shifts = [&offsets.vectors[0]; N];
-        for lane in 0..N {
-            let slot = block.candidates.trailing_zeros() as usize;
-            block.candidates &= block.candidates - 1;
-            let id = block.disc_in(slot);
-            ids[register * N + lane] = id;
-            records[lane] = &discs[id as usize];
-            shifts[lane] = &offsets.vectors[slot / 4 % 16];
-        }
-        times[register] = contact_times::<N, R>(records, shifts, moving, contact_distance);
-    }
-    times
 }
 
-/// The times until a disc touches the discs of the lanes.
-#[inline(always)]
-fn contact_times<const N: usize, R: ScanRegister<N>>(
-    records: [&DiscRecord; N],
-    offsets: [&Vector; N],
-    moving: &MovingDisc,
-    contact_distance: f64,
-) -> R {
-    let position = R::sums(records.map(|record| &record.position), offsets);
-    let velocity = R::vectors(records.map(|record| &record.velocity));
-    let age = R::new(moving.now) - R::numbers(records.map(|record| &record.time));
-    let along = |axis: usize| {
-        let separation = position[axis] + velocity[axis] * age - R::new(moving.position[axis]);
-        (separation, velocity[axis] - R::new(moving.velocity[axis]))
-    };
-    let (x, y) = (along(0), along(1));
-    motion::time_to_contact([x.0, y.0], [x.1, y.1], R::new(contact_distance))
+impl Scan<'_> {
+    /// The next four candidates of a block, and the times until the disc touches them.
+    #[inline(always)]
+    fn next_four<const N: usize, R: ScanRegister<N>>(
+        &self,
+        block: &mut Block,
+        ids: &mut [u32],
+        times: &mut [R],
+    ) {
+        for register in 0..4 / N {
+            let mut records = [&self.discs[0]; N];
+            let mut offsets = [&self.offsets.vectors[0]; N];
+            for lane in 0..N {
+                let slot = block.candidates.trailing_zeros() as usize;
+                block.candidates &= block.candidates - 1;
+                let id = block.disc_in(slot);
+                ids[register * N + lane] = id;
+                records[lane] = &self.discs[id as usize];
+                offsets[lane] = &self.offsets.vectors[slot / 4 % 16];
+            }
+            times[register] = self.times_to::<N, R>(records, offsets);
+        }
+    }
+
+    /// The times until the disc touches the discs of the lanes.
+    #[inline(always)]
+    fn times_to<const N: usize, R: ScanRegister<N>>(
+        &self,
+        records: [&DiscRecord; N],
+        offsets: [&Vector; N],
+    ) -> R {
+        let Self { moving, contact_distance, .. } = *self;
+        let (mut positions, mut velocities, mut times) = (offsets, offsets, [&0.0; N]);
+        for lane in 0..N {
+            positions[lane] = &records[lane].position;
+            velocities[lane] = &records[lane].velocity;
+            times[lane] = &records[lane].time;
+        }
+        let position = R::sums(positions, offsets);
+        let velocity = R::vectors(velocities);
+        let age = R::new(moving.now) - R::numbers(times);
+        let separation = [
+            position[0] + velocity[0] * age - R::new(moving.position[0]),
+            position[1] + velocity[1] * age - R::new(moving.position[1]),
+        ];
+        let relative =
+            [velocity[0] - R::new(moving.velocity[0]), velocity[1] - R::new(moving.velocity[1])];
+        motion::time_to_contact(separation, relative, R::new(contact_distance))
+    }
 }
 
 /// The smallest id in these lanes.
@@ -247,8 +282,18 @@ impl ScanRegister<2> for F64x2 {
     }
 
     #[inline(always)]
-    fn lanes_equal_to(self, number: f64) -> u32 {
-        unsafe { _mm_movemask_pd(_mm_cmpeq_pd(self.0, _mm_set1_pd(number))).cast_unsigned() }
+    fn lanes_equal_to(numbers: &[Self; 4], number: f64) -> u32 {
+        unsafe {
+            let number = _mm_set1_pd(number);
+            let [a, b, c, d] = *numbers;
+            let [a, b] = [_mm_cmpeq_pd(a.0, number), _mm_cmpeq_pd(b.0, number)];
+            let [c, d] = [_mm_cmpeq_pd(c.0, number), _mm_cmpeq_pd(d.0, number)];
+            let low = _mm_packs_epi32(_mm_castpd_si128(a), _mm_castpd_si128(b));
+            let high = _mm_packs_epi32(_mm_castpd_si128(c), _mm_castpd_si128(d));
+            // Eight lanes of sixteen bits, four of them twice.
+            let low = _mm_packs_epi32(low, high);
+            _mm_movemask_epi8(_mm_packs_epi16(low, low)).cast_unsigned() & 0xff
+        }
     }
 }
 
@@ -311,10 +356,12 @@ impl ScanRegister<4> for F64x4 {
     }
 
     #[inline(always)]
-    fn lanes_equal_to(self, number: f64) -> u32 {
+    fn lanes_equal_to(numbers: &[Self; 4], number: f64) -> u32 {
         unsafe {
-            let equal = _mm256_cmp_pd::<_CMP_EQ_OQ>(self.0, _mm256_set1_pd(number));
-            _mm256_movemask_pd(equal).cast_unsigned()
+            let number = _mm256_set1_pd(number);
+            let low = _mm256_cmp_pd::<_CMP_EQ_OQ>(numbers[0].0, number);
+            let high = _mm256_cmp_pd::<_CMP_EQ_OQ>(numbers[1].0, number);
+            (_mm256_movemask_pd(low) | _mm256_movemask_pd(high) << 4).cast_unsigned()
         }
     }
 }
