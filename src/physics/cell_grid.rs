@@ -9,9 +9,15 @@ type Vector = [f64; 2];
 /// Column and row of a cell.
 pub(crate) type Cell = [u16; 2];
 
-/// Offsets from a cell's corner to the corners of the nine cells of the block around it, along x and along y. The
-/// tables have 16 entries so that an index masked to four bits needs no bounds check.
-pub(crate) type BlockOffsets = [[f64; 16]; 2];
+/// Offsets from a cell's corner to the corners of the nine cells of the block around it, row by row. The tables have 16
+/// entries so that an index masked to four bits needs no bounds check; the ones after the ninth are 0.
+#[derive(Clone, Debug)]
+pub(crate) struct BlockOffsets {
+    /// Along x and along y.
+    pub(crate) columns: [[f64; 16]; 2],
+    /// The same numbers, as one vector per cell.
+    pub(crate) vectors: [Vector; 16],
+}
 
 /// Largest number of columns or rows: an index and the padding fit into 16 bits.
 const MAX_COUNT: u32 = u16::MAX as u32 - 1;
@@ -184,10 +190,12 @@ impl CellGrid {
     /// The offsets of the cells of a block, row by row.
     pub(crate) fn block_offsets(&self) -> BlockOffsets {
         let steps = [-1.0, 0.0, 1.0];
-        let mut offsets = [[0.0; 16]; 2];
+        let mut offsets = BlockOffsets { columns: [[0.0; 16]; 2], vectors: [[0.0; 2]; 16] };
         for cell in 0..9 {
-            offsets[0][cell] = steps[cell % 3] * self.cell_sides[0];
-            offsets[1][cell] = steps[cell / 3] * self.cell_sides[1];
+            let [x, y] = [cell % 3, cell / 3].map(|step: usize| steps[step]);
+            let vector = [x * self.cell_sides[0], y * self.cell_sides[1]];
+            offsets.vectors[cell] = vector;
+            (offsets.columns[0][cell], offsets.columns[1][cell]) = (vector[0], vector[1]);
         }
         offsets
     }

@@ -25,6 +25,8 @@ mod discs_never_overlap;
 mod elastic_discs_conserve_energy;
 // Inelastic discs cool by Haff's law; three discs on a line collapse.
 mod inelastic_discs_follow_haffs_law;
+// Registers of every width of this processor give the same run.
+mod every_width_gives_the_same_bits;
 // Step budget, observation and resuming change no bit; runs end as configured.
 mod observation_does_not_affect_the_trajectory;
 

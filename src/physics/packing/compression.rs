@@ -107,7 +107,7 @@ fn grow(
     let (mut virial, mut window_start) = (0.0, 0.0);
     loop {
         let outcome =
-            engine.step::<false>(end).map_err(|fault| jammed(config, engine.scale(), &fault.0))?;
+            engine.step::<1>(end).map_err(|fault| jammed(config, engine.scale(), &fault.0))?;
         let collision = match outcome {
             StepOutcome::Collision(collision) => collision,
             StepOutcome::Bookkeeping => continue,

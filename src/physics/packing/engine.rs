@@ -67,18 +67,18 @@ impl Engine {
             collapse_detector: CollapseDetector::new(diameter, mean_square_speed),
         });
         for disc in 0..engine.state.discs.len() as u32 {
-            engine.predict::<false>(disc);
+            engine.predict::<1>(disc);
         }
         engine.rebuild_event_queue();
         engine
     }
 
-    /// Executes the next event, unless it is later than a time since the start. If `HAS_AVX512`, AVX-512 is used.
+    /// Executes the next event, unless it is later than a time since the start. `WIDTH` is that of the registers of `simd::registers` that are used.
     ///
     /// # Errors
     /// Inelastic collapse (McNamara and Young, Phys. Fluids A 4 (1992) 496), or a jam.
     #[inline(always)]
-    pub(super) fn step<const HAS_AVX512: bool>(
+    pub(super) fn step<const WIDTH: usize>(
         &mut self,
         until: f64,
     ) -> Result<StepOutcome, SimulationFault> {
@@ -92,17 +92,15 @@ impl Engine {
             EventKind::Pair(partner)
                 if self.state.discs[partner as usize].collisions == record.partner_collisions =>
             {
-                StepOutcome::Collision(self.collide_pair::<HAS_AVX512>(disc, partner)?)
+                StepOutcome::Collision(self.collide_pair::<WIDTH>(disc, partner)?)
             }
-            EventKind::Wall(side) => {
-                StepOutcome::Collision(self.collide_wall::<HAS_AVX512>(disc, side))
-            }
+            EventKind::Wall(side) => StepOutcome::Collision(self.collide_wall::<WIDTH>(disc, side)),
             EventKind::CellCrossing(side) => {
-                self.cross_cell::<HAS_AVX512>(disc, side);
+                self.cross_cell::<WIDTH>(disc, side);
                 StepOutcome::Bookkeeping
             }
             EventKind::Pair(_) | EventKind::None => {
-                self.predict::<HAS_AVX512>(disc);
+                self.predict::<WIDTH>(disc);
                 self.schedule(disc);
                 StepOutcome::Bookkeeping
             }

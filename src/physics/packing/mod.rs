@@ -6,7 +6,7 @@
 //! - data: `domain` (box and collision parameters), `disc`, `events`, `collision`, `contact`, `growth`, `clock`;
 //! - start: `start`, `random_start`, `lattice`, `compression`;
 //! - algorithms: `engine` with `prediction`, `collisions`, `crossings`, `growth` and `prefetch`; the contact scan `scan` and
-//!   `scan_simd`; `cells`; `event_queue`; `inelastic_collapse`;
+//!   `scan_simd` and `scan_lanes`; `cells`; `event_queue`; `inelastic_collapse`;
 //! - measurement: `observables`.
 //!
 //! Invariant: the trajectory depends on the manifest and the seed only, not on observation, checkpoints, the step budget or
@@ -32,6 +32,8 @@ mod motion;
 mod observables;
 mod random_start;
 mod scan;
+#[cfg(target_arch = "x86_64")]
+mod scan_lanes;
 #[cfg(target_arch = "x86_64")]
 mod scan_simd;
 mod start;
@@ -152,7 +154,7 @@ impl Model for Packing {
     }
 
     fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, SimulationFault> {
-        registers::run(AdvanceKernel { packing: self, target, at_most }, MAX_WIDTH)
+        self.advance_at_width(target, at_most, MAX_WIDTH)
     }
 
     fn count(&self) -> u64 {
@@ -224,6 +226,20 @@ fn initial_rms_speed(config: &PackingConfig, moments: &VelocityMoments) -> f64 {
 }
 
 impl Packing {
+    /// Advances as [`Model::advance`] does, in registers of at most `width` numbers: 8 is AVX-512, 4 AVX2, 1 plain x86-64. Every
+    /// width gives the same bits; benchmarks and tests compare them.
+    ///
+    /// # Errors
+    /// Those of [`Model::advance`].
+    pub fn advance_at_width(
+        &mut self,
+        target: Target,
+        at_most: u64,
+        width: usize,
+    ) -> Result<Progress, SimulationFault> {
+        registers::run(AdvanceKernel { packing: self, target, at_most }, width)
+    }
+
     fn min_radius(&self) -> f64 {
         let radii = (0..self.engine.count()).map(|disc| self.engine.radius(disc));
         radii.fold(f64::INFINITY, |least, next| if next < least { next } else { least })
@@ -241,7 +257,7 @@ impl Packing {
 
     /// Executes one event toward the target; returns whether the target was reached before it.
     #[inline(always)]
-    fn step<const HAS_AVX512: bool>(&mut self, target: Target) -> Result<bool, SimulationFault> {
+    fn step<const WIDTH: usize>(&mut self, target: Target) -> Result<bool, SimulationFault> {
         let until = match target {
             Target::Count(events) if self.statistics.collision_count() >= events => {
                 self.is_at_target = true;
@@ -250,7 +266,7 @@ impl Packing {
             Target::Count(_) => f64::INFINITY,
             Target::Time(time) => time,
         };
-        match self.engine.step::<HAS_AVX512>(until)? {
+        match self.engine.step::<WIDTH>(until)? {
             StepOutcome::Collision(collision) => self.record(&collision),
             StepOutcome::Bookkeeping => {}
             StepOutcome::NoEvent => return self.reach(target).map(|()| true),
@@ -315,12 +331,7 @@ impl Kernel for AdvanceKernel<'_> {
         let Self { packing, target, at_most } = self;
         packing.open_window();
         for _ in 0..at_most.max(1) {
-            let is_reached = if N == 8 {
-                packing.step::<true>(target)?
-            } else {
-                packing.step::<false>(target)?
-            };
-            if is_reached {
+            if packing.step::<N>(target)? {
                 return Ok(Progress::Reached);
             }
         }

@@ -276,8 +276,10 @@ unsafe fn contact_times(
         let high = _mm256_set_m128d(load_times(r6, r7), load_times(r4, r5));
         let time = F64x8(_mm512_insertf64x4::<1>(_mm512_castpd256_pd512(low), high));
         let block_cells = _mm512_cvtepu32_epi64(block_cells);
-        let offset =
-            [look_up_offsets(&offsets[0], block_cells), look_up_offsets(&offsets[1], block_cells)];
+        let offset = [
+            look_up_offsets(&offsets.columns[0], block_cells),
+            look_up_offsets(&offsets.columns[1], block_cells),
+        ];
         let age = time.splat(moving.now) - time;
         let own = [time.splat(moving.position[0]), time.splat(moving.position[1])];
         let separation = [

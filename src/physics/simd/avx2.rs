@@ -16,10 +16,10 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 struct Avx2(());
 
 #[derive(Clone, Copy)]
-struct F64x4(__m256d);
+pub(crate) struct F64x4(pub(crate) __m256d);
 
 #[derive(Clone, Copy)]
-struct MaskX4(__m256d);
+pub(crate) struct MaskX4(__m256d);
 
 #[target_feature(enable = "avx2,bmi1,bmi2,popcnt")]
 pub(super) fn run<K: Kernel>(kernel: K) -> K::Output {

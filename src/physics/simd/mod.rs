@@ -2,8 +2,10 @@
 
 pub(crate) mod aligned_rows;
 #[cfg(target_arch = "x86_64")]
-mod avx2;
+pub(crate) mod avx2;
 #[cfg(target_arch = "x86_64")]
 pub(crate) mod avx512;
 pub(crate) mod prefetch;
 pub mod registers;
+#[cfg(target_arch = "x86_64")]
+pub(crate) mod sse2;

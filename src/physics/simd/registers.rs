@@ -146,6 +146,23 @@ pub(crate) fn run<K: Kernel>(kernel: K, max_width: usize) -> K::Output {
     kernel.run(Scalar)
 }
 
+/// Numbers in the widest register that this processor has and that [`run`] uses: 8 with AVX-512, 4 with AVX2, else 1.
+#[must_use]
+pub fn widest() -> usize {
+    struct Width;
+
+    impl Kernel for Width {
+        type Output = usize;
+
+        #[inline(always)]
+        fn run<const N: usize, I: InstructionSet<N>>(self, _: I) -> usize {
+            N
+        }
+    }
+
+    run(Width, MAX_WIDTH)
+}
+
 /// Defines functions that contain loops in plain arithmetic and are compiled for wider instructions as well. Functions that they
 /// call must be `#[inline(always)]`.
 macro_rules! vectorized {

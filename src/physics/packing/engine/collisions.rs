@@ -13,7 +13,7 @@ impl Engine {
     /// # Errors
     /// Inelastic collapse.
     #[inline(always)]
-    pub(super) fn collide_pair<const HAS_AVX512: bool>(
+    pub(super) fn collide_pair<const WIDTH: usize>(
         &mut self,
         disc: u32,
         partner: u32,
@@ -56,8 +56,8 @@ impl Engine {
         }
         // The two predictions are independent, so the processor overlaps them.
         let predictions = [
-            self.predict_next_event::<HAS_AVX512>(moving[0]),
-            self.predict_next_event::<HAS_AVX512>(moving[1]),
+            self.predict_next_event::<WIDTH>(moving[0]),
+            self.predict_next_event::<WIDTH>(moving[1]),
         ];
         for (disc, prediction) in pair.into_iter().zip(predictions) {
             self.set_prediction(disc, prediction);
@@ -74,11 +74,7 @@ impl Engine {
 
     /// Executes a wall collision and predicts the next event of the disc.
     #[inline(always)]
-    pub(super) fn collide_wall<const HAS_AVX512: bool>(
-        &mut self,
-        disc: u32,
-        side: Side,
-    ) -> Collision {
+    pub(super) fn collide_wall<const WIDTH: usize>(&mut self, disc: u32, side: Side) -> Collision {
         let axis = side.axis();
         let record = &self.state.discs[disc as usize];
         let (cell, before) = (record.cell, record.velocity);
@@ -92,7 +88,7 @@ impl Engine {
         }
         let moving = MovingDisc { id: disc, cell, position, velocity: after, now };
         self.store_after_collision(moving);
-        let prediction = self.predict_next_event::<HAS_AVX512>(moving);
+        let prediction = self.predict_next_event::<WIDTH>(moving);
         self.set_prediction(disc, prediction);
         self.schedule(disc);
         Collision {

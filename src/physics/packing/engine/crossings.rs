@@ -9,7 +9,7 @@ impl Engine {
     /// Moves a disc to the adjacent cell. Its record keeps the time of its last collision; only the corner to which the
     /// position refers changes.
     #[inline(always)]
-    pub(super) fn cross_cell<const HAS_AVX512: bool>(&mut self, disc: u32, side: Side) {
+    pub(super) fn cross_cell<const WIDTH: usize>(&mut self, disc: u32, side: Side) {
         let count = self.state.discs.len();
         let now = self.state.clock.local();
         let grid = &self.cells.grid;
@@ -24,7 +24,7 @@ impl Engine {
         record.cell = to;
         let position = motion::free_flight(position, velocity, age);
         let moving = MovingDisc { id: disc, cell: to, position, velocity, now };
-        let prediction = self.predict_next_event::<HAS_AVX512>(moving);
+        let prediction = self.predict_next_event::<WIDTH>(moving);
         // The lists are changed after the scan, which skips the disc itself, so it does not wait for these stores.
         self.cells.remove(disc, from);
         self.cells.insert(disc, to, count);

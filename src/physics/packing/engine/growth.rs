@@ -30,7 +30,7 @@ impl Engine {
     /// Predicts all events from scratch.
     fn predict_all(&mut self) {
         for disc in 0..self.state.discs.len() as u32 {
-            self.predict::<false>(disc);
+            self.predict::<1>(disc);
         }
         self.shift_clock_origin();
     }

@@ -18,13 +18,13 @@ pub(super) struct Prediction {
 impl Engine {
     /// Predicts the next event of a disc from scratch and stores it.
     #[inline(always)]
-    pub(super) fn predict<const HAS_AVX512: bool>(&mut self, disc: u32) {
+    pub(super) fn predict<const WIDTH: usize>(&mut self, disc: u32) {
         let now = self.state.clock.local();
         let record = &self.state.discs[disc as usize];
         let (cell, velocity) = (record.cell, record.velocity);
         let position = record.position_at(now);
         let moving = MovingDisc { id: disc, cell, position, velocity, now };
-        let prediction = self.predict_next_event::<HAS_AVX512>(moving);
+        let prediction = self.predict_next_event::<WIDTH>(moving);
         self.set_prediction(disc, prediction);
     }
 
@@ -46,16 +46,13 @@ impl Engine {
 
     /// Predicts the next event of a disc from the present positions of all discs.
     #[inline(always)]
-    pub(super) fn predict_next_event<const HAS_AVX512: bool>(
-        &self,
-        moving: MovingDisc,
-    ) -> Prediction {
+    pub(super) fn predict_next_event<const WIDTH: usize>(&self, moving: MovingDisc) -> Prediction {
         let (time_to_edge, edge) = self.first_edge(moving);
         let State { discs, domain, radii, .. } = &self.state;
         let contact = if self.are_equal {
             let distance = 2.0 * domain.max_radius;
             let (cells, offsets) = (&self.cells, &self.offsets);
-            first_contact_of_equal_discs::<HAS_AVX512>(discs, cells, offsets, moving, distance)
+            first_contact_of_equal_discs::<WIDTH>(discs, cells, offsets, moving, distance)
         } else {
             let sizes = match self.state.growth {
                 Some(growth) => DiscSizes::Growing {

@@ -112,7 +112,7 @@ mod tests {
                 let mut engine = Engine::new(domain, positions, velocities, radii, 2.0, noise);
                 engine.prefetches = prefetches;
                 for _ in 0..40_000 {
-                    engine.step::<false>(f64::INFINITY).unwrap();
+                    engine.step::<1>(f64::INFINITY).unwrap();
                 }
                 engine
             };
