@@ -347,7 +347,7 @@ impl<W: Write> Merger<W> {
 
     fn finish(mut self) -> Result<W, MergeError> {
         self.writer.finish().map_err(RecordError::from)?;
-        Ok(self.writer.into_inner().into_inner())
+        Ok(self.writer.into_inner().into_inner().map_err(RecordError::from)?)
     }
 }
 

@@ -7,11 +7,11 @@ use super::clock::Clock;
 use super::motion::{ChordPath, Circle};
 use super::particle_groups::{BLOCK, Group, LANES, Lanes};
 use super::propagator::Propagator;
-use super::sine_cosine::sine_and_cosine;
+use super::sine_cosine::sines_and_cosines;
 use super::state::GasState;
 use super::tallies::{WallTallies, WallTally};
 use crate::model::Target;
-use crate::simd::registers::{self, InstructionSet, Kernel};
+use crate::simd::registers::{self, InstructionSet, Kernel, each};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -223,75 +223,195 @@ struct AdvanceBlock<'a> {
     particles: &'a mut [Group],
 }
 
+/// Four lanes. A loop over eight at a time would not leave enough registers for the constants and sums.
+type Four = [f64; 4];
+
 impl Kernel for AdvanceBlock<'_> {
     type Output = BlockSums;
 
     #[inline(always)]
     fn run<const N: usize, I: InstructionSet<N>>(self, _: I) -> BlockSums {
+        if self.instant.wall_speed == 0.0 {
+            self.evaluate::<N, true>()
+        } else {
+            self.evaluate::<N, false>()
+        }
+    }
+}
+
+impl AdvanceBlock<'_> {
+    #[inline(always)]
+    fn evaluate<const N: usize, const AT_REST: bool>(self) -> BlockSums {
         let mut sums = BlockSums::default();
         for (path, particle) in self.paths.iter_mut().zip(self.particles) {
-            // Copies show the compiler that the memory does not overlap.
-            let (from, mut to, mut group_sums) = (*path, Group::default(), sums);
-            for lane in 0..LANES {
-                path.collisions[lane] =
-                    advance_lane(&self.instant, &from, lane, &mut to, &mut group_sums);
-            }
-            (*particle, sums) = (to, group_sums);
+            advance_four::<0, N, AT_REST>(&self.instant, path, particle, &mut sums);
+            advance_four::<4, N, AT_REST>(&self.instant, path, particle, &mut sums);
         }
         sums
     }
 }
 
-/// `ChordPath::flight` for one particle of a group, with each branch replaced by a selection. Returns its wall collisions.
 #[inline(always)]
-fn advance_lane(
+fn four<const FIRST: usize>(lanes: &Lanes) -> Four {
+    each(|lane| lanes[FIRST + lane])
+}
+
+#[inline(always)]
+fn set_four<const FIRST: usize>(lanes: &mut Lanes, values: Four) {
+    lanes[FIRST..FIRST + 4].copy_from_slice(&values);
+}
+
+#[inline(always)]
+fn add_four<const FIRST: usize>(sums: &mut Lanes, values: Four) {
+    let sum = four::<FIRST>(sums);
+    set_four::<FIRST>(sums, each(|lane| sum[lane] + values[lane]));
+}
+
+/// `ChordPath::flight` for half a group, with each branch replaced by a selection.
+#[inline(always)]
+fn advance_four<const FIRST: usize, const N: usize, const AT_REST: bool>(
     at: &Instant,
-    path: &PathGroup,
-    lane: usize,
+    path: &mut PathGroup,
     to: &mut Group,
     sums: &mut BlockSums,
-) -> f64 {
-    let (along, offset) = (path.along[lane], path.offset[lane]);
-    let (half_chord, speed) = (path.half_chord[lane], path.speed[lane]);
-    let distance = along + speed * at.scaled_time;
-    let collisions = at.after_start * floor((distance + half_chord) / (2.0 * half_chord));
-    let position = distance - 2.0 * half_chord * collisions;
+) {
+    let (along, offset) = (four::<FIRST>(&path.along), four::<FIRST>(&path.offset));
+    let (half_chord, speed) = (four::<FIRST>(&path.half_chord), four::<FIRST>(&path.speed));
+    let turns = four::<FIRST>(&path.rotation_turns);
+    let before = four::<FIRST>(&path.collisions);
+    let distance = each(|i| along[i] + speed[i] * at.scaled_time);
+    let collisions = each(|i| {
+        at.after_start * floor::<N>((distance[i] + half_chord[i]) / (2.0 * half_chord[i]))
+    });
+    set_four::<FIRST>(&mut path.collisions, collisions);
+    let position = each(|i| distance[i] - 2.0 * half_chord[i] * collisions[i]);
     // Rounding of a long distance must not place a particle outside the wall.
-    let position = if position > half_chord { half_chord } else { position };
-    let position = if position < -half_chord { -half_chord } else { position };
-    let (sine, cosine) = sine_and_cosine(collisions * path.rotation_turns[lane]);
-    let (dx, dy) = (path.direction_x[lane], path.direction_y[lane]);
-    let (x, y) = (position * dx + offset * dy, position * dy - offset * dx);
-    let (x, y) = (cosine * x - sine * y, sine * x + cosine * y);
-    let (ux, uy) = (cosine * dx - sine * dy, sine * dx + cosine * dy);
-    to.x[lane] = at.radius * x;
-    to.y[lane] = at.radius * y;
-    let scale = speed / at.radius;
-    to.vx[lane] = scale * ux + at.wall_speed * x;
-    to.vy[lane] = scale * uy + at.wall_speed * y;
-    let before = path.collisions[lane];
-    sums.collisions[lane] += collisions;
-    sums.new_collisions[lane] += collisions - before;
-    let impulse = impulse_of_collisions(at, path, lane, collisions);
-    sums.impulse[lane] += impulse;
-    sums.new_impulse[lane] += impulse - impulse_of_collisions(at, path, lane, before);
-    collisions
+    let position = each(|i| if position[i] > half_chord[i] { half_chord[i] } else { position[i] });
+    let position =
+        each(|i| if position[i] < -half_chord[i] { -half_chord[i] } else { position[i] });
+    let [sine, cosine] = sines_and_cosines(each(|i| collisions[i] * turns[i]));
+    let (dx, dy) = (four::<FIRST>(&path.direction_x), four::<FIRST>(&path.direction_y));
+    let unrotated_x = each(|i| position[i] * dx[i] + offset[i] * dy[i]);
+    let unrotated_y = each(|i| position[i] * dy[i] - offset[i] * dx[i]);
+    let x = each(|i| cosine[i] * unrotated_x[i] - sine[i] * unrotated_y[i]);
+    let y = each(|i| sine[i] * unrotated_x[i] + cosine[i] * unrotated_y[i]);
+    let scale = each(|i| speed[i] / at.radius);
+    let ux = each(|i| scale[i] * (cosine[i] * dx[i] - sine[i] * dy[i]));
+    let uy = each(|i| scale[i] * (sine[i] * dx[i] + cosine[i] * dy[i]));
+    set_four::<FIRST>(&mut to.x, each(|i| at.radius * x[i]));
+    set_four::<FIRST>(&mut to.y, each(|i| at.radius * y[i]));
+    // The sum with a product that is zero for a wall at rest decides the sign of a velocity of zero.
+    set_four::<FIRST>(&mut to.vx, each(|i| ux[i] + at.wall_speed * x[i]));
+    set_four::<FIRST>(&mut to.vy, each(|i| uy[i] + at.wall_speed * y[i]));
+    let impulse = impulse_of_collisions::<FIRST, AT_REST>(at, path, collisions);
+    let last_impulse = impulse_of_collisions::<FIRST, AT_REST>(at, path, before);
+    add_four::<FIRST>(&mut sums.collisions, collisions);
+    add_four::<FIRST>(&mut sums.new_collisions, each(|i| collisions[i] - before[i]));
+    add_four::<FIRST>(&mut sums.impulse, impulse);
+    add_four::<FIRST>(&mut sums.new_impulse, each(|i| impulse[i] - last_impulse[i]));
 }
 
 /// Impulse of the first collisions of a path per first mass, m/s: the sum of `Circle::impulse_of_collision` over collisions 2 C/s apart.
+/// The series is only that of a moving wall: 0 times a finite number changes no bit of a number that is not negative.
 #[inline(always)]
-fn impulse_of_collisions(at: &Instant, path: &PathGroup, lane: usize, collisions: f64) -> f64 {
-    let half_chord = path.half_chord[lane];
-    let series = collisions * ((half_chord - path.along[lane]) + half_chord * (collisions - 1.0));
-    let per_mass = 2.0
-        * half_chord
-        * (path.speed[lane] * collisions / at.radius_at_start - at.wall_speed * series);
-    path.mass_ratio[lane] * per_mass
+fn impulse_of_collisions<const FIRST: usize, const AT_REST: bool>(
+    at: &Instant,
+    path: &PathGroup,
+    collisions: Four,
+) -> Four {
+    let (half_chord, speed) = (four::<FIRST>(&path.half_chord), four::<FIRST>(&path.speed));
+    let (along, mass) = (four::<FIRST>(&path.along), four::<FIRST>(&path.mass_ratio));
+    let at_rest = each(|i| speed[i] * collisions[i] / at.radius_at_start);
+    let per_mass = if AT_REST {
+        at_rest
+    } else {
+        each(|i| {
+            let rest = (half_chord[i] - along[i]) + half_chord[i] * (collisions[i] - 1.0);
+            at_rest[i] - at.wall_speed * (collisions[i] * rest)
+        })
+    };
+    each(|i| mass[i] * (2.0 * half_chord[i] * per_mass[i]))
 }
 
 /// Largest integer that is not above a number in [0, 2^51).
 #[inline(always)]
-fn floor(number: f64) -> f64 {
+fn floor<const N: usize>(number: f64) -> f64 {
+    if N > 1 {
+        return number.floor();
+    }
+    // Without wide registers, the processor may not have an instruction for it.
     let nearest = (number + ROUNDING) - ROUNDING;
     if nearest > number { nearest - 1.0 } else { nearest }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The fractional parts of multiples of irrational numbers fill the unit interval evenly (Weyl 1916).
+    fn part(index: usize, root: f64) -> f64 {
+        (index as f64 * root.sqrt()).fract()
+    }
+
+    /// Paths of particles with speeds up to 3 and offsets up to 0.9, some of which have collided before.
+    fn paths() -> Vec<PathGroup> {
+        let lanes = |group: usize, root: f64| {
+            std::array::from_fn(|lane| part(LANES * group + lane + 1, root))
+        };
+        let path = |group: usize| {
+            let offset: Lanes = lanes(group, 2.0).map(|part| 1.8 * part - 0.9);
+            let half_chord = offset.map(|offset| (1.0 - offset * offset).sqrt());
+            let turns = lanes(group, 5.0);
+            let [sine, cosine] =
+                [lanes(group, 7.0), lanes(group, 7.0).map(|y| (1.0 - y * y).sqrt())];
+            PathGroup {
+                along: std::array::from_fn(|lane| half_chord[lane] * (1.0 - 2.0 * turns[lane])),
+                offset,
+                half_chord,
+                speed: lanes(group, 3.0).map(|part| 3.0 * part),
+                rotation_turns: turns,
+                direction_x: cosine,
+                direction_y: sine,
+                mass_ratio: lanes(group, 11.0),
+                collisions: lanes(group, 13.0).map(|part| (3.0 * part).floor()),
+            }
+        };
+        (0..64).map(path).collect()
+    }
+
+    /// All bits that a block of paths has at an instant.
+    fn bits(
+        evaluate: impl FnOnce(AdvanceBlock<'_>) -> BlockSums,
+    ) -> impl FnOnce(Instant) -> Vec<u64> {
+        |instant| {
+            let (mut paths, mut particles) = (paths(), vec![Group::default(); 64]);
+            let block = AdvanceBlock { instant, paths: &mut paths, particles: &mut particles };
+            let sums = evaluate(block);
+            let BlockSums { collisions, new_collisions, impulse, new_impulse } = sums;
+            let of_groups =
+                particles.iter().flat_map(|group| [group.x, group.y, group.vx, group.vy]);
+            let numbers = of_groups.chain(paths.iter().map(|path| path.collisions));
+            let sums = [collisions, new_collisions, impulse, new_impulse];
+            numbers.chain(sums).flatten().map(f64::to_bits).collect()
+        }
+    }
+
+    /// Guarantee: the shorter formulas of a wall at rest and the wider registers give the bits of the full scalar formula, at the start and
+    /// after up to thousands of collisions. Control: the formulas of a wall at rest are wrong for one that moves.
+    #[test]
+    fn wall_at_rest_and_wide_registers_change_no_bit() {
+        for (radius, time_s) in [(1.0, 0.0), (1.0, 4.62), (0.7, 13.0), (3.0, 12_345.6)] {
+            for wall_speed in [0.0, -0.0] {
+                let at = Instant::of(&Circle { radius, wall_speed }, time_s);
+                let full = bits(|block| block.evaluate::<1, false>())(at);
+                for width in [1, 4, 8] {
+                    assert_eq!(bits(|block| registers::run(block, width))(at), full, "{width}");
+                }
+            }
+        }
+        let moving = Instant::of(&Circle { radius: 1.0, wall_speed: 0.01 }, 4.62);
+        let full = bits(|block| block.evaluate::<1, false>())(moving);
+        assert_ne!(bits(|block| block.evaluate::<1, true>())(moving), full);
+        assert_eq!(bits(|block| registers::run(block, 4))(moving), full);
+    }
 }

@@ -26,7 +26,7 @@ pub mod pressure;
 mod propagator;
 mod schemes;
 mod short_number;
-pub mod sine_cosine;
+mod sine_cosine;
 pub mod speed_distribution;
 mod state;
 mod tallies;

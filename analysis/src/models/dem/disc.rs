@@ -27,15 +27,16 @@ pub(super) fn discs<'a>(
         DiscRadius::Equal(radius) => radius.get(),
         _ => radius.map(|_| 0.0)?,
     };
+    let (mean_radius, mean_mass) = (config.radius_m.mean(), config.mass_kg.get());
     Some((0..state.rows()).map(move |disc| {
         let row = state.row(disc);
         let radius = radius.map_or(equal, |column| row[column]);
-        let ratio = radius / config.radius_m.mean();
+        let ratio = radius / mean_radius;
         Disc {
             position: [row[x], row[y]],
             velocity: [row[vx], row[vy]],
             radius,
-            mass: mass.map_or_else(|| config.mass_kg.get() * ratio * ratio, |column| row[column]),
+            mass: mass.map_or_else(|| mean_mass * ratio * ratio, |column| row[column]),
             spin: spin.map_or(0.0, |column| row[column]),
         }
     }))

@@ -53,22 +53,12 @@ impl Displacement {
             self.time = time;
         }
         let (mut product, mut square) = (0.0, 0.0);
-        for (particle, (now, start)) in rows.zip(&self.start).enumerate() {
-            let speed = libm::hypot(now[2], now[3]);
-            for axis in 0..2 {
-                let moved = now[axis] - self.positions[particle][axis];
-                self.displacements[particle][axis] += match self.sides {
-                    Some(sides) => {
-                        let far = MAX_DISPLACEMENT_OVER_SIDE * sides[axis];
-                        let nearest = moved - sides[axis] * (moved / sides[axis]).round();
-                        self.is_displacement_unknown |=
-                            speed * (time - self.time) > far || nearest.abs() > far;
-                        nearest
-                    }
-                    None => moved,
-                };
+        for (particle, now) in rows.enumerate() {
+            let Some(&start) = self.start.get(particle) else { break };
+            // A displacement once unknown stays so.
+            if !self.is_displacement_unknown {
+                self.move_to(particle, now, time - self.time);
             }
-            self.positions[particle] = [now[0], now[1]];
             product += now[2] * start[2] + now[3] * start[3];
             square += start[2] * start[2] + start[3] * start[3];
         }
@@ -83,6 +73,27 @@ impl Displacement {
         }
         if square > 0.0 {
             self.velocity_autocorrelation.add((time, product / square));
+        }
+    }
+
+    /// Adds the way of a particle since the last frame, `duration` ago.
+    fn move_to(&mut self, particle: usize, [x, y, vx, vy]: [f64; 4], duration: f64) {
+        let moved = [x - self.positions[particle][0], y - self.positions[particle][1]];
+        self.positions[particle] = [x, y];
+        let way = match self.sides {
+            Some(sides) => {
+                let speed = libm::hypot(vx, vy);
+                [0, 1].map(|axis| {
+                    let far = MAX_DISPLACEMENT_OVER_SIDE * sides[axis];
+                    let nearest = moved[axis] - sides[axis] * (moved[axis] / sides[axis]).round();
+                    self.is_displacement_unknown |= speed * duration > far || nearest.abs() > far;
+                    nearest
+                })
+            }
+            None => moved,
+        };
+        for (sum, way) in self.displacements[particle].iter_mut().zip(way) {
+            *sum += way;
         }
     }
 

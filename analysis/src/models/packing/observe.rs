@@ -78,8 +78,6 @@ pub(crate) struct PackingRun {
     virial_rate: Blocking,
     pressure: Option<PackingPressure>,
     counts: Option<PackingCollisions>,
-    /// Size distribution in the last state.
-    sizes: Option<DiscSizes>,
 }
 
 /// Events per disc after which means begin: velocities forget their start within a few collisions per disc.
@@ -203,7 +201,8 @@ impl PackingRun {
 
     /// The size distribution from the manifest or else from the last state.
     fn known_sizes(&self) -> Option<DiscSizes> {
-        self.equal_radius().map(|_| equilibrium::sizes(&self.config)).or(self.sizes)
+        let given = self.equal_radius().map(|_| equilibrium::sizes(&self.config));
+        given.or_else(|| self.sizes_of(self.snapshots.last()?))
     }
 
     /// Equilibrium theory; `None` where it has no value.
@@ -239,7 +238,7 @@ impl PackingRun {
     /// Packing fraction from the manifest or else from the state.
     pub(crate) fn packing_fraction(&self) -> Option<f64> {
         let given = self.equal_radius().map(|_| equilibrium::packing_fraction(&self.config));
-        given.or(self.sizes.map(|sizes| sizes.packing_fraction))
+        given.or_else(|| Some(self.sizes_of(self.snapshots.last()?)?.packing_fraction))
     }
 
     /// Time average of sqrt(kT/m) between frames, kT/m = `<v^2>`/2.
@@ -445,7 +444,6 @@ impl Observer for PackingRun {
             if self.is_settled(events) {
                 self.add_to_self_diffusion(time, &state);
             }
-            self.sizes = self.sizes_of(&state).or(self.sizes);
             self.snapshots.add_state(&frame, state);
         }
         let counts = frame.get::<PackingCollisions>()?;
