@@ -1,0 +1,63 @@
+//! What a large bed costs: speed per disc of beds of 10^5 discs over that of 10^4, in turn, on one thread.
+//!
+//! `cargo bench --bench dem_large_beds [-- rubbing]`; settled beds without friction and rubbing beds with it. Figures are million
+//! particle-steps per second and the ratio large / small: the median of pairs, with the smallest and the largest. Beds settle for
+//! 20 000 steps before the first pair.
+//!
+//! Aim: 0.7 with friction.
+
+mod dem_beds;
+
+use dem_beds::Scene;
+use kinetoscope_physics::dem::Dem;
+use kinetoscope_physics::model::{Model, Target};
+use rayon::ThreadPoolBuilder;
+use std::time::Instant;
+
+const PAIRS: usize = 7;
+const SIZES: [u32; 2] = [10_000, 100_000];
+/// Particle-steps per measurement.
+const WORK: u64 = 10_000_000;
+
+fn main() {
+    let chosen: Vec<String> = std::env::args().skip(1).filter(|word| word != "--bench").collect();
+    let pool = ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    println!("{:<12}{:>12}{:>12}{:>8}   range", "M/s", "10^4 discs", "10^5 discs", "ratio");
+    for (name, scene) in [("rubbing", Scene::Rubbing), ("settled", Scene::Settled)] {
+        if !chosen.is_empty() && !chosen.iter().any(|word| word == name) {
+            continue;
+        }
+        let mut models = SIZES.map(|discs| scene.model(discs));
+        let pairs: Vec<[f64; 2]> = (0..PAIRS)
+            .map(|_| {
+                let [small, large] = &mut models;
+                [(small, SIZES[0]), (large, SIZES[1])]
+                    .map(|(model, discs)| pool.install(|| speed(model, discs)))
+            })
+            .collect();
+        let ratios = sorted(pairs.iter().map(|[small, large]| large / small));
+        println!(
+            "{name:<12}{:>12.1}{:>12.1}{:>8.2}   {:.2} to {:.2}",
+            sorted(pairs.iter().map(|pair| pair[0]))[PAIRS / 2],
+            sorted(pairs.iter().map(|pair| pair[1]))[PAIRS / 2],
+            ratios[PAIRS / 2],
+            ratios[0],
+            ratios[PAIRS - 1]
+        );
+    }
+}
+
+fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values
+}
+
+/// Million particle-steps per second.
+fn speed(model: &mut Dem, discs: u32) -> f64 {
+    let steps = WORK / u64::from(discs);
+    let goal = Target::Count(model.count() + steps);
+    let start = Instant::now();
+    model.advance(goal, u64::MAX).expect("no blow-up");
+    (u64::from(discs) * steps) as f64 / start.elapsed().as_secs_f64() / 1e6
+}
