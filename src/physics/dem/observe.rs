@@ -64,8 +64,8 @@ impl Dem {
         frame.push(&temperature);
     }
 
-    /// Writes the rows in the order of the ids. The discs are read in the order of the memory: one scattered write per disc takes
-    /// half of the time of a scattered read from each column.
+    /// Writes the rows in the order of the ids. The discs are read in the order of the memory: there is one scattered write per
+    /// disc in place of a scattered read from each column.
     fn write_rows(&self, rows: &mut [f64], evaluation: &Evaluation) {
         let (rows, _) = rows.as_chunks_mut();
         for (disc, row) in self.discs.rows_by_id().into_iter().enumerate() {
