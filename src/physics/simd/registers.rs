@@ -146,7 +146,7 @@ pub(crate) fn run<K: Kernel>(kernel: K, max_width: usize) -> K::Output {
     kernel.run(Scalar)
 }
 
-/// Numbers in the widest register that this processor has and that [`run`] uses: 8 with AVX-512, 4 with AVX2, else 1.
+/// Numbers in the widest register that this processor has and that the kernels use: 8 with AVX-512, 4 with AVX2, else 1.
 #[must_use]
 pub fn widest() -> usize {
     struct Width;
