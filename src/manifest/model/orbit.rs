@@ -135,8 +135,11 @@ impl TomlValue for OrbitState {
     }
 }
 
-/// The largest number below 1: the largest eccentricity of an ellipse.
-const LARGEST_ECCENTRICITY: f64 = 1.0 - f64::EPSILON / 2.0;
+/// Up to this eccentricity, position and velocity at the perihelion determine the semi-major axis to about 1e-10: the vectors keep
+/// 1 - e to an absolute accuracy of 2^-53.
+const LARGEST_ECCENTRICITY: f64 = 1.0 - 1e-6;
+/// Up to this angle, rad, the rounding of an angle is below 1.5e-14.
+const LARGEST_ANOMALY: f64 = 100.0;
 
 impl OrbitBody {
     fn rules(&self, name: &str, reader: &mut Reader<'_>) {
@@ -166,7 +169,15 @@ impl OrbitState {
             "true_anomaly_rad",
             "mean_anomaly_rad",
         ];
-        let Self::Elements { semi_major_axis_au, eccentricity, inclination_rad, .. } = self else {
+        let Self::Elements {
+            semi_major_axis_au,
+            eccentricity,
+            inclination_rad,
+            true_anomaly_rad,
+            mean_anomaly_rad,
+            ..
+        } = self
+        else {
             if let Some(element) = ELEMENTS.iter().find(|element| reader.has(element)) {
                 reader.also_known(&ELEMENTS);
                 rules! { reader;
@@ -186,14 +197,23 @@ impl OrbitState {
             axis <= 0.0 => ["semi_major_axis_au"]
                 "`{name}.semi_major_axis_au` is {axis:?}, which describes no ellipse",
                 "must be > 0, such as {suggested:?}; an open path is given by `position_au` and `velocity_au_per_day`";
-            !(0.0..1.0).contains(&e) => ["eccentricity"]
-                "`{name}.eccentricity` is {e:?}, which describes no ellipse",
-                "must be in [0, 1); the nearest value is {nearest:?}";
+            !(0.0..=LARGEST_ECCENTRICITY).contains(&e) => ["eccentricity"]
+                "`{name}.eccentricity` is {e:?}, which describes no ellipse, or one too narrow for these elements",
+                "must be in [0, {LARGEST_ECCENTRICITY:?}]; the nearest value is {nearest:?}";
             !(0.0..=std::f64::consts::PI).contains(&tilt) => ["inclination_rad"]
                 "`{name}.inclination_rad` is {tilt:?}",
                 "must be in [0, pi], above pi/2 for retrograde motion; the nearest value is {nearest_tilt:?}";
             two_anomalies => ["true_anomaly_rad", "mean_anomaly_rad"]
                 "`{name}` has a true and a mean anomaly, which cannot be used together", "keep one of them";
+        }
+        for (key, anomaly) in
+            [("true_anomaly_rad", true_anomaly_rad), ("mean_anomaly_rad", mean_anomaly_rad)]
+        {
+            let angle = anomaly.map_or(0.0, Finite::get);
+            rules! { reader;
+                angle.abs() > LARGEST_ANOMALY => [key]
+                    "`{name}.{key}` is {angle:?}", "must be in [-{LARGEST_ANOMALY:?}, {LARGEST_ANOMALY:?}]: subtract multiples of 2 pi";
+            }
         }
     }
 

@@ -1,6 +1,7 @@
 //! Several bodies that attract one another, in the frame of their center of mass: conserved quantities and messages.
 //!
-//! Energy and momenta are divided by the total mass, so that only AU and days remain: m_i is G m_i over the sum of all.
+//! Energy and momenta are divided by the total mass, so that only AU and days remain: m_i is G m_i over the sum of all. Where only one
+//! body has mass, its motion is uniform; energy and angular momentum are then means over the test particles, each of which keeps its own.
 
 use super::elements::log10_of_change;
 use super::motion::{MutualGravity, Phase, State, add_scaled, cross, dot, length};
@@ -48,6 +49,25 @@ struct Conserved {
     min_separation: f64,
 }
 
+/// The parts of the bodies in energy and angular momentum: their parts of the mass, or equal parts of the test particles if only
+/// one body has mass.
+fn weights(gravitational_parameters: &[f64]) -> Vec<f64> {
+    let total: f64 = gravitational_parameters.iter().sum();
+    let test_particles = gravitational_parameters.iter().filter(|mass| **mass == 0.0).count();
+    let is_only_mass = test_particles + 1 == gravitational_parameters.len();
+    let weight = |mass: &f64| match (is_only_mass, *mass == 0.0) {
+        (false, _) => mass / total,
+        (true, is_test_particle) => {
+            if is_test_particle {
+                1.0 / test_particles as f64
+            } else {
+                0.0
+            }
+        }
+    };
+    gravitational_parameters.iter().map(weight).collect()
+}
+
 impl Conserved {
     /// Sums over the bodies in the order of their numbers.
     fn of(gravitational_parameters: &[f64], phase: &Phase<Vec<f64>>) -> Self {
@@ -63,12 +83,13 @@ impl Conserved {
             center: [0.0; 3],
             min_separation: f64::INFINITY,
         };
+        let weights = weights(gravitational_parameters);
         for (i, (position, velocity)) in positions.iter().zip(velocities).enumerate() {
-            let fraction = gravitational_parameters[i] / total;
-            sums.kinetic += 0.5 * fraction * dot(*velocity, *velocity);
+            let (fraction, weight) = (gravitational_parameters[i] / total, weights[i]);
+            sums.kinetic += 0.5 * weight * dot(*velocity, *velocity);
             sums.angular_momentum =
-                add_scaled(sums.angular_momentum, cross(*position, *velocity), fraction);
-            sums.angular_scale += fraction * length(*position) * length(*velocity);
+                add_scaled(sums.angular_momentum, cross(*position, *velocity), weight);
+            sums.angular_scale += weight * length(*position) * length(*velocity);
             sums.momentum = add_scaled(sums.momentum, *velocity, fraction);
             sums.center = add_scaled(sums.center, *position, fraction);
             for (j, other) in positions.iter().enumerate().skip(i + 1) {
@@ -77,7 +98,14 @@ impl Conserved {
                     continue;
                 }
                 let distance = length(add_scaled(*position, *other, -1.0));
-                sums.potential -= fraction * gravitational_parameters[j] / distance;
+                sums.potential -= if weight == fraction {
+                    fraction * gravitational_parameters[j] / distance
+                } else {
+                    // One of the two is the only mass.
+                    (weight * gravitational_parameters[j]
+                        + weights[j] * gravitational_parameters[i])
+                        / distance
+                };
                 sums.min_separation =
                     if distance < sums.min_separation { distance } else { sums.min_separation };
             }
@@ -207,6 +235,10 @@ impl Bodies {
         );
         let parameters = &self.force.gravitational_parameters;
         let test_particles = parameters.iter().filter(|parameter| **parameter == 0.0).count();
+        if test_particles + 1 == parameters.len() {
+            let text = "energy and angular momentum are means over the test particles: only one body has mass";
+            frame.log(Level::Info, text);
+        }
         if test_particles > 0 {
             let steps = match discretization.integrator {
                 OrbitIntegrator::Dop853 => {
