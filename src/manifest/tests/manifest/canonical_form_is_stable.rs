@@ -402,7 +402,8 @@ impl Numbers {
             longitude_of_ascending_node_rad: self.finite(),
             argument_of_perihelion_rad: self.finite(),
             true_anomaly_rad: None,
-            mean_anomaly_rad: (self.below(2) == 0).then(|| self.finite()),
+            mean_anomaly_rad: (self.below(2) == 0)
+                .then(|| Finite::new(100.0 * self.share().get()).unwrap()),
         }
     }
 
