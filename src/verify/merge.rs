@@ -119,11 +119,11 @@ fn labels(recordings: &[Recording]) -> Vec<String> {
             let name = key.rsplit('.').next().unwrap_or(key);
             Some(format!("{name} {}", value.trim_matches('"')))
         });
-        let named: Vec<String> = named.take(LABELLED_KEYS).collect();
+        let named: Vec<String> = named.take(LABELED_KEYS).collect();
         format!("run {}: {}", index + 1, named.join(", "))
     };
     recordings.iter().enumerate().map(label).collect()
 }
 
 /// Maximum number of keys in a label.
-const LABELLED_KEYS: usize = 3;
+const LABELED_KEYS: usize = 3;
