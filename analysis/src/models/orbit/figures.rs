@@ -40,8 +40,53 @@ impl PlottedObserver for BodiesRun {
         let curves = vec![Curve::line("measured", 0, drifts)];
         let axes = over_time(Axis::linear("(E − E₀) / |E₀|", ""));
         let energy = Plot::chart("energy_drift", "Energy of all bodies", axes, curves);
-        Figures { plots: vec![path, energy], comparisons: Vec::new() }
+        let plots = [Some(path), rotating_frame(self), separation(self), Some(energy)];
+        Figures { plots: plots.into_iter().flatten().collect(), comparisons: Vec::new() }
     }
+}
+
+/// Paths in the frame that turns with a planet, with the points of equilibrium at 60 degrees.
+fn rotating_frame(run: &BodiesRun) -> Option<Plot> {
+    let frame = run.rotating_frame.as_ref()?;
+    let first = run.instants.first()?;
+    let mut curves: Vec<Curve> = frame
+        .companions
+        .iter()
+        .map(|body| {
+            let path = run.instants.iter().map(|instant| frame.position(&instant.positions, *body));
+            let points = path.map(|(x, y)| Point::bare(x, y)).collect();
+            Curve { name: format!("body {body}"), style: CurveStyle::Line, color: *body, points }
+        })
+        .collect();
+    let (distance, _) = frame.position(&first.positions, frame.planet);
+    let (cosine, sine) = (0.5 * distance, 0.75_f64.sqrt() * distance);
+    let names = [format!("body {}", frame.central), format!("body {}", frame.planet)];
+    let places = [(0.0, 0.0), (distance, 0.0)];
+    for ((name, place), color) in names.into_iter().zip(places).zip([frame.central, frame.planet]) {
+        curves.push(Curve::new(name, CurveStyle::Data, color, [place]));
+    }
+    let equilibria = [(cosine, sine), (cosine, -sine)];
+    curves.push(Curve::new("L₄ and L₅", CurveStyle::Data, 5, equilibria));
+    let title = format!("Frame that turns with body {}", frame.planet);
+    let Plot { title, content, .. } = path_chart(&title, curves);
+    Some(Plot { stem: "rotating_frame".to_owned(), title, content })
+}
+
+/// Separation of the pair with the closest approach.
+fn separation(run: &BodiesRun) -> Option<Plot> {
+    let closest = run.encounters.closest()?;
+    let [one, other] = closest.pair;
+    let distances = run.instants.iter().map(|instant| {
+        let separation = law::difference(instant.positions[other], instant.positions[one]);
+        (instant.time_days, law::norm(separation))
+    });
+    let least = [(closest.time_days, closest.separation)];
+    let curves = vec![
+        Curve::line(format!("bodies {one} and {other}"), 0, distances),
+        Curve::new("closest approach", CurveStyle::Data, 1, least),
+    ];
+    let axes = over_time(Axis::linear("separation", "AU"));
+    Some(Plot::chart("closest_approach", "The pair that comes closest", axes, curves))
 }
 
 /// The path of a body in the x-y plane. A closed path is thinned evenly, because its extremes are not those of its
