@@ -49,24 +49,22 @@ impl PlottedObserver for BodiesRun {
 fn rotating_frame(run: &BodiesRun) -> Option<Plot> {
     let frame = run.rotating_frame.as_ref()?;
     let first = run.instants.first()?;
-    let mut curves: Vec<Curve> = frame
-        .companions
-        .iter()
-        .map(|body| {
-            let path = run.instants.iter().map(|instant| frame.position(&instant.positions, *body));
-            let points = path.map(|(x, y)| Point::bare(x, y)).collect();
-            Curve { name: format!("body {body}"), style: CurveStyle::Line, color: *body, points }
-        })
-        .collect();
     let (distance, _) = frame.position(&first.positions, frame.planet);
     let (cosine, sine) = (0.5 * distance, 0.75_f64.sqrt() * distance);
-    let names = [format!("body {}", frame.central), format!("body {}", frame.planet)];
-    let places = [(0.0, 0.0), (distance, 0.0)];
-    for ((name, place), color) in names.into_iter().zip(places).zip([frame.central, frame.planet]) {
-        curves.push(Curve::new(name, CurveStyle::Data, color, [place]));
-    }
-    let equilibria = [(cosine, sine), (cosine, -sine)];
-    curves.push(Curve::new("L₄ and L₅", CurveStyle::Data, 5, equilibria));
+    let mark = |body: usize, place: (f64, f64)| {
+        Curve::new(format!("body {body}"), CurveStyle::Data, body, [place])
+    };
+    // Marks first: a body that stays at a point of equilibrium is drawn on top of it.
+    let mut curves = vec![
+        mark(frame.central, (0.0, 0.0)),
+        mark(frame.planet, (distance, 0.0)),
+        Curve::new("L₄ and L₅", CurveStyle::Data, 5, [(cosine, sine), (cosine, -sine)]),
+    ];
+    curves.extend(frame.companions.iter().map(|body| {
+        let path = run.instants.iter().map(|instant| frame.position(&instant.positions, *body));
+        let points = path.map(|(x, y)| Point::bare(x, y)).collect();
+        Curve { name: format!("body {body}"), style: CurveStyle::Line, color: *body, points }
+    }));
     let title = format!("Frame that turns with body {}", frame.planet);
     let Plot { title, content, .. } = path_chart(&title, curves);
     Some(Plot { stem: "rotating_frame".to_owned(), title, content })
