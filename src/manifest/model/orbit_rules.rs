@@ -34,13 +34,8 @@ impl OrbitBody {
 
 /// The nearest size whose products do not overflow.
 fn nearest_size(size: f64) -> f64 {
-    if size < SMALLEST {
-        SMALLEST
-    } else if size > LARGEST {
-        LARGEST
-    } else {
-        size
-    }
+    let least = if size < SMALLEST { SMALLEST } else { size };
+    if least > LARGEST { LARGEST } else { least }
 }
 
 fn length(vector: [Finite; 3]) -> f64 {
