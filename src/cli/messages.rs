@@ -46,6 +46,14 @@ impl Failure {
         self
     }
 
+    /// Adds the place of the error, on a line of its own before the help.
+    #[must_use]
+    pub fn at(mut self, place: &str) -> Self {
+        let end = self.text.find("\nhelp: ").unwrap_or(self.text.len());
+        self.text.insert_str(end, &visible(&format!("\n --> {place}")));
+        self
+    }
+
     /// The text as printed.
     #[must_use]
     pub fn text(&self) -> &str {

@@ -5,8 +5,10 @@ use crate::cli::messages::{Failure, bad, name_of};
 use crate::cli::output::OutputArguments;
 use crate::outputs::upload::Uploader;
 use crate::plan::Plan;
-use kinetoscope_manifest::Experiment;
+use kinetoscope_manifest::{Experiment, line_of_key_in_message};
+use kinetoscope_recording::regular_file::{MAX_MANIFEST_BYTES, read_text};
 use std::num::NonZeroUsize;
+use std::path::Path;
 
 /// What decides the plan of an experiment.
 #[derive(Debug)]
@@ -68,8 +70,14 @@ impl Planned {
         let refused: Vec<String> = self
             .plan
             .rejected()
-            .map(|(run, reason)| format!("{}: {reason}", name_of(run, experiment)))
-            .map(|error| Failure::with_remedy(Exit::BadManifest, error).text().to_owned())
+            .map(|(run, reason)| (format!("{}: {reason}", name_of(run, experiment)), reason))
+            .map(|(error, reason)| {
+                let failure = Failure::with_remedy(Exit::BadManifest, error);
+                match place_of_reason(experiment, &reason.to_string()) {
+                    Some(place) => failure.at(&place).text().to_owned(),
+                    None => failure.text().to_owned(),
+                }
+            })
             .collect();
         if refused.is_empty() {
             return Ok(());
@@ -93,4 +101,11 @@ impl Planned {
             Some(depot) => depot.address().to_string(),
         }
     }
+}
+
+/// The file and line of the key that a run's reason names first, if the manifest has that key.
+fn place_of_reason(experiment: &Experiment, reason: &str) -> Option<String> {
+    let text = read_text(Path::new(&experiment.manifest), MAX_MANIFEST_BYTES).ok()?;
+    let line = line_of_key_in_message(&text, reason)?;
+    Some(format!("{}:{line}", experiment.manifest))
 }

@@ -164,7 +164,7 @@ macro_rules! inline_table {
 }
 
 /// Defines an enum whose variants are the forms that a table on one line may have: the first one of which a key is
-/// present, else the first. The variant after `|` is a value that is not a table.
+/// present, else the first with a key that is like one of the table, else the first. The variant after `|` is a value that is not a table.
 macro_rules! inline_enum {
     (
         $(#[$meta:meta])*
@@ -189,9 +189,8 @@ macro_rules! inline_enum {
                 reader: &mut $crate::keys::Reader<'_>,
                 at: $crate::tree::Span,
             ) -> Option<Self> {
-                let forms: &[&[&str]] = &[$(&[$(stringify!($field)),+]),+];
-                let is_present = |form: &&[&str]| form.iter().any(|key| reader.has(key));
-                let form = forms.iter().position(is_present).unwrap_or(0);
+                let forms: &[&[&'static str]] = &[$(&[$(stringify!($field)),+]),+];
+                let form = reader.form_among(forms);
                 let mut number = 0..;
                 $(if number.next() == Some(form) {
                     $(let $field = $crate::inline::read_key!(reader, at, $field, [$($kind)+]);)+

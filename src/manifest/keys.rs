@@ -153,6 +153,21 @@ impl<'a> Reader<'a> {
         self.known.extend(names);
     }
 
+    /// The form of the table, among the keys of all its forms: the first one of which a key is present, else the first with a
+    /// key that is like one of the table. Without any, errors name the keys of all forms.
+    pub(crate) fn form_among(&mut self, forms: &[&[&'static str]]) -> usize {
+        let has = |form: &&[&'static str]| form.iter().any(|key| self.has(key));
+        let is_like = |form: &&[&'static str]| {
+            let mut entries = self.table.entries.iter();
+            entries.any(|entry| nearest(&entry.key, form.iter().copied()).is_some())
+        };
+        let form = forms.iter().position(has).or_else(|| forms.iter().position(is_like));
+        if form.is_none() {
+            self.also_known(&forms[1..].concat());
+        }
+        form.unwrap_or(0)
+    }
+
     /// Reports every unknown key, with its new name or the nearest known one.
     pub(crate) fn finish(self) {
         for entry in &self.table.entries {

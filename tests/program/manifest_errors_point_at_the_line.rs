@@ -3,6 +3,7 @@
 //!
 //! Setup: one manifest with twelve errors; serde alone would stop at the first one.
 
+use crate::forged_recording::{run_experiment, stderr};
 use kinetoscope_manifest::{Override, parse};
 
 /// Twelve errors of different kinds: names, ranges, types, values, exclusive keys, rules between tables, a sweep, a check.
@@ -163,4 +164,20 @@ fn old_key_with_an_old_value_is_reported_at_once() {
     assert!(text.contains("`stability` was renamed; use `on_unstable_time_step`"), "{text}");
     assert!(text.contains("`\"refuse\"` was renamed; use `\"error\"`"), "{text}");
     assert_eq!(errors.len(), 2, "{text}");
+}
+
+/// Control: a key that the manifest does not have has no line.
+#[test]
+fn error_of_a_run_that_cannot_be_prepared_names_the_line_of_its_key() {
+    let folder = tempfile::tempdir().unwrap();
+    let manifest = folder.path().join("coarse.toml");
+    let planned = |text: &str| {
+        std::fs::write(&manifest, text).unwrap();
+        stderr(&run_experiment([manifest.as_os_str(), "--dry-run".as_ref()]))
+    };
+    let model = "[model.orbit]\ntime_step_days = 100\n";
+    let text = planned(&format!("{model}[record]\nframes = 50\n"));
+    assert!(text.contains("coarse.toml:4\nhelp: set frames to at most 3"), "{text}");
+    let text = planned(model);
+    assert!(text.contains("help: set frames to at most 3") && !text.contains("-->"), "{text}");
 }

@@ -17,6 +17,7 @@ mod gas_start;
 mod gas_walls;
 mod metric_names;
 mod orbit;
+mod orbit_rules;
 mod packing;
 mod start;
 mod start_from;

@@ -135,93 +135,6 @@ impl TomlValue for OrbitState {
     }
 }
 
-/// Up to this eccentricity, position and velocity at the perihelion determine the semi-major axis to about 1e-10: the vectors keep
-/// 1 - e to an absolute accuracy of 2^-53.
-const LARGEST_ECCENTRICITY: f64 = 1.0 - 1e-6;
-/// Up to this angle, rad, the rounding of an angle is below 1.5e-14.
-const LARGEST_ANOMALY: f64 = 100.0;
-
-impl OrbitBody {
-    fn rules(&self, name: &str, reader: &mut Reader<'_>) {
-        self.state.describes_an_orbit(name, reader);
-    }
-}
-
-impl OrbitState {
-    fn rules(&self, name: &str, reader: &mut Reader<'_>) {
-        let is_at_the_sun = matches!(self, Self::Vectors { position_au, .. }
-            if position_au.iter().all(|x| x.get() == 0.0));
-        rules! { reader;
-            is_at_the_sun => ["position_au"]
-                "`{name}` is at the position of the Sun", "must not be [0, 0, 0]";
-        }
-        self.describes_an_orbit(name, reader);
-    }
-
-    /// Reports elements without an ellipse, and keys that exclude each other.
-    fn describes_an_orbit(&self, name: &str, reader: &mut Reader<'_>) {
-        const ELEMENTS: [&str; 7] = [
-            "semi_major_axis_au",
-            "eccentricity",
-            "inclination_rad",
-            "longitude_of_ascending_node_rad",
-            "argument_of_perihelion_rad",
-            "true_anomaly_rad",
-            "mean_anomaly_rad",
-        ];
-        let Self::Elements {
-            semi_major_axis_au,
-            eccentricity,
-            inclination_rad,
-            true_anomaly_rad,
-            mean_anomaly_rad,
-            ..
-        } = self
-        else {
-            if let Some(element) = ELEMENTS.iter().find(|element| reader.has(element)) {
-                reader.also_known(&ELEMENTS);
-                rules! { reader;
-                    true => ["position_au", "velocity_au_per_day", element]
-                        "`{name}` has vectors and the element `{element}`, which cannot be used together",
-                        "keep the vectors or the elements";
-                }
-            }
-            return;
-        };
-        let (axis, e, tilt) = (semi_major_axis_au.get(), eccentricity.get(), inclination_rad.get());
-        let suggested = if axis < 0.0 { -axis } else { 1.0 };
-        let nearest = if e < 0.0 { 0.0 } else { LARGEST_ECCENTRICITY };
-        let nearest_tilt = if tilt < 0.0 { 0.0 } else { std::f64::consts::PI };
-        let two_anomalies = reader.has("true_anomaly_rad") && reader.has("mean_anomaly_rad");
-        rules! { reader;
-            axis <= 0.0 => ["semi_major_axis_au"]
-                "`{name}.semi_major_axis_au` is {axis:?}, which describes no ellipse",
-                "must be > 0, such as {suggested:?}; an open path is given by `position_au` and `velocity_au_per_day`";
-            !(0.0..=LARGEST_ECCENTRICITY).contains(&e) => ["eccentricity"]
-                "`{name}.eccentricity` is {e:?}, which describes no ellipse, or one too narrow for these elements",
-                "must be in [0, {LARGEST_ECCENTRICITY:?}]; the nearest value is {nearest:?}";
-            !(0.0..=std::f64::consts::PI).contains(&tilt) => ["inclination_rad"]
-                "`{name}.inclination_rad` is {tilt:?}",
-                "must be in [0, pi], above pi/2 for retrograde motion; the nearest value is {nearest_tilt:?}";
-            two_anomalies => ["true_anomaly_rad", "mean_anomaly_rad"]
-                "`{name}` has a true and a mean anomaly, which cannot be used together", "keep one of them";
-        }
-        for (key, anomaly) in
-            [("true_anomaly_rad", true_anomaly_rad), ("mean_anomaly_rad", mean_anomaly_rad)]
-        {
-            let angle = anomaly.map_or(0.0, Finite::get);
-            rules! { reader;
-                angle.abs() > LARGEST_ANOMALY => [key]
-                    "`{name}.{key}` is {angle:?}", "must be in [-{LARGEST_ANOMALY:?}, {LARGEST_ANOMALY:?}]: subtract multiples of 2 pi";
-            }
-        }
-    }
-
-    fn has_elements(&self) -> bool {
-        matches!(self, Self::Elements { .. })
-    }
-}
-
 impl Model for OrbitConfig {
     fn intervals(&self, _sound: bool) -> &'static [&'static str] {
         &["every_days", "every_steps"]
@@ -237,24 +150,12 @@ impl Model for OrbitConfig {
         let recorded = self.start.recorded().and_then(StartFrom::particles);
         let bodies = self.bodies.as_deref();
         let is_kepler = self.integrator == OrbitIntegrator::Kepler;
-        let attracts = |body: &OrbitBody| body.gm_au3_per_day2.get() > 0.0;
-        let first = bodies.and_then(<[OrbitBody]>::first);
-        let has_elements =
-            bodies.is_some_and(|bodies| bodies.iter().any(|body| body.state.has_elements()));
         rules! { table;
             recorded.is_some_and(|bodies| bodies > 1) => ["start_from"]
                 "the recording has several bodies", "list them as `bodies`: their masses are not in its frames";
             is_kepler && bodies.is_some() => ["bodies", "integrator"]
                 "`integrator = \"kepler\"` cannot be used with several bodies", "\"kepler\" moves one body about the Sun";
-            bodies.is_some_and(|bodies| bodies.len() < 2 || !bodies.iter().any(attracts)) => ["bodies"]
-                "no body of `model.orbit.bodies` attracts another",
-                "needs at least two bodies, one of them with mass";
-            first.is_some_and(|first| first.state.has_elements()) => ["bodies"]
-                "the first body of `model.orbit.bodies` has elements, which are relative to the first body",
-                "give the first body by `position_au` and `velocity_au_per_day`";
-            has_elements && first.is_some_and(|first| !first.state.has_elements() && !attracts(first)) => ["bodies"]
-                "the first body of `model.orbit.bodies` has no mass, but others have elements relative to it",
-                "list the body that they orbit first";
         }
+        self.check_bodies(table);
     }
 }

@@ -40,8 +40,51 @@ impl PlottedObserver for BodiesRun {
         let curves = vec![Curve::line("measured", 0, drifts)];
         let axes = over_time(Axis::linear("(E − E₀) / |E₀|", ""));
         let energy = Plot::chart("energy_drift", "Energy of all bodies", axes, curves);
-        Figures { plots: vec![path, energy], comparisons: Vec::new() }
+        let plots = [Some(path), rotating_frame(self), separation(self), Some(energy)];
+        Figures { plots: plots.into_iter().flatten().collect(), comparisons: Vec::new() }
     }
+}
+
+/// Paths in the frame that turns with a planet, with the points of equilibrium at 60 degrees.
+fn rotating_frame(run: &BodiesRun) -> Option<Plot> {
+    let frame = run.rotating_frame.as_ref()?;
+    let first = run.instants.first()?;
+    let (distance, _) = frame.position(&first.positions, frame.planet);
+    let (cosine, sine) = (0.5 * distance, 0.75_f64.sqrt() * distance);
+    let mark = |body: usize, place: (f64, f64)| {
+        Curve::new(format!("body {body}"), CurveStyle::Data, body, [place])
+    };
+    // Marks first: a body that stays at a point of equilibrium is drawn on top of it.
+    let mut curves = vec![
+        mark(frame.central, (0.0, 0.0)),
+        mark(frame.planet, (distance, 0.0)),
+        Curve::new("L₄ and L₅", CurveStyle::Data, 5, [(cosine, sine), (cosine, -sine)]),
+    ];
+    curves.extend(frame.companions.iter().map(|body| {
+        let path = run.instants.iter().map(|instant| frame.position(&instant.positions, *body));
+        let points = path.map(|(x, y)| Point::bare(x, y)).collect();
+        Curve { name: format!("body {body}"), style: CurveStyle::Line, color: *body, points }
+    }));
+    let title = format!("Frame that turns with body {}", frame.planet);
+    let Plot { title, content, .. } = path_chart(&title, curves);
+    Some(Plot { stem: "rotating_frame".to_owned(), title, content })
+}
+
+/// Separation of the pair with the closest approach.
+fn separation(run: &BodiesRun) -> Option<Plot> {
+    let closest = run.encounters.closest()?;
+    let [one, other] = closest.pair;
+    let distances = run.instants.iter().map(|instant| {
+        let separation = law::difference(instant.positions[other], instant.positions[one]);
+        (instant.time_days, law::norm(separation))
+    });
+    let least = [(closest.time_days, closest.separation)];
+    let curves = vec![
+        Curve::line(format!("bodies {one} and {other}"), 0, distances),
+        Curve::new("closest approach", CurveStyle::Data, 1, least),
+    ];
+    let axes = over_time(Axis::linear("separation", "AU"));
+    Some(Plot::chart("closest_approach", "The pair that comes closest", axes, curves))
 }
 
 /// The path of a body in the x-y plane. A closed path is thinned evenly, because its extremes are not those of its

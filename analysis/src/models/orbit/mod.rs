@@ -1,10 +1,12 @@
 //! Analysis of orbit runs: one body around a fixed Sun, or several bodies that attract each other.
 
 mod bodies;
+mod encounters;
 mod figures;
 mod laws;
 mod metrics;
 mod observe;
+mod rotating_frame;
 mod sweep;
 
 use crate::models::contract::{Extent, ModelAnalysis, PlottedObserver};

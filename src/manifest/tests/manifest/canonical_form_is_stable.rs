@@ -208,6 +208,16 @@ impl Numbers {
         }
     }
 
+    /// A component of a vector whose length may not exceed 1e50.
+    fn component(&mut self) -> Finite {
+        loop {
+            let finite = self.finite();
+            if finite.get().abs() <= 1e49 {
+                return finite;
+            }
+        }
+    }
+
     fn positive(&mut self) -> Positive {
         loop {
             if let Some(positive) = Positive::new(self.finite().get().abs()) {
@@ -382,8 +392,8 @@ impl Numbers {
         OrbitBody {
             gm_au3_per_day2: NonNegative::new(self.share().get()).unwrap(),
             state: OrbitState::Vectors {
-                position_au: [self.finite(), self.finite(), self.finite()],
-                velocity_au_per_day: [self.finite(), self.finite(), self.finite()],
+                position_au: [self.component(), self.component(), self.component()],
+                velocity_au_per_day: [self.component(), self.component(), self.component()],
             },
         }
     }
@@ -391,8 +401,13 @@ impl Numbers {
     fn orbit_state(&mut self) -> OrbitState {
         if self.below(2) == 0 {
             return OrbitState::Vectors {
-                position_au: [self.finite(), self.finite(), Finite::literal(1.0)],
-                velocity_au_per_day: [self.finite(), self.finite(), self.finite()],
+                // At right angles: a straight line through the Sun is rejected.
+                position_au: [
+                    Finite::literal(0.0),
+                    Finite::new(self.share().get()).unwrap(),
+                    Finite::literal(0.0),
+                ],
+                velocity_au_per_day: [self.component(), Finite::literal(0.0), self.component()],
             };
         }
         OrbitState::Elements {

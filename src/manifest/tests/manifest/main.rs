@@ -13,8 +13,14 @@ mod experiment_record_round_trips;
 // Requested plots name metrics, channels and swept keys that exist.
 mod plots_name_what_exists;
 // Every rule broken once: the message states the allowed values and the position.
+mod dem_rules_are_enforced;
+mod gas_rules_are_enforced;
+mod orbit_rules_are_enforced;
+mod packing_rules_are_enforced;
 mod rules_are_enforced;
 // Parser, canonical form, schema and starters have the same keys.
 mod schema_matches_the_manifest;
 // A sweep is every combination of its axes, in a fixed order.
 mod sweeps_expand_in_order;
+// What these tests expect of a manifest.
+mod verdicts;

@@ -1,0 +1,23 @@
+//! Guarantee: every rule of `[model.packing]` is enforced, and the message states the allowed values and the position.
+//!
+//! Setup: each rule is violated once.
+
+use crate::verdicts::{accepted, rejected};
+
+#[test]
+fn packing_limits_equal_those_of_the_exercise() {
+    rejected(
+        "[model.packing]\nradius = 20.0 # <-",
+        "the radius must be below half of the shorter side, 20.0",
+    );
+    // n pi r^2 / (lx ly) = 0.5 lies between 254 and 255 discs of radius 1 in 40 x 40: 800/pi = 254.6.
+    accepted("[model.packing]\ndiscs = 254");
+    rejected("[model.packing]\ndiscs = 255 # <-", "n pi r^2 / (lx ly) is 0.501");
+    accepted("[model.packing]\ndiscs = 255\nplacement = \"lattice\"");
+    rejected(
+        "[model.packing]\nboundary = \"periodic\"\ndiscs = 1 # <-",
+        "two discs or more, or `duration` in place of `events_per_disc`",
+    );
+    accepted("[model.packing]\ndiscs = 1\nboundary = \"periodic\"\nduration = 3");
+    rejected("[model.packing]\nradius = nope # <-", "this is not TOML");
+}
