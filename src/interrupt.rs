@@ -1,7 +1,5 @@
 //! Ctrl-C, SIGTERM and SIGHUP. The first signal ends the runs in order; a second Ctrl-C or SIGTERM ends the program at once.
 
-use signal_hook::consts::{SIGINT, SIGTERM};
-use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
@@ -17,7 +15,9 @@ impl Interrupt {
     ///
     /// # Errors
     /// A handler that the operating system rejects.
-    pub fn listen() -> io::Result<Self> {
+    #[cfg(not(target_family = "wasm"))]
+    pub fn listen() -> std::io::Result<Self> {
+        use signal_hook::consts::{SIGINT, SIGTERM};
         let interrupt = Self::default();
         for signal in [SIGINT, SIGTERM] {
             let again = Arc::new(AtomicBool::new(false));
@@ -42,7 +42,7 @@ impl Interrupt {
     /// Installs the handler of SIGHUP, which the system sends when the terminal is closed, often from several processes at once:
     /// a second one changes nothing. Under `nohup`, the runs continue.
     #[cfg(unix)]
-    fn listen_to_hangup(&self) -> io::Result<()> {
+    fn listen_to_hangup(&self) -> std::io::Result<()> {
         use signal_hook::consts::SIGHUP;
         if !is_ignored(SIGHUP) {
             let number = SIGHUP as usize;

@@ -21,7 +21,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The folder `examples` has three programs: `run_in_memory`, `read_recording` and `add_a_model`. The modules are internal to
+//! The folder `examples` has four programs: `run_in_memory`, `read_recording`, `lock_in_memory` and `add_a_model`. On `wasm32`, the
+//! library has what needs neither threads nor files: a run in memory, with the same bits. The modules are internal to
 //! the programs `run-experiment` and `kinetoscope`: they may change in every version.
 
 pub use kinetoscope_manifest::{Diagnostics, Experiment, Run};
@@ -33,6 +34,7 @@ pub use run::in_memory::run;
 // In the order of their dependencies.
 #[doc(hidden)]
 pub mod interrupt;
+#[cfg(not(target_family = "wasm"))]
 #[doc(hidden)]
 pub mod live;
 
@@ -42,13 +44,16 @@ pub mod run;
 #[doc(hidden)]
 pub mod plan;
 
+#[cfg(not(target_family = "wasm"))]
 #[doc(hidden)]
 pub mod outputs;
 
+#[cfg(not(target_family = "wasm"))]
 #[doc(hidden)]
 pub mod executor;
 #[doc(hidden)]
 pub mod verify;
 
+#[cfg(not(target_family = "wasm"))]
 #[doc(hidden)]
 pub mod cli;

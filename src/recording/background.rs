@@ -24,14 +24,25 @@ enum Task<W: Write> {
 
 type Action<W> = Box<dyn FnOnce(&Recorder<W>) + Send>;
 
-/// Writes one recording on its own thread.
+/// Writes one recording, on its own thread where there are threads.
 pub struct FrameWriter<W: Write> {
+    place: Place<W>,
+    frames: u64,
+}
+
+enum Place<W: Write> {
+    Background(Background<W>),
+    /// On the caller's thread, with the frame that is filled.
+    Here(Box<Recorder<W>>, Frame),
+}
+
+/// The recorder's thread, and the frames that go there and back.
+struct Background<W: Write> {
     tasks: Sender<Task<W>>,
     // Frames that have been written, empty.
     used: Receiver<Frame>,
     // `None` after its error was taken.
     thread: Option<JoinHandle<Result<Recorder<W>, RecordError>>>,
-    frames: u64,
     // What every frame starts as.
     blank: Frame,
     // Frames in memory, and how many there may be.
@@ -40,19 +51,30 @@ pub struct FrameWriter<W: Write> {
 }
 
 impl<W: Write + Send + 'static> FrameWriter<W> {
-    /// Moves a recorder to its own thread.
+    /// Moves a recorder to its own thread; on `wasm32`, which has no threads, it stays on this one.
     #[must_use]
     pub fn start(recorder: Recorder<W>) -> Self {
+        if cfg!(target_family = "wasm") {
+            return Self::on_this_thread(recorder);
+        }
         // The frames in memory are a bound for both.
         let (tasks, to_do) = channel();
         let (give_back, used) = channel();
         let (frames, blank) = (recorder.frames_written(), recorder.empty_frame());
         let thread = Some(thread::spawn(move || work(recorder, &to_do, &give_back)));
-        Self { tasks, used, thread, frames, blank, in_memory: 0, at_most: FRAMES }
+        let background = Background { tasks, used, thread, blank, in_memory: 0, at_most: FRAMES };
+        Self { place: Place::Background(background), frames }
     }
 }
 
 impl<W: Write> FrameWriter<W> {
+    /// Keeps a recorder on the caller's thread: the same bytes, and no frame is written while the model advances.
+    #[must_use]
+    pub fn on_this_thread(recorder: Recorder<W>) -> Self {
+        let (frames, frame) = (recorder.frames_written(), recorder.empty_frame());
+        Self { place: Place::Here(Box::new(recorder), frame), frames }
+    }
+
     /// Queues the next frame. `fill` fills the empty frame; the call blocks while too many frames are queued.
     ///
     /// # Errors
@@ -62,12 +84,73 @@ impl<W: Write> FrameWriter<W> {
         clock: Clock,
         fill: impl FnOnce(&mut Frame),
     ) -> Result<(), RecordError> {
+        match &mut self.place {
+            Place::Background(background) => background.write(clock, fill)?,
+            Place::Here(recorder, frame) => {
+                fill(frame);
+                recorder.write(clock, frame)?;
+                frame.clear();
+            }
+        }
+        self.frames += 1;
+        Ok(())
+    }
+
+    /// As [`Recorder::remark`].
+    ///
+    /// # Errors
+    /// A sink that fails, now or before.
+    pub fn remark(&mut self, line: LogLine) -> Result<(), RecordError> {
+        match &mut self.place {
+            Place::Background(background) => background.ask(Task::Remark(line)),
+            Place::Here(recorder, _) => recorder.remark(line),
+        }
+    }
+
+    /// Number of frames queued so far.
+    #[must_use]
+    pub fn frames_written(&self) -> u64 {
+        self.frames
+    }
+
+    /// As [`Recorder::finish`], after all frames.
+    ///
+    /// # Errors
+    /// A sink that fails; the recording is then torn.
+    pub fn finish(self, outcome: &Outcome) -> Result<W, RecordError> {
+        match self.place {
+            Place::Background(background) => background.join()?.finish(outcome),
+            Place::Here(recorder, _) => recorder.finish(outcome),
+        }
+    }
+}
+
+impl FrameWriter<RecordingFile> {
+    /// As [`Recorder::save_point`], after all queued frames.
+    ///
+    /// # Errors
+    /// A disk that fails, now or before.
+    pub fn save_point(&mut self) -> Result<RecorderState, RecordError> {
+        let background = match &mut self.place {
+            Place::Background(background) => background,
+            Place::Here(recorder, _) => return recorder.save_point(),
+        };
+        let (answer, answered) = channel();
+        let task = move |recorder: &Recorder<RecordingFile>| {
+            // An error means that the caller has stopped waiting.
+            let _ = answer.send(recorder.save_point());
+        };
+        background.ask(Task::With(Box::new(task)))?;
+        answered.recv().unwrap_or_else(|_| Err(background.failure()))
+    }
+}
+
+impl<W: Write> Background<W> {
+    fn write(&mut self, clock: Clock, fill: impl FnOnce(&mut Frame)) -> Result<(), RecordError> {
         let mut frame = self.empty_frame()?;
         fill(&mut frame);
         self.at_most = Ord::clamp(FRAMES_BYTES / Ord::max(frame.bytes(), 1), 1, FRAMES);
-        self.ask(Task::Write(clock, frame))?;
-        self.frames += 1;
-        Ok(())
+        self.ask(Task::Write(clock, frame))
     }
 
     /// An empty frame: one that has been written, or a new one if the maximum is not reached.
@@ -86,28 +169,6 @@ impl<W: Write> FrameWriter<W> {
             // Frames have grown.
             self.in_memory -= 1;
         }
-    }
-
-    /// As [`Recorder::remark`].
-    ///
-    /// # Errors
-    /// A sink that fails, now or before.
-    pub fn remark(&mut self, line: LogLine) -> Result<(), RecordError> {
-        self.ask(Task::Remark(line))
-    }
-
-    /// Number of frames queued so far.
-    #[must_use]
-    pub fn frames_written(&self) -> u64 {
-        self.frames
-    }
-
-    /// As [`Recorder::finish`], after all frames.
-    ///
-    /// # Errors
-    /// A sink that fails; the recording is then torn.
-    pub fn finish(self, outcome: &Outcome) -> Result<W, RecordError> {
-        self.join()?.finish(outcome)
     }
 
     fn ask(&mut self, task: Task<W>) -> Result<(), RecordError> {
@@ -129,22 +190,6 @@ impl<W: Write> FrameWriter<W> {
             Some(Ok(recorder)) => recorder,
             Some(Err(_)) | None => Err(stopped()),
         }
-    }
-}
-
-impl FrameWriter<RecordingFile> {
-    /// As [`Recorder::save_point`], after all queued frames.
-    ///
-    /// # Errors
-    /// A disk that fails, now or before.
-    pub fn save_point(&mut self) -> Result<RecorderState, RecordError> {
-        let (answer, answered) = channel();
-        let task = move |recorder: &Recorder<RecordingFile>| {
-            // An error means that the caller has stopped waiting.
-            let _ = answer.send(recorder.save_point());
-        };
-        self.ask(Task::With(Box::new(task)))?;
-        answered.recv().unwrap_or_else(|_| Err(self.failure()))
     }
 }
 

@@ -1,16 +1,10 @@
 //! Checkpoints by the clock. A run resumes from its last checkpoint, and the recording shows no trace of it.
 
-use crate::live::gnuplot_loop::GnuplotFiles;
+use crate::run::RunState;
 use crate::run::memory::{available_bytes, needed_memory_bytes};
-use crate::run::prepared::Prepared;
-use crate::run::schedule::Schedule;
 use kinetoscope_manifest::RunManifest;
-use kinetoscope_physics::model::Model;
-use kinetoscope_recording::background::FrameWriter;
 use kinetoscope_recording::checkpoint;
 use kinetoscope_recording::error::RecordError;
-use kinetoscope_recording::file::RecordingFile;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -21,27 +15,6 @@ const EXPECTED_BYTES_PER_S: u64 = 200_000_000;
 
 /// Size up to which any checkpoint is read.
 const MIN_CHECKPOINT_LIMIT: u64 = 1 << 30;
-
-/// A run in progress, at a frame or between two frames.
-pub struct RunState<W: Write = RecordingFile> {
-    /// The model, on its way to frame `next`.
-    pub model: Box<dyn Model>,
-    /// The targets of the frames.
-    pub schedule: Schedule,
-    /// The recorder, after frame `next - 1`.
-    pub recorder: FrameWriter<W>,
-    /// The next frame.
-    pub next: u64,
-    /// Files that show the newest frame.
-    pub(crate) gnuplot: Option<GnuplotFiles>,
-}
-
-impl<W: Write> RunState<W> {
-    pub(crate) fn new(prepared: Prepared, recorder: FrameWriter<W>, next: u64) -> Self {
-        let Prepared { model, schedule, .. } = prepared;
-        Self { model, schedule, recorder, next, gnuplot: None }
-    }
-}
 
 /// Saves one run to a file at intervals.
 pub(crate) struct Checkpointer {

@@ -1,31 +1,37 @@
 //! One run: build the model, advance it from frame to frame, record, and end in order on an interruption or a failure.
+//!
+//! Without threads and files (`wasm32`), a run is recorded in memory; what needs more is absent there.
 
+#[cfg(not(target_family = "wasm"))]
 pub mod benchmark;
+#[cfg(not(target_family = "wasm"))]
 pub mod checkpoint;
 pub mod estimate;
 pub mod in_memory;
 pub mod memory;
+#[cfg(not(target_family = "wasm"))]
+mod on_disk;
 pub mod prepared;
+#[cfg(not(target_family = "wasm"))]
 mod published_times;
 pub mod recording;
 pub mod schedule;
 
+#[cfg(not(target_family = "wasm"))]
+pub use on_disk::{RunContext, RunReport, RunStart, execute};
+
 use crate::interrupt::Interrupt;
-use crate::live::{GnuplotLoop, LiveServer};
-use checkpoint::{Checkpointer, RunState, max_checkpoint_bytes};
 use kinetoscope_manifest::RunManifest;
-use kinetoscope_physics::model::{Progress, SetupError};
-use kinetoscope_physics::{kind_of, restore};
+use kinetoscope_physics::model::{Model, Progress, SetupError};
 use kinetoscope_recording::background::FrameWriter;
-use kinetoscope_recording::checkpoint::{self as checkpoint_file, decode_head};
 use kinetoscope_recording::error::{ReadError, RecordError};
 use kinetoscope_recording::file::RecordingFile;
 use kinetoscope_recording::frame::{Frame, Level, LogLine};
-use kinetoscope_recording::recorder::{Clock, Outcome, Recorder, RecorderState};
+use kinetoscope_recording::recorder::{Clock, Outcome, Recorder};
 use prepared::Prepared;
-use std::fs;
+use schedule::Schedule;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 use thiserror::Error;
 
@@ -44,52 +50,28 @@ pub struct RunSpec<'a> {
     pub stem: &'a str,
 }
 
-/// The result of a run that left a readable recording.
-#[derive(Clone, Debug)]
-pub struct RunReport {
-    /// Complete, failed, or interrupted.
-    pub outcome: Outcome,
-    /// Whether the run resumed from a checkpoint.
-    pub start: RunStart,
-    /// Path of the recording.
-    pub path: PathBuf,
-    /// Number of recorded frames, including the start.
-    pub frames: u64,
-    /// Size of the recording.
-    pub bytes: u64,
-    /// Number of steps or events executed.
-    pub work: u64,
-    /// Elapsed time.
-    pub wall_time: Duration,
+/// Receives each frame and its time, for a viewer.
+pub(crate) type FrameViewer = Box<dyn FnMut(&Frame, f64)>;
+
+/// A run in progress, at a frame or between two frames.
+pub struct RunState<W: Write = RecordingFile> {
+    /// The model, on its way to frame `next`.
+    pub model: Box<dyn Model>,
+    /// The targets of the frames.
+    pub schedule: Schedule,
+    /// The recorder, after frame `next - 1`.
+    pub recorder: FrameWriter<W>,
+    /// The next frame.
+    pub next: u64,
+    /// Shown each frame.
+    pub(crate) viewer: Option<FrameViewer>,
 }
 
-/// How a run started.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum RunStart {
-    /// No checkpoint existed.
-    Fresh,
-    /// A checkpoint existed but could not be used, for this reason.
-    Restarted(String),
-    /// The run resumed from a checkpoint.
-    Resumed {
-        /// The first frame that was recorded since.
-        frame: u64,
-    },
-}
-
-/// The circumstances of a run. They do not change a byte of the recording.
-#[derive(Clone, Copy)]
-pub struct RunContext<'a> {
-    /// Whether to stop.
-    pub interrupt: &'a Interrupt,
-    /// Minimum time between two checkpoints.
-    pub checkpoint_every: Duration,
-    /// Receives the number of frames recorded after the start and their total number.
-    pub on_frame: &'a (dyn Fn(u64, u64) + Sync),
-    /// The server through which viewers observe one run at a time.
-    pub live: Option<&'a LiveServer>,
-    /// The folder in which gnuplot finds the newest frame of each run.
-    pub gnuplot: Option<&'a GnuplotLoop>,
+impl<W: Write> RunState<W> {
+    pub(crate) fn new(prepared: Prepared, recorder: FrameWriter<W>, next: u64) -> Self {
+        let Prepared { model, schedule, .. } = prepared;
+        Self { model, schedule, recorder, next, viewer: None }
+    }
 }
 
 /// The reason why a run left no usable recording.
@@ -106,118 +88,6 @@ pub enum RunError {
     Read(#[from] ReadError),
 }
 
-/// Executes a run or resumes it from its checkpoint. `start` is the run's start if the plan has kept it.
-///
-/// # Errors
-/// A start that cannot be run, or a recording that could not be written. A physical failure and an interruption are reported
-/// as outcomes.
-pub fn execute(
-    spec: RunSpec<'_>,
-    start: Option<Prepared>,
-    context: RunContext<'_>,
-) -> Result<RunReport, RunError> {
-    let started = Instant::now();
-    let RunSpec { manifest, folder, stem, run_key, .. } = spec;
-    let kind = kind_of(&manifest.model);
-    let identity = format!(
-        "{run_key} program {} {} physics {}",
-        env!("CARGO_PKG_VERSION"),
-        kind.name,
-        kind.physics_version
-    );
-    let (mut state, start) = begin(spec, start, &identity, context.live)?;
-    if let Some(gnuplot) = context.gnuplot {
-        let mut files = gnuplot.begin(stem, kind.state_columns, &state.model.scenery());
-        let mut frame = Frame::new();
-        state.model.observe(&mut frame);
-        files.update(&frame, state.model.time());
-        state.gnuplot = Some(files);
-    }
-    let every = context.checkpoint_every;
-    let mut checkpointer = Checkpointer::new(folder, stem, identity, every);
-    let save = |state: &mut RunState, at_once| checkpointer.save(state, at_once);
-    let outcome = record_frames(&mut state, context.interrupt, context.on_frame, save)?;
-    let frames = state.recorder.frames_written();
-    let work = state.model.count();
-    let file = state.recorder.finish(&outcome)?;
-    let path = match outcome {
-        Outcome::Interrupted => file.keep_partial()?,
-        Outcome::Complete | Outcome::Fault(_) => {
-            let path = file.final_path().to_owned();
-            file.commit()?;
-            checkpoint_file::remove(folder, stem)?;
-            path
-        }
-    };
-    Ok(RunReport {
-        outcome,
-        start,
-        bytes: fs::metadata(&path).map(|file| file.len()).unwrap_or_default(),
-        path,
-        frames,
-        work,
-        wall_time: started.elapsed(),
-    })
-}
-
-/// Resumes a killed or interrupted run, or starts from scratch if there is no usable checkpoint.
-fn begin(
-    spec: RunSpec<'_>,
-    start: Option<Prepared>,
-    identity: &str,
-    live: Option<&LiveServer>,
-) -> Result<(RunState, RunStart), RunError> {
-    let RunSpec { manifest, canonical, run_key, folder, stem } = spec;
-    let observer = || live.and_then(|live| live.observer(stem));
-    let run_start = match resume(spec, identity) {
-        Ok(Some((mut recorder, next, prepared))) => {
-            if let Some(observer) = observer() {
-                recorder.show_to(observer)?;
-            }
-            let state = RunState::new(prepared, FrameWriter::start(recorder), next);
-            return Ok((state, RunStart::Resumed { frame: next }));
-        }
-        Ok(None) => RunStart::Fresh,
-        Err(error @ RecordError::Locked { .. }) => return Err(error.into()),
-        Err(error) => RunStart::Restarted(error.to_string()),
-    };
-    let start = match start {
-        Some(start) => start,
-        None => Prepared::new(manifest, canonical, run_key)?,
-    };
-    let file = RecordingFile::create(folder, stem)?;
-    // An older checkpoint would refer to bytes that no longer exist.
-    checkpoint_file::remove(folder, stem)?;
-    let mut recorder = Recorder::create_resumable(file, &start.header)?;
-    if let Some(observer) = observer() {
-        recorder.show_to(observer)?;
-    }
-    Ok((record_start(start, recorder)?, run_start))
-}
-
-/// Restores the run from its last checkpoint; `None` if there is none.
-fn resume(
-    spec: RunSpec<'_>,
-    identity: &str,
-) -> Result<Option<(Recorder<RecordingFile>, u64, Prepared)>, RecordError> {
-    let RunSpec { manifest, canonical, run_key, folder, stem } = spec;
-    let max_bytes = max_checkpoint_bytes(manifest);
-    let saved = checkpoint_file::read(folder, stem, identity, max_bytes, |content| {
-        let (head, rest): ((u64, RecorderState), _) = decode_head(content)?;
-        Some((head, restore(&manifest.model, rest)?))
-    })?;
-    let Some(((next, recorder), model)) = saved else { return Ok(None) };
-    let prepared = Prepared::of(model, manifest, canonical, run_key)
-        .map_err(|error| RecordError::Container(error.to_string()))?;
-    if recorder.frames() != next || !prepared.is_before_frame(next) {
-        let path = checkpoint_file::path(folder, stem);
-        let what = "its state belongs to another frame".to_owned();
-        return Err(RecordError::NotContinued { path, what });
-    }
-    let recorder = Recorder::resume(folder, stem, &prepared.header, recorder)?;
-    Ok(Some((recorder, next, prepared)))
-}
-
 /// Records the first frame of a run.
 ///
 /// # Errors
@@ -232,12 +102,12 @@ pub fn record_start<W: Write + Send + 'static>(
 }
 
 fn record_now<W: Write>(state: &mut RunState<W>) -> Result<(), RecordError> {
-    let RunState { model, gnuplot, .. } = state;
+    let RunState { model, viewer, .. } = state;
     let clock = Clock { count: model.count(), time: model.time() };
     state.recorder.write(clock, |frame| {
         model.observe(frame);
-        if let Some(files) = gnuplot {
-            files.update(frame, clock.time);
+        if let Some(show) = viewer {
+            show(frame, clock.time);
         }
     })
 }

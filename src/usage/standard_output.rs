@@ -64,7 +64,18 @@ const MIN_WIDTH: usize = 40;
 /// error.
 pub fn complain(text: &str, has_styles: bool) {
     let mut output = io::stderr().lock();
-    let size = terminal_size::terminal_size_of(&output).filter(|_| output.is_terminal());
-    let wrapped = size.map(|(width, _)| wrapped_messages(text, MIN_WIDTH.max(width.0.into())));
+    let width = terminal_width(&output).filter(|_| output.is_terminal());
+    let wrapped = width.map(|width| wrapped_messages(text, MIN_WIDTH.max(width)));
     let _ = writeln!(output, "{}", text::output(wrapped.as_deref().unwrap_or(text), has_styles));
+}
+
+#[cfg(any(unix, windows))]
+fn terminal_width(output: &io::StderrLock<'_>) -> Option<usize> {
+    terminal_size::terminal_size_of(output).map(|(width, _)| width.0.into())
+}
+
+/// Without a terminal, messages are not wrapped.
+#[cfg(not(any(unix, windows)))]
+fn terminal_width(_: &io::StderrLock<'_>) -> Option<usize> {
+    None
 }

@@ -118,9 +118,17 @@ impl LockFile {
     /// # Errors
     /// A folder that cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), LockError> {
+        Ok(atomic_file::replace(path, self.text()?.as_bytes())?)
+    }
+
+    /// The text of the file.
+    ///
+    /// # Errors
+    /// A number that TOML cannot express.
+    pub fn text(&self) -> io::Result<String> {
         let text =
             toml::to_string_pretty(self).map_err(|error| io::Error::other(error.to_string()))?;
-        Ok(atomic_file::replace(path, format!("{HEAD}{text}").as_bytes())?)
+        Ok(format!("{HEAD}{text}"))
     }
 
     /// The entry of a manifest.

@@ -3,11 +3,12 @@
 
 For each target, the program is compiled in a Debian system of its own (made by debootstrap; needs root) and executed by
 qemu-user; `kinetoscope lock` writes the hashes of all messages and the metrics into a lock file, which must be equal to that of
-this machine. Experiments that would take over a minute have fewer runs.
+this machine. As WebAssembly, the example `lock_in_memory` does so in Node, with neither threads nor files. Experiments that would
+take over a minute have fewer runs.
 
     tests/architectures/compare.py                      # all targets, all experiments: two hours; writes docs/architectures.md
     tests/architectures/compare.py --targets riscv64    # one target; the page keeps the rows of the others
-    tests/architectures/compare.py --quick              # aarch64, one experiment of each model; writes nothing
+    tests/architectures/compare.py --quick              # aarch64 and wasm32, one experiment of each model; writes nothing
 
 A finished row is kept, and not made again while this machine's lock file is the same.
 
@@ -35,7 +36,10 @@ TARGETS = {
     "aarch64": ("aarch64-unknown-linux-gnu", "aarch64-linux-gnu", ["qemu-aarch64"]),
     "riscv64": ("riscv64gc-unknown-linux-gnu", "riscv64-linux-gnu", ["qemu-riscv64"]),
     "s390x (big-endian)": ("s390x-unknown-linux-gnu", "s390x-linux-gnu", ["qemu-s390x"]),
+    "wasm32 (WASI, in Node)": ("wasm32-wasip1", "", ["node"]),
 }
+WASM = "wasm32-wasip1"
+WASM_PACKAGES = "clang libclang-rt-dev-wasm32 libstd-rust-dev-wasm32 lld llvm nodejs wasi-libc"
 # Text of manifests whose runs would take an emulator over a minute, and what it becomes.
 SHORTENED = {
     "dem_column_collapse": ("replicates = 6", "replicates = 1"),
@@ -108,7 +112,12 @@ class System:
     def install(self, target, prefix):
         """The compiler and Rust's standard library for a target."""
         done = self.folder / f"made-{target}"
-        if not prefix or done.exists():
+        if done.exists() or (not prefix and target != WASM):
+            return
+        if target == WASM:
+            self.shell(f"apt-get update -qq && apt-get install -y -qq --no-install-recommends {WASM_PACKAGES}",
+                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            done.touch()
             return
         architecture = DEBIAN[target.split("-")[0]]
         script = f"""
@@ -139,17 +148,29 @@ class System:
     def build(self, target, prefix):
         """Compiles the program; the packages come from the folder that this machine's Cargo has filled."""
         variable = target.upper().replace("-", "_")
-        exports = f"export CARGO_TARGET_{variable}_LINKER={prefix}-gcc CC_{target.replace('-', '_')}={prefix}-gcc" if prefix else ":"
+        compiler = "clang" if target == WASM else f"{prefix}-gcc"
+        exports = f"export CARGO_TARGET_{variable}_LINKER={compiler} CC_{target.replace('-', '_')}={compiler}" if prefix or target == WASM else ":"
+        command = "build --package kinetoscope-program"
+        if target == WASM:
+            exports += f" AR_{target.replace('-', '_')}=llvm-ar"
+            command = "rustc --package kinetoscope --example lock_in_memory"
+            exports += "\nclang --target=wasm32-wasip1 -O2 -c /sources/tests/architectures/lz4_shim.c -o /build/lz4_shim.o"
+        # Debian's clang brings the linker and the C library of WASI.
+        last = "-- -C link-self-contained=no -C link-arg=/build/lz4_shim.o" if target == WASM else ""
         self.shell(f"""
+            mkdir -p /build
             {exports}
             export CARGO_TARGET_DIR=/build CARGO_NET_OFFLINE=true CARGO_TERM_COLOR=never
             cd /sources
-            cargo build --quiet --locked --release --package kinetoscope-program --target {target}
+            cargo {command} --quiet --locked --release --target {target} {last}
         """)
 
     def lock(self, target, prefix, emulator, threads, work):
         """The lock file of the experiments in `work`, as the target writes it."""
-        shutil.copytree(work, self.folder / "work", dirs_exist_ok=True)
+        shutil.rmtree(self.folder / "work", ignore_errors=True)
+        shutil.copytree(work, self.folder / "work")
+        if target == WASM:
+            return self.lock_in_node()
         library = f"-L /usr/{prefix}" if prefix else ""
         started = time.monotonic()
         self.shell(f"""
@@ -159,12 +180,25 @@ class System:
         """)
         return (self.folder / "work/kinetoscope.lock").read_text(), time.monotonic() - started
 
+    def lock_in_node(self):
+        """The lock file of the experiments in `work` as the WebAssembly program writes it, one manifest at a time."""
+        started = time.monotonic()
+        self.shell(f"""
+            cd /work
+            for manifest in experiments/*.toml; do
+                node --no-warnings /sources/tests/architectures/wasi.mjs /build/{WASM}/release/examples/lock_in_memory.wasm $manifest < $manifest > entry
+                sed -n '/^\\[\\[experiment/,$p' entry >> kinetoscope.lock
+                echo >> kinetoscope.lock
+            done
+        """)
+        return (self.folder / "work/kinetoscope.lock").read_text(), time.monotonic() - started
+
 
 def entries(lock):
     """The entries of a lock file by manifest, without the time that the runs took."""
     parts = re.split(r"(?m)^\[\[experiment\]\]\n", lock)[1:]
     kept = (re.sub(r"(?m)^at_most_s = .*\n", "", part) for part in parts)
-    return {re.search(r'manifest = "(.*)"', part)[1]: part for part in kept}
+    return {re.search(r'manifest = "(.*)"', part)[1]: part.strip() for part in kept}
 
 
 def differences(ours, theirs):
@@ -210,13 +244,18 @@ def lock_of_this_machine(program, work):
     return text
 
 
+def threads_of(target):
+    """WebAssembly has no threads."""
+    return 1 if target == WASM else 2
+
+
 def fill(rows, system, targets, work, ours, quick):
     """Makes the missing rows; whether all rows of these targets are equal."""
     for target, prefix in {rest[:2] for rest in targets.values()}:
         system.build(target, prefix)
     for threads in (1,) if quick else (1, 2):
         for name, (target, prefix, emulator) in targets.items():
-            if f"{name}, {threads}" in rows.rows:
+            if f"{name}, {threads}" in rows.rows or threads > threads_of(target):
                 continue
             theirs, seconds = system.lock(target, prefix, emulator, threads, work)
             messages, metrics = differences(ours, theirs)
@@ -230,12 +269,12 @@ def fill(rows, system, targets, work, ours, quick):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="aarch64, one experiment of each model, one thread")
+    parser.add_argument("--quick", action="store_true", help="aarch64 and wasm32, one experiment of each model, one thread")
     parser.add_argument("--targets", help="names of targets, separated by commas: the start of each suffices")
     parser.add_argument("--system", type=pathlib.Path, default=SOURCES / "target/architectures/system")
     parser.add_argument("--program", type=pathlib.Path, default=SOURCES / "target/release/kinetoscope")
     arguments = parser.parse_args()
-    wanted = (arguments.targets or ("aarch64" if arguments.quick else "")).split(",")
+    wanted = (arguments.targets or ("aarch64,wasm32" if arguments.quick else "")).split(",")
     targets = {name: rest for name, rest in TARGETS.items() if name.startswith(tuple(wanted))}
     system = System(arguments.system)
     try:
@@ -256,15 +295,21 @@ def main():
     return int(not equal)
 
 
+def vectors():
+    """The vector instructions of this machine."""
+    flags = pathlib.Path("/proc/cpuinfo").read_text().split()
+    return next((name for flag, name in (("avx512f", "AVX-512"), ("avx2", "AVX2")) if flag in flags), "SSE2")
+
+
 def page(rows, changes):
     """The table as a document."""
     lines = [
         "# The same messages on every architecture", "",
         "Generated by `tests/architectures/compare.py`: do not edit. On each target, `kinetoscope lock` ran the shipped experiments; the hashes of all messages "
-        "(topic, time, payload), the traces and the metrics, to the last digit, were compared with those of x86-64 with AVX-512. The compression of the file is not part of the guarantee.", "",
+        "(topic, time, payload), the traces and the metrics, to the last digit, were compared with those of x86-64 with " + vectors() + ". The compression of the file is not part of the guarantee.", "",
         "| target | threads | experiments | equal messages | equal metrics |", "|---|---|---|---|---|",
     ]
-    for name, threads in ((name, threads) for name in TARGETS for threads in (1, 2)):
+    for name, threads in ((name, threads) for name, rest in TARGETS.items() for threads in (1, 2)[:threads_of(rest[0])]):
         if f"{name}, {threads}" not in rows:
             lines.append(f"| {name} | {threads} | not made yet | | |")
             continue

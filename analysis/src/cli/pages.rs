@@ -72,8 +72,18 @@ pub(super) fn open(analyzed: &[Analyzed], arguments: &AnalyzeArguments) {
 
 fn show(page: &Path) {
     let absolute = page.canonicalize().unwrap_or_else(|_| page.to_path_buf());
-    if let Err(error) = open::that_detached(&absolute) {
+    if let Err(error) = start_browser(&absolute) {
         let name = page.display();
         complain(&format!("note: no browser can be started ({error}): open {name} in one"), false);
     }
+}
+
+#[cfg(not(target_family = "wasm"))]
+fn start_browser(page: &Path) -> std::io::Result<()> {
+    open::that_detached(page)
+}
+
+#[cfg(target_family = "wasm")]
+fn start_browser(_: &Path) -> std::io::Result<()> {
+    Err(std::io::ErrorKind::Unsupported.into())
 }

@@ -1,11 +1,11 @@
 //! Guarantee: the frames that a recorder on its own thread keeps in memory are bounded. Small frames are filled while others are still being
 //! written, so no thread waits for the disk. A frame of 40 MB is filled only after the previous one is in the file, also if frames have
-//! grown to that size. The bytes equal those of a recorder without a thread.
+//! grown to that size. The bytes equal those of a recorder without a thread, which programs without threads use.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
 use kinetoscope_recording::background::FrameWriter;
-use kinetoscope_recording::frame::Frame;
+use kinetoscope_recording::frame::{Frame, Level, LogLine};
 use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recorder, Selection};
 use std::io::{self, Write};
 use std::sync::Arc;
@@ -103,4 +103,20 @@ fn growing_frames_reach_the_same_bound() {
         recorder.write(clock(index), &mut frame).unwrap();
     }
     assert!(bytes == recorder.finish(&Outcome::Complete).unwrap());
+}
+
+#[test]
+fn recorder_on_the_caller_s_thread_writes_the_same_bytes() {
+    let written = |mut writer: FrameWriter<Vec<u8>>| {
+        for index in 0..5 {
+            writer.write(clock(index), |frame| fill(frame, SMALL + index)).unwrap();
+            let text = format!("frame {index}");
+            writer.remark(LogLine { level: Level::Warning, text }).unwrap();
+        }
+        assert_eq!(writer.frames_written(), 5);
+        writer.finish(&Outcome::Complete).unwrap()
+    };
+    let recorder = || Recorder::create(Vec::new(), &header()).unwrap();
+    let here = written(FrameWriter::on_this_thread(recorder()));
+    assert!(here == written(FrameWriter::start(recorder())));
 }
