@@ -10,6 +10,7 @@ use kinetoscope_recording::background::FrameWriter;
 use kinetoscope_recording::checkpoint;
 use kinetoscope_recording::error::RecordError;
 use kinetoscope_recording::file::RecordingFile;
+use kinetoscope_recording::recorder::StoredFrames;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -34,13 +35,40 @@ pub struct RunState<W: Write = RecordingFile> {
     pub next: u64,
     /// Files that show the newest frame.
     pub(crate) gnuplot: Option<GnuplotFiles>,
+    /// Which frames are stored, and the number of all.
+    stored: (StoredFrames, Option<u64>),
 }
 
 impl<W: Write> RunState<W> {
     pub(crate) fn new(prepared: Prepared, recorder: FrameWriter<W>, next: u64) -> Self {
-        let Prepared { model, schedule, .. } = prepared;
-        Self { model, schedule, recorder, next, gnuplot: None }
+        let Prepared { model, schedule, header } = prepared;
+        let stored = (header.stored, header.frames_expected);
+        Self { model, schedule, recorder, next, gnuplot: None, stored }
     }
+}
+
+impl<W: Write> RunState<W> {
+    /// The encoded state of the model, if the next frame to write is a keyframe.
+    ///
+    /// # Errors
+    /// A state that cannot be encoded: a defect of the program.
+    pub(crate) fn keyframe(&self) -> Result<Option<Vec<u8>>, RecordError> {
+        let (stored, frames) = self.stored;
+        let is_keyframe = matches!(stored, StoredFrames::Keyframes(_))
+            && stored.has(self.recorder.frames_written(), frames);
+        is_keyframe.then(|| encoded(&*self.model)).transpose()
+    }
+}
+
+/// The encoded state of a model.
+///
+/// # Errors
+/// A state that cannot be encoded: a defect of the program.
+pub(crate) fn encoded(model: &dyn Model) -> Result<Vec<u8>, RecordError> {
+    let mut bytes = Vec::new();
+    let encoded = model.encode_into(&mut bytes);
+    encoded.map_err(|error| RecordError::Container(format!("a keyframe: {error}")))?;
+    Ok(bytes)
 }
 
 /// Saves one run to a file at intervals.

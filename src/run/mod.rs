@@ -232,10 +232,14 @@ pub fn record_start<W: Write + Send + 'static>(
 }
 
 fn record_now<W: Write>(state: &mut RunState<W>) -> Result<(), RecordError> {
+    let keyframe = state.keyframe()?;
     let RunState { model, gnuplot, .. } = state;
     let clock = Clock { count: model.count(), time: model.time() };
     state.recorder.write(clock, |frame| {
         model.observe(frame);
+        if let Some(keyframe) = keyframe {
+            *frame.model_mut() = keyframe;
+        }
         if let Some(files) = gnuplot {
             files.update(frame, clock.time);
         }

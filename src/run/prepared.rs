@@ -7,7 +7,7 @@ use kinetoscope_manifest::record::{Compression, RecordConfig};
 use kinetoscope_physics::model::{Extent, Model, ModelKind, SetupError, Target};
 use kinetoscope_physics::random::Seed;
 use kinetoscope_physics::{kind_of, prepare};
-use kinetoscope_recording::recorder::{self, Header, Selection};
+use kinetoscope_recording::recorder::{self, Header, Selection, StoredFrames};
 use std::fmt;
 
 /// Relative rounding error of a time that is a product of a count and a step.
@@ -80,6 +80,9 @@ impl Prepared {
                 Compression::Lz4 => recorder::Compression::Lz4,
                 Compression::None => recorder::Compression::None,
             },
+            stored: record
+                .distance_of_keyframes()
+                .map_or(StoredFrames::All, StoredFrames::Keyframes),
             frames_expected: Some(schedule.frames().saturating_add(1)),
             model_time: match model.extent() {
                 Extent::Steps { total, step } => Some(total as f64 * step),
