@@ -35,8 +35,8 @@ table! {
     }
 }
 
-/// Distance of keyframes where none is given: large enough for recordings that are at least 20 times smaller, because a keyframe
-/// takes up to four times the space of a frame.
+/// Distance of keyframes where none is given: a keyframe takes up to five times the space of a frame (`benches/keyframes.py`), so
+/// that recordings of many particles are at least 20 times smaller.
 const DEFAULT_KEYFRAME_DISTANCE: NonZeroU64 = NonZeroU64::new(100).expect("not zero");
 
 /// When frames are taken. The start is frame 0 and the end is always a frame.

@@ -5,7 +5,7 @@ pub mod compare;
 pub mod diff;
 pub mod divergence;
 pub mod fill;
-mod fine_frames;
+pub mod fine_frames;
 pub mod fingerprint;
 mod keyframe_search;
 pub mod lock_file;
@@ -14,8 +14,6 @@ mod rerun_check;
 pub mod restore;
 mod syndromes;
 pub mod zoom;
-
-pub use fine_frames::Interval;
 
 use crate::interrupt::Interrupt;
 use crate::plan::restart_files::StartFiles;
