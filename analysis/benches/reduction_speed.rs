@@ -163,6 +163,7 @@ fn record(path: &Path, model: &'static str, config: &str, scale: f64) {
         playback_fps: 25.0,
         max_drawn_particles: NonZeroU32::new(10_000).unwrap(),
         compression: Compression::Zstd,
+        stored: kinetoscope_recording::recorder::StoredFrames::All,
         frames_expected: None,
         model_time: None,
     };

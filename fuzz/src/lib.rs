@@ -56,6 +56,7 @@ fn header(compression: Compression) -> Header {
         playback_fps: 25.0,
         max_drawn_particles: NonZeroU32::new(10_000).unwrap(),
         compression,
+        stored: kinetoscope_recording::recorder::StoredFrames::All,
         frames_expected: Some(3),
         model_time: Some(1.0),
     }

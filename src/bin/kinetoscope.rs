@@ -15,6 +15,7 @@ use kinetoscope::cli::inspect::{CompareArguments, VerifyArguments};
 use kinetoscope::cli::lock::LockArguments;
 use kinetoscope::cli::messages::Failure;
 use kinetoscope::cli::rerun::Metrics;
+use kinetoscope::cli::restore::{FillArguments, ZoomArguments};
 use kinetoscope::cli::run::RunArguments;
 use kinetoscope::cli::starter::{NewArguments, print_schema};
 use kinetoscope::cli::why::WhyArguments;
@@ -50,6 +51,10 @@ enum Command {
     Verify(VerifyArguments),
     #[command(after_help = exit_codes(&[4, 5]))]
     Compare(CompareArguments),
+    #[command(after_help = exit_codes(&[1, 4, 5, 129, 130, 143]))]
+    Fill(FillArguments),
+    #[command(after_help = exit_codes(&[1, 4, 5, 129, 130, 143]))]
+    Zoom(ZoomArguments),
     #[command(after_help = exit_codes(&[1]))]
     Why(WhyArguments),
     #[command(after_help = exit_codes(&[5]))]
@@ -134,6 +139,8 @@ fn execute() -> ExitCode {
         Command::Lock(arguments) => arguments.execute(&program, &LinkedAnalysis).into(),
         Command::Verify(arguments) => arguments.execute().into(),
         Command::Compare(arguments) => arguments.execute().into(),
+        Command::Fill(arguments) => arguments.execute().into(),
+        Command::Zoom(arguments) => arguments.execute().into(),
         Command::Why(arguments) => arguments.execute().into(),
         Command::Info(arguments) => arguments.execute().into(),
         Command::Benchmark(arguments) => arguments.execute().into(),

@@ -8,7 +8,7 @@ use crate::run::recording;
 use clap::Args;
 use kinetoscope_manifest::{ExperimentRecord, parse_run};
 use kinetoscope_recording::error::{ReadError, ReadFault};
-use kinetoscope_recording::reader::{Outcome, Recording};
+use kinetoscope_recording::reader::{Outcome, Recording, StoredFrames};
 use kinetoscope_recording::regular_file::{self, MAX_EXPERIMENT_RECORD_BYTES};
 use kinetoscope_usage::text::one_line;
 use serde_json::{Value as Json, json};
@@ -232,7 +232,14 @@ impl Report<'_> {
         let until = self.contents.end_time.map_or_else(String::new, |time| {
             format!(", up to time {time} {}", provenance.time_unit).trim_end().to_owned()
         });
-        lines.push(("frames", format!("{}{until}", self.contents.frames)));
+        let kept = match provenance.stored {
+            StoredFrames::All => String::new(),
+            StoredFrames::Keyframes(distance) => {
+                format!(" (keyframes: every {distance}th frame of the run)")
+            }
+            StoredFrames::From(first) => format!(" (a part of a run, from frame {first} on)"),
+        };
+        lines.push(("frames", format!("{}{kept}{until}", self.contents.frames)));
         lines.push(("size", size(self.recording.bytes())));
         let mut text = self.recording.path().display().to_string();
         for (name, value) in lines {

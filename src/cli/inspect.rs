@@ -183,6 +183,7 @@ fn verify_by_rerun(path: &Path, verbosity: Verbosity) -> Report {
             let exit = match &error {
                 VerifyError::Read(_)
                 | VerifyError::Manifest(_)
+                | VerifyError::Part(_)
                 | VerifyError::Start(_)
                 | VerifyError::Run(RunError::Setup(_)) => Exit::Unreadable,
                 VerifyError::Run(RunError::Record(error)) if error.is_retryable() => {

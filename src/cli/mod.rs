@@ -25,6 +25,7 @@ mod planner;
 mod plotted_fields;
 mod program;
 pub mod rerun;
+pub mod restore;
 mod result_arguments;
 mod results;
 pub mod run;

@@ -28,8 +28,16 @@ table! {
         max_drawn_particles: NonZeroU32 ["1"] = count(10_000),
         /// Compression of the recording's chunks.
         compression: Compression [""] = Compression::Zstd,
+        /// Which frames are stored: all of them, or only keyframes, from which `kinetoscope fill` restores the others.
+        keep: Keep ["", sparse] = Keep::All,
+        /// With `keep = "keyframes"`: a keyframe is every k-th frame; 100 where not given. The start and the end always are.
+        keyframe_distance: Option<NonZeroU64> ["1", optional],
     }
 }
+
+/// Distance of keyframes where none is given: a keyframe takes up to five times the space of a frame (`benches/keyframes.py`), so
+/// that recordings of many particles are at least 20 times smaller.
+const DEFAULT_KEYFRAME_DISTANCE: NonZeroU64 = NonZeroU64::new(100).expect("not zero");
 
 /// When frames are taken. The start is frame 0 and the end is always a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,6 +65,16 @@ words! {
         Lz4 = "lz4",
         /// None.
         None = "none",
+    }
+}
+
+words! {
+    /// Which frames of a run are stored.
+    pub enum Keep {
+        /// All of them.
+        All = "all",
+        /// Every k-th frame, with the state of the model, and a hash of each of the others.
+        Keyframes = "keyframes",
     }
 }
 
@@ -128,6 +146,21 @@ impl RecordConfig {
         self.keys(keys);
     }
 
+    /// The same record with every frame stored.
+    #[must_use]
+    pub fn with_all_frames(&self) -> Self {
+        Self { keep: Keep::All, keyframe_distance: None, ..self.clone() }
+    }
+
+    /// Distance of the keyframes; `None` if all frames are stored.
+    #[must_use]
+    pub fn distance_of_keyframes(&self) -> Option<NonZeroU64> {
+        match self.keep {
+            Keep::All => None,
+            Keep::Keyframes => Some(self.keyframe_distance.unwrap_or(DEFAULT_KEYFRAME_DISTANCE)),
+        }
+    }
+
     /// Reports the broken rules between `[record]` and the model, which is `sound` if its own table had no errors.
     pub(crate) fn check(&mut self, model: &ModelConfig, sound: bool, table: &mut Reader<'_>) {
         let allowed = model.intervals(sound);
@@ -143,6 +176,12 @@ impl RecordConfig {
             let title = "`record.decades` needs `frames_per_decade`";
             table.refuse(&["decades"], title, "add `frames_per_decade`");
         }
+        if self.keep == Keep::All && table.has("keyframe_distance") {
+            let title = "`record.keyframe_distance` needs `keep = \"keyframes\"`";
+            table.refuse(&["keyframe_distance"], title, "add `keep = \"keyframes\"`");
+        }
+        // The canonical text leaves nothing to a default.
+        self.keyframe_distance = self.distance_of_keyframes();
         let known = model.channels();
         check_channels(model.name(), known, table);
         if let Some(wanted) = &mut self.channels {

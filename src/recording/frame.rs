@@ -45,6 +45,7 @@ pub struct Frame {
     contacts: ForceLines,
     walls: Vec<Wall>,
     log: Vec<LogLine>,
+    model: Vec<u8>,
 }
 
 impl Frame {
@@ -66,12 +67,13 @@ impl Frame {
         self.contacts.clear();
         self.walls.clear();
         self.log.clear();
+        self.model.clear();
     }
 
     /// Size of the state and the messages in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let messages = self.messages.iter().map(|message| message.payload.len());
-        size_of_val(self.state()) + messages.sum::<usize>()
+        size_of_val(self.state()) + messages.sum::<usize>() + self.model.len()
     }
 
     /// The values of the state, row by row in the order of the particles' ids, for a model that does not write its rows in this
@@ -108,6 +110,11 @@ impl Frame {
     /// Adds a line to the log.
     pub fn log(&mut self, level: Level, text: impl Into<String>) {
         self.log.push(LogLine { level, text: text.into() });
+    }
+
+    /// The state of the model, in the encoding of checkpoints: of a keyframe only.
+    pub fn model_mut(&mut self) -> &mut Vec<u8> {
+        &mut self.model
     }
 
     /// The state, row by row.

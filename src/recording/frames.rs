@@ -7,8 +7,9 @@ use crate::error::ReadError;
 use crate::frame::{Level, LogLine};
 use crate::limits::{MAX_CHANNELS, MAX_CHUNK_MESSAGES, MAX_LOG_LINES};
 use crate::log_text::split;
-use crate::provenance::{OUTCOME_RECORD, Outcome};
+use crate::provenance::{HASHES_RECORD, OUTCOME_RECORD, Outcome};
 use crate::record_kind as kind;
+use crate::stored_frames::StoredFrames;
 use crate::table::StateTable;
 use foxglove::messages::{Log, PointCloud, log};
 use prost::Message as _;
@@ -138,12 +139,15 @@ pub struct Frames {
     data: DataSection,
     path: Arc<Path>,
     state_columns: Arc<[String]>,
+    stored: StoredFrames,
+    hashes: Vec<u8>,
     outcome: Option<Outcome>,
     outcome_seen: bool,
     schemas: BTreeMap<u16, String>,
     topics: BTreeMap<u16, Arc<Topic>>,
     waiting: VecDeque<RawFrame>,
     delivered: u64,
+    last_frame: Option<u64>,
     last_log_time: Option<u64>,
     ended: bool,
 }
@@ -154,18 +158,22 @@ impl Frames {
         data: DataSection,
         path: Arc<Path>,
         state_columns: Arc<[String]>,
+        stored: StoredFrames,
         outcome: Option<Outcome>,
     ) -> Self {
         Self {
             data,
             path,
             state_columns,
+            stored,
+            hashes: Vec::new(),
             outcome,
             outcome_seen: false,
             schemas: BTreeMap::new(),
             topics: BTreeMap::new(),
             waiting: VecDeque::new(),
             delivered: 0,
+            last_frame: None,
             last_log_time: None,
             ended: false,
         }
@@ -185,11 +193,30 @@ impl Frames {
                         return Err(damaged("the outcome differs from the one in the index"));
                     }
                 }
+                DataRecord::Metadata(name, entries) if name == HASHES_RECORD => {
+                    self.add_hashes(&entries)?;
+                }
                 DataRecord::Metadata(..) => {}
                 DataRecord::End if self.outcome_seen => return Ok(None),
                 DataRecord::End => return Err(damaged("the recording has no outcome")),
             }
         }
+    }
+
+    /// After the last frame: the hashes of the frames after the last keyframe, which a run that failed has.
+    #[must_use]
+    pub fn remaining_hashes(&self) -> &[u8] {
+        &self.hashes
+    }
+
+    fn add_hashes(&mut self, entries: &BTreeMap<String, String>) -> Result<(), Broken> {
+        let text = entries.get("hashes").map_or("", String::as_str);
+        let digits = |pair: &[u8]| u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok();
+        for pair in text.as_bytes().chunks(2) {
+            let byte = digits(pair).ok_or_else(|| damaged("a hash is not hexadecimal"))?;
+            self.hashes.push(byte);
+        }
+        Ok(())
     }
 
     /// Groups a chunk's messages into frames: chunks end where a frame ends, and a frame begins with its clock.
@@ -294,7 +321,7 @@ impl Frames {
                 }
                 channels::LOG => {
                     let line = log_line(Log::decode(payload).map_err(undecodable)?);
-                    if clock.frame == 0 && log.is_empty() {
+                    if self.delivered == 0 && log.is_empty() {
                         log = split(line);
                     } else {
                         log.push(line);
@@ -303,9 +330,10 @@ impl Frames {
                 _ => {}
             }
         }
-        if clock.frame != self.delivered {
+        if !self.stored.may_follow(clock.frame, self.delivered, self.last_frame) {
             return Err(damaged("the frames are not in order"));
         }
+        self.last_frame = Some(clock.frame);
         self.delivered += 1;
         let (path, byte) = (Arc::clone(&self.path), self.data.byte());
         Ok(RecordedFrame { clock, state, log, messages: raw.messages, path, byte })

@@ -3,10 +3,12 @@
 use crate::channels::{self, Channel as _, ChannelDeclaration, FrameClock, SCHEMA_VERSION};
 use crate::error::RecordError;
 use crate::frame::StateColumn;
+use crate::keyframe::KEYFRAME;
 use crate::playback::{log_time_ns, simulated_per_second};
 use crate::provenance::Provenance;
 use crate::regular_file::MAX_MANIFEST_BYTES;
 use crate::scenery::Scenery;
+use crate::stored_frames::StoredFrames;
 use std::num::NonZeroU32;
 
 /// Compression of the chunks.
@@ -60,6 +62,8 @@ pub struct Header {
     pub max_drawn_particles: NonZeroU32,
     /// Compression of the chunks.
     pub compression: Compression,
+    /// Which frames are stored.
+    pub stored: StoredFrames,
     /// Number of frames, if known in advance.
     pub frames_expected: Option<u64>,
     /// Simulated time of the whole run in `time_unit`, if known in advance.
@@ -77,6 +81,7 @@ impl Header {
         topics.extend(self.scenery.force_range_top.map(|_| channels::FORCE_CHAINS));
         topics.extend(self.scenery.trail.then_some(channels::TRAIL));
         topics.extend([channels::WALLS, channels::LEGEND, channels::LOG]);
+        topics.extend(matches!(self.stored, StoredFrames::Keyframes(_)).then_some(KEYFRAME));
         topics
     }
 
@@ -99,7 +104,8 @@ impl Header {
                 let drawings =
                     [channels::DISCS, channels::VELOCITY, channels::FORCE_CHAINS, channels::TRAIL];
                 match topic {
-                    topic if topic == FrameClock::TOPIC || topic == channels::LOG => true,
+                    topic if topic == FrameClock::TOPIC => true,
+                    channels::LOG | KEYFRAME => true,
                     channels::WALLS | channels::LEGEND => {
                         named(topic) || drawings.into_iter().any(named)
                     }
@@ -131,6 +137,7 @@ impl Header {
             playback_fps: self.playback_fps,
             state_columns: self.state_columns.iter().map(|column| column.name.to_owned()).collect(),
             state_units: self.state_columns.iter().map(|column| column.unit.to_owned()).collect(),
+            stored: self.stored,
             outcome: None,
         }
     }

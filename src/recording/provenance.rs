@@ -1,6 +1,7 @@
 //! Provenance and outcome of a recording: two metadata records, defined once for writer and reader.
 
 use crate::channels::SCHEMA_VERSION;
+use crate::stored_frames::StoredFrames;
 use std::collections::BTreeMap;
 
 /// The writer that the file's first record names.
@@ -11,6 +12,8 @@ pub const MANIFEST_ATTACHMENT: &str = "manifest.toml";
 pub(crate) const PROVENANCE_RECORD: &str = "kinetoscope";
 /// Name of the metadata record at the end.
 pub(crate) const OUTCOME_RECORD: &str = "kinetoscope.outcome";
+/// Name of the metadata records with the hashes after the last keyframe of a run that failed.
+pub(crate) const HASHES_RECORD: &str = "kinetoscope.hashes";
 /// Name of the metadata record at the start of a recording of several runs.
 pub(crate) const MERGED_RECORD: &str = "kinetoscope.merged";
 
@@ -69,13 +72,15 @@ pub struct Provenance {
     pub state_columns: Vec<String>,
     /// Units of the state's columns; empty for dimensionless ones.
     pub state_units: Vec<String>,
+    /// Which frames of the run the file holds.
+    pub stored: StoredFrames,
     /// How the run ended; `None` for a recording without its end.
     pub outcome: Option<Outcome>,
 }
 
 impl Provenance {
     pub(crate) fn to_metadata(&self) -> BTreeMap<String, String> {
-        BTreeMap::from([
+        let mut entries = BTreeMap::from([
             ("program".to_owned(), PROVENANCE_RECORD.to_owned()),
             ("program_version".to_owned(), self.program_version.clone()),
             ("model".to_owned(), self.model.clone()),
@@ -86,7 +91,10 @@ impl Provenance {
             ("playback_fps".to_owned(), self.playback_fps.to_string()),
             ("state_columns".to_owned(), self.state_columns.join(",")),
             ("state_units".to_owned(), self.state_units.join(",")),
-        ])
+        ]);
+        let stored = self.stored.to_text();
+        entries.extend(stored.map(|stored| ("stored_frames".to_owned(), stored)));
+        entries
     }
 
     /// Decodes the record; `None` if a value is missing or is not a number. For another schema version, only the version is
@@ -111,6 +119,7 @@ impl Provenance {
             },
             state_columns: words(&text("state_columns")?),
             state_units: words(&text("state_units")?),
+            stored: StoredFrames::from_text(metadata.get("stored_frames").map(String::as_str))?,
             outcome: None,
         })
     }

@@ -2,6 +2,7 @@
 
 pub use crate::frames::{Frames, RecordedFrame, RecordedMessage};
 pub use crate::provenance::{Outcome, Provenance};
+pub use crate::stored_frames::StoredFrames;
 pub use crate::table::StateTable;
 
 use crate::channels::SCHEMA_VERSION;
@@ -165,7 +166,8 @@ impl Recording {
         let chunks = ChunkLimits::new(self.max_particles, self.state_columns.len());
         let data = DataSection::new(Records::new(BufReader::new(input), 0, bytes), threads, chunks);
         let (path, columns) = (Arc::clone(&self.path), Arc::clone(&self.state_columns));
-        Ok(Frames::new(data, path, columns, self.provenance.outcome.clone()))
+        let Provenance { stored, outcome, .. } = &self.provenance;
+        Ok(Frames::new(data, path, columns, *stored, outcome.clone()))
     }
 }
 

@@ -4,8 +4,10 @@
 
 pub use crate::header::{Compression, Header, Selection};
 pub use crate::provenance::Outcome;
+pub use crate::stored_frames::StoredFrames;
 pub use resuming::RecorderState;
 
+mod keyframes;
 mod resuming;
 
 use crate::channels::{self, Channel as _, FrameClock};
@@ -20,6 +22,7 @@ use crate::schema::schema_of;
 use crate::sink::CountingSink;
 use crate::trail::Trails;
 use foxglove::messages::{Log, Timestamp, log};
+use keyframes::Unstored;
 use mcap::records::{MessageHeader, Metadata};
 use prost::Message;
 use resuming::Resumable;
@@ -53,6 +56,7 @@ pub struct Recorder<W: Write> {
     recorded: Vec<&'static str>,
     channel_ids: BTreeMap<&'static str, u16>,
     frames: u64,
+    unstored: Unstored,
     payload_in_chunk: u64,
     // Frames in closed chunks.
     closed_frames: u64,
@@ -96,9 +100,10 @@ impl<W: Write> Recorder<W> {
             writer: Some(writer),
             recorded: header.topics().into_iter().filter(|topic| header.wants(topic)).collect(),
             channel_ids: BTreeMap::new(),
-            frames: 0,
+            frames: header.stored.first(),
+            unstored: Unstored::default(),
             payload_in_chunk: 0,
-            closed_frames: 0,
+            closed_frames: header.stored.first(),
             resumable: None,
             observer: None,
             buffer: Vec::new(),
@@ -161,6 +166,7 @@ impl<W: Write> Recorder<W> {
         let (log_time, time) = self.times_of(self.frames)?;
         self.check_frame(frame)?;
         self.add_channels()?;
+        self.begin_frame();
         if self.wants(channels::DISCS) {
             self.scenes.discs(frame.state(), time, &mut self.discs);
         }
@@ -184,6 +190,7 @@ impl<W: Write> Recorder<W> {
         }
         self.draw(frame, log_time, time)?;
         self.write_log(frame.log_lines(), log_time, time)?;
+        self.write_keyframe(frame.model_mut(), log_time)?;
         self.end_frame()?;
         if let Some(observer) = &mut self.observer {
             observer.end_of_frame();
@@ -193,7 +200,7 @@ impl<W: Write> Recorder<W> {
 
     fn end_frame(&mut self) -> Result<(), RecordError> {
         self.frames += 1;
-        if self.payload_in_chunk >= CHUNK_PAYLOAD {
+        if self.is_end_of_keyframe() || self.payload_in_chunk >= CHUNK_PAYLOAD {
             self.writer()?.flush()?;
             self.payload_in_chunk = 0;
             self.closed_frames = self.frames;
@@ -210,7 +217,8 @@ impl<W: Write> Recorder<W> {
         let drawn = self.discs.bytes().len();
         let state = if self.wants(channels::STATE) { size_of_val(frame.state()) } else { 0 };
         if let Some(Resumable { open, .. }) = &mut self.resumable
-            && self.payload_in_chunk + (state + drawn) as u64 >= CHUNK_PAYLOAD
+            && (matches!(self.header.stored, StoredFrames::Keyframes(_))
+                || self.payload_in_chunk + (state + drawn) as u64 >= CHUNK_PAYLOAD)
         {
             open.discard_until_closed();
         }
@@ -221,8 +229,9 @@ impl<W: Write> Recorder<W> {
     /// # Errors
     /// A sink that fails.
     pub fn remark(&mut self, line: LogLine) -> Result<(), RecordError> {
-        let Some(last) = self.frames.checked_sub(1) else { return Ok(()) };
+        let Some(last) = self.last_stored() else { return Ok(()) };
         let (log_time, time) = self.times_of(last)?;
+        self.unstored.is_now = false;
         self.write_log(&[line], log_time, time)
     }
 
@@ -231,6 +240,7 @@ impl<W: Write> Recorder<W> {
     /// # Errors
     /// A sink that fails; the recording is then torn.
     pub fn finish(mut self, outcome: &Outcome) -> Result<W, RecordError> {
+        self.write_remaining_hashes()?;
         let writer = self.writer()?;
         writer.write_metadata(&Metadata {
             name: OUTCOME_RECORD.to_owned(),
@@ -277,7 +287,7 @@ impl<W: Write> Recorder<W> {
     /// Declares all channels at the first frame: a record between a channel and its first message would make mcap 0.26 write
     /// an empty chunk with times (0, 0), and with it a wrong time range.
     fn add_channels(&mut self) -> Result<(), RecordError> {
-        if self.frames > 0 {
+        if !self.channel_ids.is_empty() {
             return Ok(());
         }
         for topic in self.recorded.clone() {
@@ -291,7 +301,7 @@ impl<W: Write> Recorder<W> {
     }
 
     fn draw(&mut self, frame: &Frame, log_time: u64, time: Timestamp) -> Result<(), RecordError> {
-        let is_first = self.frames == 0;
+        let is_first = self.is_first();
         for topic in self.recorded.clone() {
             let scene = match topic {
                 channels::DISCS => {
@@ -327,7 +337,7 @@ impl<W: Write> Recorder<W> {
         log_time: u64,
         time: Timestamp,
     ) -> Result<(), RecordError> {
-        if self.frames > 0 {
+        if !self.is_first() {
             return lines.iter().try_for_each(|line| self.log_message(line, log_time, time));
         }
         let facts = self.drawing_facts();
@@ -386,6 +396,9 @@ impl<W: Write> Recorder<W> {
         let Some(&channel_id) = self.channel_ids.get(topic) else {
             return Err(RecordError::Container(format!("{topic} has no channel")));
         };
+        if self.unstored.is_now {
+            return self.hash(topic, log_time, payload);
+        }
         let header = MessageHeader {
             channel_id,
             // The frame's index; protobuf and MCAP have 32 bits for it, and readers go by `/frame`.

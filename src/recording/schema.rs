@@ -3,6 +3,7 @@
 use crate::channels::{self, ChannelDeclaration, FrameClock};
 use crate::descriptor::file_descriptor_set;
 use crate::error::RecordError;
+use crate::keyframe;
 use foxglove::Encode as _;
 use foxglove::messages::{Log, PointCloud, SceneUpdate};
 
@@ -15,6 +16,10 @@ pub(crate) fn schema_of(
     if let Some(channel) = clock.iter().chain(declared).find(|channel| channel.topic == topic) {
         let set = file_descriptor_set(channel)?;
         return Ok(foxglove::Schema::new(channel.schema, "protobuf", set));
+    }
+    if topic == keyframe::KEYFRAME {
+        let schema = keyframe::SCHEMA;
+        return Ok(foxglove::Schema::new(schema, "protobuf", keyframe::descriptor()));
     }
     let schema = match topic {
         channels::STATE => PointCloud::get_schema(),

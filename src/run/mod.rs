@@ -27,7 +27,7 @@ use kinetoscope_recording::background::FrameWriter;
 use kinetoscope_recording::error::{ReadError, RecordError};
 use kinetoscope_recording::file::RecordingFile;
 use kinetoscope_recording::frame::{Frame, Level, LogLine};
-use kinetoscope_recording::recorder::{Clock, Outcome, Recorder};
+use kinetoscope_recording::recorder::{Clock, Outcome, Recorder, StoredFrames};
 use prepared::Prepared;
 use schedule::Schedule;
 use std::io::Write;
@@ -65,13 +65,38 @@ pub struct RunState<W: Write = RecordingFile> {
     pub next: u64,
     /// Shown each frame.
     pub(crate) viewer: Option<FrameViewer>,
+    /// Which frames are stored, and the number of all.
+    stored: (StoredFrames, Option<u64>),
 }
 
 impl<W: Write> RunState<W> {
     pub(crate) fn new(prepared: Prepared, recorder: FrameWriter<W>, next: u64) -> Self {
-        let Prepared { model, schedule, .. } = prepared;
-        Self { model, schedule, recorder, next, viewer: None }
+        let Prepared { model, schedule, header } = prepared;
+        let stored = (header.stored, header.frames_expected);
+        Self { model, schedule, recorder, next, viewer: None, stored }
     }
+
+    /// The encoded state of the model, if the next frame to write is a keyframe.
+    ///
+    /// # Errors
+    /// A state that cannot be encoded: a defect of the program.
+    fn keyframe(&self) -> Result<Option<Vec<u8>>, RecordError> {
+        let (stored, frames) = self.stored;
+        let is_keyframe = matches!(stored, StoredFrames::Keyframes(_))
+            && stored.has(self.recorder.frames_written(), frames);
+        is_keyframe.then(|| encoded(&*self.model)).transpose()
+    }
+}
+
+/// The encoded state of a model.
+///
+/// # Errors
+/// A state that cannot be encoded: a defect of the program.
+pub(crate) fn encoded(model: &dyn Model) -> Result<Vec<u8>, RecordError> {
+    let mut bytes = Vec::new();
+    let encoded = model.encode_into(&mut bytes);
+    encoded.map_err(|error| RecordError::Container(format!("a keyframe: {error}")))?;
+    Ok(bytes)
 }
 
 /// The reason why a run left no usable recording.
@@ -102,10 +127,14 @@ pub fn record_start<W: Write + Send + 'static>(
 }
 
 fn record_now<W: Write>(state: &mut RunState<W>) -> Result<(), RecordError> {
+    let keyframe = state.keyframe()?;
     let RunState { model, viewer, .. } = state;
     let clock = Clock { count: model.count(), time: model.time() };
     state.recorder.write(clock, |frame| {
         model.observe(frame);
+        if let Some(keyframe) = keyframe {
+            *frame.model_mut() = keyframe;
+        }
         if let Some(show) = viewer {
             show(frame, clock.time);
         }

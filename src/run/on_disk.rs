@@ -5,7 +5,6 @@ use crate::live::{GnuplotLoop, LiveServer};
 use crate::run::checkpoint::{Checkpointer, max_checkpoint_bytes};
 use crate::run::prepared::Prepared;
 use crate::run::{RunError, RunSpec, RunState, record_frames, record_start};
-use kinetoscope_physics::model::Target;
 use kinetoscope_physics::{kind_of, restore};
 use kinetoscope_recording::background::FrameWriter;
 use kinetoscope_recording::checkpoint::{self as checkpoint_file, decode_head};
@@ -16,9 +15,6 @@ use kinetoscope_recording::recorder::{Outcome, Recorder, RecorderState};
 use std::fs;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
-
-/// Relative rounding error of a time that is a product of a count and a step.
-const TIME_ROUNDING: f64 = 1e-9;
 
 /// The result of a run that left a readable recording.
 #[derive(Clone, Debug)]
@@ -171,22 +167,11 @@ fn resume(
     let Some(((next, recorder), model)) = saved else { return Ok(None) };
     let prepared = Prepared::of(model, manifest, canonical, run_key)
         .map_err(|error| RecordError::Container(error.to_string()))?;
-    if recorder.frames() != next || !is_before_frame(&prepared, next) {
+    if recorder.frames() != next || !prepared.is_before_frame(next) {
         let path = checkpoint_file::path(folder, stem);
         let what = "its state belongs to another frame".to_owned();
         return Err(RecordError::NotContinued { path, what });
     }
     let recorder = Recorder::resume(folder, stem, &prepared.header, recorder)?;
     Ok(Some((recorder, next, prepared)))
-}
-
-/// Whether a restored model can be on its way to a frame: not beyond its target. After the last frame, `next` is one more.
-fn is_before_frame(prepared: &Prepared, next: u64) -> bool {
-    let Prepared { model, schedule, .. } = prepared;
-    let frames = schedule.frames();
-    let is_possible = match schedule.target(next.min(frames)) {
-        Target::Count(count) => model.count() <= count,
-        Target::Time(time) => model.time() <= time * (1.0 + TIME_ROUNDING),
-    };
-    (1..=frames + 1).contains(&next) && is_possible
 }

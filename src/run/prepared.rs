@@ -4,11 +4,14 @@ use crate::run::memory;
 use crate::run::schedule::Schedule;
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::record::{Compression, RecordConfig};
-use kinetoscope_physics::model::{Extent, Model, ModelKind, SetupError};
+use kinetoscope_physics::model::{Extent, Model, ModelKind, SetupError, Target};
 use kinetoscope_physics::random::Seed;
 use kinetoscope_physics::{kind_of, prepare};
-use kinetoscope_recording::recorder::{self, Header, Selection};
+use kinetoscope_recording::recorder::{self, Header, Selection, StoredFrames};
 use std::fmt;
+
+/// Relative rounding error of a time that is a product of a count and a step.
+const TIME_ROUNDING: f64 = 1e-9;
 
 /// Model, schedule and header of one run.
 pub struct Prepared {
@@ -77,6 +80,9 @@ impl Prepared {
                 Compression::Lz4 => recorder::Compression::Lz4,
                 Compression::None => recorder::Compression::None,
             },
+            stored: record
+                .distance_of_keyframes()
+                .map_or(StoredFrames::All, StoredFrames::Keyframes),
             frames_expected: Some(schedule.frames().saturating_add(1)),
             model_time: match model.extent() {
                 Extent::Steps { total, step } => Some(total as f64 * step),
@@ -85,6 +91,18 @@ impl Prepared {
             },
         };
         Ok(Self { model, schedule, header })
+    }
+}
+
+impl Prepared {
+    /// Whether a restored model can be on its way to a frame: not beyond its target. After the last frame, `next` is one more.
+    pub(crate) fn is_before_frame(&self, next: u64) -> bool {
+        let frames = self.schedule.frames();
+        let is_possible = match self.schedule.target(next.min(frames)) {
+            Target::Count(count) => self.model.count() <= count,
+            Target::Time(time) => self.model.time() <= time * (1.0 + TIME_ROUNDING),
+        };
+        (1..=frames + 1).contains(&next) && is_possible
     }
 }
 

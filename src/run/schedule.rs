@@ -71,6 +71,15 @@ impl Schedule {
         self.frames
     }
 
+    /// The target of frame `index`, from 0.
+    pub(crate) fn target_or_start(&self, index: u64) -> Target {
+        match (index, self.target(Ord::max(index, 1))) {
+            (0, Target::Count(_)) => Target::Count(0),
+            (0, Target::Time(_)) => Target::Time(0.0),
+            (_, target) => target,
+        }
+    }
+
     /// The target of frame `index`, from 1 to [`Schedule::frames`].
     #[must_use]
     pub fn target(&self, index: u64) -> Target {
@@ -96,6 +105,15 @@ impl Schedule {
             }
             (RecordInterval::EveryTime(every), _) => Target::Time(index as f64 * every.get()),
         }
+    }
+}
+
+/// Whether a target is not after another one of the same run.
+pub(crate) fn is_at_or_before(one: Target, other: Target) -> bool {
+    match (one, other) {
+        (Target::Count(one), Target::Count(other)) => one <= other,
+        (Target::Time(one), Target::Time(other)) => one <= other,
+        _ => false,
     }
 }
 

@@ -4,10 +4,16 @@ pub mod attestation;
 pub mod compare;
 pub mod diff;
 pub mod divergence;
+pub mod fill;
+pub mod fine_frames;
 pub mod fingerprint;
+mod keyframe_search;
 pub mod lock_file;
 pub mod merge;
+mod rerun_check;
+pub mod restore;
 mod syndromes;
+pub mod zoom;
 
 use crate::interrupt::Interrupt;
 use crate::plan::restart_files::StartFiles;
@@ -18,7 +24,7 @@ use crate::verify::diff::{Comparison, compare_messages};
 use kinetoscope_manifest::{KeyDifference, RunManifest, differing_keys, parse_run, run_key};
 use kinetoscope_physics::kind_of;
 use kinetoscope_recording::error::{ReadError, ReadFault, RecordError};
-use kinetoscope_recording::reader::{Outcome, Recording};
+use kinetoscope_recording::reader::{Outcome, Recording, StoredFrames};
 use kinetoscope_recording::recorder::Recorder;
 use kinetoscope_recording::regular_file;
 use std::fs::File;
@@ -69,6 +75,9 @@ pub enum VerifyError {
         "this version does not understand the manifest in the recording; verify it with the version that wrote it\n{0}"
     )]
     Manifest(String),
+    /// The recording has only a part of its run.
+    #[error("{path} is a part of a run: verify the recording of the whole run", path = .0.display())]
+    Part(PathBuf),
     /// The recording from which the run started is missing.
     #[error("the run started from another recording: {0}")]
     Start(String),
@@ -99,6 +108,9 @@ pub fn verify(
     on_frame: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<Verification, VerifyError> {
     let recording = recording::open(path)?;
+    if let StoredFrames::From(_) = recording.provenance().stored {
+        return Err(VerifyError::Part(path.to_owned()));
+    }
     let mut manifest = parse_run(recording.manifest())
         .map_err(|diagnostics| VerifyError::Manifest(diagnostics.render(false)))?;
     let starts = StartFiles::relative_to(&folder_of(path));
@@ -140,23 +152,25 @@ fn folder_of(path: &Path) -> PathBuf {
 #[derive(Clone, Copy)]
 struct IntactPart {
     frames: u64,
+    /// Index of the last frame.
+    last: u64,
     damaged: bool,
 }
 
 fn intact_part(recording: &Recording) -> Result<IntactPart, ReadError> {
-    let mut frames = 0;
+    let (mut frames, mut last) = (0, 0);
     for frame in recording.frames()? {
         match frame {
-            Ok(_) => frames += 1,
+            Ok(frame) => (frames, last) = (frames + 1, frame.clock.frame),
             Err(error) if frames == 0 => return Err(error),
-            Err(_) => return Ok(IntactPart { frames, damaged: true }),
+            Err(_) => return Ok(IntactPart { frames, last, damaged: true }),
         }
     }
     if frames == 0 {
         let fault = ReadFault::Damaged { byte: 0, what: "it has no frame".to_owned() };
         return Err(ReadError { path: recording.path().to_path_buf(), intact_frames: 0, fault });
     }
-    Ok(IntactPart { frames, damaged: false })
+    Ok(IntactPart { frames, last, damaged: false })
 }
 
 /// A rerun, for as many frames as the file has.
@@ -214,7 +228,7 @@ impl Rerun<'_> {
         let interrupt = self.interrupt.with_own_stop();
         let unfinished = self.extent.damaged
             || self.recording.provenance().outcome == Some(Outcome::Interrupted);
-        let last = self.extent.frames - 1;
+        let last = self.extent.last;
         let stop_at = |frame| {
             if unfinished && frame == last {
                 interrupt.stop();

@@ -12,6 +12,7 @@
 //! - `plots`: plots as SVG and PNG, and what cannot be plotted
 //! - `pipelines`: several manifests, folders, and manifests that start from manifests
 //! - `merged_recordings`: several runs in one recording
+//! - `keyframes`: recordings that keep only keyframes, `fill` and `zoom`
 //! - `lock`: golden values of runs, and the place of the first difference
 //! - `view`: the server of recordings for Lichtblick, and who may read
 
@@ -22,6 +23,7 @@ mod baselines;
 mod full_output;
 mod hostile_files;
 mod hostile_text;
+mod keyframes;
 mod lock;
 mod merged_recordings;
 mod narrow_terminals;

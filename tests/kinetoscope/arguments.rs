@@ -3,12 +3,14 @@
 use super::{Bench, GAS, call, command};
 use std::process::Stdio;
 
-const SUBCOMMANDS: [&str; 15] = [
+const SUBCOMMANDS: [&str; 17] = [
     "run",
     "new",
     "check",
     "verify",
     "compare",
+    "fill",
+    "zoom",
     "why",
     "info",
     "benchmark",

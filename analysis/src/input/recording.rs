@@ -3,7 +3,7 @@
 use crate::input::error::UnreadableRecording;
 use crate::metric::RunOrigin;
 use kinetoscope_manifest::{RunManifest, parse_run};
-use kinetoscope_recording::reader::Recording;
+use kinetoscope_recording::reader::{Recording, StoredFrames};
 use std::path::Path;
 
 /// An open recording and its manifest.
@@ -51,6 +51,7 @@ pub fn open(path: &Path) -> Result<OpenRun, UnreadableRecording> {
 pub(crate) fn opened(recording: Recording) -> Result<OpenRun, UnreadableRecording> {
     let canonical = recording.manifest().to_owned();
     let path = recording.path();
+    check_all_frames(&recording)?;
     let manifest = parse_run(&canonical).map_err(|diagnostics| {
         let path = path.display();
         UnreadableRecording(format!(
@@ -64,6 +65,21 @@ pub(crate) fn opened(recording: Recording) -> Result<OpenRun, UnreadableRecordin
         None => recording,
     };
     Ok(OpenRun { recording, file, canonical, manifest, run_key })
+}
+
+/// Rejects a recording that holds only some frames: most metrics of a run follow from all of them.
+fn check_all_frames(recording: &Recording) -> Result<(), UnreadableRecording> {
+    let path = recording.path().display();
+    match recording.provenance().stored {
+        StoredFrames::All => Ok(()),
+        StoredFrames::Keyframes(distance) => Err(UnreadableRecording(format!(
+            "{path}: it keeps only keyframes (every {distance}th frame), and metrics need all frames; no frame was read. Restore \
+             them with `kinetoscope fill {path}`"
+        ))),
+        StoredFrames::From(_) => Err(UnreadableRecording(format!(
+            "{path}: it is a part of a run, and metrics need all frames; no frame was read. Name the recording of the whole run"
+        ))),
+    }
 }
 
 /// Limits the frames of a recording to the particles of its manifest, if this version can read it.

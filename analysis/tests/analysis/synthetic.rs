@@ -129,6 +129,7 @@ pub(crate) fn write_run(path: &Path, run: &Run, frames: &Frames, outcome: &Outco
         playback_fps: 25.0,
         max_drawn_particles: NonZeroU32::new(10_000).unwrap(),
         compression: Compression::Zstd,
+        stored: kinetoscope_recording::recorder::StoredFrames::All,
         frames_expected: None,
         model_time: None,
     };

@@ -60,6 +60,7 @@ fn recording(folder: &Path, channels: &[&str]) -> PathBuf {
         playback_fps: 25.0,
         max_drawn_particles: NonZeroU32::new(2).unwrap(),
         compression: Compression::Zstd,
+        stored: kinetoscope_recording::recorder::StoredFrames::All,
         frames_expected: Some(u64::from(FRAMES)),
         model_time: None,
     };

@@ -124,6 +124,7 @@ fn header(compression: Compression) -> Header {
         playback_fps: 25.0,
         max_drawn_particles: NonZeroU32::new(10_000).unwrap(),
         compression,
+        stored: kinetoscope_recording::recorder::StoredFrames::All,
         frames_expected: None,
         model_time: None,
     }

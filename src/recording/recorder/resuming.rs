@@ -24,6 +24,7 @@ pub struct RecorderState {
     closed_bytes: u64,
     open: OpenChunk,
     trails: Trails,
+    hashes: Vec<u8>,
 }
 
 impl RecorderState {
@@ -61,6 +62,7 @@ impl Recorder<RecordingFile> {
             closed_bytes: self.bytes_written(),
             open: open.clone(),
             trails: self.trails.clone(),
+            hashes: self.unstored.hashes.clone(),
         })
     }
 
@@ -82,7 +84,7 @@ impl Recorder<RecordingFile> {
         if state.closed_frames > 0 {
             let intact = Recording::open(&path).and_then(|recording| recording.frames());
             let mut intact = intact.map_err(|error| broken(error.to_string()))?;
-            for _ in 0..state.closed_frames {
+            while recorder.frames < state.closed_frames {
                 match intact.next() {
                     Some(Ok(frame)) => recorder.replay(&frame)?,
                     Some(Err(error)) => return Err(broken(error.to_string())),
@@ -99,6 +101,7 @@ impl Recorder<RecordingFile> {
 
     fn replay(&mut self, frame: &RecordedFrame) -> Result<(), RecordError> {
         self.add_channels()?;
+        self.frames = frame.clock.frame;
         for message in frame.messages() {
             let known = self.recorded.iter().find(|topic| **topic == message.topic());
             let topic = *known.ok_or_else(|| {
@@ -125,6 +128,7 @@ impl Recorder<RecordingFile> {
         }
         self.frames = state.frames;
         self.trails = state.trails;
+        self.unstored.hashes = state.hashes;
         Ok(())
     }
 }

@@ -9,7 +9,7 @@ use kinetoscope_manifest::model::*;
 use kinetoscope_manifest::quantity::{
     BoxSide, Finite, Fraction, NonNegative, PlaybackRate, Positive, StepTolerance,
 };
-use kinetoscope_manifest::record::{Compression, RecordConfig, RecordInterval};
+use kinetoscope_manifest::record::{Compression, Keep, RecordConfig, RecordInterval};
 use kinetoscope_manifest::{RunManifest, parse, parse_run, run_key};
 use std::num::{NonZeroU32, NonZeroU64};
 
@@ -101,6 +101,8 @@ fn canonical_form_is_pinned() {
             playback_fps: PlaybackRate::literal(12.5),
             max_drawn_particles: NonZeroU32::new(500).unwrap(),
             compression: Compression::None,
+            keep: Keep::All,
+            keyframe_distance: None,
         },
     };
     assert_eq!(dem.canonical(), GOLDEN_DEM);
@@ -262,11 +264,14 @@ impl Numbers {
         } else {
             RecordInterval::Frames(NonZeroU64::new(1 + self.next()).unwrap())
         };
+        let distance = NonZeroU64::new(self.below(3) * 7);
         RunManifest {
             seed: self.next() << 11 ^ self.next(),
             replicate: self.next() as u32,
             model,
             record: RecordConfig {
+                keep: if distance.is_some() { Keep::Keyframes } else { Keep::All },
+                keyframe_distance: distance,
                 interval,
                 channels: [None, Some(vec![]), Some(vec!["state".to_owned(), "log".to_owned()])]
                     [self.below(3) as usize]

@@ -38,6 +38,10 @@ fn numbers_outside_their_ranges_are_rejected() {
     rejected("[model.dem]\nrestitution = 1.0000000000000002 # <-", "must be a number in (0, 1]");
     rejected("[model.packing]\nwidth = 9.999 # <-", "must be a number in [10, 100000]");
     rejected("[model.orbit]\ntime_step_days = 0 # <-", "must be a number > 0");
+    rejected(
+        "[model.gas]\n[record]\nkeyframe_distance = 5 # <-",
+        "`record.keyframe_distance` needs `keep = \"keyframes\"`",
+    );
     rejected("[model.gas]\n[record]\nplayback_fps = 50.1 # <-", "must be a number in (0, 50]");
     let whole = "must be a whole number from 1 to 4294967295";
     for bad in ["0", "-3", "1.5", "4294967296", "1e10", "1e40"] {

@@ -93,6 +93,8 @@ const NO_DEFAULT: &[&str] = &[
     "every_collisions",
     "frames_per_decade",
     "decades",
+    "keep",
+    "keyframe_distance",
     "channels",
     "name",
     "description",
@@ -212,7 +214,7 @@ fn canonical_form_contains_every_key_of_the_schema() {
         "[model.packing]\nstart_from = \"packing.mcap\"",
         "[model.orbit]\nstart_from = \"orbit.mcap\"",
         "[model.gas]\ndisc_radius_m = 0.01\nspeeds_m_per_s = [1]",
-        "[model.dem]",
+        "[model.dem]\n[record]\nkeep = \"keyframes\"",
         "[model.gas]",
     ];
     let mut written = BTreeSet::new();

@@ -58,6 +58,7 @@ pub(crate) fn header(compression: Compression) -> Header {
         playback_fps: 25.0,
         max_drawn_particles: NonZeroU32::new(10_000).unwrap(),
         compression,
+        stored: kinetoscope_recording::recorder::StoredFrames::All,
         frames_expected: Some(201),
         model_time: Some(0.6),
     }

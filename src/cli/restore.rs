@@ -1,0 +1,126 @@
+//! `fill` and `zoom`: frames that a recording does not hold, recomputed from its keyframes.
+
+use crate::cli::exit::Exit;
+use crate::cli::messages::{Failure, plural};
+use crate::cli::result_arguments::ResultArguments;
+use crate::executor::progress::{ProgressDisplay, Verbosity};
+use crate::interrupt::Interrupt;
+use crate::run::RunError;
+use crate::verify::fill::fill;
+use crate::verify::fine_frames::Interval;
+use crate::verify::restore::{RestoreError, Restored};
+use crate::verify::zoom::zoom;
+use clap::Args;
+use kinetoscope_recording::error::RecordError;
+use serde_json::json;
+use std::path::PathBuf;
+
+/// Restore all frames of a recording that keeps only keyframes, and check that they are those of the run.
+#[derive(Debug, Args)]
+pub struct FillArguments {
+    /// Recording (*.mcap) of a run with `keep = "keyframes"`
+    #[arg(value_name = "RECORDING")]
+    path: PathBuf,
+    /// The new recording; by default a file next to the other one
+    #[arg(long, short, value_name = "FILE")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    result: ResultArguments,
+}
+
+/// Recompute an interval of a recorded run with more frames, from the nearest keyframe before it.
+#[derive(Debug, Args)]
+pub struct ZoomArguments {
+    /// Recording (*.mcap)
+    #[arg(value_name = "RECORDING")]
+    path: PathBuf,
+    /// Start of the interval, in the unit of the model's time (in collisions if the run's length is a number of collisions)
+    #[arg(long, value_name = "TIME")]
+    from: f64,
+    /// End of the interval
+    #[arg(long, value_name = "TIME")]
+    to: f64,
+    /// Time between two frames, at least one time step; frames are at its multiples
+    #[arg(long, value_name = "TIME")]
+    every: f64,
+    /// The new recording; by default a file next to the other one
+    #[arg(long, short, value_name = "FILE")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    result: ResultArguments,
+}
+
+impl FillArguments {
+    /// Restores the frames and prints the result.
+    #[must_use]
+    pub fn execute(&self) -> Exit {
+        let is_silent = self.result.quiet || self.result.json;
+        let verbosity = if is_silent { Verbosity::Quiet } else { Verbosity::Normal };
+        let progress = ProgressDisplay::new(1, verbosity);
+        let bar = progress.start_run(&self.path.display().to_string());
+        let restored = listen().and_then(|interrupt| {
+            let on_frame = |done, of| bar.frame(done, of);
+            fill(&self.path, self.output.as_deref(), &interrupt, &on_frame).map_err(failure)
+        });
+        progress.close();
+        concluded(restored, &self.result)
+    }
+}
+
+impl ZoomArguments {
+    /// Recomputes the interval and prints the result.
+    #[must_use]
+    pub fn execute(&self) -> Exit {
+        let interval = Interval { from: self.from, to: self.to, every: self.every };
+        let restored = listen().and_then(|interrupt| {
+            zoom(&self.path, interval, self.output.as_deref(), &interrupt).map_err(failure)
+        });
+        concluded(restored, &self.result)
+    }
+}
+
+fn listen() -> Result<Interrupt, Failure> {
+    Interrupt::listen()
+        .map_err(|error| Failure::new(Exit::Retryable, format!("cannot listen to Ctrl-C: {error}")))
+}
+
+fn concluded(restored: Result<Restored, Failure>, result: &ResultArguments) -> Exit {
+    let restored = match restored {
+        Ok(restored) => restored,
+        Err(failure) => return result.concluded(result.failed(&failure)),
+    };
+    let Restored { path, frames, equal_frames, notes } = &restored;
+    let mut lines = vec![format!("{}: {}", path.display(), plural(*frames, "frame"))];
+    lines.push(format!(
+        "{} of the recording recomputed: equal in every message",
+        plural(*equal_frames, "frame")
+    ));
+    lines.extend(notes.iter().map(|note| format!("note: {note}")));
+    result.print(&lines.join("\n"), || {
+        json!({
+            "exit_code": 0, "file": path, "frames": frames, "equal_frames": equal_frames, "notes": notes,
+        })
+    });
+    result.concluded(Exit::Done)
+}
+
+fn failure(error: RestoreError) -> Failure {
+    let exit = match &error {
+        RestoreError::Arguments(_) => Exit::BadManifest,
+        RestoreError::Differs { .. } => Exit::Differs,
+        RestoreError::Run(RunError::Record(error)) if error.is_retryable() => Exit::Retryable,
+        RestoreError::Run(RunError::Record(RecordError::Differs { .. })) => Exit::Differs,
+        RestoreError::Run(RunError::Setup(_))
+        | RestoreError::Read(_)
+        | RestoreError::Manifest(_)
+        | RestoreError::Start(_)
+        | RestoreError::OtherPhysics { .. }
+        | RestoreError::Unsuitable(_) => Exit::Unreadable,
+        RestoreError::Run(_) => Exit::RunFailed,
+        RestoreError::Interrupted(code) => Exit::Signal(*code),
+    };
+    match error {
+        RestoreError::Manifest(_) => Failure::new(exit, error),
+        error => Failure::with_remedy(exit, error),
+    }
+}

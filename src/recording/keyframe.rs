@@ -1,0 +1,133 @@
+//! Keyframes: the state of the model, from which a run continues, and the hashes of the messages that are not stored.
+
+use crate::error::RecordError;
+use prost::Message;
+use prost_types::field_descriptor_proto::{Label, Type};
+use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet};
+use sha2::{Digest as _, Sha256};
+
+/// Topic of the keyframes, the last one of each stored frame.
+pub const KEYFRAME: &str = "/keyframe";
+/// Full name of the schema.
+pub(crate) const SCHEMA: &str = "kinetoscope.Keyframe";
+/// Size of a message's hash.
+pub const HASH_BYTES: usize = 16;
+/// Ends the hashes of a frame, in the place of a channel.
+const END_OF_FRAME: u8 = u8::MAX;
+
+/// The message of [`KEYFRAME`].
+#[derive(Clone, PartialEq, Message)]
+pub struct Keyframe {
+    /// The state of the model, in the encoding of checkpoints.
+    #[prost(bytes = "vec", tag = "1")]
+    pub model: Vec<u8>,
+    /// The hashes of the frames since the previous keyframe.
+    #[prost(bytes = "vec", tag = "2")]
+    pub hashes: Vec<u8>,
+}
+
+impl Keyframe {
+    /// Decodes a message; `None` if it is damaged.
+    #[must_use]
+    pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
+        Self::decode(bytes).ok()
+    }
+}
+
+/// The schema as a serialized `FileDescriptorSet`.
+pub(crate) fn descriptor() -> Vec<u8> {
+    let field = |name: &str, number| FieldDescriptorProto {
+        name: Some(name.to_owned()),
+        number: Some(number),
+        label: Some(Label::Optional.into()),
+        r#type: Some(Type::Bytes.into()),
+        ..FieldDescriptorProto::default()
+    };
+    let file = FileDescriptorProto {
+        name: Some("kinetoscope/Keyframe.proto".to_owned()),
+        package: Some("kinetoscope".to_owned()),
+        message_type: vec![DescriptorProto {
+            name: Some("Keyframe".to_owned()),
+            field: vec![field("model", 1), field("hashes", 2)],
+            ..DescriptorProto::default()
+        }],
+        syntax: Some("proto3".to_owned()),
+        ..FileDescriptorProto::default()
+    };
+    FileDescriptorSet { file: vec![file] }.encode_to_vec()
+}
+
+/// The hash of one message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MessageHash {
+    /// Position of its channel in the list of recorded channels.
+    pub channel: u8,
+    /// The first half of the SHA-256 of log time and payload.
+    pub hash: [u8; HASH_BYTES],
+}
+
+impl MessageHash {
+    /// Hashes a message.
+    ///
+    /// # Errors
+    /// More channels than any recording has: a defect of the program.
+    pub fn of(channel: usize, log_time_ns: u64, payload: &[u8]) -> Result<Self, RecordError> {
+        let channel = u8::try_from(channel).ok().filter(|channel| *channel != END_OF_FRAME);
+        let channel =
+            channel.ok_or_else(|| RecordError::Container("too many channels".to_owned()))?;
+        let whole = Sha256::new().chain_update(log_time_ns.to_le_bytes()).chain_update(payload);
+        let mut hash = [0; HASH_BYTES];
+        hash.copy_from_slice(&whole.finalize()[..HASH_BYTES]);
+        Ok(Self { channel, hash })
+    }
+
+    pub(crate) fn append_to(self, bytes: &mut Vec<u8>) {
+        bytes.push(self.channel);
+        bytes.extend(self.hash);
+    }
+}
+
+/// Ends the hashes of a frame.
+pub(crate) fn end_frame(bytes: &mut Vec<u8>) {
+    bytes.push(END_OF_FRAME);
+}
+
+/// The hashes of each frame; `None` if the bytes are damaged.
+#[must_use]
+pub fn decode_hashes(mut bytes: &[u8]) -> Option<Vec<Vec<MessageHash>>> {
+    let (mut frames, mut frame) = (Vec::new(), Vec::new());
+    while let Some((&channel, rest)) = bytes.split_first() {
+        if channel == END_OF_FRAME {
+            frames.push(std::mem::take(&mut frame));
+            bytes = rest;
+        } else {
+            let (hash, rest) = rest.split_first_chunk()?;
+            frame.push(MessageHash { channel, hash: *hash });
+            bytes = rest;
+        }
+    }
+    frame.is_empty().then_some(frames)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Control: a byte less is damage.
+    #[test]
+    fn hashes_survive_their_encoding() {
+        let one = MessageHash::of(3, 40, b"payload").unwrap();
+        let other = MessageHash::of(3, 41, b"payload").unwrap();
+        assert_ne!(one, other);
+        let mut bytes = Vec::new();
+        one.append_to(&mut bytes);
+        end_frame(&mut bytes);
+        end_frame(&mut bytes);
+        other.append_to(&mut bytes);
+        one.append_to(&mut bytes);
+        end_frame(&mut bytes);
+        assert_eq!(decode_hashes(&bytes), Some(vec![vec![one], vec![], vec![other, one]]));
+        assert_eq!(decode_hashes(&bytes[..bytes.len() - 1]), None);
+        assert!(MessageHash::of(255, 0, b"").is_err());
+    }
+}

@@ -1,0 +1,105 @@
+//! Recordings that keep only keyframes: of the other frames, a hash of each message.
+
+use super::{Recorder, StoredFrames};
+use crate::error::RecordError;
+use crate::keyframe::{KEYFRAME, Keyframe, MessageHash, end_frame};
+use crate::provenance::HASHES_RECORD;
+use mcap::records::Metadata;
+use std::collections::BTreeMap;
+use std::io::Write;
+
+/// Bytes of hashes in a metadata record, which takes two digits per byte.
+const HASHES_PER_RECORD: usize = 128 << 10;
+
+/// What is kept of the frames since the last keyframe.
+#[derive(Debug, Default)]
+pub(super) struct Unstored {
+    /// Whether the current frame is not stored.
+    pub(super) is_now: bool,
+    /// The hashes of the messages that are not stored.
+    pub(super) hashes: Vec<u8>,
+    /// Index of the last stored frame, if not all are.
+    last: Option<u64>,
+}
+
+impl<W: Write> Recorder<W> {
+    /// Continues with this frame, as if all before it had been written: for a run whose messages are only compared.
+    #[must_use]
+    pub fn at_frame(mut self, frame: u64) -> Self {
+        self.frames = frame;
+        self
+    }
+
+    /// Whether the next frame is the first one of the file.
+    pub(super) fn is_first(&self) -> bool {
+        self.frames == self.header.stored.first()
+    }
+
+    /// Index of the last frame in the file.
+    pub(super) fn last_stored(&self) -> Option<u64> {
+        match self.header.stored {
+            StoredFrames::Keyframes(_) => self.unstored.last,
+            StoredFrames::All | StoredFrames::From(_) => self.frames.checked_sub(1),
+        }
+    }
+
+    pub(super) fn begin_frame(&mut self) {
+        let stored = self.header.stored.has(self.frames, self.header.frames_expected);
+        self.unstored.is_now = !stored;
+    }
+
+    /// Keeps the hash of a message.
+    pub(super) fn hash(
+        &mut self,
+        topic: &'static str,
+        log_time: u64,
+        payload: &[u8],
+    ) -> Result<(), RecordError> {
+        let channel = self.recorded.iter().position(|recorded| *recorded == topic);
+        let hash = MessageHash::of(channel.unwrap_or(usize::MAX), log_time, payload)?;
+        hash.append_to(&mut self.unstored.hashes);
+        if let Some(observer) = &mut self.observer {
+            observer.message(topic, log_time, payload);
+        }
+        Ok(())
+    }
+
+    /// Ends a frame: its hashes, or the message of a keyframe.
+    pub(super) fn write_keyframe(
+        &mut self,
+        model: &mut Vec<u8>,
+        log_time: u64,
+    ) -> Result<(), RecordError> {
+        if self.unstored.is_now {
+            end_frame(&mut self.unstored.hashes);
+        } else if matches!(self.header.stored, StoredFrames::Keyframes(_)) {
+            let hashes = std::mem::take(&mut self.unstored.hashes);
+            let keyframe = Keyframe { model: std::mem::take(model), hashes };
+            self.message(KEYFRAME, log_time, &keyframe)?;
+        }
+        Ok(())
+    }
+
+    /// Whether the frame that ends now is a keyframe, after which the chunk is closed: damage to one leaves the others.
+    pub(super) fn is_end_of_keyframe(&mut self) -> bool {
+        let is_keyframe =
+            matches!(self.header.stored, StoredFrames::Keyframes(_)) && !self.unstored.is_now;
+        if is_keyframe {
+            self.unstored.last = self.frames.checked_sub(1);
+        }
+        is_keyframe
+    }
+
+    /// Writes the hashes after the last keyframe, which only a run that failed or was interrupted has.
+    pub(super) fn write_remaining_hashes(&mut self) -> Result<(), RecordError> {
+        let hashes = std::mem::take(&mut self.unstored.hashes);
+        for part in hashes.chunks(HASHES_PER_RECORD) {
+            let text = part.iter().map(|byte| format!("{byte:02x}")).collect();
+            self.writer()?.write_metadata(&Metadata {
+                name: HASHES_RECORD.to_owned(),
+                metadata: BTreeMap::from([("hashes".to_owned(), text)]),
+            })?;
+        }
+        Ok(())
+    }
+}

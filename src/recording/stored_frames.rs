@@ -1,0 +1,65 @@
+//! Which frames of a run a recording holds.
+
+use std::num::NonZeroU64;
+
+/// Which frames of a run a recording holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum StoredFrames {
+    /// All frames.
+    #[default]
+    All,
+    /// Every k-th frame and the last one, each with the state of the model; of the others, a hash of each message.
+    Keyframes(NonZeroU64),
+    /// The frames from this one on: a part of a run.
+    From(u64),
+}
+
+impl StoredFrames {
+    /// Index of the first frame in the file.
+    #[must_use]
+    pub fn first(self) -> u64 {
+        match self {
+            Self::All | Self::Keyframes(_) => 0,
+            Self::From(first) => first,
+        }
+    }
+
+    /// Whether a frame of a run with so many frames is stored.
+    #[must_use]
+    pub fn has(self, frame: u64, frames: Option<u64>) -> bool {
+        match self {
+            Self::All => true,
+            Self::Keyframes(distance) => {
+                frame.is_multiple_of(distance.get()) || frames == frame.checked_add(1)
+            }
+            Self::From(first) => frame >= first,
+        }
+    }
+
+    /// Whether a frame may follow a number of frames in the file, the last of which has the index `last`.
+    pub(crate) fn may_follow(self, frame: u64, delivered: u64, last: Option<u64>) -> bool {
+        match (self, last) {
+            (Self::Keyframes(_), Some(last)) => frame > last,
+            _ => self.first().checked_add(delivered) == Some(frame),
+        }
+    }
+
+    /// The value of the provenance; `None` for a recording of all frames.
+    pub(crate) fn to_text(self) -> Option<String> {
+        match self {
+            Self::All => None,
+            Self::Keyframes(distance) => Some(format!("keyframes {distance}")),
+            Self::From(first) => Some(format!("from {first}")),
+        }
+    }
+
+    /// Reads the value of the provenance.
+    pub(crate) fn from_text(text: Option<&str>) -> Option<Self> {
+        let Some(text) = text else { return Some(Self::All) };
+        match text.split_once(' ')? {
+            ("keyframes", distance) => distance.parse().ok().map(Self::Keyframes),
+            ("from", first) => first.parse().ok().map(Self::From),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! The frames of an interval at a finer resolution: those of a run that is recorded at this resolution.
+
+use crate::run::prepared::Prepared;
+use crate::run::schedule::Schedule;
+use crate::verify::restore::{RestoreError, Source};
+use kinetoscope_manifest::RunManifest;
+use kinetoscope_manifest::quantity::Positive;
+use kinetoscope_manifest::record::RecordInterval;
+use kinetoscope_physics::model::{Extent, Model, Target};
+use std::num::NonZeroU64;
+
+/// Tolerance of the bounds, in frames.
+const SAME_FRAME: f64 = 1e-9;
+
+/// An interval of a run and the distance of its frames: in the model's unit of time, or in collisions if the length of the run is
+/// a number of collisions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// The start.
+    pub from: f64,
+    /// The end.
+    pub to: f64,
+    /// The distance.
+    pub every: f64,
+}
+
+/// The frames of an interval.
+pub(crate) struct FineFrames {
+    interval: RecordInterval,
+    schedule: Schedule,
+    /// Index of the first frame, counted from the start of the run.
+    pub(crate) first: u64,
+    /// Index of the last frame.
+    pub(crate) last: u64,
+}
+
+impl FineFrames {
+    /// The multiples of `every` in the interval, and the end of the run if it is in the interval.
+    pub(crate) fn new(start: &Prepared, interval: &Interval) -> Result<Self, RestoreError> {
+        let &Interval { from, to, every } = interval;
+        let refused = |what: String| Err(RestoreError::Arguments(what));
+        let extent = start.model.extent();
+        let (end, unit) = match extent {
+            Extent::Steps { total, step } => (total as f64 * step, start.header.time_unit),
+            Extent::Time(duration) => (duration, start.header.time_unit),
+            Extent::Events(total) => (total as f64, "collisions"),
+        };
+        let shown = |value: f64| format!("{value} {unit}").trim_end().to_owned();
+        let length = format!("the run lasts from 0 to {}", shown(end));
+        let slack = end * SAME_FRAME;
+        if !(from >= 0.0 && from <= to && to <= end + slack) {
+            let what = format!("--from {from} --to {to} is not an interval of the run: {length}");
+            return refused(what);
+        }
+        if !(every > 0.0 && every.is_finite()) {
+            return refused(format!("--every {every} must be above 0"));
+        }
+        match extent {
+            Extent::Steps { step, .. } if every < step * (1.0 - SAME_FRAME) => {
+                return refused(format!(
+                    "--every {every} is less than one time step: the step of {} is the limit",
+                    shown(step)
+                ));
+            }
+            Extent::Events(_) if every < 1.0 || every.fract() != 0.0 => {
+                return refused(format!("--every {every} is not a whole number of collisions"));
+            }
+            _ => {}
+        }
+        let interval = match (extent, Positive::new(every), NonZeroU64::new(every as u64)) {
+            (Extent::Events(_), _, Some(every)) => RecordInterval::EveryCollisions(every),
+            // Rounding may make it less than the step.
+            (Extent::Steps { step, .. }, Some(_), _) if every < step => {
+                RecordInterval::EverySteps(NonZeroU64::MIN)
+            }
+            (_, Some(every), _) => RecordInterval::EveryTime(every),
+            _ => return refused(format!("--every {every} must be above 0")),
+        };
+        let schedule = Schedule::new(interval, extent)?;
+        let first = (from / every - SAME_FRAME).ceil() as u64;
+        let reaches_end = to >= end - slack;
+        let last = (to / every + SAME_FRAME).floor() as u64;
+        let last = if reaches_end { schedule.frames() } else { last.min(schedule.frames()) };
+        let first = if reaches_end { first.min(last) } else { first };
+        if first > last {
+            return refused(format!(
+                "no multiple of {} is from {from} to {to}: change --every or the interval",
+                shown(every)
+            ));
+        }
+        Ok(Self { interval, schedule, first, last })
+    }
+
+    /// The target of a frame.
+    pub(crate) fn target(&self, frame: u64) -> Target {
+        self.schedule.target_or_start(frame)
+    }
+
+    /// A model with this schedule.
+    pub(crate) fn prepared(
+        &self,
+        source: &Source,
+        model: Box<dyn Model>,
+    ) -> Result<Prepared, RestoreError> {
+        let mut record = source.manifest.record.with_all_frames();
+        record.interval = self.interval;
+        let manifest = RunManifest { record, ..source.manifest.clone() };
+        let (canonical, key) = source.identity(&manifest);
+        Ok(Prepared::of(model, &manifest, &canonical, &key)?)
+    }
+}

@@ -1,0 +1,67 @@
+//! The keyframe from which a run continues.
+
+use crate::run::prepared::Prepared;
+use crate::run::schedule::is_at_or_before;
+use crate::verify::rerun_check::keyframe_of;
+use crate::verify::restore::{RestoreError, Source};
+use kinetoscope_physics::model::Target;
+use kinetoscope_physics::restore;
+
+/// Where a rerun begins.
+pub(crate) struct Base {
+    /// The model at a recorded frame.
+    pub(crate) prepared: Prepared,
+    /// The frame.
+    pub(crate) frame: u64,
+    /// What is damaged.
+    pub(crate) notes: Vec<String>,
+}
+
+/// The nearest keyframe at or before a target that can be restored; the start of the run if there is none.
+///
+/// # Errors
+/// A recording that cannot be opened, or a run that does not start.
+pub(crate) fn nearest(
+    source: &Source,
+    start: &Prepared,
+    before: Target,
+) -> Result<Base, RestoreError> {
+    let mut notes = Vec::new();
+    let mut found: Vec<(u64, Vec<u8>)> = Vec::new();
+    for frame in source.recording.frames()? {
+        let frame = match frame {
+            Ok(frame) => frame,
+            Err(error) => {
+                let used = found.last().map_or(0, |(frame, _)| *frame);
+                notes.push(format!(
+                    "the nearest keyframe is damaged, that of frame {used} is used: {error}"
+                ));
+                break;
+            }
+        };
+        let index = frame.clock.frame;
+        if index > start.schedule.frames()
+            || !is_at_or_before(start.schedule.target_or_start(index), before)
+        {
+            break;
+        }
+        if let Some(keyframe) = keyframe_of(&frame) {
+            // Two suffice: the nearest one, and one if that is damaged.
+            if found.len() == 2 {
+                found.remove(0);
+            }
+            found.push((index, keyframe.model));
+        }
+    }
+    let (canonical, key) = (&start.header.manifest, &start.header.run_key);
+    for (frame, model) in found.iter().rev() {
+        if let Some(model) = restore(&source.manifest.model, model)
+            && let Ok(prepared) = Prepared::of(model, &source.with_all_frames(), canonical, key)
+            && prepared.is_before_frame(frame + 1)
+        {
+            return Ok(Base { prepared, frame: *frame, notes });
+        }
+        notes.push(format!("the keyframe of frame {frame} is damaged: the one before it is used"));
+    }
+    Ok(Base { prepared: source.start()?, frame: 0, notes })
+}

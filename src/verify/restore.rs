@@ -1,0 +1,177 @@
+//! What `fill` and `zoom` share: a recording whose run is executed again, errors, and the file of the result.
+
+use crate::plan::restart_files::StartFiles;
+use crate::run::prepared::Prepared;
+use crate::run::{RunError, recording};
+use crate::verify::folder_of;
+use crate::verify::rerun_check::Findings;
+use kinetoscope_manifest::{RunManifest, parse_run, run_key};
+use kinetoscope_physics::kind_of;
+use kinetoscope_physics::model::SetupError;
+use kinetoscope_recording::channels::SCHEMA_VERSION;
+use kinetoscope_recording::error::{ReadError, RecordError};
+use kinetoscope_recording::file::RecordingFile;
+use kinetoscope_recording::reader::Recording;
+use std::fs;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// The reason why frames were not restored.
+#[derive(Debug, Error)]
+pub enum RestoreError {
+    /// The file cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// This version of the program does not accept the manifest; all errors are listed.
+    #[error(
+        "this version does not understand the manifest in the recording; use the version that wrote it\n{0}"
+    )]
+    Manifest(String),
+    /// The recording from which the run started is missing.
+    #[error("the run started from another recording: {0}")]
+    Start(String),
+    /// The physics of this program is another one.
+    #[error(
+        "{path} was recorded with physics version {recorded} of {model}, and this program has version {own}: its frames can only be \
+         restored by a program with version {recorded}, but its keyframes can be viewed with any",
+        path = .path.display()
+    )]
+    OtherPhysics {
+        /// The recording.
+        path: PathBuf,
+        /// Name of the model.
+        model: String,
+        /// The version in the recording.
+        recorded: u32,
+        /// The version of this program.
+        own: u32,
+    },
+    /// Arguments that do not fit the recording.
+    #[error("{0}")]
+    Arguments(String),
+    /// The recording cannot be used for this purpose.
+    #[error("{0}")]
+    Unsuitable(String),
+    /// The rerun gives other messages.
+    #[error("the rerun differs from {path} in frame {frame}, {channel}: the file was changed, or another program wrote it; compare \
+         versions with `kinetoscope info`", path = .path.display())]
+    Differs {
+        /// The recording.
+        path: PathBuf,
+        /// The first frame that differs.
+        frame: u64,
+        /// The first channel that differs in this frame.
+        channel: String,
+    },
+    /// The rerun failed.
+    #[error("the rerun failed: {0}")]
+    Run(RunError),
+    /// The program received a signal.
+    #[error("stopped before the end, nothing was written; run the same command again")]
+    Interrupted(u8),
+}
+
+impl From<RecordError> for RestoreError {
+    fn from(error: RecordError) -> Self {
+        Self::Run(error.into())
+    }
+}
+
+impl From<SetupError> for RestoreError {
+    fn from(error: SetupError) -> Self {
+        Self::Run(error.into())
+    }
+}
+
+/// The result of `fill` or `zoom`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Restored {
+    /// The file.
+    pub path: PathBuf,
+    /// Its number of frames.
+    pub frames: u64,
+    /// Number of recorded frames whose messages were computed again and are equal.
+    pub equal_frames: u64,
+    /// What the user should know, such as damage.
+    pub notes: Vec<String>,
+}
+
+/// A recording whose run this program can execute again.
+pub(crate) struct Source {
+    pub(crate) recording: Recording,
+    /// The run, with the same record.
+    pub(crate) manifest: RunManifest,
+}
+
+impl Source {
+    /// Opens a recording and checks its versions.
+    pub(crate) fn open(path: &Path) -> Result<Self, RestoreError> {
+        let recording = recording::open(path)?;
+        let provenance = recording.provenance();
+        let mut manifest = parse_run(recording.manifest())
+            .map_err(|diagnostics| RestoreError::Manifest(diagnostics.render(false)))?;
+        let (recorded, own) =
+            (provenance.physics_version, kind_of(&manifest.model).physics_version);
+        if recorded != own {
+            let (path, model) = (path.to_owned(), provenance.model.clone());
+            return Err(RestoreError::OtherPhysics { path, model, recorded, own });
+        }
+        let starts = StartFiles::relative_to(&folder_of(path));
+        manifest.model.read_start(&|name: &str| starts.read(name)).map_err(RestoreError::Start)?;
+        Ok(Self { recording, manifest })
+    }
+
+    /// The start of the run, with all frames recorded.
+    pub(crate) fn start(&self) -> Result<Prepared, RestoreError> {
+        let manifest = self.with_all_frames();
+        let (canonical, key) = self.identity(&manifest);
+        Ok(Prepared::new(&manifest, &canonical, &key)?)
+    }
+
+    /// The manifest of the run with all frames recorded.
+    pub(crate) fn with_all_frames(&self) -> RunManifest {
+        let record = self.manifest.record.with_all_frames();
+        RunManifest { record, ..self.manifest.clone() }
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        self.recording.path()
+    }
+
+    /// The canonical text of a manifest of this run, and its run key.
+    pub(crate) fn identity(&self, manifest: &RunManifest) -> (String, String) {
+        let canonical = manifest.canonical();
+        let physics = kind_of(&manifest.model).physics_version;
+        let key = run_key(&canonical, physics, SCHEMA_VERSION).as_str().to_owned();
+        (canonical, key)
+    }
+
+    /// The error of a check, if it found a difference.
+    pub(crate) fn differences(&self, findings: &mut Findings) -> Result<(), RestoreError> {
+        match findings.mismatch.take() {
+            Some((frame, channel)) => {
+                Err(RestoreError::Differs { path: self.path().to_owned(), frame, channel })
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+/// Creates the file of the result: a partial file beside it until it is complete.
+pub(crate) fn create(path: &Path) -> Result<RecordingFile, RestoreError> {
+    let stem = path.file_name().and_then(|name| name.to_str()?.strip_suffix(".mcap"));
+    let Some(stem) = stem.filter(|stem| !stem.is_empty()) else {
+        let what = format!("{} does not end in .mcap: name another file", path.display());
+        return Err(RestoreError::Arguments(what));
+    };
+    let folder = folder_of(path);
+    Ok(RecordingFile::create(&folder, stem)?)
+}
+
+/// Removes the partial file of a result that is not complete.
+pub(crate) fn discard(file: RecordingFile) {
+    let partial = file.partial_path().to_owned();
+    drop(file);
+    // What remains is replaced by the next attempt.
+    let _ = fs::remove_file(partial);
+}
