@@ -19,6 +19,8 @@ mod stress_equals_weight_above;
 mod convergence_order_uses_the_asymptotic_range;
 // Order, correlations, displacements and floor loads equal the values put in.
 mod structure_and_bed_metrics_equal_closed_forms;
+// The entropy by boxes equals its definition.
+mod entropy_follows_its_definition;
 // Theory is compared only within its range, and for the run's own materials, noise and density.
 mod theory_is_given_within_its_range;
 
