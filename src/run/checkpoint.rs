@@ -1,6 +1,6 @@
 //! Checkpoints by the clock. A run resumes from its last checkpoint, and the recording shows no trace of it.
 
-use crate::run::RunState;
+use crate::run::frame_loop::RunState;
 use crate::run::memory::{available_bytes, needed_memory_bytes};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::checkpoint;

@@ -1,7 +1,7 @@
 //! A run whose recording is kept in memory.
 
+use super::frame_loop::{RunError, record_frames, record_start};
 use super::prepared::Prepared;
-use super::{RunError, record_frames, record_start};
 use crate::interrupt::Interrupt;
 use kinetoscope_manifest::{Run, run_key};
 use kinetoscope_physics::kind_of;

@@ -3,8 +3,8 @@
 use crate::interrupt::Interrupt;
 use crate::live::{GnuplotLoop, LiveServer};
 use crate::run::checkpoint::{Checkpointer, max_checkpoint_bytes};
+use crate::run::frame_loop::{RunError, RunSpec, RunState, record_frames, record_start};
 use crate::run::prepared::Prepared;
-use crate::run::{RunError, RunSpec, RunState, record_frames, record_start};
 use kinetoscope_physics::{kind_of, restore};
 use kinetoscope_recording::background::FrameWriter;
 use kinetoscope_recording::checkpoint::{self as checkpoint_file, decode_head};
