@@ -39,6 +39,9 @@ pub struct CheckArguments {
     /// Run the slow manifests as well: those that took more than 5 s
     #[arg(long, requires = "locked", help_heading = "Lock file")]
     all: bool,
+    /// Compare the finished recordings of the output folder, and run only what is missing there
+    #[arg(long, requires = "locked", help_heading = "Lock file")]
+    recorded: bool,
     /// The lock file
     #[arg(long, requires = "locked", value_name = "FILE", default_value = lock::USUAL, help_heading = "Lock file")]
     lock_file: PathBuf,
@@ -67,6 +70,7 @@ impl CheckArguments {
             manifests: &self.manifests,
             all: self.all,
             recordings: self.output.folder()?,
+            recorded: self.recorded,
             parallel: Parallel { jobs: self.jobs, threads: None },
             result: &self.result,
         };

@@ -63,7 +63,7 @@ impl LockArguments {
             let runs = plural(entry.runs.len() as u64, "run");
             let (shown, seconds) = (manifest.display(), rerun.seconds);
             self.result.say(&format!("{shown}: {runs}, {seconds:.1} s"));
-            rerun.remove();
+            reruns.remove(rerun);
             file.put(entry);
         }
         file.write(&self.lock_file).map_err(|error| {

@@ -1,4 +1,4 @@
-//! `check --locked`: runs the manifests of a lock file again and names the first difference of each.
+//! `check --locked`: compares the runs of a lock file's manifests with it and names the first difference of each.
 
 use crate::cli::exit::Exit;
 use crate::cli::lock::{locked_recording, metrics_of, physics_version, relative_to, unreadable};
@@ -26,14 +26,16 @@ pub(crate) struct LockedCheck<'a> {
     pub(crate) manifests: &'a [PathBuf],
     /// Whether the slow manifests are checked as well.
     pub(crate) all: bool,
-    /// The folder of recordings, where the details of a difference may be found.
+    /// The folder of recordings, where finished runs or the details of a difference may be found.
     pub(crate) recordings: PathBuf,
+    /// Whether finished runs of that folder are compared instead of new ones.
+    pub(crate) recorded: bool,
     pub(crate) parallel: Parallel,
     pub(crate) result: &'a ResultArguments,
 }
 
 impl LockedCheck<'_> {
-    /// Runs the manifests and compares.
+    /// Compares the runs of the manifests.
     pub(crate) fn execute(
         &self,
         program: &Program<'_>,
@@ -50,7 +52,10 @@ impl LockedCheck<'_> {
             return Err(Failure::new(Exit::Differs, what).help(WRITE_ANEW));
         }
         let entries = self.entries(&file)?;
-        let reruns = Reruns::new(program, self.parallel)?;
+        let reruns = match self.recorded {
+            true => Reruns::recorded(program, self.recordings.clone(), self.parallel),
+            false => Reruns::new(program, self.parallel)?,
+        };
         let (mut exit, mut checked) = (Exit::Done, Vec::<Json>::new());
         for entry in &entries {
             let findings = match self.findings(entry, &reruns, metrics) {
@@ -119,7 +124,7 @@ impl LockedCheck<'_> {
             Some(finding) => vec![finding],
             None => self.differences(entry, &rerun, metrics)?,
         };
-        rerun.remove();
+        reruns.remove(rerun);
         Ok(findings)
     }
 

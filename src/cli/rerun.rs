@@ -1,4 +1,4 @@
-//! Runs of manifests in a temporary folder, for what is derived from a fresh run: lock files.
+//! Runs of manifests from which lock files are derived: fresh ones in a temporary folder, or the finished ones of a folder.
 
 use crate::cli::executor::at_least_one;
 use crate::cli::exit::Exit;
@@ -32,11 +32,28 @@ struct RunCommand {
     run: RunArguments,
 }
 
-/// Executes manifests below a temporary folder, which is removed at the end.
+/// Executes manifests below a folder.
 pub(crate) struct Reruns<'a> {
     program: &'a Program<'a>,
-    folder: TempDir,
+    folder: Folder,
     parallel: Parallel,
+}
+
+/// Where the recordings are.
+enum Folder {
+    /// Every manifest is run; the folder is removed at the end.
+    Temporary(TempDir),
+    /// A run whose recording is there already is not repeated, and every recording is kept.
+    Recordings(PathBuf),
+}
+
+impl Folder {
+    fn path(&self) -> &Path {
+        match self {
+            Self::Temporary(folder) => folder.path(),
+            Self::Recordings(folder) => folder,
+        }
+    }
 }
 
 /// How many processors are used. No result depends on it.
@@ -67,7 +84,7 @@ pub(crate) struct RerunRun {
 }
 
 impl<'a> Reruns<'a> {
-    /// Creates the folder.
+    /// Runs below a new temporary folder.
     pub(crate) fn new(program: &'a Program<'a>, parallel: Parallel) -> Result<Self, Failure> {
         let folder =
             tempfile::Builder::new().prefix("kinetoscope-").tempdir().map_err(|error| {
@@ -75,10 +92,19 @@ impl<'a> Reruns<'a> {
                 let what = format!("cannot create a folder in {}: {error}", folder.display());
                 Failure::new(Exit::Retryable, what).help("name another folder in TMPDIR")
             })?;
-        Ok(Self { program, folder, parallel })
+        Ok(Self { program, folder: Folder::Temporary(folder), parallel })
     }
 
-    /// Executes the runs of a manifest. The recordings of other manifests are removed, unless this one starts from them.
+    /// The finished runs of a folder of recordings. Only those that are missing are executed.
+    pub(crate) const fn recorded(
+        program: &'a Program<'a>,
+        folder: PathBuf,
+        parallel: Parallel,
+    ) -> Self {
+        Self { program, folder: Folder::Recordings(folder), parallel }
+    }
+
+    /// Executes the runs of a manifest.
     pub(crate) fn execute(&self, manifest: &Path) -> Result<RerunExperiment, Failure> {
         let mut words: Vec<OsString> =
             vec!["run".into(), "--quiet".into(), "--output".into(), self.folder.path().into()];
@@ -110,14 +136,14 @@ impl<'a> Reruns<'a> {
         let runs = runs.collect();
         Ok(RerunExperiment { experiment, runs, seconds })
     }
-}
 
-impl RerunExperiment {
-    /// Removes its recordings: those of all manifests together would need much space.
-    pub(crate) fn remove(self) {
-        for run in self.runs {
-            // What remains is removed with the folder.
-            let _ = std::fs::remove_file(run.recording);
+    /// Removes recordings from the temporary folder: those of all manifests together would need much space.
+    pub(crate) fn remove(&self, experiment: RerunExperiment) {
+        if let Folder::Temporary(_) = self.folder {
+            for run in experiment.runs {
+                // What remains is removed with the folder.
+                let _ = std::fs::remove_file(run.recording);
+            }
         }
     }
 }

@@ -106,6 +106,24 @@ fn first_difference_has_values_if_the_locked_recording_exists() {
     assert!(!called.out.contains("in the locked recording"), "{}", called.out);
 }
 
+/// `--recorded` reads the recordings of the output folder, and runs what is missing.
+#[test]
+fn finished_recordings_are_compared_without_a_rerun() {
+    let bench = locked();
+    expect(&bench.call(&["check", "--locked", "--recorded", "--output", "done"]), 0);
+    let recording = recordings(&bench.path("done/discs")).remove(0);
+    let written = fs::metadata(&recording).unwrap().modified().unwrap();
+    expect(&bench.call(&["check", "--locked", "--recorded", "--output", "done"]), 0);
+    assert_eq!(fs::metadata(&recording).unwrap().modified().unwrap(), written);
+    // Control: the recording that is compared is the one in the folder.
+    let set = ["run", "--quiet", "--output", "other", "--set", "model.packing.restitution=0.9"];
+    expect(&bench.call(&[&set[..], &["discs.toml"]].concat()), 0);
+    fs::copy(&recordings(&bench.path("other/discs"))[0], &recording).unwrap();
+    let called = bench.call(&["check", "--locked", "--recorded", "--output", "done"]);
+    assert_ne!(called.code, Some(0), "{}{}", called.out, called.err);
+    expect(&bench.call(&["check", "--locked"]), 0);
+}
+
 #[test]
 fn runs_without_a_recorded_state_are_locked() {
     let bench = Bench::new();
