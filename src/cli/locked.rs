@@ -10,7 +10,7 @@ use crate::cli::result_arguments::ResultArguments;
 use crate::verify::diff::compare_messages;
 use crate::verify::fingerprint::{Fingerprint, Place};
 use crate::verify::lock_file::{LockFile, LockedExperiment};
-use kinetoscope_recording::channels::SCHEMA_VERSION;
+use kinetoscope_recording::channels::{FrameClock, SCHEMA_VERSION};
 use kinetoscope_recording::reader::Recording;
 use serde_json::{Value as Json, json};
 use std::collections::BTreeMap;
@@ -228,14 +228,8 @@ fn describe(place: &Place, recording: &Recording) -> String {
         }
         _ => format!("first difference in frame {frame}"),
     };
-    let clock = recording.frames().ok().and_then(|mut frames| {
-        frames.find_map(|found| found.ok().filter(|found| found.clock.frame == frame))
-    });
-    if let Some(found) = clock {
-        let (time, unit) = (found.clock.time, &found.clock.time_unit);
-        let space = if unit.is_empty() { "" } else { " " };
-        text += &format!(" (time {time:?}{space}{unit})");
-    }
+    let last_equal = equal.or(frame.checked_sub(1));
+    text += &instant(recording, last_equal, frame).unwrap_or_default();
     let Some(row) = &place.row else { return text };
     if row.frame != frame {
         text += &format!("; in frame {}", row.frame);
@@ -254,6 +248,26 @@ fn describe(place: &Place, recording: &Recording) -> String {
         }
     };
     text
+}
+
+/// The time of a frame, and the steps or events since the last equal one.
+fn instant(recording: &Recording, last_equal: Option<u64>, frame: u64) -> Option<String> {
+    let mut from = None;
+    for found in recording.frames().ok()? {
+        let FrameClock { frame: index, step_or_event_count: count, time, time_unit } =
+            found.ok()?.clock;
+        if Some(index) == last_equal {
+            from = Some(count);
+        }
+        if index == frame {
+            let space = if time_unit.is_empty() { "" } else { " " };
+            let between = from.map_or_else(String::new, |from| {
+                format!(", between {from} and {count} steps or events")
+            });
+            return Some(format!(" (time {time:?}{space}{time_unit}{between})"));
+        }
+    }
+    None
 }
 
 /// The metrics that moved, those that moved most first.

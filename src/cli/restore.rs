@@ -35,13 +35,13 @@ pub struct ZoomArguments {
     #[arg(value_name = "RECORDING")]
     path: PathBuf,
     /// Start of the interval, in the unit of the model's time (in collisions if the run's length is a number of collisions)
-    #[arg(long, value_name = "TIME")]
+    #[arg(long, value_name = "TIME", allow_negative_numbers = true)]
     from: f64,
     /// End of the interval
-    #[arg(long, value_name = "TIME")]
+    #[arg(long, value_name = "TIME", allow_negative_numbers = true)]
     to: f64,
     /// Time between two frames, at least one time step; frames are at its multiples
-    #[arg(long, value_name = "TIME")]
+    #[arg(long, value_name = "TIME", allow_negative_numbers = true)]
     every: f64,
     /// The new recording; by default a file next to the other one
     #[arg(long, short, value_name = "FILE")]
@@ -108,15 +108,15 @@ fn failure(error: RestoreError) -> Failure {
     let exit = match &error {
         RestoreError::Arguments(_) => Exit::BadManifest,
         RestoreError::Differs { .. } => Exit::Differs,
-        RestoreError::Run(RunError::Record(error)) if error.is_retryable() => Exit::Retryable,
-        RestoreError::Run(RunError::Record(RecordError::Differs { .. })) => Exit::Differs,
+        RestoreError::Write(error) if error.is_retryable() => Exit::Retryable,
+        RestoreError::Write(RecordError::Differs { .. }) => Exit::Differs,
         RestoreError::Run(RunError::Setup(_))
         | RestoreError::Read(_)
         | RestoreError::Manifest(_)
         | RestoreError::Start(_)
         | RestoreError::OtherPhysics { .. }
         | RestoreError::Unsuitable(_) => Exit::Unreadable,
-        RestoreError::Run(_) => Exit::RunFailed,
+        RestoreError::Run(_) | RestoreError::Write(_) => Exit::RunFailed,
         RestoreError::Interrupted(code) => Exit::Signal(*code),
     };
     match error {

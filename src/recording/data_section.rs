@@ -112,6 +112,45 @@ impl DataSection {
         }
     }
 
+    /// The next record if it is a chunk that was read but not decompressed.
+    pub(crate) fn packed_chunk(&mut self) -> Option<&[u8]> {
+        self.read_ahead();
+        match self.ahead.front() {
+            Some((_, Ok(Ahead::Chunk { ticket: Ticket::InPlace(body), .. }))) => Some(body),
+            _ => None,
+        }
+    }
+
+    /// Takes the chunk of [`DataSection::packed_chunk`], whose body has this checksum.
+    pub(crate) fn take_packed(&mut self, checksum: &crc32fast::Hasher) -> Option<Vec<u8>> {
+        let (byte, record) = self.ahead.pop_front()?;
+        match record {
+            Ok(Ahead::Chunk { before, ticket: Ticket::InPlace(body), bytes }) => {
+                self.byte = byte;
+                self.ahead_bytes -= bytes;
+                self.checksum.combine(&before);
+                self.checksum.combine(checksum);
+                Some(body)
+            }
+            record => {
+                self.ahead.push_front((byte, record));
+                None
+            }
+        }
+    }
+
+    /// Keeps memory for the next chunk.
+    pub(crate) fn reuse(&mut self, body: Vec<u8>) {
+        self.spare.push(body);
+    }
+
+    /// The records of a chunk that was taken.
+    pub(crate) fn unpack(&mut self, body: Vec<u8>) -> Result<Bytes, Broken> {
+        let (chunk, _) = self.unpackers.take(Ticket::InPlace(body))?;
+        self.spare.extend(chunk.spare);
+        Ok(chunk.content)
+    }
+
     /// Reads ahead until enough chunks, or enough bytes, are being decompressed.
     fn read_ahead(&mut self) {
         self.submit_waiting();

@@ -149,6 +149,8 @@ pub struct Frames {
     delivered: u64,
     last_frame: Option<u64>,
     last_log_time: Option<u64>,
+    /// Whether frames before the next one were skipped.
+    after_gap: bool,
     ended: bool,
 }
 
@@ -175,8 +177,44 @@ impl Frames {
             delivered: 0,
             last_frame: None,
             last_log_time: None,
+            after_gap: false,
             ended: false,
         }
+    }
+
+    /// The next chunk, packed, if a frame begins with it. The first chunk, which declares all channels, cannot be skipped.
+    pub(crate) fn packed_chunk(&mut self) -> Option<&[u8]> {
+        let is_between_chunks = self.waiting.is_empty() && !self.ended && !self.topics.is_empty();
+        if is_between_chunks { self.data.packed_chunk() } else { None }
+    }
+
+    /// Skips that chunk, whose bytes have this checksum, and returns them.
+    pub(crate) fn skip_chunk(&mut self, checksum: &crc32fast::Hasher) -> Option<Vec<u8>> {
+        let body = self.data.take_packed(checksum)?;
+        self.after_gap = true;
+        Some(body)
+    }
+
+    /// Memory for the next chunk.
+    pub(crate) fn reuse(&mut self, body: Vec<u8>) {
+        self.data.reuse(body);
+    }
+
+    /// Delivers the frames of the last chunk that was skipped.
+    pub(crate) fn deliver(&mut self, body: Vec<u8>) -> Result<(), ReadError> {
+        let grouped = self.data.unpack(body).and_then(|content| self.group(&content));
+        grouped.map_err(|broken| self.failed(broken))
+    }
+
+    /// Whether both files declare the same channels by the same numbers.
+    pub(crate) fn declares_the_channels_of(&self, other: &Self) -> bool {
+        self.topics == other.topics
+    }
+
+    /// The error after which no frame follows.
+    fn failed(&mut self, broken: Broken) -> ReadError {
+        self.ended = true;
+        ReadError::new(&self.path, self.delivered, self.data.byte(), broken)
     }
 
     /// The next frame, or `None` after the file's end was checked.
@@ -330,6 +368,10 @@ impl Frames {
                 _ => {}
             }
         }
+        if std::mem::take(&mut self.after_gap) {
+            self.delivered = self.stored.count_before(clock.frame);
+            self.last_frame = clock.frame.checked_sub(1);
+        }
         if !self.stored.may_follow(clock.frame, self.delivered, self.last_frame) {
             return Err(damaged("the frames are not in order"));
         }
@@ -353,10 +395,7 @@ impl Iterator for Frames {
                 self.ended = true;
                 None
             }
-            Err(broken) => {
-                self.ended = true;
-                Some(Err(ReadError::new(&self.path, self.delivered, self.data.byte(), broken)))
-            }
+            Err(broken) => Some(Err(self.failed(broken))),
         }
     }
 }

@@ -39,6 +39,7 @@ mod header;
 mod limits;
 mod log_text;
 mod open_chunk;
+mod paired_frames;
 mod playback;
 mod record_kind;
 mod scene;

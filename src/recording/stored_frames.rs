@@ -36,6 +36,16 @@ impl StoredFrames {
         }
     }
 
+    /// Number of frames in the file before a frame that is in it.
+    #[must_use]
+    pub fn count_before(self, frame: u64) -> u64 {
+        match self {
+            Self::All => frame,
+            Self::Keyframes(distance) => frame.div_ceil(distance.get()),
+            Self::From(first) => frame.saturating_sub(first),
+        }
+    }
+
     /// Whether a frame may follow a number of frames in the file, the last of which has the index `last`.
     pub(crate) fn may_follow(self, frame: u64, delivered: u64, last: Option<u64>) -> bool {
         match (self, last) {

@@ -64,12 +64,13 @@ pub fn compare_recordings(
         });
         step.unwrap_or(found)
     });
+    let messages = compare_messages(&left_recording, &right_recording)?;
     Ok(RecordingComparison {
         divergence,
         keys: differing_keys(left_recording.manifest(), right_recording.manifest()),
         versions: versions(&left_recording, &right_recording),
-        messages: compare_messages(&left_recording, &right_recording)?,
-        same_bytes: same_bytes(left, right)?,
+        same_bytes: messages.difference.is_none() && same_bytes(left, right)?,
+        messages,
     })
 }
 

@@ -3,7 +3,9 @@
 use kinetoscope_recording::channels::{self, FrameClock};
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::fields::{FieldValue, FieldValues, read_fields};
-use kinetoscope_recording::reader::{Outcome, RecordedFrame, RecordedMessage, Recording};
+use kinetoscope_recording::reader::{
+    Outcome, PairedFrames, RecordedFrame, RecordedMessage, Recording,
+};
 
 /// Result of a comparison frame by frame, which takes the memory of two frames.
 #[derive(Debug)]
@@ -36,35 +38,46 @@ enum Found {
 /// Part of a message that differs, as the end of the place, and what was found there.
 type Mismatch = (String, Found);
 
-/// Compares the messages of two recordings, not their bytes. Versions and run keys are not compared.
+/// Compares the messages of two recordings, not their bytes. Versions and run keys are not compared. Parts of the files with the
+/// same bytes are not decoded.
 ///
 /// # Errors
 /// A file that cannot be opened. Damage after its start ends the comparison and is part of the result.
 pub fn compare_messages(left: &Recording, right: &Recording) -> Result<Comparison, ReadError> {
+    let pairs = PairedFrames::that_can_differ(left, right)?;
+    let comparison = compare_pairs(left, right, pairs);
+    if comparison.unreadable.is_none() {
+        return Ok(comparison);
+    }
+    // Damage that both files share is reported where it is.
+    Ok(compare_pairs(left, right, PairedFrames::all(left, right)?))
+}
+
+fn compare_pairs(left: &Recording, right: &Recording, mut pairs: PairedFrames) -> Comparison {
     let mut comparison =
         Comparison { equal_frames: 0, difference: between_headers(left, right), unreadable: None };
-    let (mut left_frames, mut right_frames) = (left.frames()?, right.frames()?);
     while comparison.difference.is_none() {
-        let pair = match (left_frames.next().transpose(), right_frames.next().transpose()) {
-            (Ok(left), Ok(right)) => (left, right),
-            (Err(error), _) | (_, Err(error)) => {
+        let pair = match pairs.advance() {
+            Ok(pair) => pair,
+            Err(error) => {
                 comparison.unreadable = Some(error);
                 break;
             }
         };
         match pair {
-            (Some(left), Some(right)) => {
-                comparison.difference = between_frames(&left, &right);
+            [Some(one), Some(other)] => {
+                comparison.equal_frames = left.provenance().stored.count_before(one.clock.frame);
+                comparison.difference = between_frames(&one, &other);
                 comparison.equal_frames += u64::from(comparison.difference.is_none());
             }
-            (None, None) => {
+            [None, None] => {
                 let [one, other] = [left, right].map(outcome);
                 let place = "outcome".to_owned();
                 comparison.difference =
                     (one != other).then(|| Difference { place, found: values(one, other) });
                 break;
             }
-            (rest, _) => {
+            [rest, _] => {
                 let is_left = rest.is_none();
                 let (frames, outcome) =
                     (comparison.equal_frames, outcome(if is_left { left } else { right }));
@@ -75,7 +88,7 @@ pub fn compare_messages(left: &Recording, right: &Recording) -> Result<Compariso
             }
         }
     }
-    Ok(comparison)
+    comparison
 }
 
 /// Compares the properties that give the messages their meaning.

@@ -2,6 +2,7 @@
 
 use crate::interrupt::Interrupt;
 use crate::run::{record_frames, record_start};
+use crate::verify::check_thread::CheckThread;
 use crate::verify::rerun_check::RerunCheck;
 use crate::verify::restore::{RestoreError, Restored, Source, create, discard};
 use kinetoscope_recording::reader::{Outcome, StoredFrames};
@@ -26,10 +27,11 @@ pub fn fill(
         Some(output) => output.to_owned(),
         None => default_output(&source, &start.header.run_key),
     };
+    source.check_output(&output, &start.header.run_key)?;
     let stop = interrupt.with_own_stop();
     let mut recorder = Recorder::create(create(&output)?, &start.header)?;
     let (check, findings) = RerunCheck::new(&source.recording, 0, None, &stop)?;
-    recorder.show_to(Box::new(check))?;
+    recorder.show_to(Box::new(CheckThread::new(check)))?;
     let mut state = record_start(start, recorder)?;
     let outcome = record_frames(&mut state, &stop, on_frame, |_, _| Ok(()))?;
     let frames = state.recorder.frames_written();
@@ -39,7 +41,11 @@ pub fn fill(
         source.differences(&mut findings)?;
         match findings.unreadable.take() {
             Some(error) => Err(error.into()),
-            None => Ok(()),
+            None if findings.equal_frames == frames => Ok(()),
+            None => Err(RestoreError::Unsuitable(format!(
+                "only {} of {frames} frames were compared: report this",
+                findings.equal_frames
+            ))),
         }
     });
     if let Err(error) = complete {

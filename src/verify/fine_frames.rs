@@ -45,7 +45,10 @@ impl FineFrames {
             Extent::Time(duration) => (duration, start.header.time_unit),
             Extent::Events(total) => (total as f64, "collisions"),
         };
-        let shown = |value: f64| format!("{value} {unit}").trim_end().to_owned();
+        let shown = |value: f64| {
+            let number = if value < 1e-4 { format!("{value:e}") } else { value.to_string() };
+            format!("{number} {unit}").trim_end().to_owned()
+        };
         let length = format!("the run lasts from 0 to {}", shown(end));
         let slack = end * SAME_FRAME;
         if !(from >= 0.0 && from <= to && to <= end + slack) {
@@ -58,7 +61,7 @@ impl FineFrames {
         match extent {
             Extent::Steps { step, .. } if every < step * (1.0 - SAME_FRAME) => {
                 return refused(format!(
-                    "--every {every} is less than one time step: the step of {} is the limit",
+                    "--every {every:?} is less than one time step: the step of {} is the limit",
                     shown(step)
                 ));
             }
@@ -96,15 +99,20 @@ impl FineFrames {
         self.schedule.target_or_start(frame)
     }
 
+    /// The manifest of a run with these frames.
+    pub(crate) fn manifest(&self, source: &Source) -> RunManifest {
+        let mut record = source.manifest.record.with_all_frames();
+        record.interval = self.interval;
+        RunManifest { record, ..source.manifest.clone() }
+    }
+
     /// A model with this schedule.
     pub(crate) fn prepared(
         &self,
         source: &Source,
         model: Box<dyn Model>,
     ) -> Result<Prepared, RestoreError> {
-        let mut record = source.manifest.record.with_all_frames();
-        record.interval = self.interval;
-        let manifest = RunManifest { record, ..source.manifest.clone() };
+        let manifest = self.manifest(source);
         let (canonical, key) = source.identity(&manifest);
         Ok(Prepared::of(model, &manifest, &canonical, &key)?)
     }

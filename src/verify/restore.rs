@@ -66,6 +66,9 @@ pub enum RestoreError {
     /// The rerun failed.
     #[error("the rerun failed: {0}")]
     Run(RunError),
+    /// The result cannot be written.
+    #[error(transparent)]
+    Write(RecordError),
     /// The program received a signal.
     #[error("stopped before the end, nothing was written; run the same command again")]
     Interrupted(u8),
@@ -73,7 +76,7 @@ pub enum RestoreError {
 
 impl From<RecordError> for RestoreError {
     fn from(error: RecordError) -> Self {
-        Self::Run(error.into())
+        Self::Write(error)
     }
 }
 
@@ -146,6 +149,20 @@ impl Source {
         (canonical, key)
     }
 
+    /// Rejects an existing file that is not the result of an earlier call, before the run is executed.
+    pub(crate) fn check_output(&self, path: &Path, key: &str) -> Result<(), RestoreError> {
+        let is_result =
+            |path| recording::open(path).is_ok_and(|existing| existing.provenance().run_key == key);
+        if !path.exists() || is_result(path) {
+            return Ok(());
+        }
+        let own =
+            if same_file(path, self.path()) { "the recording itself" } else { "another file" };
+        let what =
+            format!("{} exists, and is {own}: name a new file with --output", path.display());
+        Err(RestoreError::Arguments(what))
+    }
+
     /// The error of a check, if it found a difference.
     pub(crate) fn differences(&self, findings: &mut Findings) -> Result<(), RestoreError> {
         match findings.mismatch.take() {
@@ -155,6 +172,10 @@ impl Source {
             None => Ok(()),
         }
     }
+}
+
+fn same_file(one: &Path, other: &Path) -> bool {
+    matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
 }
 
 /// Creates the file of the result: a partial file beside it until it is complete.

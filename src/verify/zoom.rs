@@ -6,6 +6,7 @@
 use crate::interrupt::Interrupt;
 use crate::run::schedule::is_at_or_before;
 use crate::run::{RunState, encoded, record_frames, record_start};
+use crate::verify::check_thread::CheckThread;
 use crate::verify::fine_frames::{FineFrames, Interval};
 use crate::verify::keyframe_search::{Base, nearest};
 use crate::verify::rerun_check::RerunCheck;
@@ -50,6 +51,7 @@ pub fn zoom(
             path.with_file_name(format!("{stem}.zoom_{from}_{to}.mcap"))
         }
     };
+    source.check_output(&output, &source.identity(&fine.manifest(&source)).1)?;
     let before = fine.target(fine.first.saturating_sub(1));
     let base = nearest(&source, &start, before)?;
     let passed = check(&source, base, before, fine.target(fine.last), interrupt)?;
@@ -87,7 +89,7 @@ fn check(
     // The paths so far begin before the first frame of the rerun.
     let left_out = Some(TRAIL);
     let (check, findings) = RerunCheck::new(&source.recording, base + 1, left_out, &stop)?;
-    recorder.show_to(Box::new(check))?;
+    recorder.show_to(Box::new(CheckThread::new(check)))?;
     let recorder = recorder.at_frame(base + 1);
     let (frames, schedule) = (start.schedule.frames(), start.schedule.clone());
     let mut state = RunState::new(start, FrameWriter::start(recorder), base + 1);

@@ -1,23 +1,23 @@
 #!/usr/bin/env python3
 """Do the shipped experiments give the same messages and metrics on every architecture?
 
-For each target, the program is compiled in a Debian system of its own (made by debootstrap; needs root) and executed by
-qemu-user; `kinetoscope lock` writes the hashes of all messages and the metrics into a lock file, which must be equal to that of
-this machine. As WebAssembly, the example `lock_in_memory` does so in Node, with neither threads nor files. Experiments that would
-take over a minute have fewer runs.
+For each target, the program is compiled in a folder with the packages of a Debian system (extracted by mmdebstrap; needs root) and
+executed by qemu-user; `kinetoscope lock` writes the hashes of all messages and the metrics into a lock file, which must be equal to
+that of this machine. As WebAssembly, the example `lock_in_memory` does so in Node, with neither threads nor files. Experiments that
+would take over a minute have fewer runs.
 
     tests/architectures/compare.py                      # all targets, all experiments: two hours; writes docs/architectures.md
     tests/architectures/compare.py --targets riscv64    # one target; the page keeps the rows of the others
-    tests/architectures/compare.py --quick              # aarch64 and wasm32, one experiment of each model; writes nothing
+    tests/architectures/compare.py --quick              # aarch64 and wasm32, one experiment of each model, by lock_in_memory; writes nothing
 
-A finished row is kept, and not made again while this machine's lock file is the same.
+A row of the page without a difference is kept, and not made again while this machine's lock file is the same.
 
 Exit codes: 0 equal, 1 different, 77 the system cannot be made (no network, no permission).
 """
 
 import argparse
 import hashlib
-import json
+import os
 import pathlib
 import re
 import shutil
@@ -26,11 +26,13 @@ import sys
 import time
 
 SOURCES = pathlib.Path(__file__).resolve().parents[2]
+PAGE = SOURCES / "docs/architectures.md"
 QUICK = ("first_run", "gas_300_kelvin", "packing_fifty_discs", "orbit_exercise")
-MIRROR_OPTIONS = 'Acquire::Check-Valid-Until "false";\n'
+EXAMPLE = "lock_in_memory"
 
-# Name: Rust's target, the cross compiler's prefix, the emulator and its options.
+# Name: Rust's target, the cross compiler's prefix, the emulator and its options. This processor needs none.
 TARGETS = {
+    "x86-64 with AVX-512": ("x86_64-unknown-linux-gnu", "", []),
     "x86-64 with AVX2": ("x86_64-unknown-linux-gnu", "", ["qemu-x86_64", "-cpu", "Haswell"]),
     "x86-64 with SSE2": ("x86_64-unknown-linux-gnu", "", ["qemu-x86_64", "-cpu", "qemu64"]),
     "aarch64": ("aarch64-unknown-linux-gnu", "aarch64-linux-gnu", ["qemu-aarch64"]),
@@ -39,6 +41,7 @@ TARGETS = {
     "wasm32 (WASI, in Node)": ("wasm32-wasip1", "", ["node"]),
 }
 WASM = "wasm32-wasip1"
+PACKAGES = "base-files bash cargo coreutils gcc libc6-dev qemu-user rustc sed"
 WASM_PACKAGES = "clang libclang-rt-dev-wasm32 libstd-rust-dev-wasm32 lld llvm nodejs wasi-libc"
 # Text of manifests whose runs would take an emulator over a minute, and what it becomes.
 SHORTENED = {
@@ -52,6 +55,9 @@ SHORTENED = {
     "packing_timing_table": ("replicates = 100", "replicates = 2"),
     "packing_velocity_laws": ("replicates = 20", "replicates = 2"),
 }
+APT_OPTIONS = ('Acquire::Check-Valid-Until "false"', 'APT::Install-Recommends "false"')
+STANDARD_LIBRARY = """cd "$1/root" && APT_CONFIG="$MMDEBSTRAP_APT_CONFIG" apt-get download -qq libstd-rust-dev:{architecture} \\
+    && dpkg-deb -x libstd-rust-dev_*_{architecture}.deb "$1" && rm libstd-rust-dev_*_{architecture}.deb"""
 DEBIAN = {"aarch64": "arm64", "riscv64gc": "riscv64", "s390x": "s390x"}
 
 
@@ -85,52 +91,45 @@ def mirror():
 
 
 class System:
-    """A Debian system with cross compilers and emulators."""
+    """A folder with cross compilers and emulators."""
 
     def __init__(self, folder):
         self.folder = folder
         self.mounted = []
 
     def make(self, targets):
-        if not (self.folder / "made").exists():
-            if not shutil.which("debootstrap"):
-                run("apt-get", "install", "-y", "-qq", "debootstrap", stdout=subprocess.DEVNULL)
-            shutil.rmtree(self.folder, ignore_errors=True)
-            packages = "--include=ca-certificates,cargo,rustc,gcc,libc6-dev,qemu-user"
-            run("debootstrap", "--variant=minbase", packages, "sid", self.folder, mirror(), stdout=subprocess.DEVNULL)
-            (self.folder / "etc/apt/apt.conf.d/99snapshot").write_text(MIRROR_OPTIONS)
-            (self.folder / "made").touch()
-        self.mount("/proc", "proc")
-        self.mount("/dev", "dev")
-        self.mount(SOURCES, "sources")
-        cargo = pathlib.Path.home() / ".cargo/registry"
-        cargo.mkdir(parents=True, exist_ok=True)
-        self.mount(cargo, "root/.cargo/registry")
+        """Extracts the packages; those of earlier targets are kept."""
+        packages, architectures = set(PACKAGES.split()), set()
         for target, prefix in targets:
-            self.install(target, prefix)
+            if target == WASM:
+                packages.update(WASM_PACKAGES.split())
+            elif prefix:
+                architecture = DEBIAN[target.split("-")[0]]
+                packages.update((f"gcc-{prefix}", f"libc6-dev-{architecture}-cross"))
+                architectures.add(architecture)
+        stamp = self.folder / "extracted"
+        extracted = stamp.read_text().split() if stamp.exists() else []
+        if not packages | architectures <= set(extracted):
+            architectures.update(set(extracted) & set(DEBIAN.values()))
+            packages.update(set(extracted) - architectures)
+            self.extract(packages, architectures)
+            stamp.write_text(" ".join(sorted(packages | architectures)))
+        for source, place in (("/proc", "proc"), ("/dev", "dev"), (SOURCES, "sources"), (registry(), "root/.cargo/registry")):
+            self.mount(source, place)
 
-    def install(self, target, prefix):
-        """The compiler and Rust's standard library for a target."""
-        done = self.folder / f"made-{target}"
-        if done.exists() or (not prefix and target != WASM):
-            return
-        if target == WASM:
-            self.shell(f"apt-get update -qq && apt-get install -y -qq --no-install-recommends {WASM_PACKAGES}",
-                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-            done.touch()
-            return
-        architecture = DEBIAN[target.split("-")[0]]
-        script = f"""
-            export DEBIAN_FRONTEND=noninteractive
-            dpkg --add-architecture {architecture}
-            apt-get update -qq
-            apt-get install -y -qq --no-install-recommends gcc-{prefix} libc6-dev-{architecture}-cross
-            cd /root
-            apt-get download -qq libstd-rust-dev:{architecture}
-            dpkg -x libstd-rust-dev_*_{architecture}.deb /
-        """
-        self.shell(script, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        done.touch()
+    def extract(self, packages, architectures):
+        """Packages need not be configured to compile; of another architecture, Rust's standard library suffices."""
+        if not shutil.which("mmdebstrap"):
+            run("apt-get", "update", "-qq")
+            run("apt-get", "install", "-y", "-qq", "-o", "DPkg::Lock::Timeout=300", "mmdebstrap", stdout=subprocess.DEVNULL)
+        shutil.rmtree(self.folder, ignore_errors=True)
+        self.folder.parent.mkdir(parents=True, exist_ok=True)
+        options = ["--quiet", "--variant=extract", f"--architectures={','.join(['amd64', *sorted(architectures)])}"]
+        options += [f"--aptopt={option}" for option in APT_OPTIONS]
+        options.append(f"--include={','.join(sorted(packages))}")
+        for architecture in architectures:
+            options.append(f"--customize-hook={STANDARD_LIBRARY.format(architecture=architecture)}")
+        run("mmdebstrap", *options, "sid", self.folder, mirror(), stdout=subprocess.DEVNULL)
 
     def mount(self, source, place):
         target = self.folder / place
@@ -145,53 +144,60 @@ class System:
     def shell(self, script, **options):
         return run("chroot", self.folder, "bash", "-euc", script, **options)
 
-    def build(self, target, prefix):
-        """Compiles the program; the packages come from the folder that this machine's Cargo has filled."""
-        variable = target.upper().replace("-", "_")
-        compiler = "clang" if target == WASM else f"{prefix}-gcc"
-        exports = f"export CARGO_TARGET_{variable}_LINKER={compiler} CC_{target.replace('-', '_')}={compiler}" if prefix or target == WASM else ":"
-        command = "build --package kinetoscope-program"
-        if target == WASM:
-            exports += f" AR_{target.replace('-', '_')}=llvm-ar"
-            command = "rustc --package kinetoscope --example lock_in_memory"
-            exports += "\nclang --target=wasm32-wasip1 -O2 -c /sources/tests/architectures/lz4_shim.c -o /build/lz4_shim.o"
-        # Debian's clang brings the linker and the C library of WASI.
-        last = "-- -C link-self-contained=no -C link-arg=/build/lz4_shim.o" if target == WASM else ""
-        self.shell(f"""
-            mkdir -p /build
-            {exports}
-            export CARGO_TARGET_DIR=/build CARGO_NET_OFFLINE=true CARGO_TERM_COLOR=never
-            cd /sources
-            cargo {command} --quiet --locked --release --target {target} {last}
-        """)
+    def build(self, targets, quick):
+        """Compiles what the targets execute, from the packages in this machine's registry."""
+        run("cargo", "fetch", "--locked", "--quiet", cwd=SOURCES)
+        exports = ["export CARGO_TARGET_DIR=/build CARGO_NET_OFFLINE=true CARGO_TERM_COLOR=never"]
+        for target, prefix in targets:
+            name, compiler = target.replace("-", "_"), "clang" if target == WASM else f"{prefix}-gcc"
+            if prefix or target == WASM:
+                exports.append(f"export CARGO_TARGET_{name.upper()}_LINKER={compiler} CC_{name}={compiler}")
+            if target == WASM:
+                # Debian's clang brings the linker and the C library of WASI.
+                flags = "-C link-self-contained=no -C link-arg=/build/lz4_shim.o"
+                exports.append(f"export AR_{name}=llvm-ar CARGO_TARGET_{name.upper()}_RUSTFLAGS='{flags}'")
+                exports.append("clang --target=wasm32-wasip1 -O2 -c /sources/tests/architectures/lz4_shim.c -o /build/lz4_shim.o")
+        examples = [target for target, _ in targets if quick or target == WASM]
+        programs = [target for target, _ in targets if target not in examples]
+        commands = []
+        for what, of in ((f"kinetoscope --example {EXAMPLE}", examples), ("kinetoscope-program", programs)):
+            if of:
+                commands.append(f"cargo build --quiet --locked --release --target {' --target '.join(of)} --package {what}")
+        self.shell("\n".join(["mkdir -p /build", *exports, "cd /sources", *commands]))
 
-    def lock(self, target, prefix, emulator, threads, work):
-        """The lock file of the experiments in `work`, as the target writes it."""
+    def lock(self, target, prefix, emulator, threads, work, quick):
+        """The lock file of the experiments in `work`, as the target writes it, and the time that it took."""
         shutil.rmtree(self.folder / "work", ignore_errors=True)
         shutil.copytree(work, self.folder / "work")
-        if target == WASM:
-            return self.lock_in_node()
-        library = f"-L /usr/{prefix}" if prefix else ""
+        emulated = " ".join([*emulator, *([f"-L /usr/{prefix}"] if prefix else [])])
+        built = f"/build/{target}/release"
         started = time.monotonic()
-        self.shell(f"""
-            cd /work
-            rm -f kinetoscope.lock
-            {' '.join(emulator)} {library} /build/{target}/release/kinetoscope lock --quiet --jobs 1 --threads {threads} experiments
-        """)
+        if target == WASM:
+            emulated = "node --no-warnings /sources/tests/architectures/wasi.mjs"
+            self.lock_in_memory(f"{emulated} {built}/examples/{EXAMPLE}.wasm")
+        elif quick:
+            self.lock_in_memory(f"{emulated} {built}/examples/{EXAMPLE}")
+        else:
+            self.shell(f"cd /work && {emulated} {built}/kinetoscope lock --quiet --jobs 1 --threads {threads} experiments")
         return (self.folder / "work/kinetoscope.lock").read_text(), time.monotonic() - started
 
-    def lock_in_node(self):
-        """The lock file of the experiments in `work` as the WebAssembly program writes it, one manifest at a time."""
-        started = time.monotonic()
+    def lock_in_memory(self, program):
+        """The example takes one manifest at a time."""
         self.shell(f"""
             cd /work
             for manifest in experiments/*.toml; do
-                node --no-warnings /sources/tests/architectures/wasi.mjs /build/{WASM}/release/examples/lock_in_memory.wasm $manifest < $manifest > entry
+                {program} $manifest < $manifest > entry
                 sed -n '/^\\[\\[experiment/,$p' entry >> kinetoscope.lock
                 echo >> kinetoscope.lock
             done
         """)
-        return (self.folder / "work/kinetoscope.lock").read_text(), time.monotonic() - started
+
+
+def registry():
+    """Where this machine's Cargo keeps packages."""
+    folder = pathlib.Path(os.environ.get("CARGO_HOME", pathlib.Path.home() / ".cargo")) / "registry"
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
 
 
 def entries(lock):
@@ -210,17 +216,19 @@ def differences(ours, theirs):
 
 
 class Rows:
-    """The finished rows of the table, in a file next to the system."""
+    """The rows of the table: the number of experiments, and those with other messages or only other metrics."""
 
-    def __init__(self, path, ours):
-        self.path = path
+    def __init__(self, ours, is_kept):
         self.reference = hashlib.sha256(repr(sorted(entries(ours).items())).encode()).hexdigest()
-        saved = json.loads(path.read_text()) if path.exists() else {}
-        self.rows = saved.get("rows", {}) if saved.get("reference") == self.reference else {}
+        self.rows = {}
+        text = PAGE.read_text() if is_kept and PAGE.exists() else ""
+        if self.reference in text:
+            for name, threads, *counts in re.findall(r"^\| (.+) \| (\d) \| (\d+) \| (\d+) \| (\d+) \|$", text, re.MULTILINE):
+                if len(set(counts)) == 1:
+                    self.rows[name, int(threads)] = (int(counts[0]), [], [])
 
-    def add(self, name, threads, *row):
-        self.rows[f"{name}, {threads}"] = row
-        self.path.write_text(json.dumps({"reference": self.reference, "rows": self.rows}, indent=1))
+    def is_equal(self, targets):
+        return not any(messages or metrics for (name, _), (_, messages, metrics) in self.rows.items() if name in targets)
 
 
 def prepared(quick):
@@ -250,21 +258,18 @@ def threads_of(target):
 
 
 def fill(rows, system, targets, work, ours, quick):
-    """Makes the missing rows; whether all rows of these targets are equal."""
-    for target, prefix in {rest[:2] for rest in targets.values()}:
-        system.build(target, prefix)
+    """Makes the missing rows."""
+    system.build(sorted({rest[:2] for rest in targets.values()}), quick)
     for threads in (1,) if quick else (1, 2):
         for name, (target, prefix, emulator) in targets.items():
-            if f"{name}, {threads}" in rows.rows or threads > threads_of(target):
+            if (name, threads) in rows.rows or threads > threads_of(target):
                 continue
-            theirs, seconds = system.lock(target, prefix, emulator, threads, work)
+            theirs, seconds = system.lock(target, prefix, emulator, threads, work, quick)
             messages, metrics = differences(ours, theirs)
             count = len(entries(ours))
             print(f"{name}, {threads} thread(s): {count} experiments, {seconds:.0f} s; other messages: "
                   f"{', '.join(messages) or 'none'}; other metrics: {', '.join(metrics) or 'none'}", flush=True)
-            rows.add(name, threads, count, messages, metrics)
-    wanted = [row for key, row in rows.rows.items() if key.rpartition(",")[0] in targets]
-    return not any(messages or metrics for _, messages, metrics in wanted)
+            rows.rows[name, threads] = (count, messages, metrics)
 
 
 def main():
@@ -276,6 +281,8 @@ def main():
     arguments = parser.parse_args()
     wanted = (arguments.targets or ("aarch64,wasm32" if arguments.quick else "")).split(",")
     targets = {name: rest for name, rest in TARGETS.items() if name.startswith(tuple(wanted))}
+    if vectors() != "AVX-512":
+        targets.pop("x86-64 with AVX-512", None)
     system = System(arguments.system)
     try:
         try:
@@ -285,14 +292,13 @@ def main():
             return 77
         work, changes = prepared(arguments.quick)
         ours = lock_of_this_machine(arguments.program, work)
-        saved = f"{system.folder.name}{'-quick' if arguments.quick else ''}.json"
-        rows = Rows(system.folder.parent / saved, ours)
-        equal = fill(rows, system, targets, work, ours, arguments.quick)
+        rows = Rows(ours, is_kept=not arguments.quick)
+        fill(rows, system, targets, work, ours, arguments.quick)
     finally:
         system.unmount()
     if not arguments.quick:
-        (SOURCES / "docs/architectures.md").write_text(page(rows.rows, changes))
-    return int(not equal)
+        PAGE.write_text(page(rows, changes))
+    return int(not rows.is_equal(targets))
 
 
 def vectors():
@@ -306,14 +312,15 @@ def page(rows, changes):
     lines = [
         "# The same messages on every architecture", "",
         "Generated by `tests/architectures/compare.py`: do not edit. On each target, `kinetoscope lock` ran the shipped experiments; the hashes of all messages "
-        "(topic, time, payload), the traces and the metrics, to the last digit, were compared with those of x86-64 with " + vectors() + ". The compression of the file is not part of the guarantee.", "",
+        "(topic, time, payload), the traces and the metrics, to the last digit, were compared with those of this program on x86-64. The compression of the file is not part of the guarantee. "
+        f"The SHA-256 of what was compared is {rows.reference}.", "",
         "| target | threads | experiments | equal messages | equal metrics |", "|---|---|---|---|---|",
     ]
     for name, threads in ((name, threads) for name, rest in TARGETS.items() for threads in (1, 2)[:threads_of(rest[0])]):
-        if f"{name}, {threads}" not in rows:
+        if (name, threads) not in rows.rows:
             lines.append(f"| {name} | {threads} | not made yet | | |")
             continue
-        count, messages, metrics = rows[f"{name}, {threads}"]
+        count, messages, metrics = rows.rows[name, threads]
         lines.append(f"| {name} | {threads} | {count} | {count - len(messages)} | {count - len(messages) - len(metrics)} |")
     lines += ["", "## Shortened experiments", "", "Emulation is about ten times slower than the processor. These experiments had fewer runs:", ""]
     lines += [f"- `{name}`: {change}" for name, change in changes.items() if change]

@@ -58,6 +58,8 @@ mod standard_errors_cover_other_seeds;
 
 // A large recorded DEM bed stays within its bytes per disc.
 mod dem_memory_per_disc_is_bounded;
+// `check --locked` finds a flipped sign and names its place.
+mod flipped_signs_are_found;
 // A new model changes at most five existing files.
 mod new_model_changes_at_most_five_files;
 // Imports between folders follow the layers, without cycles; files stay below 500 lines.

@@ -235,11 +235,16 @@ fn files_are_written_in_three_places() {
     }
 }
 
-/// The list item of ARCHITECTURE.md, section "Rules", that names the files with unsafe code.
-fn unsafe_rule(document: &str) -> Option<String> {
+/// The start of the rule that names the files with unsafe code.
+const UNSAFE_RULE: &str = "\n2. `unsafe` is used in the files listed here only";
+/// The start of the rule that names the files with calls that Windows does not have.
+const UNIX_RULE: &str = "\n6. Calls that only Unix or Linux has are in the files listed here only";
+
+/// The list item of ARCHITECTURE.md, section "Rules", that starts with these words.
+fn rule(document: &str, start: &str) -> Option<String> {
     let (_, rules) = document.split_once("\n## Rules")?;
     let rules = rules.split("\n## ").next()?;
-    let start = rules.find("\n2. `unsafe` is used in the files listed here only")? + 1;
+    let start = rules.find(start)? + 1;
     let mut lines = rules[start..].lines();
     let first = lines.next()?;
     // The item ends at the next item, at an empty line or at the end of the section.
@@ -252,33 +257,52 @@ fn has_unsafe_code(source: &str) -> bool {
     source.contains("unsafe {") || source.contains("unsafe impl")
 }
 
-#[test]
-fn unsafe_code_is_only_in_the_listed_files() {
-    let rule = unsafe_rule(&read("ARCHITECTURE.md"))
-        .expect("ARCHITECTURE.md, section Rules, must list the files with unsafe code");
+/// Whether a source contains a call that Windows does not have.
+fn has_unix_call(source: &str) -> bool {
+    ["std::os::", "libc::", "rustix::", "consts::SIG"].iter().any(|part| source.contains(part))
+}
+
+/// Checks that the files that a rule lists are those for which a condition holds.
+fn check_listed(start: &str, holds: impl Fn(&Path, &str) -> bool) {
+    let rule = rule(&read("ARCHITECTURE.md"), start)
+        .unwrap_or_else(|| panic!("ARCHITECTURE.md, section Rules, must have the rule {start}"));
     let listed: BTreeSet<String> = paths_in(&rule).into_iter().collect();
     let found: BTreeSet<String> = [sources("src"), sources("analysis")]
         .concat()
         .into_iter()
-        .filter(|file| has_unsafe_code(&fs::read_to_string(file).unwrap()))
+        .filter(|file| {
+            holds(file.strip_prefix(root()).unwrap(), &fs::read_to_string(file).unwrap())
+        })
         .map(|file| file.strip_prefix(root()).unwrap().to_string_lossy().into_owned())
         .collect();
     let unlisted: Vec<_> = found.difference(&listed).collect();
-    assert!(unlisted.is_empty(), "unsafe code in files that the rule does not list: {unlisted:?}");
+    assert!(unlisted.is_empty(), "files that the rule does not list: {unlisted:?}");
     let is_source = |path: &&String| path.starts_with("src/") || path.starts_with("analysis/");
     let without: Vec<_> = listed.difference(&found).filter(is_source).collect();
-    assert!(without.is_empty(), "listed files without unsafe code: {without:?}");
+    assert!(without.is_empty(), "listed files without it: {without:?}");
+}
+
+#[test]
+fn unsafe_code_is_only_in_the_listed_files() {
+    check_listed(UNSAFE_RULE, |_, source| has_unsafe_code(source));
+}
+
+#[test]
+fn unix_calls_are_only_in_the_listed_files() {
+    let is_test = |file: &Path| file.components().any(|part| part.as_os_str() == "tests");
+    check_listed(UNIX_RULE, |file, source| !is_test(file) && has_unix_call(source));
 }
 
 #[test]
 fn control_missing_paths_and_incomplete_rules_are_found() {
     let document = "a\n## Rules\n\n1. `src/none.rs`.\n2. `unsafe` is used in the files listed here only:\n   \
                     `src/a/{one,two}.rs`,\n   `src/b.rs`.\n3. `src/c.rs`\n\n## Next\n";
-    let rule = unsafe_rule(document).unwrap();
-    assert_eq!(paths_in(&rule), ["src/a/one.rs", "src/a/two.rs", "src/b.rs"]);
-    assert_eq!(unsafe_rule(&document.replace("\n2. ", "\n5. ")), None);
+    let found = rule(document, UNSAFE_RULE).unwrap();
+    assert_eq!(paths_in(&found), ["src/a/one.rs", "src/a/two.rs", "src/b.rs"]);
+    assert_eq!(rule(&document.replace("\n2. ", "\n5. "), UNSAFE_RULE), None);
     assert!(!root().join("src/none.rs").exists());
     assert!(has_unsafe_code("let x = unsafe { f() };") && !has_unsafe_code("// unsafe\n"));
+    assert!(has_unix_call("use std::os::unix::fs::MetadataExt as _;") && !has_unix_call("libm::"));
 }
 
 #[test]

@@ -120,6 +120,7 @@ fn zoom_outside_the_run_or_below_a_step_is_rejected() {
     for (interval, part) in [
         (["0.01", "0.5", "1e-4"], "the run lasts from 0 to 0.0299"),
         (["0.02", "0.01", "1e-4"], "the run lasts from 0 to 0.0299"),
+        (["-0.01", "0.01", "1e-4"], "the run lasts from 0 to 0.0299"),
         (["0.01", "0.02", "1e-9"], "less than one time step"),
         (["0.01", "0.02", "0"], "must be above 0"),
         (["0.0101", "0.0102", "0.01"], "no multiple of 0.01 s"),
@@ -129,6 +130,35 @@ fn zoom_outside_the_run_or_below_a_step_is_rejected() {
         assert!(called.err.contains(part), "{}", called.err);
         assert!(!bench.path("out.mcap").exists());
     }
+}
+
+/// Before the run is executed. Control: the result of an earlier call is kept.
+#[test]
+fn existing_files_are_never_replaced() {
+    let bench = Bench::new();
+    let keys = keyframes(&bench, MODELS[0].1);
+    let path = keys.to_str().unwrap();
+    let original = fs::read(&keys).unwrap();
+    bench.write("other.mcap", "not a recording");
+    for (output, part) in [(path, "is the recording itself"), ("other.mcap", "is another file")] {
+        for called in [
+            bench.call(&["fill", path, "-o", output]),
+            zoom(&bench, &keys, ["0.01", "0.011", "1e-4"], output),
+        ] {
+            expect(&called, 2);
+            assert!(called.err.contains(part), "{}", called.err);
+        }
+    }
+    let is_partial = |entry: fs::DirEntry| entry.file_name().to_string_lossy().contains("partial");
+    let mut files = fs::read_dir(keys.parent().unwrap()).unwrap().map(Result::unwrap);
+    assert!(!files.any(is_partial));
+    assert!(fs::read(&keys).unwrap() == original);
+    for _ in 0..2 {
+        expect(&bench.call(&["fill", path, "-o", "full.mcap"]), 0);
+        expect(&zoom(&bench, &keys, ["0.01", "0.011", "1e-4"], "fine.mcap"), 0);
+    }
+    // The result of another call.
+    expect(&zoom(&bench, &keys, ["0.01", "0.011", "1e-4"], "full.mcap"), 2);
 }
 
 /// Replaces the bytes of the provenance, with a checksum that the reader does not need at the start of the file.

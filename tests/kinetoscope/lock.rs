@@ -64,9 +64,14 @@ fn first_difference_is_named_without_a_recording() {
     let bench = changed();
     let called = bench.call(&["check", "--locked"]);
     expect(&called, 4);
-    for part in
-        ["first difference in frame ", "/state", "columns x, y, vx, vy", "particles ", "metric "]
-    {
+    for part in [
+        "first difference in frame ",
+        " steps or events)",
+        "/state",
+        "columns x, y, vx, vy",
+        "particles ",
+        "metric ",
+    ] {
         assert!(called.out.contains(part), "{part}: {}", called.out);
     }
     // Reference: the recordings of both manifests, compared value by value.

@@ -18,22 +18,23 @@ pub(super) fn section(report: &AnalysisReport) -> Markup {
         @if replayed().next().is_some() {
             section class="replay" hidden {
                 h2 { "Replay" }
-                @if replayed().count() > 1 {
+                @let names: Vec<String> = replayed().map(|(run, _)| run_name(run)).collect();
+                @if names.len() > 1 {
                     p {
                         label {
-                            "Run: "
-                            select class="runs" autocomplete="off" {
-                                @for (run, _) in replayed() { option { (run_name(run)) } }
-                            }
+                            input type="checkbox" class="pair" autocomplete="off";
+                            " two runs side by side, with one clock"
                         }
                     }
                 }
                 div class="split" {
-                    (stage())
+                    div class="players" {
+                        (player(&names, false))
+                        @if names.len() > 1 { (player(&names, true)) }
+                    }
                     // The script moves plots over time here.
                     div class="adjacent" {}
                 }
-                p class="note" {}
                 @if !others.is_empty() {
                     details {
                         summary { (others.len()) " more runs are not replayed" }
@@ -46,12 +47,36 @@ pub(super) fn section(report: &AnalysisReport) -> Markup {
     }
 }
 
+/// A menu of runs and the stage of the chosen one. The second player shows the time of the first one, which has the controls.
+fn player(names: &[String], is_second: bool) -> Markup {
+    html! {
+        div class="player" hidden[is_second] {
+            @if names.len() > 1 {
+                p {
+                    label {
+                        (if is_second { "Second run: " } else { "Run: " })
+                        select class="runs" autocomplete="off" {
+                            @for name in names { option { (name) } }
+                        }
+                    }
+                }
+            }
+            (stage(is_second))
+            p class="note" {}
+        }
+    }
+}
+
 /// The canvas with its controls.
-fn stage() -> Markup {
+fn stage(is_second: bool) -> Markup {
+    let label = match is_second {
+        true => "Particles of the second run",
+        false => "Particles of the run; arrow keys change the frame, space plays",
+    };
     html! {
         div class="stage" {
-            canvas tabindex="0" role="img" aria-label="Particles of the run; arrow keys change the frame, space plays" {}
-            div class="controls" {
+            canvas tabindex=[(!is_second).then_some("0")] role="img" aria-label=(label) {}
+            div class="controls" hidden[is_second] {
                 // The script enables these two once the frames are decoded.
                 button type="button" class="play" aria-label="Play" disabled { "▶" }
                 input type="range" class="scrub" min="0" max="0" value="0" step="1" autocomplete="off" aria-label="Frame" disabled;

@@ -2,8 +2,7 @@
 "use strict";
 {
   const section = document.querySelector(".replay");
-  const films = [...document.querySelectorAll("script.film")];
-  const find = (selector) => section.querySelector(selector);
+  const films = [...document.querySelectorAll("script.film")], decodedFilms = new Map();
 
   // Raw DEFLATE in base64.
   async function unpacked(text) {
@@ -58,12 +57,13 @@
 
   const digits = (value, count) => Number(value.toPrecision(count)).toString().replace("-", "−");
 
-  function start() {
+  // A player; with a leader, it shows the leader's time.
+  function player(part, leader) {
+    const find = (selector) => part.querySelector(selector);
     const canvas = find("canvas"), context = canvas.getContext("2d");
     const play = find(".play"), scrub = find(".scrub"), clock = find(".clock");
     const speedMenu = find(".speed"), row = find(".row"), menu = find(".runs");
     let film, data, colors, steps, file, wanted, frame = 0, isPlaying = false, due = 0, scale = 1, left = 0, top = 0;
-    const decodedFilms = new Map();
 
     const unit = (index) => film.units[index] && " " + film.units[index];
     const xOf = (stored) => film.origin[0] + stored * film.step;
@@ -171,7 +171,7 @@
       scrub.value = frame;
       scrub.setAttribute("aria-valuetext", `t = ${time}${unit(2)}`);
       showRow();
-      document.dispatchEvent(new CustomEvent("replaytime"));
+      if (!leader) document.dispatchEvent(new CustomEvent("replaytime"));
     }
 
     function show(index) {
@@ -255,6 +255,11 @@
       frame = 0;
       setPlaying(false);
       resize();
+      follow();
+    }
+
+    function follow() {
+      if (file && leader?.file) seek(leader.time, file);
     }
 
     // Shows the frame nearest to a time, of another run if it is not that of this file.
@@ -291,9 +296,11 @@
     canvas.addEventListener("pointerleave", () => { pointer = null; if (data) showRow(); });
     if (menu) menu.addEventListener("change", () => select(menu.selectedIndex));
     addEventListener("resize", resize);
+    document.addEventListener("replaytime", follow);
 
     // For plots and tests; positions are in the state's unit, from their pixels.
-    window.replay = {
+    return {
+      ready: select(leader ? 1 : 0),
       select,
       show,
       seek,
@@ -322,15 +329,27 @@
         return (performance.now() - began) / film.frames;
       },
     };
-    window.replay.ready = select(0);
+  }
+
+  // A second run next to the first one, with its clock.
+  function pair(box, part) {
+    box.addEventListener("change", () => {
+      part.hidden = !box.checked;
+      if (box.checked) replay.second ||= player(part, replay);
+      dispatchEvent(new Event("resize"));
+    });
   }
 
   if (section && films.length) {
     section.hidden = false;
+    const [first, second] = section.querySelectorAll(".player"), box = section.querySelector(".pair");
     if (typeof DecompressionStream === "undefined") {
-      find(".stage").hidden = true;
-      find(".note").textContent = "This browser cannot play the replay: it has no DecompressionStream.";
-    } else start();
+      section.querySelector(".stage").hidden = true;
+      section.querySelector(".note").textContent = "This browser cannot play the replay: it has no DecompressionStream.";
+    } else {
+      window.replay = player(first);
+      if (box) pair(box, second);
+    }
   }
 }
 

@@ -20,6 +20,8 @@ mod recording_is_byte_identical;
 mod damage_is_reported;
 // Claims of a file are compared with what a recording can have.
 mod claims_are_plausible;
+// Two recordings are compared without decoding what is equal.
+mod equal_chunks_are_not_decoded;
 // Frames that wait for the disk take bounded memory.
 mod frames_in_memory_are_bounded;
 // A recording gets its final name only when it is complete.

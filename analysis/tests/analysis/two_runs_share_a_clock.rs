@@ -1,0 +1,145 @@
+//! Guarantee: two runs of a sweep play side by side with one clock: whenever the first one shows a time, the second one shows its
+//! frame that is nearest to it, at its recorded positions.
+//!
+//! Setup: two runs of 60 and 40 frames, whose discs circle in opposite directions, in headless Chromium: steps, playback, and
+//! another choice of the second run.
+//! Control: the positions of the first run are not those that the second one shows, and a single run has no such choice.
+#![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
+#![allow(clippy::disallowed_methods, reason = "positions of a test need no fixed bits")]
+
+use crate::report_opens_in_a_browser::dumped;
+use crate::synthetic::{Folder, Frames, analyze};
+use kinetoscope_manifest::RunManifest;
+use kinetoscope_recording::channels::DemTemperature;
+use kinetoscope_recording::frame::Frame;
+use kinetoscope_recording::recorder::Clock;
+use serde_json::Value;
+use std::fs;
+
+const MANIFEST: &str = r#"
+name = "two"
+[model.dem]
+discs = 30
+width_m = 1.0
+height_m = 1.0
+radius_m = 1e-3
+duration_s = 1.0
+[record]
+frames = 60
+channels = ["state", "temperature"]
+"#;
+const SWEEP: &str = "[sweep]\n\"model.dem.restitution\" = [0.5, 0.8]\n";
+
+/// Frames of each run in one second.
+const FRAMES: [u32; 2] = [60, 40];
+
+/// Position of a disc at a time; each run has its direction.
+fn position(run: usize, disc: u32, time: f64) -> [f64; 2] {
+    let phase = f64::from(disc) + if run == 0 { time } else { -time };
+    let radius = 0.1 + 0.01 * f64::from(disc);
+    [0.5 + radius * phase.cos(), 0.5 + radius * phase.sin()]
+}
+
+fn frames(manifest: &RunManifest) -> Frames {
+    let run = usize::from(!manifest.canonical().contains("restitution = 0.5"));
+    let frame = |index: u32| {
+        let time = f64::from(index) / f64::from(FRAMES[run]);
+        let mut frame = Frame::new();
+        for disc in 0..30 {
+            let [x, y] = position(run, disc, time);
+            frame.push_state(&[x, y, 0.0, 0.0]);
+        }
+        frame.push(&DemTemperature::default());
+        (Clock { count: u64::from(index), time }, frame)
+    };
+    (0..=FRAMES[run]).map(frame).collect()
+}
+
+/// Appended to the page: chooses two runs, moves the first one, and writes what the second one shows.
+const PROBE: &str = r#"<script>
+(async () => {
+  const found = [], note = (run) => found.push({
+    run, time: replay.time, other: replay.second.time, positions: replay.second.positions(),
+    widths: [...document.querySelectorAll("canvas")].map((canvas) => canvas.clientWidth),
+  });
+  try {
+    await replay.ready;
+    document.querySelector(".pair").click();
+    await replay.second.ready;
+    note(1);
+    for (const frame of [0, 7, 30, 59]) { replay.show(frame); note(1); }
+    replay.show(50);
+    document.querySelector(".speed").value = "10";
+    document.querySelector(".play").click();
+    while (replay.time < 1) await new Promise(requestAnimationFrame);
+    note(1);
+    replay.show(20);
+    await replay.second.select(0);
+    note(0);
+  } catch (error) { console.error(String(error)); }
+  const list = document.createElement("pre");
+  list.id = "found";
+  list.textContent = JSON.stringify(found);
+  document.body.append(list);
+})();
+</script>"#;
+
+/// The recorded time of a run that is nearest to a time.
+fn nearest(run: usize, time: f64) -> f64 {
+    let frames = f64::from(FRAMES[run]);
+    (time * frames).round() / frames
+}
+
+/// Whether the drawn positions are those of a run at a time, within 1/500 of the view.
+fn shows(positions: &Value, run: usize, time: f64) -> bool {
+    let drawn = positions.as_array().unwrap();
+    drawn.len() == 30
+        && drawn.iter().all(|drawn| {
+            let [x, y] = position(run, drawn[0].as_u64().unwrap() as u32, time);
+            let distance = (x - drawn[1].as_f64().unwrap()).hypot(y - drawn[2].as_f64().unwrap());
+            distance < 1.0 / 500.0
+        })
+}
+
+#[test]
+#[ignore = "needs chromium"]
+fn second_run_follows_the_clock_of_the_first_one() {
+    let folder = Folder::write(&format!("{MANIFEST}{SWEEP}"), frames);
+    let output = analyze(&[folder.name()]);
+    assert_eq!(output.code, 0, "{}", output.text);
+    let report = folder.path().join("report.html");
+    let text = fs::read_to_string(&report).unwrap();
+    fs::write(&report, text.replace("</body>", &format!("{PROBE}</body>"))).unwrap();
+    let (dom, console) = dumped(&report, 1280, false);
+    assert!(console.is_empty(), "{console}");
+    let found = dom.split("<pre id=\"found\">").nth(1).expect("the script must end");
+    let found: Vec<Value> =
+        serde_json::from_str(found.split("</pre>").next().unwrap()).expect("an array");
+    assert_eq!(found.len(), 7);
+    for shown in &found {
+        let (run, time) =
+            (shown["run"].as_u64().unwrap() as usize, shown["time"].as_f64().unwrap());
+        let other = shown["other"].as_f64().unwrap();
+        assert!((other - nearest(run, time)).abs() < 1e-12, "{other} at {time}");
+        assert!(shows(&shown["positions"], run, other), "{shown}");
+        // Control.
+        assert!(time == 0.0 || !shows(&shown["positions"], 1 - run, other), "{shown}");
+        let widths: Vec<f64> = shown["widths"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|width| width.as_f64().unwrap())
+            .collect();
+        assert!(widths.iter().all(|width| *width > 300.0 && *width < 700.0), "{widths:?}");
+    }
+    assert!(found[5]["time"] == 1.0, "{}", found[5]["time"]);
+}
+
+#[test]
+fn one_run_has_no_second_one() {
+    let folder = Folder::write(MANIFEST, frames);
+    assert_eq!(analyze(&[folder.name()]).code, 0);
+    let text = fs::read_to_string(folder.path().join("report.html")).unwrap();
+    assert_eq!(text.matches("<canvas").count(), 1);
+    assert!(!text.contains("class=\"pair\""));
+}

@@ -1,0 +1,91 @@
+//! Guarantee: `check --locked` finds a flipped sign in a force, a wall collision and a coefficient of an integrator, and names the
+//! first frame, the topic, the columns and the particles that differ.
+//!
+//! Setup: a copy of the sources with one flipped sign in each of three models is built; its program checks one experiment of each
+//! model against the lock file.
+//! Control: the hard discs, in which no line is changed, are equal.
+//!
+//!     cargo test --test guarantees -- --ignored --nocapture full_harness_flipped_signs
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// File, text, what it becomes, and an experiment that uses it.
+const FLIPPED: [[&str; 4]; 3] = [
+    [
+        "src/physics/dem/motion.rs",
+        "let trial = dashpot - spring.stiffness * stretched;",
+        "let trial = dashpot + spring.stiffness * stretched;",
+        "experiments/dem_incline.toml",
+    ],
+    [
+        "src/physics/gas/motion.rs",
+        "velocity[1] - twice * position[1]",
+        "velocity[1] + twice * position[1]",
+        "experiments/gas_300_kelvin.toml",
+    ],
+    [
+        "src/physics/orbit/integrators.rs",
+        "stages: [row([]), row([0.5]),",
+        "stages: [row([]), row([-0.5]),",
+        "experiments/orbit_integrators.toml",
+    ],
+];
+const CONTROL: &str = "experiments/packing_fifty_discs.toml";
+
+fn output(command: &mut Command, folder: &Path) -> Output {
+    let output = command.current_dir(folder).output().unwrap();
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(matches!(output.status.code(), Some(0 | 4)), "{errors}");
+    output
+}
+
+/// Copies the sources, with the flipped signs.
+fn copy_flipped(root: &Path, copy: &Path) {
+    let listed = output(Command::new("git").args(["ls-files", "-z"]), root).stdout;
+    for name in String::from_utf8(listed).unwrap().split_terminator('\0') {
+        let (from, to) = (root.join(name), copy.join(name));
+        fs::create_dir_all(to.parent().unwrap()).unwrap();
+        fs::copy(from, to).unwrap();
+    }
+    for [name, old, new, _] in FLIPPED {
+        let text = fs::read_to_string(copy.join(name)).unwrap();
+        assert_eq!(text.matches(old).count(), 1, "{name}: {old}");
+        fs::write(copy.join(name), text.replace(old, new)).unwrap();
+    }
+}
+
+#[test]
+#[ignore = "builds the program again, without optimization"]
+fn full_harness_flipped_signs_are_found() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folder = tempfile::tempdir().unwrap();
+    let copy = folder.path().join("copy");
+    copy_flipped(root, &copy);
+    let target = root.join("target/unoptimized");
+    let build = ["build", "--quiet", "--config", "profile.dev.opt-level=0"];
+    let build = [&build[..], &["--package", "kinetoscope-program", "--target-dir"]].concat();
+    output(Command::new(env!("CARGO")).args(build).arg(&target), &copy);
+    let mut check = Command::new(target.join("debug/kinetoscope"));
+    check.args(["check", "--locked", "--json"]);
+    check.args(FLIPPED.map(|[.., manifest]| manifest)).arg(CONTROL);
+    let report: Value = serde_json::from_slice(&output(&mut check, &copy).stdout).unwrap();
+    let findings = |manifest: &str| {
+        let entries = report["experiments"].as_array().unwrap();
+        let entry = entries.iter().find(|entry| entry["manifest"] == manifest).unwrap();
+        assert_eq!(entry["equal"].as_bool(), Some(entry["findings"] == Value::Array(Vec::new())));
+        entry["findings"].clone()
+    };
+    for [.., manifest] in FLIPPED {
+        let place = findings(manifest)[0].as_str().unwrap_or("equal").to_owned();
+        println!("{manifest}: {place}");
+        for part in ["first difference in frame", "/state", "columns", "particle"] {
+            assert!(place.contains(part), "{manifest}: {place}");
+        }
+    }
+    assert_eq!(findings(CONTROL), Value::Array(Vec::new()));
+}
