@@ -4,8 +4,8 @@
 //! body has mass, its motion is uniform; energy and angular momentum are then means over the test particles, each of which keeps its own.
 
 use super::elements::log10_of_change;
+use super::encounters::{Closest, EncounterRecord, Encounters};
 use super::motion::{MutualGravity, Phase, State, add_scaled, cross, dot, length};
-use super::path::Untracked;
 use super::starts;
 use super::trajectory::{Discretization, NotFinite, Trajectory};
 use crate::model::SetupError;
@@ -27,7 +27,7 @@ pub(super) struct Bodies {
     view_half_width: f64,
     /// Maximum speed at the start, AU/day.
     max_speed: f64,
-    pub(super) trajectory: Trajectory<Vec<f64>>,
+    pub(super) trajectory: Trajectory<Vec<f64>, EncounterRecord>,
 }
 
 /// Conserved quantities per total mass.
@@ -156,8 +156,11 @@ impl Bodies {
             start,
             view_half_width: MARGIN * max_length(&phase.position),
             max_speed: max_length(&phase.velocity),
+            trajectory: {
+                let path = EncounterRecord::at_start(&gravitational_parameters, &phase);
+                Trajectory::new(phase, path, discretization)
+            },
             force: MutualGravity { gravitational_parameters },
-            trajectory: Trajectory::new(phase, discretization),
         })
     }
 
@@ -166,10 +169,17 @@ impl Bodies {
         discretization: &Discretization,
         steps: u64,
     ) -> Result<(), NotFinite> {
-        self.trajectory.advance(&self.force, discretization, steps, &Untracked)
+        let Self { force, trajectory, .. } = self;
+        trajectory.advance(force, discretization, steps, &Encounters::of(force))
     }
 
-    pub(super) fn observe(&self, frame: &mut Frame) {
+    /// The closest approaches since the start.
+    fn closest(&self, time: f64) -> Closest {
+        let Trajectory { path, phase, .. } = &self.trajectory;
+        Encounters::of(&self.force).closest(path, phase, time)
+    }
+
+    pub(super) fn observe(&self, time: f64, frame: &mut Frame) {
         let Phase { position, velocity } = &self.trajectory.phase;
         let rows = position.as_chunks::<3>().0.iter().zip(velocity.as_chunks::<3>().0);
         for ([x, y, z], [vx, vy, vz]) in rows {
@@ -199,12 +209,23 @@ impl Bodies {
                 self.start.angular_scale,
             ),
         });
+        if let Some(message) = self.closest(time).message() {
+            frame.push(&message);
+        }
+    }
+
+    /// Warns at the end of encounters that change the orbits, or that the steps do not follow.
+    pub(super) fn log_end(&self, discretization: &Discretization, time: f64, frame: &mut Frame) {
+        let has_fixed_steps = discretization.integrator != OrbitIntegrator::Dop853;
+        let step = has_fixed_steps.then_some(discretization.step);
+        for warning in self.closest(time).warnings(step) {
+            frame.log(Level::Warning, warning);
+        }
     }
 
     pub(super) fn scenery(&self) -> Scenery {
         let half = self.view_half_width;
         let bodies = &self.force.gravitational_parameters;
-        let total: f64 = bodies.iter().sum();
         Scenery {
             walls: Vec::new(),
             view: [[-half, -half], [half, half]],
@@ -217,7 +238,7 @@ impl Bodies {
             unused_fields: Vec::new(),
             // The manifest has no names; numbers are those of the rows of the state.
             names: (0..bodies.len()).map(|body| body.to_string()).collect(),
-            central_particle: bodies.iter().position(|body| *body > 0.5 * total),
+            central_particle: Encounters::of(&self.force).central,
         }
     }
 

@@ -32,9 +32,21 @@ impl<V: AsRef<[f64]>> Phase<V> {
 pub trait Force {
     /// Positions, velocities or accelerations of all bodies, three components per body.
     type Vector: Clone + AsRef<[f64]> + AsMut<[f64]>;
+    /// Distances of the pairs of bodies that attract, which the force needs anyway.
+    type Separations: Default;
 
-    /// Computes the accelerations at the given positions, AU/day^2.
-    fn accelerations(&self, positions: &Self::Vector, into: &mut Self::Vector);
+    /// Separations of the number that [`Force::accelerations`] fills.
+    fn separations(&self) -> Self::Separations {
+        Self::Separations::default()
+    }
+
+    /// Computes the accelerations at the given positions, AU/day^2, and the separations there, AU.
+    fn accelerations(
+        &self,
+        positions: &Self::Vector,
+        into: &mut Self::Vector,
+        separations: &mut Self::Separations,
+    );
 }
 
 /// Gravity of a Sun fixed at the origin on a light body: [`acceleration_over_position`].
@@ -43,9 +55,10 @@ pub struct FixedSun;
 
 impl Force for FixedSun {
     type Vector = [f64; 3];
+    type Separations = ();
 
     #[inline]
-    fn accelerations(&self, position: &[f64; 3], into: &mut [f64; 3]) {
+    fn accelerations(&self, position: &[f64; 3], into: &mut [f64; 3], (): &mut ()) {
         *into = scaled(*position, acceleration_over_position(*position));
     }
 }
@@ -59,10 +72,25 @@ pub struct MutualGravity {
 
 impl Force for MutualGravity {
     type Vector = Vec<f64>;
+    type Separations = Vec<f64>;
 
-    fn accelerations(&self, positions: &Vec<f64>, into: &mut Vec<f64>) {
-        mutual_accelerations(&self.gravitational_parameters, positions, into);
+    /// One per pair, in the order of [`attracting_pairs`].
+    fn separations(&self) -> Vec<f64> {
+        vec![0.0; attracting_pairs(&self.gravitational_parameters).count()]
     }
+
+    fn accelerations(&self, positions: &Vec<f64>, into: &mut Vec<f64>, separations: &mut Vec<f64>) {
+        mutual_accelerations(&self.gravitational_parameters, positions, into, separations);
+    }
+}
+
+/// Pairs of bodies of which at least one has mass, the lower number first, in the order in which the force adds them.
+pub(super) fn attracting_pairs(
+    gravitational_parameters: &[f64],
+) -> impl Iterator<Item = [usize; 2]> {
+    let count = gravitational_parameters.len();
+    let all = (0..count).flat_map(move |one| (one + 1..count).map(move |other| [one, other]));
+    all.filter(|pair| pair.iter().any(|body| gravitational_parameters[*body] != 0.0))
 }
 
 /// Equation of motion of a light body around a fixed Sun: a = -GM r / |r|^3 (orbit exercise, equation 14). Returns the factor k of
@@ -81,9 +109,15 @@ pub fn acceleration_over_position(position: [f64; 3]) -> f64 {
 /// a_i = sum over j of G m_j (r_j - r_i) / |r_j - r_i|^3, G m in AU^3/day^2, r in AU
 ///
 /// (Newton; Hairer, Lubich, Wanner: Geometric Numerical Integration, equation I.2.8). A body without mass adds nothing to the sum of
-/// another one, not even a zero, so that no bit of the others' motion depends on it.
-pub fn mutual_accelerations(gravitational_parameters: &[f64], positions: &[f64], into: &mut [f64]) {
+/// another one, not even a zero, so that no bit of the others' motion depends on it. `separations` receives |r_j - r_i| of each pair.
+pub fn mutual_accelerations(
+    gravitational_parameters: &[f64],
+    positions: &[f64],
+    into: &mut [f64],
+    separations: &mut [f64],
+) {
     into.fill(0.0);
+    let mut separations = separations.iter_mut();
     let (positions, _) = positions.as_chunks::<3>();
     let (sums, _) = into.as_chunks_mut::<3>();
     for (i, first) in positions.iter().enumerate() {
@@ -94,6 +128,9 @@ pub fn mutual_accelerations(gravitational_parameters: &[f64], positions: &[f64],
             }
             let separation = add_scaled(*second, *first, -1.0);
             let distance = length(separation);
+            if let Some(place) = separations.next() {
+                *place = distance;
+            }
             let inverse_cube = 1.0 / ((distance * distance) * distance);
             let attraction = scaled(separation, inverse_cube);
             if of_second != 0.0 {
