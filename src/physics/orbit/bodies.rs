@@ -147,7 +147,8 @@ impl Bodies {
             phase.velocity[axis] -= given.momentum[axis % 3];
         }
         let start = Conserved::of(&gravitational_parameters, &phase);
-        check_start(&start)?;
+        let force = MutualGravity { gravitational_parameters };
+        check_start(&start, &force, &phase)?;
         let max_length = |numbers: &[f64]| {
             let lengths = numbers.as_chunks::<3>().0.iter().map(|vector| length(*vector));
             lengths.fold(0.0, |max, next| if next > max { next } else { max })
@@ -157,10 +158,10 @@ impl Bodies {
             view_half_width: MARGIN * max_length(&phase.position),
             max_speed: max_length(&phase.velocity),
             trajectory: {
-                let path = EncounterRecord::at_start(&gravitational_parameters, &phase);
+                let path = EncounterRecord::at_start(&force.gravitational_parameters, &phase);
                 Trajectory::new(phase, path, discretization)
             },
-            force: MutualGravity { gravitational_parameters },
+            force,
         })
     }
 
@@ -275,20 +276,32 @@ impl Bodies {
     }
 }
 
-/// Rejects bodies at the same position, and numbers that overflow.
-fn check_start(start: &Conserved) -> Result<(), SetupError> {
+/// Rejects bodies between which no motion can be followed.
+fn check_start(
+    start: &Conserved,
+    force: &MutualGravity,
+    phase: &Phase<Vec<f64>>,
+) -> Result<(), SetupError> {
     let energy = start.energy();
-    if start.min_separation > 0.0
-        && energy.is_finite()
-        && energy != 0.0
-        && start.angular_scale > 0.0
-    {
+    let (reason, remedy) = if let Some([one, other]) = Encounters::of(force).coinciding(phase) {
+        (
+            format!("bodies {one} and {other} are at the same position"),
+            "change position_au or mean_anomaly_rad of one of them",
+        )
+    } else if !energy.is_finite() {
+        let separation = start.min_separation;
+        (
+            format!("the energy of bodies {separation:e} AU apart overflows"),
+            "move them further apart",
+        )
+    } else if energy == 0.0 {
+        let reason = "the energy is exactly zero, so its relative drift is not defined";
+        (reason.to_owned(), "change the last digit of a velocity_au_per_day")
+    } else if start.angular_scale > 0.0 {
         return Ok(());
-    }
-    Err(SetupError(format!(
-        "bodies: minimum separation {} AU, kinetic energy {:e} and potential energy {:e} AU^2/day^2 per unit mass: no motion to follow. \
-         Bodies must be at different positions, two of them must have mass, one of them must move relative to the others, and the energy \
-         must not be zero. A single test particle around the Sun is given by start.",
-        start.min_separation, start.kinetic, start.potential
-    )))
+    } else {
+        let reason = "no body moves relative to the others";
+        (reason.to_owned(), "change velocity_au_per_day of one of them")
+    };
+    Err(SetupError(format!("bodies: no motion to follow, because {reason}: {remedy}")))
 }

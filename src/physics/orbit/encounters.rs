@@ -103,6 +103,12 @@ impl<'a> Encounters<'a> {
         closest
     }
 
+    /// The first pair at one position.
+    pub(super) fn coinciding(&self, phase: &Phase<Vec<f64>>) -> Option<[usize; 2]> {
+        attracting_pairs(self.gravitational_parameters)
+            .find(|pair| length(relative(phase, *pair).position) == 0.0)
+    }
+
     fn approach(&self, pair: [usize; 2], phase: &Phase<Vec<f64>>, time: f64) -> Approach {
         let State { position, velocity } = relative(phase, pair);
         let separation = length(position);
