@@ -7,12 +7,26 @@ use crate::constants::GM_SUN_AU3_PER_DAY2;
 use serde::{Deserialize, Serialize};
 
 /// Positions and velocities, three components per body: `Phase<[f64; 3]>` for one body, `Phase<Vec<f64>>` for several.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Phase<V> {
     /// r, AU.
     pub position: V,
     /// v, AU/day.
     pub velocity: V,
+}
+
+impl<V: Clone> Clone for Phase<V> {
+    #[inline]
+    fn clone(&self) -> Self {
+        Self { position: self.position.clone(), velocity: self.velocity.clone() }
+    }
+
+    // Keeps the memory, which a derived implementation would replace.
+    #[inline]
+    fn clone_from(&mut self, source: &Self) {
+        self.position.clone_from(&source.position);
+        self.velocity.clone_from(&source.velocity);
+    }
 }
 
 /// Position and velocity of one body.
@@ -35,18 +49,19 @@ pub trait Force {
     /// Distances of the pairs of bodies that attract, which the force needs anyway.
     type Separations: Default;
 
-    /// Separations of the number that [`Force::accelerations`] fills.
-    fn separations(&self) -> Self::Separations {
-        Self::Separations::default()
-    }
+    /// Computes the accelerations at the given positions, AU/day^2.
+    fn accelerations(&self, positions: &Self::Vector, into: &mut Self::Vector);
 
-    /// Computes the accelerations at the given positions, AU/day^2, and the separations there, AU.
-    fn accelerations(
+    /// Computes the accelerations and the separations, AU.
+    #[inline]
+    fn accelerations_and_separations(
         &self,
         positions: &Self::Vector,
         into: &mut Self::Vector,
-        separations: &mut Self::Separations,
-    );
+        _: &mut Self::Separations,
+    ) {
+        self.accelerations(positions, into);
+    }
 }
 
 /// Gravity of a Sun fixed at the origin on a light body: [`acceleration_over_position`].
@@ -58,7 +73,7 @@ impl Force for FixedSun {
     type Separations = ();
 
     #[inline]
-    fn accelerations(&self, position: &[f64; 3], into: &mut [f64; 3], (): &mut ()) {
+    fn accelerations(&self, position: &[f64; 3], into: &mut [f64; 3]) {
         *into = scaled(*position, acceleration_over_position(*position));
     }
 }
@@ -74,13 +89,19 @@ impl Force for MutualGravity {
     type Vector = Vec<f64>;
     type Separations = Vec<f64>;
 
-    /// One per pair, in the order of [`attracting_pairs`].
-    fn separations(&self) -> Vec<f64> {
-        vec![0.0; attracting_pairs(&self.gravitational_parameters).count()]
+    fn accelerations(&self, positions: &Vec<f64>, into: &mut Vec<f64>) {
+        mutual_accelerations(&self.gravitational_parameters, positions, into);
     }
 
-    fn accelerations(&self, positions: &Vec<f64>, into: &mut Vec<f64>, separations: &mut Vec<f64>) {
-        mutual_accelerations(&self.gravitational_parameters, positions, into, separations);
+    fn accelerations_and_separations(
+        &self,
+        positions: &Vec<f64>,
+        into: &mut Vec<f64>,
+        separations: &mut Vec<f64>,
+    ) {
+        separations.clear();
+        let note = |distance| separations.push(distance);
+        add_attractions(&self.gravitational_parameters, positions, into, note);
     }
 }
 
@@ -109,15 +130,20 @@ pub fn acceleration_over_position(position: [f64; 3]) -> f64 {
 /// a_i = sum over j of G m_j (r_j - r_i) / |r_j - r_i|^3, G m in AU^3/day^2, r in AU
 ///
 /// (Newton; Hairer, Lubich, Wanner: Geometric Numerical Integration, equation I.2.8). A body without mass adds nothing to the sum of
-/// another one, not even a zero, so that no bit of the others' motion depends on it. `separations` receives |r_j - r_i| of each pair.
-pub fn mutual_accelerations(
+/// another one, not even a zero, so that no bit of the others' motion depends on it.
+pub fn mutual_accelerations(gravitational_parameters: &[f64], positions: &[f64], into: &mut [f64]) {
+    add_attractions(gravitational_parameters, positions, into, |_| ());
+}
+
+/// [`mutual_accelerations`]; `note` receives |r_j - r_i| of each pair, in the order of [`attracting_pairs`].
+#[inline]
+fn add_attractions(
     gravitational_parameters: &[f64],
     positions: &[f64],
     into: &mut [f64],
-    separations: &mut [f64],
+    mut note: impl FnMut(f64),
 ) {
     into.fill(0.0);
-    let mut separations = separations.iter_mut();
     let (positions, _) = positions.as_chunks::<3>();
     let (sums, _) = into.as_chunks_mut::<3>();
     for (i, first) in positions.iter().enumerate() {
@@ -128,9 +154,7 @@ pub fn mutual_accelerations(
             }
             let separation = add_scaled(*second, *first, -1.0);
             let distance = length(separation);
-            if let Some(place) = separations.next() {
-                *place = distance;
-            }
+            note(distance);
             let inverse_cube = 1.0 / ((distance * distance) * distance);
             let attraction = scaled(separation, inverse_cube);
             if of_second != 0.0 {

@@ -76,8 +76,8 @@ impl<'a, F: Force, const COMPENSATED: bool> IntegrationState<'a, F, COMPENSATED>
     #[must_use]
     pub fn new(force: &'a F, phase: Phase<F::Vector>, compensation: Phase<F::Vector>) -> Self {
         let mut acceleration = phase.position.clone();
-        let mut separations = force.separations();
-        force.accelerations(&phase.position, &mut acceleration, &mut separations);
+        let mut separations = F::Separations::default();
+        force.accelerations_and_separations(&phase.position, &mut acceleration, &mut separations);
         Self { force, phase, compensation, acceleration, separations }
     }
 
@@ -110,7 +110,7 @@ impl<'a, F: Force, const COMPENSATED: bool> IntegrationState<'a, F, COMPENSATED>
     #[inline]
     fn update_acceleration(&mut self) {
         let Self { force, phase, acceleration, separations, .. } = self;
-        force.accelerations(&phase.position, acceleration, separations);
+        force.accelerations_and_separations(&phase.position, acceleration, separations);
     }
 }
 
@@ -170,7 +170,7 @@ impl<const S: usize> Tableau<S> {
     #[inline]
     pub(super) fn slopes<F: Force, const COMPENSATED: bool>(
         &self,
-        state: &mut IntegrationState<'_, F, COMPENSATED>,
+        state: &IntegrationState<'_, F, COMPENSATED>,
         h: f64,
     ) -> [Phase<F::Vector>; S] {
         let mut slopes: [Phase<F::Vector>; S] = std::array::from_fn(|_| state.slope());
@@ -184,8 +184,7 @@ impl<const S: usize> Tableau<S> {
             for (axis, sum) in velocity.as_mut().iter_mut().enumerate() {
                 *sum += weighted(weights, |slope| slopes[slope].velocity.as_ref()[axis]) * h;
             }
-            let into = &mut slopes[stage].velocity;
-            state.force.accelerations(&position, into, &mut state.separations);
+            state.force.accelerations(&position, &mut slopes[stage].velocity);
             slopes[stage].position = velocity;
         }
         slopes
