@@ -4,7 +4,8 @@ use crate::diagnostics::Diagnostics;
 use crate::syntax::{LineCounter, parse_toml};
 use crate::tree::{Node, Table, Value};
 
-/// The line of the first key of a manifest that a message names, counted from 1; `None` if it names none that the text has.
+/// The line of the first key of a manifest that a message names, counted from 1; that of the model's table if it names none that the
+/// text has, and `None` without a model.
 #[must_use]
 pub fn line_of_key_in_message(text: &str, message: &str) -> Option<usize> {
     let (root, _) = parse_toml(text, "", &mut Diagnostics::default());
@@ -20,7 +21,12 @@ pub fn line_of_key_in_message(text: &str, message: &str) -> Option<usize> {
     }
     let is_part_of_key = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let mut words = message.split(|c| !is_part_of_key(c)).filter(|word| !word.is_empty());
-    let place = words.find_map(|word| keys.iter().find(|(key, _)| *key == word))?.1;
+    let named = words.find_map(|word| keys.iter().find(|(key, _)| *key == word));
+    let model = || {
+        let models = root.entries.iter().find(|entry| entry.key == "model")?.node.table()?;
+        Some(models.entries.first()?.key_span.start)
+    };
+    let place = named.map(|(_, place)| *place).or_else(model)?;
     Some(LineCounter::new(text).line_of(place))
 }
 
@@ -54,8 +60,8 @@ mod tests {
             ("[record] frames = 9 is too many", Some(6)),
             ("radius_m is 1", Some(8)),
             ("particles = 3, but frames = 9", Some(3)),
-            ("name is wrong", None),
-            ("no key: parti", None),
+            ("name is wrong", Some(2)),
+            ("no key: parti", Some(2)),
         ] {
             assert_eq!(line_of_key_in_message(text, message), line, "{message}");
         }

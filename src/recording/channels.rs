@@ -1,9 +1,10 @@
 //! The messages of Kinetoscope: topic, schema, and fields with their units. Writer, reader, schema and documentation are derived
 //! from this file. Tags are never reused: a changed meaning takes a new tag and a new [`SCHEMA_VERSION`].
 
+pub use crate::channel_field::Field;
+
 use crate::column::Column as _;
 use prost::Message;
-use prost_types::field_descriptor_proto::Type;
 
 /// Version of the recording's layout; part of the run key.
 pub const SCHEMA_VERSION: u32 = 3;
@@ -24,34 +25,6 @@ pub const FORCE_CHAINS: &str = "/force_chains";
 pub const TRAIL: &str = "/trail";
 /// Topic of what happened and when.
 pub const LOG: &str = "/log";
-
-/// One field of a message.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Field {
-    /// Name, its unit last.
-    pub name: &'static str,
-    /// Protobuf type, followed by `, repeated` for a series.
-    pub kind: &'static str,
-    /// Protobuf tag.
-    pub tag: &'static str,
-}
-
-impl Field {
-    /// Type of the values; `None` for a type that no channel has.
-    pub(crate) fn value_type(&self) -> Option<Type> {
-        match self.kind.split(',').next()? {
-            "double" => Some(Type::Double),
-            "uint64" => Some(Type::Uint64),
-            "string" => Some(Type::String),
-            _ => None,
-        }
-    }
-
-    /// Whether the field is a series.
-    pub(crate) fn is_series(&self) -> bool {
-        self.kind.ends_with(", repeated")
-    }
-}
 
 /// A message with a fixed topic and schema.
 pub trait Channel: Message + Default + 'static {
@@ -496,5 +469,24 @@ channels! {
         force_evaluations: u64 [uint64] = "8",
         /// log10 of `specific_angular_momentum_change_ppm` / 1e6, for plots; NaN without a change.
         specific_angular_momentum_change_log10: f64 [double] = "9",
+    }
+
+    /// Orbit of several bodies: the closest approach since the start, found at every step. Pairs with the central body, which has more
+    /// than half of the mass, count only if nothing else attracts.
+    OrbitClosestApproach on "/closest_approach" {
+        /// Number of the first body, from 0.
+        first_body: u64 [uint64] = "1",
+        /// Number of the second body.
+        second_body: u64 [uint64] = "2",
+        /// Its time, d.
+        time_d: f64 [double] = "3",
+        /// Least separation, AU.
+        separation_au: f64 [double] = "4",
+        /// Relative speed there, AU/day.
+        relative_speed_au_per_day: f64 [double] = "5",
+        /// Separation over the mutual Hill radius there; NaN without a central body, or for a pair with it.
+        separation_over_hill_radius: f64 [double] = "6",
+        /// Least value of `separation_over_hill_radius` since the start, of any pair; NaN without.
+        min_separation_over_hill_radius: f64 [double] = "7",
     }
 }

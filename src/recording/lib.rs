@@ -4,6 +4,7 @@
 
 pub mod atomic_file;
 pub mod background;
+mod channel_field;
 pub mod channels;
 pub mod checkpoint;
 pub mod drawing;

@@ -10,6 +10,8 @@ mod run;
 mod adaptive_method_keeps_its_tolerance;
 // Three bodies follow their known solutions and conserve their integrals.
 mod bodies_follow_exact_solutions;
+// The least separation of two bodies is found within its step.
+mod close_encounters_are_found_within_their_step;
 // Elements and vectors are those of REBOUND, in both directions.
 mod elements_agree_with_rebound;
 // Explicit Euler gains energy and angular momentum at the predicted rate.

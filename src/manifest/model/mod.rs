@@ -12,6 +12,7 @@ mod dem_walls;
 mod gas;
 mod gas_gravity_rules;
 mod gas_partition;
+mod gas_range_rules;
 mod gas_rules;
 mod gas_start;
 mod gas_walls;
@@ -19,6 +20,7 @@ mod metric_names;
 mod orbit;
 mod orbit_rules;
 mod packing;
+mod sizes;
 mod start;
 mod start_from;
 
@@ -156,7 +158,7 @@ models! {
     ],
     /// The Earth around the Sun.
     orbit: Orbit(OrbitConfig) from start every every_days metrics ORBIT [
-        state discs walls legend velocity trail energy orbit conserved log
+        state discs walls legend velocity trail energy orbit conserved closest_approach log
     ],
 }
 
@@ -180,6 +182,11 @@ impl ModelConfig {
     #[must_use]
     pub fn particles(&self) -> u64 {
         each!(self, model => model.particles())
+    }
+
+    /// Number of steps, if it follows from the manifest alone.
+    pub(crate) fn steps(&self) -> Option<f64> {
+        each!(self, model => model.steps())
     }
 
     /// The keys of `[record]` that give an interval between frames of this model.

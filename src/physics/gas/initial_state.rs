@@ -204,14 +204,16 @@ fn given_rows(config: &GasConfig, state: &GivenState) -> Result<Vec<[f64; 4]>, S
 /// Particles of a given or recorded start; a point outside the wall is rejected.
 fn from_rows(config: &GasConfig, rows: &[[f64; 4]]) -> Result<InitialState, SetupError> {
     let (radius, center) = (config.radius_m.get(), config.center_m.map(|axis| axis.get()));
+    let is_given = matches!(config.placement, GasPlacement::Given(_));
+    let key = if is_given { "placement" } else { "start_from" };
     let mut particles = Vec::with_capacity(rows.len());
     for (index, &[x, y, vx, vy]) in rows.iter().enumerate() {
         let mut position = [x - center[0], y - center[1]];
         let distance = libm::hypot(position[0], position[1]);
         if distance > radius * (1.0 + ON_WALL_TOLERANCE) {
             return Err(SetupError(format!(
-                "particle {index} (counted from 0) at [{x}, {y}] is {distance} m from the center, outside the wall at {radius} m: \
-                 move it inside or increase radius_m"
+                "{key}: particle {index} (counted from 0) at [{x}, {y}] is {distance} m from the center, outside the wall at {radius} m: \
+                 move it inside or increase radius_m to {distance}"
             )));
         }
         if distance > radius {

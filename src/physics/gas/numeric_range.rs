@@ -3,7 +3,7 @@
 use super::clock::STEP_ROUNDING;
 use super::motion::Particle;
 use crate::model::SetupError;
-use kinetoscope_manifest::model::{GasConfig, Propagation};
+use kinetoscope_manifest::model::{GasConfig, GasPlacement, Propagation, SpeedScale};
 
 /// Masses, radii, speeds and times must be between the inverse of this number and this number, so that no product overflows.
 const MAX_VALUE: f64 = 1e50;
@@ -25,6 +25,11 @@ pub(super) fn check(config: &GasConfig, particles: &[Particle]) -> Result<(), Se
     let (radius, duration) = (config.radius_m.get(), config.duration_s.get());
     let gravity = config.gravity_m_per_s2.get();
     let fastest = max_speed(particles.iter().copied());
+    let cause = if 4.0 * gravity * radius > fastest * fastest {
+        "gravity_m_per_s2"
+    } else {
+        key_of_speeds(config)
+    };
     // Falling across the container adds 4 g R to v^2.
     let fastest =
         if gravity > 0.0 { (fastest * fastest + 4.0 * gravity * radius).sqrt() } else { fastest };
@@ -33,7 +38,10 @@ pub(super) fn check(config: &GasConfig, particles: &[Particle]) -> Result<(), Se
         ("mass_kg", config.mass_kg.get()),
         ("radius_m", radius),
         ("duration_s", duration),
-        ("the speed of the fastest particle in m/s", if fastest > 0.0 { fastest } else { 1.0 }),
+        (
+            &*format!("the speed of the fastest particle in m/s (from {cause})"),
+            if fastest > 0.0 { fastest } else { 1.0 },
+        ),
     ] {
         if !(1.0 / MAX_VALUE..=MAX_VALUE).contains(&value) {
             return Err(SetupError(format!(
@@ -45,7 +53,7 @@ pub(super) fn check(config: &GasConfig, particles: &[Particle]) -> Result<(), Se
     let path = fastest * duration / radius;
     if path > MAX_PATH_IN_RADII {
         return Err(SetupError(format!(
-            "the fastest particle would travel {path:e} radii, and its position would have less than six digits: \
+            "duration_s is {duration:e}, in which the fastest particle (from {cause}) would travel {path:e} radii, and its position would have less than six digits: \
              shorten duration_s to at most {:e}",
             MAX_PATH_IN_RADII * radius / fastest
         )));
@@ -61,6 +69,17 @@ pub(super) fn check(config: &GasConfig, particles: &[Particle]) -> Result<(), Se
     }
     check_collisions(config, fastest)?;
     check_steps(config)
+}
+
+/// The key that the speeds of the start follow from.
+fn key_of_speeds(config: &GasConfig) -> &'static str {
+    match (&config.placement, config.speed_scale) {
+        (_, SpeedScale::Temperature(_)) => "temperature_k",
+        (GasPlacement::Given(_), _) => "placement",
+        (GasPlacement::Recorded(_), _) => "start_from",
+        (_, SpeedScale::MaxSpeed(_)) => "max_speed_m_per_s",
+        (_, SpeedScale::Given) => "speeds_m_per_s",
+    }
 }
 
 /// Rejects discs whose contacts are below the rounding of positions and times.

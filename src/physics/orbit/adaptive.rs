@@ -6,13 +6,12 @@
 
 use super::dormand_prince::{DORMAND_PRINCE_8, ERROR_OF_ORDER_3, ERROR_OF_ORDER_5};
 use super::motion::{Force, Phase};
-use super::path::PathRecord;
 use super::single_step::{IntegrationState, weighted};
 use serde::{Deserialize, Serialize};
 
 /// End of the last whole step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct AdaptiveStep<V> {
+pub(super) struct AdaptiveStep<V, R> {
     /// Time since the start, days.
     pub(super) time: f64,
     /// Length of the next step to try, days.
@@ -20,7 +19,7 @@ pub(super) struct AdaptiveStep<V> {
     pub(super) phase: Phase<V>,
     pub(super) compensation: Phase<V>,
     /// Events of the path up to this time.
-    pub(super) path: PathRecord,
+    pub(super) path: R,
 }
 
 /// Result of an attempted step.

@@ -4,8 +4,8 @@
 //! body has mass, its motion is uniform; energy and angular momentum are then means over the test particles, each of which keeps its own.
 
 use super::elements::log10_of_change;
+use super::encounters::{Closest, EncounterRecord, Encounters};
 use super::motion::{MutualGravity, Phase, State, add_scaled, cross, dot, length};
-use super::path::Untracked;
 use super::starts;
 use super::trajectory::{Discretization, NotFinite, Trajectory};
 use crate::model::SetupError;
@@ -27,7 +27,7 @@ pub(super) struct Bodies {
     view_half_width: f64,
     /// Maximum speed at the start, AU/day.
     max_speed: f64,
-    pub(super) trajectory: Trajectory<Vec<f64>>,
+    pub(super) trajectory: Trajectory<Vec<f64>, EncounterRecord>,
 }
 
 /// Conserved quantities per total mass.
@@ -147,7 +147,8 @@ impl Bodies {
             phase.velocity[axis] -= given.momentum[axis % 3];
         }
         let start = Conserved::of(&gravitational_parameters, &phase);
-        check_start(&start)?;
+        let force = MutualGravity { gravitational_parameters };
+        check_start(&start, &force, &phase)?;
         let max_length = |numbers: &[f64]| {
             let lengths = numbers.as_chunks::<3>().0.iter().map(|vector| length(*vector));
             lengths.fold(0.0, |max, next| if next > max { next } else { max })
@@ -156,8 +157,11 @@ impl Bodies {
             start,
             view_half_width: MARGIN * max_length(&phase.position),
             max_speed: max_length(&phase.velocity),
-            force: MutualGravity { gravitational_parameters },
-            trajectory: Trajectory::new(phase, discretization),
+            trajectory: {
+                let path = EncounterRecord::at_start(&force.gravitational_parameters, &phase);
+                Trajectory::new(phase, path, discretization)
+            },
+            force,
         })
     }
 
@@ -166,10 +170,17 @@ impl Bodies {
         discretization: &Discretization,
         steps: u64,
     ) -> Result<(), NotFinite> {
-        self.trajectory.advance(&self.force, discretization, steps, &Untracked)
+        let Self { force, trajectory, .. } = self;
+        trajectory.advance(force, discretization, steps, &Encounters::of(force))
     }
 
-    pub(super) fn observe(&self, frame: &mut Frame) {
+    /// The closest approaches since the start.
+    fn closest(&self, time: f64) -> Closest {
+        let Trajectory { path, phase, .. } = &self.trajectory;
+        Encounters::of(&self.force).closest(path, phase, time)
+    }
+
+    pub(super) fn observe(&self, time: f64, frame: &mut Frame) {
         let Phase { position, velocity } = &self.trajectory.phase;
         let rows = position.as_chunks::<3>().0.iter().zip(velocity.as_chunks::<3>().0);
         for ([x, y, z], [vx, vy, vz]) in rows {
@@ -199,12 +210,23 @@ impl Bodies {
                 self.start.angular_scale,
             ),
         });
+        if let Some(message) = self.closest(time).message() {
+            frame.push(&message);
+        }
+    }
+
+    /// Warns at the end of encounters that change the orbits, or that the steps do not follow.
+    pub(super) fn log_end(&self, discretization: &Discretization, time: f64, frame: &mut Frame) {
+        let has_fixed_steps = discretization.integrator != OrbitIntegrator::Dop853;
+        let step = has_fixed_steps.then_some(discretization.step);
+        for warning in self.closest(time).warnings(step) {
+            frame.log(Level::Warning, warning);
+        }
     }
 
     pub(super) fn scenery(&self) -> Scenery {
         let half = self.view_half_width;
         let bodies = &self.force.gravitational_parameters;
-        let total: f64 = bodies.iter().sum();
         Scenery {
             walls: Vec::new(),
             view: [[-half, -half], [half, half]],
@@ -217,7 +239,7 @@ impl Bodies {
             unused_fields: Vec::new(),
             // The manifest has no names; numbers are those of the rows of the state.
             names: (0..bodies.len()).map(|body| body.to_string()).collect(),
-            central_particle: bodies.iter().position(|body| *body > 0.5 * total),
+            central_particle: Encounters::of(&self.force).central,
         }
     }
 
@@ -254,20 +276,32 @@ impl Bodies {
     }
 }
 
-/// Rejects bodies at the same position, and numbers that overflow.
-fn check_start(start: &Conserved) -> Result<(), SetupError> {
+/// Rejects bodies between which no motion can be followed.
+fn check_start(
+    start: &Conserved,
+    force: &MutualGravity,
+    phase: &Phase<Vec<f64>>,
+) -> Result<(), SetupError> {
     let energy = start.energy();
-    if start.min_separation > 0.0
-        && energy.is_finite()
-        && energy != 0.0
-        && start.angular_scale > 0.0
-    {
+    let (reason, remedy) = if let Some([one, other]) = Encounters::of(force).coinciding(phase) {
+        (
+            format!("bodies {one} and {other} are at the same position"),
+            "change position_au or mean_anomaly_rad of one of them",
+        )
+    } else if !energy.is_finite() {
+        let separation = start.min_separation;
+        (
+            format!("the energy of bodies {separation:e} AU apart overflows"),
+            "move them further apart",
+        )
+    } else if energy == 0.0 {
+        let reason = "the energy is exactly zero, so its relative drift is not defined";
+        (reason.to_owned(), "change the last digit of a velocity_au_per_day")
+    } else if start.angular_scale > 0.0 {
         return Ok(());
-    }
-    Err(SetupError(format!(
-        "bodies: minimum separation {} AU, kinetic energy {:e} and potential energy {:e} AU^2/day^2 per unit mass: no motion to follow. \
-         Bodies must be at different positions, two of them must have mass, one of them must move relative to the others, and the energy \
-         must not be zero. A single test particle around the Sun is given by start.",
-        start.min_separation, start.kinetic, start.potential
-    )))
+    } else {
+        let reason = "no body moves relative to the others";
+        (reason.to_owned(), "change velocity_au_per_day of one of them")
+    };
+    Err(SetupError(format!("bodies: no motion to follow, because {reason}: {remedy}")))
 }

@@ -8,6 +8,7 @@ mod adaptive;
 mod bodies;
 pub mod dormand_prince;
 pub mod elements;
+mod encounters;
 mod estimates;
 mod guides;
 pub mod integrators;
@@ -30,7 +31,7 @@ use crate::model::{Extent, Model, ModelKind, Progress, SetupError, SimulationFau
 use crate::random::Seed;
 use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator, OrbitSummation};
 use kinetoscope_recording::channels::{
-    ChannelDeclaration, OrbitConserved, OrbitElements, OrbitEnergy,
+    ChannelDeclaration, OrbitClosestApproach, OrbitConserved, OrbitElements, OrbitEnergy,
 };
 use kinetoscope_recording::frame::{Frame, Level, StateColumn};
 use kinetoscope_recording::scenery::Scenery;
@@ -53,7 +54,7 @@ enum System {
 
 const KIND: ModelKind = ModelKind {
     name: "orbit",
-    physics_version: 3,
+    physics_version: 4,
     time_unit: "d",
     state_columns: &[
         StateColumn { name: "x", unit: "AU" },
@@ -67,6 +68,7 @@ const KIND: ModelKind = ModelKind {
         ChannelDeclaration::of::<OrbitEnergy>(),
         ChannelDeclaration::of::<OrbitElements>(),
         ChannelDeclaration::of::<OrbitConserved>(),
+        ChannelDeclaration::of::<OrbitClosestApproach>(),
     ],
 };
 
@@ -136,6 +138,7 @@ impl Model for Orbit {
                     &[
                         ChannelDeclaration::of::<OrbitEnergy>(),
                         ChannelDeclaration::of::<OrbitConserved>(),
+                        ChannelDeclaration::of::<OrbitClosestApproach>(),
                     ]
                 }
             }
@@ -174,10 +177,15 @@ impl Model for Orbit {
     fn observe(&self, frame: &mut Frame) {
         match &self.system {
             System::Planet(planet) => planet.observe(self.time(), frame),
-            System::Bodies(bodies) => bodies.observe(frame),
+            System::Bodies(bodies) => bodies.observe(self.time(), frame),
         }
         if self.count() == 0 {
             self.log_start(frame);
+        }
+        if let System::Bodies(bodies) = &self.system
+            && self.count() == self.total_steps
+        {
+            bodies.log_end(&self.discretization, self.time(), frame);
         }
     }
 

@@ -7,12 +7,26 @@ use crate::constants::GM_SUN_AU3_PER_DAY2;
 use serde::{Deserialize, Serialize};
 
 /// Positions and velocities, three components per body: `Phase<[f64; 3]>` for one body, `Phase<Vec<f64>>` for several.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Phase<V> {
     /// r, AU.
     pub position: V,
     /// v, AU/day.
     pub velocity: V,
+}
+
+impl<V: Clone> Clone for Phase<V> {
+    #[inline]
+    fn clone(&self) -> Self {
+        Self { position: self.position.clone(), velocity: self.velocity.clone() }
+    }
+
+    // Keeps the memory, which a derived implementation would replace.
+    #[inline]
+    fn clone_from(&mut self, source: &Self) {
+        self.position.clone_from(&source.position);
+        self.velocity.clone_from(&source.velocity);
+    }
 }
 
 /// Position and velocity of one body.
@@ -32,9 +46,22 @@ impl<V: AsRef<[f64]>> Phase<V> {
 pub trait Force {
     /// Positions, velocities or accelerations of all bodies, three components per body.
     type Vector: Clone + AsRef<[f64]> + AsMut<[f64]>;
+    /// Distances of the pairs of bodies that attract, which the force needs anyway.
+    type Separations: Default;
 
     /// Computes the accelerations at the given positions, AU/day^2.
     fn accelerations(&self, positions: &Self::Vector, into: &mut Self::Vector);
+
+    /// Computes the accelerations and the separations, AU.
+    #[inline]
+    fn accelerations_and_separations(
+        &self,
+        positions: &Self::Vector,
+        into: &mut Self::Vector,
+        _: &mut Self::Separations,
+    ) {
+        self.accelerations(positions, into);
+    }
 }
 
 /// Gravity of a Sun fixed at the origin on a light body: [`acceleration_over_position`].
@@ -43,6 +70,7 @@ pub struct FixedSun;
 
 impl Force for FixedSun {
     type Vector = [f64; 3];
+    type Separations = ();
 
     #[inline]
     fn accelerations(&self, position: &[f64; 3], into: &mut [f64; 3]) {
@@ -59,10 +87,31 @@ pub struct MutualGravity {
 
 impl Force for MutualGravity {
     type Vector = Vec<f64>;
+    type Separations = Vec<f64>;
 
     fn accelerations(&self, positions: &Vec<f64>, into: &mut Vec<f64>) {
         mutual_accelerations(&self.gravitational_parameters, positions, into);
     }
+
+    fn accelerations_and_separations(
+        &self,
+        positions: &Vec<f64>,
+        into: &mut Vec<f64>,
+        separations: &mut Vec<f64>,
+    ) {
+        separations.clear();
+        let note = |distance| separations.push(distance);
+        add_attractions(&self.gravitational_parameters, positions, into, note);
+    }
+}
+
+/// Pairs of bodies of which at least one has mass, the lower number first, in the order in which the force adds them.
+pub(super) fn attracting_pairs(
+    gravitational_parameters: &[f64],
+) -> impl Iterator<Item = [usize; 2]> {
+    let count = gravitational_parameters.len();
+    let all = (0..count).flat_map(move |one| (one + 1..count).map(move |other| [one, other]));
+    all.filter(|pair| pair.iter().any(|body| gravitational_parameters[*body] != 0.0))
 }
 
 /// Equation of motion of a light body around a fixed Sun: a = -GM r / |r|^3 (orbit exercise, equation 14). Returns the factor k of
@@ -83,6 +132,17 @@ pub fn acceleration_over_position(position: [f64; 3]) -> f64 {
 /// (Newton; Hairer, Lubich, Wanner: Geometric Numerical Integration, equation I.2.8). A body without mass adds nothing to the sum of
 /// another one, not even a zero, so that no bit of the others' motion depends on it.
 pub fn mutual_accelerations(gravitational_parameters: &[f64], positions: &[f64], into: &mut [f64]) {
+    add_attractions(gravitational_parameters, positions, into, |_| ());
+}
+
+/// [`mutual_accelerations`]; `note` receives |r_j - r_i| of each pair, in the order of [`attracting_pairs`].
+#[inline]
+fn add_attractions(
+    gravitational_parameters: &[f64],
+    positions: &[f64],
+    into: &mut [f64],
+    mut note: impl FnMut(f64),
+) {
     into.fill(0.0);
     let (positions, _) = positions.as_chunks::<3>();
     let (sums, _) = into.as_chunks_mut::<3>();
@@ -94,6 +154,7 @@ pub fn mutual_accelerations(gravitational_parameters: &[f64], positions: &[f64],
             }
             let separation = add_scaled(*second, *first, -1.0);
             let distance = length(separation);
+            note(distance);
             let inverse_cube = 1.0 / ((distance * distance) * distance);
             let attraction = scaled(separation, inverse_cube);
             if of_second != 0.0 {

@@ -5,7 +5,7 @@
 
 use super::elements::Elements;
 use super::kepler::{Kepler, KeplerPoint};
-use super::motion::{Phase, dot, length};
+use super::motion::{FixedSun, Force, Phase, dot, length};
 use super::orbital_plane::OrbitalPlane;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -45,40 +45,58 @@ pub(super) struct StepPath<'a, V> {
 }
 
 /// Finds the events of a path, step by step.
-pub(super) trait PathTracker<V> {
-    /// Whether the path has events at all.
-    const IS_ACTIVE: bool = true;
+pub(super) trait PathTracker<F: Force> {
+    /// The events found.
+    type Record: Clone + Default;
+    /// Quantities at a state whose change is an event.
+    type Signs;
 
-    /// Signs at a state: a step with equal signs at its ends has no event.
-    fn signs(&self, phase: &Phase<V>) -> Signs;
+    /// Signs at a state.
+    fn signs(&self, phase: &Phase<F::Vector>) -> Self::Signs;
+
+    /// Whether an event may be in the step to a state with these separations, given the signs before it, which become those after it.
+    fn has_event(
+        &self,
+        phase: &Phase<F::Vector>,
+        separations: &F::Separations,
+        signs: &mut Self::Signs,
+        record: &Self::Record,
+    ) -> bool;
 
     /// Adds the events of a step.
-    fn add_step(&self, step: &StepPath<'_, V>, record: &mut PathRecord);
-}
+    fn add_step(&self, step: &StepPath<'_, F::Vector>, record: &mut Self::Record);
 
-/// Several bodies have no common center around which turns could be counted.
-pub(super) struct Untracked;
-
-impl<V> PathTracker<V> for Untracked {
-    const IS_ACTIVE: bool = false;
-
-    fn signs(&self, _phase: &Phase<V>) -> Signs {
-        Signs { is_first_half: true, is_receding: true }
-    }
-
-    fn add_step(&self, _step: &StepPath<'_, V>, _record: &mut PathRecord) {}
+    /// Completes a step of the given length, with or without events. It may replace the separations.
+    fn complete_step(&self, _: &mut F::Separations, _length: f64, _: &mut Self::Record) {}
 }
 
 /// Maximum r . v h / r^2 at which an apsis is not searched within a step: the distance changes by less than its rounding error.
 const CIRCULAR: f64 = 1e-15;
 
-impl PathTracker<[f64; 3]> for OrbitalPlane {
+impl PathTracker<FixedSun> for OrbitalPlane {
+    type Record = PathRecord;
+    type Signs = Signs;
+
     #[inline]
     fn signs(&self, phase: &Phase<[f64; 3]>) -> Signs {
         Signs {
             is_first_half: self.is_first_half(phase.position),
             is_receding: radial_motion(phase) >= 0.0,
         }
+    }
+
+    #[inline]
+    fn has_event(
+        &self,
+        phase: &Phase<[f64; 3]>,
+        (): &(),
+        signs: &mut Signs,
+        _: &PathRecord,
+    ) -> bool {
+        let next = self.signs(phase);
+        let is_changed = next != *signs;
+        *signs = next;
+        is_changed
     }
 
     #[cold]
@@ -116,8 +134,8 @@ const MAX_ITERATIONS: u32 = 100;
 
 impl<V> StepPath<'_, V> {
     /// Part of the length after which a quantity that changes its sign in this step is zero, by the Illinois variant of the false
-    /// position (Dowell and Jarratt, BIT 11 (1971) 168).
-    fn zero_of(&self, quantity: impl Fn(&Phase<V>) -> f64) -> f64 {
+    /// position (Dowell and Jarratt, BIT 11 (1971) 168). A negative length searches before the state `from`.
+    pub(super) fn zero_of(&self, quantity: impl Fn(&Phase<V>) -> f64) -> f64 {
         let (mut low, mut high) = (0.0, self.length);
         let (mut at_low, mut at_high) = (quantity(self.from), quantity(self.to));
         let sign = at_high >= 0.0;
@@ -138,7 +156,7 @@ impl<V> StepPath<'_, V> {
             }
             last_side = Some(side);
             // A value that is not a number ends the search as well.
-            if !(change > f64::EPSILON * self.length && value.abs() > 0.0) {
+            if !(change > f64::EPSILON * self.length.abs() && value.abs() > 0.0) {
                 break;
             }
         }

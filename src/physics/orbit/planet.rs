@@ -32,7 +32,7 @@ pub(super) struct Planet {
     start_description: String,
     exact: Kepler,
     plane: OrbitalPlane,
-    pub(super) trajectory: Trajectory<[f64; 3]>,
+    pub(super) trajectory: Trajectory<[f64; 3], PathRecord>,
 }
 
 impl Planet {
@@ -79,7 +79,7 @@ impl Planet {
             start_description: description.to_owned(),
             exact: Kepler::from_start(state),
             plane: OrbitalPlane::of(state),
-            trajectory: Trajectory::new(state, discretization),
+            trajectory: Trajectory::new(state, PathRecord::default(), discretization),
         })
     }
 

@@ -10,13 +10,15 @@ use super::motion::{FixedSun, Force, Phase, State};
 /// (1965) 40; exact error of a sum by Knuth's six operations), so that a million additions round like one.
 #[derive(Debug)]
 pub struct IntegrationState<'a, F: Force, const COMPENSATED: bool> {
-    force: &'a F,
+    pub(super) force: &'a F,
     /// Positions and velocities.
     pub phase: Phase<F::Vector>,
     /// Rounding errors that are not yet added; zero for plain sums.
     pub compensation: Phase<F::Vector>,
     /// a(r)
     acceleration: F::Vector,
+    /// Distances of the pairs at r.
+    pub(super) separations: F::Separations,
 }
 
 /// A method that takes steps of any length.
@@ -74,8 +76,9 @@ impl<'a, F: Force, const COMPENSATED: bool> IntegrationState<'a, F, COMPENSATED>
     #[must_use]
     pub fn new(force: &'a F, phase: Phase<F::Vector>, compensation: Phase<F::Vector>) -> Self {
         let mut acceleration = phase.position.clone();
-        force.accelerations(&phase.position, &mut acceleration);
-        Self { force, phase, compensation, acceleration }
+        let mut separations = F::Separations::default();
+        force.accelerations_and_separations(&phase.position, &mut acceleration, &mut separations);
+        Self { force, phase, compensation, acceleration, separations }
     }
 
     /// (v, a(r))
@@ -100,7 +103,14 @@ impl<'a, F: Force, const COMPENSATED: bool> IntegrationState<'a, F, COMPENSATED>
         for ((sum, compensation), rate) in sums.zip(self.phase.velocity.as_ref()) {
             add::<COMPENSATED>(sum, compensation, rate * h);
         }
-        self.force.accelerations(&self.phase.position, &mut self.acceleration);
+        self.update_acceleration();
+    }
+
+    /// Evaluates the force at r.
+    #[inline]
+    fn update_acceleration(&mut self) {
+        let Self { force, phase, acceleration, separations, .. } = self;
+        force.accelerations_and_separations(&phase.position, acceleration, separations);
     }
 }
 
@@ -200,7 +210,7 @@ impl<const S: usize> Tableau<S> {
             let rate = weighted(&self.weights, |slope| slopes[slope].velocity.as_ref()[axis]);
             add::<COMPENSATED>(sum, compensation, rate * h);
         }
-        state.force.accelerations(&state.phase.position, &mut state.acceleration);
+        state.update_acceleration();
     }
 }
 

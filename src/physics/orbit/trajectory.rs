@@ -4,7 +4,7 @@ use super::adaptive::{AdaptiveStep, Attempt, try_step};
 use super::dormand_prince::DORMAND_PRINCE_8;
 use super::integrators::{MethodVisitor, with_fixed_steps};
 use super::motion::{Force, Phase};
-use super::path::{PathRecord, PathTracker, StepPath};
+use super::path::{PathTracker, StepPath};
 use super::single_step::{IntegrationState, Method};
 use kinetoscope_manifest::model::{OrbitIntegrator, OrbitSummation};
 use serde::{Deserialize, Serialize};
@@ -29,18 +29,18 @@ impl Discretization {
 
 /// Positions and velocities of bodies, with the sums over their path.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Trajectory<V> {
+pub(super) struct Trajectory<V, R> {
     pub(super) phase: Phase<V>,
     /// Steps done.
     pub(super) count: u64,
     /// Rounding errors that compensated sums have not yet added.
     compensation: Phase<V>,
     /// Events of the path, tracked at every step, so that they do not depend on the frames.
-    pub(super) path: PathRecord,
+    pub(super) path: R,
     /// Number of force evaluations.
     pub(super) evaluations: u64,
     /// Last whole step of the adaptive method.
-    last_step: Option<AdaptiveStep<V>>,
+    last_step: Option<AdaptiveStep<V, R>>,
 }
 
 /// Number of steps between two checks for finite numbers: a number that is not finite remains so.
@@ -49,9 +49,9 @@ const MAX_STEPS_PER_CHECK: u64 = 64;
 /// Error of a step whose result is not finite.
 pub(super) struct NotFinite;
 
-impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Trajectory<V> {
-    /// Bodies at their start.
-    pub(super) fn new(phase: Phase<V>, discretization: &Discretization) -> Self {
+impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>, R: Clone + Default> Trajectory<V, R> {
+    /// Bodies at their start, with the record of a path without events.
+    pub(super) fn new(phase: Phase<V>, path: R, discretization: &Discretization) -> Self {
         let mut compensation = phase.clone();
         compensation.position.as_mut().fill(0.0);
         compensation.velocity.as_mut().fill(0.0);
@@ -61,16 +61,9 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Trajectory<V> {
             next_length: discretization.step,
             phase: phase.clone(),
             compensation: compensation.clone(),
-            path: PathRecord::default(),
+            path: path.clone(),
         });
-        Self {
-            phase,
-            count: 0,
-            compensation,
-            path: PathRecord::default(),
-            evaluations: 0,
-            last_step,
-        }
+        Self { phase, count: 0, compensation, path, evaluations: 0, last_step }
     }
 
     /// Whether this can be a later state of a start: finite numbers, and as many bodies.
@@ -101,7 +94,7 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Trajectory<V> {
         force: &F,
         discretization: &Discretization,
         steps: u64,
-        tracker: &impl PathTracker<V>,
+        tracker: &impl PathTracker<F, Record = R>,
     ) -> Result<(), NotFinite> {
         match discretization.summation {
             OrbitSummation::Compensated => {
@@ -113,7 +106,7 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Trajectory<V> {
         }
     }
 
-    fn integrate<F: Force<Vector = V>, T: PathTracker<V>, const COMPENSATED: bool>(
+    fn integrate<F: Force<Vector = V>, T: PathTracker<F, Record = R>, const COMPENSATED: bool>(
         &mut self,
         force: &F,
         discretization: &Discretization,
@@ -149,7 +142,7 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Trajectory<V> {
         force: &F,
         discretization: &Discretization,
         steps: u64,
-        tracker: &impl PathTracker<V>,
+        tracker: &impl PathTracker<F, Record = R>,
     ) -> Result<(), NotFinite> {
         let Some(last) = &mut self.last_step else { return Ok(()) };
         let end = discretization.time_at(self.count + steps);
@@ -168,7 +161,7 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Trajectory<V> {
             last.next_length *= length_factor;
             if is_accepted {
                 let mut path = std::mem::take(&mut last.path);
-                last.track(force, tracker, &state.phase, h, &mut path);
+                last.track(tracker, &mut state, h, &mut path);
                 last.path = path;
                 last.time = next;
                 last.phase.clone_from(&state.phase);
@@ -180,7 +173,7 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Trajectory<V> {
             return Err(NotFinite);
         }
         let mut path = last.path.clone();
-        last.track(force, tracker, &state.phase, end - last.time, &mut path);
+        last.track(tracker, &mut state, end - last.time, &mut path);
         self.path = path;
         self.phase = state.phase;
         self.count += steps;
@@ -189,15 +182,15 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Trajectory<V> {
 }
 
 /// Steps of fixed length to take with the integrator of the manifest.
-struct FixedSteps<'a, F: Force, T, const COMPENSATED: bool> {
-    trajectory: &'a mut Trajectory<F::Vector>,
+struct FixedSteps<'a, F: Force, T: PathTracker<F>, const COMPENSATED: bool> {
+    trajectory: &'a mut Trajectory<F::Vector, T::Record>,
     force: &'a F,
     h: f64,
     steps: u64,
     tracker: &'a T,
 }
 
-impl<F: Force, T: PathTracker<F::Vector>, const COMPENSATED: bool> MethodVisitor
+impl<F: Force, T: PathTracker<F>, const COMPENSATED: bool> MethodVisitor
     for FixedSteps<'_, F, T, COMPENSATED>
 {
     type Output = Result<(), NotFinite>;
@@ -206,7 +199,7 @@ impl<F: Force, T: PathTracker<F::Vector>, const COMPENSATED: bool> MethodVisitor
     #[inline(always)]
     fn visit(self, method: &impl Method) -> Self::Output {
         let Self { trajectory, force, h, steps, tracker } = self;
-        let restart = |trajectory: &Trajectory<F::Vector>| {
+        let restart = |trajectory: &Trajectory<F::Vector, T::Record>| {
             let (phase, compensation) = (trajectory.phase.clone(), trajectory.compensation.clone());
             IntegrationState::<F, COMPENSATED>::new(force, phase, compensation)
         };
@@ -220,17 +213,14 @@ impl<F: Force, T: PathTracker<F::Vector>, const COMPENSATED: bool> MethodVisitor
             let path_before = trajectory.path.clone();
             for index in 0..steps {
                 method.step(&mut state, h);
-                if !T::IS_ACTIVE {
-                    continue;
-                }
-                let next = tracker.signs(&state.phase);
-                if next != signs {
-                    signs = next;
+                let IntegrationState { phase, separations, .. } = &state;
+                if tracker.has_event(phase, separations, &mut signs, &trajectory.path) {
                     let start = (trajectory.count + index) as f64 * h;
                     // Copies, so that the states of ordinary steps stay in registers.
                     let ends = [from.clone(), state.phase.clone()];
                     add_step(method, force, tracker, ends, [start, h], &mut trajectory.path);
                 }
+                tracker.complete_step(&mut state.separations, h, &mut trajectory.path);
                 from.clone_from(&state.phase);
             }
             if state.phase.is_finite() {
@@ -257,33 +247,34 @@ impl<F: Force, T: PathTracker<F::Vector>, const COMPENSATED: bool> MethodVisitor
 /// Adds the events of a step between two states that begins at `start` and takes `h`, days.
 #[cold]
 #[inline(never)]
-fn add_step<F: Force>(
+fn add_step<F: Force, T: PathTracker<F>>(
     method: &impl Method,
     force: &F,
-    tracker: &impl PathTracker<F::Vector>,
+    tracker: &T,
     [from, to]: [Phase<F::Vector>; 2],
     [start, h]: [f64; 2],
-    path: &mut PathRecord,
+    path: &mut T::Record,
 ) {
     let part = |part| after_part(method, force, &from, part);
     tracker.add_step(&StepPath { from: &from, to: &to, start, length: h, part: &part }, path);
 }
 
-impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> AdaptiveStep<V> {
-    /// Adds the events of the step of length h from this one to another state.
-    fn track<F: Force<Vector = V>>(
+impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>, R> AdaptiveStep<V, R> {
+    /// Adds the events of the step of length h from this one to the current state of an integration.
+    fn track<F: Force<Vector = V>, T: PathTracker<F, Record = R>, const COMPENSATED: bool>(
         &self,
-        force: &F,
-        tracker: &impl PathTracker<V>,
-        to: &Phase<V>,
+        tracker: &T,
+        state: &mut IntegrationState<'_, F, COMPENSATED>,
         h: f64,
-        path: &mut PathRecord,
+        path: &mut R,
     ) {
-        if tracker.signs(&self.phase) != tracker.signs(to) {
-            let part = |part| after_part(&DORMAND_PRINCE_8, force, &self.phase, part);
+        let IntegrationState { force, phase: to, separations, .. } = state;
+        if tracker.has_event(to, separations, &mut tracker.signs(&self.phase), path) {
+            let part = |part| after_part(&DORMAND_PRINCE_8, *force, &self.phase, part);
             let step = StepPath { from: &self.phase, to, start: self.time, length: h, part: &part };
             tracker.add_step(&step, path);
         }
+        tracker.complete_step(separations, h, path);
     }
 }
 

@@ -1,16 +1,15 @@
 //! Observer of several bodies that attract each other: energy, angular momentum and distance of return, all from
 //! `/state`.
 
-use super::encounters::{Encounters, Instant};
 use super::laws::{self as law, cross, difference, dot, norm};
 use super::metrics as metric;
-use super::rotating_frame::RotatingFrame;
+use super::rotating_frame::{Instant, RotatingFrame};
 use crate::metric::Measurements;
 use crate::models::contract::Observer;
 use crate::models::series::Series;
 use crate::models::{max_or_nan, relative_change};
 use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator};
-use kinetoscope_recording::channels::OrbitConserved;
+use kinetoscope_recording::channels::{OrbitClosestApproach, OrbitConserved};
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::{RecordedFrame, StateTable};
 
@@ -38,7 +37,7 @@ pub(super) struct BodiesRun {
     /// Maximum |L - L0| / sum of m |r| |v| at the start.
     max_angular_momentum_change: f64,
     force_evaluations: Option<u64>,
-    pub(super) encounters: Encounters,
+    pub(super) closest: Option<OrbitClosestApproach>,
     pub(super) rotating_frame: Option<RotatingFrame>,
     /// Days; `None` if the integrator chooses its steps.
     time_step: Option<f64>,
@@ -51,37 +50,28 @@ impl BodiesRun {
             bodies.map(|body| body.gm_au3_per_day2.get()).collect();
         let has_fixed_steps = config.integrator != OrbitIntegrator::Dop853;
         Self {
-            encounters: Encounters::new(&gravitational_parameters),
             gravitational_parameters,
             time_step: has_fixed_steps.then(|| config.time_step_days.get()),
             ..Self::default()
         }
     }
 
-    /// Positions and velocities for what needs both.
-    fn add_to_encounters(&mut self, time_days: f64, state: &StateTable) {
+    fn rotating_frame(&self, state: &StateTable) -> Option<RotatingFrame> {
         let rows =
             (0..self.gravitational_parameters.len()).map(|row| super::observe::body(state, row));
-        let Some(bodies) = rows.collect::<Option<Vec<_>>>() else { return };
-        let (positions, velocities) = bodies.into_iter().unzip();
-        let instant = Instant { time_days, positions, velocities };
-        if self.instants.is_empty() {
-            self.rotating_frame = RotatingFrame::of(&self.gravitational_parameters, &instant);
-        }
-        self.encounters.add(instant);
+        let (positions, velocities) = rows.collect::<Option<Vec<_>>>()?.into_iter().unzip();
+        RotatingFrame::of(&self.gravitational_parameters, &Instant { positions, velocities })
     }
 
-    fn measure_encounters(&self, found: &mut Measurements) {
-        let Some(closest) = self.encounters.closest() else { return };
-        found.add(metric::CLOSEST_APPROACH, closest.separation);
-        found.add(metric::CLOSEST_APPROACH_TIME, closest.time_days);
-        if let Some(radius) = closest.hill_radius {
-            found.add(metric::CLOSEST_APPROACH_HILL_RADII, closest.separation / radius);
-        }
-        if let Some(step) = self.time_step {
-            let steps = closest.separation / (closest.speed * step);
-            found.add(metric::CLOSEST_APPROACH_TIME_STEPS, steps);
-        }
+    fn measure_closest_approach(&self, found: &mut Measurements) {
+        let Some(closest) = &self.closest else { return };
+        let separation = closest.separation_au;
+        found.add(metric::CLOSEST_APPROACH, separation);
+        found.add(metric::CLOSEST_APPROACH_TIME, closest.time_d);
+        let ratio = closest.min_separation_over_hill_radius;
+        found.add(metric::CLOSEST_APPROACH_HILL_RADII, Some(ratio).filter(|ratio| !ratio.is_nan()));
+        let steps = |step: f64| separation / (closest.relative_speed_au_per_day * step);
+        found.add(metric::CLOSEST_APPROACH_TIME_STEPS, self.time_step.map(steps));
     }
 
     fn instant(&self, time_days: f64, state: &StateTable) -> Option<SystemState> {
@@ -119,8 +109,13 @@ impl Observer for BodiesRun {
         if let Some(conserved) = frame.get::<OrbitConserved>()? {
             self.force_evaluations = Some(conserved.force_evaluations);
         }
-        if let Some(state) = frame.state() {
-            self.add_to_encounters(frame.clock.time, state);
+        if let Some(closest) = frame.get::<OrbitClosestApproach>()? {
+            self.closest = Some(closest);
+        }
+        if let Some(state) = frame.state()
+            && self.instants.is_empty()
+        {
+            self.rotating_frame = self.rotating_frame(state);
         }
         if let Some(instant) = frame.state().and_then(|state| self.instant(frame.clock.time, state))
         {
@@ -141,7 +136,7 @@ impl Observer for BodiesRun {
         found.add(metric::MAX_ENERGY_ERROR, self.max_energy_error);
         found.compare(metric::ANGULAR_MOMENTUM_CHANGE, self.max_angular_momentum_change, 0.0);
         found.add(metric::RETURN_DISTANCE, distances.fold(0.0, max_or_nan));
-        self.measure_encounters(found);
+        self.measure_closest_approach(found);
         found.add(metric::FORCE_EVALUATIONS, self.force_evaluations.map(|count| count as f64));
     }
 }

@@ -72,13 +72,16 @@ fn rotating_frame(run: &BodiesRun) -> Option<Plot> {
 
 /// Separation of the pair with the closest approach.
 fn separation(run: &BodiesRun) -> Option<Plot> {
-    let closest = run.encounters.closest()?;
-    let [one, other] = closest.pair;
-    let distances = run.instants.iter().map(|instant| {
-        let separation = law::difference(instant.positions[other], instant.positions[one]);
-        (instant.time_days, law::norm(separation))
+    let closest = run.closest.as_ref()?;
+    let [one, other] =
+        [closest.first_body, closest.second_body].map(|body| usize::try_from(body).ok());
+    let (one, other) = one.zip(other)?;
+    let distances = run.instants.iter().filter_map(|instant| {
+        let positions = [instant.positions.get(other)?, instant.positions.get(one)?];
+        let separation = law::difference(*positions[0], *positions[1]);
+        Some((instant.time_days, law::norm(separation)))
     });
-    let least = [(closest.time_days, closest.separation)];
+    let least = [(closest.time_d, closest.separation_au)];
     let curves = vec![
         Curve::line(format!("bodies {one} and {other}"), 0, distances),
         Curve::new("closest approach", CurveStyle::Data, 1, least),

@@ -18,9 +18,9 @@ definitions! {
     FORCE_EVALUATIONS: "force_evaluations", "1", "/orbit or /conserved: force evaluations, last frame", [], 0.0;
     ANGULAR_MOMENTUM_CHANGE: "angular_momentum.max_change_relative", "1", "/state of several bodies: largest |L - L_0| / sum of m |r| |v| at the start", [law::MUTUAL_ANGULAR_MOMENTUM], 1e-9;
     RETURN_DISTANCE: "return_distance.final", "AU", "/state of several bodies: largest distance of a body from its start, last frame", [], 0.0;
-    CLOSEST_APPROACH: "closest_approach", "AU", "/state of several bodies: least separation of two bodies of which one attracts, without pairs with a body of more than half of the mass if others attract; between frames by the cubic through positions and velocities, unless the relative velocity turns by more than 0.7 of its size there", [], 0.0;
-    CLOSEST_APPROACH_TIME: "closest_approach.time", "d", "/state of several bodies: time of closest_approach", [], 0.0;
-    CLOSEST_APPROACH_HILL_RADII: "closest_approach.hill_radii", "1", "/state of several bodies: closest_approach over the mutual Hill radius, mean distance from the central body times the cube root of the masses over three times the central one", [], 0.0;
-    CLOSEST_APPROACH_TIME_STEPS: "closest_approach.time_steps", "1", "/state of several bodies: time steps in which the bodies of closest_approach move by their separation; below about ten, the method does not follow the encounter", [], 0.0;
+    CLOSEST_APPROACH: "closest_approach", "AU", "/closest_approach of several bodies: least separation of two bodies of which one attracts, without pairs with a body of more than half of the mass if others attract; found within its step", [], 0.0;
+    CLOSEST_APPROACH_TIME: "closest_approach.time", "d", "/closest_approach of several bodies: time of closest_approach", [], 0.0;
+    CLOSEST_APPROACH_HILL_RADII: "closest_approach.hill_radii", "1", "/closest_approach of several bodies: least separation over the mutual Hill radius, mean distance from the central body times the cube root of the masses over three times the central one; of any pair", [], 0.0;
+    CLOSEST_APPROACH_TIME_STEPS: "closest_approach.time_steps", "1", "/closest_approach of several bodies: time steps in which the bodies of closest_approach move by their separation; below about ten, the method does not follow the encounter", [], 0.0;
     APSIDAL_ROTATION: "apsidal_rotation", "rad", "/state: angle by which the eccentricity vector has turned about L of the start, in (-pi, pi], first frame to last", [law::EXACT], 1e-7;
 }

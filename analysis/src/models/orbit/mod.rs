@@ -1,7 +1,6 @@
 //! Analysis of orbit runs: one body around a fixed Sun, or several bodies that attract each other.
 
 mod bodies;
-mod encounters;
 mod figures;
 mod laws;
 mod metrics;

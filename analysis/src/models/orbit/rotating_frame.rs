@@ -1,7 +1,15 @@
 //! The frame that turns with a planet: bodies that share its orbit move slowly in it, on tadpoles and horseshoes.
 
-use super::encounters::{Instant, central_body};
 use super::laws::{difference, dot, norm};
+
+/// Positions and velocities of all bodies at one time.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Instant {
+    /// AU.
+    pub(super) positions: Vec<[f64; 3]>,
+    /// AU/day.
+    pub(super) velocities: Vec<[f64; 3]>,
+}
 
 /// Largest relative difference of the semi-major axes of bodies that share an orbit.
 const MAX_AXIS_DIFFERENCE: f64 = 0.1;
@@ -20,7 +28,8 @@ impl RotatingFrame {
     /// The frame of a system with a central body and others that share the orbit of the most massive one; `None` without
     /// any.
     pub(super) fn of(gravitational_parameters: &[f64], start: &Instant) -> Option<Self> {
-        let central = central_body(gravitational_parameters)?;
+        let total: f64 = gravitational_parameters.iter().sum();
+        let central = gravitational_parameters.iter().position(|body| *body > 0.5 * total)?;
         let heavier = |one: &usize, other: &usize| {
             gravitational_parameters[*one].total_cmp(&gravitational_parameters[*other])
         };
