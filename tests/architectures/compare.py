@@ -56,7 +56,7 @@ SHORTENED = {
     "packing_velocity_laws": ("replicates = 20", "replicates = 2"),
 }
 APT_OPTIONS = ('Acquire::Check-Valid-Until "false"', 'APT::Install-Recommends "false"')
-STANDARD_LIBRARY = """cd "$1/root" && APT_CONFIG="$MMDEBSTRAP_APT_CONFIG" apt-get download -qq libstd-rust-dev:{architecture} \\
+STANDARD_LIBRARY = """mkdir -p "$1/root" && cd "$1/root" && APT_CONFIG="$MMDEBSTRAP_APT_CONFIG" apt-get download -qq libstd-rust-dev:{architecture} \\
     && dpkg-deb -x libstd-rust-dev_*_{architecture}.deb "$1" && rm libstd-rust-dev_*_{architecture}.deb"""
 DEBIAN = {"aarch64": "arm64", "riscv64gc": "riscv64", "s390x": "s390x"}
 
@@ -128,7 +128,7 @@ class System:
         options += [f"--aptopt={option}" for option in APT_OPTIONS]
         options.append(f"--include={','.join(sorted(packages))}")
         for architecture in architectures:
-            options.append(f"--customize-hook={STANDARD_LIBRARY.format(architecture=architecture)}")
+            options.append(f"--extract-hook={STANDARD_LIBRARY.format(architecture=architecture)}")
         run("mmdebstrap", *options, "sid", self.folder, mirror(), stdout=subprocess.DEVNULL)
 
     def mount(self, source, place):
@@ -147,7 +147,9 @@ class System:
     def build(self, targets, quick):
         """Compiles what the targets execute, from the packages in this machine's registry."""
         run("cargo", "fetch", "--locked", "--quiet", cwd=SOURCES)
-        exports = ["export CARGO_TARGET_DIR=/build CARGO_NET_OFFLINE=true CARGO_TERM_COLOR=never"]
+        exports = ["export CARGO_TARGET_DIR=/build CARGO_NET_OFFLINE=true CARGO_TERM_COLOR=never",
+                   # Packages that are not configured have no `cc`.
+                   "export CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_LINKER=gcc CC_x86_64_unknown_linux_gnu=gcc"]
         for target, prefix in targets:
             name, compiler = target.replace("-", "_"), "clang" if target == WASM else f"{prefix}-gcc"
             if prefix or target == WASM:
