@@ -175,6 +175,7 @@ impl RecordConfig {
         if let (RecordInterval::Frames(frames), Some(steps)) = (self.interval, model.steps())
             && (1.0..frames.get() as f64).contains(&steps)
             && sound
+            && table.has("frames")
         {
             let title = format!("`record.frames` is {frames}, but the run has only {steps} steps");
             table.refuse(&["frames"], title, format!("must be at most {steps}"));
