@@ -172,13 +172,6 @@ impl RecordConfig {
                 table.refuse(&[key], &title, &label);
             }
         }
-        if let (RecordInterval::Frames(frames), Some(steps)) = (self.interval, model.steps())
-            && (1.0..frames.get() as f64).contains(&steps)
-            && sound
-        {
-            let title = format!("`record.frames` is {frames}, but the run has only {steps} steps");
-            table.refuse(&["frames"], title, format!("must be at most {steps}"));
-        }
         if table.has("decades") && !table.has("frames_per_decade") {
             let title = "`record.decades` needs `frames_per_decade`";
             table.refuse(&["decades"], title, "add `frames_per_decade`");

@@ -201,12 +201,14 @@ fn close_encounters_are_warned_of() {
         let bodies = [sun.clone(), planet.clone(), other.clone()];
         config(&bodies, OrbitIntegrator::VelocityVerlet, step, 400.0)
     };
-    let near_run = run(&near, 1.0);
+    let near_run = run(&near, 0.5);
     assert!(warnings(&prepare(&near_run)).is_empty());
     let found = warnings(&finished(&near_run));
-    assert!(found.len() == 1 && found[0].contains("of their mutual Hill radius"), "{found:?}");
-    assert!(found[0].contains("bodies 1 and 2"), "{found:?}");
-    assert!(warnings(&finished(&run(&far, 1.0))).is_empty());
+    let is_warned = |line: &String| {
+        line.contains("of their mutual Hill radius") && line.contains("bodies 1 and 2")
+    };
+    assert!(found.iter().any(is_warned), "{found:?}");
+    assert!(warnings(&finished(&run(&far, 0.5))).is_empty());
 
     // A body that crosses the planet's path at a right angle, in steps of twice the least separation.
     let fast = body(0.0, [5.0, 0.1, 0.0], [0.2, (GM / 5.2_f64).sqrt(), 0.0]);

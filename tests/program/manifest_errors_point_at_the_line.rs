@@ -166,7 +166,7 @@ fn old_key_with_an_old_value_is_reported_at_once() {
     assert_eq!(errors.len(), 2, "{text}");
 }
 
-/// Control: a key that the manifest does not have has no line.
+/// A reason that names no key of the manifest has the line of the model's table.
 #[test]
 fn error_of_a_run_that_cannot_be_prepared_names_the_line_of_its_key() {
     let folder = tempfile::tempdir().unwrap();
@@ -175,9 +175,12 @@ fn error_of_a_run_that_cannot_be_prepared_names_the_line_of_its_key() {
         std::fs::write(&manifest, text).unwrap();
         stderr(&run_experiment([manifest.as_os_str(), "--dry-run".as_ref()]))
     };
-    let model = "[model.orbit]\ntime_step_days = 100\n";
-    let text = planned(&format!("{model}[record]\nframes = 50\n"));
+    let orbit = "[model.orbit]\ntime_step_days = 100\n";
+    let text = planned(&format!("{orbit}[record]\nframes = 50\n"));
     assert!(text.contains("coarse.toml:4\nhelp: set frames to at most 3"), "{text}");
-    let text = planned(model);
-    assert!(text.contains("help: set frames to at most 3") && !text.contains("-->"), "{text}");
+    let text = planned(&format!("seed = 1\n{orbit}"));
+    assert!(text.contains("coarse.toml:2\nhelp: set frames to at most 3"), "{text}");
+    let dem = "[model.dem]\nduration_s = 1e-4\n[record]\nframes = 50\n";
+    let text = planned(dem);
+    assert!(text.contains("coarse.toml:4\nhelp: set frames to at most 4"), "{text}");
 }

@@ -1,7 +1,6 @@
 //! What a model's table provides beyond its keys.
 
 use crate::keys::{HasKeys, Reader};
-use crate::quantity::Positive;
 
 /// The table `[model.<NAME>]` of one model.
 pub(crate) trait Model: HasKeys + Default {
@@ -12,38 +11,15 @@ pub(crate) trait Model: HasKeys + Default {
     /// Maximum number of particles in a frame, those included that enter during the run.
     fn particles(&self) -> u64;
 
-    /// Number of steps, if it follows from the manifest alone.
-    fn steps(&self) -> Option<f64> {
-        None
-    }
-
     /// Reports the broken rules between the keys.
     fn check(&mut self, table: &mut Reader<'_>);
 }
 
-/// Maximum number of steps: integers up to 2^53 are exact.
-const MAX_STEPS: f64 = 9_007_199_254_740_992.0;
-
-/// Number of steps of a duration: a duration of N steps is recognized if rounding has made it slightly shorter.
-pub(super) fn whole_steps(duration: Positive, step: Positive) -> f64 {
-    (duration.get() / step.get() + 1e-9).floor()
-}
-
-/// Reports a run that ends before its first step, or has more steps than can be counted.
-pub(super) fn check_steps(
-    duration: Positive,
-    step: Positive,
-    table: &mut Reader<'_>,
-    keys: &[&str],
-) {
-    let steps = whole_steps(duration, step);
-    if steps < 1.0 {
+/// Reports a run that ends before its first step.
+pub(super) fn at_least_one_step(steps: f64, table: &mut Reader<'_>, keys: &[&str]) {
+    // The number of steps is floor(duration / step + 1e-9).
+    if steps + 1e-9 < 1.0 {
         let title = "the run is shorter than one time step";
         table.refuse(keys, title, "the time step must be <= the duration");
-    }
-    if steps > MAX_STEPS {
-        let title = format!("the run has {steps:e} time steps, more than can be counted");
-        let nearest = duration.get() / MAX_STEPS;
-        table.refuse(keys, title, format!("the nearest time step that works is {nearest:e}"));
     }
 }

@@ -1,6 +1,6 @@
 //! `[model.dem]`: discs with spring–dashpot contacts in a box.
 
-use super::contract::{Model, check_steps, whole_steps};
+use super::contract::{Model, at_least_one_step};
 use super::dem_insertion::DemInsertion;
 use super::dem_materials::{DemContactPair, DemMaterial};
 use super::dem_radius::DiscRadius;
@@ -211,19 +211,14 @@ impl Model for DemConfig {
         u64::from(self.discs.get()) + u64::from(inserted)
     }
 
-    fn steps(&self) -> Option<f64> {
-        match self.time_step {
-            TimeStep::Length(StepLength::Fixed(step)) => Some(whole_steps(self.duration_s, step)),
-            _ => None,
-        }
-    }
-
     fn check(&mut self, table: &mut Reader<'_>) {
         self.discs = self.placement.count(table, "discs", self.discs);
         self.check_sizes(table);
         self.check_scene(table);
-        if let TimeStep::Length(StepLength::Fixed(step)) = self.time_step {
-            check_steps(self.duration_s, step, table, &["time_step_s", "duration_s"]);
-        }
+        let steps = match self.time_step {
+            TimeStep::Length(StepLength::Fixed(step)) => self.duration_s.get() / step.get(),
+            _ => f64::INFINITY,
+        };
+        at_least_one_step(steps, table, &["time_step_s", "duration_s"]);
     }
 }

@@ -1,6 +1,6 @@
 //! `[model.gas]`: point particles in a circular container.
 
-use super::contract::{Model, check_steps, whole_steps};
+use super::contract::{Model, at_least_one_step};
 use super::gas_partition::Partition;
 use super::gas_start::{
     BoltzmannConstant, GasPlacement, PositionDistribution, SpeedDistribution, SpeedScale,
@@ -166,9 +166,9 @@ impl GasConfig {
             let title = format!("propagation \"{scheme}\" needs a time step");
             table.refuse(&["propagation"], &title, "add `time_step_s`");
         }
-        if let Some(step) = self.propagation.time_step_s() {
-            check_steps(self.duration_s, step, table, &["time_step_s", "duration_s"]);
-        }
+        let step = self.propagation.time_step_s();
+        let steps = step.map_or(f64::INFINITY, |step| self.duration_s.get() / step.get());
+        at_least_one_step(steps, table, &["time_step_s", "duration_s"]);
     }
 }
 
@@ -184,12 +184,7 @@ impl Model for GasConfig {
         u64::from(self.particles.get())
     }
 
-    fn steps(&self) -> Option<f64> {
-        self.propagation.time_step_s().map(|step| whole_steps(self.duration_s, step))
-    }
-
     fn check(&mut self, table: &mut Reader<'_>) {
-        self.check_sizes(table);
         self.check_start(table);
         self.check_speeds(table);
         self.check_wall(table);

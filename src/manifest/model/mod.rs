@@ -12,7 +12,6 @@ mod dem_walls;
 mod gas;
 mod gas_gravity_rules;
 mod gas_partition;
-mod gas_range_rules;
 mod gas_rules;
 mod gas_start;
 mod gas_walls;
@@ -20,7 +19,6 @@ mod metric_names;
 mod orbit;
 mod orbit_rules;
 mod packing;
-mod sizes;
 mod start;
 mod start_from;
 
@@ -182,11 +180,6 @@ impl ModelConfig {
     #[must_use]
     pub fn particles(&self) -> u64 {
         each!(self, model => model.particles())
-    }
-
-    /// Number of steps, if it follows from the manifest alone.
-    pub(crate) fn steps(&self) -> Option<f64> {
-        each!(self, model => model.steps())
     }
 
     /// The keys of `[record]` that give an interval between frames of this model.

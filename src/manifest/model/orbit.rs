@@ -1,6 +1,6 @@
 //! `[model.orbit]`: the Earth around the Sun, in AU and days.
 
-use super::contract::{Model, check_steps, whole_steps};
+use super::contract::{Model, at_least_one_step};
 use super::start::starts;
 use super::start_from::{MayBeRecorded as _, StartFrom};
 use crate::diagnostics::Errors;
@@ -144,13 +144,9 @@ impl Model for OrbitConfig {
         self.bodies.as_ref().map_or(1, |bodies| bodies.len() as u64)
     }
 
-    fn steps(&self) -> Option<f64> {
-        Some(whole_steps(self.duration_days, self.time_step_days))
-    }
-
     fn check(&mut self, table: &mut Reader<'_>) {
-        let keys = ["time_step_days", "duration_days"];
-        check_steps(self.duration_days, self.time_step_days, table, &keys);
+        let steps = self.duration_days.get() / self.time_step_days.get();
+        at_least_one_step(steps, table, &["time_step_days", "duration_days"]);
         let recorded = self.start.recorded().and_then(StartFrom::particles);
         let bodies = self.bodies.as_deref();
         let is_kepler = self.integrator == OrbitIntegrator::Kepler;

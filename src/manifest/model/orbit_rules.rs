@@ -1,13 +1,15 @@
 //! `[model.orbit]`: rules for states and for several bodies.
 
 use super::orbit::{OrbitBody, OrbitConfig, OrbitState};
-use super::sizes::{LARGEST, SMALLEST, length, nearest_size};
 use crate::diagnostics::Diagnostic;
 use crate::keys::{Reader, rules};
 use crate::quantity::Finite;
 use crate::tree::{Span, Value};
 use std::collections::HashMap;
 
+/// Smallest and largest size of a number with a unit, so that no product of the equations of motion overflows.
+const SMALLEST: f64 = 1e-50;
+const LARGEST: f64 = 1e50;
 /// Largest sine of the angle between position and velocity of a straight line through the Sun.
 const MAX_RADIAL_SINE: f64 = 1e-12;
 /// Gravitational constant times the mass of the Sun, AU^3/day^2 (orbit exercise 14to4), for the advice on a speed.
@@ -28,6 +30,24 @@ impl OrbitBody {
         }
         self.state.describes_an_orbit(name, reader);
     }
+}
+
+/// The nearest size whose products do not overflow.
+fn nearest_size(size: f64) -> f64 {
+    let least = if size < SMALLEST { SMALLEST } else { size };
+    if least > LARGEST { LARGEST } else { least }
+}
+
+fn length(vector: [Finite; 3]) -> f64 {
+    // The largest component as the unit: no square overflows.
+    let [x, y, z] = vector.map(|component| component.get().abs());
+    let larger = |a: f64, b: f64| if b > a { b } else { a };
+    let unit = larger(larger(x, y), z);
+    if unit == 0.0 {
+        return 0.0;
+    }
+    let [x, y, z] = [x / unit, y / unit, z / unit];
+    unit * (x * x + y * y + z * z).sqrt()
 }
 
 impl OrbitState {

@@ -7,26 +7,12 @@ use crate::constants::GM_SUN_AU3_PER_DAY2;
 use serde::{Deserialize, Serialize};
 
 /// Positions and velocities, three components per body: `Phase<[f64; 3]>` for one body, `Phase<Vec<f64>>` for several.
-#[derive(Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Phase<V> {
     /// r, AU.
     pub position: V,
     /// v, AU/day.
     pub velocity: V,
-}
-
-impl<V: Clone> Clone for Phase<V> {
-    #[inline]
-    fn clone(&self) -> Self {
-        Self { position: self.position.clone(), velocity: self.velocity.clone() }
-    }
-
-    // Keeps the memory, which a derived implementation would replace.
-    #[inline]
-    fn clone_from(&mut self, source: &Self) {
-        self.position.clone_from(&source.position);
-        self.velocity.clone_from(&source.velocity);
-    }
 }
 
 /// Position and velocity of one body.
@@ -39,6 +25,15 @@ impl<V: AsRef<[f64]>> Phase<V> {
     pub fn is_finite(&self) -> bool {
         let finite = |numbers: &V| numbers.as_ref().iter().all(|component| component.is_finite());
         finite(&self.position) && finite(&self.velocity)
+    }
+}
+
+impl<V: AsRef<[f64]> + AsMut<[f64]>> Phase<V> {
+    /// Copies a state of as many bodies into the memory of this one.
+    #[inline]
+    pub(super) fn copy_from(&mut self, source: &Self) {
+        self.position.as_mut().copy_from_slice(source.position.as_ref());
+        self.velocity.as_mut().copy_from_slice(source.velocity.as_ref());
     }
 }
 

@@ -94,9 +94,11 @@ impl PathTracker<FixedSun> for OrbitalPlane {
         _: &PathRecord,
     ) -> bool {
         let next = self.signs(phase);
-        let is_changed = next != *signs;
+        if next == *signs {
+            return false;
+        }
         *signs = next;
-        is_changed
+        true
     }
 
     #[cold]

@@ -221,7 +221,7 @@ impl<F: Force, T: PathTracker<F>, const COMPENSATED: bool> MethodVisitor
                     add_step(method, force, tracker, ends, [start, h], &mut trajectory.path);
                 }
                 tracker.complete_step(&mut state.separations, h, &mut trajectory.path);
-                from.clone_from(&state.phase);
+                from.copy_from(&state.phase);
             }
             if state.phase.is_finite() {
                 trajectory.phase.clone_from(&state.phase);

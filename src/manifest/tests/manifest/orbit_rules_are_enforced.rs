@@ -67,10 +67,6 @@ fn orbits_must_start_outside_the_sun() {
         "\"barycentric\", \"heliocentric\" or { position_au",
     );
     rejected("[model.orbit]\nduration_days = 0.1 # <-", "shorter than one time step");
-    rejected("[model.orbit]\ntime_step_days = 1e-300 # <-", "the nearest time step that works is");
-    let ten_steps = "[model.orbit]\ntime_step_days = 1\nduration_days = 10\n[record]\nframes = ";
-    rejected(&format!("{ten_steps}11 # <-"), "must be at most 10");
-    accepted(&format!("{ten_steps}10"));
     rejected("[model.orbit]\ntime_step_days = 0 # <-", "must be a number > 0");
     rejected("[model.orbit]\ntime_step_days = -0.25 # <-", "must be a number > 0");
     rejected("[model.orbit]\nduration_days = 0 # <-", "must be a number > 0");
