@@ -69,7 +69,7 @@ pub struct RunRecord {
 }
 
 impl ExperimentRecord {
-    /// The first line of `experiment.toml`, by which it is told from a manifest.
+    /// The first line of `experiment.toml`, which distinguishes it from a manifest.
     pub const FIRST_LINE: &str =
         "# Written by run-experiment: what the recordings in this folder are.\n";
 
