@@ -151,7 +151,7 @@ fn errors_of_runs_and_recordings_end_with_a_remedy() {
         (&["compare", "missing.mcap", "cut.mcap"], "missing.mcap", "check that the file exists"),
         (&["analyze", "missing"], "missing does not exist", "check the path"),
         (&["run", "missing.toml"], "missing.toml", "`kinetoscope new gas"),
-        (&["run", "unstabel.toml"], "unstabel.toml", "did you mean `unstable.toml`?"),
+        (&["run", "unstable2.toml"], "unstable2.toml", "did you mean `unstable.toml`?"),
         (&["run", "blow_up"], "blow_up", "did you mean `blow_up.toml`?"),
     ] {
         let called = bench.call(arguments);
