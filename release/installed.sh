@@ -1,22 +1,38 @@
 #!/usr/bin/env bash
-# What release/test_install.sh executes in a root without Rust: wheel, Debian package, manual page, completions.
+# Checks wheel, Python package, Debian package, manual pages and completions. release/test_install.sh executes it in a root without Rust.
 set -euo pipefail
 cd /work
 fail() { echo "error: $1" >&2; exit 1; }
 ! command -v cargo rustc || fail "this root contains Rust"
 
+milliseconds() { echo $((($(date +%s%N) - start) / 1000000)); }
 start=$(date +%s%N)
 python3 -m venv /environment
+created=$(milliseconds)
 /environment/bin/pip install --quiet --disable-pip-version-check --no-index --find-links /index kinetoscope
-installed=$(date +%s%N)
+installed=$(milliseconds)
 /environment/bin/run-experiment --quiet first_run.toml
+recorded=$(milliseconds)
 /environment/bin/analyze-recordings recordings/first_run > analysis.txt
 [ -s recordings/first_run/report.html ] || fail "there is no report"
-end=$(date +%s%N)
-seconds=$(((end - start) / 1000000))
-echo "wheel: installed after $(((installed - start) / 1000000)) ms, report after $seconds ms"
-[ "$seconds" -le "$((LIMIT * 1000))" ] || fail "more than $LIMIT s"
-/environment/bin/kinetoscope doctor | grep -q parquet || fail "no Parquet"
+analyzed=$(milliseconds)
+echo "wheel: environment after $created ms, installed after $installed ms, recording after $recorded ms, report after $analyzed ms"
+[ "$analyzed" -le "$((LIMIT * 1000))" ] || fail "more than $LIMIT s"
+/environment/bin/kinetoscope doctor | grep -q 'parquet: yes' || fail "no Parquet"
+man -P cat -M /environment/share/man kinetoscope-run | grep -q -- '--force' || fail "no manual page in the wheel"
+
+# The Python package: a folder whose name has a space and umlauts, no HOME, and a package that cannot be written (root without its
+# capabilities is the owner only).
+chmod -R a-w /environment
+mkdir -p "Zwölf Boxkämpfer"
+cp first_run.toml "Zwölf Boxkämpfer"
+(cd "Zwölf Boxkämpfer" && setpriv --bounding-set=-all env -u HOME /environment/bin/python -c '
+import kinetoscope as k
+experiment = k.run("first_run.toml", seed=3)
+run = experiment.runs[0]
+assert len(run["/state"].array()) == len(run) == 251 and run.verify() and all(check["passed"] for check in experiment.checks)
+')
+echo "Python: $(/environment/bin/python --version), recorded, read, verified and checked"
 
 dpkg --install kinetoscope_*.deb > /dev/null
 /usr/bin/kinetoscope --version
@@ -34,6 +50,6 @@ replies=$(bash -c '
     _kinetoscope kinetoscope ver kinetoscope
     echo "${COMPREPLY[*]}"')
 [ "$replies" = verify ] || fail "bash completes \`kinetoscope ver\` to \`$replies\`"
-replies=$(zsh -f completion.zsh 'kinetoscope ver')
+replies=$(zsh -f completion.zsh 'kinetoscope ver' 'kinetoscope verify')
 case $replies in *"kinetoscope verify"*) ;; *) fail "zsh completes \`kinetoscope ver\` to \`$replies\`" ;; esac
 echo "completions: bash and zsh complete \`kinetoscope ver\` to \`kinetoscope verify\`"

@@ -32,10 +32,12 @@ for suite in "$@"; do
         --python-version "$python" --platform manylinux2014_x86_64 --platform manylinux_2_17_x86_64 "$files"/*.whl $needs
     cp "$files"/*.deb experiments/first_run.toml release/installed.sh release/completion.zsh "$root/work"
     mountpoint --quiet "$root/proc" || mount -t proc proc "$root/proc"
-    trap 'umount "$root/proc" 2> /dev/null || true' EXIT
+    # zsh completes in a pseudo terminal.
+    mountpoint --quiet "$root/dev/pts" || mount --bind /dev/pts "$root/dev/pts"
+    trap 'umount "$root/proc" "$root/dev/pts" 2> /dev/null || true' EXIT
     echo "== $suite, Python $python"
     env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 TERM=dumb LIMIT=$LIMIT \
         chroot "$root" bash /work/installed.sh
-    umount "$root/proc"
+    umount "$root/proc" "$root/dev/pts"
     trap - EXIT
 done

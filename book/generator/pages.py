@@ -136,7 +136,7 @@ def index_page(results, seconds):
     parts = [f"""# The book of laws
 
 Each page compares a measurement with an exact value. The same command that wrote these pages ran the {len(results)} laws and their
-controls, in {seconds:.0f} s. It fails if a law is violated, and also if a control passes: a comparison that cannot fail would prove nothing.
+controls, in {seconds:.0f} s. It fails if a law is violated, and also if a control passes, because a comparison that cannot fail is no test.
 
 No result on these pages was typed: measurements come from `metrics.json`, exact values from the formulas and manifests in
 `book/laws/`. The deviation is the largest of the law's points, in units of its tolerance. The last column is the smallest

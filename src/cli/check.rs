@@ -88,7 +88,7 @@ impl CheckArguments {
                 Ok(json) => checked.push(json),
                 Err(failure) => {
                     exit = exit.worst(failure.report());
-                    errors.push(failure.text().to_owned());
+                    errors.push(failure.plain_text());
                 }
             }
         }

@@ -36,7 +36,7 @@ impl InfoArguments {
     pub fn execute(&self) -> Exit {
         self.result.concluded(self.describe().unwrap_or_else(|failure| {
             if self.result.json {
-                let text = failure.text().to_owned();
+                let text = failure.plain_text();
                 self.result.print("", || json!({ "file": self.path, "error": text }));
             }
             failure.report()

@@ -7,7 +7,7 @@ use crate::cli::step::Step;
 use crate::plan::restart_files::StartFiles;
 use crate::plan::{Plan, Status};
 use clap::Args;
-use kinetoscope_manifest::{Experiment, Override, is_manifest_name};
+use kinetoscope_manifest::{Experiment, ExperimentRecord, Override, is_manifest_name, nearest};
 use kinetoscope_recording::recorder::Outcome;
 use kinetoscope_recording::regular_file::{self, MAX_MANIFEST_BYTES, read_text};
 use std::cell::{Cell, RefCell};
@@ -94,6 +94,29 @@ fn is_recording(path: &Path, error: &io::Error) -> bool {
 const CREATE_ONE: &str =
     "`kinetoscope new gas > gas.toml` writes a manifest; experiments/first_run.toml is an example";
 
+/// The manifest with the name nearest to that of a missing one, in the same folder or in `experiments`; an exact name first.
+fn nearest_manifest(missing: &Path) -> Option<PathBuf> {
+    let wanted = missing.file_stem()?.to_string_lossy();
+    let here = missing.parent().unwrap_or(Path::new(""));
+    let folders = [here.to_owned(), here.join("experiments"), PathBuf::from("experiments")];
+    let found: Vec<PathBuf> = folders.iter().flat_map(|folder| manifests_in(folder)).collect();
+    let stem = |path: &Path| path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let names: Vec<String> = found.iter().filter_map(|path| stem(path)).collect();
+    let exact = names.iter().find(|name| **name == *wanted).map(String::as_str);
+    let near = exact.or_else(|| nearest(&wanted, names.iter().map(String::as_str)))?;
+    found.into_iter().find(|path| stem(path).as_deref() == Some(near))
+}
+
+/// The manifests of a folder, sorted by name; none if it cannot be read.
+fn manifests_in(folder: &Path) -> Vec<PathBuf> {
+    let read = if folder == Path::new("") { Path::new(".") } else { folder };
+    let entries = fs::read_dir(read).into_iter().flatten().flatten();
+    let mut names: Vec<PathBuf> = entries.map(|entry| folder.join(entry.file_name())).collect();
+    names.retain(|path| path.extension().is_some_and(|extension| extension == "toml"));
+    names.sort();
+    names
+}
+
 /// Reads manifests. The recordings of manifests that `start_from` names are expected below `output`.
 #[derive(Debug)]
 pub(crate) struct ManifestReader<'a> {
@@ -154,8 +177,18 @@ impl<'a> ManifestReader<'a> {
                 );
             }
             let what = format!("cannot read the manifest {}: {error}", manifest.display());
-            bad(what).help(CREATE_ONE)
+            match nearest_manifest(manifest).filter(|_| error.kind() == io::ErrorKind::NotFound) {
+                Some(near) => bad(what).help(format!("did you mean `{}`?", near.display())),
+                None => bad(what).help(CREATE_ONE),
+            }
         })?;
+        if source.starts_with(ExperimentRecord::FIRST_LINE) {
+            let folder = manifest.parent().unwrap_or(Path::new("")).display();
+            let what = format!("{} describes recordings; it is not a manifest", manifest.display());
+            return Err(bad(what).help(format!(
+                "name the manifest that was run, or use `kinetoscope analyze {folder}`"
+            )));
+        }
         let start_folder = self.start_folder(manifest);
         let parsed = self.parse(&source, manifest, overrides, start_folder, &Cell::new(None));
         let experiment = parsed.map_err(|diagnostics| {

@@ -8,7 +8,7 @@ use crate::run::RunReport;
 use kinetoscope_manifest::Experiment;
 use kinetoscope_recording::recorder::Outcome;
 use kinetoscope_usage::text::{one_line, visible};
-use kinetoscope_usage::{StandardOutput, with_help};
+use kinetoscope_usage::{StandardOutput, with_help, without_styles};
 use std::fmt::Display;
 use std::io::{self, IsTerminal as _};
 use std::path::{MAIN_SEPARATOR, Path, PathBuf};
@@ -58,6 +58,12 @@ impl Failure {
     #[must_use]
     pub fn text(&self) -> &str {
         &self.text
+    }
+
+    /// The text without colors, for JSON.
+    #[must_use]
+    pub fn plain_text(&self) -> String {
+        without_styles(&self.text)
     }
 
     /// Prints the error.

@@ -7,6 +7,7 @@ use crate::outputs::upload::Uploader;
 use crate::plan::Plan;
 use kinetoscope_manifest::{Experiment, line_of_key_in_message};
 use kinetoscope_recording::regular_file::{MAX_MANIFEST_BYTES, read_text};
+use kinetoscope_usage::uncapitalized;
 use std::num::NonZeroUsize;
 use std::path::Path;
 
@@ -70,7 +71,10 @@ impl Planned {
         let refused: Vec<String> = self
             .plan
             .rejected()
-            .map(|(run, reason)| (format!("{}: {reason}", name_of(run, experiment)), reason))
+            .map(|(run, reason)| {
+                let text = uncapitalized(&reason.to_string());
+                (format!("{}: {text}", name_of(run, experiment)), reason)
+            })
             .map(|(error, reason)| {
                 let failure = Failure::with_remedy(Exit::BadManifest, error);
                 match place_of_reason(experiment, &reason.to_string()) {

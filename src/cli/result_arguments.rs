@@ -45,7 +45,7 @@ impl ResultArguments {
     pub(crate) fn failed(&self, failure: &Failure) -> Exit {
         let exit = failure.report();
         if self.json {
-            self.print_json(&json!({ "exit_code": exit.code(), "errors": [failure.text()] }));
+            self.print_json(&json!({ "exit_code": exit.code(), "errors": [failure.plain_text()] }));
         }
         exit
     }

@@ -306,13 +306,14 @@ fn read_root(
     let baseline = root.take("baseline");
     let model = root.take("model");
     let record = root.take("record");
+    let base = Table { entries: [model, record].into_iter().flatten().collect() };
     let mut head = Head::default();
     let mut reader = Reader::new("", root, errors);
     head.keys(&mut reader);
     head.check(&mut reader);
     reader.also_known(&["model", "record", "sweep", "checks", "plots", "baseline"]);
+    reader.suggest_keys_of(&base);
     reader.finish();
-    let base = Table { entries: [model, record].into_iter().flatten().collect() };
     let runs = expand(&head, &base, &axes, recordings, errors);
     let axes: Vec<Axis> = axes.into_iter().map(|points| points.axis).collect();
     let metrics = runs.first().map(|run| run.manifest.model.metrics());

@@ -50,6 +50,8 @@ pub(crate) trait HasKeys {
 pub(crate) struct Reader<'a> {
     path: String,
     table: &'a Table,
+    /// Other tables of the manifest, whose keys a user may have meant.
+    inner: Option<&'a Table>,
     errors: &'a mut Errors,
     known: Vec<&'static str>,
     failed: Vec<&'static str>,
@@ -62,6 +64,7 @@ impl<'a> Reader<'a> {
         Self {
             path: path.to_owned(),
             table,
+            inner: None,
             errors,
             known: Vec::new(),
             failed: Vec::new(),
@@ -153,6 +156,11 @@ impl<'a> Reader<'a> {
         self.known.extend(names);
     }
 
+    /// Suggests keys of other tables, by their dotted names, for unknown keys of this one.
+    pub(crate) fn suggest_keys_of(&mut self, tables: &'a Table) {
+        self.inner = Some(tables);
+    }
+
     /// The form of the table, among the keys of all its forms: the first one of which a key is present, else the first with a
     /// key that is like one of the table. Without any, errors name the keys of all forms.
     pub(crate) fn form_among(&mut self, forms: &[&[&'static str]]) -> usize {
@@ -187,13 +195,27 @@ impl<'a> Reader<'a> {
             } else {
                 format!("unknown key `{}` in `{}`", entry.key, self.path)
             };
-            let label = match nearest(&entry.key, self.known.iter().copied()) {
+            let near = nearest(&entry.key, self.known.iter().copied()).map(str::to_owned);
+            let inner = || self.inner.and_then(|inner| dotted_key(inner, "", &entry.key, 2));
+            let label = match near.or_else(inner) {
                 Some(meant) => format!("did you mean `{meant}`?"),
                 None => format!("known keys: {}", self.known.join(", ")),
             };
             self.errors.push(Diagnostic::new(title).at(entry.key_span, label));
         }
     }
+}
+
+/// Path of the first key of that name in the tables below, down to a depth.
+fn dotted_key(table: &Table, path: &str, name: &str, depth: usize) -> Option<String> {
+    table.entries.iter().find_map(|entry| {
+        let inner = entry.node.table()?;
+        let path = format!("{path}{}.", entry.key);
+        if inner.get(name).is_some() {
+            return Some(format!("{path}{name}"));
+        }
+        (depth > 1).then(|| dotted_key(inner, &path, name, depth - 1)).flatten()
+    })
 }
 
 impl Keys for Reader<'_> {

@@ -69,6 +69,10 @@ pub struct RunRecord {
 }
 
 impl ExperimentRecord {
+    /// The first line of `experiment.toml`, which distinguishes it from a manifest.
+    pub const FIRST_LINE: &str =
+        "# Written by run-experiment: what the recordings in this folder are.\n";
+
     /// The record of an experiment whose runs have these files, in the order of [`Experiment::runs`].
     #[must_use]
     pub fn new(experiment: &Experiment, files: impl IntoIterator<Item = (String, RunKey)>) -> Self {
@@ -99,9 +103,7 @@ impl ExperimentRecord {
     #[must_use]
     pub fn to_toml(mut self) -> String {
         let mut writer = Writer::default();
-        writer
-            .text
-            .push_str("# Written by run-experiment: what the recordings in this folder are.\n");
+        writer.text.push_str(Self::FIRST_LINE);
         self.keys(&mut writer);
         for mut axis in self.axes {
             writer.text.push_str("\n[[axes]]\n");

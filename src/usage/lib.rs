@@ -10,10 +10,10 @@ pub mod text;
 mod wrap;
 
 pub use internal_error::{INTERNAL_ERROR, catch_internal_errors};
-pub use remedy::with_help;
+pub use remedy::{uncapitalized, with_help};
 pub use standard_output::{StandardOutput, complain};
 pub use suggestion::with_nearest_subcommand;
-pub use wrap::wrapped_line;
+pub use wrap::{without_styles, wrapped_line};
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use std::io::IsTerminal as _;
@@ -57,12 +57,14 @@ pub fn message(error: &clap::Error, command: &str) -> String {
         ErrorKind::UnknownArgument => {
             let name = context(ContextKind::InvalidArg).unwrap_or_default();
             let what = if name.starts_with('-') { "option" } else { "argument" };
-            let help = old_flags::replacement(&name, command).unwrap_or_else(|| {
-                match context(ContextKind::SuggestedArg) {
-                    Some(near) => format!("did you mean `{near}`?"),
-                    None => format!("`{command} --help` lists the options"),
-                }
-            });
+            let replacement = || old_flags::replacement(&name, command);
+            let help =
+                key_of_manifest(&name, command).or_else(replacement).unwrap_or_else(
+                    || match context(ContextKind::SuggestedArg) {
+                        Some(near) => format!("did you mean `{near}`?"),
+                        None => format!("`{command} --help` lists the options"),
+                    },
+                );
             format!("error: unknown {what} `{name}`\nhelp: {help}")
         }
         ErrorKind::InvalidSubcommand => {
@@ -103,6 +105,19 @@ pub fn message(error: &clap::Error, command: &str) -> String {
             format!("{}\nhelp: `{command} --help` lists the options", what.trim_end())
         }
     }
+}
+
+/// What to write in place of an option that is a key of manifests, for a command that has `--set`.
+fn key_of_manifest(option: &str, command: &str) -> Option<String> {
+    let key = match option {
+        "--seed" => "seed",
+        "--replicates" => "replicates",
+        "--frames" => "record.frames",
+        _ => return None,
+    };
+    let command = command.strip_prefix("kinetoscope ").unwrap_or(command);
+    let has_set = ["run-experiment", "run", "check", "why", "benchmark"].contains(&command);
+    has_set.then(|| format!("write `--set {key}=N`"))
 }
 
 /// All texts of a context.
@@ -157,6 +172,18 @@ mod tests {
         let there = "error: unknown option `--fresh`\nhelp: use `kinetoscope analyze --no-cache`";
         assert_eq!(message(command(), "run-experiment"), there);
         assert_eq!(message(command(), "kinetoscope run"), there);
+    }
+
+    #[test]
+    fn key_of_a_manifest_is_set() {
+        let message = |name: &str| {
+            let command = clap::Command::new("program");
+            message(&command.try_get_matches_from(["program", "--seed", "3"]).unwrap_err(), name)
+        };
+        let expected = "error: unknown option `--seed`\nhelp: write `--set seed=N`";
+        assert_eq!(message("kinetoscope run"), expected);
+        assert_eq!(message("run-experiment"), expected);
+        assert!(!message("kinetoscope analyze").contains("--set"));
     }
 
     #[test]

@@ -5,8 +5,9 @@
 /// Puts the remedy of an error on a line of its own: `what\nhelp: remedy`.
 #[must_use]
 pub fn with_help(error: &str) -> String {
-    if error.contains("\nhelp: ") {
-        return error.to_owned();
+    if let Some((what, help)) = error.split_once("\nhelp: ") {
+        let [what, help] = [what, help].map(|text| text.trim_end().trim_end_matches('.'));
+        return format!("{what}\nhelp: {}", uncapitalized(help));
     }
     let text = error.trim_end().trim_end_matches('.');
     let clause = || ["; ", ": "].iter().filter_map(|end| text.rfind(end)).max();
@@ -16,11 +17,12 @@ pub fn with_help(error: &str) -> String {
     }
 }
 
-/// The text with a small first letter, unless its first word is an abbreviation.
-fn uncapitalized(text: &str) -> String {
+/// The text with a small first letter, unless its first word is a symbol or an abbreviation.
+#[must_use]
+pub fn uncapitalized(text: &str) -> String {
     let mut letters = text.chars();
     match (letters.next(), letters.next()) {
-        (Some(first), Some(second)) if !second.is_uppercase() => {
+        (Some(first), Some(second)) if second.is_lowercase() || text.starts_with("A ") => {
             first.to_lowercase().chain([second]).chain(letters).collect()
         }
         _ => text.to_owned(),
@@ -38,7 +40,8 @@ mod tests {
             ("it fails: badly; use another", "it fails: badly\nhelp: use another"),
             ("discs = 2, but one is given: add one", "discs = 2, but one is given\nhelp: add one"),
             ("it fails. MCAP files only", "it fails\nhelp: MCAP files only"),
-            ("it fails. Why\nhelp: a. B", "it fails. Why\nhelp: a. B"),
+            ("it fails. Why.\nhelp: A. B.", "it fails. Why\nhelp: A. B"),
+            ("it fails\nhelp: The nearest. B.", "it fails\nhelp: the nearest. B"),
             ("it fails", "it fails"),
         ] {
             assert_eq!(with_help(error), expected);

@@ -34,7 +34,7 @@ fn wrapped_after(beginning: &str, line: &str, width: usize, indent: usize) -> St
 /// word after the colon, and the labels of underlined places. Other lines, such as those of a manifest, stay as they are.
 pub(crate) fn wrapped_messages(text: &str, width: usize) -> String {
     let lines = text.split('\n').map(|line| {
-        let plain = unstyled(line);
+        let plain = without_styles(line);
         if plain.chars().count() <= width {
             return line.to_owned();
         }
@@ -56,11 +56,12 @@ pub(crate) fn wrapped_messages(text: &str, width: usize) -> String {
 
 /// Columns that a text takes.
 fn columns(text: &str) -> usize {
-    unstyled(text).chars().count()
+    without_styles(text).chars().count()
 }
 
 /// The text without escape sequences of colors: ESC, `[`, parameters, `m`.
-fn unstyled(text: &str) -> String {
+#[must_use]
+pub fn without_styles(text: &str) -> String {
     let mut parts = text.split("\x1b[");
     let first = parts.next().unwrap_or_default().to_owned();
     parts.fold(first, |plain, part| plain + part.split_once('m').map_or(part, |(_, rest)| rest))

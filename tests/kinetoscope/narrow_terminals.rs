@@ -52,6 +52,18 @@ fn recording_given_as_a_manifest_is_named() {
 }
 
 #[test]
+fn description_of_recordings_given_as_a_manifest_is_named() {
+    let bench = Bench::new();
+    bench.recording();
+    for path in ["recordings/gas/experiment.toml", "recordings/gas"] {
+        let called = bench.call(&["run", path]);
+        assert_eq!(called.code, Some(2), "{path}: {}", called.err);
+        let expected = "describes recordings; it is not a manifest\nhelp: name the manifest";
+        assert!(called.err.contains(expected), "{path}: {}", called.err);
+    }
+}
+
+#[test]
 fn snapshot_beyond_the_end_is_noted() {
     let bench = Bench::new();
     let recording = bench.recording();

@@ -139,8 +139,8 @@ fn errors_of_runs_and_recordings_end_with_a_remedy() {
     let bytes = fs::read(&recording).unwrap();
     fs::write(bench.path("cut.mcap"), &bytes[..bytes.len() / 2]).unwrap();
     for (arguments, what, help) in [
-        (&["run", "unstable.toml"] as &[&str], "The time step is unstable", "the nearest accepted"),
-        (&["check", "unstable.toml"], "The time step is unstable", "the nearest accepted"),
+        (&["run", "unstable.toml"] as &[&str], "the time step is unstable", "the nearest accepted"),
+        (&["check", "unstable.toml"], "the time step is unstable", "the nearest accepted"),
         (&["run", "blow_up.toml"], "Blow-up at step", "the contacts are too soft"),
         (&["benchmark", "blow_up.toml"], "Blow-up at step", "the contacts are too soft"),
         (&["info", "cut.mcap"], "cut.mcap is cut off", "run its manifest again"),
@@ -151,6 +151,8 @@ fn errors_of_runs_and_recordings_end_with_a_remedy() {
         (&["compare", "missing.mcap", "cut.mcap"], "missing.mcap", "check that the file exists"),
         (&["analyze", "missing"], "missing does not exist", "check the path"),
         (&["run", "missing.toml"], "missing.toml", "`kinetoscope new gas"),
+        (&["run", "unstable2.toml"], "unstable2.toml", "did you mean `unstable.toml`?"),
+        (&["run", "blow_up"], "blow_up", "did you mean `blow_up.toml`?"),
     ] {
         let called = bench.call(arguments);
         let (error, remedy) = called

@@ -20,7 +20,7 @@ impl InvalidPath {
 
     pub(super) fn without_recordings(path: &Path) -> Self {
         Self::new(format!(
-            "{} holds no finished recording (*.mcap). Run an experiment first, or again where it was stopped; a partial file is read only when named itself",
+            "{} contains no finished recording (*.mcap). Run the experiment first; the same command completes an interrupted run, and a partial file is analyzed only if it is named",
             path.display()
         ))
     }

@@ -48,7 +48,7 @@ impl ViewArguments {
     pub(crate) fn execute(&self) -> Exit {
         self.serve().unwrap_or_else(|failure| {
             if self.json {
-                let errors = [failure.text()];
+                let errors = [failure.plain_text()];
                 let document = json!({ "exit_code": failure.exit.code(), "errors": errors });
                 self.output.print_json(&format!("{document:#}\n"));
             }
@@ -128,6 +128,8 @@ impl ViewArguments {
         }
         let path = self.path.display();
         let mut text = format!("{path} is served at http://{address}/ until Ctrl-C\n");
+        text +=
+            &format!("Open in the Lichtblick at {} (--viewer names another one):\n", self.viewer);
         for url in addresses.take(MAX_PRINTED) {
             text += &format!("{url}\n");
         }

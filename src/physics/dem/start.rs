@@ -163,9 +163,8 @@ fn normal_radius(mean: f64, deviation: f64, generator: &mut Generator) -> f64 {
 
 fn no_room(config: &DemConfig, parameters: &Parameters, radii: &[f64], found: &str) -> SetupError {
     SetupError(format!(
-        "{} discs find no place without overlap: {found}. They would cover {:.1} % of the box; at random there is room \
-         up to some 54 %, on the square lattice of placement = \"lattice\" up to 78 %. Take fewer discs, a smaller \
-         radius_m or a larger box.",
+        "{} discs cannot be placed without overlap: {found}. They would cover {:.1} % of the box; random placement \
+         reaches about 54 %, and placement = \"lattice\" 78 %. Use fewer discs, a smaller radius_m or a larger box.",
         config.discs,
         100.0 * packing_fraction(radii, parameters.sides)
     ))

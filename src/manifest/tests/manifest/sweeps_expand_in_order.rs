@@ -204,6 +204,17 @@ error: `seed` cannot be swept
 }
 
 #[test]
+fn key_without_its_table_is_named_with_it() {
+    let text =
+        errors("particles = 3\nframes = 4\n[model.gas]\nparticles = 2\n[record]\nframes = 5\n");
+    for meant in ["model.gas.particles", "record.frames"] {
+        assert!(text.contains(&format!("did you mean `{meant}`?")), "{text}");
+    }
+    // Control: without the key in a table, the known keys are listed.
+    assert!(errors("particles = 3\n[model.gas]\n").contains("known keys: "));
+}
+
+#[test]
 fn invalid_sweeps_are_rejected() {
     let rejected = [
         ("[sweep]\nmodel.gas.radius_m = []", "the axis `model.gas.radius_m` is empty"),

@@ -1,0 +1,39 @@
+"""Guarantee: the Python code in the README and in the book runs as written."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import Any, Callable, Dict, List, Optional
+
+import pytest
+
+import kinetoscope as k
+from kinetoscope import _player
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+@pytest.mark.parametrize("document", ["README.md", "book/src/use/python.md"])
+def test_code_of_the_documents_runs(
+    document: str, experiments: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, programs: Optional[str]
+) -> None:
+    shown: List[str] = []
+    monkeypatch.setattr(_player, "display", lambda page, height: shown.append(page))
+    if programs:
+        monkeypatch.setenv("PATH", os.path.abspath(programs), prepend=os.pathsep)
+    (tmp_path / "experiments").symlink_to(experiments)
+    monkeypatch.chdir(tmp_path)
+    blocks = BLOCK.findall((ROOT / document).read_text(encoding="utf-8"))
+    assert blocks, "the document has no Python code"
+    names: Dict[str, Any] = {"k": k}
+    for block in blocks:
+        exec(compile(block, document, "exec"), names)
+    tests: Dict[str, Callable[..., None]] = {
+        name: value for name, value in names.items() if name.startswith("test_") and not hasattr(value, "pytestmark")
+    }
+    for test in tests.values():
+        test(k.run)
+    assert all('class="film"' in page for page in shown)
