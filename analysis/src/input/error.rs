@@ -1,6 +1,7 @@
 //! Errors of the input: paths that name nothing to analyze, and recordings that cannot be read.
 
 use kinetoscope_object_storage::error::StoreError;
+use kinetoscope_usage::text::shown_path;
 use std::path::Path;
 
 /// A path that names nothing to analyze, with the user's next step.
@@ -21,7 +22,7 @@ impl InvalidPath {
     pub(super) fn without_recordings(path: &Path) -> Self {
         Self::new(format!(
             "{} holds no finished recording (*.mcap). Run an experiment first, or again where it was stopped; a partial file is read only when named itself",
-            path.display()
+            shown_path(path)
         ))
     }
 }
