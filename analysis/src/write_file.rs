@@ -2,11 +2,15 @@
 
 use kinetoscope_recording::atomic_file::{self, NewFile};
 use kinetoscope_recording::output_file;
+use kinetoscope_usage::text::shown_path;
 use std::path::{Path, PathBuf};
 
 /// A file or folder that cannot be written, with the user's next step.
 #[derive(Debug, thiserror::Error)]
-#[error("{} cannot be written: {reason}. Make room or make it writable, or name another {instead}", path.display())]
+#[error(
+    "{} cannot be written: {reason}. Make room or make it writable, or name another {instead}",
+    shown_path(path)
+)]
 pub(crate) struct WriteError {
     path: PathBuf,
     reason: String,

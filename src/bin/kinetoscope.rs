@@ -23,6 +23,7 @@ use kinetoscope::cli::{Program, messages};
 use kinetoscope_analysis::cli::{
     self as analysis, AnalyzeArguments, ExportArguments, PlotArguments,
 };
+use kinetoscope_usage::text::shown_path;
 use kinetoscope_usage::{Ended, with_nearest_subcommand};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -176,7 +177,7 @@ fn write_man_pages(folder: &Path) -> Exit {
     match written {
         Ok(()) => Exit::Done,
         Err(error) => {
-            let what = format!("cannot write the manual pages to {}: {error}", folder.display());
+            let what = format!("cannot write the manual pages to {}: {error}", shown_path(folder));
             Failure::new(Exit::Retryable, what).help("name another folder").report()
         }
     }

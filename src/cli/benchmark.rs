@@ -10,6 +10,7 @@ use crate::run::benchmark::{self, TimingError, time_table};
 use clap::Args;
 use kinetoscope_manifest::TimingTable;
 use kinetoscope_object_storage::address::Address;
+use kinetoscope_usage::text::shown_path;
 use serde_json::Value as Json;
 use std::path::PathBuf;
 
@@ -37,7 +38,7 @@ impl BenchmarkArguments {
 
     fn measure(&self) -> Result<Exit, Failure> {
         if let Some(output) = self.output.as_deref().filter(|output| Address::is_one(output)) {
-            return Err(bad(format!("the table cannot be written to {}", output.display()))
+            return Err(bad(format!("the table cannot be written to {}", shown_path(output)))
                 .help("name a local folder with --output DIR"));
         }
         let overrides = self.manifest.overrides()?;
@@ -55,7 +56,7 @@ impl BenchmarkArguments {
             Failure::new(Exit::Retryable, format!("the table cannot be written: {error}"))
                 .help("make the folder writable, or name another one with --output DIR")
         })?;
-        self.result.say(&format!("Wrote {}", path.display()));
+        self.result.say(&format!("Wrote {}", shown_path(&path)));
         Ok(Exit::Done)
     }
 }

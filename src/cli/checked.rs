@@ -10,6 +10,7 @@ use crate::executor::progress::size;
 use crate::run::estimate::Estimate;
 use kinetoscope_manifest::Experiment;
 use kinetoscope_physics::model::Extent;
+use kinetoscope_usage::text::shown_path;
 use serde_json::{Value as Json, json};
 use std::path::Path;
 
@@ -18,7 +19,7 @@ use std::path::Path;
 /// # Errors
 /// A run that failed, or a manifest that cannot be started from.
 pub(crate) fn not_planned(step: &Step, why: NoRecording) -> Result<String, Failure> {
-    let manifest = step.manifest.display();
+    let manifest = shown_path(&step.manifest);
     match why {
         NoRecording::Failed(why) => {
             let what = format!("{manifest} cannot start: {why}");

@@ -8,6 +8,7 @@ use crate::run::memory::memory_bytes;
 use clap::Args;
 use kinetoscope_physics::kinds;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
+use kinetoscope_usage::text::shown_path;
 use serde_json::{Map, Value as Json, json};
 use std::env;
 use std::path::{Path, PathBuf};
@@ -141,12 +142,12 @@ fn disk(findings: &mut Findings, output: &Path) {
     let shown = free.map_or_else(|| "unknown".to_owned(), |free| format!("{} free", size(free)));
     findings.add(
         "disk",
-        format!("{shown} for {}", output.display()),
+        format!("{shown} for {}", shown_path(output)),
         json!({ "folder": output, "free_bytes": free }),
     );
     if let Some(free) = free.filter(|&free| free < MIN_DISK_BYTES) {
         findings.problem(
-            format!("only {} is free for {}", size(free), output.display()),
+            format!("only {} is free for {}", size(free), shown_path(output)),
             "free disk space, or choose another folder with --output DIR",
         );
     }
@@ -156,7 +157,7 @@ fn disk(findings: &mut Findings, output: &Path) {
     });
     if !writable {
         findings.problem(
-            format!("no recording can be written to {}", output.display()),
+            format!("no recording can be written to {}", shown_path(output)),
             "make the folder writable, or choose another one with --output DIR",
         );
     }

@@ -19,6 +19,7 @@ use crate::plan::prune::StaleFiles;
 use crate::run::{RunContext, RunReport};
 use kinetoscope_manifest::Experiment;
 use kinetoscope_recording::removal::{Removal, remove_leftovers};
+use kinetoscope_usage::text::{one_line, shown_path};
 use serde_json::{Value as Json, json};
 use std::cell::OnceCell;
 use std::fs;
@@ -132,10 +133,11 @@ impl Execution<'_> {
     /// Removes stale files, or lists them in a dry run.
     fn prune(&self, plan: &Plan) -> Result<(), Failure> {
         let failed = |error: io::Error| {
-            let what = format!("cannot prune {}: {error}", plan.folder.display());
+            let what = format!("cannot prune {}: {error}", shown_path(&plan.folder));
             Failure::new(Exit::Retryable, what)
         };
-        let say = |file: &Path, what: &str| self.say(&format!("stale, {what}: {}", file.display()));
+        let say =
+            |file: &Path, what: &str| self.say(&format!("stale, {what}: {}", shown_path(file)));
         let stale = StaleFiles::of(plan).map_err(failed)?;
         if self.arguments.execution.dry_run {
             stale.paths().for_each(|file| say(file, "would be removed"));
@@ -165,7 +167,7 @@ impl Execution<'_> {
         let experiment = (!self.is_task()).then_some(self.experiment);
         prepare_folder(experiment, plan).map_err(|error| {
             let option = self.arguments.output.option_of_folder();
-            let what = format!("cannot write to {}: {error}", plan.folder.display());
+            let what = format!("cannot write to {}: {error}", shown_path(&plan.folder));
             Failure::new(Exit::Retryable, what)
                 .help(format!("make it writable, or choose another folder with {option} DIR; then run the same command again"))
         })?;
@@ -229,7 +231,10 @@ impl Execution<'_> {
         let exit = results::report_errors(plan, self.experiment, &results, self.is_task());
         let exit = exit.worst(self.report_uploads(planned));
         if results.is_empty() && exit == Exit::Done {
-            self.say(&format!("Nothing to do: all recordings are in {}", planned.address()));
+            self.say(&format!(
+                "Nothing to do: all recordings are in {}",
+                one_line(&planned.address())
+            ));
         }
         let exit = match interrupt.exit_code() {
             Some(code) => {
@@ -284,10 +289,10 @@ impl Execution<'_> {
     fn export(&self, file: &Path, plan: &Plan) -> Result<(), Failure> {
         let written = self.arguments.executor.export(file, plan, &self.task_options());
         let commands = written.map_err(|error| {
-            let what = format!("cannot write the commands to {}: {error}", file.display());
+            let what = format!("cannot write the commands to {}: {error}", shown_path(file));
             task_failure(&error, what)
         })?;
-        self.say(&format!("Wrote {} to {}", plural(commands as u64, "command"), file.display()));
+        self.say(&format!("Wrote {} to {}", plural(commands as u64, "command"), shown_path(file)));
         Ok(())
     }
 
@@ -318,7 +323,7 @@ impl Execution<'_> {
         }
         let recorded = results.iter().filter(|(_, result)| matches!(result, Some(Ok(_)))).count();
         let left = results.iter().filter(|(_, result)| result.is_none()).count();
-        self.say(&format!("{recorded} new recordings in {}", plan.folder.display()));
+        self.say(&format!("{recorded} new recordings in {}", shown_path(&plan.folder)));
         if left > 0 {
             self.say(&format!(
                 "{} still on the cluster: run the same command again to wait for them",

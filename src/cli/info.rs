@@ -10,7 +10,7 @@ use kinetoscope_manifest::{ExperimentRecord, parse_run};
 use kinetoscope_recording::error::{ReadError, ReadFault};
 use kinetoscope_recording::reader::{Outcome, Recording, StoredFrames};
 use kinetoscope_recording::regular_file::{self, MAX_EXPERIMENT_RECORD_BYTES};
-use kinetoscope_usage::text::one_line;
+use kinetoscope_usage::text::{one_line, shown_path};
 use serde_json::{Value as Json, json};
 use std::collections::BTreeMap;
 use std::fs;
@@ -46,7 +46,7 @@ impl InfoArguments {
     fn describe(&self) -> Result<Exit, Failure> {
         let path = self.path.as_path();
         let unreadable =
-            |what: &str| Failure::new(Exit::Unreadable, format!("{} {what}", path.display()));
+            |what: &str| Failure::new(Exit::Unreadable, format!("{} {what}", shown_path(path)));
         let metadata = fs::metadata(path).map_err(|error| {
             unreadable(&format!("cannot be read: {error}")).help("check the path")
         })?;
@@ -90,12 +90,12 @@ fn not_a_recording(path: &Path, error: &ReadError) -> Failure {
     let read =
         regular_file::open(path).and_then(|(file, _)| file.take(HEAD_BYTES).read_to_end(&mut head));
     if let Err(error) = read {
-        let what = format!("{} cannot be read: {error}", path.display());
+        let what = format!("{} cannot be read: {error}", shown_path(path));
         return Failure::new(Exit::Unreadable, what).help("check its permissions");
     }
     match kind_of(&head, path) {
         Some((what, help)) => {
-            let what = format!("{} is {what}, not a recording", path.display());
+            let what = format!("{} is {what}, not a recording", shown_path(path));
             Failure::new(Exit::Unreadable, what).help(help)
         }
         None => Failure::with_remedy(Exit::Unreadable, error),
@@ -241,7 +241,7 @@ impl Report<'_> {
         };
         lines.push(("frames", format!("{}{kept}{until}", self.contents.frames)));
         lines.push(("size", size(self.recording.bytes())));
-        let mut text = self.recording.path().display().to_string();
+        let mut text = shown_path(self.recording.path());
         for (name, value) in lines {
             text += &format!("\n  {name:<11} {}", one_line(&value));
         }

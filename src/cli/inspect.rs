@@ -16,7 +16,7 @@ use crate::verify::merge::{MergeFailure, merge_recordings};
 use crate::verify::{Finding, Verification, VerifyError, verify};
 use clap::Args;
 use kinetoscope_recording::reader::Outcome;
-use kinetoscope_usage::text::one_line;
+use kinetoscope_usage::text::{one_line, shown_path};
 use kinetoscope_usage::with_help;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -174,7 +174,7 @@ fn verify_by_rerun(path: &Path, verbosity: Verbosity) -> Report {
         }
     };
     let progress = ProgressDisplay::new(1, verbosity);
-    let bar = progress.start_run(&path.display().to_string());
+    let bar = progress.start_run(&shown_path(path));
     let result = verify(path, &interrupt, &|done, of| bar.frame(done, of));
     progress.close();
     match result {
@@ -243,7 +243,7 @@ fn verified(verification: &Verification, path: &Path) -> Report {
 
 /// What differs between the program that recorded the file and this one.
 fn notes(verification: &Verification, path: &Path) -> Vec<String> {
-    let mut lines = vec![path.display().to_string()];
+    let mut lines = vec![shown_path(path)];
     let provenance = verification.recording.provenance();
     let (recorded, own) = (&provenance.program_version, env!("CARGO_PKG_VERSION"));
     if recorded != own {
@@ -275,10 +275,10 @@ fn attest(verification: &Verification, verdict: Verdict) -> String {
     let written = Attestation::of(recording, verification.physics_version, verdict)
         .and_then(|attestation| attestation.write(recording.path()));
     match written {
-        Ok(path) => format!("attested in {}", path.display()),
+        Ok(path) => format!("attested in {}", shown_path(&path)),
         Err(error) => format!(
             "warning: the attestation cannot be written to {}: {error}",
-            attestation_path(recording.path()).display()
+            shown_path(&attestation_path(recording.path()))
         ),
     }
 }
@@ -296,7 +296,7 @@ fn messages(comparison: &Comparison, left: &str, right: &str) -> Report {
 }
 
 fn compared(comparison: &RecordingComparison, left: &Path, right: &Path) -> Report {
-    let (left, right) = (left.display().to_string(), right.display().to_string());
+    let (left, right) = (shown_path(left), shown_path(right));
     let mut lines = vec![format!("{left} → {right}")];
     if comparison.keys.is_empty() {
         lines.push("equal manifests".to_owned());
@@ -350,7 +350,7 @@ fn cause(divergence: &Divergence, other_physics: bool) -> Vec<String> {
 }
 
 fn check_attestation(path: &Path) -> Report {
-    let shown = path.display();
+    let shown = shown_path(path);
     match attestation_status(path) {
         Ok(AttestationStatus::Attested(attestation)) => {
             let equal = match attestation.verdict {

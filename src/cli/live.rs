@@ -7,6 +7,7 @@ use crate::live::{self, Admission, GnuplotLoop, LiveServer};
 use crate::outputs::sidecars::layout_name;
 use crate::plan::Plan;
 use clap::Args;
+use kinetoscope_usage::text::shown_path;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
@@ -62,7 +63,7 @@ impl LiveArguments {
     pub fn gnuplot_loop(&self) -> Result<Option<GnuplotLoop>, Failure> {
         let Some(folder) = &self.gnuplot else { return Ok(None) };
         GnuplotLoop::create(folder).map(Some).map_err(|error| {
-            let what = format!("cannot create the folder {}: {error}", folder.display());
+            let what = format!("cannot create the folder {}: {error}", shown_path(folder));
             Failure::new(Exit::Retryable, what).help("name another folder with --gnuplot DIR")
         })
     }
@@ -73,7 +74,7 @@ impl LiveArguments {
         let address = live.address();
         let mut text = format!(
             "Live at ws://{address} (in Foxglove: Open connection, Foxglove WebSocket; layout: {})",
-            plan.folder.join(layout_name(&plan.folder)).display()
+            shown_path(&plan.folder.join(layout_name(&plan.folder)))
         );
         text += match self.live_speed {
             Some(_) => "\n  waiting for the first viewer",

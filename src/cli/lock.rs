@@ -12,6 +12,7 @@ use clap::Args;
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_physics::kind_of;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
+use kinetoscope_usage::text::shown_path;
 use serde_json::json;
 use std::path::{Component, Path, PathBuf};
 
@@ -61,17 +62,17 @@ impl LockArguments {
             let rerun = reruns.execute(manifest)?;
             let entry = entry(path, &rerun, metrics)?;
             let runs = plural(entry.runs.len() as u64, "run");
-            let (shown, seconds) = (manifest.display(), rerun.seconds);
+            let (shown, seconds) = (shown_path(manifest), rerun.seconds);
             self.result.say(&format!("{shown}: {runs}, {seconds:.1} s"));
             reruns.remove(rerun);
             file.put(entry);
         }
         file.write(&self.lock_file).map_err(|error| {
-            let what = format!("cannot write {}: {error}", self.lock_file.display());
+            let what = format!("cannot write {}: {error}", shown_path(&self.lock_file));
             Failure::new(Exit::Retryable, what).help("name another file with --lock-file")
         })?;
         let count = plural(file.experiments.len() as u64, "manifest");
-        let text = format!("{}: {count}", self.lock_file.display());
+        let text = format!("{}: {count}", shown_path(&self.lock_file));
         self.result.print(
             &text,
             || json!({ "exit_code": 0, "lock_file": self.lock_file, "manifests": file.experiments.len() }),
@@ -82,7 +83,7 @@ impl LockArguments {
 
 /// The error of a lock file that cannot be used.
 pub(crate) fn unreadable(path: &Path, error: &LockError) -> Failure {
-    let what = format!("cannot use the lock file {}: {error}", path.display());
+    let what = format!("cannot use the lock file {}: {error}", shown_path(path));
     match error {
         LockError::Io(_) => Failure::new(Exit::Unreadable, what).help(
             "write it with `kinetoscope lock MANIFEST…`, or name another file with --lock-file",
@@ -163,7 +164,7 @@ pub(crate) fn relative_to(lock_file: &Path, manifest: &Path) -> Result<String, F
     });
     let path = up.chain(down).collect::<Vec<_>>().join("/");
     if path.contains(char::REPLACEMENT_CHARACTER) {
-        return Err(bad(format!("{} is not UTF-8", manifest.display())).help("rename it"));
+        return Err(bad(format!("{} is not UTF-8", shown_path(&manifest))).help("rename it"));
     }
     Ok(path)
 }

@@ -3,7 +3,7 @@
 use crate::cli::exit::Exit;
 use crate::cli::lock::{locked_recording, metrics_of, physics_version, relative_to, unreadable};
 use crate::cli::manifests::expand;
-use crate::cli::messages::{Failure, bad, plural};
+use crate::cli::messages::{Failure, bad, plural, word};
 use crate::cli::program::Program;
 use crate::cli::rerun::{Metrics, Parallel, RerunExperiment, RerunRun, Reruns};
 use crate::cli::result_arguments::ResultArguments;
@@ -12,6 +12,7 @@ use crate::verify::fingerprint::{Fingerprint, Place};
 use crate::verify::lock_file::{LockFile, LockedExperiment};
 use kinetoscope_recording::channels::{FrameClock, SCHEMA_VERSION};
 use kinetoscope_recording::reader::Recording;
+use kinetoscope_usage::text::{one_line, shown_path};
 use serde_json::{Value as Json, json};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -46,7 +47,7 @@ impl LockedCheck<'_> {
         if file.schema_version != SCHEMA_VERSION {
             let what = format!(
                 "{} was written for recording schema {}; this program records schema {SCHEMA_VERSION}",
-                self.lock_file.display(),
+                shown_path(&self.lock_file),
                 file.schema_version
             );
             return Err(Failure::new(Exit::Differs, what).help(WRITE_ANEW));
@@ -91,7 +92,7 @@ impl LockedCheck<'_> {
         }
         self.result.say(&text);
         if exit == Exit::Differs {
-            let what = format!("the runs are not those of {}", self.lock_file.display());
+            let what = format!("the runs are not those of {}", shown_path(&self.lock_file));
             Failure::new(exit, what).help(WRITE_ANEW).report();
         }
     }
@@ -104,8 +105,11 @@ impl LockedCheck<'_> {
         let of = |manifest: &PathBuf| {
             let path = relative_to(self.lock_file, manifest)?;
             file.experiment(&path).ok_or_else(|| {
-                bad(format!("{} has no entry for {path}", self.lock_file.display()))
-                    .help(format!("add it with `kinetoscope lock {}`", manifest.display()))
+                bad(format!("{} has no entry for {}", shown_path(&self.lock_file), one_line(&path)))
+                    .help(format!(
+                        "add it with `kinetoscope lock {}`",
+                        word(&manifest.to_string_lossy())
+                    ))
             })
         };
         expand(self.manifests)?.iter().map(of).collect()
@@ -186,7 +190,7 @@ impl LockedCheck<'_> {
         let Some(place) = place else {
             let missing = format!(
                 "the messages differ; their place is known if {} has a recording with the locked messages",
-                local.display()
+                shown_path(&local)
             );
             return Ok(missing);
         };
@@ -215,7 +219,7 @@ fn other_runs(entry: &LockedExperiment, rerun: &RerunExperiment) -> Option<Strin
             plural(rerun.runs.len() as u64, "run"),
             entry.runs.len()
         ),
-        (false, _) => format!("the model is {model}, locked {}", entry.model),
+        (false, _) => format!("the model is {model}, locked {}", one_line(&entry.model)),
     })
 }
 
@@ -223,7 +227,7 @@ fn other_runs(entry: &LockedExperiment, rerun: &RerunExperiment) -> Option<Strin
 fn describe(place: &Place, recording: &Recording) -> String {
     let (equal, frame) = place.frames;
     let mut text = match equal {
-        Some(equal) if equal + 1 < frame => {
+        Some(equal) if equal < frame.saturating_sub(1) => {
             format!("first difference after frame {equal}, at the latest in frame {frame}")
         }
         _ => format!("first difference in frame {frame}"),
@@ -301,8 +305,10 @@ fn moved(locked: &BTreeMap<String, f64>, found: &BTreeMap<String, f64>) -> Vec<S
 }
 
 fn described(entry: &LockedExperiment, findings: &[String]) -> String {
+    let manifest = one_line(&entry.manifest);
     if findings.is_empty() {
-        return format!("{}: {} equal", entry.manifest, plural(entry.runs.len() as u64, "run"));
+        return format!("{manifest}: {} equal", plural(entry.runs.len() as u64, "run"));
     }
-    format!("{}: differs\n  {}", entry.manifest, findings.join("\n  "))
+    let findings: Vec<_> = findings.iter().map(|finding| one_line(finding)).collect();
+    format!("{manifest}: differs\n  {}", findings.join("\n  "))
 }

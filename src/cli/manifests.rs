@@ -10,6 +10,7 @@ use clap::Args;
 use kinetoscope_manifest::{Experiment, ExperimentRecord, Override, is_manifest_name, nearest};
 use kinetoscope_recording::recorder::Outcome;
 use kinetoscope_recording::regular_file::{self, MAX_MANIFEST_BYTES, read_text};
+use kinetoscope_usage::text::shown_path;
 use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -49,7 +50,7 @@ pub(crate) fn expand(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
             continue;
         }
         let entries = fs::read_dir(path).map_err(|error| {
-            let what = format!("cannot read the folder {}: {error}", path.display());
+            let what = format!("cannot read the folder {}: {error}", shown_path(path));
             bad(what)
         })?;
         let mut found: Vec<PathBuf> = entries
@@ -58,7 +59,7 @@ pub(crate) fn expand(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
             .filter(|path| path.extension().is_some_and(|extension| extension == "toml"))
             .collect();
         if found.is_empty() {
-            let what = format!("the folder {} has no manifest (*.toml)", path.display());
+            let what = format!("the folder {} has no manifest (*.toml)", shown_path(path));
             return Err(bad(what).help(CREATE_ONE));
         }
         found.sort();
@@ -171,20 +172,21 @@ impl<'a> ManifestReader<'a> {
     ) -> Result<Experiment, Failure> {
         let source = read_text(manifest, MAX_MANIFEST_BYTES).map_err(|error| {
             if is_recording(manifest, &error) {
-                let what = format!("{} is a recording, not a manifest", manifest.display());
+                let what = format!("{} is a recording, not a manifest", shown_path(manifest));
                 return bad(what).help(
                     "`kinetoscope info` reports what it contains; `kinetoscope verify` reruns it",
                 );
             }
-            let what = format!("cannot read the manifest {}: {error}", manifest.display());
+            let what = format!("cannot read the manifest {}: {error}", shown_path(manifest));
             match nearest_manifest(manifest).filter(|_| error.kind() == io::ErrorKind::NotFound) {
-                Some(near) => bad(what).help(format!("did you mean `{}`?", near.display())),
+                Some(near) => bad(what).help(format!("did you mean `{}`?", shown_path(&near))),
                 None => bad(what).help(CREATE_ONE),
             }
         })?;
         if source.starts_with(ExperimentRecord::FIRST_LINE) {
-            let folder = manifest.parent().unwrap_or(Path::new("")).display();
-            let what = format!("{} describes recordings; it is not a manifest", manifest.display());
+            let folder = shown_path(manifest.parent().unwrap_or(Path::new("")));
+            let what =
+                format!("{} describes recordings; it is not a manifest", shown_path(manifest));
             return Err(bad(what).help(format!(
                 "name the manifest that was run, or use `kinetoscope analyze {folder}`"
             )));
@@ -208,7 +210,7 @@ impl<'a> ManifestReader<'a> {
         missing: &Cell<Option<NoRecording>>,
     ) -> Result<Experiment, kinetoscope_manifest::Diagnostics> {
         let starts = StartFiles::relative_to(start_folder);
-        let origin = manifest.display().to_string();
+        let origin = manifest.to_string_lossy();
         let recordings = |name: &str| {
             if !is_manifest_name(name) {
                 return starts.read(name);
@@ -239,7 +241,7 @@ impl<'a> ManifestReader<'a> {
         }
         let depth = self.depth.get();
         if depth == MAX_STARTS {
-            let shown = manifest.display();
+            let shown = shown_path(manifest);
             return Err(NoRecording::Invalid(format!(
                 "{shown} is after more than {MAX_STARTS} manifests of which each starts from the next"
             )));
@@ -261,7 +263,7 @@ impl<'a> ManifestReader<'a> {
     }
 
     fn search(&self, manifest: &Path) -> Result<PathBuf, NoRecording> {
-        let shown = manifest.display();
+        let shown = shown_path(manifest);
         let source = read_text(manifest, MAX_MANIFEST_BYTES)
             .map_err(|error| NoRecording::Invalid(format!("cannot read {shown}: {error}")))?;
         let start_folder = manifest.parent().unwrap_or(Path::new(""));
@@ -282,7 +284,7 @@ impl<'a> ManifestReader<'a> {
             Status::Done(Outcome::Complete) => Ok(plan.folder.join(run.file_name())),
             Status::Done(_) => Err(NoRecording::Failed(format!("the run of {shown} failed"))),
             Status::ToDo(_) | Status::Rejected(_) => {
-                let what = format!("{shown} has no recording in {}", plan.folder.display());
+                let what = format!("{shown} has no recording in {}", shown_path(&plan.folder));
                 Err(NoRecording::Missing(what))
             }
         }

@@ -7,7 +7,7 @@ use crate::plan::{Plan, PlannedRun};
 use crate::run::RunReport;
 use kinetoscope_manifest::Experiment;
 use kinetoscope_recording::recorder::Outcome;
-use kinetoscope_usage::text::{one_line, visible};
+use kinetoscope_usage::text::{escaped_word, one_line, shown_path, visible};
 use kinetoscope_usage::{StandardOutput, with_help, without_styles};
 use std::fmt::Display;
 use std::io::{self, IsTerminal as _};
@@ -50,7 +50,7 @@ impl Failure {
     #[must_use]
     pub fn at(mut self, place: &str) -> Self {
         let end = self.text.find("\nhelp: ").unwrap_or(self.text.len());
-        self.text.insert_str(end, &visible(&format!("\n --> {place}")));
+        self.text.insert_str(end, &format!("\n --> {}", one_line(place)));
         self
     }
 
@@ -185,19 +185,19 @@ pub(crate) fn summary(plan: &Plan, endings: &[&RunReport]) -> String {
         [] => {}
         [ending] => lines.push(format!(
             "Wrote {} ({}, {} in {seconds:.2} s)",
-            ending.path.display(),
+            shown_path(&ending.path),
             size(bytes),
             plural(frames, "frame")
         )),
         several => lines.push(format!(
             "Wrote {} recordings to {} ({}, {frames} frames, {seconds:.1} s of computing)",
             several.len(),
-            plan.folder.display(),
+            shown_path(&plan.folder),
             size(bytes)
         )),
     }
     lines.extend(interrupted.iter().map(|ending| {
-        format!("Kept {} with {} so far", ending.path.display(), plural(ending.frames, "frame"))
+        format!("Kept {} with {} so far", shown_path(&ending.path), plural(ending.frames, "frame"))
     }));
     lines.join("\n")
 }
@@ -211,7 +211,7 @@ pub(crate) fn disk_shortage(plan: &Plan, needed: u64, option: &str) -> Option<Fa
             "the recordings need up to {}, but only {} is free in {}",
             size(needed),
             size(free),
-            existing.display()
+            shown_path(&existing)
         );
         Failure::new(Exit::Retryable, what).help(format!(
             "free disk space, choose another folder with {option} DIR, or record less ([record] frames, channels)"
@@ -230,5 +230,8 @@ pub(crate) fn word(text: &str) -> String {
     let is_plain = |letter: char| {
         letter.is_alphanumeric() || letter == MAIN_SEPARATOR || "._-=:,+@%/".contains(letter)
     };
-    if text.chars().all(is_plain) { text.to_owned() } else { quoted(text) }
+    if text.chars().all(is_plain) {
+        return text.to_owned();
+    }
+    escaped_word(text).unwrap_or_else(|| quoted(text))
 }

@@ -5,6 +5,7 @@ use crate::cli::messages::{Failure, bad};
 use crate::cli::step::Step;
 use kinetoscope_manifest::{Override, StartManifest, is_manifest_name, start_manifests};
 use kinetoscope_recording::regular_file::{MAX_MANIFEST_BYTES, read_text};
+use kinetoscope_usage::text::shown_path;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -42,7 +43,7 @@ impl Link {
         match self.start.line {
             0 => format!("--set: start_from = {:?}", self.start.name),
             line => {
-                format!("{}:{line}: start_from = {:?}", self.manifest.display(), self.start.name)
+                format!("{}:{line}: start_from = {:?}", shown_path(&self.manifest), self.start.name)
             }
         }
     }
@@ -107,7 +108,7 @@ impl Search<'_> {
             (Err(error), Some(link)) => {
                 let what = format!(
                     "cannot read the manifest {}: {error}\n  {}",
-                    manifest.display(),
+                    shown_path(manifest),
                     link.place()
                 );
                 return Err(bad(what)

@@ -7,6 +7,7 @@ use crate::outputs::upload::Uploader;
 use crate::plan::Plan;
 use kinetoscope_manifest::{Experiment, line_of_key_in_message};
 use kinetoscope_recording::regular_file::{MAX_MANIFEST_BYTES, read_text};
+use kinetoscope_usage::text::shown_path;
 use kinetoscope_usage::uncapitalized;
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -91,7 +92,7 @@ impl Planned {
 
     /// Where the recordings are written, as the plan states it.
     pub(crate) fn destination(&self) -> String {
-        let here = self.plan.folder.display().to_string();
+        let here = shown_path(&self.plan.folder);
         match &self.depot {
             None => here,
             Some(depot) => format!("{} by way of {here}", depot.address()),
@@ -101,7 +102,7 @@ impl Planned {
     /// Where the recordings are in the end.
     pub(crate) fn address(&self) -> String {
         match &self.depot {
-            None => self.plan.folder.display().to_string(),
+            None => self.plan.folder.to_string_lossy().into_owned(),
             Some(depot) => depot.address().to_string(),
         }
     }

@@ -33,11 +33,11 @@ impl<'a> Program<'a> {
             (None, true) => {
                 format!("cargo run --release{cargo_feature} --bin analyze-recordings --")
             }
-            (None, false) => word(&own.with_file_name("analyze-recordings").display().to_string()),
+            (None, false) => word(&own.with_file_name("analyze-recordings").to_string_lossy()),
             (Some(_), true) => {
                 format!("cargo run --release{cargo_feature} --bin kinetoscope -- analyze")
             }
-            (Some(_), false) => format!("{} analyze", word(&own.display().to_string())),
+            (Some(_), false) => format!("{} analyze", word(&own.to_string_lossy())),
         }
     }
 

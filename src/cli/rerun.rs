@@ -10,6 +10,7 @@ use crate::verify::fingerprint::{Fingerprint, fingerprint};
 use clap::{Args, Parser};
 use kinetoscope_manifest::Experiment;
 use kinetoscope_recording::reader::Recording;
+use kinetoscope_usage::text::shown_path;
 use std::ffi::OsString;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -89,7 +90,7 @@ impl<'a> Reruns<'a> {
         let folder =
             tempfile::Builder::new().prefix("kinetoscope-").tempdir().map_err(|error| {
                 let folder = std::env::temp_dir();
-                let what = format!("cannot create a folder in {}: {error}", folder.display());
+                let what = format!("cannot create a folder in {}: {error}", shown_path(&folder));
                 Failure::new(Exit::Retryable, what).help("name another folder in TMPDIR")
             })?;
         Ok(Self { program, folder: Folder::Temporary(folder), parallel })
@@ -122,7 +123,7 @@ impl<'a> Reruns<'a> {
         let exit = run.execute(self.program);
         let seconds = start.elapsed().as_secs_f64();
         if exit != Exit::Done {
-            let what = format!("{} was not run to its end", manifest.display());
+            let what = format!("{} was not run to its end", shown_path(manifest));
             return Err(Failure::new(exit, what).help("see the error above"));
         }
         let reader = ManifestReader::new(run.output.folder()?, None);

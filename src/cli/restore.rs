@@ -12,6 +12,7 @@ use crate::verify::restore::{RestoreError, Restored};
 use crate::verify::zoom::zoom;
 use clap::Args;
 use kinetoscope_recording::error::RecordError;
+use kinetoscope_usage::text::shown_path;
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -57,7 +58,7 @@ impl FillArguments {
         let is_silent = self.result.quiet || self.result.json;
         let verbosity = if is_silent { Verbosity::Quiet } else { Verbosity::Normal };
         let progress = ProgressDisplay::new(1, verbosity);
-        let bar = progress.start_run(&self.path.display().to_string());
+        let bar = progress.start_run(&shown_path(&self.path));
         let restored = listen().and_then(|interrupt| {
             let on_frame = |done, of| bar.frame(done, of);
             fill(&self.path, self.output.as_deref(), &interrupt, &on_frame).map_err(failure)
@@ -90,7 +91,7 @@ fn concluded(restored: Result<Restored, Failure>, result: &ResultArguments) -> E
         Err(failure) => return result.concluded(result.failed(&failure)),
     };
     let Restored { path, frames, equal_frames, notes } = &restored;
-    let mut lines = vec![format!("{}: {}", path.display(), plural(*frames, "frame"))];
+    let mut lines = vec![format!("{}: {}", shown_path(path), plural(*frames, "frame"))];
     lines.push(format!(
         "{} of the recording recomputed: equal in every message",
         plural(*equal_frames, "frame")

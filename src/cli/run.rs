@@ -11,6 +11,7 @@ pub use crate::cli::run_arguments::{ExecutionArguments, RunArguments};
 use crate::cli::step::Step;
 use crate::interrupt::Interrupt;
 use kinetoscope_manifest::{Experiment, Override};
+use kinetoscope_usage::text::shown_path;
 use serde_json::json;
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
@@ -96,8 +97,8 @@ impl RunArguments {
                     {
                         let what = format!(
                             "{} and {} have the same name {name:?}, and so the same folder",
-                            other.display(),
-                            step.manifest.display()
+                            shown_path(other),
+                            shown_path(&step.manifest)
                         );
                         errors.push(bad(what).help("set `name` in one of them").text().to_owned());
                     }
@@ -125,8 +126,8 @@ fn several_starts(step: &Step, steps: &[Step], experiment: &Experiment) -> Optio
     let other = steps.iter().find(is_start).filter(|_| experiment.runs.len() != 1)?;
     let what = format!(
         "{} starts from {}, which has {} runs; must have 1",
-        other.manifest.display(),
-        step.manifest.display(),
+        shown_path(&other.manifest),
+        shown_path(&step.manifest),
         experiment.runs.len()
     );
     Some(bad(what).help("name the recording (*.mcap) of one of its runs"))
@@ -192,13 +193,14 @@ impl Session<'_> {
 
     /// The error of a step whose start has no recording. The run of the start has reported its own error.
     fn not_started(&self, step: &Step, why: &NoRecording) -> Failure {
-        let what = format!("{} was not started: {why}", step.manifest.display());
+        let what = format!("{} was not started: {why}", shown_path(&step.manifest));
         match (why, &self.arguments.executor.export_commands) {
             (NoRecording::Failed(_), _) => {
                 Failure::new(Exit::RunFailed, what).help("change the manifest that it starts from")
             }
-            (NoRecording::Missing(_), Some(file)) => Failure::new(Exit::Retryable, what)
-                .help(format!("execute the commands of {}, then repeat this one", file.display())),
+            (NoRecording::Missing(_), Some(file)) => Failure::new(Exit::Retryable, what).help(
+                format!("execute the commands of {}, then repeat this one", shown_path(file)),
+            ),
             (NoRecording::Missing(_), None) => Failure::new(Exit::Retryable, what)
                 .help("repeat the command when that run can be finished"),
             (NoRecording::Invalid(_), _) => {
@@ -223,7 +225,7 @@ impl Session<'_> {
             let mut next = self.program.next_command(&destinations, is_remote);
             if let ([executed], true) = (self.executed.as_slice(), is_remote) {
                 let folder = Path::new("recordings").join(&executed.name);
-                next += &format!(" --output {}", word(&folder.display().to_string()));
+                next += &format!(" --output {}", word(&folder.to_string_lossy()));
             }
             messages.say(&next);
         }

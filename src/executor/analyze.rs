@@ -1,5 +1,6 @@
 //! Starts the program `analyze-recordings` that lies next to this one.
 
+use kinetoscope_usage::text::shown_path;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
@@ -15,6 +16,10 @@ pub fn cache(recordings: &[PathBuf]) -> Result<(), String> {
         .args(recordings)
         .stdout(Stdio::null())
         .status()
-        .map_err(|error| format!("{}: {error}", program.display()))?;
-    if status.success() { Ok(()) } else { Err(format!("{} failed: {status}", program.display())) }
+        .map_err(|error| format!("{}: {error}", shown_path(&program)))?;
+    if status.success() {
+        Ok(())
+    } else {
+        Err(format!("{} failed: {status}", shown_path(&program)))
+    }
 }

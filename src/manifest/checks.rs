@@ -101,6 +101,9 @@ fn names(written: &str, key: &str) -> bool {
 pub fn parse_checks(source: &str, origin: &str) -> Result<Vec<Check>, Diagnostics> {
     let mut diagnostics = Diagnostics::default();
     let (mut root, syntax) = parse_toml(source, origin, &mut diagnostics);
+    if syntax.hides_tables {
+        return Err(diagnostics.with(syntax.errors));
+    }
     let mut errors = syntax.errors;
     let checks = root.take("checks");
     let metrics: Vec<&str> = METRICS.iter().flat_map(|(_, names)| *names).copied().collect();

@@ -75,7 +75,7 @@ impl Keys for Describer {
 /// A canonical TOML value as JSON.
 fn to_json(toml: &str) -> Json {
     let (parsed, _) = DeValue::parse_recoverable(toml);
-    node_to_json(&tree::node(parsed.get_ref(), &parsed.span(), 0, 0))
+    node_to_json(&tree::node(parsed, 0, 0))
 }
 
 fn node_to_json(node: &Node) -> Json {

@@ -2,6 +2,7 @@
 
 use crate::tree::Span;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use kinetoscope_usage::text::one_line;
 use std::fmt;
 
 /// All errors of a manifest; never empty when returned as an error.
@@ -121,7 +122,8 @@ impl Diagnostic {
 impl Diagnostics {
     /// Adds a text that errors can point into and returns its number.
     pub(crate) fn source(&mut self, name: &str, text: &str) -> usize {
-        self.sources.push(Source { name: name.to_owned(), text: text.to_owned() });
+        let name = one_line(name).into_owned();
+        self.sources.push(Source { name, text: text.to_owned() });
         self.sources.len() - 1
     }
 

@@ -255,7 +255,7 @@ fn read_overrides(
         let value_span = Span { source, start: value_at, end: text.len() };
         let (parsed, refused) = DeValue::parse_recoverable(value);
         let node = if refused.is_empty() && !value.trim().is_empty() {
-            tree::node(parsed.get_ref(), &parsed.span(), source, value_at)
+            tree::node(parsed, source, value_at)
         } else if is_name(value) {
             Node { span: value_span, value: Value::Text(value.clone()) }
         } else {

@@ -36,6 +36,9 @@ words! {
     }
 }
 
+/// Maximum number of requested plots: the report shows all of them, and each is a file.
+const MOST_PLOTS: usize = 100;
+
 /// The name of time as the horizontal axis.
 pub const TIME: &str = "time";
 
@@ -92,7 +95,12 @@ pub(crate) fn read(
     manifest: Option<PlottedManifest<'_>>,
     errors: &mut Errors,
 ) -> Vec<PlotRequest> {
-    let tables = tables(node, "plots", ["tables [[plots]]", "a table"], errors);
+    let mut tables = tables(node, "plots", ["tables [[plots]]", "a table"], errors);
+    if tables.len() > MOST_PLOTS {
+        let title = format!("{} plots are requested; must be at most {MOST_PLOTS}", tables.len());
+        errors.push(Diagnostic::new(title).at(tables[MOST_PLOTS].0.span, "the first too many"));
+        tables.truncate(MOST_PLOTS);
+    }
     let mut lines = manifest.map(|known| LineCounter::new(known.manifest.source));
     let points = manifest.and_then(|known| known.manifest.axes).map(Points::new);
     let mut plots = Vec::new();

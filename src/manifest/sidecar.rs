@@ -127,6 +127,9 @@ impl ExperimentRecord {
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, Diagnostics> {
         let mut diagnostics = Diagnostics::default();
         let (root, syntax) = parse_toml(text, origin, &mut diagnostics);
+        if syntax.hides_tables {
+            return Err(diagnostics.with(syntax.errors));
+        }
         let mut errors = syntax.errors;
         let mut record = Self::default();
         let mut reader = Reader::new("", &root, &mut errors);

@@ -1,6 +1,7 @@
 //! A TOML text as a tree in which every key and value has its place in the text.
 
 use std::rc::Rc;
+use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// A range of bytes in one of the texts that were read: the manifest itself or a `--set`.
@@ -135,13 +136,15 @@ impl Table {
 }
 
 /// Converts the parser's tree of the text number `source`. `offset` is where that text starts within its source.
-pub(crate) fn table(parsed: &DeTable<'_>, source: usize, offset: usize) -> Table {
+///
+/// The parser's tree is consumed, so that a large text is not in memory as two whole trees.
+pub(crate) fn table(parsed: DeTable<'_>, source: usize, offset: usize) -> Table {
     let mut entries: Vec<Entry> = parsed
-        .iter()
+        .into_iter()
         .map(|(key, value)| Entry {
             key: key.get_ref().to_string(),
             key_span: span(&key.span(), source, offset),
-            node: node(value.get_ref(), &value.span(), source, offset),
+            node: node(value, source, offset),
         })
         .collect();
     entries.sort_by_key(|entry| entry.key_span);
@@ -149,13 +152,9 @@ pub(crate) fn table(parsed: &DeTable<'_>, source: usize, offset: usize) -> Table
 }
 
 /// Converts one value of the parser.
-pub(crate) fn node(
-    parsed: &DeValue<'_>,
-    range: &std::ops::Range<usize>,
-    source: usize,
-    offset: usize,
-) -> Node {
-    let value = match parsed {
+pub(crate) fn node(parsed: Spanned<DeValue<'_>>, source: usize, offset: usize) -> Node {
+    let span = span(&parsed.span(), source, offset);
+    let value = match parsed.into_inner() {
         DeValue::String(text) => Value::Text(text.to_string()),
         DeValue::Integer(digits) => match i128::from_str_radix(digits.as_str(), digits.radix()) {
             Ok(integer) => Value::Integer(integer),
@@ -163,17 +162,14 @@ pub(crate) fn node(
             Err(_) => Value::Float(digits.as_str().parse().unwrap_or(f64::INFINITY)),
         },
         DeValue::Float(digits) => Value::Float(digits.as_str().parse().unwrap_or(f64::NAN)),
-        DeValue::Boolean(value) => Value::Boolean(*value),
+        DeValue::Boolean(value) => Value::Boolean(value),
         DeValue::Datetime(_) => Value::Datetime,
-        DeValue::Array(array) => Value::Array(
-            array
-                .iter()
-                .map(|element| node(element.get_ref(), &element.span(), source, offset))
-                .collect(),
-        ),
+        DeValue::Array(array) => {
+            Value::Array(array.into_iter().map(|element| node(element, source, offset)).collect())
+        }
         DeValue::Table(inner) => Value::Table(table(inner, source, offset)),
     };
-    Node { span: span(range, source, offset), value }
+    Node { span, value }
 }
 
 fn span(range: &std::ops::Range<usize>, source: usize, offset: usize) -> Span {

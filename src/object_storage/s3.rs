@@ -6,6 +6,7 @@ use crate::object::{Object, Put, Upload};
 use crate::ranged_input::RangedInput;
 use kinetoscope_recording::regular_file;
 use kinetoscope_recording::storage::{Opened, Storage};
+use kinetoscope_usage::text::shown_path;
 use object_store::aws::{AmazonS3, AmazonS3Builder, AmazonS3ConfigKey};
 use object_store::path::Path as Key;
 use object_store::{
@@ -167,7 +168,7 @@ impl Storage for Store {
     fn open(&self, path: &Path) -> io::Result<Opened> {
         let name = path.strip_prefix(self.0.address.to_string()).ok().and_then(Path::to_str);
         let name = name.ok_or_else(|| {
-            StoreError::permanent(format!("{} is not below {}", path.display(), self.0.address))
+            StoreError::permanent(format!("{} is not below {}", shown_path(path), self.0.address))
         })?;
         let key = self.0.key(name)?;
         let object =
@@ -337,7 +338,7 @@ fn opened(path: &Path) -> Result<File, StoreError> {
 }
 
 fn cannot_read(path: &Path, error: &io::Error) -> StoreError {
-    StoreError::retryable(format!("{} cannot be read: {error}", path.display()))
+    StoreError::retryable(format!("{} cannot be read: {error}", shown_path(path)))
 }
 
 /// Size and hash of a file, which is then rewound.

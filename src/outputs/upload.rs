@@ -11,6 +11,7 @@ use kinetoscope_recording::error::{ReadError, ReadFault};
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::recorder::Outcome;
 use kinetoscope_recording::storage::Storage;
+use kinetoscope_usage::text::shown_path;
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -199,7 +200,7 @@ impl Uploader {
             Ok(put @ (Put::Created | Put::Same)) => {
                 self.put_host_file(run, folder, stop);
                 if !self.keep_local && let Err(error) = remove_if_exists(&file) {
-                    let file = file.display();
+                    let file = shown_path(&file);
                     let warning = format!(
                         "warning: {file} is uploaded, but the local file cannot be removed: {error}"
                     );
@@ -213,7 +214,7 @@ impl Uploader {
                 "{}/{name} already exists with other bytes than {}. Both were kept: download it, compare the two with \
                  `kinetoscope compare`, and remove one of them",
                 self.address(),
-                file.display()
+                shown_path(&file)
             )),
             Err(error) => self.fail(error),
         }
@@ -258,7 +259,7 @@ impl Uploader {
             };
             report.complaints.push(format!(
                 "{error}\n{left} still in {}: run the same command again to upload without rerunning",
-                plan.folder.display()
+                shown_path(&plan.folder)
             ));
             report.failure = Some(error.clone());
         }

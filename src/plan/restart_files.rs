@@ -3,6 +3,7 @@
 use crate::run::recording;
 use kinetoscope_manifest::model::RecordedState;
 use kinetoscope_recording::reader::Outcome;
+use kinetoscope_usage::text::shown_path;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fs;
@@ -55,14 +56,14 @@ impl StartFiles {
         for path in candidates {
             match last_state(&path) {
                 Ok(state) if state.identity() == identity => return Ok(state),
-                Ok(_) => other = Some(format!("{} ends in another state", path.display())),
+                Ok(_) => other = Some(format!("{} ends in another state", shown_path(&path))),
                 Err(why) => other = Some(why),
             }
         }
         Err(other.unwrap_or_else(|| {
             format!(
                 "no recording with the run key {run_key} is in {} or an adjacent folder: put it there",
-                self.folder.display()
+                shown_path(&self.folder)
             )
         }))
     }
@@ -83,10 +84,10 @@ fn last_state(path: &Path) -> Result<RecordedState, String> {
     match &provenance.outcome {
         Some(Outcome::Complete) => {}
         Some(Outcome::Fault(fault)) => {
-            return Err(format!("{} failed: {fault}", path.display()));
+            return Err(format!("{} failed: {fault}", shown_path(path)));
         }
         Some(Outcome::Interrupted) | None => {
-            return Err(format!("{} is not finished: finish its run first", path.display()));
+            return Err(format!("{} is not finished: finish its run first", shown_path(path)));
         }
     }
     let mut last = None;
@@ -94,12 +95,12 @@ fn last_state(path: &Path) -> Result<RecordedState, String> {
         last = frame.map_err(|error| error.to_string())?.take_state();
     }
     let Some(table) = last else {
-        let path = path.display();
+        let path = shown_path(path);
         return Err(format!(
             "{path} has no state: record it with \"state\" among [record] channels"
         ));
     };
     let values = (0..table.rows()).flat_map(|row| table.row(row)).copied().collect();
     RecordedState::new(&provenance.model, &provenance.run_key, table.columns().to_vec(), values)
-        .map_err(|why| format!("{}: {why}", path.display()))
+        .map_err(|why| format!("{}: {why}", shown_path(path)))
 }

@@ -7,6 +7,7 @@ use kinetoscope_recording::channels::SCHEMA_VERSION;
 use kinetoscope_recording::error::{ReadError, ReadFault};
 use kinetoscope_recording::file::{final_path, partial_path};
 use kinetoscope_recording::reader::{Outcome, Recording};
+use kinetoscope_usage::text::shown_path;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -114,9 +115,9 @@ fn unusable(path: &Path) -> Option<String> {
     match Recording::open(path) {
         Err(error) => Some(error.to_string()),
         Ok(recording) => Some(match recording.provenance().outcome {
-            None => format!("{} has no end", path.display()),
-            Some(Outcome::Interrupted) => format!("{} was interrupted", path.display()),
-            Some(_) => format!("{} has the run key of another run", path.display()),
+            None => format!("{} has no end", shown_path(path)),
+            Some(Outcome::Interrupted) => format!("{} was interrupted", shown_path(path)),
+            Some(_) => format!("{} has the run key of another run", shown_path(path)),
         }),
     }
 }

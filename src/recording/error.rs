@@ -2,6 +2,7 @@
 
 use crate::channels::SCHEMA_VERSION;
 use crate::regular_file::MAX_MANIFEST_BYTES;
+use kinetoscope_usage::text::shown_path;
 use std::io;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -15,7 +16,7 @@ pub enum RecordError {
     /// Another process writes the same recording.
     #[error(
         "{} is being written by another process. Wait for it to end, then run the same command again",
-        path.display()
+        shown_path(path)
     )]
     Locked {
         /// The partial file.
@@ -25,8 +26,8 @@ pub enum RecordError {
     #[error(
         "{} already exists with other bytes than the new recording {}. Both were kept: compare the two, \
          then delete one of them",
-        existing.display(),
-        partial.display()
+        shown_path(existing),
+        shown_path(partial)
     )]
     Differs {
         /// The finished recording, unchanged.
@@ -35,7 +36,7 @@ pub enum RecordError {
         partial: PathBuf,
     },
     /// A killed run cannot be resumed from its files.
-    #[error("{} cannot be resumed: {what}. Delete it to start the run again", path.display())]
+    #[error("{} cannot be resumed: {what}. Delete it to start the run again", shown_path(path))]
     NotContinued {
         /// The partial file or the checkpoint.
         path: PathBuf,
@@ -107,7 +108,7 @@ impl From<mcap::McapError> for RecordError {
 
 /// The reason why a recording, or the rest of it, cannot be read.
 #[derive(Debug, Error)]
-#[error("{}{fault}{}. {}", path.display(), self.intact_part(), fault.remedy())]
+#[error("{}{fault}{}. {}", shown_path(path), self.intact_part(), fault.remedy())]
 pub struct ReadError {
     /// The file.
     pub path: PathBuf,

@@ -2,6 +2,7 @@
 
 use crate::error::RecordError;
 use crate::regular_file;
+use kinetoscope_usage::text::shown_path;
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
@@ -306,7 +307,7 @@ pub(crate) fn sync_folder(path: &Path) -> io::Result<()> {
 }
 
 fn named(path: &Path, error: &io::Error) -> io::Error {
-    io::Error::new(error.kind(), format!("{}: {error}", path.display()))
+    io::Error::new(error.kind(), format!("{}: {error}", shown_path(path)))
 }
 
 pub(crate) fn at(path: &Path, error: &io::Error) -> RecordError {

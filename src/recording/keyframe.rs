@@ -92,21 +92,45 @@ pub(crate) fn end_frame(bytes: &mut Vec<u8>) {
     bytes.push(END_OF_FRAME);
 }
 
-/// The hashes of each frame; `None` if the bytes are damaged.
-#[must_use]
-pub fn decode_hashes(mut bytes: &[u8]) -> Option<Vec<Vec<MessageHash>>> {
-    let (mut frames, mut frame) = (Vec::new(), Vec::new());
-    while let Some((&channel, rest)) = bytes.split_first() {
-        if channel == END_OF_FRAME {
-            frames.push(std::mem::take(&mut frame));
-            bytes = rest;
-        } else {
-            let (hash, rest) = rest.split_first_chunk()?;
-            frame.push(MessageHash { channel, hash: *hash });
-            bytes = rest;
-        }
+/// The hashes of the frames in these bytes, decoded frame by frame: a frame without messages takes one byte, so that a list of
+/// all frames of a damaged recording would take many times the memory of the recording.
+#[derive(Debug, Default)]
+pub struct FrameHashes {
+    bytes: Vec<u8>,
+    /// Position of the next frame.
+    at: usize,
+}
+
+/// Hashes that cannot be decoded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DamagedHashes;
+
+impl FrameHashes {
+    /// The frames in these bytes.
+    #[must_use]
+    pub fn new(bytes: Vec<u8>) -> Self {
+        Self { bytes, at: 0 }
     }
-    frame.is_empty().then_some(frames)
+}
+
+impl Iterator for FrameHashes {
+    type Item = Result<Vec<MessageHash>, DamagedHashes>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let mut rest = self.bytes.get(self.at..).filter(|rest| !rest.is_empty())?;
+        let mut frame = Vec::new();
+        while let Some((&channel, after)) = rest.split_first() {
+            if channel == END_OF_FRAME {
+                self.at = self.bytes.len() - after.len();
+                return Some(Ok(frame));
+            }
+            let Some((hash, after)) = after.split_first_chunk() else { break };
+            frame.push(MessageHash { channel, hash: *hash });
+            rest = after;
+        }
+        self.at = self.bytes.len();
+        Some(Err(DamagedHashes))
+    }
 }
 
 #[cfg(test)]
@@ -126,8 +150,10 @@ mod tests {
         other.append_to(&mut bytes);
         one.append_to(&mut bytes);
         end_frame(&mut bytes);
-        assert_eq!(decode_hashes(&bytes), Some(vec![vec![one], vec![], vec![other, one]]));
-        assert_eq!(decode_hashes(&bytes[..bytes.len() - 1]), None);
+        let decoded = |bytes: &[u8]| FrameHashes::new(bytes.to_vec()).collect::<Vec<_>>();
+        assert_eq!(decoded(&bytes), [Ok(vec![one]), Ok(vec![]), Ok(vec![other, one])]);
+        let cut = decoded(&bytes[..bytes.len() - 1]);
+        assert_eq!(cut, [Ok(vec![one]), Ok(vec![]), Err(DamagedHashes)]);
         assert!(MessageHash::of(255, 0, b"").is_err());
     }
 }

@@ -7,10 +7,12 @@ use std::fs::{File, Metadata, OpenOptions};
 use std::io::{self, Read as _};
 use std::path::Path;
 
-/// Maximum size of a manifest, and of its canonical text in a recording. Parsing takes up to about 80 times the memory.
+/// Maximum size of a manifest, and of its canonical text in a recording.
 pub const MAX_MANIFEST_BYTES: u64 = 16 << 20;
-/// Maximum size of `experiment.toml`: about 250,000 runs.
+/// Maximum size of `experiment.toml`: the runs of the largest sweep, 100,000, with up to 600 bytes each.
 pub const MAX_EXPERIMENT_RECORD_BYTES: u64 = 64 << 20;
+/// Maximum size of a lock file: tens of thousands of manifests.
+pub const MAX_LOCK_FILE_BYTES: u64 = 64 << 20;
 /// Maximum size of other side files: timing tables, attestations, reports of failures, checks, baselines.
 pub const MAX_SIDE_FILE_BYTES: u64 = 16 << 20;
 

@@ -3,6 +3,7 @@
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
+use std::path::Path;
 
 /// Whether a character changes the appearance of other text instead of having its own: a control character, a mark that
 /// changes the direction of text (Unicode Technical Report 36, section 2.1), a line separator, or a noncharacter, which XML 1.0
@@ -45,6 +46,32 @@ pub fn visible(text: &str) -> Cow<'_, str> {
 #[must_use]
 pub fn one_line(text: &str) -> Cow<'_, str> {
     escape(text, is_hidden)
+}
+
+/// A path as messages show it: within its line, because a folder's name may contain a line feed and after it anything.
+#[must_use]
+pub fn shown_path(path: &Path) -> String {
+    one_line(&path.display().to_string()).into_owned()
+}
+
+/// A word of a shell with control characters, as `$'…'`, which bash and zsh read; `None` for a word without any.
+#[must_use]
+pub fn escaped_word(word: &str) -> Option<String> {
+    word.contains(is_hidden).then(|| {
+        let mut escaped = String::from("$'");
+        for character in word.chars() {
+            match character {
+                '\\' | '\'' => escaped.extend(['\\', character]),
+                '\n' => escaped += "\\n",
+                // Writing to a String cannot fail.
+                _ if is_hidden(character) => {
+                    let _ = write!(escaped, "\\U{:08x}", u32::from(character));
+                }
+                _ => escaped.push(character),
+            }
+        }
+        escaped + "'"
+    })
 }
 
 /// Escapes text for XML and HTML, in an element or an attribute. Characters that XML 1.0 does not allow are escaped as by

@@ -4,6 +4,7 @@ use kinetoscope_manifest::run_key;
 use kinetoscope_recording::atomic_file;
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::regular_file::{self, MAX_SIDE_FILE_BYTES};
+use kinetoscope_usage::text::shown_path;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::io::{self, Read};
@@ -104,12 +105,12 @@ pub fn attestation_status(recording: &Path) -> io::Result<AttestationStatus> {
     let attestation = match read(&path) {
         Ok(attestation) => attestation,
         Err(error) => {
-            return Ok(AttestationStatus::Unattested(format!("{}: {error}", path.display())));
+            return Ok(AttestationStatus::Unattested(format!("{}: {error}", shown_path(&path))));
         }
     };
     if attestation.attestation_version != ATTESTATION_VERSION {
         let found = attestation.attestation_version;
-        let what = format!("{}: layout version {found} is not known", path.display());
+        let what = format!("{}: layout version {found} is not known", shown_path(&path));
         return Ok(AttestationStatus::Unattested(what));
     }
     if regular_file::open(recording)?.1.len() != attestation.bytes {

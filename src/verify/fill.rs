@@ -7,6 +7,7 @@ use crate::verify::rerun_check::RerunCheck;
 use crate::verify::restore::{RestoreError, Restored, Source, create, discard};
 use kinetoscope_recording::reader::{Outcome, StoredFrames};
 use kinetoscope_recording::recorder::Recorder;
+use kinetoscope_usage::text::shown_path;
 use std::path::{Path, PathBuf};
 
 /// Executes the run of a recording again and records all its frames, in the bytes that the run gives with `keep = "all"`. Each
@@ -71,13 +72,13 @@ fn complete(
     if source.recording.provenance().outcome.as_ref() == Some(outcome) {
         return Ok(());
     }
-    let what = format!("{}: the rerun ends in another way", source.path().display());
+    let what = format!("{}: the rerun ends in another way", shown_path(source.path()));
     Err(RestoreError::Unsuitable(what))
 }
 
 fn check_suitable(source: &Source) -> Result<(), RestoreError> {
     let provenance = source.recording.provenance();
-    let path = source.path().display();
+    let path = shown_path(source.path());
     match provenance.stored {
         StoredFrames::Keyframes(_) => {}
         StoredFrames::All => {

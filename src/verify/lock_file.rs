@@ -2,8 +2,10 @@
 
 use crate::verify::fingerprint::{Fingerprint, Row};
 use data_encoding::BASE64_NOPAD;
-use kinetoscope_recording::atomic_file;
-use kinetoscope_recording::regular_file::read_text;
+use kinetoscope_manifest::excess_of_toml;
+use kinetoscope_recording::output_file;
+use kinetoscope_recording::regular_file::{MAX_LOCK_FILE_BYTES, read_text};
+use kinetoscope_usage::text::one_line;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io;
@@ -12,8 +14,6 @@ use thiserror::Error;
 
 /// Version of the file's layout.
 const VERSION: u32 = 1;
-/// Maximum size of a lock file that is read.
-const MAX_BYTES: u64 = 64 << 20;
 /// Time that a manifest of the quick tier may take, s.
 pub const QUICK_S: u64 = 5;
 const HEAD: &str =
@@ -97,10 +97,13 @@ impl LockFile {
         struct Version {
             version: u64,
         }
-        let text = read_text(path, MAX_BYTES).map_err(|error| match error.kind() {
+        let text = read_text(path, MAX_LOCK_FILE_BYTES).map_err(|error| match error.kind() {
             io::ErrorKind::InvalidData => LockError::Damaged(error.to_string()),
             _ => LockError::Io(error),
         })?;
+        if let Some(excess) = excess_of_toml(&text) {
+            return Err(LockError::Damaged(excess));
+        }
         let damaged = |error: toml::de::Error| LockError::Damaged(first_line(&error.to_string()));
         let Version { version } = toml::from_str(&text).map_err(damaged)?;
         if version != u64::from(VERSION) {
@@ -113,12 +116,12 @@ impl LockFile {
         Ok(file)
     }
 
-    /// Writes the file as a whole.
+    /// Writes the file as a whole, behind a symbolic link as well.
     ///
     /// # Errors
     /// A folder that cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), LockError> {
-        Ok(atomic_file::replace(path, self.text()?.as_bytes())?)
+        Ok(output_file::write(path, self.text()?.as_bytes())?)
     }
 
     /// The text of the file.
@@ -193,7 +196,10 @@ impl LockedExperiment {
             || !self.runs.iter().all(is_hash)
             || self.trace.fingerprint().is_none()
         {
-            return Err(LockError::Damaged(format!("the entry of {} is damaged", self.manifest)));
+            return Err(LockError::Damaged(format!(
+                "the entry of {} is damaged",
+                one_line(&self.manifest)
+            )));
         }
         Ok(())
     }

@@ -10,6 +10,7 @@ use kinetoscope_recording::layout::layout_json;
 use kinetoscope_recording::merged::{MAX_RUNS, MergeError, MergedRun, merge};
 use kinetoscope_recording::merged_layout::merged_layout_json;
 use kinetoscope_recording::reader::Recording;
+use kinetoscope_usage::text::shown_path;
 use std::io;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -50,7 +51,10 @@ pub fn merge_recordings(paths: &[&Path], file: &Path) -> Result<Vec<String>, Mer
         ));
     }
     if file.symlink_metadata().is_ok() {
-        return usage(format!("{} already exists. Delete it, or name a new file", file.display()));
+        return usage(format!(
+            "{} already exists. Delete it, or name a new file",
+            shown_path(file)
+        ));
     }
     let recordings =
         paths.iter().map(|path| recording::open(path)).collect::<Result<Vec<_>, _>>()?;
@@ -67,17 +71,17 @@ pub fn merge_recordings(paths: &[&Path], file: &Path) -> Result<Vec<String>, Mer
     let runs: Vec<MergedRun<'_>> =
         runs.map(|(recording, label)| MergedRun { recording, label }).collect();
     let written = |source: io::Error| {
-        let named = io::Error::new(source.kind(), format!("{}: {source}", file.display()));
+        let named = io::Error::new(source.kind(), format!("{}: {source}", shown_path(file)));
         MergeFailure::Write(RecordError::Io(named))
     };
     let new = merge(&runs, NewFile::create(file).map_err(written)?)?;
     new.finish().map_err(written)?;
-    let mut lines = vec![format!("{}: {} runs", file.display(), runs.len())];
+    let mut lines = vec![format!("{}: {} runs", shown_path(file), runs.len())];
     let layout = recordings.first().and_then(layout);
     if let Some(layout) = layout.and_then(|layout| merged_layout_json(&layout, &labels).ok()) {
         let path = layout_path(file);
         replace(&path, layout.as_bytes()).map_err(written)?;
-        lines.push(format!("layout: {}", path.display()));
+        lines.push(format!("layout: {}", shown_path(&path)));
     }
     Ok(lines)
 }

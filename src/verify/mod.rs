@@ -28,6 +28,7 @@ use kinetoscope_recording::error::{ReadError, ReadFault, RecordError};
 use kinetoscope_recording::reader::{Outcome, Recording, StoredFrames};
 use kinetoscope_recording::recorder::Recorder;
 use kinetoscope_recording::regular_file;
+use kinetoscope_usage::text::shown_path;
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
@@ -77,7 +78,7 @@ pub enum VerifyError {
     )]
     Manifest(String),
     /// The recording has only a part of its run.
-    #[error("{path} is a part of a run: verify the recording of the whole run", path = .0.display())]
+    #[error("{path} is a part of a run: verify the recording of the whole run", path = shown_path(.0))]
     Part(PathBuf),
     /// The recording from which the run started is missing.
     #[error("the run started from another recording: {0}")]
@@ -88,7 +89,7 @@ pub enum VerifyError {
     /// The temporary file of the rerun failed.
     #[error(
         "cannot write the rerun to {folder}: {source}; free some space there, or name another folder in TMPDIR",
-        folder = std::env::temp_dir().display(),
+        folder = shown_path(&std::env::temp_dir()),
         source = .0
     )]
     Temporary(io::Error),

@@ -2,10 +2,9 @@
 
 use crate::interrupt::Interrupt;
 use kinetoscope_recording::error::{ReadError, ReadFault};
-use kinetoscope_recording::keyframe::{KEYFRAME, Keyframe, MessageHash, decode_hashes};
+use kinetoscope_recording::keyframe::{FrameHashes, KEYFRAME, Keyframe, MessageHash};
 use kinetoscope_recording::observer::{ChannelList, FrameObserver};
 use kinetoscope_recording::reader::{Frames, RecordedFrame, Recording};
-use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -47,8 +46,11 @@ pub(crate) fn keyframe_of(frame: &RecordedFrame) -> Option<Keyframe> {
 struct Expected {
     path: PathBuf,
     frames: Frames,
-    ready: VecDeque<(u64, Vec<MessageHash>)>,
-    /// The frame after the last one whose hashes were read.
+    /// The hashes of frames that are not stored, before the frame of `stored`.
+    hashes: FrameHashes,
+    /// The hashes of the messages of the stored frame that was read last.
+    stored: Option<Vec<MessageHash>>,
+    /// The frame after the last one whose hashes were returned.
     next: u64,
     at_end: bool,
 }
@@ -58,7 +60,8 @@ impl Expected {
         let next = recording.provenance().stored.first();
         let path = recording.path().to_path_buf();
         let frames = recording.frames()?;
-        Ok(Self { path, frames, ready: VecDeque::new(), next, at_end: false })
+        let hashes = FrameHashes::default();
+        Ok(Self { path, frames, hashes, stored: None, next, at_end: false })
     }
 
     fn damaged(&self, what: &str) -> ReadError {
@@ -68,34 +71,39 @@ impl Expected {
 
     /// The next frame and its hashes; `None` at the end.
     fn next(&mut self, topics: &[&str]) -> Result<Option<(u64, Vec<MessageHash>)>, ReadError> {
-        while self.ready.is_empty() && !self.at_end {
+        loop {
+            let next = match (self.hashes.next(), self.stored.take()) {
+                (Some(hashes), stored) => {
+                    self.stored = stored;
+                    Some(hashes.map_err(|_| self.damaged("the hashes of its frames"))?)
+                }
+                (None, stored) => stored,
+            };
+            if let Some(hashes) = next {
+                self.next += 1;
+                return Ok(Some((self.next - 1, hashes)));
+            }
+            if self.at_end {
+                return Ok(None);
+            }
             match self.frames.next().transpose()? {
-                Some(frame) => self.add(&frame, topics)?,
+                Some(frame) => self.read(&frame, topics)?,
                 None => {
                     self.at_end = true;
-                    let hashes = decode_hashes(self.frames.remaining_hashes());
-                    self.add_hashes(hashes.ok_or_else(|| self.damaged("its last hashes"))?);
+                    self.hashes = FrameHashes::new(self.frames.remaining_hashes().to_vec());
                 }
             }
         }
-        Ok(self.ready.pop_front())
     }
 
-    fn add_hashes(&mut self, frames: Vec<Vec<MessageHash>>) {
-        for hashes in frames {
-            self.ready.push_back((self.next, hashes));
-            self.next += 1;
-        }
-    }
-
-    fn add(&mut self, frame: &RecordedFrame, topics: &[&str]) -> Result<(), ReadError> {
-        if let Some(keyframe) = keyframe_of(frame) {
-            let hashes = decode_hashes(&keyframe.hashes);
-            self.add_hashes(hashes.ok_or_else(|| self.damaged("the hashes of a keyframe"))?);
-        }
-        if frame.clock.frame != self.next {
+    /// Reads a stored frame, and the hashes of the frames before it.
+    fn read(&mut self, frame: &RecordedFrame, topics: &[&str]) -> Result<(), ReadError> {
+        let hashes = keyframe_of(frame).map(|keyframe| keyframe.hashes).unwrap_or_default();
+        let before = FrameHashes::new(hashes.clone()).filter(Result::is_ok).count() as u64;
+        if frame.clock.frame != self.next.saturating_add(before) {
             return Err(self.damaged("hashes of frames are missing"));
         }
+        self.hashes = FrameHashes::new(hashes);
         let mut own = Vec::new();
         for message in frame.messages().iter().filter(|message| message.topic() != KEYFRAME) {
             let channel = topics.iter().position(|topic| *topic == message.topic());
@@ -103,8 +111,7 @@ impl Expected {
             let hash = MessageHash::of(channel, message.log_time_ns(), message.payload());
             own.push(hash.map_err(|error| self.damaged(&error.to_string()))?);
         }
-        self.ready.push_back((self.next, own));
-        self.next += 1;
+        self.stored = Some(own);
         Ok(())
     }
 }

@@ -12,6 +12,7 @@ use kinetoscope_recording::channels::SCHEMA_VERSION;
 use kinetoscope_recording::error::{ReadError, RecordError};
 use kinetoscope_recording::file::RecordingFile;
 use kinetoscope_recording::reader::Recording;
+use kinetoscope_usage::text::shown_path;
 use std::fs;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -34,7 +35,7 @@ pub enum RestoreError {
     #[error(
         "{path} was recorded with physics version {recorded} of {model}, and this program has version {own}: its frames can only be \
          restored by a program with version {recorded}, but its keyframes can be viewed with any",
-        path = .path.display()
+        path = shown_path(.path)
     )]
     OtherPhysics {
         /// The recording.
@@ -54,7 +55,7 @@ pub enum RestoreError {
     Unsuitable(String),
     /// The rerun gives other messages.
     #[error("the rerun differs from {path} in frame {frame}, {channel}: the file was changed, or another program wrote it; compare \
-         versions with `kinetoscope info`", path = .path.display())]
+         versions with `kinetoscope info`", path = shown_path(.path))]
     Differs {
         /// The recording.
         path: PathBuf,
@@ -182,7 +183,7 @@ fn same_file(one: &Path, other: &Path) -> bool {
 pub(crate) fn create(path: &Path) -> Result<RecordingFile, RestoreError> {
     let stem = path.file_name().and_then(|name| name.to_str()?.strip_suffix(".mcap"));
     let Some(stem) = stem.filter(|stem| !stem.is_empty()) else {
-        let what = format!("{} does not end in .mcap: name another file", path.display());
+        let what = format!("{} does not end in .mcap: name another file", shown_path(path));
         return Err(RestoreError::Arguments(what));
     };
     let folder = folder_of(path);

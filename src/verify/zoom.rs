@@ -18,6 +18,7 @@ use kinetoscope_recording::channels::TRAIL;
 use kinetoscope_recording::file::RecordingFile;
 use kinetoscope_recording::reader::{Outcome, StoredFrames};
 use kinetoscope_recording::recorder::{Compression, Recorder};
+use kinetoscope_usage::text::shown_path;
 use std::io;
 use std::path::Path;
 
@@ -38,7 +39,7 @@ pub fn zoom(
     let source = Source::open(path)?;
     if let StoredFrames::From(_) = source.recording.provenance().stored {
         let what =
-            format!("{} is a part of a run: name the recording of the whole run", path.display());
+            format!("{} is a part of a run: name the recording of the whole run", shown_path(path));
         return Err(RestoreError::Arguments(what));
     }
     let start = source.start()?;

@@ -2,7 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use std::collections::BTreeSet;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::net::TcpListener;
 use std::os::unix::fs::PermissionsExt as _;
@@ -14,8 +15,13 @@ use std::time::{Duration, Instant};
 /// A condition that has not come by then does not come: far above the time that a busy machine needs.
 const HANG: Duration = Duration::from_secs(1800);
 
+/// Number of looks at a task without processes after which it counts as lost: far above the time that its launch takes.
+const LOOKS: u32 = 100;
+
 pub(crate) struct Cluster {
     folder: tempfile::TempDir,
+    /// The tasks that run according to the controller but have no process, with the number of looks.
+    without_process: RefCell<BTreeMap<String, u32>>,
     munge: Child,
     controller: Child,
     node: Child,
@@ -66,7 +72,8 @@ impl Cluster {
         wait("munge", || socket.exists());
         let controller = daemon("slurmctld", &["-D"], folder.path());
         let node = daemon("slurmd", &["-D"], folder.path());
-        let cluster = Self { folder, munge, controller, node };
+        let without_process = RefCell::default();
+        let cluster = Self { folder, without_process, munge, controller, node };
         wait("an idle node", || {
             let nodes = cluster.command("sinfo").args(["--noheader", "--format=%T"]).output();
             nodes.is_ok_and(|nodes| String::from_utf8_lossy(&nodes.stdout).trim() == "idle")
@@ -99,6 +106,35 @@ impl Cluster {
                 let _ = self.command("scontrol").args(["release", job]).output();
             }
         }
+        self.requeue_lost_tasks();
+    }
+
+    /// Requeues tasks that run according to the controller although no process of them is left: a controller that was killed
+    /// may have missed their end. Slurm itself does so when the node registers again, after half an hour or more.
+    fn requeue_lost_tasks(&self) {
+        let active =
+            self.command("squeue").args(["-h", "-r", "-t", "R,CG", "-o", "%A|%T"]).output();
+        let mut lost: BTreeMap<String, u32> = BTreeMap::new();
+        for line in words(&active.unwrap()) {
+            let Some((job, state)) = line.split_once('|').filter(|(job, _)| !has_process(job))
+            else {
+                continue;
+            };
+            let looks = 1 + self.without_process.borrow().get(job).copied().unwrap_or_default();
+            if looks < LOOKS {
+                lost.insert(job.to_owned(), looks);
+            } else if state == "RUNNING" {
+                println!("the controller lost the end of job {job}: requeued");
+                let _ = self.command("scontrol").args(["requeue", job]).output();
+            } else {
+                println!(
+                    "the controller lost the end of job {job}, which is completing: node restarted"
+                );
+                self.set_node("DOWN");
+                self.set_node("RESUME");
+            }
+        }
+        *self.without_process.borrow_mut() = lost;
     }
 
     /// Drains or resumes the node.
@@ -166,6 +202,20 @@ impl Drop for Cluster {
 
 pub(crate) fn kill(process: u32) {
     let _ = Command::new("kill").args(["-9", &process.to_string()]).output();
+}
+
+/// Whether a process of a job or the daemon that reports its end exists.
+fn has_process(job: &str) -> bool {
+    let of_step = format!("slurmstepd: [{job}.");
+    let of_task = format!("\0SLURM_JOB_ID={job}\0");
+    let Ok(entries) = fs::read_dir("/proc") else { return true };
+    entries.filter_map(Result::ok).any(|entry| {
+        let holds = |file: &str, text: &str| {
+            fs::read(entry.path().join(file))
+                .is_ok_and(|bytes| String::from_utf8_lossy(&bytes).contains(text))
+        };
+        holds("cmdline", &of_step) || holds("environ", &of_task)
+    })
 }
 
 /// Processes whose command line or environment names the folder of this test.

@@ -1,7 +1,8 @@
 //! Guarantee: recordings with any content behind correct checksums, and random manifests, cause no panic, no abort, and no use of much
-//! memory or time, in `analyze`, `compare`, `verify`, `export --thumbnail` and `start_from`.
+//! memory or time, in `analyze`, `compare`, `verify`, `export --thumbnail`, `fill`, `zoom` and `start_from`.
 //!
-//! Setup: structure-aware mutations of a small recording of each model (`tests/shared/mutated_recording.rs`); small random manifests.
+//! Setup: structure-aware mutations of two small recordings of each model (`tests/shared/mutated_recording.rs`), one with all frames
+//! and one that keeps only keyframes; small random manifests.
 //! Programs run with limits of their memory (1 GiB) and processor time (10 s for a file, 109 s for 100). Control: the unchanged recording verifies.
 //!
 //! A change of a recording's manifest may ask for a run of years. What executes a run is interrupted after [`LONGEST_RUN`] and then must
@@ -20,7 +21,10 @@ use kinetoscope::interrupt::Interrupt;
 use kinetoscope::plan::restart_files::StartFiles;
 use kinetoscope::run::in_memory::run_interruptibly;
 use kinetoscope::verify::compare::compare_recordings;
+use kinetoscope::verify::fill::fill;
+use kinetoscope::verify::fine_frames::Interval;
 use kinetoscope::verify::verify;
+use kinetoscope::verify::zoom::zoom;
 use kinetoscope_manifest::parse_with_recordings;
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -30,21 +34,46 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Small experiments that record every channel, and the keys of a run that starts from their last frame.
-const MODELS: [(&str, &str, &str); 4] = [
-    (
-        "dem",
-        "discs = 6\nwidth_m = 0.006\nheight_m = 0.006\nfriction = 0.3\nduration_s = 0.004\n",
-        "width_m = 0.006\nheight_m = 0.006\nduration_s = 0.001\n",
-    ),
-    ("gas", "particles = 6\nduration_s = 0.003\n", "duration_s = 0.001\n"),
-    (
-        "packing",
-        "discs = 6\nwidth = 10.0\nheight = 10.0\nevents_per_disc = 20\n",
-        "width = 10.0\nheight = 10.0\nevents_per_disc = 5\n",
-    ),
-    ("orbit", "duration_days = 20.0\n", "duration_days = 5.0\n"),
+/// A small experiment that records every channel.
+struct Small {
+    model: &'static str,
+    keys: &'static str,
+    /// The keys of a run that starts from its last frame.
+    start: &'static str,
+    /// An interval of the run.
+    interval: Interval,
+}
+
+const MODELS: [Small; 4] = [
+    Small {
+        model: "dem",
+        keys: "discs = 6\nwidth_m = 0.006\nheight_m = 0.006\nfriction = 0.3\nduration_s = 0.004\n",
+        start: "width_m = 0.006\nheight_m = 0.006\nduration_s = 0.001\n",
+        interval: Interval { from: 0.0015, to: 0.0025, every: 0.0005 },
+    },
+    Small {
+        model: "gas",
+        keys: "particles = 6\nduration_s = 0.003\n",
+        start: "duration_s = 0.001\n",
+        interval: Interval { from: 0.001, to: 0.002, every: 0.0005 },
+    },
+    Small {
+        model: "packing",
+        keys: "discs = 6\nwidth = 10.0\nheight = 10.0\nevents_per_disc = 20\n",
+        start: "width = 10.0\nheight = 10.0\nevents_per_disc = 5\n",
+        interval: Interval { from: 20.0, to: 40.0, every: 5.0 },
+    },
+    Small {
+        model: "orbit",
+        keys: "duration_days = 20.0\n",
+        start: "duration_days = 5.0\n",
+        interval: Interval { from: 8.0, to: 12.0, every: 1.0 },
+    },
 ];
+
+/// What is recorded: all frames, or keyframes alone.
+const RECORDED: [&str; 2] =
+    ["frames = 4\n", "frames = 6\nkeep = \"keyframes\"\nkeyframe_distance = 3\n"];
 
 /// Files per call of a program.
 const BATCH: usize = 100;
@@ -171,6 +200,33 @@ impl Findings {
         }
     }
 
+    /// Restores frames of each file, in this process. No file is left of what is not restored.
+    fn restore(&mut self, files: &[PathBuf], interval: Interval) {
+        for file in files {
+            let folder = tempfile::tempdir().unwrap();
+            let output = folder.path().join("restored.mcap");
+            let filled = execute(|interrupt| {
+                if fill(file, Some(&output), interrupt, &|_, _| {}).is_ok() {
+                    fs::remove_file(&output).unwrap();
+                }
+            });
+            let zoomed = execute(|interrupt| {
+                if zoom(file, interval, Some(&output), interrupt).is_ok() {
+                    fs::remove_file(&output).unwrap();
+                }
+            });
+            for (what, run) in [("fill", filled), ("zoom", zoomed)] {
+                self.interrupted += usize::from(run.is_interrupted);
+                if let Some(finding) = run.finding {
+                    self.add(what, file, &finding);
+                }
+            }
+            if fs::read_dir(folder.path()).unwrap().next().is_some() {
+                self.add("restored", file, "an incomplete file was left");
+            }
+        }
+    }
+
     /// Analyzes all files of a folder in one call. If it fails, each file is analyzed alone.
     fn analyze(&mut self, folder: &Path, files: &[PathBuf]) {
         if limited(&["analyze", "--quiet", folder.to_str().unwrap()], files.len()).is_ok() {
@@ -203,47 +259,64 @@ impl Findings {
     }
 }
 
-/// Mutates a recording of each model; returns the findings.
-fn mutate(count: usize, thumbnails: usize, seed: u64, kept: &Path) -> Vec<String> {
+/// Mutates recordings of each model; returns the findings.
+fn mutate(counts: [usize; 2], thumbnails: usize, seed: u64, kept: &Path) -> Vec<String> {
     let mut findings = Findings { found: Vec::new(), interrupted: 0, kept: kept.to_owned() };
     let only = std::env::var("MODEL").ok();
-    for (model, keys, start_keys) in MODELS {
-        if only.as_deref().is_some_and(|only| only != model) {
-            continue;
+    for small in
+        MODELS.iter().filter(|small| only.as_deref().is_none_or(|only| only == small.model))
+    {
+        for (recorded, count) in RECORDED.iter().zip(counts) {
+            mutate_one(small, recorded, count, thumbnails, seed, &mut findings);
+            findings.print(&format!("{count} mutations of {} with {recorded:?}", small.model));
         }
-        let manifest = format!("seed = 1\n[model.{model}]\n{keys}[record]\nframes = 4\n");
-        let bytes = record(&manifest, &Interrupt::default()).unwrap();
-        let records = Records::of(&bytes);
-        let original_folder = tempfile::tempdir().unwrap();
-        let original = original_folder.path().join("original.mcap");
-        fs::write(&original, &bytes).unwrap();
-        assert_eq!(limited(&["verify", original.to_str().unwrap()], 1), Ok(0));
-        let mut numbers = Numbers(seed);
-        for first in (0..count).step_by(BATCH) {
-            let folder = tempfile::tempdir().unwrap();
-            let files: Vec<PathBuf> = (first..count.min(first + BATCH))
-                .map(|index| {
-                    let path = folder.path().join(format!("mutation_{index}.mcap"));
-                    fs::write(&path, records.mutated(&mut numbers)).unwrap();
-                    path
-                })
-                .collect();
-            findings.read(&original, &files, |name| {
-                format!(
-                    "[model.{model}]\nstart_from = \"{name}\"\n{start_keys}[record]\nframes = 2\n"
-                )
-            });
-            files.iter().take(thumbnails).for_each(|file| findings.draw(file));
-            findings.analyze(folder.path(), &files);
-        }
-        findings.print(&format!("{count} mutations of {model}"));
     }
     findings.found
 }
 
+fn mutate_one(
+    small: &Small,
+    recorded: &str,
+    count: usize,
+    thumbnails: usize,
+    seed: u64,
+    findings: &mut Findings,
+) {
+    let Small { model, keys, start, interval } = *small;
+    let manifest = format!("seed = 1\n[model.{model}]\n{keys}[record]\n{recorded}");
+    let bytes = record(&manifest, &Interrupt::default()).unwrap();
+    let records = Records::of(&bytes);
+    let original_folder = tempfile::tempdir().unwrap();
+    let original = original_folder.path().join("original.mcap");
+    fs::write(&original, &bytes).unwrap();
+    assert_eq!(limited(&["verify", original.to_str().unwrap()], 1), Ok(0));
+    let output = original_folder.path().join("restored.mcap");
+    zoom(&original, interval, Some(&output), &Interrupt::default()).unwrap();
+    fs::remove_file(&output).unwrap();
+    let filled = fill(&original, Some(&output), &Interrupt::default(), &|_, _| {});
+    assert_eq!(filled.is_ok(), recorded.contains("keyframes"));
+    let mut numbers = Numbers(seed);
+    for first in (0..count).step_by(BATCH) {
+        let folder = tempfile::tempdir().unwrap();
+        let files: Vec<PathBuf> = (first..count.min(first + BATCH))
+            .map(|index| {
+                let path = folder.path().join(format!("mutation_{index}.mcap"));
+                fs::write(&path, records.mutated(&mut numbers)).unwrap();
+                path
+            })
+            .collect();
+        findings.read(&original, &files, |name| {
+            format!("[model.{model}]\nstart_from = \"{name}\"\n{start}[record]\nframes = 2\n")
+        });
+        findings.restore(&files, interval);
+        files.iter().take(thumbnails).for_each(|file| findings.draw(file));
+        findings.analyze(folder.path(), &files);
+    }
+}
+
 /// A random small manifest; not every one is valid.
 fn random_manifest(numbers: &mut Numbers) -> String {
-    let model = MODELS[numbers.below(4)].0;
+    let model = MODELS[numbers.below(4)].model;
     let mut text = format!("seed = {}\n[model.{model}]\n", numbers.next() % 1000);
     let mut add = |numbers: &mut Numbers, key: &str, values: &[&str]| {
         if numbers.below(2) == 0 {
@@ -378,7 +451,7 @@ fn assert_none(findings: &[String]) {
 #[test]
 fn mutated_recordings_neither_panic_nor_exhaust_the_machine() {
     let kept = tempfile::tempdir().unwrap();
-    assert_none(&mutate(300, 10, 1, kept.path()));
+    assert_none(&mutate([200, 100], 10, 1, kept.path()));
 }
 
 #[test]
@@ -390,7 +463,7 @@ fn random_manifests_run_verify_and_analyze() {
 #[test]
 #[ignore = "a campaign of minutes to hours: set MUTATIONS to the number per model"]
 fn full_harness_mutated_recordings() {
-    assert_none(&mutate(mutations(2_000), 5, 2, Path::new("target/mutations")));
+    assert_none(&mutate([mutations(2_000); 2], 5, 2, Path::new("target/mutations")));
 }
 
 #[test]

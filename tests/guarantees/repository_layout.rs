@@ -209,6 +209,22 @@ fn files_are_opened_for_reading_in_one_place() {
     }
 }
 
+/// A folder's name may contain a line feed, and after it a command of a CI system.
+#[test]
+fn paths_are_shown_in_one_place() {
+    const HOME: &str = "src/usage/text.rs";
+    for file in [sources("src"), sources("analysis/src")].concat() {
+        let path = file.strip_prefix(root()).unwrap();
+        let is_product = !path.iter().any(|part| part == "tests" || part == "benches");
+        let text = fs::read_to_string(&file).unwrap();
+        let shows = text.split("\nmod tests {").next().unwrap_or_default().contains(".display()");
+        if is_product {
+            let is_home = path == Path::new(HOME);
+            assert_eq!(shows, is_home, "{}: paths are shown by {HOME}", path.display());
+        }
+    }
+}
+
 /// A link in place of a file must not lead a write elsewhere, and a named pipe must not block it. `File::create_new` follows none.
 #[test]
 fn files_are_written_in_three_places() {

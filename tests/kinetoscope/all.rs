@@ -1,8 +1,10 @@
 //! Guarantees of the program `kinetoscope`: each subcommand, its arguments, its exit codes and its JSON.
 //!
 //! - `arguments`: help, old flags, misspelled names, closed pipes
+//! - `side_files`: large manifests and files next to recordings
 //! - `subcommands`: every subcommand on a recorded experiment
 //! - `hostile_files`: `info` on files that are not recordings
+//! - `hostile_paths`: control characters in the names of folders
 //! - `hostile_text`: control characters and commands of CI systems in text of manifests
 //! - `full_output`: standard output and standard error on a full disk
 //! - `narrow_terminals`: output for 60 columns, and inputs that are something else
@@ -22,6 +24,7 @@ mod arguments;
 mod baselines;
 mod full_output;
 mod hostile_files;
+mod hostile_paths;
 mod hostile_text;
 mod keyframes;
 mod lock;
@@ -31,6 +34,7 @@ mod oversized_files;
 mod pipelines;
 mod plots;
 mod shared_folders;
+mod side_files;
 mod subcommands;
 mod view;
 

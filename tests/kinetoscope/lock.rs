@@ -182,3 +182,59 @@ fn damaged_and_missing_lock_files_are_reported() {
     expect(&called, 5);
     assert!(called.err.contains("kinetoscope lock"), "{}", called.err);
 }
+
+/// A lock file may come from a stranger: its text begins no line, and its numbers end no command early.
+#[test]
+fn hostile_lock_files_are_reported() {
+    let bench = locked();
+    let whole = fs::read_to_string(bench.path("kinetoscope.lock")).unwrap();
+    let hostile = r"a\n::error::b\u001b[31m.toml";
+    let changed = whole.replace("manifest = \"discs.toml\"", &format!("manifest = \"{hostile}\""));
+    assert_ne!(changed, whole);
+    let old = whole.lines().find(|line| line.starts_with("model = ")).unwrap();
+    let other_model = whole.replace(old, &format!("model = \"{hostile}\""));
+    for (text, code) in [
+        (&changed, 2),
+        (&changed.replace("runs = [\"", "runs = [\"x"), 5),
+        (&other_model.replace(&key(&bench), "0123456789abcdef"), 4),
+    ] {
+        bench.write("kinetoscope.lock", text);
+        let called = bench.call(&["check", "--locked"]);
+        expect(&called, code);
+        for text in [&called.out, &called.err] {
+            let is_hostile = |line: &str| {
+                line.trim_start_matches(['\\', ' ']).starts_with("::") || line.contains('\u{1b}')
+            };
+            assert!(!text.lines().any(is_hostile), "{text}");
+        }
+    }
+    // The first row of the trace is that of the last possible frame, and the messages are others.
+    let hash = whole.lines().find(|line| line.starts_with("runs = ")).unwrap();
+    let forged = hash.replace(' ', "").replace("runs=[\"", "").replace("\"]", "");
+    let digits = &forged[16..48];
+    let row = format!("\"{} ", u64::MAX);
+    let text = whole.replace(digits, &"0".repeat(32)).replacen("\"0 ", &row, 1);
+    let text = text.replace("tags = \"", "tags = \"AAAA");
+    assert!(text.contains(&row), "{text}");
+    bench.write("kinetoscope.lock", &text);
+    expect(&bench.call(&["check", "--locked"]), 4);
+}
+
+#[cfg(unix)]
+#[test]
+fn lock_file_behind_a_link_stays_there() {
+    let bench = Bench::new();
+    bench.write("discs.toml", DISCS);
+    fs::create_dir(bench.path("elsewhere")).unwrap();
+    std::os::unix::fs::symlink("elsewhere/k.lock", bench.path("kinetoscope.lock")).unwrap();
+    for _ in 0..2 {
+        expect(&bench.call(&["lock", "discs.toml"]), 0);
+        assert!(bench.path("kinetoscope.lock").is_symlink());
+        assert!(bench.path("elsewhere/k.lock").is_file());
+    }
+    expect(&bench.call(&["check", "--locked"]), 0);
+    let pipe = std::process::Command::new("mkfifo").arg(bench.path("pipe")).status().unwrap();
+    assert!(pipe.success());
+    expect(&bench.call(&["lock", "--lock-file", "pipe", "discs.toml"]), 5);
+    expect(&bench.call(&["check", "--locked", "--lock-file", "pipe"]), 5);
+}

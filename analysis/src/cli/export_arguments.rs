@@ -9,6 +9,7 @@ use crate::thumbnail::{ThumbnailFormat, ThumbnailOptions, thumbnail};
 use crate::write_file;
 use clap::ValueEnum as _;
 use kinetoscope_usage::StandardOutput;
+use kinetoscope_usage::text::shown_path;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::num::NonZeroU32;
@@ -97,7 +98,7 @@ impl ExportArguments {
                 Some(output) if several => output.join(&source.name),
                 Some(output) => output.clone(),
                 None if source.is_remote() => {
-                    let folder = source.folder.display();
+                    let folder = shown_path(&source.folder);
                     return Err(CommandError::usage(format!(
                         "{folder} is not on this machine: name a folder with --output DIR"
                     )));
@@ -143,7 +144,7 @@ impl ExportArguments {
         let drawn = thumbnail(&recording, options).map_err(CommandError::unreadable)?;
         let size = drawn.len().div_ceil(1000);
         write_file::write(file, drawn)?;
-        self.say(&format!("written: {} ({size} kB)\n", file.display()));
+        self.say(&format!("written: {} ({size} kB)\n", shown_path(file)));
         let files = [written(file, None)];
         self.print_json(
             AnalysisExit::Done,

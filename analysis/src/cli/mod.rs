@@ -26,6 +26,7 @@ pub use exit::AnalysisExit;
 use exit::CommandError;
 use kinetoscope_manifest::{Check, parse_checks};
 use kinetoscope_recording::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
+use kinetoscope_usage::text::shown_path;
 use kinetoscope_usage::{Ended, StandardOutput, complain, with_help};
 use serde_json::json;
 use std::collections::BTreeSet;
@@ -157,7 +158,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
         let folder = results_folder(arguments, &source, several);
         let options = AnalysisOptions {
             checks: checks.clone(),
-            checks_file: arguments.checks.as_ref().map(|path| path.display().to_string()),
+            checks_file: arguments.checks.as_ref().map(|path| path.to_string_lossy().into_owned()),
             ..analysis_options(arguments, &folder)
         };
         let mut report = analyze(&mut source, &options);
@@ -263,7 +264,7 @@ fn export_all(
         let mut exports = export::export(source, *format, folder, unreadable)?;
         let count = exports.len();
         let plural = if count == 1 { "recording" } else { "recordings" };
-        let line = format!("exported: {count} {plural} to {}", folder.display());
+        let line = format!("exported: {count} {plural} to {}", shown_path(folder));
         say(&format!("{}\n", terminal().wrapped(&line, 2)));
         all.append(&mut exports);
     }
@@ -281,12 +282,12 @@ fn write(
         let line = format!(
             "written: report.html, metrics.json, metrics.csv and {plots} {} (*.svg) in {}",
             if plots == 1 { "plot" } else { "plots" },
-            folder.display()
+            shown_path(folder)
         );
         arguments.say(&format!("{}\n", terminal.wrapped(&line, 2)));
     }
     for folder in pages::write_indexes(analyzed, arguments)? {
-        let line = format!("written: index.html in {}", folder.display());
+        let line = format!("written: index.html in {}", shown_path(&folder));
         arguments.say(&format!("{}\n", terminal.wrapped(&line, 2)));
     }
     let all: Vec<_> = analyzed.iter().map(|one| one.report.checks()).collect();
@@ -305,7 +306,7 @@ fn sources(arguments: &AnalyzeArguments) -> Result<Vec<RecordingFolder>, Command
     if arguments.output.is_none()
         && let Some(remote) = sources.iter().find(|source| source.is_remote())
     {
-        let folder = remote.folder.display();
+        let folder = shown_path(&remote.folder);
         return Err(CommandError::usage(format!(
             "{folder} is not on this machine: name a folder for the results with --output DIR"
         )));
@@ -351,7 +352,7 @@ fn write_table(
 ) -> Result<String, WriteError> {
     let folder = folder.join("export");
     let rows = export::sweep_table::write(&report.metrics, &folder)?;
-    let line = format!("table: {rows} metrics of runs in {}", folder.join("metrics").display());
+    let line = format!("table: {rows} metrics of runs in {}", shown_path(&folder.join("metrics")));
     Ok(format!("{}\n", terminal.wrapped(&line, 2)))
 }
 
@@ -393,16 +394,19 @@ fn with_remedy(why: &str) -> String {
 
 fn read_checks(path: &Path) -> Result<Vec<Check>, String> {
     let text = read_text(path, MAX_SIDE_FILE_BYTES).map_err(|error| {
-        format!("the checks file {} cannot be read: {error}\nhelp: check the path", path.display())
+        format!(
+            "the checks file {} cannot be read: {error}\nhelp: check the path",
+            shown_path(path)
+        )
     })?;
-    parse_checks(&text, &path.display().to_string()).map_err(|diagnostics| diagnostics.to_string())
+    parse_checks(&text, &path.to_string_lossy()).map_err(|diagnostics| diagnostics.to_string())
 }
 
 fn read_baseline(path: &Path) -> Result<Baseline, String> {
     let text = read_text(path, MAX_SIDE_FILE_BYTES).map_err(|error| {
-        format!("the baseline {} cannot be read: {error}\nhelp: check the path", path.display())
+        format!("the baseline {} cannot be read: {error}\nhelp: check the path", shown_path(path))
     })?;
-    Baseline::read(&text).map_err(|why| with_help(&format!("{} {why}", path.display())))
+    Baseline::read(&text).map_err(|why| with_help(&format!("{} {why}", shown_path(path))))
 }
 
 fn terminal() -> Terminal {

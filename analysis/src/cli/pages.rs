@@ -5,6 +5,7 @@ use crate::report::files::{INDEX, REPORT};
 use crate::report::index::{self, Listed};
 use crate::write_file::WriteError;
 use kinetoscope_usage::complain;
+use kinetoscope_usage::text::shown_path;
 use std::path::{Path, PathBuf};
 
 /// Writes `index.html` to each folder of experiments that the user named, or to the one for the results. Returns the folders.
@@ -31,7 +32,10 @@ pub(super) fn write_indexes(
         } else {
             let path = folder.join(INDEX);
             complain(
-                &format!("note: {} is not from this program; it is not replaced", path.display()),
+                &format!(
+                    "note: {} is not from this program; it is not replaced",
+                    shown_path(&path)
+                ),
                 false,
             );
         }
@@ -73,7 +77,7 @@ pub(super) fn open(analyzed: &[Analyzed], arguments: &AnalyzeArguments) {
 fn show(page: &Path) {
     let absolute = page.canonicalize().unwrap_or_else(|_| page.to_path_buf());
     if let Err(error) = start_browser(&absolute) {
-        let name = page.display();
+        let name = shown_path(page);
         complain(&format!("note: no browser can be started ({error}): open {name} in one"), false);
     }
 }

@@ -15,6 +15,7 @@ use crate::sweep::requested::{PlotData, RejectedPlot, fields_to_read, swept_key}
 use crate::sweep::{fits, points};
 use crate::write_file;
 use kinetoscope_manifest::{Coordinate, PlotAxis, PlotRequest, nearest};
+use kinetoscope_usage::text::shown_path;
 use kinetoscope_usage::{StandardOutput, complain};
 use rayon::iter::{IndexedParallelIterator as _, IntoParallelIterator as _, ParallelIterator as _};
 use serde_json::{Value, json};
@@ -130,13 +131,13 @@ impl PlotArguments {
         match file.extension().and_then(|end| end.to_str()).map(str::to_lowercase).as_deref() {
             _ if !is_in_a_folder(file) => Err(CommandError::usage(format!(
                 "{} is in a folder that does not exist\nhelp: create the folder, or name another file with --output",
-                file.display()
+                shown_path(file)
             ))),
             Some("png") => Ok(Format::Png),
             Some("svg") => self.svg(),
             _ => Err(CommandError::usage(format!(
                 "{} is neither a .svg nor a .png\nhelp: name a file with one of these endings",
-                file.display()
+                shown_path(file)
             ))),
         }
     }
@@ -155,7 +156,7 @@ impl PlotArguments {
         write_file::write(file, content)?;
         if !self.quiet && !self.json {
             let size = content.len().div_ceil(1000);
-            self.standard_output.print(&format!("written: {} ({size} kB)\n", file.display()));
+            self.standard_output.print(&format!("written: {} ({size} kB)\n", shown_path(file)));
         }
         Ok(())
     }
@@ -166,7 +167,7 @@ impl PlotArguments {
         match (sources.pop(), sources.as_slice()) {
             (Some(only), []) => Ok(only),
             (last, others) => {
-                let folders = others.iter().chain(&last).map(|it| it.folder.display().to_string());
+                let folders = others.iter().chain(&last).map(|it| shown_path(&it.folder));
                 let folders: Vec<String> = folders.take(5).collect();
                 Err(CommandError::usage(format!(
                     "a plot shows the recordings of one folder; found {}\nhelp: name one of: {}",

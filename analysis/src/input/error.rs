@@ -1,6 +1,7 @@
 //! Errors of the input: paths that name nothing to analyze, and recordings that cannot be read.
 
 use kinetoscope_object_storage::error::StoreError;
+use kinetoscope_usage::text::shown_path;
 use std::path::Path;
 
 /// A path that names nothing to analyze, with the user's next step.
@@ -21,7 +22,7 @@ impl InvalidPath {
     pub(super) fn without_recordings(path: &Path) -> Self {
         Self::new(format!(
             "{} contains no finished recording (*.mcap). Run the experiment first; the same command completes an interrupted run, and a partial file is analyzed only if it is named",
-            path.display()
+            shown_path(path)
         ))
     }
 }

@@ -16,6 +16,7 @@ use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::regular_file::{MAX_EXPERIMENT_RECORD_BYTES, read_opened};
 use kinetoscope_recording::storage::{LocalFolders, Opened, Storage};
+use kinetoscope_usage::text::shown_path;
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::io;
@@ -86,7 +87,7 @@ pub(crate) fn sources(paths: &[PathBuf]) -> Result<Vec<RecordingFolder>, Invalid
         } else {
             return Err(InvalidPath::new(format!(
                 "{} does not exist. Check the path, or run the experiment first",
-                path.display()
+                shown_path(path)
             )));
         }
     }
@@ -121,7 +122,7 @@ fn search(folder: &Path, found: &mut Vec<RecordingFolder>) -> Result<(), Invalid
     let unlisted = |error| {
         InvalidPath::new(format!(
             "{} cannot be listed: {error}. Check its permissions",
-            folder.display()
+            shown_path(folder)
         ))
     };
     let entries = std::fs::read_dir(folder).map_err(unlisted)?;
@@ -197,7 +198,7 @@ impl RecordingFolder {
             Err(error) => {
                 self.unreadable.push(format!(
                     "{}: {error}; its recordings are read without it. Run the experiment again to write it again",
-                    path.display()
+                    shown_path(&path)
                 ));
                 return;
             }
@@ -205,7 +206,7 @@ impl RecordingFolder {
         match ExperimentRecord::from_toml(&text, SIDE_CAR) {
             Ok(record) => self.sort_by(record),
             Err(diagnostics) => {
-                let path = path.display();
+                let path = shown_path(&path);
                 self.unreadable.push(format!(
                     "{path} cannot be read: its recordings are analyzed without it, and its checks are not evaluated. Run the experiment again to write it again\n{diagnostics}"
                 ));

@@ -4,6 +4,7 @@ use crate::input::error::UnreadableRecording;
 use crate::metric::RunOrigin;
 use kinetoscope_manifest::{RunManifest, parse_run};
 use kinetoscope_recording::reader::{Recording, StoredFrames};
+use kinetoscope_usage::text::shown_path;
 use std::path::Path;
 
 /// An open recording and its manifest.
@@ -53,7 +54,7 @@ pub(crate) fn opened(recording: Recording) -> Result<OpenRun, UnreadableRecordin
     let path = recording.path();
     check_all_frames(&recording)?;
     let manifest = parse_run(&canonical).map_err(|diagnostics| {
-        let path = path.display();
+        let path = shown_path(path);
         UnreadableRecording(format!(
             "{path}: its manifest is not one that this version reads; no frame was read. Use the program that wrote it\n{diagnostics}"
         ))
@@ -69,7 +70,7 @@ pub(crate) fn opened(recording: Recording) -> Result<OpenRun, UnreadableRecordin
 
 /// Rejects a recording that holds only some frames: most metrics of a run follow from all of them.
 fn check_all_frames(recording: &Recording) -> Result<(), UnreadableRecording> {
-    let path = recording.path().display();
+    let path = shown_path(recording.path());
     match recording.provenance().stored {
         StoredFrames::All => Ok(()),
         StoredFrames::Keyframes(distance) => Err(UnreadableRecording(format!(

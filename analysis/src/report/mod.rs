@@ -40,6 +40,7 @@ use kinetoscope_manifest::{
     BaselineTolerance, Check, Coordinate, ExpectedOutcome, ExperimentRecord, TimingTable,
 };
 use kinetoscope_recording::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
+use kinetoscope_usage::text::shown_path;
 use rayon::iter::{
     IndexedParallelIterator as _, IntoParallelRefIterator as _, ParallelIterator as _,
 };
@@ -338,7 +339,7 @@ fn timing_beside(source: &RecordingFolder, notes: &mut Vec<String>) -> Option<Ti
         Ok(text) => text,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return None,
         Err(error) => {
-            notes.push(format!("{} cannot be read: {error}", path.display()));
+            notes.push(format!("{} cannot be read: {error}", shown_path(&path)));
             return None;
         }
     };
@@ -354,7 +355,7 @@ fn timing_beside(source: &RecordingFolder, notes: &mut Vec<String>) -> Option<Ti
     };
     notes.push(format!(
         "{} {complaint}; not shown. `kinetoscope benchmark --output` writes it again",
-        path.display()
+        shown_path(&path)
     ));
     None
 }

@@ -14,6 +14,7 @@ use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_manifest::{Coordinate, RunManifest};
 use kinetoscope_recording::error::{ReadError, ReadFault};
 use kinetoscope_recording::reader::Outcome;
+use kinetoscope_usage::text::shown_path;
 use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -176,7 +177,7 @@ pub fn analyze(
         (None, Some(Outcome::Interrupted) | None) => RunStatus::Unfinished,
     };
     if frames == 0 {
-        let path = run.recording().path().display();
+        let path = shown_path(run.recording().path());
         return Err(UnreadableRecording(format!("{path} holds no frame. Run its manifest again")));
     }
     let mut measurements = Measurements::default();
@@ -209,7 +210,7 @@ pub(crate) fn catch_defect<T>(
     catch_unwind(AssertUnwindSafe(analyze)).unwrap_or_else(|_| {
         Err(UnreadableRecording(format!(
             "{} cannot be analyzed: a defect of the program, which is described above. Please report it with this recording",
-            recording.display()
+            shown_path(recording)
         )))
     })
 }

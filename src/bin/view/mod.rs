@@ -8,6 +8,7 @@ use contents::{Contents, viewer_address};
 use kinetoscope::cli::exit::Exit;
 use kinetoscope::cli::messages::Failure;
 use kinetoscope_usage::StandardOutput;
+use kinetoscope_usage::text::shown_path;
 use serde_json::json;
 use server::Server;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
@@ -60,7 +61,7 @@ impl ViewArguments {
         let (folder, file) = self.folder()?;
         let contents = Contents::of(&folder, file.as_deref());
         if contents.recordings.is_empty() {
-            let what = format!("{} contains no recording", self.path.display());
+            let what = format!("{} contains no recording", shown_path(&self.path));
             return Err(Failure::new(Exit::Unreadable, what)
                 .help("name a folder with recordings (*.mcap), or run an experiment first"));
         }
@@ -95,7 +96,7 @@ impl ViewArguments {
     fn folder(&self) -> Result<(PathBuf, Option<String>), Failure> {
         let path = self.path.as_path();
         let unreadable = |error| {
-            Failure::new(Exit::Unreadable, format!("{} cannot be read: {error}", path.display()))
+            Failure::new(Exit::Unreadable, format!("{} cannot be read: {error}", shown_path(path)))
                 .help("check the path")
         };
         let whole = path.canonicalize().map_err(unreadable)?;
@@ -108,7 +109,7 @@ impl ViewArguments {
                 Ok((parent.to_path_buf(), Some(name.to_owned())))
             }
             _ => {
-                let what = format!("{} is neither a folder nor a recording", path.display());
+                let what = format!("{} is neither a folder nor a recording", shown_path(path));
                 Err(Failure::new(Exit::Unreadable, what).help("name a recording (*.mcap)"))
             }
         }
@@ -126,7 +127,7 @@ impl ViewArguments {
             let document = json!({ "page": format!("http://{address}/"), "viewer": viewers });
             return self.output.print_json(&format!("{document:#}\n"));
         }
-        let path = self.path.display();
+        let path = shown_path(&self.path);
         let mut text = format!("{path} is served at http://{address}/ until Ctrl-C\n");
         text +=
             &format!("Open in the Lichtblick at {} (--viewer names another one):\n", self.viewer);

@@ -6,6 +6,7 @@ pub mod expected_time;
 mod hyperqueue;
 pub mod queue;
 pub mod scheduler;
+mod silence;
 mod slurm;
 mod squeue;
 pub mod submission;

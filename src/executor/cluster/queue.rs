@@ -6,16 +6,20 @@
 use crate::executor::cluster::active_tasks::ActiveTasks;
 use crate::executor::cluster::expected_time;
 use crate::executor::cluster::scheduler::Engine;
+use crate::executor::cluster::silence::Silence;
 use crate::executor::cluster::submission::Resources;
 use crate::executor::cluster::task::{TaskCommand, dealt};
 use crate::executor::progress::ProgressDisplay;
 use crate::interrupt::Interrupt;
 use crate::outputs::sidecars::{self, Failure};
 use crate::plan::{Plan, PlannedRun};
+use kinetoscope_recording::checkpoint;
 use kinetoscope_recording::file::partial_path;
 use kinetoscope_recording::recorder::Outcome;
+use kinetoscope_usage::text::shown_path;
 use std::collections::HashSet;
 use std::fs;
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::io;
 use std::path::Path;
 use std::thread::sleep;
@@ -62,6 +66,7 @@ struct Watch<'a> {
     before: Option<(usize, u64)>,
     /// The last message about held tasks.
     last_message: String,
+    silence: Silence,
 }
 
 /// Executes the plan's runs on the cluster and returns their results. Returns when all runs have ended, on an interruption, if
@@ -87,6 +92,7 @@ pub fn run_all<'a>(
         fruitless: 0,
         before: None,
         last_message: String::new(),
+        silence: Silence::new(options.command.checkpoint_every_s),
     };
     let (started, mut silent) = (Instant::now(), false);
     while !interrupt.is_raised() && watch.results.iter().any(|(_, end)| end.is_none()) {
@@ -105,6 +111,7 @@ pub fn run_all<'a>(
                     });
                 }
                 watch.report_hold_reasons(&live.hold_reasons, progress);
+                watch.report_silence(live.running, progress);
                 if let Err(error) = watch.submit_what_is_missing(&live.keys) {
                     if live.is_at_rest() {
                         return Err(error);
@@ -171,6 +178,22 @@ impl Watch<'_> {
         hold_reasons.clone_into(&mut self.last_message);
     }
 
+    /// Reports tasks that run according to the engine and record nothing.
+    fn report_silence(&mut self, running: usize, progress: &ProgressDisplay) {
+        let mut seen = DefaultHasher::new();
+        for (run, _) in self.results.iter().filter(|(_, end)| end.is_none()) {
+            let partial = partial_path(self.folder, &run.stem);
+            for file in [checkpoint::path(self.folder, &run.stem), partial] {
+                let file = fs::metadata(file).ok();
+                file.map(|file| (file.len(), file.modified().ok())).hash(&mut seen);
+            }
+            run.stem.hash(&mut seen);
+        }
+        if let Some(message) = self.silence.message(running, seen.finish(), Instant::now()) {
+            progress.remark(&message);
+        }
+    }
+
     /// Submits the runs without a result and without a task, in job arrays within the site's limit.
     fn submit_what_is_missing(&mut self, live: &HashSet<String>) -> io::Result<()> {
         let missing: Vec<&PlannedRun> = self
@@ -231,7 +254,7 @@ impl Watch<'_> {
                     message: format!(
                         "its task ended {MAX_FRUITLESS_SUBMISSIONS} times without a recording. \
                          Look at the logs in {}, then run the same command again",
-                        self.folder.join(".tasks").display()
+                        shown_path(&self.folder.join(".tasks"))
                     ),
                 })));
             }

@@ -79,7 +79,7 @@ pub(super) fn submit(
         .arg(format!("--signal=B:TERM@{SECONDS_TO_SAVE}"))
         .arg(format!("--cpus-per-task={}", resources.processors))
         .arg(format!("--mem={}M", resources.memory_mib))
-        .arg(format!("--output={}", submission.own_folder.join("%a.log").display()));
+        .arg(format!("--output={}", submission.own_folder.join("%a.log").to_string_lossy()));
     if let Some(minutes) = resources.time_limit_min {
         sbatch.arg(format!("--time={minutes}"));
     }

@@ -75,7 +75,7 @@ pub(super) fn write(
     let command = TaskCommand { manifest, starts_in, ..command.clone() };
     let text = format!(
         "#!/bin/sh\nkeys=$(sed -n \"$(({index_variable} + 1))p\" {})\nexec {}\n",
-        quoted(&keys_file.display().to_string()),
+        quoted(&keys_file.to_string_lossy()),
         command.line("\"$keys\"")
     );
     let script = own_folder.join("task.sh");

@@ -30,10 +30,10 @@ impl TaskCommand {
     /// The command line for a shell. `keys` is inserted unquoted: run keys separated by commas, or a shell variable.
     #[must_use]
     pub fn line(&self, keys: &str) -> String {
-        let mut words = vec![quoted(&self.program.display().to_string())];
+        let mut words = vec![quoted(&self.program.to_string_lossy())];
         words.extend(self.subcommand.map(str::to_owned));
         words.extend([
-            quoted(&self.manifest.display().to_string()),
+            quoted(&self.manifest.to_string_lossy()),
             self.destination.clone(),
             format!("--jobs 1 --threads {}", self.threads),
             format!("--checkpoint-every {}", self.checkpoint_every_s),
@@ -44,7 +44,7 @@ impl TaskCommand {
             words.push("--analyze".to_owned());
         }
         if let Some(folder) = &self.starts_in {
-            words.push(format!("--start-from-dir {}", quoted(&folder.display().to_string())));
+            words.push(format!("--start-from-dir {}", quoted(&folder.to_string_lossy())));
         }
         words.push(format!("--only-keys {keys}"));
         words.join(" ")

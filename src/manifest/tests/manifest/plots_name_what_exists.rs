@@ -105,3 +105,11 @@ fn record_of_an_experiment_contains_its_plots() {
     assert_eq!(without_lines(&back.plots), without_lines(&experiment.plots), "{text}");
     assert_eq!(back.plots.len(), 2);
 }
+
+#[test]
+fn more_than_a_hundred_plots_are_rejected() {
+    let plots = |count| "[[plots]]\ny = \"mean_speed\"\n".repeat(count);
+    assert_eq!(accepted(&plots(100)).len(), 100);
+    let marked = format!("{SWEEP}{}[[plots]] # <-\ny = \"mean_speed\"\n", plots(100));
+    rejected(&marked, "101 plots are requested; must be at most 100");
+}
