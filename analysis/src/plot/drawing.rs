@@ -90,6 +90,11 @@ pub(crate) fn segments_of(shapes: &[Shape]) -> impl Iterator<Item = [[f64; 2]; 2
         .copied()
 }
 
+/// Whether a shape is a wall: lines for comparison have other colors.
+pub(crate) fn is_container(shape: &Shape) -> bool {
+    matches!(shape, Shape::Segments { color: GRAY, .. })
+}
+
 /// The outline of a rectangle between two corners.
 pub(crate) fn rectangle([low, high]: [[f64; 2]; 2]) -> Shape {
     let corners = [low, [high[0], low[1]], high, [low[0], high[1]], low];

@@ -9,6 +9,7 @@ pub(crate) mod page;
 pub(crate) mod palette;
 mod picture;
 pub(crate) mod png;
+mod resemblance;
 pub(crate) mod shapes_svg;
 pub(crate) mod velocity_field;
 

@@ -1,18 +1,18 @@
 //! Collects evenly spaced frames of a run in bounded memory, and makes the replay of them.
 
 use super::encoding::{
-    ABSENT, ABSENT_SPEED, LARGEST, LARGEST_SPEED, append_series, append_speeds, best_order,
-    deflated, quantized,
+    ABSENT, LARGEST, append_series, append_speeds, best_order, deflated, quantized,
 };
+use super::lines::{Lines, styles};
+use super::speeds::{Speeds, Velocities};
 use super::view::View;
 use super::{Film, Replay, base64_bytes};
 use crate::input::recording::OpenRun;
 use crate::models;
 use crate::models::contract::Extent;
-use crate::plot::drawing::segments_of;
 use kinetoscope_manifest::record::RecordInterval;
 use kinetoscope_recording::channels::WALLS;
-use kinetoscope_recording::drawing::{Shape, read_shapes};
+use kinetoscope_recording::drawing::read_shapes;
 use kinetoscope_recording::reader::{RecordedFrame, StateTable};
 use std::sync::Arc;
 
@@ -22,8 +22,6 @@ const MAX_PARTICLES: usize = 10_000;
 const MIN_FRAMES: usize = 60;
 /// Bytes per particle and frame that the collector counts on; the encoding of most runs takes one to three.
 const MIN_BYTES_PER_POINT: usize = 1;
-/// Fraction of the particles of a frame that are not faster than its typical top speed.
-const TOP_FRACTION: f64 = 0.99;
 
 /// A particle of a frame.
 #[derive(Clone, Copy, Debug)]
@@ -31,12 +29,19 @@ struct Point {
     x: f32,
     y: f32,
     speed: f32,
+    velocity: [f32; 2],
     radius: f32,
 }
 
 impl Point {
     /// A particle that the frame does not have; the radius of others is a number.
-    const ABSENT: Self = Self { x: f32::NAN, y: f32::NAN, speed: f32::NAN, radius: f32::NAN };
+    const ABSENT: Self = Self {
+        x: f32::NAN,
+        y: f32::NAN,
+        speed: f32::NAN,
+        velocity: [f32::NAN; 2],
+        radius: f32::NAN,
+    };
 
     fn disc(&self) -> [f64; 3] {
         [self.x, self.y, self.radius].map(f64::from)
@@ -49,24 +54,7 @@ struct Still {
     number: u64,
     time: f64,
     points: Vec<Point>,
-    walls: Arc<Walls>,
-}
-
-/// The walls of a frame: the two ends of each segment, and bodies at rest.
-#[derive(Clone, Debug, Default, PartialEq)]
-struct Walls {
-    ends: Vec<[f64; 2]>,
-    bodies: Vec<[f64; 3]>,
-}
-
-impl Walls {
-    fn of(shapes: &[Shape]) -> Self {
-        let bodies = shapes.iter().filter_map(|shape| match shape {
-            Shape::Disc { center: [x, y], radius, .. } => Some([*x, *y, *radius]),
-            _ => None,
-        });
-        Self { ends: segments_of(shapes).flatten().collect(), bodies: bodies.collect() }
-    }
+    lines: Arc<Lines>,
 }
 
 /// The columns of the state that a replay shows.
@@ -74,6 +62,8 @@ impl Walls {
 struct Columns {
     position: [usize; 2],
     velocity: Vec<usize>,
+    /// vx and vy.
+    in_plane: Option<[usize; 2]>,
     radius: Option<usize>,
     id: Option<usize>,
 }
@@ -84,6 +74,7 @@ impl Columns {
         Some(Self {
             position: [index("x")?, index("y")?],
             velocity: ["vx", "vy", "vz"].into_iter().filter_map(index).collect(),
+            in_plane: index("vx").zip(index("vy")).map(|(x, y)| [x, y]),
             radius: index("radius"),
             id: index("id"),
         })
@@ -100,8 +91,12 @@ impl Columns {
         let [x, y] = self.position.map(|column| narrowed(values[column]));
         let squares = self.velocity.iter().map(|column| values[*column] * values[*column]);
         let speed = if self.velocity.is_empty() { f64::NAN } else { squares.sum::<f64>().sqrt() };
+        let velocity = self
+            .in_plane
+            .map_or([f32::NAN; 2], |columns| columns.map(|column| narrowed(values[column])));
         let radius = self.radius.map_or(radius, |column| values[column]) as f32;
-        Point { x, y, speed: narrowed(speed), radius: if radius >= 0.0 { radius } else { 0.0 } }
+        let radius = if radius >= 0.0 { radius } else { 0.0 };
+        Point { x, y, speed: narrowed(speed), velocity, radius }
     }
 }
 
@@ -120,7 +115,7 @@ pub(crate) struct ReplayCollector {
     fps: f64,
     units: [String; 3],
     columns: Option<Columns>,
-    walls: Arc<Walls>,
+    lines: Arc<Lines>,
     stills: Vec<Still>,
     last: Option<Still>,
     frames: u64,
@@ -144,7 +139,7 @@ impl ReplayCollector {
             let index = provenance.state_columns.iter().position(|column| column == name);
             index.and_then(|index| provenance.state_units.get(index)).cloned().unwrap_or_default()
         };
-        let walls = Arc::new(Walls::of(&extent.walls));
+        let lines = Arc::new(Lines::of(&extent.walls));
         Self {
             max_bytes,
             max_points,
@@ -155,7 +150,7 @@ impl ReplayCollector {
             fps: provenance.playback_fps,
             units: [unit("x"), unit("vx"), provenance.time_unit.clone()],
             columns: None,
-            walls,
+            lines,
             stills: Vec::new(),
             last: None,
             frames: 0,
@@ -168,8 +163,8 @@ impl ReplayCollector {
         let number = self.frames;
         self.frames += 1;
         let message = frame.messages().iter().find(|message| message.topic() == WALLS);
-        if let Some(walls) = message.and_then(|message| read_shapes(message.payload())) {
-            self.walls = Arc::new(Walls::of(&walls));
+        if let Some(shapes) = message.and_then(|message| read_shapes(message.payload())) {
+            self.lines = Arc::new(Lines::of(&shapes));
         }
         let Some(state) = frame.state() else { return };
         self.columns = self.columns.take().or_else(|| Columns::of(state));
@@ -200,7 +195,7 @@ impl ReplayCollector {
             }
         }
         let time = frame.clock.time;
-        let still = Still { number, time, points, walls: Arc::clone(&self.walls) };
+        let still = Still { number, time, points, lines: Arc::clone(&self.lines) };
         if number.is_multiple_of(self.every_frame) {
             self.stills.push(still);
             self.last = None;
@@ -213,7 +208,7 @@ impl ReplayCollector {
     /// Keeps every second frame if there are too many in memory.
     fn drop_frames(&mut self) {
         let points = |stills: &[Still]| -> usize {
-            stills.iter().map(|still| still.points.len() + still.walls.ends.len() + 16).sum()
+            stills.iter().map(|still| still.points.len() + still.lines.ends.len() + 16).sum()
         };
         while self.stills.len() > 2 && points(&self.stills) > self.max_points {
             self.every_frame *= 2;
@@ -262,16 +257,14 @@ impl ReplayCollector {
         }
     }
 
+    /// The container, or else everything that is drawn.
     fn view(&self) -> Option<View> {
-        let ends = self.stills.iter().flat_map(|still| &still.walls.ends);
-        let of_walls = View::containing(ends.map(|[x, y]| [*x, *y, 0.0]));
-        let discs = || {
+        let container = self.stills.iter().flat_map(|still| still.lines.container());
+        View::containing(container).or_else(|| {
             let points = self.stills.iter().flat_map(|still| &still.points).map(Point::disc);
-            let bodies =
-                self.stills.first().into_iter().flat_map(|still| still.walls.bodies.clone());
-            points.chain(bodies).collect::<Vec<_>>()
-        };
-        of_walls.or_else(|| View::of_particles(&discs()))
+            let lines = self.stills.first().into_iter().flat_map(|still| still.lines.extent());
+            View::of_particles(&points.chain(lines).collect::<Vec<_>>())
+        })
     }
 
     /// What is shown and what was left out.
@@ -326,8 +319,8 @@ impl ReplayCollector {
 
     fn film(&self, stills: &[&Still], view: View) -> Film {
         let particles = stills.iter().map(|still| still.points.len()).max().unwrap_or(0);
-        let walls = stills.iter().map(|still| still.walls.ends.len()).max().unwrap_or(0);
-        let has_moving_walls = stills.windows(2).any(|pair| pair[0].walls != pair[1].walls);
+        let ends = stills.iter().map(|still| still.lines.ends.len()).max().unwrap_or(0);
+        let has_moving_walls = stills.windows(2).any(|pair| pair[0].lines != pair[1].lines);
         let range = Range::around(view);
         let mut data: Vec<u8> = stills.iter().flat_map(|still| still.time.to_le_bytes()).collect();
         data.extend(stills.iter().flat_map(|still| (still.number as u32).to_le_bytes()));
@@ -341,16 +334,31 @@ impl ReplayCollector {
         let orders = [&xs, &ys].map(|values| best_order(values, particles));
         append_series(&mut data, &xs, particles, orders[0]);
         append_series(&mut data, &ys, particles, orders[1]);
-        let speeds = Speeds::of(stills);
+        let speed = |still: &&Still| still.points.iter().map(|at| f64::from(at.speed)).collect();
+        let speeds = Speeds::of(stills.iter().map(speed));
         let stored: Vec<u8> = points().map(|point| speeds.stored(point.speed)).collect();
         append_speeds(&mut data, &stored, particles);
-        let walled = if has_moving_walls { stills } else { &stills[..1] };
+        let styles = styles(stills.iter().map(|still| &*still.lines));
+        let drawn = if has_moving_walls { stills } else { &stills[..1] };
         for axis in 0..2 {
-            let ends = walled.iter().flat_map(|still| {
-                let ends = still.walls.ends.iter().map(|end| range.stored(*end)[axis]);
-                ends.chain(std::iter::repeat(ABSENT)).take(walls)
+            let values = drawn.iter().flat_map(|still| {
+                let stored = still.lines.ends.iter().map(|end| range.stored(*end)[axis]);
+                stored.chain(std::iter::repeat(ABSENT)).take(ends)
             });
-            append_series(&mut data, &ends.collect::<Vec<_>>(), walls, 2);
+            append_series(&mut data, &values.collect::<Vec<_>>(), ends, 2);
+        }
+        let style =
+            |style| styles.iter().position(|other| other == style).map_or(0, |at| at as u16);
+        let values = drawn.iter().flat_map(|still| {
+            still.lines.styles.iter().map(style).chain(std::iter::repeat(0)).take(ends / 2)
+        });
+        append_series(&mut data, &values.collect::<Vec<_>>(), ends / 2, 1);
+        let parts = points().flat_map(|point| point.velocity);
+        let velocities = Velocities::of(parts, particles * stills.len());
+        for axis in 0..if velocities.step > 0.0 { 2 } else { 0 } {
+            let stored: Vec<u16> =
+                points().map(|point| velocities.stored(point.velocity[axis])).collect();
+            append_series(&mut data, &stored, particles, 1);
         }
         let shown = stills.len() as f64 / self.frames as f64;
         Film {
@@ -365,9 +373,13 @@ impl ReplayCollector {
             has_growing_particles,
             speed_max: speeds.max,
             speed_top: speeds.top,
-            wall_points: walls,
+            velocity_top: velocities.top,
+            velocity_step: velocities.step,
+            wall_points: ends,
+            line_styles: styles,
             has_moving_walls,
-            bodies: stills.first().map_or_else(Vec::new, |still| still.walls.bodies.clone()),
+            bodies: stills.first().map_or_else(Vec::new, |still| still.lines.bodies.clone()),
+            labels: stills.first().map_or_else(Vec::new, |still| still.lines.labels.clone()),
             has_trails: self.extent.has_trails,
             fps: self.fps * shown,
             units: self.units.clone(),
@@ -449,38 +461,6 @@ fn fixed_radii(radii: Vec<u16>, particles: usize) -> (Vec<u16>, bool) {
         }
     }
     (fixed, false)
-}
-
-/// The stored speeds: the square of the stored number is proportional to the speed, so that low speeds differ as well.
-struct Speeds {
-    max: f64,
-    top: f64,
-}
-
-impl Speeds {
-    /// The top of the color scale is the largest typical top speed of a frame: a few fast particles do not darken the others.
-    fn of(stills: &[&Still]) -> Self {
-        let (mut max, mut top) = (0.0_f64, 0.0_f64);
-        for still in stills {
-            let finite = still.points.iter().map(|point| f64::from(point.speed));
-            let mut speeds: Vec<f64> = finite.filter(|speed| speed.is_finite()).collect();
-            let rank = (TOP_FRACTION * speeds.len() as f64).ceil() as usize;
-            if let Some(index) = rank.checked_sub(1) {
-                top = top.max(*speeds.select_nth_unstable_by(index, f64::total_cmp).1);
-                max = speeds.into_iter().fold(max, f64::max);
-            }
-        }
-        Self { max, top }
-    }
-
-    fn stored(&self, speed: f32) -> u8 {
-        let speed = f64::from(speed);
-        if !speed.is_finite() {
-            return ABSENT_SPEED;
-        }
-        let fraction = if self.max > 0.0 { (speed / self.max).sqrt() } else { 0.0 };
-        (fraction * f64::from(LARGEST_SPEED)).round() as u8
-    }
 }
 
 /// "2nd", "3rd", "10th".

@@ -5,12 +5,16 @@
 
 mod collector;
 mod encoding;
+mod lines;
+mod speeds;
 mod view;
 
 pub(crate) use collector::ReplayCollector;
 
 use crate::plot::three_digits;
 use kinetoscope_recording::drawing::SPEED_COLORS;
+use kinetoscope_usage::text::visible;
+use lines::LineStyle;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use view::View;
@@ -47,11 +51,18 @@ pub(crate) struct Film {
     /// Speed of the largest stored value, and the speed at the upper end of the color scale.
     speed_max: f64,
     speed_top: f64,
+    /// The largest component of a velocity, and the length of one step of a component; 0 without velocities.
+    velocity_top: f64,
+    velocity_step: f64,
     /// Number of ends of wall segments, two per segment, and whether they are stored for each frame.
     wall_points: usize,
     has_moving_walls: bool,
+    /// How the segments are drawn.
+    line_styles: Vec<LineStyle>,
     /// Bodies at rest: x, y and radius.
     bodies: Vec<[f64; 3]>,
+    /// Texts with their middles.
+    labels: Vec<([f64; 2], String)>,
     /// Whether the path of each particle is drawn.
     has_trails: bool,
     /// Frames per second of the replay at normal speed.
@@ -67,6 +78,7 @@ impl Film {
     pub(crate) fn description(&self) -> String {
         let colors = SPEED_COLORS.map(|[r, g, b]| format!("#{r:02x}{g:02x}{b:02x}"));
         let [low, high] = self.view.corners;
+        let labels: Vec<_> = self.labels.iter().map(|(at, text)| (at, visible(text))).collect();
         json!({
             "frames": self.frames,
             "particles": self.particles,
@@ -80,9 +92,13 @@ impl Film {
             "speedMax": self.speed_max,
             "speedTop": self.speed_top,
             "speedTopText": three_digits(self.speed_top),
+            "velocityTop": self.velocity_top,
+            "velocityStep": self.velocity_step,
             "wallPoints": self.wall_points,
             "movingWalls": self.has_moving_walls,
+            "lineStyles": self.line_styles.iter().map(LineStyle::described).collect::<Vec<_>>(),
             "bodies": self.bodies,
+            "labels": labels,
             "trails": self.has_trails,
             "fps": self.fps,
             "units": self.units,

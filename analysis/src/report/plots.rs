@@ -31,7 +31,9 @@ pub(super) fn plots(
     let drawn: Vec<&RunAnalysis> =
         runs.iter().filter(|run| run.figures != Figures::default()).collect();
     others.extend(sweep::figures::comparisons(&drawn));
-    others.extend(drawn.iter().take(MAX_RUNS_DRAWN).flat_map(|run| plots_of(run)));
+    let (plots, repeated) = plots_of_runs(drawn.iter().take(MAX_RUNS_DRAWN).copied());
+    others.extend(plots);
+    notes.extend(note_on(&repeated));
     if drawn.len() > MAX_RUNS_DRAWN {
         notes.push(format!(
             "the first {MAX_RUNS_DRAWN} points of the sweep have plots of their own; plots of several runs show the first {}",
@@ -43,18 +45,44 @@ pub(super) fn plots(
     uniquely_named(requested)
 }
 
-/// The plots of one run, named by its place in the sweep.
-fn plots_of(run: &RunAnalysis) -> impl Iterator<Item = Plot> + '_ {
-    let place = coordinates::file_part(&run.coordinates);
-    let label = coordinates::label(&run.coordinates);
-    run.figures.plots.iter().map(move |plot| {
-        let mut plot = plot.clone();
-        plot.stem += &place;
-        if !label.is_empty() {
-            plot.title = format!("{}: {label}", plot.title);
+/// The informative plots of these runs, and the titles of those that look like the same plot of an earlier run.
+fn plots_of_runs<'a>(runs: impl Iterator<Item = &'a RunAnalysis>) -> (Vec<Plot>, Vec<String>) {
+    let mut earlier: Vec<&Plot> = Vec::new();
+    let (mut plots, mut repeated) = (Vec::new(), Vec::new());
+    for run in runs {
+        for plot in run.figures.plots.iter().filter(|plot| plot.is_informative()) {
+            let named = named(plot, run);
+            if earlier.iter().any(|other| other.stem == plot.stem && plot.resembles(other)) {
+                repeated.push(named.title);
+            } else {
+                earlier.push(plot);
+                plots.push(named);
+            }
         }
-        plot
+    }
+    (plots, repeated)
+}
+
+/// Which plots were omitted.
+fn note_on(repeated: &[String]) -> Option<String> {
+    let (first, others) = repeated.split_first()?;
+    Some(match others.len() {
+        0 => format!("the plot \"{first}\" is omitted: it looks like that of an earlier run"),
+        number => format!(
+            "the plot \"{first}\" and {number} more are omitted: each looks like that of an earlier run"
+        ),
     })
+}
+
+/// The plot of one run, named by its place in the sweep.
+fn named(plot: &Plot, run: &RunAnalysis) -> Plot {
+    let label = coordinates::label(&run.coordinates);
+    let mut plot = plot.clone();
+    plot.stem += &coordinates::file_part(&run.coordinates);
+    if !label.is_empty() {
+        plot.title = format!("{}: {label}", plot.title);
+    }
+    plot
 }
 
 /// The plots with the names of their files; of equal names, later ones are numbered.

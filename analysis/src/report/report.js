@@ -38,10 +38,12 @@
     for (let i = particles; i < speeds.length; i++) speeds[i] += speeds[i - particles];
     const wallFrames = film.movingWalls ? frames : 1;
     const walls = [series(wallFrames, wallPoints, 2), series(wallFrames, wallPoints, 2)];
-    return { times, numbers, radii, xs, ys, speeds, walls };
+    const styles = series(wallFrames, wallPoints / 2, 1);
+    const velocities = film.velocityStep ? [series(frames, particles, 1), series(frames, particles, 1)] : [];
+    return { times, numbers, radii, xs, ys, speeds, walls, styles, velocities };
   }
 
-  const ABSENT = 65535, ABSENT_SPEED = 255, STEPS = 64, OUTLINE_FROM_PX = 6;
+  const ABSENT = 65535, ABSENT_SPEED = 255, STEPS = 64, OUTLINE_FROM_PX = 6, PAINTED_FROM = 1500, GROUND = "#101418";
   const rgb = (color) => [1, 3, 5].map((i) => parseInt(color.slice(i, i + 2), 16));
 
   // Colors from rest to the top speed, then that of an unknown speed.
@@ -49,11 +51,16 @@
     const colors = stops.map(rgb);
     const mixed = Array.from({ length: STEPS }, (_, step) => {
       const place = step / (STEPS - 1) * (colors.length - 1), low = Math.min(Math.floor(place), colors.length - 2);
-      const parts = colors[low].map((part, i) => Math.round(part + (place - low) * (colors[low + 1][i] - part)));
-      return `rgb(${parts.join()})`;
+      return colors[low].map((part, i) => Math.round(part + (place - low) * (colors[low + 1][i] - part)));
     });
-    return [...mixed, "#9a9a9a"];
+    return [...mixed, [154, 154, 154]];
   }
+
+  // Opaque pixels of each color over the ground, from none of it to all of it in quarters.
+  const shadesOf = (colors) => Uint32Array.from(colors.flatMap((color) => [0, 1, 2, 3, 4].map((quarters) => {
+    const [r, g, b] = rgb(GROUND).map((part, i) => Math.round(part + quarters / 4 * (color[i] - part)));
+    return (255 << 24 | b << 16 | g << 8 | r) >>> 0;
+  })));
 
   const digits = (value, count) => Number(value.toPrecision(count)).toString().replace("-", "−");
 
@@ -70,6 +77,7 @@
     const yOf = (stored) => film.origin[1] + stored * film.step;
     // Pixels of stored coordinates.
     const px = (stored) => left + (stored * film.step + film.origin[0] - film.view[0]) * scale;
+    const pixel = (x, y) => [left + (x - film.view[0]) * scale, top + (film.view[3] - y) * scale];
     const py = (stored) => top + (film.view[3] - film.origin[1] - stored * film.step) * scale;
     const radiusOf = (i) => data.radii[(film.growing ? frame * film.particles : 0) + i] * film.radiusStep;
     // Few particles are drawn larger than many, so that points are visible.
@@ -93,25 +101,33 @@
       draw();
     }
 
+    // The lines of one style are one path.
     function drawWalls() {
       const count = film.wallPoints, base = film.movingWalls ? frame * count : 0, [xs, ys] = data.walls;
-      context.strokeStyle = "#8c8c8c";
-      context.lineWidth = 2 * (devicePixelRatio || 1);
+      const ratio = devicePixelRatio || 1;
       context.lineCap = "round";
-      context.beginPath();
-      for (let i = base; i < base + count; i += 2) {
-        if (xs[i] === ABSENT || xs[i + 1] === ABSENT) continue;
-        context.moveTo(px(xs[i]), py(ys[i]));
-        context.lineTo(px(xs[i + 1]), py(ys[i + 1]));
-      }
-      context.stroke();
+      film.lineStyles.forEach(([color, width], style) => {
+        context.strokeStyle = color;
+        context.lineWidth = Math.max(1, 0.6 * width) * ratio;
+        context.beginPath();
+        for (let i = base; i < base + count; i += 2) {
+          if (data.styles[i / 2] !== style || xs[i] === ABSENT || xs[i + 1] === ABSENT) continue;
+          context.moveTo(px(xs[i]), py(ys[i]));
+          context.lineTo(px(xs[i + 1]), py(ys[i + 1]));
+        }
+        context.stroke();
+      });
       context.fillStyle = "#f0c83c";
       for (const [x, y, radius] of film.bodies) {
         context.beginPath();
-        context.arc(left + (x - film.view[0]) * scale, top + (film.view[3] - y) * scale,
-          Math.max(radius * scale, smallestPx()), 0, 2 * Math.PI);
+        context.arc(...pixel(x, y), Math.max(radius * scale, smallestPx()), 0, 2 * Math.PI);
         context.fill();
       }
+      context.fillStyle = "#c8c8c8";
+      context.font = `${12 * ratio}px system-ui, sans-serif`;
+      context.textAlign = "center";
+      context.textBaseline = "middle";
+      for (const [at, text] of film.labels) context.fillText(text, ...pixel(...at));
     }
 
     function drawTrails() {
@@ -130,11 +146,13 @@
       }
     }
 
-    // All discs of one color are one path.
+    // All discs of one color are one path; those that this leaves out were painted.
     function drawDiscs() {
       const count = film.particles, base = frame * count, smallest = smallestPx();
-      const byColor = Array.from(colors, () => []);
-      for (let i = 0; i < count; i++) if (data.xs[base + i] !== ABSENT) byColor[steps[data.speeds[base + i]]].push(i);
+      const byColor = Array.from(colors, () => []), isPainted = count > PAINTED_FROM && paintDiscs(base, smallest);
+      for (let i = 0; i < count; i++) {
+        if (data.xs[base + i] !== ABSENT && !(isPainted && painted[i])) byColor[steps[data.speeds[base + i]]].push(i);
+      }
       const outlined = [];
       byColor.forEach((discs, color) => {
         if (!discs.length) return;
@@ -142,14 +160,13 @@
         context.beginPath();
         for (const i of discs) {
           const x = px(data.xs[base + i]), y = py(data.ys[base + i]), radius = Math.max(radiusOf(i) * scale, smallest);
-          if (radius < 1.8) { context.rect(x - radius, y - radius, 2 * radius, 2 * radius); continue; }
           context.moveTo(x + radius, y);
           context.arc(x, y, radius, 0, 2 * Math.PI);
           if (radius >= OUTLINE_FROM_PX) outlined.push([x, y, radius]);
         }
         context.fill();
       });
-      context.strokeStyle = "#101418";
+      context.strokeStyle = GROUND;
       context.lineWidth = 1;
       context.beginPath();
       for (const [x, y, radius] of outlined) {
@@ -159,9 +176,52 @@
       context.stroke();
     }
 
+    // Very many discs are painted pixel by pixel, which takes a quarter of the time of paths. Radius and place are rounded to quarters of
+    // a pixel, so that few different stamps remain. A stamp is a list of offsets and of how much of the pixel is covered, in quarters.
+    let sheet, stamps, pixels, shades, painted;
+    function stampOf(radius, across, down) {
+      const reach = Math.ceil(radius / 4 + 1), isOutlined = radius >= 4 * OUTLINE_FROM_PX, stamp = [];
+      for (let y = -reach; y <= reach; y++) for (let x = -reach; x <= reach; x++) {
+        const beyond = Math.hypot(x + 0.5 - across / 4, y + 0.5 - down / 4) - radius / 4 + (isOutlined ? 0.5 : 0);
+        const cover = Math.round(4 * Math.max(0, Math.min(1, 0.5 - beyond)));
+        if (cover || (isOutlined && beyond < 1)) stamp.push(y * canvas.width + x, isOutlined || cover === 4 ? cover : cover - 8);
+      }
+      return Int32Array.from(stamp);
+    }
+
+    function paintDiscs(base, smallest) {
+      const { width, height } = canvas, { xs, ys, speeds } = data;
+      if (!sheet || sheet.canvas.width !== width || sheet.canvas.height !== height) {
+        sheet = Object.assign(document.createElement("canvas"), { width, height }).getContext("2d");
+        stamps = [];
+        pixels = sheet.createImageData(width, height);
+      }
+      const image = new Uint32Array(pixels.data.buffer);
+      image.fill(0);
+      painted = new Uint8Array(film.particles);
+      for (let i = 0; i < film.particles; i++) {
+        if (xs[base + i] === ABSENT) continue;
+        const x = Math.round(4 * px(xs[base + i])), y = Math.round(4 * py(ys[base + i]));
+        const radius = Math.round(4 * Math.max(radiusOf(i) * scale, smallest)), reach = radius + 8;
+        if (x < reach || y < reach || x > 4 * width - reach || y > 4 * height - reach) continue;
+        painted[i] = 1;
+        const stamp = stamps[(radius * 4 + (x & 3)) * 4 + (y & 3)] ||= stampOf(radius, x & 3, y & 3);
+        const middle = (y >> 2) * width + (x >> 2), shade = 5 * steps[speeds[base + i]];
+        // Edges do not darken discs that are painted already.
+        for (let k = 0; k < stamp.length; k += 2) {
+          const at = middle + stamp[k], cover = stamp[k + 1];
+          if (cover >= 0) image[at] = shades[shade + cover];
+          else if (!image[at]) image[at] = shades[shade + cover + 8];
+        }
+      }
+      sheet.putImageData(pixels, 0, 0);
+      context.drawImage(sheet.canvas, 0, 0);
+      return true;
+    }
+
     function draw() {
       if (!data) return;
-      context.fillStyle = "#101418";
+      context.fillStyle = GROUND;
       context.fillRect(0, 0, canvas.width, canvas.height);
       if (film.trails) drawTrails();
       drawWalls();
@@ -200,6 +260,13 @@
       const parts = [`particle ${nearest * film.every}`, `x = ${digits(xOf(data.xs[at]), 4)}${unit(0)}`,
         `y = ${digits(yOf(data.ys[at]), 4)}${unit(0)}`];
       if (speed !== ABSENT_SPEED) parts.push(`speed ≈ ${digits(speedOf(speed), 2)}${unit(1)}`);
+      data.velocities.forEach((values, axis) => {
+        if (values[at] === ABSENT) return;
+        const value = values[at] * film.velocityStep - film.velocityTop;
+        // As many digits as the stored steps give.
+        const count = Math.max(1, Math.min(4, Math.floor(Math.log10(Math.abs(value) / film.velocityStep))));
+        parts.push(`${"vx vy".slice(3 * axis, 3 * axis + 2)} ≈ ${digits(value, count)}${unit(1)}`);
+      });
       if (radius) parts.push(`radius = ${digits(radius, 4)}${unit(0)}`);
       row.textContent = parts.join(" · ");
     }
@@ -242,7 +309,9 @@
       // Another run may have been selected in the meantime.
       if (wanted !== source.dataset.file) return;
       [data, film, file] = [numbers, chosen, wanted];
-      colors = palette(film.colors);
+      const parts = palette(film.colors);
+      colors = parts.map((color) => `rgb(${color.join()})`);
+      shades = shadesOf(parts);
       steps = Array.from({ length: 256 }, (_, stored) => {
         const fraction = film.speedTop > 0 ? speedOf(stored) / film.speedTop : 0;
         return stored === ABSENT_SPEED ? STEPS : Math.min(STEPS - 1, Math.floor(fraction * STEPS));
@@ -321,7 +390,7 @@
         return found;
       },
       // Pixel of a position in the state's unit.
-      pixel: (x, y) => [left + (x - film.view[0]) * scale, top + (film.view[3] - y) * scale],
+      pixel,
       // Milliseconds of script per frame.
       speed() {
         const began = performance.now();

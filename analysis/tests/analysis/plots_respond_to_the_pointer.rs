@@ -184,7 +184,7 @@ fn plots_respond_and_share_the_time_of_the_replay() {
     let broken = folder.path().join("broken.html");
     for (handler, complaint) in [
         ("scrub(isLogX", "the replay is at"),
-        ("point(nearest(to));\n        scrub", "no values under the pointer"),
+        ("point(nearest(to));\nscrub", "no values under the pointer"),
         ("setZoom([isWide", "dragging does not zoom"),
         ("if (!hidden.delete(curve)) hidden.add(curve);", "the legend hides nothing"),
     ] {

@@ -59,6 +59,25 @@ struct Film {
     times: Vec<f64>,
     numbers: Vec<u32>,
     positions: Vec<Vec<Option<[f64; 2]>>>,
+    velocities: Vec<Vec<Option<[f64; 2]>>>,
+}
+
+/// A series of 16-bit values at `at`, decoded as the script does; moves `at` behind it.
+fn series(data: &[u8], at: &mut usize, [count, width]: [usize; 2], order: u64) -> Vec<u16> {
+    let length = count * width;
+    let mut values: Vec<u16> = (0..length)
+        .map(|index| {
+            let zigzag = u16::from_le_bytes([data[*at + index], data[*at + length + index]]);
+            (zigzag >> 1) ^ 0_u16.wrapping_sub(zigzag & 1)
+        })
+        .collect();
+    for _ in 0..order {
+        for index in width..length {
+            values[index] = values[index].wrapping_add(values[index - width]);
+        }
+    }
+    *at += 2 * length;
+    values
 }
 
 fn attribute<'a>(element: &'a str, name: &str) -> Option<&'a str> {
@@ -90,6 +109,7 @@ fn film(element: &str) -> Film {
             times: vec![],
             numbers: vec![],
             positions: vec![],
+            velocities: vec![],
         };
     };
     let description: Value = serde_json::from_str(&unescaped(description)).unwrap();
@@ -104,31 +124,34 @@ fn film(element: &str) -> Film {
     let numbers = numbers.map(|bytes| u32::from_le_bytes(bytes.try_into().unwrap())).collect();
     let growing = description["growing"].as_bool().unwrap();
     let mut at = 12 * frames + 2 * particles * if growing { frames } else { 1 };
+    let number = |name: &str| description[name].as_f64().unwrap();
+    let shape = [frames, particles];
     let coordinates = [0, 1].map(|axis| {
-        let length = frames * particles;
-        let order = description["orders"][axis].as_u64().unwrap();
-        let mut values: Vec<u16> = (0..length)
-            .map(|index| {
-                let zigzag = u16::from_le_bytes([data[at + index], data[at + length + index]]);
-                (zigzag >> 1) ^ 0_u16.wrapping_sub(zigzag & 1)
-            })
-            .collect();
-        for _ in 0..order {
-            for index in particles..length {
-                values[index] = values[index].wrapping_add(values[index - particles]);
-            }
-        }
-        at += 2 * length;
-        let (origin, step) =
-            (description["origin"][axis].as_f64().unwrap(), description["step"].as_f64().unwrap());
+        let values = series(&data, &mut at, shape, description["orders"][axis].as_u64().unwrap());
+        let (origin, step) = (description["origin"][axis].as_f64().unwrap(), number("step"));
         let coordinate = |value: u16| (value != u16::MAX).then(|| origin + f64::from(value) * step);
         values.into_iter().map(coordinate).collect::<Vec<_>>()
     });
+    at += frames * particles;
+    let wall_frames = if description["movingWalls"].as_bool().unwrap() { frames } else { 1 };
+    at += 5 * wall_frames * size("wallPoints");
+    let step = number("velocityStep");
+    let parts = [0, 1].map(|_| {
+        let values = if step > 0.0 { series(&data, &mut at, shape, 1) } else { Vec::new() };
+        let part = |value: u16| {
+            (value != u16::MAX).then(|| f64::from(value) * step - number("velocityTop"))
+        };
+        values.into_iter().map(part).collect::<Vec<_>>()
+    });
+    assert_eq!(at, data.len());
+    let [vxs, vys] = parts;
+    let pairs: Vec<_> = vxs.into_iter().zip(vys).map(|(x, y)| Some([x?, y?])).collect();
+    let velocities = pairs.chunks(particles.max(1)).map(<[_]>::to_vec).collect();
     let [xs, ys] = coordinates;
     let points: Vec<Option<[f64; 2]>> =
         xs.into_iter().zip(ys).map(|(x, y)| Some([x?, y?])).collect();
     let positions = points.chunks(particles.max(1)).map(<[_]>::to_vec).collect();
-    Film { description, note, bytes: text.len(), times, numbers, positions }
+    Film { description, note, bytes: text.len(), times, numbers, positions, velocities }
 }
 
 fn page(folder: &Folder, arguments: &[&str]) -> String {
@@ -150,6 +173,15 @@ fn film_contains_every_recorded_position() {
             assert!((x - fx).hypot(y - fy) < 1e-4, "disc {disc} at {time}");
         }
     }
+    let step = film.description["velocityStep"].as_f64().unwrap();
+    assert!(step < 1e-4, "few points have fine velocities: {step}");
+    for (velocities, time) in film.velocities.iter().zip(&film.times) {
+        for (disc, found) in (0..).zip(velocities) {
+            let ([x, y], [vx, vy]) = (position(disc, *time), found.unwrap());
+            assert!((0.5 - y - vx).hypot(x - 0.5 - vy) < step, "disc {disc} at {time}");
+        }
+    }
+    assert_eq!(film.description["lineStyles"], serde_json::json!([["#8c8c8c", 3.5]]));
     // The fastest discs are on the largest circle, at rad/s times m.
     let top = film.description["speedTop"].as_f64().unwrap();
     assert!((0.4..0.46).contains(&top), "{top}");

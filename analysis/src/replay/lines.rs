@@ -1,0 +1,106 @@
+//! The lines of a frame: the container, lines for comparison, bodies at rest, and texts.
+
+use crate::plot::drawing::is_container;
+use kinetoscope_recording::drawing::{Rgb, Shape};
+use serde::{Deserialize, Serialize};
+
+/// How a line is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct LineStyle {
+    color: Rgb,
+    width_px: f64,
+}
+
+impl LineStyle {
+    /// The color and the width in the notation of the script.
+    pub(super) fn described(&self) -> (String, f64) {
+        let [r, g, b] = self.color;
+        (format!("#{r:02x}{g:02x}{b:02x}"), self.width_px)
+    }
+}
+
+/// The lines of a frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Lines {
+    /// The two ends of each segment.
+    pub(super) ends: Vec<[f64; 2]>,
+    /// The style of each segment.
+    pub(super) styles: Vec<LineStyle>,
+    /// Bodies at rest: x, y and radius.
+    pub(super) bodies: Vec<[f64; 3]>,
+    /// Texts with their middles.
+    pub(super) labels: Vec<([f64; 2], String)>,
+    /// Ends of the segments of the container.
+    container: Vec<[f64; 2]>,
+}
+
+impl Lines {
+    pub(super) fn of(shapes: &[Shape]) -> Self {
+        let mut lines = Self::default();
+        for shape in shapes {
+            match shape {
+                Shape::Segments { segments, width_px, color } => {
+                    let style = LineStyle { color: *color, width_px: *width_px };
+                    lines.styles.extend(segments.iter().map(|_| style));
+                    lines.ends.extend(segments.iter().flatten());
+                    if is_container(shape) {
+                        lines.container.extend(segments.iter().flatten());
+                    }
+                }
+                Shape::Disc { center: [x, y], radius, .. } => lines.bodies.push([*x, *y, *radius]),
+                Shape::Text { center, text } => lines.labels.push((*center, text.clone())),
+                Shape::Rectangle { .. } => {}
+            }
+        }
+        lines
+    }
+
+    /// What the container extends over, as discs of no size.
+    pub(super) fn container(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
+        self.container.iter().map(|[x, y]| [*x, *y, 0.0])
+    }
+
+    /// What the other lines and the bodies extend over, as discs.
+    pub(super) fn extent(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
+        self.ends.iter().map(|[x, y]| [*x, *y, 0.0]).chain(self.bodies.iter().copied())
+    }
+}
+
+/// The different styles of all frames, in the order of their first use.
+pub(super) fn styles<'a>(frames: impl Iterator<Item = &'a Lines>) -> Vec<LineStyle> {
+    let mut styles = Vec::new();
+    for style in frames.flat_map(|lines| &lines.styles) {
+        if !styles.contains(style) {
+            styles.push(*style);
+        }
+    }
+    styles
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_keep_their_colors_and_only_walls_are_the_container() {
+        let wall = Shape::Segments {
+            segments: vec![[[0.0, 0.0], [1.0, 0.0]], [[1.0, 0.0], [1.0, 2.0]]],
+            width_px: 3.5,
+            color: [0x8c; 3],
+        };
+        let orbit = Shape::Segments {
+            segments: vec![[[5.0, 5.0], [6.0, 6.0]]],
+            width_px: 1.5,
+            color: [0x2e, 0x9e, 0x5b],
+        };
+        let label = Shape::Text { center: [3.0, 4.0], text: "Sun".to_owned() };
+        let lines = Lines::of(&[wall, orbit, label]);
+        let styles = styles([&lines, &lines].into_iter());
+        let described: Vec<_> = styles.iter().map(LineStyle::described).collect();
+        assert_eq!(described, [("#8c8c8c".to_owned(), 3.5), ("#2e9e5b".to_owned(), 1.5)]);
+        assert_eq!(lines.styles, [styles[0], styles[0], styles[1]]);
+        assert_eq!(lines.ends.len(), 6);
+        assert_eq!(lines.container().count(), 4);
+        assert_eq!(lines.labels, [([3.0, 4.0], "Sun".to_owned())]);
+    }
+}

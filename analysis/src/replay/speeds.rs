@@ -1,0 +1,82 @@
+//! Speeds and velocities as small numbers.
+
+use super::encoding::{ABSENT, ABSENT_SPEED, LARGEST, LARGEST_SPEED, quantized};
+
+/// Fraction of the particles of a frame that are not faster than its typical top speed.
+const TOP_FRACTION: f64 = 0.99;
+/// Number of points up to which velocities have 16 bits; those of more points have 8, so that the page stays small.
+const MAX_FINE_POINTS: usize = 20_000;
+/// The largest stored value of a coarse velocity, which is even so that zero is a stored value.
+const LARGEST_COARSE: u16 = 254;
+
+/// The stored speeds: the square of the stored number is proportional to the speed, so that low speeds differ as well.
+pub(super) struct Speeds {
+    pub(super) max: f64,
+    pub(super) top: f64,
+}
+
+impl Speeds {
+    /// The top of the color scale is the largest typical top speed of a frame: a few fast particles do not darken the others.
+    pub(super) fn of(frames: impl Iterator<Item = Vec<f64>>) -> Self {
+        let (mut max, mut top) = (0.0_f64, 0.0_f64);
+        for mut speeds in frames {
+            speeds.retain(|speed| speed.is_finite());
+            let rank = (TOP_FRACTION * speeds.len() as f64).ceil() as usize;
+            if let Some(index) = rank.checked_sub(1) {
+                top = top.max(*speeds.select_nth_unstable_by(index, f64::total_cmp).1);
+                max = speeds.into_iter().fold(max, f64::max);
+            }
+        }
+        Self { max, top }
+    }
+
+    pub(super) fn stored(&self, speed: f32) -> u8 {
+        let speed = f64::from(speed);
+        if !speed.is_finite() {
+            return ABSENT_SPEED;
+        }
+        let fraction = if self.max > 0.0 { (speed / self.max).sqrt() } else { 0.0 };
+        (fraction * f64::from(LARGEST_SPEED)).round() as u8
+    }
+}
+
+/// The stored components of velocities: equal steps from `-top` to `top`.
+pub(super) struct Velocities {
+    pub(super) top: f64,
+    /// The length of a step; 0 if no velocity is recorded.
+    pub(super) step: f64,
+}
+
+impl Velocities {
+    pub(super) fn of(components: impl Iterator<Item = f32>, points: usize) -> Self {
+        let sizes = components.filter(|part| part.is_finite()).map(|part| f64::from(part.abs()));
+        let Some(top) = sizes.reduce(f64::max) else { return Self { top: 0.0, step: 0.0 } };
+        let largest = if points > MAX_FINE_POINTS { LARGEST_COARSE } else { LARGEST };
+        let step = if top > 0.0 { 2.0 * top / f64::from(largest) } else { 1.0 };
+        Self { top, step }
+    }
+
+    pub(super) fn stored(&self, component: f32) -> u16 {
+        if self.step > 0.0 { quantized(f64::from(component) + self.top, self.step) } else { ABSENT }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn velocities_are_stored_within_half_a_step() {
+        let parts = [-3.0_f32, -0.7, 0.0, 1e-3, 2.9];
+        for points in [5, MAX_FINE_POINTS + 1] {
+            let velocities = Velocities::of(parts.into_iter().chain([f32::NAN]), points);
+            assert_eq!(velocities.top, 3.0);
+            for part in parts {
+                let found = f64::from(velocities.stored(part)) * velocities.step - velocities.top;
+                assert!((found - f64::from(part)).abs() <= 0.501 * velocities.step, "{part}");
+            }
+            assert_eq!(velocities.stored(f32::NAN), ABSENT);
+        }
+        assert_eq!(Velocities::of([f32::NAN].into_iter(), 1).step, 0.0);
+    }
+}
