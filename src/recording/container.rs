@@ -5,6 +5,7 @@
 
 use crate::limits::{ChunkLimits, record_bytes};
 use crate::record_kind as kind;
+use crate::spare_memory::{Lent, SpareMemory};
 use prost::bytes::Bytes;
 use std::collections::BTreeMap;
 use std::io::{self, Read};
@@ -251,6 +252,8 @@ fn zstd_bytes(packed: &[u8]) -> Option<u64> {
 pub(crate) struct Unpacker {
     // Reused for all chunks, because its tables take more memory than a chunk.
     zstd: Option<zstd::bulk::Decompressor<'static>>,
+    /// Memory of contents that were dropped.
+    spare: SpareMemory<u8>,
 }
 
 /// A chunk's content.
@@ -262,8 +265,8 @@ pub(crate) struct Unpacked {
 }
 
 impl Unpacker {
-    pub(crate) fn new() -> Self {
-        Self { zstd: None }
+    pub(crate) fn new(spare: SpareMemory<u8>) -> Self {
+        Self { zstd: None, spare }
     }
 
     /// The records in a chunk record's body, decompressed and checked.
@@ -290,7 +293,7 @@ impl Unpacker {
         let unpacked = match compression {
             "" => None,
             "zstd" => Some(self.zstd(packed, unpacked_size)),
-            "lz4" => Some(lz4(packed, unpacked_size)),
+            "lz4" => Some(self.lz4(packed, unpacked_size)),
             _ => return Err(damaged("the compression of a chunk is unknown")),
         };
         let unpacked = unpacked.transpose().map_err(cannot_be_unpacked)?;
@@ -299,7 +302,7 @@ impl Unpacker {
             return Err(damaged("a chunk does not match its checksum"));
         }
         Ok(match unpacked {
-            Some(content) => Unpacked { content: content.into(), spare: Some(body) },
+            Some(content) => Unpacked { content: Bytes::from_owner(content), spare: Some(body) },
             None => {
                 let start = body.len() - packed.len();
                 Unpacked { content: Bytes::from(body).slice(start..), spare: None }
@@ -307,29 +310,29 @@ impl Unpacker {
         })
     }
 
-    fn zstd(&mut self, packed: &[u8], expected: u64) -> io::Result<Vec<u8>> {
-        let mut unpacked = room(expected)?;
+    fn zstd(&mut self, packed: &[u8], expected: u64) -> io::Result<Lent<u8>> {
+        let mut unpacked = self.room(expected)?;
         let decompressor = match &mut self.zstd {
             Some(decompressor) => decompressor,
             none => none.insert(zstd::bulk::Decompressor::new()?),
         };
-        decompressor.decompress_to_buffer(packed, &mut unpacked)?;
+        decompressor.decompress_to_buffer(packed, &mut unpacked.vector)?;
         Ok(unpacked)
     }
-}
 
-/// Decompresses at most one byte more than expected.
-fn lz4(packed: &[u8], expected: u64) -> io::Result<Vec<u8>> {
-    let mut unpacked = room(expected)?;
-    lz4::Decoder::new(packed)?.take(expected + 1).read_to_end(&mut unpacked)?;
-    Ok(unpacked)
-}
+    /// Decompresses at most one byte more than expected.
+    fn lz4(&self, packed: &[u8], expected: u64) -> io::Result<Lent<u8>> {
+        let mut unpacked = self.room(expected)?;
+        lz4::Decoder::new(packed)?.take(expected + 1).read_to_end(&mut unpacked.vector)?;
+        Ok(unpacked)
+    }
 
-/// An empty buffer for the expected bytes and one more. Memory is used only as bytes are written.
-fn room(expected: u64) -> io::Result<Vec<u8>> {
-    let mut room = Vec::new();
-    room.try_reserve_exact(expected as usize + 1)?;
-    Ok(room)
+    /// An empty buffer for the expected bytes and one more. Memory is used only as bytes are written.
+    fn room(&self, expected: u64) -> io::Result<Lent<u8>> {
+        let mut room = self.spare.take();
+        room.vector.try_reserve_exact(expected as usize + 1)?;
+        Ok(room)
+    }
 }
 
 /// An error of a decoder means damaged data, not a failed read.

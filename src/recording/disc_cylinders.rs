@@ -27,7 +27,8 @@ const DOUBLE: usize = 9;
 /// Bytes of both scales and a color with its key and length.
 const MAX_TAIL: usize = 2 * DOUBLE + 2 + 4 * DOUBLE;
 /// Bytes of a cylinder with its key and length. Lengths are below 128, so each takes one byte.
-const MAX_CYLINDER: usize = 2 + 2 + 2 + 2 * DOUBLE + ORIENTATION.len() + 2 + 3 * DOUBLE + MAX_TAIL;
+pub(crate) const MAX_CYLINDER: usize =
+    2 + 2 + 2 + 2 * DOUBLE + ORIENTATION.len() + 2 + 3 * DOUBLE + MAX_TAIL;
 const _: () = assert!(MAX_CYLINDER - 2 < 128);
 
 /// The last fields of a cylinder: its scales and its color.
@@ -80,10 +81,11 @@ pub(crate) struct DrawnDisc {
 }
 
 impl DrawnDisc {
-    /// Appends the disc as an element of `SceneEntity.cylinders`.
-    pub(crate) fn append_to(&self, bytes: &mut Vec<u8>, tail: &Tail) {
+    /// Writes the disc as an element of `SceneEntity.cylinders`, and returns its length; the bytes behind it are undefined.
+    #[inline]
+    pub(crate) fn write_to(&self, bytes: &mut [u8; MAX_CYLINDER], tail: &Tail) -> usize {
         let diameter = 2.0 * self.radius;
-        let mut cylinder = Fields { bytes: [0; MAX_CYLINDER], length: 0 };
+        let mut cylinder = Fields { bytes, length: 0 };
         let all = cylinder.begin(key::CYLINDER);
         let pose = cylinder.begin(key::POSE);
         let position = cylinder.begin(key::POSITION);
@@ -99,17 +101,17 @@ impl DrawnDisc {
         cylinder.end(size);
         cylinder.append(&tail.bytes, tail.length);
         cylinder.end(all);
-        bytes.extend_from_slice(&cylinder.bytes[..cylinder.length]);
+        cylinder.length
     }
 }
 
 /// The fields of a cylinder written so far.
-struct Fields {
-    bytes: [u8; MAX_CYLINDER],
+struct Fields<'a> {
+    bytes: &'a mut [u8; MAX_CYLINDER],
     length: usize,
 }
 
-impl Fields {
+impl Fields<'_> {
     /// Writes the key of a message. Returns the position of its length.
     #[inline(always)]
     fn begin(&mut self, key: u8) -> usize {
@@ -170,9 +172,10 @@ mod tests {
             let yellow = Tail::of(YELLOW);
             let tail = if is_central { &yellow } else { tails.at(fraction) };
             let bytes = |radius: f64| {
-                let mut bytes = Vec::new();
-                DrawnDisc { center: [x, y], radius, thickness }.append_to(&mut bytes, tail);
-                bytes
+                let mut bytes = [0xff; MAX_CYLINDER];
+                let disc = DrawnDisc { center: [x, y], radius, thickness };
+                let length = disc.write_to(&mut bytes, tail);
+                bytes[..length].to_vec()
             };
             assert_eq!(bytes(radius), entity.encode_to_vec(), "disc {index}");
             assert_ne!(bytes(radius + 3.0 + index as f64), bytes(2.0), "control {index}");

@@ -9,6 +9,7 @@ use crate::limits::{MAX_CHANNELS, MAX_CHUNK_MESSAGES, MAX_LOG_LINES};
 use crate::log_text::split;
 use crate::provenance::{HASHES_RECORD, OUTCOME_RECORD, Outcome};
 use crate::record_kind as kind;
+use crate::spare_memory::SpareMemory;
 use crate::stored_frames::StoredFrames;
 use crate::table::StateTable;
 use foxglove::messages::{Log, PointCloud, log};
@@ -139,6 +140,8 @@ pub struct Frames {
     data: DataSection,
     path: Arc<Path>,
     state_columns: Arc<[String]>,
+    /// Memory of states that were dropped.
+    spare: SpareMemory<f64>,
     stored: StoredFrames,
     hashes: Vec<u8>,
     outcome: Option<Outcome>,
@@ -167,6 +170,7 @@ impl Frames {
             data,
             path,
             state_columns,
+            spare: SpareMemory::new(),
             stored,
             hashes: Vec::new(),
             outcome,
@@ -354,7 +358,8 @@ impl Frames {
                 FrameClock::TOPIC => clock = FrameClock::decode(payload).map_err(undecodable)?,
                 channels::STATE => {
                     let cloud = PointCloud::decode(payload).map_err(undecodable)?;
-                    let table = StateTable::from_point_cloud(&cloud, &self.state_columns);
+                    let table =
+                        StateTable::from_point_cloud(&cloud, &self.state_columns, &self.spare);
                     state = Some(table.map_err(damaged)?);
                 }
                 channels::LOG => {

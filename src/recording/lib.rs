@@ -46,6 +46,7 @@ mod record_kind;
 mod scene;
 mod schema;
 mod sink;
+mod spare_memory;
 mod stored_frames;
 mod table;
 mod trail;

@@ -2,6 +2,7 @@
 
 use crate::column::StateColumn;
 use crate::scene::{FRAME_ID, pose};
+use crate::spare_memory::{Lent, SpareMemory};
 use foxglove::messages::packed_element_field::NumericType;
 use foxglove::messages::{PackedElementField, PointCloud, Timestamp};
 use prost::Message as _;
@@ -131,10 +132,16 @@ fn message_header(columns: &[StateColumn], values: usize, time: Timestamp) -> Ve
 }
 
 /// The state of all particles, in the order of their ids.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct StateTable {
     columns: Arc<[String]>,
-    values: Vec<f64>,
+    values: Lent<f64>,
+}
+
+impl PartialEq for StateTable {
+    fn eq(&self, other: &Self) -> bool {
+        self.columns == other.columns && *self.values == *other.values
+    }
 }
 
 impl StateTable {
@@ -142,6 +149,7 @@ impl StateTable {
     pub(crate) fn from_point_cloud(
         cloud: &PointCloud,
         columns: &Arc<[String]>,
+        spare: &SpareMemory<f64>,
     ) -> Result<Self, &'static str> {
         let stride = 8 * columns.len();
         let float64 = i32::from(NumericType::Float64);
@@ -158,11 +166,11 @@ impl StateTable {
             return Err("the state ends inside a row");
         }
         let (values, _) = cloud.data.as_chunks();
-        let mut table = Self { columns: Arc::clone(columns), values: Vec::new() };
-        if table.values.try_reserve_exact(values.len()).is_err() {
+        let mut table = Self { columns: Arc::clone(columns), values: spare.take() };
+        if table.values.vector.try_reserve_exact(values.len()).is_err() {
             return Err("the state does not fit into memory");
         }
-        table.values.extend(values.iter().map(|bytes| f64::from_le_bytes(*bytes)));
+        table.values.vector.extend(values.iter().map(|bytes| f64::from_le_bytes(*bytes)));
         Ok(table)
     }
 

@@ -2,6 +2,7 @@
 
 use crate::container::{Broken, Unpacked, Unpacker, is_packed};
 use crate::limits::ChunkLimits;
+use crate::spare_memory::SpareMemory;
 use std::io;
 use std::num::NonZeroUsize;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
@@ -31,6 +32,8 @@ pub(crate) struct Unpackers {
     chunks: ChunkLimits,
     /// Decompresses in place.
     own: Unpacker,
+    /// Memory of contents that were dropped.
+    spare: SpareMemory<u8>,
     threads: Vec<JoinHandle<()>>,
     // Empty only while being dropped: the threads end when the channel is closed.
     jobs: Option<Sender<Job>>,
@@ -41,8 +44,9 @@ impl Unpackers {
     /// Starts up to `limit` threads; with 1, none, and the thread that takes a ticket decompresses.
     pub(crate) fn new(limit: NonZeroUsize, chunks: ChunkLimits) -> Self {
         let (jobs, queue) = channel();
-        let queue = Arc::new(Mutex::new(queue));
-        Self { limit, chunks, own: Unpacker::new(), threads: Vec::new(), jobs: Some(jobs), queue }
+        let (queue, spare) = (Arc::new(Mutex::new(queue)), SpareMemory::new());
+        let own = Unpacker::new(spare.clone());
+        Self { limit, chunks, own, spare, threads: Vec::new(), jobs: Some(jobs), queue }
     }
 
     /// Maximum number of chunks to submit ahead: for each thread, one in progress and one queued.
@@ -58,8 +62,9 @@ impl Unpackers {
         }
         if self.threads.len() < self.limit.get() {
             let (queue, chunks) = (Arc::clone(&self.queue), self.chunks);
+            let unpacker = Unpacker::new(self.spare.clone());
             let name = "unpack".to_owned();
-            let started = Builder::new().name(name).spawn(move || work(&queue, chunks));
+            let started = Builder::new().name(name).spawn(move || work(&queue, unpacker, chunks));
             // If no thread can be started, the existing ones are used.
             self.threads.extend(started);
         }
@@ -95,8 +100,7 @@ impl Drop for Unpackers {
 }
 
 /// Decompresses chunks until the channel is closed.
-fn work(queue: &Mutex<Receiver<Job>>, chunks: ChunkLimits) {
-    let mut unpacker = Unpacker::new();
+fn work(queue: &Mutex<Receiver<Job>>, mut unpacker: Unpacker, chunks: ChunkLimits) {
     loop {
         let job = queue.lock().unwrap_or_else(PoisonError::into_inner).recv();
         let Ok(Job { body, outcome }) = job else { return };

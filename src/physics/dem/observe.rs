@@ -7,6 +7,7 @@ use super::step::{ContactStatistics, Evaluation};
 use super::totals::Contact;
 use super::walls::{PlacedWall, Shape};
 use crate::model::Model as _;
+use crate::simd::prefetch::prefetch_to_write;
 use crate::simd::registers::Register as _;
 use kinetoscope_recording::channels::{
     DemContactForces, DemContactStatistics, DemDiscForces, DemEnergy, DemEnergyPercent,
@@ -19,6 +20,8 @@ use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};
 const MAX_ARROWS: usize = 100;
 /// Ends of the mark on a rotating drum over its radius.
 const DRUM_MARK: [f64; 2] = [0.94, 1.06];
+/// Discs after which a requested row is written.
+const ROWS_AHEAD: usize = 16;
 /// Upper end of the color bar over the speed of a fall through the whole box; few discs fall that far.
 const SPEED_RANGE: f64 = 0.75;
 
@@ -68,7 +71,11 @@ impl Dem {
     /// disc in place of a scattered read from each column.
     fn write_rows(&self, rows: &mut [f64], evaluation: &Evaluation) {
         let (rows, _) = rows.as_chunks_mut();
-        for (disc, row) in self.discs.rows_by_id().into_iter().enumerate() {
+        let row_of = self.discs.rows_by_id();
+        for (disc, &row) in row_of.iter().enumerate() {
+            if let Some(&row) = row_of.get(disc + ROWS_AHEAD) {
+                prefetch_to_write(rows, row as usize);
+            }
             let [x, y] = self.within(self.discs.positions[disc]);
             let [vx, vy] = evaluation.velocities[disc];
             let [vx_step, vy_step] = self.discs.velocities[disc];

@@ -1,25 +1,23 @@
 //! Closed-form propagator: computes every frame from the start of the paths, independently of earlier frames.
 //!
 //! It is the SIMD version of `motion::ChordPath`. The invariants of a path are computed when it starts, so that a position at any time
-//! costs one sine and one cosine, without branches, eight particles at a time.
+//! costs one sine and one cosine, without branches, for a register of particles at a time.
 
 use super::clock::Clock;
 use super::motion::{ChordPath, Circle};
 use super::particle_groups::{BLOCK, Group, LANES, Lanes};
 use super::propagator::Propagator;
-use super::sine_cosine::sines_and_cosines;
+use super::sine_cosine::sine_and_cosine;
 use super::state::GasState;
 use super::tallies::{WallTallies, WallTally};
 use crate::model::Target;
-use crate::simd::registers::{self, InstructionSet, Kernel, each};
+use crate::simd::registers::{self, InstructionSet, Kernel, MAX_WIDTH, Register as _};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// 2^52: its addition to a number below 2^51 rounds that number to the nearest integer.
-const ROUNDING: f64 = 4_503_599_627_370_496.0;
-
-/// Invariants of eight paths, in scaled lengths and times (`motion::Circle`).
+/// Invariants of eight paths, in scaled lengths and times (`motion::Circle`). No column crosses a cache line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[repr(align(64))]
 struct PathGroup {
     /// b0
     along: Lanes,
@@ -149,7 +147,9 @@ impl Propagator for ClosedForm {
         let (instant, particles) = (Instant::of(&self.circle, time_s), &mut state.particles);
         let blocks = self.groups.par_chunks_mut(BLOCK).zip(particles.groups.par_chunks_mut(BLOCK));
         let blocks: Vec<BlockSums> = blocks
-            .map(|(paths, particles)| registers::run(AdvanceBlock { instant, paths, particles }, 4))
+            .map(|(paths, particles)| {
+                registers::run(AdvanceBlock { instant, paths, particles }, MAX_WIDTH)
+            })
             .collect();
         let (mut since_start, mut since_last) = (WallTally::default(), WallTally::default());
         for block in &blocks {
@@ -223,130 +223,179 @@ struct AdvanceBlock<'a> {
     particles: &'a mut [Group],
 }
 
-/// Four lanes. A loop over eight at a time would not leave enough registers for the constants and sums.
-type Four = [f64; 4];
-
 impl Kernel for AdvanceBlock<'_> {
     type Output = BlockSums;
 
     #[inline(always)]
-    fn run<const N: usize, I: InstructionSet<N>>(self, _: I) -> BlockSums {
-        if self.instant.wall_speed == 0.0 {
-            self.evaluate::<N, true>()
+    fn run<const N: usize, I: InstructionSet<N>>(self, instructions: I) -> BlockSums {
+        let Instant { wall_speed, radius, .. } = self.instant;
+        if wall_speed != 0.0 {
+            self.evaluate::<N, I, MOVING>(instructions)
+        } else if is_power_of_two(radius) {
+            self.evaluate::<N, I, AT_REST_BINARY>(instructions)
         } else {
-            self.evaluate::<N, false>()
+            self.evaluate::<N, I, AT_REST>(instructions)
         }
     }
 }
 
+/// Kinds of walls, by the formulas that suffice for them: one that moves; one at rest; and one at rest whose radius is a power of two,
+/// such as 1 m, so that products with 1/R are the quotients, to the last bit.
+const MOVING: u8 = 0;
+const AT_REST: u8 = 1;
+const AT_REST_BINARY: u8 = 2;
+
+/// Whether a positive number and its inverse are powers of two.
+fn is_power_of_two(number: f64) -> bool {
+    number.is_normal() && number.recip().is_normal() && number.to_bits() << 12 == 0
+}
+
 impl AdvanceBlock<'_> {
     #[inline(always)]
-    fn evaluate<const N: usize, const AT_REST: bool>(self) -> BlockSums {
+    fn evaluate<const N: usize, I: InstructionSet<N>, const WALL: u8>(
+        self,
+        instructions: I,
+    ) -> BlockSums {
+        let at = InstantRegisters::<N, I>::of(instructions, &self.instant);
         let mut sums = BlockSums::default();
         for (path, particle) in self.paths.iter_mut().zip(self.particles) {
-            advance_four::<0, N, AT_REST>(&self.instant, path, particle, &mut sums);
-            advance_four::<4, N, AT_REST>(&self.instant, path, particle, &mut sums);
+            for part in 0..LANES / N {
+                at.advance::<WALL>(part, path, particle, &mut sums);
+            }
         }
         sums
     }
 }
 
+/// As many lanes of a group as a register holds.
 #[inline(always)]
-fn four<const FIRST: usize>(lanes: &Lanes) -> Four {
-    each(|lane| lanes[FIRST + lane])
+fn part_of_mut<const N: usize>(lanes: &mut Lanes, part: usize) -> &mut [f64; N] {
+    &mut lanes.as_chunks_mut().0[part]
 }
 
-#[inline(always)]
-fn set_four<const FIRST: usize>(lanes: &mut Lanes, values: Four) {
-    lanes[FIRST..FIRST + 4].copy_from_slice(&values);
+/// An instant, each number in all lanes.
+struct InstantRegisters<const N: usize, I: InstructionSet<N>> {
+    instructions: I,
+    one: I::Register,
+    two: I::Register,
+    scaled_time: I::Register,
+    radius_at_start: I::Register,
+    radius: I::Register,
+    inverse_radius: I::Register,
+    wall_speed: I::Register,
+    after_start: I::Register,
 }
 
-#[inline(always)]
-fn add_four<const FIRST: usize>(sums: &mut Lanes, values: Four) {
-    let sum = four::<FIRST>(sums);
-    set_four::<FIRST>(sums, each(|lane| sum[lane] + values[lane]));
+/// What the impulse of collisions depends on.
+struct Chords<R> {
+    along: R,
+    half_chord: R,
+    speed: R,
+    mass_ratio: R,
 }
 
-/// `ChordPath::flight` for half a group, with each branch replaced by a selection.
-#[inline(always)]
-fn advance_four<const FIRST: usize, const N: usize, const AT_REST: bool>(
-    at: &Instant,
-    path: &mut PathGroup,
-    to: &mut Group,
-    sums: &mut BlockSums,
-) {
-    let (along, offset) = (four::<FIRST>(&path.along), four::<FIRST>(&path.offset));
-    let (half_chord, speed) = (four::<FIRST>(&path.half_chord), four::<FIRST>(&path.speed));
-    let turns = four::<FIRST>(&path.rotation_turns);
-    let before = four::<FIRST>(&path.collisions);
-    let distance = each(|i| along[i] + speed[i] * at.scaled_time);
-    let collisions = each(|i| {
-        at.after_start * floor::<N>((distance[i] + half_chord[i]) / (2.0 * half_chord[i]))
-    });
-    set_four::<FIRST>(&mut path.collisions, collisions);
-    let position = each(|i| distance[i] - 2.0 * half_chord[i] * collisions[i]);
-    // Rounding of a long distance must not place a particle outside the wall.
-    let position = each(|i| if position[i] > half_chord[i] { half_chord[i] } else { position[i] });
-    let position =
-        each(|i| if position[i] < -half_chord[i] { -half_chord[i] } else { position[i] });
-    let [sine, cosine] = sines_and_cosines(each(|i| collisions[i] * turns[i]));
-    let (dx, dy) = (four::<FIRST>(&path.direction_x), four::<FIRST>(&path.direction_y));
-    let unrotated_x = each(|i| position[i] * dx[i] + offset[i] * dy[i]);
-    let unrotated_y = each(|i| position[i] * dy[i] - offset[i] * dx[i]);
-    let x = each(|i| cosine[i] * unrotated_x[i] - sine[i] * unrotated_y[i]);
-    let y = each(|i| sine[i] * unrotated_x[i] + cosine[i] * unrotated_y[i]);
-    let scale = each(|i| speed[i] / at.radius);
-    let ux = each(|i| scale[i] * (cosine[i] * dx[i] - sine[i] * dy[i]));
-    let uy = each(|i| scale[i] * (sine[i] * dx[i] + cosine[i] * dy[i]));
-    set_four::<FIRST>(&mut to.x, each(|i| at.radius * x[i]));
-    set_four::<FIRST>(&mut to.y, each(|i| at.radius * y[i]));
-    // The sum with a product that is zero for a wall at rest decides the sign of a velocity of zero.
-    set_four::<FIRST>(&mut to.vx, each(|i| ux[i] + at.wall_speed * x[i]));
-    set_four::<FIRST>(&mut to.vy, each(|i| uy[i] + at.wall_speed * y[i]));
-    let impulse = impulse_of_collisions::<FIRST, AT_REST>(at, path, collisions);
-    let last_impulse = impulse_of_collisions::<FIRST, AT_REST>(at, path, before);
-    add_four::<FIRST>(&mut sums.collisions, collisions);
-    add_four::<FIRST>(&mut sums.new_collisions, each(|i| collisions[i] - before[i]));
-    add_four::<FIRST>(&mut sums.impulse, impulse);
-    add_four::<FIRST>(&mut sums.new_impulse, each(|i| impulse[i] - last_impulse[i]));
-}
-
-/// Impulse of the first collisions of a path per first mass, m/s: the sum of `Circle::impulse_of_collision` over collisions 2 C/s apart.
-/// The series is only that of a moving wall: 0 times a finite number changes no bit of a number that is not negative.
-#[inline(always)]
-fn impulse_of_collisions<const FIRST: usize, const AT_REST: bool>(
-    at: &Instant,
-    path: &PathGroup,
-    collisions: Four,
-) -> Four {
-    let (half_chord, speed) = (four::<FIRST>(&path.half_chord), four::<FIRST>(&path.speed));
-    let (along, mass) = (four::<FIRST>(&path.along), four::<FIRST>(&path.mass_ratio));
-    let at_rest = each(|i| speed[i] * collisions[i] / at.radius_at_start);
-    let per_mass = if AT_REST {
-        at_rest
-    } else {
-        each(|i| {
-            let rest = (half_chord[i] - along[i]) + half_chord[i] * (collisions[i] - 1.0);
-            at_rest[i] - at.wall_speed * (collisions[i] * rest)
-        })
-    };
-    each(|i| mass[i] * (2.0 * half_chord[i] * per_mass[i]))
-}
-
-/// Largest integer that is not above a number in [0, 2^51).
-#[inline(always)]
-fn floor<const N: usize>(number: f64) -> f64 {
-    if N > 1 {
-        return number.floor();
+impl<const N: usize, I: InstructionSet<N>> InstantRegisters<N, I> {
+    #[inline(always)]
+    fn of(instructions: I, at: &Instant) -> Self {
+        Self {
+            instructions,
+            one: instructions.splat(1.0),
+            two: instructions.splat(2.0),
+            scaled_time: instructions.splat(at.scaled_time),
+            radius_at_start: instructions.splat(at.radius_at_start),
+            radius: instructions.splat(at.radius),
+            inverse_radius: instructions.splat(at.radius.recip()),
+            wall_speed: instructions.splat(at.wall_speed),
+            after_start: instructions.splat(at.after_start),
+        }
     }
-    // Without wide registers, the processor may not have an instruction for it.
-    let nearest = (number + ROUNDING) - ROUNDING;
-    if nearest > number { nearest - 1.0 } else { nearest }
+
+    /// `ChordPath::flight` for a part of a group, with each branch replaced by a selection.
+    #[inline(always)]
+    fn advance<const WALL: u8>(
+        &self,
+        part: usize,
+        path: &mut PathGroup,
+        to: &mut Group,
+        sums: &mut BlockSums,
+    ) {
+        let instructions = self.instructions;
+        let (along, offset) = (self.load(&path.along, part), self.load(&path.offset, part));
+        let (half_chord, speed) = (self.load(&path.half_chord, part), self.load(&path.speed, part));
+        let turns = self.load(&path.rotation_turns, part);
+        let dx = self.load(&path.direction_x, part);
+        let dy = self.load(&path.direction_y, part);
+        let mass_ratio = self.load(&path.mass_ratio, part);
+        let before = self.load(&path.collisions, part);
+        let distance = along + speed * self.scaled_time;
+        let chord = self.two * half_chord;
+        let collisions = self.after_start * instructions.floor((distance + half_chord) / chord);
+        instructions.store(collisions, part_of_mut(&mut path.collisions, part));
+        let position = distance - chord * collisions;
+        // Rounding of a long distance must not place a particle outside the wall.
+        let position = half_chord.or_else(half_chord.is_less(position), position);
+        let position = (-half_chord).or_else(position.is_less(-half_chord), position);
+        let [sine, cosine] = sine_and_cosine(instructions, collisions * turns);
+        let unrotated_x = position * dx + offset * dy;
+        let unrotated_y = position * dy - offset * dx;
+        let x = cosine * unrotated_x - sine * unrotated_y;
+        let y = sine * unrotated_x + cosine * unrotated_y;
+        let scale = self.over_radius::<WALL>(speed, self.radius);
+        let ux = scale * (cosine * dx - sine * dy);
+        let uy = scale * (sine * dx + cosine * dy);
+        instructions.store(self.radius * x, part_of_mut(&mut to.x, part));
+        instructions.store(self.radius * y, part_of_mut(&mut to.y, part));
+        // The sum with a product that is zero for a wall at rest decides the sign of a velocity of zero.
+        instructions.store(ux + self.wall_speed * x, part_of_mut(&mut to.vx, part));
+        instructions.store(uy + self.wall_speed * y, part_of_mut(&mut to.vy, part));
+        let chords = Chords { along, half_chord, speed, mass_ratio };
+        let impulse = self.impulse_of_collisions::<WALL>(&chords, collisions);
+        let last_impulse = self.impulse_of_collisions::<WALL>(&chords, before);
+        self.add(&mut sums.collisions, part, collisions);
+        self.add(&mut sums.new_collisions, part, collisions - before);
+        self.add(&mut sums.impulse, part, impulse);
+        self.add(&mut sums.new_impulse, part, impulse - last_impulse);
+    }
+
+    /// Impulse of the first collisions of a path per first mass, m/s: the sum of `Circle::impulse_of_collision` over collisions 2 C/s apart.
+    /// The series is only that of a moving wall: 0 times a finite number changes no bit of a number that is not negative.
+    #[inline(always)]
+    fn impulse_of_collisions<const WALL: u8>(
+        &self,
+        &Chords { along, half_chord, speed, mass_ratio }: &Chords<I::Register>,
+        collisions: I::Register,
+    ) -> I::Register {
+        let mut per_mass = self.over_radius::<WALL>(speed * collisions, self.radius_at_start);
+        if WALL == MOVING {
+            let rest = (half_chord - along) + half_chord * (collisions - self.one);
+            per_mass = per_mass - self.wall_speed * (collisions * rest);
+        }
+        mass_ratio * (self.two * half_chord * per_mass)
+    }
+
+    /// A number over the radius, now or at the start.
+    #[inline(always)]
+    fn over_radius<const WALL: u8>(&self, number: I::Register, radius: I::Register) -> I::Register {
+        if WALL == AT_REST_BINARY { number * self.inverse_radius } else { number / radius }
+    }
+
+    /// As many lanes as a register holds.
+    #[inline(always)]
+    fn load(&self, lanes: &Lanes, part: usize) -> I::Register {
+        self.instructions.load(&lanes.as_chunks().0[part])
+    }
+
+    #[inline(always)]
+    fn add(&self, sums: &mut Lanes, part: usize, values: I::Register) {
+        let sum = part_of_mut(sums, part);
+        self.instructions.store(self.instructions.load(sum) + values, sum);
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simd::registers::Scalar;
 
     /// The fractional parts of multiples of irrational numbers fill the unit interval evenly (Weyl 1916).
     fn part(index: usize, root: f64) -> f64 {
@@ -400,18 +449,20 @@ mod tests {
     /// after up to thousands of collisions. Control: the formulas of a wall at rest are wrong for one that moves.
     #[test]
     fn wall_at_rest_and_wide_registers_change_no_bit() {
-        for (radius, time_s) in [(1.0, 0.0), (1.0, 4.62), (0.7, 13.0), (3.0, 12_345.6)] {
+        for (radius, time_s) in
+            [(1.0, 0.0), (1.0, 4.62), (0.7, 13.0), (3.0, 12_345.6), (0.25, 13.0), (1024.0, 99.0)]
+        {
             for wall_speed in [0.0, -0.0] {
                 let at = Instant::of(&Circle { radius, wall_speed }, time_s);
-                let full = bits(|block| block.evaluate::<1, false>())(at);
+                let full = bits(|block| block.evaluate::<1, _, MOVING>(Scalar))(at);
                 for width in [1, 4, 8] {
                     assert_eq!(bits(|block| registers::run(block, width))(at), full, "{width}");
                 }
             }
         }
         let moving = Instant::of(&Circle { radius: 1.0, wall_speed: 0.01 }, 4.62);
-        let full = bits(|block| block.evaluate::<1, false>())(moving);
-        assert_ne!(bits(|block| block.evaluate::<1, true>())(moving), full);
+        let full = bits(|block| block.evaluate::<1, _, MOVING>(Scalar))(moving);
+        assert_ne!(bits(|block| block.evaluate::<1, _, AT_REST>(Scalar))(moving), full);
         assert_eq!(bits(|block| registers::run(block, 4))(moving), full);
     }
 }

@@ -13,8 +13,9 @@ pub(super) const BLOCK: usize = 128;
 /// One number per particle of a group.
 pub(super) type Lanes = [f64; LANES];
 
-/// Eight particles.
+/// Eight particles. No column crosses a cache line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[repr(align(64))]
 pub(super) struct Group {
     pub(super) x: Lanes,
     pub(super) y: Lanes,

@@ -263,6 +263,28 @@ impl InstructionSet<4> for Avx2 {
     }
 
     #[inline(always)]
+    fn floor(self, register: F64x4) -> F64x4 {
+        F64x4(unsafe { _mm256_floor_pd(register.0) })
+    }
+
+    #[inline(always)]
+    fn by_last_bit(self, bits: F64x4, odd: F64x4, even: F64x4) -> F64x4 {
+        unsafe {
+            let is_odd = _mm256_slli_epi64::<63>(_mm256_castpd_si256(bits.0));
+            F64x4(_mm256_blendv_pd(even.0, odd.0, _mm256_castsi256_pd(is_odd)))
+        }
+    }
+
+    #[inline(always)]
+    fn inverted_by_second_bit(self, bits: F64x4, numbers: F64x4) -> F64x4 {
+        unsafe {
+            let sign = _mm256_slli_epi64::<62>(_mm256_castpd_si256(bits.0));
+            let sign = _mm256_and_pd(_mm256_castsi256_pd(sign), _mm256_set1_pd(-0.0));
+            F64x4(_mm256_xor_pd(numbers.0, sign))
+        }
+    }
+
+    #[inline(always)]
     fn store_selected(self, register: F64x4, lanes: u32, into: &mut [f64; 4]) {
         unsafe {
             let packed = packed(_mm256_castpd_si256(register.0), lanes);

@@ -184,6 +184,29 @@ impl InstructionSet<8> for Avx512 {
     }
 
     #[inline(always)]
+    fn floor(self, register: F64x8) -> F64x8 {
+        // Toward minus infinity, without exceptions.
+        F64x8(unsafe { _mm512_roundscale_pd::<9>(register.0) })
+    }
+
+    #[inline(always)]
+    fn by_last_bit(self, bits: F64x8, odd: F64x8, even: F64x8) -> F64x8 {
+        unsafe {
+            let is_odd = _mm512_test_epi64_mask(_mm512_castpd_si512(bits.0), _mm512_set1_epi64(1));
+            F64x8(_mm512_mask_blend_pd(is_odd, even.0, odd.0))
+        }
+    }
+
+    #[inline(always)]
+    fn inverted_by_second_bit(self, bits: F64x8, numbers: F64x8) -> F64x8 {
+        unsafe {
+            let shifted = _mm512_slli_epi64::<62>(_mm512_castpd_si512(bits.0));
+            let sign = _mm512_and_si512(shifted, _mm512_set1_epi64(i64::MIN));
+            F64x8(_mm512_castsi512_pd(_mm512_xor_si512(_mm512_castpd_si512(numbers.0), sign)))
+        }
+    }
+
+    #[inline(always)]
     fn store_selected(self, register: F64x8, lanes: u32, into: &mut [f64; 8]) {
         self.store(F64x8(unsafe { _mm512_maskz_compress_pd(lanes as u8, register.0) }), into);
     }

@@ -113,6 +113,24 @@ pub(crate) trait InstructionSet<const N: usize>: Copy {
     unsafe fn gather_vectors(self, vectors: &[[f64; 2]], indices: &[u32; N])
     -> [Self::Register; 2];
 
+    /// The largest integer that is not above each number, for numbers in [0, 2^51).
+    fn floor(self, register: Self::Register) -> Self::Register;
+
+    /// Lane by lane, `odd` if the last bit of `bits` is set, else `even`.
+    fn by_last_bit(
+        self,
+        bits: Self::Register,
+        odd: Self::Register,
+        even: Self::Register,
+    ) -> Self::Register;
+
+    /// The numbers, with their signs inverted in the lanes where the last bit but one of `bits` is set.
+    fn inverted_by_second_bit(
+        self,
+        bits: Self::Register,
+        numbers: Self::Register,
+    ) -> Self::Register;
+
     /// Stores the lanes whose bits are set in `lanes`, packed from the front; the rest is undefined.
     fn store_selected(self, register: Self::Register, lanes: u32, into: &mut [f64; N]);
 
@@ -315,6 +333,24 @@ impl InstructionSet<1> for Scalar {
     #[inline(always)]
     unsafe fn gather_vectors(self, vectors: &[[f64; 2]], [index]: &[u32; 1]) -> [f64; 2] {
         vectors[*index as usize]
+    }
+
+    #[inline(always)]
+    fn floor(self, number: f64) -> f64 {
+        // 2^52: its addition rounds to the nearest integer. The processor may not have an instruction for it.
+        const ROUNDING: f64 = 4_503_599_627_370_496.0;
+        let nearest = (number + ROUNDING) - ROUNDING;
+        if nearest > number { nearest - 1.0 } else { nearest }
+    }
+
+    #[inline(always)]
+    fn by_last_bit(self, bits: f64, odd: f64, even: f64) -> f64 {
+        if bits.to_bits() & 1 == 1 { odd } else { even }
+    }
+
+    #[inline(always)]
+    fn inverted_by_second_bit(self, bits: f64, number: f64) -> f64 {
+        f64::from_bits(number.to_bits() ^ (bits.to_bits() & 2) << 62)
     }
 
     #[inline(always)]
