@@ -47,7 +47,7 @@ impl LockedCheck<'_> {
         if file.schema_version != SCHEMA_VERSION {
             let what = format!(
                 "{} was written for recording schema {}; this program records schema {SCHEMA_VERSION}",
-                shown_path(&self.lock_file),
+                shown_path(self.lock_file),
                 file.schema_version
             );
             return Err(Failure::new(Exit::Differs, what).help(WRITE_ANEW));
@@ -92,7 +92,7 @@ impl LockedCheck<'_> {
         }
         self.result.say(&text);
         if exit == Exit::Differs {
-            let what = format!("the runs are not those of {}", shown_path(&self.lock_file));
+            let what = format!("the runs are not those of {}", shown_path(self.lock_file));
             Failure::new(exit, what).help(WRITE_ANEW).report();
         }
     }
@@ -105,7 +105,7 @@ impl LockedCheck<'_> {
         let of = |manifest: &PathBuf| {
             let path = relative_to(self.lock_file, manifest)?;
             file.experiment(&path).ok_or_else(|| {
-                bad(format!("{} has no entry for {}", shown_path(&self.lock_file), one_line(&path)))
+                bad(format!("{} has no entry for {}", shown_path(self.lock_file), one_line(&path)))
                     .help(format!(
                         "add it with `kinetoscope lock {}`",
                         word(&manifest.to_string_lossy())

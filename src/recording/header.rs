@@ -142,6 +142,12 @@ impl Header {
         }
     }
 
+    /// Whether viewers can show a recording whose last frame has this index.
+    #[must_use]
+    pub fn can_be_played(&self, last: u64) -> bool {
+        log_time_ns(last, self.playback_fps).is_some()
+    }
+
     /// Checks that the selection can be recorded and that viewers can show the playback.
     ///
     /// # Errors

@@ -1,10 +1,12 @@
 //! `fill`: restores all frames of a recording that keeps only keyframes.
 
 use crate::interrupt::Interrupt;
+use crate::run::prepared::Prepared;
 use crate::run::{record_frames, record_start};
 use crate::verify::check_thread::CheckThread;
 use crate::verify::rerun_check::RerunCheck;
-use crate::verify::restore::{RestoreError, Restored, Source, create, discard};
+use crate::verify::restore::{RestoreError, Restored, Source, written};
+use kinetoscope_recording::file::RecordingFile;
 use kinetoscope_recording::reader::{Outcome, StoredFrames};
 use kinetoscope_recording::recorder::Recorder;
 use kinetoscope_usage::text::shown_path;
@@ -29,8 +31,21 @@ pub fn fill(
         None => default_output(&source, &start.header.run_key),
     };
     source.check_output(&output, &start.header.run_key)?;
+    let (frames, equal_frames) =
+        written(&output, |file| record(&source, start, file, interrupt, on_frame))?;
+    Ok(Restored { path: output, frames, equal_frames, notes: Vec::new() })
+}
+
+/// Executes the run and records it; returns the number of frames, and of those that were compared.
+fn record(
+    source: &Source,
+    start: Prepared,
+    file: RecordingFile,
+    interrupt: &Interrupt,
+    on_frame: &(dyn Fn(u64, u64) + Sync),
+) -> Result<(u64, u64), RestoreError> {
     let stop = interrupt.with_own_stop();
-    let mut recorder = Recorder::create(create(&output)?, &start.header)?;
+    let mut recorder = Recorder::create(file, &start.header)?;
     let (check, findings) = RerunCheck::new(&source.recording, 0, None, &stop)?;
     recorder.show_to(Box::new(CheckThread::new(check)))?;
     let mut state = record_start(start, recorder)?;
@@ -38,7 +53,7 @@ pub fn fill(
     let frames = state.recorder.frames_written();
     let file = state.recorder.finish(&outcome)?;
     let mut findings = findings.take();
-    let complete = complete(&source, &outcome, interrupt, |source| {
+    complete(source, &outcome, interrupt, |source| {
         source.differences(&mut findings)?;
         match findings.unreadable.take() {
             Some(error) => Err(error.into()),
@@ -48,14 +63,9 @@ pub fn fill(
                 findings.equal_frames
             ))),
         }
-    });
-    if let Err(error) = complete {
-        discard(file);
-        return Err(error);
-    }
+    })?;
     file.commit()?;
-    let equal_frames = findings.equal_frames;
-    Ok(Restored { path: output, frames, equal_frames, notes: Vec::new() })
+    Ok((frames, findings.equal_frames))
 }
 
 /// Whether the result is complete and equal.

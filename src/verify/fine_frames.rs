@@ -80,6 +80,12 @@ impl FineFrames {
             _ => return refused(format!("--every {every} must be above 0")),
         };
         let schedule = Schedule::new(interval, extent)?;
+        if !start.header.can_be_played(schedule.frames()) {
+            let frames = schedule.frames();
+            return refused(format!(
+                "--every {every} divides the run into {frames} frames, more than a viewer can play: take a longer time"
+            ));
+        }
         let first = (from / every - SAME_FRAME).ceil() as u64;
         let reaches_end = to >= end - slack;
         let last = (to / every + SAME_FRAME).floor() as u64;

@@ -180,7 +180,7 @@ fn same_file(one: &Path, other: &Path) -> bool {
 }
 
 /// Creates the file of the result: a partial file beside it until it is complete.
-pub(crate) fn create(path: &Path) -> Result<RecordingFile, RestoreError> {
+fn create(path: &Path) -> Result<RecordingFile, RestoreError> {
     let stem = path.file_name().and_then(|name| name.to_str()?.strip_suffix(".mcap"));
     let Some(stem) = stem.filter(|stem| !stem.is_empty()) else {
         let what = format!("{} does not end in .mcap: name another file", shown_path(path));
@@ -190,10 +190,18 @@ pub(crate) fn create(path: &Path) -> Result<RecordingFile, RestoreError> {
     Ok(RecordingFile::create(&folder, stem)?)
 }
 
-/// Removes the partial file of a result that is not complete.
-pub(crate) fn discard(file: RecordingFile) {
+/// Creates the file of the result and writes it. The partial file of a result that is not complete is removed; one that differs
+/// from an existing file stays, because the error names both.
+pub(crate) fn written<T>(
+    path: &Path,
+    write: impl FnOnce(RecordingFile) -> Result<T, RestoreError>,
+) -> Result<T, RestoreError> {
+    let file = create(path)?;
     let partial = file.partial_path().to_owned();
-    drop(file);
-    // What remains is replaced by the next attempt.
-    let _ = fs::remove_file(partial);
+    write(file).inspect_err(|error| {
+        if !matches!(error, RestoreError::Run(RunError::Record(RecordError::Differs { .. }))) {
+            // What remains is replaced by the next attempt.
+            let _ = fs::remove_file(partial);
+        }
+    })
 }

@@ -10,7 +10,7 @@ use crate::verify::check_thread::CheckThread;
 use crate::verify::fine_frames::{FineFrames, Interval};
 use crate::verify::keyframe_search::{Base, nearest};
 use crate::verify::rerun_check::RerunCheck;
-use crate::verify::restore::{RestoreError, Restored, Source, create, discard};
+use crate::verify::restore::{RestoreError, Restored, Source, written};
 use kinetoscope_physics::model::{Model, Progress, Target};
 use kinetoscope_physics::restore;
 use kinetoscope_recording::background::FrameWriter;
@@ -56,8 +56,7 @@ pub fn zoom(
     let before = fine.target(fine.first.saturating_sub(1));
     let base = nearest(&source, &start, before)?;
     let passed = check(&source, base, before, fine.target(fine.last), interrupt)?;
-    let file = create(&output)?;
-    let outcome = record(&source, &passed.model, &fine, file, interrupt)?;
+    let outcome = written(&output, |file| record(&source, &passed.model, &fine, file, interrupt))?;
     let mut notes = passed.notes;
     if let Outcome::Fault(fault) = outcome {
         notes.push(format!("the run failed in this interval: {fault}"));
@@ -149,7 +148,6 @@ fn record(
     }
     let file = state.recorder.finish(&outcome)?;
     if let Some(code) = interrupt.exit_code() {
-        discard(file);
         return Err(RestoreError::Interrupted(code));
     }
     file.commit()?;

@@ -11,7 +11,8 @@ use std::path::{Path, PathBuf};
 
 /// The layers from the lowest to the highest. An entry imports only from lower layers and from itself.
 const LAYERS: &[&[&str]] = &[
-    &["manifest", "recording", "interrupt.rs", "usage"],
+    &["usage"],
+    &["manifest", "recording", "interrupt.rs"],
     &["object_storage", "physics", "live"],
     &["run"],
     &["plan"],

@@ -161,6 +161,20 @@ fn existing_files_are_never_replaced() {
     expect(&zoom(&bench, &keys, ["0.01", "0.011", "1e-4"], "full.mcap"), 2);
 }
 
+/// Control: a hundred times fewer frames than a viewer can play are accepted.
+#[test]
+fn zoom_of_more_frames_than_can_be_played_is_rejected_and_leaves_no_file() {
+    let bench = Bench::new();
+    let recording = bench.recording();
+    let called = zoom(&bench, &recording, ["0", "0.0005", "1e-14"], "out.mcap");
+    expect(&called, 2);
+    assert!(called.err.contains("more than a viewer can play"), "{}", called.err);
+    for name in ["out.mcap", "out.partial.mcap"] {
+        assert!(!bench.path(name).exists(), "{name}");
+    }
+    expect(&zoom(&bench, &recording, ["0.0004", "0.0004", "1e-9"], "out.mcap"), 0);
+}
+
 /// Replaces the bytes of the provenance, with a checksum that the reader does not need at the start of the file.
 fn edited(path: &Path, old: &[u8], new: &[u8]) -> PathBuf {
     let mut bytes = fs::read(path).unwrap();
