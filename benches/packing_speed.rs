@@ -77,14 +77,16 @@
 //!
 //! # Several threads: findings of a prototype
 //!
-//! The engine has one thread. A prototype on it, which is not part of the program, gave the same bits with two threads; its speed
-//! has yet to be measured on a machine with two free processors.
+//! The engine has one thread. A prototype on it, which is not part of the program, was bitwise identical with two threads in
+//! periodic boxes of equal elastic discs; walls and mixtures were not tried. Its speed has yet to be measured on a machine with two
+//! free processors.
 //!
 //! Each thread has a strip of rows of cells, with a queue of interior events, whose scans read rows of the strip only. The other
 //! events are layer events, one heap per strip. The strips execute interior events in parallel up to a bound, the time of the
 //! earliest layer event of any strip. An interior event that predicts an earlier layer event lowers the bound. What a strip has
 //! executed at or after the final bound is undone from copies of the records. Then the events up to the bound are executed one at
-//! a time, in the order of one thread. Two strips, 200,000 collisions of 1e5 discs, one run on a busy machine; the windows undone depend on the timing:
+//! a time, in the order of one thread. Two strips, 200,000 collisions of 1e5 discs, one run on a busy machine; what is undone
+//! depends on the timing:
 //!
 //! | packing fraction | events | one at a time | parallel windows | events per window | windows undone | events undone |
 //! |---|---|---|---|---|---|---|
@@ -104,8 +106,8 @@
 //!
 //! Not solved: an old entry of a queue may name a disc that has moved into another strip. The reader must compare the cell, read as
 //! an atomic number, before it reads the rest of the record. All accesses to records must go through cells (`UnsafeCell`), not
-//! references to the whole array, which the scans use now. If another program takes a processor, a window waits for it: while
-//! nineteen processes wanted two processors, two threads were 6 (0.3) and 18 (0.7) times slower than one.
+//! references to the whole array, which the scans use now. If another program takes a processor, a window waits for it: at a
+//! load average of 19 on two processors, two threads were 6 (0.3) and 18 (0.7) times slower than one.
 
 #![allow(clippy::unwrap_used, reason = "a benchmark may panic")]
 
