@@ -74,6 +74,40 @@
 //! | lanes nine to sixteen by four instead of by eight, and cells read without bounds checks | 1.01, 1.03 | 1.06, 1.03 |
 //! | rejected: closures instead of functions that are always inlined, which are not compiled for AVX2 | 0.18, 0.16 | |
 //! | rejected: event at an edge and offset of a partner chosen by arithmetic instead of branches; at 1e5 0.96 to 0.98 | 1.00, 0.99 | 1.05, 1.04 |
+//!
+//! # Several threads: findings of a prototype
+//!
+//! The engine has one thread. A prototype on it, which is not part of the program, was bitwise identical with two threads in
+//! periodic boxes of equal elastic discs; walls and mixtures were not tried. Its speed has yet to be measured on a machine with two
+//! free processors.
+//!
+//! Each thread has a strip of rows of cells, with a queue of interior events, whose scans read rows of the strip only. The other
+//! events are layer events, one heap per strip. The strips execute interior events in parallel up to a bound, the time of the
+//! earliest layer event of any strip. An interior event that predicts an earlier layer event lowers the bound. What a strip has
+//! executed at or after the final bound is undone from copies of the records. Then the events up to the bound are executed one at
+//! a time, in the order of one thread. Two strips, 200,000 collisions of 1e5 discs, one run on a busy machine; what is undone
+//! depends on the timing:
+//!
+//! | packing fraction | events | one at a time | parallel windows | events per window | windows undone | events undone |
+//! |---|---|---|---|---|---|---|
+//! | 0.3 | 458,915 | 5069 (1.10 %) | 4758 | 96 | 4 | 36 |
+//! | 0.7 | 278,311 | 4213 (1.51 %) | 4019 | 69 | 0 | 0 |
+//!
+//! State that depends on the order of all events, and how each part keeps its bits:
+//!
+//! - sums, counts and time of the last collision: each strip logs its collisions, which are merged by time, event and disc;
+//! - shift of the clock's origin, moments every n collisions, and targets: a window has room for fewer events than remain, and the
+//!   last 64 are executed one at a time;
+//! - random numbers of wall noise: wall collisions with noise are layer events;
+//! - detection of inelastic collapse: not in the prototype; a rapid collision, or one of a disc that has a count, must be a layer event;
+//! - cells of more than four discs: not in the prototype; the linked lists belong to the discs, but their number is one for all;
+//! - queues: an undone event is scheduled again, and entries that are not the event of their disc are skipped, as with one thread;
+//! - an event whose partner has moved into the layer since the prediction, or into another strip, is a layer event when it is due.
+//!
+//! Not solved: an old entry of a queue may name a disc that has moved into another strip. The reader must compare the cell, read as
+//! an atomic number, before it reads the rest of the record. All accesses to records must go through cells (`UnsafeCell`), not
+//! references to the whole array, which the scans use now. If another program takes a processor, a window waits for it: at a
+//! load average of 19 on two processors, two threads were 6 (0.3) and 18 (0.7) times slower than one.
 
 #![allow(clippy::unwrap_used, reason = "a benchmark may panic")]
 
