@@ -30,130 +30,113 @@ fn assert_safe(called: &Called, code: i32, case: &str) {
     assert_eq!(called.code, Some(code), "{case}: {}{}", called.out, called.err);
 }
 
+/// Commands and their exit codes. `@NAME` is a file of the folder with the hostile name, `@` the folder; `@RECORDING` and `@KEYFRAMES` are
+/// the recordings of the first two commands.
+const COMMANDS: &[(&str, i32)] = &[
+    ("run --dry-run --output @out @gas.toml", 0),
+    ("run @broken.toml", 2),
+    ("run @missing", 2),
+    ("run @not.mcap", 2),
+    ("run @start.toml", 2),
+    ("run --output @not.mcap @gas.toml", 75),
+    ("run --prune --output @out @gas.toml", 0),
+    ("run --export-commands @missing --force --output elsewhere @gas.toml", 2),
+    ("run --gnuplot @plot --force --output @out @gas.toml", 0),
+    ("run --gnuplot @not.mcap --force --output @out @gas.toml", 75),
+    ("check --output @out @gas.toml", 0),
+    ("check --json --output @out @gas.toml", 0),
+    ("check @broken.toml", 2),
+    ("check --locked --lock-file @missing", 5),
+    ("why --output @out @gas.toml", 0),
+    ("why @broken.toml", 2),
+    ("benchmark --output @out @gas.toml", 0),
+    ("info @RECORDING", 0),
+    ("info --json @RECORDING", 0),
+    ("info @not.mcap", 5),
+    ("info @missing", 5),
+    ("info @", 5),
+    ("verify @RECORDING", 0),
+    ("verify --check-attestation @RECORDING", 0),
+    ("verify @not.mcap", 5),
+    ("verify @missing", 5),
+    ("compare @RECORDING @RECORDING", 0),
+    ("compare @RECORDING @KEYFRAMES", 4),
+    ("compare @RECORDING @missing", 5),
+    ("compare --mcap @both.mcap @RECORDING @RECORDING", 0),
+    ("compare --mcap @both.mcap @RECORDING @RECORDING", 2),
+    ("fill --output @filled.mcap @KEYFRAMES", 0),
+    ("fill --output @filled.mcap @KEYFRAMES", 0),
+    ("fill @not.mcap", 5),
+    ("zoom @missing --from 0 --to 1 --every 1", 5),
+    ("analyze @out/gas", 0),
+    ("analyze @not.mcap", 5),
+    ("analyze @missing", 2),
+    ("analyze --json @out/gas", 0),
+    ("analyze --checks @broken.toml @out/gas", 2),
+    ("analyze --checks @checks.toml --junit @junit.xml @out/gas", 3),
+    ("analyze --baseline @not.mcap @out/gas", 2),
+    ("export --format csv @out/gas", 0),
+    ("export --thumbnail @picture.png @RECORDING", 0),
+    ("export --thumbnail @none/picture.png @RECORDING", 75),
+    ("plot @out/gas --y /energy.kinetic_j --output @plot.svg", 0),
+    ("plot @not.mcap --y /energy.kinetic_j", 5),
+    ("plot @missing --y /energy.kinetic_j", 2),
+    ("view @missing", 5),
+    ("view @empty", 5),
+    ("lock --lock-file @k.lock @gas.toml", 0),
+    ("check --locked --lock-file @k.lock", 0),
+    ("lock --lock-file @not.mcap @gas.toml", 5),
+    ("lock --lock-file @k.lock @broken.toml", 2),
+];
+
+/// The files of a folder with a hostile name.
+fn prepare(bench: &Bench, folder: &str) {
+    fs::create_dir_all(bench.path(folder).join("empty")).unwrap();
+    let keyframes = GAS.to_owned() + "keep = \"keyframes\"\nkeyframe_distance = 2\n";
+    let start = "seed = 1\n[model.gas]\nstart_from = \"none.toml\"\nduration_s = 0.001\n";
+    for (name, text) in [
+        ("gas.toml", GAS),
+        ("keyframes.toml", &keyframes),
+        ("broken.toml", "seed = \n[model.gas]\nparticels = 2\n"),
+        ("not.mcap", "junk"),
+        ("checks.toml", "[[checks]]\nmetric = \"energy.kinetic\"\nminimum = 1e300\n"),
+        ("start.toml", start),
+    ] {
+        bench.write(&format!("{folder}/{name}"), text);
+    }
+}
+
 #[test]
 fn paths_are_escaped_in_every_command() {
     for folder in FOLDERS {
         let bench = Bench::new();
-        fs::create_dir(bench.path(folder)).unwrap();
-        let at = |name: &str| format!("{folder}/{name}");
-        let (manifest, output, recordings) = (at("gas.toml"), at("out"), at("out/gas"));
-        bench.write(&manifest, GAS);
-        bench.write(
-            &at("keyframes.toml"),
-            &(GAS.to_owned() + "keep = \"keyframes\"\nkeyframe_distance = 2\n"),
-        );
-        bench.write(&at("broken.toml"), "seed = \n[model.gas]\nparticels = 2\n");
-        bench.write(&at("not.mcap"), "junk");
-        fs::create_dir(bench.path(&at("empty"))).unwrap();
-        bench.write(
-            &at("checks.toml"),
-            "[[checks]]\nmetric = \"energy.kinetic\"\nminimum = 1e300\n",
-        );
-        let start = "seed = 1\n[model.gas]\nstart_from = \"none.toml\"\nduration_s = 0.001\n";
-        bench.write(&at("start.toml"), start);
-        let run = |arguments: &[&str], code: i32| {
-            let called = bench.call(arguments);
-            assert_safe(&called, code, &format!("{arguments:?}"));
-            called
-        };
-        run(&["run", "--output", &output, &manifest], 0);
-        run(&["run", "--output", &output, &manifest], 0);
-        run(&["run", "--verbose", "--force", "--output", &output, &at("keyframes.toml")], 0);
+        prepare(&bench, folder);
         let found = |experiment: &str| {
-            let path = super::recordings(&bench.path(&at(experiment))).remove(0);
-            at(&format!("{experiment}/{}", path.file_name().unwrap().to_str().unwrap()))
+            let output = format!("{folder}/out/{experiment}");
+            let path = super::recordings(&bench.path(&output)).remove(0);
+            format!("{output}/{}", path.file_name().unwrap().to_str().unwrap())
         };
-        let (recording, keyframes) = (found("out/gas"), found("out/keyframes"));
-        let (broken, junk, missing) = (at("broken.toml"), at("not.mcap"), at("missing"));
-        let lock = at("k.lock");
-        for (arguments, code) in [
-            (&["run", "--dry-run", "--output", &output, &manifest][..], 0),
-            (&["run", &broken], 2),
-            (&["run", &missing], 2),
-            (&["run", &junk], 2),
-            (&["run", &at("start.toml")], 2),
-            (&["run", "--output", &junk, &manifest], 75),
-            (&["run", "--prune", "--output", &output, &manifest], 0),
-            (
-                &[
-                    "run",
-                    "--export-commands",
-                    &missing,
-                    "--force",
-                    "--output",
-                    "elsewhere",
-                    &manifest,
-                ],
-                2,
-            ),
-            (&["run", "--gnuplot", &at("plot"), "--force", "--output", &output, &manifest], 0),
-            (&["run", "--gnuplot", &junk, "--force", "--output", &output, &manifest], 75),
-            (&["check", "--output", &output, &manifest], 0),
-            (&["check", "--json", "--output", &output, &manifest], 0),
-            (&["check", &broken], 2),
-            (&["check", "--locked", "--lock-file", &missing], 5),
-            (&["why", "--output", &output, &manifest], 0),
-            (&["why", &broken], 2),
-            (&["benchmark", "--output", &output, &manifest], 0),
-            (&["info", &recording], 0),
-            (&["info", "--json", &recording], 0),
-            (&["info", &junk], 5),
-            (&["info", &missing], 5),
-            (&["info", folder], 5),
-            (&["verify", &recording], 0),
-            (&["verify", "--check-attestation", &recording], 0),
-            (&["verify", &junk], 5),
-            (&["verify", &missing], 5),
-            (&["compare", &recording, &recording], 0),
-            (&["compare", &recording, &keyframes], 4),
-            (&["compare", &recording, &missing], 5),
-            (&["compare", "--mcap", &at("both.mcap"), &recording, &recording], 0),
-            (&["compare", "--mcap", &at("both.mcap"), &recording, &recording], 2),
-            (&["fill", "--output", &at("filled.mcap"), &keyframes], 0),
-            (&["fill", "--output", &at("filled.mcap"), &keyframes], 0),
-            (&["fill", &junk], 5),
-            (&["zoom", &missing, "--from", "0", "--to", "1", "--every", "1"], 5),
-            (&["analyze", &recordings], 0),
-            (&["analyze", &junk], 5),
-            (&["analyze", &missing], 2),
-            (&["analyze", "--json", &recordings], 0),
-            (&["analyze", "--checks", &broken, &recordings], 2),
-            (
-                &[
-                    "analyze",
-                    "--checks",
-                    &at("checks.toml"),
-                    "--junit",
-                    &at("junit.xml"),
-                    &recordings,
-                ],
-                3,
-            ),
-            (&["analyze", "--baseline", &junk, &recordings], 2),
-            (&["export", "--format", "csv", &recordings], 0),
-            (&["export", "--thumbnail", &at("picture.png"), &recording], 0),
-            (&["export", "--thumbnail", &at("none/picture.png"), &recording], 75),
-            (&["plot", &recordings, "--y", "/energy.kinetic_j", "--output", &at("plot.svg")], 0),
-            (&["plot", &junk, "--y", "/energy.kinetic_j"], 5),
-            (&["plot", &missing, "--y", "/energy.kinetic_j"], 2),
-            (&["view", &missing], 5),
-            (&["view", &at("empty")], 5),
-            (&["lock", "--lock-file", &lock, &manifest], 0),
-            (&["check", "--locked", "--lock-file", &lock], 0),
-            (&["lock", "--lock-file", &junk, &manifest], 5),
-            (&["lock", "--lock-file", &lock, &broken], 2),
-        ] {
-            run(arguments, code);
+        let word = |word: &str| match word.strip_prefix('@') {
+            Some("RECORDING") => found("gas"),
+            Some("KEYFRAMES") => found("keyframes"),
+            Some("") => folder.to_owned(),
+            Some(name) => format!("{folder}/{name}"),
+            None => word.to_owned(),
+        };
+        let call = |command: &str| {
+            let words: Vec<String> = command.split(' ').map(word).collect();
+            bench.call(&words.iter().map(String::as_str).collect::<Vec<_>>())
+        };
+        let first = [
+            ("run --output @out @gas.toml", 0),
+            ("run --output @out @gas.toml", 0),
+            ("run --verbose --force --output @out @keyframes.toml", 0),
+        ];
+        for (command, code) in first.iter().chain(COMMANDS) {
+            assert_safe(&call(command), *code, command);
         }
         // A path that is no argument: the annotation names the file of the check in one line.
-        let called = bench.call(&[
-            "analyze",
-            "--quiet",
-            "--github-annotations",
-            "--checks",
-            &at("checks.toml"),
-            &recordings,
-        ]);
+        let called = call("analyze --quiet --github-annotations --checks @checks.toml @out/gas");
         let lines: Vec<&str> = called.out.lines().collect();
         assert!(lines.len() == 1 && lines[0].starts_with("::error file="), "{}", called.out);
         assert!(!called.out.contains(is_hostile), "{}", called.out);
