@@ -1,7 +1,6 @@
 //! Reader of a recording: its manifest, provenance and frames. All contents of the file are checked before use.
 
 pub use crate::frames::{Frames, RecordedFrame, RecordedMessage};
-pub use crate::paired_frames::PairedFrames;
 pub use crate::provenance::{Outcome, Provenance};
 pub use crate::stored_frames::StoredFrames;
 pub use crate::table::StateTable;

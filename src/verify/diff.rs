@@ -3,9 +3,8 @@
 use kinetoscope_recording::channels::{self, FrameClock};
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::fields::{FieldValue, FieldValues, read_fields};
-use kinetoscope_recording::reader::{
-    Outcome, PairedFrames, RecordedFrame, RecordedMessage, Recording,
-};
+use kinetoscope_recording::paired_frames::PairedFrames;
+use kinetoscope_recording::reader::{Outcome, RecordedFrame, RecordedMessage, Recording};
 
 /// Result of a comparison frame by frame, which takes the memory of two frames.
 #[derive(Debug)]

@@ -14,7 +14,8 @@ use kinetoscope_manifest::parse_run;
 use kinetoscope_physics::model::{Progress, Target};
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::frame::Frame;
-use kinetoscope_recording::reader::{PairedFrames, RecordedFrame, Recording};
+use kinetoscope_recording::paired_frames::PairedFrames;
+use kinetoscope_recording::reader::{RecordedFrame, Recording};
 use std::path::Path;
 
 /// Separation up to which a difference can be a rounding error of one step: some ten thousand units in the last place, because

@@ -160,7 +160,7 @@ impl Source {
         let own =
             if same_file(path, self.path()) { "the recording itself" } else { "another file" };
         let what =
-            format!("{} exists, and is {own}: name a new file with --output", path.display());
+            format!("{} exists, and is {own}: name a new file with --output", shown_path(path));
         Err(RestoreError::Arguments(what))
     }
 

@@ -189,6 +189,19 @@ fn step_budget_and_frames_change_no_bit_of_the_closest_approach() {
     }
 }
 
+/// The Hill radius counts the mean distance from the central body, (r_1 + r_2)/2 ((m_1 + m_2)/(3 M))^(1/3) (Chambers, Mon. Not. R.
+/// Astron. Soc. 304 (1999) 793); pairs with the central body are left out. Tolerance: 1e-12, the rounding of sums.
+#[test]
+fn closest_approach_is_compared_with_the_mutual_hill_radius() {
+    let at = |mass: f64, x: f64| body(mass, [x, 0.0, 0.0], [0.0, 1.0 / x.sqrt(), 0.0]);
+    // The inner body is faster: the separation grows from the start.
+    let bodies = [body(1.0, [0.0; 3], [0.0; 3]), at(3e-6, 1.0), at(0.0, 1.02)];
+    let found = closest(&finished(&config(&bodies, OrbitIntegrator::Dop853, 0.01, 0.1)));
+    assert!((found.separation_au - 0.02).abs() < 1e-12, "{found:?}");
+    let radius = f64::midpoint(1.0, 1.02) * 1e-6_f64.cbrt();
+    assert!((found.separation_over_hill_radius * radius / 0.02 - 1.0).abs() < 1e-12, "{found:?}");
+}
+
 /// An encounter within the Hill radius and one that the steps do not follow are warned of at the end, and only there.
 #[test]
 fn close_encounters_are_warned_of() {

@@ -23,7 +23,7 @@ pub(super) fn section(report: &AnalysisReport) -> Markup {
                     p {
                         label {
                             input type="checkbox" class="pair" autocomplete="off";
-                            " two runs side by side, with one clock"
+                            " two runs in parallel, with one clock"
                         }
                     }
                 }

@@ -12,7 +12,6 @@ mod gas_and_dem_metrics_equal_closed_forms;
 // Metrics of orbit and packing equal the closed forms behind the frames.
 mod orbit_and_packing_metrics_equal_closed_forms;
 // The closest approach of two bodies is found between frames.
-mod close_encounters_equal_closed_forms;
 // The stress by height equals the weight above.
 mod stress_equals_weight_above;
 // Orders of convergence come from runs in the asymptotic range only.

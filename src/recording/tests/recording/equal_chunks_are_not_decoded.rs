@@ -7,7 +7,8 @@
 
 use crate::sample::{fill, header, time_of};
 use kinetoscope_recording::frame::Frame;
-use kinetoscope_recording::reader::{PairedFrames, RecordedFrame, Recording, StoredFrames};
+use kinetoscope_recording::paired_frames::PairedFrames;
+use kinetoscope_recording::reader::{RecordedFrame, Recording, StoredFrames};
 use kinetoscope_recording::recorder::{Clock, Compression, Outcome, Recorder, Selection};
 use std::path::Path;
 
