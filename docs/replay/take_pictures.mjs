@@ -14,6 +14,8 @@ const { chromium } = createRequire(path.join(process.cwd(), "package.json"))("pl
 
 const [viewer, recordings, output, ...names] = process.argv.slice(2);
 const SETTLE_MS = 4000;
+// A busy machine takes minutes to load the viewer.
+const TIMEOUT_MS = 300000;
 const SIZE = { width: 1280, height: 900 };
 // The ends of the slider below the panels, in pixels.
 const SLIDER = { left: 8, right: 1272, y: 843 };
@@ -48,20 +50,22 @@ for (const name of names.length ? names : all) {
   const runs = fs.readdirSync(path.join(recordings, name)).filter((file) => file.endsWith(".mcap")).sort();
   const run = runs.find((file) => RUNS[name] && file.includes(RUNS[name])) ?? runs[Math.floor(runs.length / 2)];
   const page = await browser.newPage({ viewport: SIZE, colorScheme: "dark" }), messages = [];
+  page.setDefaultTimeout(TIMEOUT_MS);
   page.on("console", (message) => { if (message.type() === "error") messages.push(message.text()); });
   page.on("pageerror", (error) => messages.push(String(error)));
   const query = new URLSearchParams({ ds: "remote-file", "ds.url": `${origin}/rec/${name}/${run}`, layoutUrl: `${origin}/rec/${name}/${name}.layout.json` });
   await page.goto(`${origin}/?${query}`);
-  await page.getByText("playback time").or(page.getByText("Log")).first().waitFor({ timeout: 120000 }).catch(() => {});
+  await page.getByText("playback time").or(page.getByText("Log")).first().waitFor().catch(() => {});
   await page.waitForTimeout(SETTLE_MS);
   // Closes the sidebar.
   await page.mouse.click(305, 58);
-  await page.mouse.click(SLIDER.left + (MOMENT[name] ?? 0.5) * (SLIDER.right - SLIDER.left), SLIDER.y);
-  await page.mouse.move(640, 20);
   const picture = path.join(output, `${name}.png`);
   // Until the whole recording is read and drawn.
   for (let before, now, tries = 0; tries < 20 && !(before && now.equals(before)); tries++) {
     before = now;
+    // Again, because a viewer that is still loading ignores it.
+    if (tries < 2) await page.mouse.click(SLIDER.left + (MOMENT[name] ?? 0.5) * (SLIDER.right - SLIDER.left), SLIDER.y);
+    await page.mouse.move(640, 20);
     await page.waitForTimeout(SETTLE_MS);
     now = await page.screenshot({ path: picture });
   }

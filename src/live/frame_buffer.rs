@@ -3,6 +3,7 @@
 use super::pace::Pace;
 use super::protocol::{PlaybackRequest, PlaybackState};
 use crate::interrupt::Interrupt;
+use kinetoscope_recording::channels::LOG;
 use kinetoscope_recording::observer::ChannelList;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -10,6 +11,8 @@ use std::time::{Duration, Instant};
 
 /// Maximum length of a viewer's queue; a new frame displaces the oldest one.
 const MAX_QUEUED_FRAMES: usize = 4;
+/// Maximum number of messages of the log that a late viewer receives: the first, with the lines of the start, and the newest.
+const MAX_LOG_MESSAGES: usize = 256;
 /// Interval at which a held run checks for Ctrl-C.
 const INTERRUPT_INTERVAL: Duration = Duration::from_millis(50);
 /// Time after the end of the broadcast in which viewers receive the last frame and close.
@@ -56,7 +59,8 @@ struct Mailbox {
 
 struct State {
     run_info: Arc<RunInfo>,
-    /// For each channel, the messages of the last frame that had any. A late viewer receives them first.
+    /// For each channel, the messages of the last frame that had any; of the log, those of all frames. A late viewer receives them
+    /// first.
     latest: BTreeMap<usize, Vec<Arc<BroadcastMessage>>>,
     frames: u64,
     time_ns: u64,
@@ -134,12 +138,7 @@ impl FrameBuffer {
         let Some(log_time_ns) = messages.last().map(|message| message.log_time_ns) else { return };
         let messages: Vec<Arc<BroadcastMessage>> = messages.into_iter().map(Arc::new).collect();
         let mut state = self.lock();
-        for message in &messages {
-            state.latest.remove(&message.channel);
-        }
-        for message in &messages {
-            state.latest.entry(message.channel).or_default().push(Arc::clone(message));
-        }
+        state.keep_for_late_viewers(&messages);
         state.frames += 1;
         state.time_ns = log_time_ns;
         let (number, session) = (state.frames, state.run_info.session);
@@ -215,7 +214,7 @@ impl FrameBuffer {
     }
 
     /// Subscribes to channels of a run. Returns their last messages, none if another run was announced, and the number of the last
-    /// frame. The messages are from one frame, except for channels that are drawn once or logged.
+    /// frame. The messages are from one frame, except for channels that are drawn once, and for the log.
     pub(super) fn subscribe(
         &self,
         session: u64,
@@ -269,6 +268,20 @@ impl FrameBuffer {
 }
 
 impl State {
+    fn keep_for_late_viewers(&mut self, messages: &[Arc<BroadcastMessage>]) {
+        let log =
+            self.run_info.channel_list.channels.iter().position(|channel| channel.topic == LOG);
+        for message in messages.iter().filter(|message| Some(message.channel) != log) {
+            self.latest.remove(&message.channel);
+        }
+        for message in messages {
+            self.latest.entry(message.channel).or_default().push(Arc::clone(message));
+        }
+        let Some(kept) = log.and_then(|log| self.latest.get_mut(&log)) else { return };
+        let excess = kept.len().saturating_sub(MAX_LOG_MESSAGES);
+        kept.drain(1..=excess);
+    }
+
     fn playback(&self) -> PlaybackState {
         PlaybackState {
             paused: self.pace.is_paused(),
@@ -282,6 +295,7 @@ impl State {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use kinetoscope_recording::observer::ChannelInfo;
 
     fn frame(index: u64) -> Vec<BroadcastMessage> {
         let message = |channel: usize| BroadcastMessage {
@@ -321,6 +335,36 @@ mod tests {
         buffer.broadcast(frame(3));
         let next: Vec<u64> = buffer.take(viewer).iter().map(|frame| frame.number).collect();
         assert_eq!(next, [seen + 1]);
+    }
+
+    #[test]
+    fn a_late_viewer_has_the_log_of_the_start_and_the_newest_lines() {
+        let buffer = FrameBuffer::new(None, &Interrupt::default());
+        let channel = |topic| ChannelInfo { topic, schema_name: String::new(), schema: Vec::new() };
+        let channels = ["/frame", LOG].map(channel).to_vec();
+        buffer.announce("run", ChannelList { channels, playback_fps: 1.0, end_ns: None });
+        let frames = MAX_LOG_MESSAGES as u64 + 10;
+        for log_time_ns in 0..frames {
+            let message = |channel| BroadcastMessage { channel, log_time_ns, payload: Vec::new() };
+            // Every other of the last frames has no line.
+            let has_line = log_time_ns + 4 < frames || log_time_ns % 2 == 0;
+            let messages = if has_line { vec![message(0), message(1)] } else { vec![message(0)] };
+            buffer.broadcast(messages);
+        }
+        let times = |channel: usize| -> Vec<u64> {
+            let (latest, _) = buffer.subscribe(1, &[channel]);
+            latest.iter().map(|message| message.log_time_ns).collect()
+        };
+        assert_eq!(times(0), [frames - 1]);
+        let log = times(1);
+        assert_eq!(log.len(), MAX_LOG_MESSAGES);
+        assert_eq!(log[..2], [0, 9]);
+        assert_eq!(log[log.len() - 2..], [frames - 4, frames - 2]);
+        buffer.announce(
+            "next",
+            ChannelList { channels: Vec::new(), playback_fps: 1.0, end_ns: None },
+        );
+        assert!(buffer.subscribe(2, &[0, 1]).0.is_empty());
     }
 
     #[test]

@@ -61,6 +61,8 @@ pub struct Recorder<W: Write> {
     // Frames in closed chunks.
     closed_frames: u64,
     resumable: Option<Resumable>,
+    // For an observer of the resumed run.
+    first_log: Option<Vec<u8>>,
     observer: Option<Box<dyn FrameObserver>>,
     buffer: Vec<u8>,
     /// The drawing of the discs, which is encoded before the frame is written.
@@ -105,6 +107,7 @@ impl<W: Write> Recorder<W> {
             payload_in_chunk: 0,
             closed_frames: header.stored.first(),
             resumable: None,
+            first_log: None,
             observer: None,
             buffer: Vec::new(),
             discs: EncodedDiscs::default(),
@@ -118,7 +121,7 @@ impl<W: Write> Recorder<W> {
         self.recorded.contains(&topic)
     }
 
-    /// Sends all messages from now on to an observer, starting with those that are drawn once at the start.
+    /// Sends all messages from now on to an observer. That of a resumed run first receives the drawings and the log of the start.
     ///
     /// # Errors
     /// A channel without a schema: a defect of the program.
@@ -133,6 +136,9 @@ impl<W: Write> Recorder<W> {
                 if self.wants(topic) {
                     observer.message(topic, 0, &drawn.encode_to_vec());
                 }
+            }
+            if let Some(log) = &self.first_log {
+                observer.message(channels::LOG, 0, log);
             }
         }
         self.observer = Some(observer);
@@ -408,6 +414,9 @@ impl<W: Write> Recorder<W> {
         };
         self.writer()?.write_to_known_channel(&header, payload)?;
         self.payload_in_chunk += payload.len() as u64;
+        if topic == channels::LOG && self.is_first() {
+            self.first_log.get_or_insert_with(|| payload.to_vec());
+        }
         if let Some(Resumable { open, .. }) = &mut self.resumable {
             open.push(channel_id, self.frames, log_time, payload);
         }

@@ -121,12 +121,13 @@ fn late_viewer_receives_static_drawings_and_the_last_frame() {
     let mut late = Viewer::connect(&address);
     late.receive_the_announcement();
     late.subscribe_to_all();
-    let seen = late
-        .receive_until(|event| matches!(event, Received::Data((topic, ..)) if topic == "/legend"));
+    let seen =
+        late.receive_until(|event| matches!(event, Received::Data((topic, ..)) if topic == "/log"));
     let seen: BTreeMap<String, u64> =
         data(&seen).into_iter().map(|(topic, time, _)| (topic, time)).collect();
-    assert_eq!(seen["/walls"], 0);
-    assert_eq!(seen["/legend"], 0);
+    for topic in ["/walls", "/legend", "/log"] {
+        assert_eq!(seen[topic], 0, "{topic}");
+    }
     for topic in ["/frame", "/state", "/discs", "/energy", "/force_chains"] {
         assert_eq!(seen[topic], 5 * FRAME_NS, "{topic}");
     }
@@ -166,7 +167,7 @@ fn paused_run_can_be_interrupted_and_resumed() {
     assert!(kill.success());
     viewer.receive_until(|event| *event == Received::Closed);
     assert_eq!(Experiment::end_of(&mut program), Some(130));
-    // After resuming, the run still sends the drawings of its start.
+    // After resuming, the run still sends the drawings and the log of its start.
     let (mut program, address) = experiment.start("watched", &["--live-speed", "100"]);
     let mut viewer = Viewer::connect(&address);
     viewer.receive_the_announcement();
@@ -177,7 +178,9 @@ fn paused_run_can_be_interrupted_and_resumed() {
     assert!(bytes(&recordings) == experiment.recorded_without_viewer());
     let recorded = messages(&recordings[0]);
     assert!(seen.iter().all(|message| recorded.contains(message)));
-    assert!(seen.iter().any(|(topic, time, _)| topic == "/walls" && *time == 0));
+    for wanted in ["/walls", "/legend", "/log"] {
+        assert!(seen.iter().any(|(topic, time, _)| topic == wanted && *time == 0), "{wanted}");
+    }
     assert!(seen.iter().any(|(topic, time, _)| topic == "/frame" && *time == FRAMES * FRAME_NS));
 }
 
