@@ -23,7 +23,7 @@ const EDITS: &[(&str, &str, &str)] = &[
     ),
     (
         "src/manifest/model/mod.rs",
-        "\n        state discs walls legend velocity trail energy orbit conserved log\n    ],",
+        "\n        state discs walls legend velocity trail energy orbit conserved closest_approach log\n    ],",
         "\n    /// A body on a spring.\n    oscillator: Oscillator(OscillatorConfig) every every_s metrics OSCILLATOR [\
          \n        state discs walls legend velocity trail energy log\n    ],",
     ),

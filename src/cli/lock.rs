@@ -12,7 +12,7 @@ use clap::Args;
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_physics::kind_of;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
-use kinetoscope_usage::text::shown_path;
+use kinetoscope_usage::text::{one_line, shown_path};
 use serde_json::json;
 use std::path::{Component, Path, PathBuf};
 
@@ -48,8 +48,10 @@ impl LockArguments {
             Err(LockError::Io(error)) if error.kind() != std::io::ErrorKind::NotFound => {
                 return Err(unreadable(&self.lock_file, &LockError::Io(error)));
             }
-            // Every entry would differ: a file of another version is written from scratch.
-            Ok(_) | Err(LockError::Io(_) | LockError::OtherVersion(_)) => {
+            Err(LockError::Io(_)) => LockFile::new(SCHEMA_VERSION),
+            // Every entry would differ: the file is written from scratch if no other manifest loses its entry.
+            Ok(file) => {
+                self.reject_loss(&file)?;
                 LockFile::new(SCHEMA_VERSION)
             }
             Err(error) => return Err(unreadable(&self.lock_file, &error)),
@@ -81,6 +83,24 @@ impl LockArguments {
     }
 }
 
+impl LockArguments {
+    /// Rejects manifests without one of those in a file of another schema.
+    fn reject_loss(&self, file: &LockFile) -> Result<(), Failure> {
+        let manifests = expand(&self.manifests)?;
+        let named = manifests.iter().map(|manifest| relative_to(&self.lock_file, manifest));
+        let named = named.collect::<Result<Vec<String>, Failure>>()?;
+        let lost = file.experiments.iter().find(|entry| !named.contains(&entry.manifest));
+        lost.map_or(Ok(()), |entry| {
+            let what = format!(
+                "{} is of another recording schema; the entry of {} would be lost",
+                shown_path(&self.lock_file),
+                one_line(&entry.manifest)
+            );
+            Err(bad(what).help("name all manifests of the file, or remove it first"))
+        })
+    }
+}
+
 /// The error of a lock file that cannot be used.
 pub(crate) fn unreadable(path: &Path, error: &LockError) -> Failure {
     let what = format!("cannot use the lock file {}: {error}", shown_path(path));
@@ -89,7 +109,7 @@ pub(crate) fn unreadable(path: &Path, error: &LockError) -> Failure {
             "write it with `kinetoscope lock MANIFEST…`, or name another file with --lock-file",
         ),
         LockError::OtherVersion(_) => Failure::new(Exit::Differs, what)
-            .help("use the program that wrote it, or write it again with `kinetoscope lock`"),
+            .help("use the program that wrote it, or remove it and write it again with `kinetoscope lock`"),
         LockError::Damaged(_) => Failure::new(Exit::Unreadable, what)
             .help("restore the file, or remove it and write it again with `kinetoscope lock`"),
     }

@@ -52,9 +52,14 @@ impl LockedCheck<'_> {
             );
             return Err(Failure::new(Exit::Differs, what).help(WRITE_ANEW));
         }
+        if file.experiments.is_empty() {
+            let what = format!("{} has no manifest", shown_path(self.lock_file));
+            return Err(Failure::new(Exit::Unreadable, what)
+                .help("add manifests with `kinetoscope lock MANIFEST…`"));
+        }
         let entries = self.entries(&file)?;
         let reruns = match self.recorded {
-            true => Reruns::recorded(program, self.recordings.clone(), self.parallel),
+            true => Reruns::recorded(program, self.recordings.clone(), self.parallel)?,
             false => Reruns::new(program, self.parallel)?,
         };
         let (mut exit, mut checked) = (Exit::Done, Vec::<Json>::new());
@@ -75,18 +80,18 @@ impl LockedCheck<'_> {
                 exit = exit.worst(Exit::Differs);
             }
         }
-        self.conclude(&file, exit, &checked);
+        self.conclude(&file, exit, entries.len(), &checked);
         Ok(exit)
     }
 
-    fn conclude(&self, file: &LockFile, exit: Exit, checked: &[Json]) {
+    fn conclude(&self, file: &LockFile, exit: Exit, entries: usize, checked: &[Json]) {
         if self.result.json {
             self.result.print_json(&json!({ "exit_code": exit.code(), "experiments": checked }));
             return;
         }
         let equal = checked.iter().filter(|entry| entry["equal"] == true).count();
-        let mut text = format!("{equal} of {} equal", plural(checked.len() as u64, "manifest"));
-        let rest = file.experiments.len() - checked.len().min(file.experiments.len());
+        let mut text = format!("{equal} of {} equal", plural(entries as u64, "manifest"));
+        let rest = file.experiments.len() - entries.min(file.experiments.len());
         if rest > 0 && self.manifests.is_empty() && !self.all {
             text += &format!("; {} not checked (--all)", plural(rest as u64, "slow manifest"));
         }

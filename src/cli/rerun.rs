@@ -6,6 +6,7 @@ use crate::cli::manifests::ManifestReader;
 use crate::cli::messages::{Failure, name_of};
 use crate::cli::program::Program;
 use crate::cli::run::RunArguments;
+use crate::interrupt::Interrupt;
 use crate::verify::fingerprint::{Fingerprint, fingerprint};
 use clap::{Args, Parser};
 use kinetoscope_manifest::Experiment;
@@ -38,6 +39,8 @@ pub(crate) struct Reruns<'a> {
     program: &'a Program<'a>,
     folder: Folder,
     parallel: Parallel,
+    /// For signals between the runs of two manifests, where no run listens.
+    interrupt: Interrupt,
 }
 
 /// Where the recordings are.
@@ -93,16 +96,25 @@ impl<'a> Reruns<'a> {
                 let what = format!("cannot create a folder in {}: {error}", shown_path(&folder));
                 Failure::new(Exit::Retryable, what).help("name another folder in TMPDIR")
             })?;
-        Ok(Self { program, folder: Folder::Temporary(folder), parallel })
+        let interrupt = listen()?;
+        Ok(Self { program, folder: Folder::Temporary(folder), parallel, interrupt })
     }
 
     /// The finished runs of a folder of recordings. Only those that are missing are executed.
-    pub(crate) const fn recorded(
+    pub(crate) fn recorded(
         program: &'a Program<'a>,
         folder: PathBuf,
         parallel: Parallel,
-    ) -> Self {
-        Self { program, folder: Folder::Recordings(folder), parallel }
+    ) -> Result<Self, Failure> {
+        let interrupt = listen()?;
+        Ok(Self { program, folder: Folder::Recordings(folder), parallel, interrupt })
+    }
+
+    fn stop_if_interrupted(&self) -> Result<(), Failure> {
+        self.interrupt.exit_code().map_or(Ok(()), |code| {
+            Err(Failure::new(Exit::Signal(code), "interrupted".to_owned())
+                .help("run the same command again"))
+        })
     }
 
     /// Executes the runs of a manifest.
@@ -119,6 +131,7 @@ impl<'a> Reruns<'a> {
         let parsed = RunCommand::try_parse_from(words);
         let RunCommand { run } =
             parsed.map_err(|error| Failure::rendered(Exit::BadManifest, error.to_string()))?;
+        self.stop_if_interrupted()?;
         let start = Instant::now();
         let exit = run.execute(self.program);
         let seconds = start.elapsed().as_secs_f64();
@@ -147,6 +160,13 @@ impl<'a> Reruns<'a> {
             }
         }
     }
+}
+
+fn listen() -> Result<Interrupt, Failure> {
+    Interrupt::listen().map_err(|error| {
+        let what = format!("cannot listen for signals: {error}");
+        Failure::new(Exit::Retryable, what).help("run the same command again")
+    })
 }
 
 impl RerunRun {

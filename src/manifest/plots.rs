@@ -8,6 +8,7 @@ use crate::syntax::LineCounter;
 use crate::table::table;
 use crate::tree::{Node, Table};
 use crate::value::{tables, words};
+use kinetoscope_usage::text::one_line;
 
 /// A plot: a metric over a swept key, or a field of a recorded channel over time.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -158,7 +159,11 @@ fn check_y(
         metrics.is_some_and(|metrics| nearest(&plot.y, metrics.iter().copied()).is_some());
     if !is_metric && !is_near && is_channel && plot.y.contains('.') {
         let title = format!("`{}` is not a metric", plot.y);
-        reader.refuse(&["y"], title, format!("a field of a channel is written `/{}`", plot.y));
+        reader.refuse(
+            &["y"],
+            title,
+            format!("a field of a channel is written `/{}`", one_line(&plot.y)),
+        );
     } else {
         check_metric("a plot", "y", &plot.y, metrics, element, reader);
     }

@@ -86,7 +86,9 @@ impl FineFrames {
                 "--every {every} divides the run into {frames} frames, more than a viewer can play: take a longer time"
             ));
         }
-        let first = (from / every - SAME_FRAME).ceil() as u64;
+        // Relative to quotients below 1, so that a start above 0 is not the frame at 0.
+        let frames_before = from / every;
+        let first = (frames_before - SAME_FRAME * frames_before.min(1.0)).ceil() as u64;
         let reaches_end = to >= end - slack;
         let last = (to / every + SAME_FRAME).floor() as u64;
         let last = if reaches_end { schedule.frames() } else { last.min(schedule.frames()) };

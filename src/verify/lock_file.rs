@@ -113,6 +113,12 @@ impl LockFile {
         for experiment in &file.experiments {
             experiment.reject_damage()?;
         }
+        // As they are written: sorted, each once.
+        let paths = file.experiments.iter().map(|experiment| &experiment.manifest);
+        if !paths.is_sorted_by(|one, next| one < next) {
+            let what = "its manifests are not sorted, or one is listed twice";
+            return Err(LockError::Damaged(what.to_owned()));
+        }
         Ok(file)
     }
 
@@ -192,7 +198,9 @@ impl LockedExperiment {
             digits == Some((16, 32))
                 && run.bytes().all(|byte| byte == b' ' || byte.is_ascii_hexdigit())
         };
-        if self.runs.is_empty()
+        if self.manifest.is_empty()
+            || self.manifest.starts_with('/')
+            || self.runs.is_empty()
             || !self.runs.iter().all(is_hash)
             || self.trace.fingerprint().is_none()
         {

@@ -124,6 +124,7 @@ fn zoom_outside_the_run_or_below_a_step_is_rejected() {
         (["0.01", "0.02", "1e-9"], "less than one time step"),
         (["0.01", "0.02", "0"], "must be above 0"),
         (["0.0101", "0.0102", "0.01"], "no multiple of 0.01 s"),
+        (["0.01", "0.02", "1e9"], "no multiple of 1000000000 s"),
     ] {
         let called = zoom(&bench, &keys, interval, "out.mcap");
         expect(&called, 2);

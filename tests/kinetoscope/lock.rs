@@ -159,6 +159,20 @@ fn changed_manifests_and_other_versions_are_reported() {
     assert!(called.err.contains("version 2 of the layout"), "{}", called.err);
 }
 
+/// Control: the entries are replaced if every manifest of the file is named.
+#[test]
+fn locks_of_another_schema_lose_no_entry_silently() {
+    let bench = locked();
+    bench.write("more.toml", &DISCS.replace("\"discs\"", "\"more\""));
+    expect(&bench.call(&["lock", "more.toml"]), 0);
+    edit(&bench, "kinetoscope.lock", &[("schema_version = ", "schema_version = 9")]);
+    let called = bench.call(&["lock", "more.toml"]);
+    expect(&called, 2);
+    assert!(called.err.contains("the entry of discs.toml would be lost"), "{}", called.err);
+    expect(&bench.call(&["lock", "more.toml", "discs.toml"]), 0);
+    expect(&bench.call(&["check", "--locked"]), 0);
+}
+
 #[test]
 fn damaged_and_missing_lock_files_are_reported() {
     let bench = locked();
@@ -171,6 +185,9 @@ fn damaged_and_missing_lock_files_are_reported() {
         whole[..whole.len() / 2].to_owned(),
         "\u{0}".to_owned(),
         String::new(),
+        whole[..whole.find("[[experiment]]").unwrap()].to_owned(),
+        whole.clone() + &whole[whole.find("[[experiment]]").unwrap()..],
+        whole.replace("manifest = \"", "manifest = \"/"),
     ] {
         bench.write("kinetoscope.lock", &damaged);
         let called = bench.call(&["check", "--locked"]);
