@@ -22,7 +22,7 @@ pub struct RecordingComparison {
     pub messages: Comparison,
     /// Whether the files are byte-identical.
     pub same_bytes: bool,
-    /// Where the states of the particles differ for the first time.
+    /// Where the states of the particles differ for the first time; `None` if the recordings keep different frames.
     pub divergence: Option<Divergence>,
 }
 
@@ -57,7 +57,11 @@ pub fn compare_recordings(
     find_step: Option<&Interrupt>,
 ) -> Result<RecordingComparison, CompareError> {
     let (left_recording, right_recording) = (recording::open(left)?, recording::open(right)?);
-    let divergence = divergence::in_frames(&left_recording, &right_recording)?;
+    let keys = differing_keys(left_recording.manifest(), right_recording.manifest());
+    let divergence = match keys.iter().any(selects_frames) {
+        true => None,
+        false => divergence::in_frames(&left_recording, &right_recording)?,
+    };
     let divergence = divergence.map(|found| {
         let step = find_step.and_then(|interrupt| {
             divergence::find_step([&left_recording, &right_recording], &found, interrupt)
@@ -67,10 +71,18 @@ pub fn compare_recordings(
     let messages = compare_messages(&left_recording, &right_recording)?;
     Ok(RecordingComparison {
         divergence,
-        keys: differing_keys(left_recording.manifest(), right_recording.manifest()),
+        keys,
         versions: versions(&left_recording, &right_recording),
         same_bytes: messages.difference.is_none() && same_bytes(left, right)?,
         messages,
+    })
+}
+
+/// Whether a key decides at which times frames are recorded: states of other times differ without another physics.
+fn selects_frames(difference: &KeyDifference) -> bool {
+    difference.key.strip_prefix("record.").is_some_and(|key| {
+        matches!(key, "frames" | "frames_per_decade" | "decades" | "keep" | "keyframe_distance")
+            || key.starts_with("every_")
     })
 }
 

@@ -133,6 +133,22 @@ fn zoom_outside_the_run_or_below_a_step_is_rejected() {
     }
 }
 
+/// A recording, its keyframes and an interval of it are one run. Control: `tests/guarantees/causes_of_differences.rs`.
+#[test]
+fn frames_of_other_times_are_not_compared_as_physics() {
+    let bench = Bench::new();
+    let keys = keyframes(&bench, MODELS[0].1);
+    let path = keys.to_str().unwrap();
+    expect(&bench.call(&["fill", path, "-o", "full.mcap"]), 0);
+    expect(&zoom(&bench, &keys, ["0.01", "0.011", "1e-4"], "fine.mcap"), 0);
+    for other in [path, "fine.mcap"] {
+        let called = bench.call(&["compare", "full.mcap", other]);
+        expect(&called, 4);
+        let text = called.out + &called.err;
+        assert!(!text.contains("states differ") && !text.contains("cause: "), "{text}");
+    }
+}
+
 /// Before the run is executed. Control: the result of an earlier call is kept.
 #[test]
 fn existing_files_are_never_replaced() {
