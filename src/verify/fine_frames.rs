@@ -88,7 +88,8 @@ impl FineFrames {
         }
         // Relative to quotients below 1, so that a start above 0 is not the frame at 0.
         let frames_before = from / every;
-        let first = (frames_before - SAME_FRAME * frames_before.min(1.0)).ceil() as u64;
+        let tolerance = SAME_FRAME * if frames_before < 1.0 { frames_before } else { 1.0 };
+        let first = (frames_before - tolerance).ceil() as u64;
         let reaches_end = to >= end - slack;
         let last = (to / every + SAME_FRAME).floor() as u64;
         let last = if reaches_end { schedule.frames() } else { last.min(schedule.frames()) };
