@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 /// A condition that has not come by then does not come: far above the time that a busy machine needs.
 const HANG: Duration = Duration::from_secs(1800);
 
-/// Number of looks at a task without processes after which it counts as lost: far above the time that its launch takes.
+/// Number of checks of a task without processes after which it counts as lost: far above the time that its launch takes.
 const LOOKS: u32 = 100;
 
 pub(crate) struct Cluster {

@@ -48,7 +48,7 @@ mod index_lists_every_experiment;
 mod plots_respond_to_the_pointer;
 // The replay of a report shows the recorded positions.
 mod replay_shows_the_recording;
-// Two runs play side by side with one clock.
+// Two runs play in parallel with one clock.
 mod two_runs_share_a_clock;
 // Requested plots come first and show gaps where there is no value.
 mod requested_plots_show_the_metrics;

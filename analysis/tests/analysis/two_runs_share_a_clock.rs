@@ -1,4 +1,4 @@
-//! Guarantee: two runs of a sweep play side by side with one clock: whenever the first one shows a time, the second one shows its
+//! Guarantee: two runs of a sweep play in parallel with one clock: whenever the first one shows a time, the second one shows its
 //! frame that is nearest to it, at its recorded positions.
 //!
 //! Setup: two runs of 60 and 40 frames, whose discs circle in opposite directions, in headless Chromium: steps, playback, and

@@ -3,7 +3,7 @@
 
 use std::time::{Duration, Instant};
 
-/// Time without progress after which the user is told; at least ten checkpoints.
+/// Time without progress after which a task is reported; at least ten checkpoints.
 const SILENCE: Duration = Duration::from_mins(10);
 const CHECKPOINTS: f64 = 10.0;
 

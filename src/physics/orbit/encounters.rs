@@ -207,7 +207,7 @@ impl PathTracker<MutualGravity> for Encounters<'_> {
     ) -> bool {
         let [one_ago, two_ago] = &record.separations;
         let steps = separations.iter().zip(one_ago).zip(two_ago);
-        // No early return, so that pairs are compared side by side.
+        // No early return, so that several pairs are compared at once.
         steps.fold(false, |found, ((now, one), two)| found | ((now >= one) & (one < two)))
     }
 
