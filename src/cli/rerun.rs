@@ -136,6 +136,7 @@ impl<'a> Reruns<'a> {
         let exit = run.execute(self.program);
         let seconds = start.elapsed().as_secs_f64();
         if exit != Exit::Done {
+            self.stop_if_interrupted()?;
             let what = format!("{} was not run to its end", shown_path(manifest));
             return Err(Failure::new(exit, what).help("see the error above"));
         }

@@ -53,6 +53,7 @@ fn wrong_names_of_a_plot_are_reported_with_the_nearest() {
         ("y = \"hit_rate\" # <-", "was renamed; use `wall_collision_rate`"),
         ("y = \"\" # <-", "must not be empty"),
         ("y = \"pressure.window_s\" # <-", "is written `/pressure.window_s`"),
+        ("y = \"pressure.window_s\\u001b\" # <-", "is written `/pressure.window_s\\u{1b}`"),
         ("y = \"/presure.window_s\" # <-", "did you mean `/pressure`?"),
         ("y = \"/pressure\" # <-", "must be `/CHANNEL.FIELD`"),
         ("y = \"/energy.kinetic_j\" # <-", "add \"energy\" to `record.channels`"),
