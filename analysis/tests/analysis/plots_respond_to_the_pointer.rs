@@ -49,13 +49,13 @@ fn frames(_: &RunManifest) -> Frames {
 
 /// Appended to the page: uses each plot as a reader does, and writes what does not respond.
 const PROBE: &str = r##"<script>
-addEventListener("load", async () => {
+held((async () => {
   const faults = [];
   let points = 0, scrubbed = 0, toggled = 0;
   const expect = (holds, what) => { if (!holds) faults.push(what); };
   try {
     for (const list of document.querySelectorAll("details")) list.open = true;
-    if (window.replay) await held(replay.ready);
+    if (window.replay) await replay.ready;
     await nextFrames(5);
     for (const chart of charts) {
       const { figure, data } = chart, sheet = figure.querySelector(".sheet"), name = data.title;
@@ -142,7 +142,7 @@ addEventListener("load", async () => {
     }
     document.title = `points ${points}; scrubbed ${scrubbed}; toggled ${toggled}; swept ${swept}; faults ${JSON.stringify(faults)}`;
   } catch (error) { document.title = `failed: ${error.stack}`; }
-});
+})());
 </script>"##;
 
 /// The counts of what responded, or what did not.

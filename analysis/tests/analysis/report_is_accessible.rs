@@ -10,14 +10,14 @@ use std::path::Path;
 
 /// Writes the violations to the title of the page, after its script has drawn everything.
 const PROBE: &str = r#"<script>
-addEventListener("load", async () => {
+held((async () => {
   for (const list of document.querySelectorAll("details")) list.open = true;
-  if (window.replay) await held(window.replay.ready);
+  if (window.replay) await window.replay.ready;
   await nextFrames(5);
   const texts = [];
   let rules = 0;
   const examine = async () => {
-    const found = await axe.run(document, { resultTypes: ["violations"] });
+    const found = await axe.run(document, { iframes: false, resultTypes: ["violations"] });
     const severe = found.violations.filter((one) => ["serious", "critical"].includes(one.impact));
     texts.push(...severe.map((one) => `${one.id}: ${one.nodes.slice(0, 3).map((node) => node.target + " " + (node.any[0]?.message ?? "")).join(" | ")}`));
     rules = found.passes.length + found.violations.length;
@@ -26,12 +26,12 @@ addEventListener("load", async () => {
   const pair = document.querySelector(".pair");
   if (pair) {
     pair.click();
-    await held(window.replay.second.ready);
+    await window.replay.second.ready;
     await nextFrames(5);
     await examine();
   }
   document.title = `rules ${rules}; severe [${texts.join("; ")}]`;
-});
+})());
 </script>"#;
 
 /// The severe violations of a page in both themes, as one text per theme.

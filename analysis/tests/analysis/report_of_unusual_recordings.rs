@@ -4,7 +4,7 @@
 //! Setup: recordings written by hand, in headless Chromium. Control: markup that is inserted into a page is found.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
-use crate::report_opens_in_a_browser::dumped;
+use crate::report_opens_in_a_browser::{dumped, with_script};
 use crate::synthetic::{Folder, Frames, analyze, two_frames};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::GasPressure;
@@ -37,9 +37,16 @@ fn page(folder: &Folder, codes: &[i32]) -> String {
     page
 }
 
+/// Waits until the page is drawn.
+const DRAWN: &str =
+    "<script>held((async () => { await window.replay?.ready; await nextFrames(10); })());</script>";
+
 /// The console of the browser while it shows the report, and the document that its script makes.
 fn shown(folder: &Folder) -> (String, String) {
-    let (document, console) = dumped(&folder.path().join("report.html"), 1300, false);
+    let text = fs::read_to_string(folder.path().join("report.html")).unwrap();
+    let probed = folder.path().join("probed.html");
+    fs::write(&probed, with_script(&text, DRAWN)).unwrap();
+    let (document, console) = dumped(&probed, 1300, false);
     (console, document)
 }
 
