@@ -48,6 +48,8 @@ pub(crate) struct Executed {
     /// Where its recordings are, if they are complete and can be analyzed.
     pub(crate) destination: Option<String>,
     pub(crate) is_remote: bool,
+    /// Its recordings that keep only keyframes and were not restored, which the analysis rejects.
+    pub(crate) keyframes: Vec<PathBuf>,
     /// The summary, if it is requested.
     pub(crate) json: Option<Json>,
 }
@@ -138,6 +140,7 @@ impl Execution<'_> {
             name: self.experiment.name.clone(),
             destination: None,
             is_remote: false,
+            keyframes: Vec::new(),
             json: self.arguments.messages.json.then(|| checked.json()),
         }
     }
@@ -361,6 +364,7 @@ impl Execution<'_> {
             name: self.experiment.name.clone(),
             destination: Some(planned.address()),
             is_remote: planned.depot.is_some(),
+            keyframes: if planned.depot.is_none() { planned.plan.unrestored() } else { Vec::new() },
             json: is_json.then(|| self.json(planned, results, exit)),
         }
     }
