@@ -189,6 +189,17 @@ impl Plan {
         })
     }
 
+    /// The recordings that keep only keyframes and have no restored one next to them.
+    #[must_use]
+    pub fn unrestored(&self) -> Vec<PathBuf> {
+        let is_unrestored = |run: &&PlannedRun| {
+            let restored = run.restored_file_name();
+            restored.is_some_and(|restored| !self.folder.join(restored).exists())
+        };
+        let runs = self.runs.iter().filter(is_unrestored);
+        runs.map(|run| self.folder.join(run.file_name())).collect()
+    }
+
     /// Upper estimate of the bytes still to be written.
     #[must_use]
     pub fn bytes_to_write(&self) -> u64 {
@@ -255,6 +266,17 @@ impl PlannedRun {
     #[must_use]
     pub fn file_name(&self) -> String {
         format!("{}.mcap", self.stem)
+    }
+
+    /// The file in which `kinetoscope fill` restores the run, if it keeps only keyframes.
+    #[must_use]
+    pub fn restored_file_name(&self) -> Option<String> {
+        let manifest = &self.run.manifest;
+        manifest.record.distance_of_keyframes()?;
+        let physics_version = kind_of(&manifest.model).physics_version;
+        let canonical = manifest.with_all_frames().canonical();
+        let key = run_key(&canonical, physics_version, SCHEMA_VERSION);
+        Some(format!("{}.mcap", key.in_place_of(self.run_key.as_str(), &self.stem)?))
     }
 }
 

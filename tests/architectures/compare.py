@@ -205,7 +205,7 @@ def registry():
 def entries(lock):
     """The entries of a lock file by manifest, without the time that the runs took."""
     parts = re.split(r"(?m)^\[\[experiment\]\]\n", lock)[1:]
-    kept = (re.sub(r"(?m)^at_most_s = .*\n", "", part) for part in parts)
+    kept = (re.sub(r"(?m)^(at_most_s = |# End of the file: ).*\n", "", part) for part in parts)
     return {re.search(r'manifest = "(.*)"', part)[1]: part.strip() for part in kept}
 
 
