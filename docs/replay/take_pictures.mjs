@@ -22,7 +22,7 @@ const SLIDER = { left: 8, right: 1272, y: 843 };
 // Part of the playback at which the picture is taken, where the middle shows little.
 const MOMENT = { dem_column_collapse: 0.3, dem_twenty_discs: 0.2, first_run: 0.25, dem_thousand_discs: 0.12, dem_newtons_cradle: 0.55,
   dem_exercise_damping: 0.35, dem_heap: 0.9, dem_hopper_discharge: 0.3, dem_incline: 0.8, dem_restitution: 0.3, dem_silo: 0.9, gas_free_expansion: 0.1, gas_mixing: 0.15 };
-// The run of a sweep, by a part of its name; otherwise, the middle one. The time scale of a layout is that of the run with the largest view.
+// The run of a sweep, by a part of its name; otherwise, the middle one.
 const RUNS = { dem_heap: "friction=0.5", orbit_trojans: "60-degrees", packing_self_diffusion: "0.05__r000" };
 const TYPES = { ".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".json": "application/json", ".wasm": "application/wasm",
   ".svg": "image/svg+xml", ".png": "image/png" };

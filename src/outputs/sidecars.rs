@@ -5,6 +5,7 @@ use crate::run::RunReport;
 use crate::run::memory::memory_bytes;
 use kinetoscope_manifest::{Experiment, ExperimentRecord, TimingTable};
 use kinetoscope_recording::atomic_file::{remove_if_exists, replace, replace_unsynced};
+use kinetoscope_recording::layout::{have_one_time_scale, without_time_scale};
 use kinetoscope_recording::regular_file::{
     MAX_EXPERIMENT_RECORD_BYTES, MAX_SIDE_FILE_BYTES, read, read_text,
 };
@@ -37,10 +38,14 @@ pub fn layout_name(folder: &Path) -> String {
 /// # Errors
 /// A folder that cannot be written.
 pub fn write_layout(plan: &Plan) -> io::Result<()> {
-    match &plan.layout {
-        Some(layout) => update(&plan.folder.join(layout_name(&plan.folder)), layout.as_bytes()),
-        None => Ok(()),
-    }
+    let Some(layout) = &plan.layout else { return Ok(()) };
+    let path = plan.folder.join(layout_name(&plan.folder));
+    // Finished runs have the time scale of the existing layout.
+    let is_common = plan.finished().next().is_none()
+        || read_text(&path, MAX_SIDE_FILE_BYTES)
+            .is_ok_and(|existing| have_one_time_scale(&existing, layout));
+    let for_all = if is_common { None } else { without_time_scale(layout).ok() };
+    update(&path, for_all.as_ref().unwrap_or(layout).as_bytes())
 }
 
 /// Replaces a file unless it has these contents already, so that a start that has nothing to do writes nothing.

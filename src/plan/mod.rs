@@ -13,7 +13,7 @@ use kinetoscope_physics::kind_of;
 use kinetoscope_physics::model::SetupError;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
 use kinetoscope_recording::file;
-use kinetoscope_recording::layout::layout_json;
+use kinetoscope_recording::layout::{layout_json, without_time_scale};
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::recorder::Outcome;
 use rayon::prelude::*;
@@ -62,7 +62,8 @@ pub struct Plan {
     pub folder: PathBuf,
     /// The runs, in the manifest's order.
     pub runs: Vec<PlannedRun>,
-    /// The viewer's layout of the run to be executed with the largest view; `None` if all runs are finished.
+    /// The viewer's layout of the run to be executed with the largest view, with the time scale that all runs to be executed have;
+    /// `None` if all runs are finished.
     pub layout: Option<String>,
 }
 
@@ -71,10 +72,12 @@ struct Kept {
     free_bytes: u64,
     /// Height of the largest view so far, index of its run, and the layout.
     layout: Option<(f64, usize, Option<String>)>,
+    /// The different time scales so far.
+    time_scales: HashSet<Option<String>>,
 }
 
 impl Kept {
-    /// Keeps the layout if the view is the largest so far, and the start if there is room for it.
+    /// Keeps the layout if the view is the largest so far, the time scale, and the start if there is room for it.
     fn take(&mut self, index: usize, start: Prepared, estimate: &Estimate) -> Option<Prepared> {
         let height = estimate.view_height;
         let is_largest = self.layout.as_ref().is_none_or(|(largest, at, _)| {
@@ -84,9 +87,15 @@ impl Kept {
             // A template that does not fit the model leaves the experiment without a layout.
             self.layout = Some((height, index, layout_json(&start.header).ok()));
         }
+        self.time_scales.insert(start.header.simulated_per_second());
         let bytes = estimate.memory_bytes.saturating_sub(PROGRAM_BYTES);
         self.free_bytes = self.free_bytes.checked_sub(bytes)?;
         Some(start)
+    }
+
+    fn into_layout(self) -> Option<String> {
+        let (.., layout) = self.layout?;
+        if self.time_scales.len() > 1 { without_time_scale(&layout?).ok() } else { layout }
     }
 }
 
@@ -127,7 +136,8 @@ impl Plan {
         wanted: impl Fn(&RunKey) -> bool + Sync,
     ) -> Self {
         let folder = output.join(&experiment.name);
-        let kept = Mutex::new(Kept { free_bytes: room_for_starts, layout: None });
+        let free_bytes = room_for_starts;
+        let kept = Mutex::new(Kept { free_bytes, layout: None, time_scales: HashSet::new() });
         let planned = |(index, run): (usize, &Run)| {
             let manifest = &run.manifest;
             let canonical = manifest.canonical();
@@ -155,7 +165,7 @@ impl Plan {
         };
         let runs = experiment.runs.par_iter().enumerate().filter_map(planned).collect();
         let kept = kept.into_inner().unwrap_or_else(PoisonError::into_inner);
-        Self { folder, runs, layout: kept.layout.and_then(|(.., layout)| layout) }
+        Self { folder, runs, layout: kept.into_layout() }
     }
 
     /// The runs to be executed.

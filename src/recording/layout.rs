@@ -1,5 +1,5 @@
 //! The viewer's layout for a run: the model's template with the run's camera and time scale, without panels for topics that are
-//! not recorded.
+//! not recorded. A layout for several runs states no time scale unless it is that of all.
 
 use crate::channels;
 use crate::error::RecordError;
@@ -21,6 +21,11 @@ const PANEL_ASPECT: f64 = 1.15;
 const PANEL_HEIGHT_PX: f64 = 700.0;
 /// Diameter below which a disc disappears under its outline, px.
 const MIN_OUTLINED_PX: f64 = 6.0;
+
+/// The key of a plot's label at the x axis.
+const TIME_LABEL: &str = "xAxisLabel";
+/// Label of the time axis where the runs have different scales.
+const LABEL_WITHOUT_SCALE: &str = "playback time (s), scale in the log";
 
 /// The template of a model, as it stands in `layouts/`.
 #[must_use]
@@ -54,14 +59,47 @@ pub fn layout_json(header: &Header) -> Result<String, RecordError> {
             name_lines(panel, header);
             let distance = aim_camera(panel, header.scenery.view);
             outline_discs(panel, &header.scenery, distance);
-        } else if panel.get("xAxisVal").is_some_and(|axis| axis == "timestamp") {
-            panel.insert("xAxisLabel".to_owned(), json!(time_label(header)));
+        } else if is_over_time(panel) {
+            panel.insert(TIME_LABEL.to_owned(), json!(time_label(header)));
         }
     }
     let kept: Vec<String> = panels.keys().cloned().collect();
     let tree = layout.get("layout").and_then(|tree| pruned(tree, &kept));
     layout["layout"] = tree.ok_or_else(|| defect("has no panel for what is recorded"))?;
     Ok(format!("{layout:#}\n"))
+}
+
+/// The same layout for runs with different time scales: its labels refer to the log, which has the scale of the recording.
+///
+/// # Errors
+/// A text that is no layout: a defect of the program.
+pub fn without_time_scale(layout: &str) -> Result<String, RecordError> {
+    let defect = |error| RecordError::Declaration(format!("the layout is no JSON ({error})"));
+    let mut layout: Value = serde_json::from_str(layout).map_err(defect)?;
+    let panels = layout.get_mut("configById").and_then(Value::as_object_mut);
+    for panel in panels.into_iter().flat_map(Map::values_mut).filter_map(Value::as_object_mut) {
+        if is_over_time(panel) {
+            panel.insert(TIME_LABEL.to_owned(), json!(LABEL_WITHOUT_SCALE));
+        }
+    }
+    Ok(format!("{layout:#}\n"))
+}
+
+/// Whether the plots over time of two layouts have the same label.
+#[must_use]
+pub fn have_one_time_scale(one: &str, other: &str) -> bool {
+    let [one, other] = [one, other].map(|layout| {
+        let layout: Value = serde_json::from_str(layout).ok()?;
+        let panels = layout["configById"].as_object()?;
+        let over_time =
+            panels.values().filter_map(Value::as_object).find(|panel| is_over_time(panel))?;
+        over_time.get(TIME_LABEL).cloned()
+    });
+    one.is_some() && one == other
+}
+
+fn is_over_time(panel: &Map<String, Value>) -> bool {
+    panel.get("xAxisVal").is_some_and(|axis| axis == "timestamp")
 }
 
 /// Takes out of a panel what the run does not record, and says whether anything is left to show.

@@ -1,4 +1,4 @@
-//! Guarantee: a viewer layout names only topics and fields that the recording contains.
+//! Guarantee: a viewer layout names only topics and fields that the recording contains, and states a time scale only if all runs have it.
 //!
 //! Setup: each small experiment is run. Every topic and field that its `NAME.layout.json` names (drawing, plots, log, values) is looked up
 //! in the recording, frame by frame.
@@ -19,7 +19,7 @@ use std::process::Command;
 /// Topics that are written only once, at the start.
 const ONCE: [&str; 3] = [channels::WALLS, channels::LEGEND, channels::LOG];
 
-/// Runs an experiment and returns its layout and the frames of its recording.
+/// Runs an experiment and returns its layout and the frames of a recording.
 fn replay(name: &str, manifest: &str, folder: &Path) -> (Value, Vec<RecordedFrame>) {
     let path = folder.join(format!("{name}.toml"));
     fs::write(&path, manifest).unwrap();
@@ -110,6 +110,37 @@ fn channels_omitted_by_the_manifest_are_not_in_the_layout() {
     assert!(!is_there("/discs", &frames[1]));
     assert!(!is_there("/pressure.pressure_over_idol", &frames[1]));
     assert!(!is_there("/pressure.pressure_over_mean_square_formula[:]", &frames[1]));
+}
+
+/// Runs a sweep of a gas with four intervals of playback in 0.16 s, and returns the label of its time axis.
+fn time_label(sweep: &str, folder: &Path) -> String {
+    let rest = "[model.gas]\nparticles = 9\nduration_s = 0.008\n[record]\nframes = 4\n[sweep]\n";
+    let (layout, _) = replay("sweep", &format!("{rest}{sweep}"), folder);
+    layout["configById"]["Plot!temperature"]["xAxisLabel"].as_str().unwrap().to_owned()
+}
+
+#[test]
+fn time_scale_is_stated_only_if_all_runs_have_it() {
+    let (of_one, of_none) =
+        ("playback time (s), 1 s = 50 ms simulated", "playback time (s), scale in the log");
+    let folder = tempfile::tempdir().unwrap();
+    let label = |sweep: &str| time_label(sweep, folder.path());
+    assert_eq!(label("\"model.gas.temperature_k\" = [200.0, 300.0]\n"), of_one);
+    // Runs that are finished have the scale of the layout that is replaced.
+    assert_eq!(label("\"model.gas.temperature_k\" = [200.0, 300.0, 400.0]\n"), of_one);
+    let durations = |values: &str| {
+        format!("\"model.gas.temperature_k\" = [200.0]\n\"model.gas.duration_s\" = [{values}]\n")
+    };
+    assert_eq!(label(&durations("0.008, 0.016")), of_none);
+    assert_eq!(label(&durations("0.008, 0.016, 0.032")), of_none);
+    let other = tempfile::tempdir().unwrap();
+    assert_eq!(time_label(&durations("0.016, 0.032"), other.path()), of_none);
+    // The log of each run has its scale.
+    let name = "one";
+    let manifest = "[model.gas]\nparticles = 9\nduration_s = 0.008\n[record]\nframes = 4\n";
+    let (_, frames) = replay(name, manifest, other.path());
+    let lines = frames[0].log_lines();
+    assert!(lines.iter().any(|line| line.text.contains("1 s of playback = 50 ms simulated")));
 }
 
 /// At 0.004 frames per second, 36525 frames play for 105 days, which viewers do not support; at 25 frames per second they play for

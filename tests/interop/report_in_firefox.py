@@ -3,7 +3,7 @@
 Usage: python report_in_firefox.py REPORT.html ...    (packages: requirements.txt; program: firefox-esr)
 
 Exit code 1 if a page has an error in its console, fetches something, is wider than the window, has a plot without a size, or has a replay
-that does not reach its first, middle and last frame or draws nothing there. Control: a page with an error, and one that is too wide, are
+that does not reach its first, middle and last frame, draws nothing there or does not play to its end. Control: a page with an error, and one that is too wide, are
 found first.
 """
 
@@ -46,6 +46,14 @@ PROBE = """async () => {
       const pixels = new Uint32Array(canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.buffer);
       if (new Set(pixels).size < 3) faults.push(`nothing is drawn at frame ${frame}`);
     }
+    const speed = document.querySelector(".speed"), end = performance.now() + 10000;
+    speed.options[0].value = scrub.max / 25;
+    speed.selectedIndex = 0;
+    if (frames > 1) document.querySelector(".play").click();
+    await drawn();
+    while (scrub.value !== scrub.max && performance.now() < end) await drawn();
+    if (scrub.value !== scrub.max) faults.push(`playback ends at frame ${scrub.value}`);
+    speed.options[0].value = 0.1;
   }
   return JSON.stringify({ faults, frames, plots: plots.length });
 }"""

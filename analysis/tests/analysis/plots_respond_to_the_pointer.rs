@@ -58,7 +58,7 @@ addEventListener("load", async () => {
     for (const list of document.querySelectorAll("details")) list.open = true;
     if (window.replay) await replay.ready;
     await wait(500);
-    for (const chart of charts()) {
+    for (const chart of charts) {
       const { figure, data } = chart, sheet = figure.querySelector(".sheet"), name = data.title;
       const tip = figure.querySelector(".tip"), tools = [...figure.querySelectorAll(".tools button")];
       const box = () => sheet.getBoundingClientRect(), scale = () => box().width / sheet.viewBox.baseVal.width;

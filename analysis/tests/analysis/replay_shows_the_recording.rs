@@ -2,12 +2,12 @@
 //! the end. Its size is within the budget, and it states what it leaves out. The same recordings give the same bytes.
 //!
 //! Setup: the film of the page is decoded as the page's script does it, and compared with the recorded `/state`. In headless
-//! Chromium, the script itself draws from a page on disk, without network and without a message on the console.
+//! Chromium, the script itself draws and plays to the end from a page on disk, without network and without a message on the console.
 //! Control: the positions of another frame are found, and a budget of 0 is rejected.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 #![allow(clippy::disallowed_methods, reason = "positions of a test need no fixed bits")]
 
-use crate::report_opens_in_a_browser::dumped;
+use crate::report_opens_in_a_browser::{NEXT_FRAME, dumped};
 use crate::synthetic::{Folder, Frames, analyze};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::DemTemperature;
@@ -282,7 +282,8 @@ fn runs_of_a_long_sweep_share_the_budget_and_the_others_are_listed() {
     assert_eq!(page(&folder, &["--replay-budget", "0.1", "--no-cache"]), text);
 }
 
-/// Appended to the page: scrubs each film to its start, middle and end, and writes the drawn positions.
+/// Appended to the page: scrubs each of the first films to its start, middle and end, writes the drawn positions, and plays it to its end
+/// in 0.2 s.
 const PROBE: &str = r#"<script>
 (async () => {
   const found = [];
@@ -308,6 +309,15 @@ const PROBE: &str = r#"<script>
         const blank = inside.filter(isBlank).length;
         found.push({ run, number: replay.numbers[frame], view: replay.view, positions, blank });
       }
+      const speed = document.querySelector(".speed");
+      speed.options[0].value = last / 5;
+      speed.selectedIndex = 0;
+      replay.show(0);
+      if (last) document.querySelector(".play").click();
+      for (let drawn = 0; Number(document.querySelector(".scrub").value) < last; drawn++) {
+        if (drawn > 200) throw new Error(`run ${run} does not play to its end`);
+        await nextFrame();
+      }
     }
   } catch (error) { console.error(String(error)); }
   const list = document.createElement("pre");
@@ -316,6 +326,9 @@ const PROBE: &str = r#"<script>
   document.body.append(list);
 })();
 </script>"#;
+
+/// Largest median size of the reports, the default of `--replay-budget`.
+const MAX_MEDIAN_BYTES: u64 = 3_000_000;
 
 /// The positions of all particles in a frame of a recording, by number.
 fn recorded(path: &Path, number: u64) -> BTreeMap<u64, [f64; 2]> {
@@ -336,7 +349,7 @@ fn recorded(path: &Path, number: u64) -> BTreeMap<u64, [f64; 2]> {
 fn compare(report: &Path, shift: u64) -> Result<usize, String> {
     let text = fs::read_to_string(report).unwrap();
     let probed = report.with_file_name("probed_replay.html");
-    fs::write(&probed, text.replace("</body>", &format!("{PROBE}</body>"))).unwrap();
+    fs::write(&probed, text.replace("</body>", &format!("{NEXT_FRAME}{PROBE}</body>"))).unwrap();
     let (dom, console) = dumped(&probed, 1280, false);
     fs::remove_file(&probed).unwrap();
     if !console.is_empty() {
@@ -399,8 +412,15 @@ fn browser_draws_ten_thousand_discs() {
 #[ignore = "needs chromium; REPORTS contains the paths of report.html files, separated by colons"]
 fn given_replays_show_the_recorded_positions() {
     let reports = std::env::var("REPORTS").expect("REPORTS must name the reports");
+    let mut sizes = Vec::new();
     for page in reports.split(':') {
         let frames = compare(Path::new(page), 0).unwrap_or_else(|fault| panic!("{page}: {fault}"));
         assert!(frames > 0, "{page}: nothing was drawn");
+        sizes.push(fs::metadata(page).unwrap().len());
+        println!("{page}: {frames} frames, {} bytes", sizes.last().unwrap());
     }
+    sizes.sort_unstable();
+    let median = sizes[sizes.len() / 2];
+    println!("{} reports, median {median} bytes", sizes.len());
+    assert!(median <= MAX_MEDIAN_BYTES);
 }

@@ -1,5 +1,5 @@
 //! Guarantee: axe-core finds no serious or critical violation in `report.html` and `index.html`, in the light and in the dark theme: contrast,
-//! labels, focus, structure.
+//! labels, focus, structure. A report of a sweep is examined with one run and with two runs side by side.
 //!
 //! Setup: headless Chromium; axe-core is added to a copy of the page. Control: a page with pale text and an unlabeled button is found.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
@@ -14,10 +14,22 @@ addEventListener("load", async () => {
   for (const list of document.querySelectorAll("details")) list.open = true;
   if (window.replay) await window.replay.ready;
   await new Promise((drawn) => setTimeout(drawn, 500));
-  const found = await axe.run(document, { resultTypes: ["violations"] });
-  const severe = found.violations.filter((one) => ["serious", "critical"].includes(one.impact));
-  const text = severe.map((one) => `${one.id}: ${one.nodes.slice(0, 3).map((node) => node.target + " " + (node.any[0]?.message ?? "")).join(" | ")}`);
-  document.title = `rules ${found.passes.length + found.violations.length}; severe [${text.join("; ")}]`;
+  const texts = [];
+  let rules = 0;
+  const examine = async () => {
+    const found = await axe.run(document, { resultTypes: ["violations"] });
+    const severe = found.violations.filter((one) => ["serious", "critical"].includes(one.impact));
+    texts.push(...severe.map((one) => `${one.id}: ${one.nodes.slice(0, 3).map((node) => node.target + " " + (node.any[0]?.message ?? "")).join(" | ")}`));
+    rules = found.passes.length + found.violations.length;
+  };
+  await examine();
+  const pair = document.querySelector(".pair");
+  if (pair) {
+    pair.click();
+    await window.replay.second.ready;
+    await examine();
+  }
+  document.title = `rules ${rules}; severe [${texts.join("; ")}]`;
 });
 </script>"#;
 

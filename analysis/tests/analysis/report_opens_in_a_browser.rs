@@ -1,7 +1,7 @@
 //! Guarantee: `report.html` opens in a browser without errors and without network requests. On a phone, no element is wider than the screen.
-//! Every plot has its size and its title, no text extends beyond its area, and none is below 11 px.
+//! Every plot has its size and its title, no text extends beyond its area, and no text of the page is below 11 px, also with two runs side by side.
 //!
-//! Setup: headless Chromium. Control: a page with an error and a page that is too wide are found.
+//! Setup: headless Chromium. Control: a page with an error, a page that is too wide, and small text are found.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
 use crate::synthetic::{Folder, Frames, analyze};
@@ -67,7 +67,22 @@ addEventListener("load", async () => {
   const page = document.documentElement;
   for (const list of document.querySelectorAll("details")) list.open = true;
   await new Promise((drawn) => setTimeout(drawn, 500));
-  if (page.scrollWidth > page.clientWidth) faults.push(`page ${page.scrollWidth} wide on ${page.clientWidth}`);
+  const checkPage = () => {
+    if (page.scrollWidth > page.clientWidth) faults.push(`page ${page.scrollWidth} wide on ${page.clientWidth}`);
+    for (const part of document.querySelectorAll("main :not(svg *, script)")) {
+      const size = parseFloat(getComputedStyle(part).fontSize);
+      const hasText = [...part.childNodes].some((node) => node.nodeType === Node.TEXT_NODE && node.data.trim());
+      if (hasText && part.checkVisibility() && size < 10.99) faults.push(`text of ${size} px: ${part.textContent.slice(0, 40)}`);
+    }
+  };
+  checkPage();
+  const pair = document.querySelector(".pair");
+  if (pair) {
+    pair.click();
+    await window.replay.second.ready;
+    await new Promise((drawn) => setTimeout(drawn, 300));
+    checkPage();
+  }
   for (const svg of document.querySelectorAll("figure > svg")) {
     const sheet = svg.getBoundingClientRect();
     if (!(sheet.width > 100 && sheet.height > 100)) faults.push("a plot without a size");
@@ -124,6 +139,18 @@ pub(crate) fn dumped(page: &Path, width: u32, dark: bool) -> (String, String) {
     (dom, console.join("\n"))
 }
 
+/// For scripts that are appended to a page: waits for the next drawn frame. Virtual time would leap to its end while only a frame is awaited;
+/// messages to itself hold it.
+pub(crate) const NEXT_FRAME: &str = r"<script>
+const nextFrame = () => new Promise((done) => {
+  const { port1, port2 } = new MessageChannel();
+  let isDrawn = false;
+  requestAnimationFrame(() => { isDrawn = true; });
+  port1.onmessage = () => isDrawn ? done() : port2.postMessage(0);
+  port2.postMessage(0);
+});
+</script>";
+
 fn check_page(page: &Path) -> Result<(), String> {
     let probed = page.with_file_name("probed.html");
     let text = fs::read_to_string(page).unwrap();
@@ -174,6 +201,8 @@ fn report_opens_without_errors_on_a_screen_and_on_a_phone() {
     fs::write(&broken, text.replace("<main>", "<main><div style=\"width: 1400px\">x</div>"))
         .unwrap();
     assert!(check_page(&broken).unwrap_err().contains("wide on"));
+    fs::write(&broken, text.replace("<main>", "<main><p style=\"font-size: 10px\">x</p>")).unwrap();
+    assert!(check_page(&broken).unwrap_err().contains("text of 10 px: x"));
 }
 
 #[test]

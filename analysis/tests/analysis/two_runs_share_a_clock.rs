@@ -7,7 +7,7 @@
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 #![allow(clippy::disallowed_methods, reason = "positions of a test need no fixed bits")]
 
-use crate::report_opens_in_a_browser::dumped;
+use crate::report_opens_in_a_browser::{NEXT_FRAME, dumped};
 use crate::synthetic::{Folder, Frames, analyze};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::DemTemperature;
@@ -71,7 +71,7 @@ const PROBE: &str = r#"<script>
     replay.show(50);
     document.querySelector(".speed").value = "10";
     document.querySelector(".play").click();
-    while (replay.time < 1) await new Promise(requestAnimationFrame);
+    while (replay.time < 1) await nextFrame();
     note(1);
     replay.show(20);
     await replay.second.select(0);
@@ -109,7 +109,7 @@ fn second_run_follows_the_clock_of_the_first_one() {
     assert_eq!(output.code, 0, "{}", output.text);
     let report = folder.path().join("report.html");
     let text = fs::read_to_string(&report).unwrap();
-    fs::write(&report, text.replace("</body>", &format!("{PROBE}</body>"))).unwrap();
+    fs::write(&report, text.replace("</body>", &format!("{NEXT_FRAME}{PROBE}</body>"))).unwrap();
     let (dom, console) = dumped(&report, 1280, false);
     assert!(console.is_empty(), "{console}");
     let found = dom.split("<pre id=\"found\">").nth(1).expect("the script must end");
