@@ -5,7 +5,7 @@
 //! Setup: headless Chromium with synthetic events. Control: the same checks fail on a page whose script does not handle them.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
-use crate::report_opens_in_a_browser::dumped;
+use crate::report_opens_in_a_browser::{dumped, with_script};
 use crate::synthetic::{Folder, Frames, analyze};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::{DemContactStatistics, DemEnergy, DemTemperature};
@@ -53,11 +53,10 @@ addEventListener("load", async () => {
   const faults = [];
   let points = 0, scrubbed = 0, toggled = 0;
   const expect = (holds, what) => { if (!holds) faults.push(what); };
-  const wait = (time) => new Promise((done) => setTimeout(done, time));
   try {
     for (const list of document.querySelectorAll("details")) list.open = true;
-    if (window.replay) await replay.ready;
-    await wait(500);
+    if (window.replay) await held(replay.ready);
+    await nextFrames(5);
     for (const chart of charts) {
       const { figure, data } = chart, sheet = figure.querySelector(".sheet"), name = data.title;
       const tip = figure.querySelector(".tip"), tools = [...figure.querySelectorAll(".tools button")];
@@ -80,7 +79,7 @@ addEventListener("load", async () => {
       points += 1;
       if (data.time && data.curves.some((each) => each.run) && window.replay) {
         const file = data.curves[0].run.file;
-        await wait(300);
+        await nextFrames(3);
         const time = replay.time, line = figure.querySelector(".now");
         expect(data.curves.some((each) => each.run.file === replay.file), `${name}: another run plays`);
         expect(line.getAttribute("visibility") === "visible", `${name}: no line at the time of the replay`);
@@ -135,7 +134,7 @@ addEventListener("load", async () => {
       for (let index = 0; index < metric.options.length; index++) {
         metric.selectedIndex = index;
         metric.dispatchEvent(new Event("change"));
-        await wait(30);
+        await nextFrames(1);
         expect(any.querySelector("figcaption").textContent.startsWith(metric.value), `${metric.value} is not plotted`);
         expect(any.querySelector(".sheet .curve"), `${metric.value} has no curve`);
         swept += 1;
@@ -150,7 +149,7 @@ addEventListener("load", async () => {
 fn use_plots(page: &Path) -> Result<String, String> {
     let probed = page.with_file_name("probed_plots.html");
     let text = fs::read_to_string(page).unwrap();
-    fs::write(&probed, text.replace("</body>", &format!("{PROBE}</body>"))).unwrap();
+    fs::write(&probed, with_script(&text, PROBE)).unwrap();
     let (dom, console) = dumped(&probed, 1280, false);
     fs::remove_file(&probed).unwrap();
     if !console.is_empty() {

@@ -7,7 +7,7 @@
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 #![allow(clippy::disallowed_methods, reason = "positions of a test need no fixed bits")]
 
-use crate::report_opens_in_a_browser::{NEXT_FRAME, dumped};
+use crate::report_opens_in_a_browser::{dumped, with_script};
 use crate::synthetic::{Folder, Frames, analyze};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::DemTemperature;
@@ -285,7 +285,7 @@ fn runs_of_a_long_sweep_share_the_budget_and_the_others_are_listed() {
 /// Appended to the page: scrubs each of the first films to its start, middle and end, writes the drawn positions, and plays it to its end
 /// in 0.2 s.
 const PROBE: &str = r#"<script>
-(async () => {
+held((async () => {
   const found = [];
   try {
     await replay.ready;
@@ -316,7 +316,7 @@ const PROBE: &str = r#"<script>
       if (last) document.querySelector(".play").click();
       for (let drawn = 0; Number(document.querySelector(".scrub").value) < last; drawn++) {
         if (drawn > 200) throw new Error(`run ${run} does not play to its end`);
-        await nextFrame();
+        await new Promise(requestAnimationFrame);
       }
     }
   } catch (error) { console.error(String(error)); }
@@ -324,7 +324,7 @@ const PROBE: &str = r#"<script>
   list.id = "found";
   list.textContent = JSON.stringify(found);
   document.body.append(list);
-})();
+})());
 </script>"#;
 
 /// Largest median size of the reports, the default of `--replay-budget`.
@@ -349,7 +349,7 @@ fn recorded(path: &Path, number: u64) -> BTreeMap<u64, [f64; 2]> {
 fn compare(report: &Path, shift: u64) -> Result<usize, String> {
     let text = fs::read_to_string(report).unwrap();
     let probed = report.with_file_name("probed_replay.html");
-    fs::write(&probed, text.replace("</body>", &format!("{NEXT_FRAME}{PROBE}</body>"))).unwrap();
+    fs::write(&probed, with_script(&text, PROBE)).unwrap();
     let (dom, console) = dumped(&probed, 1280, false);
     fs::remove_file(&probed).unwrap();
     if !console.is_empty() {

@@ -4,7 +4,7 @@
 //! Setup: headless Chromium; axe-core is added to a copy of the page. Control: a page with pale text and an unlabeled button is found.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
-use crate::report_opens_in_a_browser::dumped;
+use crate::report_opens_in_a_browser::{dumped, with_script};
 use std::fs;
 use std::path::Path;
 
@@ -12,8 +12,8 @@ use std::path::Path;
 const PROBE: &str = r#"<script>
 addEventListener("load", async () => {
   for (const list of document.querySelectorAll("details")) list.open = true;
-  if (window.replay) await window.replay.ready;
-  await new Promise((drawn) => setTimeout(drawn, 500));
+  if (window.replay) await held(window.replay.ready);
+  await nextFrames(5);
   const texts = [];
   let rules = 0;
   const examine = async () => {
@@ -26,7 +26,8 @@ addEventListener("load", async () => {
   const pair = document.querySelector(".pair");
   if (pair) {
     pair.click();
-    await window.replay.second.ready;
+    await held(window.replay.second.ready);
+    await nextFrames(5);
     await examine();
   }
   document.title = `rules ${rules}; severe [${texts.join("; ")}]`;
@@ -39,8 +40,8 @@ fn violations(page: &Path) -> Vec<String> {
     let axe = fs::read_to_string(axe).unwrap();
     let probed = page.with_file_name("accessible.html");
     let text = fs::read_to_string(page).unwrap();
-    let scripts = format!("<script>{axe}</script>{PROBE}</body>");
-    fs::write(&probed, text.replace("</body>", &scripts)).unwrap();
+    let script = format!("<script>{axe}</script>{PROBE}");
+    fs::write(&probed, with_script(&text, &script)).unwrap();
     let titles = [false, true].map(|dark| {
         let (dom, console) = dumped(&probed, 1300, dark);
         assert_eq!(console, "", "{}", page.display());

@@ -66,7 +66,7 @@ const faults = [];
 addEventListener("load", async () => {
   const page = document.documentElement;
   for (const list of document.querySelectorAll("details")) list.open = true;
-  await new Promise((drawn) => setTimeout(drawn, 500));
+  await nextFrames(5);
   const checkPage = () => {
     if (page.scrollWidth > page.clientWidth) faults.push(`page ${page.scrollWidth} wide on ${page.clientWidth}`);
     for (const part of document.querySelectorAll("main :not(svg *, script)")) {
@@ -79,8 +79,8 @@ addEventListener("load", async () => {
   const pair = document.querySelector(".pair");
   if (pair) {
     pair.click();
-    await window.replay.second.ready;
-    await new Promise((drawn) => setTimeout(drawn, 300));
+    await held(window.replay.second.ready);
+    await nextFrames(5);
     checkPage();
   }
   for (const svg of document.querySelectorAll("figure > svg")) {
@@ -139,22 +139,31 @@ pub(crate) fn dumped(page: &Path, width: u32, dark: bool) -> (String, String) {
     (dom, console.join("\n"))
 }
 
-/// For scripts that are appended to a page: waits for the next drawn frame. Virtual time would leap to its end while only a frame is awaited;
-/// messages to itself hold it.
-pub(crate) const NEXT_FRAME: &str = r"<script>
-const nextFrame = () => new Promise((done) => {
+/// Precedes a script that is appended to a page: waits for a number of drawn frames, or for a promise. Virtual time leaps ahead while
+/// nothing is to be done on the page's thread, so messages to itself hold it; their number is limited.
+pub(crate) const HELD_TIME: &str = r##"<script>
+function held(promise) {
   const { port1, port2 } = new MessageChannel();
-  let isDrawn = false;
-  requestAnimationFrame(() => { isDrawn = true; });
-  port1.onmessage = () => isDrawn ? done() : port2.postMessage(0);
+  let left = 3e6;
+  port1.onmessage = () => { if (left-- > 0) port2.postMessage(0); };
   port2.postMessage(0);
-});
-</script>";
+  return promise.finally(() => { left = 0; });
+}
+const nextFrames = (count) => held(new Promise((done) => {
+  const step = () => count-- ? requestAnimationFrame(step) : done();
+  step();
+}));
+</script>"##;
+
+/// The page with a script at its end.
+pub(crate) fn with_script(page: &str, script: &str) -> String {
+    page.replace("</body>", &format!("{HELD_TIME}{script}</body>"))
+}
 
 fn check_page(page: &Path) -> Result<(), String> {
     let probed = page.with_file_name("probed.html");
     let text = fs::read_to_string(page).unwrap();
-    fs::write(&probed, text.replace("</body>", &format!("{PROBE}</body>"))).unwrap();
+    fs::write(&probed, with_script(&text, PROBE)).unwrap();
     // Headless windows are at least 500 pixels wide, so a frame of 390 pixels represents the phone.
     let phone = page.with_file_name("phone.html");
     fs::write(&phone, PHONE).unwrap();

@@ -7,7 +7,7 @@
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 #![allow(clippy::disallowed_methods, reason = "positions of a test need no fixed bits")]
 
-use crate::report_opens_in_a_browser::{NEXT_FRAME, dumped};
+use crate::report_opens_in_a_browser::{dumped, with_script};
 use crate::synthetic::{Folder, Frames, analyze};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::DemTemperature;
@@ -57,7 +57,7 @@ fn frames(manifest: &RunManifest) -> Frames {
 
 /// Appended to the page: chooses two runs, moves the first one, and writes what the second one shows.
 const PROBE: &str = r#"<script>
-(async () => {
+held((async () => {
   const found = [], note = (run) => found.push({
     run, time: replay.time, other: replay.second.time, positions: replay.second.positions(),
     widths: [...document.querySelectorAll("canvas")].map((canvas) => canvas.clientWidth),
@@ -71,7 +71,7 @@ const PROBE: &str = r#"<script>
     replay.show(50);
     document.querySelector(".speed").value = "10";
     document.querySelector(".play").click();
-    while (replay.time < 1) await nextFrame();
+    while (replay.time < 1) await new Promise(requestAnimationFrame);
     note(1);
     replay.show(20);
     await replay.second.select(0);
@@ -81,7 +81,7 @@ const PROBE: &str = r#"<script>
   list.id = "found";
   list.textContent = JSON.stringify(found);
   document.body.append(list);
-})();
+})());
 </script>"#;
 
 /// The recorded time of a run that is nearest to a time.
@@ -109,7 +109,7 @@ fn second_run_follows_the_clock_of_the_first_one() {
     assert_eq!(output.code, 0, "{}", output.text);
     let report = folder.path().join("report.html");
     let text = fs::read_to_string(&report).unwrap();
-    fs::write(&report, text.replace("</body>", &format!("{NEXT_FRAME}{PROBE}</body>"))).unwrap();
+    fs::write(&report, with_script(&text, PROBE)).unwrap();
     let (dom, console) = dumped(&report, 1280, false);
     assert!(console.is_empty(), "{console}");
     let found = dom.split("<pre id=\"found\">").nth(1).expect("the script must end");
