@@ -9,9 +9,8 @@
 // Closed forms may use std's functions; an invalid configuration fails its test.
 #![allow(clippy::disallowed_methods, clippy::unwrap_used)]
 
-use crate::run::{advance, distance, exercise, finished, prepare};
-use kinetoscope_manifest::model::{OrbitBody, OrbitConfig, OrbitIntegrator, OrbitState};
-use kinetoscope_manifest::quantity::{Finite, NonNegative};
+use crate::run::{advance, body, distance, exercise, finished, prepare};
+use kinetoscope_manifest::model::{OrbitBody, OrbitConfig, OrbitIntegrator};
 use kinetoscope_physics::constants::GM_SUN_AU3_PER_DAY2 as GM;
 use kinetoscope_physics::model::{Model, Progress, Target};
 use kinetoscope_physics::orbit::Orbit;
@@ -25,16 +24,6 @@ const FIXED_STEPS: [OrbitIntegrator; 5] = [
     OrbitIntegrator::Rk4,
     OrbitIntegrator::Yoshida4,
 ];
-
-fn body(gm: f64, position: [f64; 3], velocity: [f64; 3]) -> OrbitBody {
-    OrbitBody {
-        gm_au3_per_day2: NonNegative::new(gm).unwrap(),
-        state: OrbitState::Vectors {
-            position_au: position.map(|component| Finite::new(component).unwrap()),
-            velocity_au_per_day: velocity.map(|component| Finite::new(component).unwrap()),
-        },
-    }
-}
 
 fn config(
     bodies: &[OrbitBody],
