@@ -84,19 +84,19 @@ impl Force for MutualGravity {
     type Vector = Vec<f64>;
     type Separations = Vec<f64>;
 
+    #[inline]
     fn accelerations(&self, positions: &Vec<f64>, into: &mut Vec<f64>) {
         mutual_accelerations(&self.gravitational_parameters, positions, into);
     }
 
+    #[inline]
     fn accelerations_and_separations(
         &self,
         positions: &Vec<f64>,
         into: &mut Vec<f64>,
         separations: &mut Vec<f64>,
     ) {
-        separations.clear();
-        let note = |distance| separations.push(distance);
-        add_attractions(&self.gravitational_parameters, positions, into, note);
+        accelerations_and_separations(&self.gravitational_parameters, positions, into, separations);
     }
 }
 
@@ -128,6 +128,20 @@ pub fn acceleration_over_position(position: [f64; 3]) -> f64 {
 /// another one, not even a zero, so that no bit of the others' motion depends on it.
 pub fn mutual_accelerations(gravitational_parameters: &[f64], positions: &[f64], into: &mut [f64]) {
     add_attractions(gravitational_parameters, positions, into, |_| ());
+}
+
+/// [`mutual_accelerations`], and the separations of the [`attracting_pairs`], AU. Not inlined: the vectors of the integration then stay in
+/// registers.
+#[inline(never)]
+fn accelerations_and_separations(
+    gravitational_parameters: &[f64],
+    positions: &[f64],
+    into: &mut [f64],
+    separations: &mut Vec<f64>,
+) {
+    separations.clear();
+    let note = |distance| separations.push(distance);
+    add_attractions(gravitational_parameters, positions, into, note);
 }
 
 /// [`mutual_accelerations`]; `note` receives |r_j - r_i| of each pair, in the order of [`attracting_pairs`].
