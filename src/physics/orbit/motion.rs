@@ -26,6 +26,15 @@ impl<V: AsRef<[f64]>> Phase<V> {
         let finite = |numbers: &V| numbers.as_ref().iter().all(|component| component.is_finite());
         finite(&self.position) && finite(&self.velocity)
     }
+
+    /// The shortest step, days, in which a position changes by its last digit.
+    pub(super) fn least_step(&self) -> f64 {
+        let components = self.position.as_ref().iter().zip(self.velocity.as_ref());
+        let steps =
+            components.map(|(position, velocity)| (position / velocity).abs() * f64::EPSILON);
+        // A component at rest gives infinity, or no number.
+        steps.fold(f64::INFINITY, |least, step| if step < least { step } else { least })
+    }
 }
 
 impl<V: AsRef<[f64]> + AsMut<[f64]>> Phase<V> {
