@@ -1,6 +1,6 @@
 //! `[model.dem]`: discs with spring–dashpot contacts in a box.
 
-use super::contract::{Model, at_least_one_step};
+use super::contract::{Model, check_steps};
 use super::dem_insertion::DemInsertion;
 use super::dem_materials::{DemContactPair, DemMaterial};
 use super::dem_radius::DiscRadius;
@@ -215,10 +215,10 @@ impl Model for DemConfig {
         self.discs = self.placement.count(table, "discs", self.discs);
         self.check_sizes(table);
         self.check_scene(table);
-        let steps = match self.time_step {
-            TimeStep::Length(StepLength::Fixed(step)) => self.duration_s.get() / step.get(),
-            _ => f64::INFINITY,
+        let step = match self.time_step {
+            TimeStep::Length(StepLength::Fixed(step)) => Some(step),
+            _ => None,
         };
-        at_least_one_step(steps, table, &["time_step_s", "duration_s"]);
+        check_steps(self.duration_s, step, table, &["time_step_s", "duration_s"]);
     }
 }

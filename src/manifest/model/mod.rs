@@ -19,6 +19,7 @@ mod metric_names;
 mod orbit;
 mod orbit_rules;
 mod packing;
+mod sizes;
 mod start;
 mod start_from;
 
