@@ -1,6 +1,7 @@
 //! What a model's table provides beyond its keys.
 
 use crate::keys::{HasKeys, Reader};
+use std::num::NonZeroU32;
 
 /// The table `[model.<NAME>]` of one model.
 pub(crate) trait Model: HasKeys + Default {
@@ -11,9 +12,18 @@ pub(crate) trait Model: HasKeys + Default {
     /// Maximum number of particles in a frame, those included that enter during the run.
     fn particles(&self) -> u64;
 
+    /// The same physics with so many particles at the same density; `None` if the start depends on more than that.
+    fn sample(&self, particles: NonZeroU32) -> Option<Self> {
+        let _ = particles;
+        None
+    }
+
     /// Reports the broken rules between the keys.
     fn check(&mut self, table: &mut Reader<'_>);
 }
+
+/// Width of a sample's box in diameters of the largest disc, so that discs at its walls are few.
+pub(super) const SAMPLE_DIAMETERS: f64 = 20.0;
 
 /// Reports a run that ends before its first step.
 pub(super) fn at_least_one_step(steps: f64, table: &mut Reader<'_>, keys: &[&str]) {
