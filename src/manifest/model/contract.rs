@@ -2,6 +2,7 @@
 
 use crate::keys::{HasKeys, Reader};
 use crate::quantity::Positive;
+use std::num::NonZeroU32;
 
 /// The table `[model.<NAME>]` of one model.
 pub(crate) trait Model: HasKeys + Default {
@@ -12,9 +13,18 @@ pub(crate) trait Model: HasKeys + Default {
     /// Maximum number of particles in a frame, those included that enter during the run.
     fn particles(&self) -> u64;
 
+    /// The same physics with so many particles at the same density; `None` if the start depends on more than that.
+    fn sample(&self, particles: NonZeroU32) -> Option<Self> {
+        let _ = particles;
+        None
+    }
+
     /// Reports the broken rules between the keys.
     fn check(&mut self, table: &mut Reader<'_>);
 }
+
+/// Width of a sample's box in diameters of the largest disc, so that discs at its walls are few.
+pub(super) const SAMPLE_DIAMETERS: f64 = 20.0;
 
 /// Maximum number of steps: integers up to 2^53 are exact.
 const MAX_STEPS: f64 = 9_007_199_254_740_992.0;

@@ -183,6 +183,14 @@ impl Model for GasConfig {
         u64::from(self.particles.get())
     }
 
+    fn sample(&self, particles: NonZeroU32) -> Option<Self> {
+        let is_drawn = self.placement == GasPlacement::Random
+            && self.speeds_m_per_s.is_empty()
+            && self.disc_radius_m.is_none()
+            && self.partition.is_none();
+        is_drawn.then(|| Self { particles, ..self.clone() })
+    }
+
     fn check(&mut self, table: &mut Reader<'_>) {
         self.check_sizes(table);
         self.check_start(table);
