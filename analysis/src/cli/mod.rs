@@ -133,9 +133,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
     }
     let checks = arguments.checks.as_deref().map_or_else(|| Ok(Vec::new()), read_checks);
     let checks = checks.map_err(CommandError::usage)?;
-    let baselines: Result<Vec<Baseline>, String> =
-        arguments.baseline.iter().map(|path| read_baseline(path)).collect();
-    let mut baselines = baselines.map_err(CommandError::usage)?;
+    let mut baselines = read_baselines(&arguments.baseline)?;
     if let Some(junit) = &arguments.junit {
         write_file::check(junit)?;
     }
@@ -194,6 +192,12 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
         arguments.standard_output.print_json(&json(&analyzed, exit));
     }
     Ok(exit)
+}
+
+fn read_baselines(paths: &[PathBuf]) -> Result<Vec<Baseline>, CommandError> {
+    let baselines: Result<Vec<Baseline>, String> =
+        paths.iter().map(|path| read_baseline(path)).collect();
+    baselines.map_err(CommandError::usage)
 }
 
 /// The folder of the results of one experiment among one or several.
