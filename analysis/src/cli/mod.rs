@@ -136,9 +136,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
     let baselines: Result<Vec<Baseline>, String> =
         arguments.baseline.iter().map(|path| read_baseline(path)).collect();
     let mut baselines = baselines.map_err(CommandError::usage)?;
-    if let Some(junit) = &arguments.junit {
-        write_file::check(junit)?;
-    }
+    arguments.junit.as_deref().map_or(Ok(()), write_file::check)?;
     let sources = sources(arguments)?;
     for baseline in &baselines {
         if !sources.iter().any(|source| source.name == baseline.experiment()) {
