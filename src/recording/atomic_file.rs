@@ -116,8 +116,9 @@ fn of_folder(folder: &Path, error: &io::Error) -> io::Error {
         }
         io::ErrorKind::NotADirectory => io::Error::new(kind, format!("{folder} is no folder")),
         _ => {
-            let inner = error.get_ref().and_then(|named| named.source());
-            let reason = inner.map_or_else(|| error.to_string(), ToString::to_string);
+            // `tempfile` adds the path of the file, and no method returns the error without it.
+            let text = error.to_string();
+            let reason = text.split(" at path \"").next().unwrap_or_default();
             io::Error::new(kind, format!("no file can be created in {folder}: {reason}"))
         }
     }

@@ -40,7 +40,8 @@ pub fn check(path: &Path) -> io::Result<()> {
     }
 }
 
-/// Whether an error follows from the path, so that the same command fails again until the user changes one of the two.
+/// Whether an error follows from the path that the user named, so that the same command fails again. A folder that is read-only may
+/// become writable.
 #[must_use]
 pub fn is_of_path(error: &io::Error) -> bool {
     use io::ErrorKind as Kind;
@@ -50,8 +51,6 @@ pub fn is_of_path(error: &io::Error) -> bool {
             | Kind::NotADirectory
             | Kind::IsADirectory
             | Kind::AlreadyExists
-            | Kind::PermissionDenied
-            | Kind::ReadOnlyFilesystem
             | Kind::InvalidFilename
             | Kind::InvalidInput
     )

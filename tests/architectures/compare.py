@@ -326,6 +326,12 @@ def page(rows, changes):
         lines.append(f"| {name} | {threads} | {count} | {count - len(messages)} | {count - len(messages) - len(metrics)} |")
     lines += ["", "## Shortened experiments", "", "Emulation is about ten times slower than the processor. These experiments had fewer runs:", ""]
     lines += [f"- `{name}`: {change}" for name, change in changes.items() if change]
+    lines += [
+        "", "## Windows", "",
+        "Nothing is tested on Windows, and no claim is made for it. Debian has no standard library of Rust for it any more. That of `x86_64-pc-windows-gnu` has to be compiled from Debian's `rust-src` "
+        "with `-Z build-std`, which only a nightly compiler or `RUSTC_BOOTSTRAP=1` accepts: an attempt with version 1.97.1 compiled `core` and `alloc`, and was not continued to the programs. "
+        "Calls that only Unix has are in the files that rule 6 of ARCHITECTURE.md lists, behind `cfg` where Windows must compile; `tests/guarantees/repository_layout.rs` enforces the list.",
+    ]
     return "\n".join(lines) + "\n"
 
 

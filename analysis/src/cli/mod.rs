@@ -134,9 +134,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
     let checks = arguments.checks.as_deref().map_or_else(|| Ok(Vec::new()), read_checks);
     let checks = checks.map_err(CommandError::usage)?;
     let mut baselines = read_baselines(&arguments.baseline)?;
-    if let Some(junit) = &arguments.junit {
-        write_file::check(junit)?;
-    }
+    arguments.junit.as_deref().map_or(Ok(()), write_file::check)?;
     let sources = sources(arguments)?;
     for baseline in &baselines {
         if !sources.iter().any(|source| source.name == baseline.experiment()) {
