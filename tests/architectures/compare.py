@@ -259,8 +259,8 @@ def threads_of(target):
     return 1 if target == WASM else 2
 
 
-def fill(rows, system, targets, work, ours, quick):
-    """Makes the missing rows."""
+def fill(rows, system, targets, work, ours, quick, save):
+    """Makes the missing rows, and saves after each, so that an interrupted comparison goes on from there."""
     system.build(sorted({rest[:2] for rest in targets.values()}), quick)
     for threads in (1,) if quick else (1, 2):
         for name, (target, prefix, emulator) in targets.items():
@@ -272,6 +272,7 @@ def fill(rows, system, targets, work, ours, quick):
             print(f"{name}, {threads} thread(s): {count} experiments, {seconds:.0f} s; other messages: "
                   f"{', '.join(messages) or 'none'}; other metrics: {', '.join(metrics) or 'none'}", flush=True)
             rows.rows[name, threads] = (count, messages, metrics)
+            save()
 
 
 def main():
@@ -295,11 +296,11 @@ def main():
         work, changes = prepared(arguments.quick)
         ours = lock_of_this_machine(arguments.program, work)
         rows = Rows(ours, is_kept=not arguments.quick)
-        fill(rows, system, targets, work, ours, arguments.quick)
+        save = (lambda: None) if arguments.quick else lambda: PAGE.write_text(page(rows, changes))
+        fill(rows, system, targets, work, ours, arguments.quick, save)
     finally:
         system.unmount()
-    if not arguments.quick:
-        PAGE.write_text(page(rows, changes))
+    save()
     return int(not rows.is_equal(targets))
 
 
