@@ -28,7 +28,7 @@ PROBE = """async () => {
   const plots = [...document.querySelectorAll("figure > svg")].filter((plot) => plot.checkVisibility());
   for (const plot of plots) {
     const box = plot.getBoundingClientRect();
-    if (!(box.width > 100 && box.height > 100)) faults.push("a plot without a size");
+    if (!(box.width > 100 && box.height > 60)) faults.push("a plot without a size");
   }
   let frames = 0;
   const scrub = document.querySelector(".replay .scrub"), canvas = document.querySelector(".replay canvas");
@@ -46,8 +46,9 @@ PROBE = """async () => {
       const pixels = new Uint32Array(canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.buffer);
       if (new Set(pixels).size < 3) faults.push(`nothing is drawn at frame ${frame}`);
     }
-    const speed = document.querySelector(".speed"), end = performance.now() + 10000;
-    speed.options[0].value = scrub.max / 25;
+    const speed = document.querySelector(".speed"), { fps } = JSON.parse(document.querySelector("script.film").dataset.film);
+    const end = performance.now() + 10000;
+    speed.options[0].value = scrub.max / fps;
     speed.selectedIndex = 0;
     if (frames > 1) document.querySelector(".play").click();
     await drawn();

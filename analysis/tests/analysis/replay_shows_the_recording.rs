@@ -309,8 +309,8 @@ held((async () => {
         const blank = inside.filter(isBlank).length;
         found.push({ run, number: replay.numbers[frame], view: replay.view, positions, blank });
       }
-      const speed = document.querySelector(".speed");
-      speed.options[0].value = last / 5;
+      const speed = document.querySelector(".speed"), { fps } = JSON.parse(document.querySelectorAll("script.film")[run].dataset.film);
+      speed.options[0].value = last / fps / 0.2;
       speed.selectedIndex = 0;
       replay.show(0);
       if (last) document.querySelector(".play").click();
