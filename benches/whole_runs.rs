@@ -1,17 +1,24 @@
-//! What whole runs cost beside their physics: tiny runs by the thousand, two jobs, and memory with the recorder.
+//! What whole runs cost beside their physics: tiny runs by the thousand, two jobs, memory with the recorder, and plans of large runs.
 //!
-//! `cargo bench --bench whole_runs -- tiny`, `-- jobs` or `-- memory` runs one part.
+//! `cargo bench --bench whole_runs -- tiny`, `-- jobs`, `-- memory` or `-- plan` runs one part.
 //! - `tiny`: a thousand runs of each model with two jobs, from the start of the program to its end, and the ratio to a program that writes
 //!   and syncs as many files of their mean size;
 //! - `jobs`: all shipped experiments with one job over two, each time into an empty folder;
 //! - `memory`: peak memory of a run of 10^6 particles with its recorder, over the number of particles; and that of a dense recording
-//!   with all channels beyond the same run that records its start and end.
+//!   with all channels beyond the same run that records its start and end;
+//! - `plan`: a plan of a run of 10^6 particles that is not executed.
 //!
 //! Ratios are the median of pairs in turn, with the smallest and the largest. Memory is the peak that the runs' `.host.json` report.
 //! Small writes that are joined reduced the `write` calls of a tiny run from 188 to 5. On a busy machine (5 pairs) this changed the wall
 //! time of a thousand runs of a gas by a factor of 0.8 to 1.5, which is noise: the syncs dominate.
 //!
-//! The bars: a thousand tiny runs in 1.0 s; 1.8; 250 bytes per particle, and 64 MB.
+//! Plans from samples instead of starts took the processor time of a plan from 0.8 to 0.1 s (DEM on a lattice), 3.1 to 0.16 (the same at
+//! random), 1.8 to 0.09 (packing) and 0.6 to 0.03 (gas); 5 alternate plans on a busy machine, where the wall time is several times that.
+//! Indices of two bytes and memory for forces per thread took the memory of the DEM run from 347 to 328 bytes per disc, and from 386 to
+//! 362 with friction. The largest parts at the peak: 80 of the rows of a frame, 69 of the discs, 62 of lists (an inner pair takes 20), 42 of
+//! the compressed chunk, 24 of velocities and spins at the positions' time, 16 of the positions at which the lists were built.
+//!
+//! The bars: a thousand tiny runs in 1.0 s; 1.8; 250 bytes per particle, and 64 MB; 0.3 s.
 
 #![allow(clippy::unwrap_used, reason = "a benchmark may end on an error")]
 
@@ -179,6 +186,15 @@ fn main() {
         let [all, ends] = [1, 400].map(|steps| peak(folder, "dense", &dense(steps)));
         let more = all.saturating_sub(ends) as f64 / 1e6;
         println!("dense recording: {more:.0} MB more than without frames");
+    }
+    if wants("plan") {
+        for (name, model) in LARGE {
+            let path = manifest(folder, name, model);
+            let plan = || run(&folder.join("plan"), &["--dry-run"], std::slice::from_ref(&path));
+            let times = sorted((0..PAIRS).map(|_| plan()));
+            let (least, median, most) = (times[0], times[PAIRS / 2], times[PAIRS - 1]);
+            println!("plan of {name}: {median:.2} s ({least:.2} to {most:.2})");
+        }
     }
     if wants("jobs") {
         compare("shipped experiments, one job over two", &|| shipped(folder, "1"), &|| {

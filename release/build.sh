@@ -35,7 +35,11 @@ mkdir -p "$stage"/bin "$stage"/share/{man/man1,bash-completion/completions,zsh/s
 install -m 755 "$program" "$stage/bin/kinetoscope"
 # The other two programs are two of its subcommands; as programs of their own they would make the wheel three times as large.
 for pair in run-experiment:run analyze-recordings:analyze; do
-    printf '#!/bin/sh\nexec "$(dirname "$(readlink -f "$0")")/kinetoscope" %s "$@"\n' "${pair#*:}" > "$stage/bin/${pair%:*}"
+    cat > "$stage/bin/${pair%:*}" << PROGRAM
+#!/bin/sh
+case \$1 in -V | --version) echo "${pair%:*} $version"; exit ;; esac
+exec "\$(dirname "\$(readlink -f "\$0")")/kinetoscope" ${pair#*:} "\$@"
+PROGRAM
     chmod 755 "$stage/bin/${pair%:*}"
 done
 "$program" man-pages "$stage/share/man/man1"
@@ -46,6 +50,8 @@ done
 "$program" completions zsh > "$stage/share/zsh/site-functions/_kinetoscope"
 "$program" completions fish > "$stage/share/fish/vendor_completions.d/kinetoscope.fish"
 
+mkdir "$stage/share/doc"
+python3 release/notices.py > "$stage/share/doc/kinetoscope-licenses.txt"
 python3 release/pack.py "$stage" "$version" "$output"
 python3 release/sbom.py > "$output/kinetoscope-$version.cdx.json"
 (cd "$output" && sha256sum -- * > SHA256SUMS && cat SHA256SUMS)

@@ -18,6 +18,10 @@ recorded=$(milliseconds)
 analyzed=$(milliseconds)
 echo "wheel: environment after $created ms, installed after $installed ms, recording after $recorded ms, report after $analyzed ms"
 [ "$analyzed" -le "$((LIMIT * 1000))" ] || fail "more than $LIMIT s"
+for program in kinetoscope run-experiment analyze-recordings; do
+    "/environment/bin/$program" --version | grep -q "^$program [0-9]" || fail "$program --version"
+done
+grep -q '^mcap ' /environment/share/doc/kinetoscope-licenses.txt || fail "no licenses of the packages"
 /environment/bin/kinetoscope doctor | grep -q 'parquet: yes' || fail "no Parquet"
 man -P cat -M /environment/share/man kinetoscope-run | grep -q -- '--force' || fail "no manual page in the wheel"
 

@@ -24,7 +24,8 @@ EPOCH = int(os.environ["SOURCE_DATE_EPOCH"])
 # glibc of the linker's target in build.sh; the second name is that of older versions of pip.
 PLATFORM = "manylinux_2_17_x86_64.manylinux2014_x86_64"
 SUMMARY = "Reproducible particle experiments: a manifest in, recordings and checked physics out"
-LICENSES = ("LICENSE-APACHE", "LICENSE-MIT")
+# The last one is that of the font in the plots, which is part of the program.
+LICENSES = ("LICENSE-APACHE", "LICENSE-MIT", "analysis/src/plot/font/LICENSE.txt")
 
 
 def files_below(folder):

@@ -39,13 +39,18 @@ def component(package, checksums):
     return described
 
 
-def main():
+def released():
+    """All packages by their id, that of the program, and the packages that each part of the program needs."""
     features = ["--manifest-path", str(ROOT / "src/bin/Cargo.toml"), "--features", "parquet"]
     metadata = json.loads(subprocess.run([*COMMAND, *features], check=True, capture_output=True).stdout)
     packages = {package["id"]: package for package in metadata["packages"]}
     nodes = {node["id"]: node for node in metadata["resolve"]["nodes"]}
     start = next(key for key, package in packages.items() if package["name"] == PROGRAM)
-    edges = linked(nodes, start)
+    return packages, start, linked(nodes, start)
+
+
+def main():
+    packages, start, edges = released()
     lock = tomllib.loads((ROOT / "Cargo.lock").read_text())
     checksums = {(p["name"], p["version"]): p.get("checksum") for p in lock["package"]}
     components = {key: component(packages[key], checksums) for key in edges}

@@ -3,30 +3,44 @@
 use kinetoscope_recording::atomic_file::{self, NewFile};
 use kinetoscope_recording::output_file;
 use kinetoscope_usage::text::shown_path;
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// A file or folder that cannot be written, with the user's next step.
 #[derive(Debug, thiserror::Error)]
-#[error(
-    "{} cannot be written: {reason}. Make room or make it writable, or name another {instead}",
-    shown_path(path)
-)]
+#[error("{} cannot be written: {reason}. {remedy}, or name another {instead}", shown_path(path))]
 pub(crate) struct WriteError {
     path: PathBuf,
     reason: String,
+    remedy: &'static str,
     /// What the user may name in its place.
     instead: &'static str,
+    /// Whether the same command fails again, because the path is wrong.
+    pub(crate) is_of_path: bool,
 }
 
 impl WriteError {
     pub(crate) fn new(path: &Path, reason: impl std::fmt::Display) -> Self {
-        let instead = "folder with --output DIR";
-        Self { path: path.to_path_buf(), reason: reason.to_string(), instead }
+        let (remedy, instead) = ("Make room or make it writable", "folder with --output DIR");
+        let (path, reason) = (path.to_path_buf(), reason.to_string());
+        Self { path, reason, remedy, instead, is_of_path: false }
+    }
+
+    fn of(path: &Path, error: &io::Error) -> Self {
+        let is_of_path = output_file::is_of_path(error);
+        let new = Self { is_of_path, ..Self::new(path, error) };
+        match error.kind() {
+            io::ErrorKind::NotFound => Self { remedy: "Create the folder", ..new },
+            io::ErrorKind::NotADirectory | io::ErrorKind::AlreadyExists => {
+                Self { remedy: "Remove the file in the way", ..new }
+            }
+            _ => new,
+        }
     }
 
     /// An error of a destination that the user named.
-    fn of_destination(path: &Path, reason: impl std::fmt::Display) -> Self {
-        Self { instead: "file", ..Self::new(path, reason) }
+    fn of_destination(path: &Path, error: &io::Error) -> Self {
+        Self { instead: "file", ..Self::of(path, error) }
     }
 }
 
@@ -35,7 +49,7 @@ impl WriteError {
 /// # Errors
 /// A folder that cannot be created.
 pub(crate) fn create_folder(folder: &Path) -> Result<(), WriteError> {
-    std::fs::create_dir_all(folder).map_err(|error| WriteError::new(folder, error))
+    std::fs::create_dir_all(folder).map_err(|error| WriteError::of(folder, &error))
 }
 
 /// Replaces a file as a whole. A symbolic link is replaced, not followed: another user of the folder may have put it there.
@@ -43,7 +57,7 @@ pub(crate) fn create_folder(folder: &Path) -> Result<(), WriteError> {
 /// # Errors
 /// A file that cannot be written.
 pub(crate) fn replace(path: &Path, content: impl AsRef<[u8]>) -> Result<(), WriteError> {
-    atomic_file::replace(path, content.as_ref()).map_err(|error| WriteError::new(path, error))
+    atomic_file::replace(path, content.as_ref()).map_err(|error| WriteError::of(path, &error))
 }
 
 /// As [`replace`], for one of many files: it may be lost if the machine fails.
@@ -52,7 +66,7 @@ pub(crate) fn replace(path: &Path, content: impl AsRef<[u8]>) -> Result<(), Writ
 /// A file that cannot be written.
 pub(crate) fn replace_unsynced(path: &Path, content: impl AsRef<[u8]>) -> Result<(), WriteError> {
     let replaced = atomic_file::replace_unsynced(path, content.as_ref());
-    replaced.map_err(|error| WriteError::new(path, error))
+    replaced.map_err(|error| WriteError::of(path, &error))
 }
 
 /// Begins a file that is written piece by piece and then replaces the one of this name.
@@ -60,7 +74,7 @@ pub(crate) fn replace_unsynced(path: &Path, content: impl AsRef<[u8]>) -> Result
 /// # Errors
 /// A folder that cannot be written.
 pub(crate) fn begin(path: &Path) -> Result<NewFile, WriteError> {
-    NewFile::create(path).map_err(|error| WriteError::new(path, error))
+    NewFile::create(path).map_err(|error| WriteError::of(path, &error))
 }
 
 /// Writes a destination that the user named, which may be a link, a device or a pipe.
@@ -69,7 +83,15 @@ pub(crate) fn begin(path: &Path) -> Result<NewFile, WriteError> {
 /// A destination that cannot be written.
 pub(crate) fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<(), WriteError> {
     output_file::write(path, content.as_ref())
-        .map_err(|error| WriteError::of_destination(path, error))
+        .map_err(|error| WriteError::of_destination(path, &error))
+}
+
+/// Checks that a destination that the user named can be written, before the work whose result it receives.
+///
+/// # Errors
+/// A destination that cannot be written.
+pub(crate) fn check(path: &Path) -> Result<(), WriteError> {
+    output_file::check(path).map_err(|error| WriteError::of_destination(path, &error))
 }
 
 /// Adds text to the end of a destination, which is created if it does not exist.
@@ -77,5 +99,5 @@ pub(crate) fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<(), WriteE
 /// # Errors
 /// A destination that cannot be written.
 pub(crate) fn append(path: &Path, text: &str) -> Result<(), WriteError> {
-    output_file::append(path, text).map_err(|error| WriteError::of_destination(path, error))
+    output_file::append(path, text).map_err(|error| WriteError::of_destination(path, &error))
 }

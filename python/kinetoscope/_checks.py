@@ -30,7 +30,7 @@ def run_checks(
     try:
         import pytest
     except ImportError as error:
-        raise KinetoscopeError("pytest is not installed", "`pip install kinetoscope[pytest]`") from error
+        raise KinetoscopeError("pytest is not installed", "`pip install 'kinetoscope[pytest]'`") from error
     module = sys._getframe(1).f_globals.get("__file__")
     path = Path(os.path.dirname(os.path.abspath(module)) if module else os.getcwd()) / os.fspath(manifest)
     checks = checks_of(path)

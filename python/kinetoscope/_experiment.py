@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import tempfile
 import warnings
@@ -52,11 +53,14 @@ class Experiment:
         self.path = path
         self._files = files
         self._programs = programs
+        # A later run of another seed or with other values describes its own recordings in the same folder.
+        self._description = _description(path)
         self._runs: Optional[Tuple[Run, ...]] = None
         self._analysis: Optional[Dict[str, Any]] = None
 
     def __repr__(self) -> str:
-        return f"<experiment {self.name}: {len(self._files)} runs in {self.path}>"
+        runs = "1 run" if len(self._files) == 1 else f"{len(self._files)} runs"
+        return f"<experiment {self.name}: {runs} in {self.path}>"
 
     @property
     def name(self) -> str:
@@ -123,15 +127,32 @@ class Experiment:
 
     def show(self, *, height: int = 900) -> None:
         """Displays the whole report in the cell of a notebook."""
-        with tempfile.TemporaryDirectory(prefix="kinetoscope-") as folder:
-            finished = _programs.call(["analyze", "--quiet", "--output", folder, *self._inputs()], self._programs)
+        with tempfile.TemporaryDirectory(prefix="kinetoscope-") as folder, self._input() as path:
+            finished = _programs.call(["analyze", "--quiet", "--output", folder, os.fspath(path)], self._programs)
             report = Path(folder) / "report.html"
             if not report.exists():
                 raise finished.error()
             _player.display(report.read_text(encoding="utf-8"), height)
 
-    def _inputs(self) -> List[str]:
-        return [os.fspath(self.path)]
+    @contextlib.contextmanager
+    def _input(self) -> Iterator[Path]:
+        """The folder or file to analyze: if the folder describes other recordings by now, one that has only those of this experiment."""
+        if _description(self.path) == self._description:
+            yield self.path
+            return
+        with tempfile.TemporaryDirectory(prefix=".kinetoscope-", dir=self.path.parent) as scratch:
+            folder = Path(scratch) / self.name
+            folder.mkdir()
+            (folder / "experiment.toml").write_text(self._description or "", encoding="utf-8")
+            for file in self._files:
+                try:
+                    os.link(file, folder / file.name)
+                except OSError as error:
+                    raise KinetoscopeError(
+                        f"{self.path} describes other recordings by now, and {file} cannot be linked: {error.strerror}",
+                        "run the experiment again, with another `output` for each seed or set of values",
+                    ) from error
+            yield folder
 
     def _rows(self) -> List[Dict[str, Any]]:
         return [_row(metric) for metric in self._analyzed()["analysis"]["metrics"]]
@@ -143,10 +164,10 @@ class Experiment:
 
     def _analyze(self, options: List[str]) -> Dict[str, Any]:
         """Analyzes the recordings. The results are written next to them if that is possible and they are all of the folder's."""
-        with tempfile.TemporaryDirectory(prefix="kinetoscope-") as scratch:
-            if options or not (self.path.is_dir() and os.access(self.path, os.W_OK)):
+        with tempfile.TemporaryDirectory(prefix="kinetoscope-") as scratch, self._input() as path:
+            if options or path != self.path or not (path.is_dir() and os.access(path, os.W_OK)):
                 options = [*options, "--no-replay", "--output", scratch]
-            finished = _programs.call(["analyze", "--json", "--quiet", *options, *self._inputs()], self._programs)
+            finished = _programs.call(["analyze", "--json", "--quiet", *options, os.fspath(path)], self._programs)
         if not finished.output.strip():
             raise finished.error()
         result = finished.json()
@@ -217,6 +238,8 @@ def run(
     if force:
         arguments.append("--force")
     path = os.fspath(_programs.absolute(manifest))
+    if os.path.isdir(path):
+        raise KinetoscopeError(f"{path} is a folder", "name one manifest, such as `kinetoscope.run(\"exp.toml\")`")
     finished = _programs.call([*arguments, path], programs)
     if finished.code != _programs.EXIT_OK:
         raise finished.error()
@@ -224,7 +247,14 @@ def run(
     # Manifests that `start_from` names are run first.
     result = next((entry for entry in experiments if entry.get("manifest") == path), experiments[-1])
     files = [Path(entry["recording"]) for entry in result["runs"] if entry.get("recording")]
-    return Experiment(Path(result["destination"]), files, programs=programs)
+    experiment = Experiment(Path(result["destination"]), files, programs=programs)
+    listed = {path.name for path in _listed(experiment.path)}
+    if not listed.issuperset(file.name for file in files):
+        raise KinetoscopeError(
+            f"another run of {experiment.name} has described its own recordings in {experiment.path} meanwhile",
+            "give each of several simultaneous runs an `output` of its own",
+        )
+    return experiment
 
 
 def open(path: _programs.PathLike, *, programs: Optional[_programs.PathLike] = None) -> Experiment:
@@ -247,6 +277,14 @@ def open(path: _programs.PathLike, *, programs: Optional[_programs.PathLike] = N
             f"{place} contains {len(inner)} experiments", f"open one of them, such as `{inner[0]}`"
         )
     raise RecordingError(f"{place} contains no finished recording", "run the experiment first: `kinetoscope.run(…)`")
+
+
+def _description(path: Path) -> Optional[str]:
+    """The text of the folder's `experiment.toml`, which lists its recordings; none for a file, or without it."""
+    try:
+        return (path / "experiment.toml").read_text(encoding="utf-8")
+    except (OSError, ValueError):
+        return None
 
 
 def _listed(folder: Path) -> Iterator[Path]:

@@ -117,7 +117,7 @@ class Frames:
             import xarray
         except ImportError as error:
             raise KinetoscopeError(
-                "the package `xarray` is not installed", "`pip install kinetoscope[xarray]`"
+                "the package `xarray` is not installed", "`pip install 'kinetoscope[xarray]'`"
             ) from error
         selected = self
         if index is not None:

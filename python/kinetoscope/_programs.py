@@ -17,6 +17,11 @@ from ._errors import KinetoscopeError, ProgramNotFoundError, RunFailedError
 PathLike = Union[str, "os.PathLike[str]"]
 
 PROGRAM = "kinetoscope"
+# Looked up once: `sysconfig` initializes itself at its first use, which is not safe with several threads.
+_USER_SCHEME = f"{os.name}_user"
+_SCRIPT_FOLDERS = [os.path.dirname(sys.executable), sysconfig.get_path("scripts")]
+if _USER_SCHEME in sysconfig.get_scheme_names():
+    _SCRIPT_FOLDERS.append(sysconfig.get_path("scripts", _USER_SCHEME))
 # Time for a run to write its checkpoint after an interrupt, s.
 SECONDS_TO_STOP = 30.0
 
@@ -37,19 +42,15 @@ def find(programs: Optional[PathLike] = None) -> str:
                 "pass the folder that contains it, such as `target/release` of a clone",
             )
         return os.path.abspath(found)
-    folders = [os.path.dirname(sys.executable), sysconfig.get_path("scripts")]
-    user_scheme = f"{os.name}_user"
-    if user_scheme in sysconfig.get_scheme_names():
-        folders.append(sysconfig.get_path("scripts", user_scheme))
-    for path in [*folders, None]:
+    for path in [*_SCRIPT_FOLDERS, None]:
         found = shutil.which(PROGRAM, path=path)
         if found is not None:
             return os.path.abspath(found)
-    searched = ", ".join(dict.fromkeys(folders))
+    searched = ", ".join(dict.fromkeys(_SCRIPT_FOLDERS))
     raise ProgramNotFoundError(
         f"the program `{PROGRAM}` is neither in {searched} nor on the PATH",
-        "`pip install kinetoscope` installs it; in a clone, run `cargo build --release` and pass "
-        "`programs=\"target/release\"`",
+        "`pip install --force-reinstall kinetoscope`, or a wheel that `release/build.sh` made, installs it; in a clone, run "
+        "`cargo build --release` and pass `programs=\"target/release\"`",
     )
 
 

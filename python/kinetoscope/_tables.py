@@ -24,7 +24,7 @@ def library_module(library: Optional[TableLibrary]) -> Any:
     names = " nor ".join(wanted) if len(wanted) > 1 else wanted[0]
     raise KinetoscopeError(
         f"neither {names} is installed" if len(wanted) > 1 else f"{names} is not installed",
-        f"`pip install kinetoscope[{wanted[0]}]`",
+        f"`pip install 'kinetoscope[{wanted[0]}]'`",
     )
 
 

@@ -17,13 +17,35 @@ from kinetoscope import _player
 
 def test_public_names_are_at_most_twelve() -> None:
     assert len(k.__all__) <= 12
-    public = {name for name in vars(k) if not name.startswith("_")} | {"__version__"}
+    public = {name for name in vars(k) if not name.startswith(("_", "@"))} | {"__version__"}
     assert public == set(k.__all__)
 
 
 def test_every_public_name_has_documentation_with_an_example() -> None:
     for name in ("Experiment", "Frames", "Run", "run", "open", "run_checks", "KinetoscopeError"):
         assert ">>> " in (getattr(k, name).__doc__ or ""), name
+
+
+def test_metrics_are_those_of_the_own_recordings_after_another_run_in_the_folder(
+    experiments: Path, tmp_path: Path, programs: Optional[str]
+) -> None:
+    manifest = experiments / "first_run.toml"
+    runs = [k.run(manifest, seed=seed, output=tmp_path, programs=programs) for seed in (1, 2, 3)]
+    alone = [
+        k.run(manifest, seed=seed, output=tmp_path / str(seed), programs=programs).metric("energy.residual")
+        for seed in (1, 2, 3)
+    ]
+    assert len(set(alone)) == 3
+    assert [run.metric("energy.residual") for run in runs] == alone
+    assert all(len(run.checks) == 3 for run in runs)
+    # What the folder describes now is that of the last run, and nothing is left of the others' analyses.
+    assert k.open(runs[0].path, programs=programs).metric("energy.residual") == alone[2]
+    assert not list(tmp_path.glob(".*"))
+
+
+def test_a_folder_is_no_manifest(experiments: Path, tmp_path: Path, programs: Optional[str]) -> None:
+    with pytest.raises(k.KinetoscopeError, match="is a folder"):
+        k.run(experiments, output=tmp_path, programs=programs)
 
 
 def test_seed_and_overrides_are_those_of_the_recording(
@@ -68,8 +90,8 @@ def test_a_missing_program_is_an_error_with_the_remedy(
         k.run(experiments / "first_run.toml", output=tmp_path, programs=tmp_path)
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setattr(sys, "executable", str(tmp_path / "python"))
-    monkeypatch.setattr("sysconfig.get_path", lambda *_: str(tmp_path))
-    with pytest.raises(k.ProgramNotFoundError, match="nor on the PATH\nhelp: `pip install kinetoscope` installs it"):
+    monkeypatch.setattr("kinetoscope._programs._SCRIPT_FOLDERS", [str(tmp_path)])
+    with pytest.raises(k.ProgramNotFoundError, match="nor on the PATH\nhelp: `pip install --force-reinstall kinetoscope`"):
         k.run(experiments / "first_run.toml", output=tmp_path)
     # Control: a program on the PATH is found, and one of another system is an error with its own remedy.
     foreign = tmp_path / "kinetoscope"

@@ -126,7 +126,7 @@ def test_missing_optional_packages_are_named(recording: k.Run, monkeypatch: pyte
     found = importlib.util.find_spec
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "polars" else found(name))
     assert type(recording.series("/energy")).__module__.startswith("pandas")
-    with pytest.raises(k.KinetoscopeError, match="polars is not installed\nhelp: `pip install kinetoscope.polars.`"):
+    with pytest.raises(k.KinetoscopeError, match="polars is not installed\nhelp: `pip install 'kinetoscope.polars.'`"):
         recording.series("/energy", "polars")
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     with pytest.raises(k.KinetoscopeError, match="neither polars nor pandas is installed"):

@@ -178,7 +178,7 @@ fn write_man_pages(folder: &Path) -> Exit {
         Ok(()) => Exit::Done,
         Err(error) => {
             let what = format!("cannot write the manual pages to {}: {error}", shown_path(folder));
-            Failure::new(Exit::Retryable, what).help("name another folder").report()
+            Failure::new(Exit::of_output(&error), what).help("name another folder").report()
         }
     }
 }

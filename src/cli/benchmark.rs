@@ -53,7 +53,8 @@ impl BenchmarkArguments {
         self.result.print(benchmark::text(&table).trim_end(), || json(&table));
         let Some(folder) = &self.output else { return Ok(Exit::Done) };
         let path = sidecars::write_timing(folder, &table).map_err(|error| {
-            Failure::new(Exit::Retryable, format!("the table cannot be written: {error}"))
+            let what = format!("the table cannot be written to {}: {error}", shown_path(folder));
+            Failure::new(Exit::of_output(&error), what)
                 .help("make the folder writable, or name another one with --output DIR")
         })?;
         self.result.say(&format!("Wrote {}", shown_path(&path)));

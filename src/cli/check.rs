@@ -113,7 +113,8 @@ impl CheckArguments {
             return Ok(json!({ "manifest": step.manifest, "pending": step.starts_from }));
         }
         let experiment = reader.read(&step.manifest, step.overrides(overrides))?;
-        let planner = Planner { output: &self.output, keys: None, force: false, jobs: self.jobs };
+        let (output, jobs) = (&self.output, self.jobs);
+        let planner = Planner { output, keys: None, force: false, jobs, is_outline: true };
         let planned = planner.plan(&experiment)?;
         planned.reject_invalid_starts(&experiment)?;
         let rerun = planner.rerun(&experiment, &planned)?;

@@ -1,6 +1,8 @@
 //! Exit codes of the programs.
 
 use crate::outputs::upload::UploadReport;
+use kinetoscope_recording::output_file::is_of_path;
+use std::io;
 use std::process::ExitCode;
 
 /// Every exit code with its meaning, except for 3 (a check failed), which only the analysis has
@@ -57,6 +59,12 @@ impl Exit {
     /// The exit code of a failed access to object storage.
     pub(crate) fn of_storage(is_retryable: bool) -> Self {
         if is_retryable { Self::Retryable } else { Self::BadManifest }
+    }
+
+    /// The exit code of an output that cannot be written.
+    #[must_use]
+    pub fn of_output(error: &io::Error) -> Self {
+        if is_of_path(error) { Self::BadManifest } else { Self::Retryable }
     }
 
     /// The exit code of the uploads of an experiment.

@@ -1,6 +1,9 @@
 //! Expected time of a plan on this machine, from the start of its costliest run, executed for a fraction of a second.
+//!
+//! A large run is measured by its sample, whose steps cost less per particle where the run does not fit into the cache.
 
 use crate::plan::{Plan, PlannedRun};
+use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_physics::model::{Extent, Model, Progress, Target};
 use kinetoscope_physics::random::Seed;
 use std::time::{Duration, Instant};
@@ -25,10 +28,21 @@ pub(crate) fn expected_seconds(plan: &Plan, jobs: usize) -> Option<f64> {
     seconds.is_finite().then_some(seconds)
 }
 
+/// Measured from the start that the plan has kept. A large run's is that of its sample.
 fn seconds_of_run(run: &PlannedRun) -> Option<f64> {
+    if let Some(mut start) = run.take_start() {
+        return measure(start.model.as_mut());
+    }
     let manifest = &run.run.manifest;
     let seed = Seed { seed: manifest.seed, replicate: manifest.replicate };
-    measure(kinetoscope_physics::prepare(&manifest.model, seed, false).ok()?.as_mut())
+    let prepare = |model: &ModelConfig| kinetoscope_physics::prepare(model, seed, false).ok();
+    if let Some(sample) = manifest.model.sample()
+        && let Some(mut start) = prepare(&sample)
+    {
+        let particles = manifest.model.particles() as f64 / sample.particles() as f64;
+        return Some(particles * measure(start.as_mut())?);
+    }
+    measure(prepare(&manifest.model)?.as_mut())
 }
 
 fn measure(model: &mut dyn Model) -> Option<f64> {

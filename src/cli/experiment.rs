@@ -18,6 +18,7 @@ use crate::plan::Plan;
 use crate::plan::prune::StaleFiles;
 use crate::run::{RunContext, RunReport};
 use kinetoscope_manifest::Experiment;
+use kinetoscope_recording::output_file;
 use kinetoscope_recording::removal::{Removal, remove_leftovers};
 use kinetoscope_usage::text::{one_line, shown_path};
 use serde_json::{Value as Json, json};
@@ -47,6 +48,8 @@ pub(crate) struct Executed {
     /// Where its recordings are, if they are complete and can be analyzed.
     pub(crate) destination: Option<String>,
     pub(crate) is_remote: bool,
+    /// Its recordings that keep only keyframes and were not restored, which the analysis rejects.
+    pub(crate) keyframes: Vec<PathBuf>,
     /// The summary, if it is requested.
     pub(crate) json: Option<Json>,
 }
@@ -55,6 +58,7 @@ impl Execution<'_> {
     /// Executes the runs that have no recording yet.
     pub(crate) fn run(&self) -> Result<Executed, Failure> {
         self.reject_folder_options()?;
+        self.check_outputs()?;
         let planner = Planner { force: self.force, ..self.arguments.planner() };
         let planned = planner.plan(self.experiment)?;
         planned.reject_invalid_starts(self.experiment)?;
@@ -113,6 +117,16 @@ impl Execution<'_> {
         }
     }
 
+    /// Rejects destinations that cannot be written, before the first run.
+    fn check_outputs(&self) -> Result<(), Failure> {
+        match &self.arguments.executor.export_commands {
+            Some(file) if !self.arguments.execution.dry_run => {
+                output_file::check(file).map_err(|error| unwritten_commands(file, &error))
+            }
+            _ => Ok(()),
+        }
+    }
+
     fn dry_run(&self, planned: &Planned, rerun: Option<&Planned>) -> Executed {
         let checked = checked::Checked::new(self.manifest, self.experiment, planned, rerun);
         self.say(&checked.text());
@@ -126,6 +140,7 @@ impl Execution<'_> {
             name: self.experiment.name.clone(),
             destination: None,
             is_remote: false,
+            keyframes: Vec::new(),
             json: self.arguments.messages.json.then(|| checked.json()),
         }
     }
@@ -168,7 +183,7 @@ impl Execution<'_> {
         prepare_folder(experiment, plan).map_err(|error| {
             let option = self.arguments.output.option_of_folder();
             let what = format!("cannot write to {}: {error}", shown_path(&plan.folder));
-            Failure::new(Exit::Retryable, what)
+            Failure::new(Exit::of_output(&error), what)
                 .help(format!("make it writable, or choose another folder with {option} DIR; then run the same command again"))
         })?;
         if let Some(depot) = depot {
@@ -288,10 +303,7 @@ impl Execution<'_> {
 
     fn export(&self, file: &Path, plan: &Plan) -> Result<(), Failure> {
         let written = self.arguments.executor.export(file, plan, &self.task_options());
-        let commands = written.map_err(|error| {
-            let what = format!("cannot write the commands to {}: {error}", shown_path(file));
-            task_failure(&error, what)
-        })?;
+        let commands = written.map_err(|error| unwritten_commands(file, &error))?;
         self.say(&format!("Wrote {} to {}", plural(commands as u64, "command"), shown_path(file)));
         Ok(())
     }
@@ -352,6 +364,7 @@ impl Execution<'_> {
             name: self.experiment.name.clone(),
             destination: Some(planned.address()),
             is_remote: planned.depot.is_some(),
+            keyframes: if planned.depot.is_none() { planned.plan.unrestored() } else { Vec::new() },
             json: is_json.then(|| self.json(planned, results, exit)),
         }
     }
@@ -365,6 +378,17 @@ impl Execution<'_> {
             "exit_code": exit.code(),
             "runs": results::json(&planned.plan, self.experiment, results),
         })
+    }
+}
+
+/// The error of a file of commands that cannot be written.
+fn unwritten_commands(file: &Path, error: &io::Error) -> Failure {
+    let what = format!("cannot write the commands to {}: {error}", shown_path(file));
+    match Exit::of_output(error) {
+        exit @ Exit::BadManifest if error.kind() != io::ErrorKind::InvalidInput => {
+            Failure::new(exit, what).help("name another file with --export-commands FILE")
+        }
+        _ => task_failure(error, what),
     }
 }
 

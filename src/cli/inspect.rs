@@ -12,7 +12,7 @@ use crate::verify::attestation::{
 use crate::verify::compare::{CompareError, RecordingComparison, compare_recordings};
 use crate::verify::diff::Comparison;
 use crate::verify::divergence::{Cause, Divergence, Step};
-use crate::verify::merge::{MergeFailure, merge_recordings};
+use crate::verify::merge::{MergeFailure, check_merge, merge_recordings};
 use crate::verify::{Finding, Verification, VerifyError, verify};
 use clap::Args;
 use kinetoscope_recording::reader::Outcome;
@@ -82,6 +82,10 @@ impl CompareArguments {
                 return Report::error(Exit::Retryable, &error).print(&self.result);
             }
         };
+        let mergeable = self.mcap.as_ref().map(|file| check_merge(1 + self.others.len(), file));
+        if let Some(Err(error)) = mergeable {
+            return Report::with_remedy(merge_exit(&error), &error).print(&self.result);
+        }
         let mut report = Report::equal();
         for other in &self.others {
             report.add(self.with(other, interrupt.as_ref()));

@@ -64,7 +64,8 @@ impl LiveArguments {
         let Some(folder) = &self.gnuplot else { return Ok(None) };
         GnuplotLoop::create(folder).map(Some).map_err(|error| {
             let what = format!("cannot create the folder {}: {error}", shown_path(folder));
-            Failure::new(Exit::Retryable, what).help("name another folder with --gnuplot DIR")
+            Failure::new(Exit::of_output(&error), what)
+                .help("name another folder with --gnuplot DIR")
         })
     }
 

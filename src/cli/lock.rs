@@ -12,9 +12,14 @@ use clap::Args;
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_physics::kind_of;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
+use kinetoscope_recording::output_file;
+use kinetoscope_recording::reader::StoredFrames;
 use kinetoscope_usage::text::{one_line, shown_path};
 use serde_json::json;
-use std::path::{Component, Path, PathBuf};
+use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
 
 /// The usual name of a lock file.
 pub(crate) const USUAL: &str = "kinetoscope.lock";
@@ -43,9 +48,10 @@ impl LockArguments {
     }
 
     fn lock(&self, program: &Program<'_>, metrics: &dyn Metrics) -> Result<Exit, Failure> {
+        output_file::check(&self.lock_file).map_err(|error| self.unwritten(&error))?;
         let mut file = match LockFile::read(&self.lock_file) {
             Ok(file) if file.schema_version == SCHEMA_VERSION => file,
-            Err(LockError::Io(error)) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(LockError::Io(error)) if error.kind() != io::ErrorKind::NotFound => {
                 return Err(unreadable(&self.lock_file, &LockError::Io(error)));
             }
             Err(LockError::Io(_)) => LockFile::new(SCHEMA_VERSION),
@@ -58,9 +64,10 @@ impl LockArguments {
         };
         file.program_version = env!("CARGO_PKG_VERSION").to_owned();
         let manifests = expand(&self.manifests)?;
+        let paths = manifests.iter().map(|manifest| relative_to(&self.lock_file, manifest));
+        let paths = paths.collect::<Result<Vec<String>, Failure>>()?;
         let reruns = Reruns::new(program, self.parallel)?;
-        for manifest in &manifests {
-            let path = relative_to(&self.lock_file, manifest)?;
+        for (manifest, path) in manifests.iter().zip(paths) {
             let rerun = reruns.execute(manifest)?;
             let entry = entry(path, &rerun, metrics)?;
             let runs = plural(entry.runs.len() as u64, "run");
@@ -69,10 +76,7 @@ impl LockArguments {
             reruns.remove(rerun);
             file.put(entry);
         }
-        file.write(&self.lock_file).map_err(|error| {
-            let what = format!("cannot write {}: {error}", shown_path(&self.lock_file));
-            Failure::new(Exit::Retryable, what).help("name another file with --lock-file")
-        })?;
+        file.write(&self.lock_file).map_err(|error| self.unwritten(&error))?;
         let count = plural(file.experiments.len() as u64, "manifest");
         let text = format!("{}: {count}", shown_path(&self.lock_file));
         self.result.print(
@@ -84,6 +88,12 @@ impl LockArguments {
 }
 
 impl LockArguments {
+    /// The error of a lock file that cannot be written.
+    fn unwritten(&self, error: &io::Error) -> Failure {
+        let what = format!("cannot write {}: {error}", shown_path(&self.lock_file));
+        Failure::new(Exit::of_output(error), what).help("name another file with --lock-file")
+    }
+
     /// Rejects manifests without one of those in a file of another schema.
     fn reject_loss(&self, file: &LockFile) -> Result<(), Failure> {
         let manifests = expand(&self.manifests)?;
@@ -146,11 +156,14 @@ pub(crate) fn physics_version(run: &RunManifest) -> u32 {
     kind_of(&run.model).physics_version
 }
 
-/// The metrics of a recording by name.
+/// The metrics of a recording by name; none of one that holds only keyframes, because they need all frames.
 pub(crate) fn metrics_of(
     metrics: &dyn Metrics,
     recording: &kinetoscope_recording::reader::Recording,
-) -> Result<std::collections::BTreeMap<String, f64>, Failure> {
+) -> Result<BTreeMap<String, f64>, Failure> {
+    if let StoredFrames::Keyframes(_) = recording.provenance().stored {
+        return Ok(BTreeMap::new());
+    }
     let found = metrics.of(recording);
     Ok(found.map_err(|why| Failure::new(Exit::Unreadable, why))?.into_iter().collect())
 }
@@ -165,26 +178,45 @@ pub(crate) fn locked_recording(
     (found.messages == messages).then_some((recording, found))
 }
 
-/// The path of a manifest relative to the folder of the lock file, the same on every system.
+/// The path of a manifest below the folder of the lock file, the same on every system. Manifests elsewhere have no entry: a lock file
+/// of a stranger would read any file of this machine.
 pub(crate) fn relative_to(lock_file: &Path, manifest: &Path) -> Result<String, Failure> {
-    let folder = match lock_file.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
-    let (folder, manifest) = (canonical(folder), canonical(manifest));
-    let common = folder
-        .components()
-        .zip(manifest.components())
-        .take_while(|(one, other)| one == other)
-        .count();
-    let up = folder.components().skip(common).map(|_| "..".to_owned());
-    let down = manifest.components().skip(common).filter_map(|part| match part {
-        Component::Normal(name) => Some(name.to_string_lossy().into_owned()),
-        _ => None,
-    });
-    let path = up.chain(down).collect::<Vec<_>>().join("/");
+    let found = fs::canonicalize(manifest).map_err(|error| {
+        let what = format!("cannot read the manifest {}: {error}", shown_path(manifest));
+        bad(what).help("check the path")
+    })?;
+    let below = found.strip_prefix(folder_of(lock_file)).map_err(|_| {
+        let (manifest, lock_file) = (shown_path(manifest), shown_path(lock_file));
+        let what = format!("the manifest {manifest} is not in the folder of {lock_file}");
+        bad(what).help("name a lock file in a folder above it with --lock-file")
+    })?;
+    let parts = below.components().map(|part| part.as_os_str().to_string_lossy());
+    let path = parts.collect::<Vec<_>>().join("/");
     if path.contains(char::REPLACEMENT_CHARACTER) {
-        return Err(bad(format!("{} is not UTF-8", shown_path(&manifest))).help("rename it"));
+        return Err(bad(format!("{} is not UTF-8", shown_path(manifest))).help("rename it"));
     }
     Ok(path)
+}
+
+/// The folder of a lock file, without links.
+fn folder_of(lock_file: &Path) -> PathBuf {
+    match lock_file.parent() {
+        Some(folder) if folder != Path::new("") => canonical(folder),
+        _ => canonical(Path::new(".")),
+    }
+}
+
+/// The manifest of an entry. One that is a link out of the folder of the lock file is not read.
+pub(crate) fn manifest_of(lock_file: &Path, entry: &LockedExperiment) -> Result<PathBuf, Failure> {
+    let manifest = lock_file.parent().unwrap_or(Path::new("")).join(&entry.manifest);
+    match fs::canonicalize(&manifest) {
+        Ok(found) if !found.starts_with(folder_of(lock_file)) => {
+            let (manifest, lock_file) = (shown_path(&manifest), shown_path(lock_file));
+            let what =
+                format!("the manifest {manifest} is a link out of the folder of {lock_file}");
+            Err(Failure::new(Exit::Unreadable, what).help("replace the link by the manifest"))
+        }
+        // What does not exist is reported where it is read.
+        Ok(_) | Err(_) => Ok(manifest),
+    }
 }

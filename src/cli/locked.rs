@@ -1,7 +1,9 @@
 //! `check --locked`: compares the runs of a lock file's manifests with it and names the first difference of each.
 
 use crate::cli::exit::Exit;
-use crate::cli::lock::{locked_recording, metrics_of, physics_version, relative_to, unreadable};
+use crate::cli::lock::{
+    locked_recording, manifest_of, metrics_of, physics_version, relative_to, unreadable,
+};
 use crate::cli::manifests::expand;
 use crate::cli::messages::{Failure, bad, plural, word};
 use crate::cli::program::Program;
@@ -97,7 +99,12 @@ impl LockedCheck<'_> {
         }
         self.result.say(&text);
         if exit == Exit::Differs {
-            let what = format!("the runs are not those of {}", shown_path(self.lock_file));
+            let mut what = format!("the runs are not those of {}", shown_path(self.lock_file));
+            let (own, locked) = (env!("CARGO_PKG_VERSION"), &file.program_version);
+            if locked != own {
+                let locked = one_line(locked);
+                what += &format!(", which version {locked} of the program wrote; this is {own}");
+            }
             Failure::new(exit, what).help(WRITE_ANEW).report();
         }
     }
@@ -127,9 +134,9 @@ impl LockedCheck<'_> {
         reruns: &Reruns<'_>,
         metrics: &dyn Metrics,
     ) -> Result<Vec<String>, Failure> {
-        let folder = self.lock_file.parent().unwrap_or(Path::new(""));
-        let rerun = reruns.execute(&folder.join(&entry.manifest))?;
-        let findings = match other_runs(entry, &rerun) {
+        let rerun = reruns.execute(&manifest_of(self.lock_file, entry)?)?;
+        let other = other_physics(entry, &rerun).or_else(|| other_runs(entry, &rerun));
+        let findings = match other {
             Some(finding) => vec![finding],
             None => self.differences(entry, &rerun, metrics)?,
         };
@@ -205,26 +212,29 @@ impl LockedCheck<'_> {
 
 const WRITE_ANEW: &str = "if the change is intended, write the file again with `kinetoscope lock`, and review what changed";
 
+/// Whether the physics of this program is another one than that of the locked runs, whose bits are then expected to differ.
+fn other_physics(entry: &LockedExperiment, rerun: &RerunExperiment) -> Option<String> {
+    let (model, locked) = (rerun.experiment.model(), entry.physics_version);
+    if entry.model != model {
+        return Some(format!("the model is {model}, locked {}", one_line(&entry.model)));
+    }
+    let version = physics_version(&rerun.experiment.runs[0].manifest);
+    (version != locked).then(|| {
+        format!("the physics version of {model} is {version}, locked with {locked}: other numbers are expected")
+    })
+}
+
 /// Why the manifest describes other runs than those that are locked.
 fn other_runs(entry: &LockedExperiment, rerun: &RerunExperiment) -> Option<String> {
     let keys = entry.runs.iter().map(|line| &line[..16]);
     let is_same = entry.runs.len() == rerun.runs.len()
         && keys.zip(&rerun.runs).all(|(key, run)| run.run_key.starts_with(key));
-    if is_same {
-        return None;
-    }
-    let version = physics_version(&rerun.experiment.runs[0].manifest);
-    let (model, locked) = (rerun.experiment.model(), entry.physics_version);
-    Some(match (entry.model == model, version == locked) {
-        (true, false) => {
-            format!("the physics version of {model} is {version}, locked with {locked}")
-        }
-        (true, true) => format!(
+    (!is_same).then(|| {
+        format!(
             "the manifest describes other runs than those locked ({}, locked {})",
             plural(rerun.runs.len() as u64, "run"),
             entry.runs.len()
-        ),
-        (false, _) => format!("the model is {model}, locked {}", one_line(&entry.model)),
+        )
     })
 }
 
@@ -243,20 +253,27 @@ fn describe(place: &Place, recording: &Recording) -> String {
     if row.frame != frame {
         text += &format!("; in frame {}", row.frame);
     }
-    text += &format!(": {}", row.topics.join(", "));
-    if !row.columns.is_empty() {
-        text += &format!("; columns {}", row.columns.join(", "));
+    let mut parts = Vec::new();
+    if !row.topics.is_empty() {
+        parts.push(row.topics.join(", "));
     }
-    text += &match row.particles.as_deref() {
-        None => "; more than two particles".to_owned(),
-        Some([]) => String::new(),
-        Some([one]) => format!("; particle {one}"),
+    if !row.columns.is_empty() {
+        parts.push(format!("columns {}", row.columns.join(", ")));
+    }
+    match row.particles.as_deref() {
+        None => parts.push("more than two particles".to_owned()),
+        Some([]) => {}
+        Some([one]) => parts.push(format!("particle {one}")),
         Some(several) => {
             let names: Vec<String> = several.iter().map(u64::to_string).collect();
-            format!("; particles {}", names.join(" and "))
+            parts.push(format!("particles {}", names.join(" and ")));
         }
-    };
-    text
+    }
+    if parts.is_empty() {
+        // A row keeps one byte per topic and column, which is the same for other values one time in 256.
+        parts.push("no topic is known".to_owned());
+    }
+    text + ": " + &parts.join("; ")
 }
 
 /// The time of a frame, and the steps or events since the last equal one.

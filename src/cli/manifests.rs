@@ -275,7 +275,7 @@ impl<'a> ManifestReader<'a> {
                 NoRecording::Invalid(format!("{shown} has errors:\n{errors}"))
             })
         })?;
-        let plan = Plan::new(&experiment, &self.output, false);
+        let plan = Plan::outline(&experiment, &self.output, false);
         let [run] = plan.runs.as_slice() else {
             let what = format!("{shown} has {} runs; must have 1", plan.runs.len());
             return Err(NoRecording::Invalid(what));

@@ -20,6 +20,8 @@ pub(crate) struct Planner<'a> {
     pub(crate) keys: Option<&'a [String]>,
     pub(crate) force: bool,
     pub(crate) jobs: Option<NonZeroUsize>,
+    /// Whether the plan is not executed.
+    pub(crate) is_outline: bool,
 }
 
 /// A plan, and where its recordings go.
@@ -38,6 +40,7 @@ impl Planner<'_> {
         let folder = self.output.folder()?;
         let depot = self.output.depot(&experiment.name)?;
         let mut plan = match self.keys {
+            None if self.is_outline => Plan::outline(experiment, &folder, self.force),
             None => Plan::new(experiment, &folder, self.force),
             Some(keys) => Plan::of_keys(experiment, &folder, self.force, keys).map_err(|key| {
                 bad(format!("no run has the key {key}"))

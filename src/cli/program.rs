@@ -41,11 +41,40 @@ impl<'a> Program<'a> {
         }
     }
 
-    /// Formats the command that analyzes `destinations`, as the user can copy it.
-    pub(crate) fn next_command(&self, destinations: &[String], is_remote: bool) -> String {
+    /// The command that restores the frames of a recording of keyframes, which `run-experiment` has not.
+    fn fill_command(&self) -> String {
+        let own = std::env::args_os().next().map(PathBuf::from).unwrap_or_default();
+        if own.components().any(|part| part.as_os_str() == "target") {
+            return "cargo run --release --bin kinetoscope -- fill".to_owned();
+        }
+        let program =
+            if self.run_subcommand.is_some() { own } else { own.with_file_name("kinetoscope") };
+        format!("{} fill", word(&program.to_string_lossy()))
+    }
+
+    /// Formats the commands that restore these recordings of keyframes and analyze `destinations`, as the user can copy them.
+    pub(crate) fn next_command(
+        &self,
+        keyframes: &[PathBuf],
+        destinations: &[String],
+        is_remote: bool,
+    ) -> String {
         let feature = if is_remote { " --features object-storage" } else { "" };
         let command = self.analysis_command(feature);
         let words: Vec<String> = destinations.iter().map(|destination| word(destination)).collect();
-        format!("\nNext:\n  {command} {}", words.join(" "))
+        let fill = match keyframes {
+            [] => String::new(),
+            [recording] => {
+                format!("\n  {} {}", self.fill_command(), word(&recording.to_string_lossy()))
+            }
+            several => {
+                format!(
+                    "\n  {} FILE.mcap    # for each of {} recordings",
+                    self.fill_command(),
+                    several.len()
+                )
+            }
+        };
+        format!("\nNext:{fill}\n  {command} {}", words.join(" "))
     }
 }

@@ -222,7 +222,10 @@ impl Session<'_> {
             self.executed.iter().filter_map(|executed| executed.destination.clone()).collect();
         if exit == Exit::Done && !destinations.is_empty() {
             let is_remote = self.executed.iter().any(|executed| executed.is_remote);
-            let mut next = self.program.next_command(&destinations, is_remote);
+            let executed = self.executed.iter().filter(|executed| executed.destination.is_some());
+            let keyframes: Vec<PathBuf> =
+                executed.flat_map(|executed| executed.keyframes.clone()).collect();
+            let mut next = self.program.next_command(&keyframes, &destinations, is_remote);
             if let ([executed], true) = (self.executed.as_slice(), is_remote) {
                 let folder = Path::new("recordings").join(&executed.name);
                 next += &format!(" --output {}", word(&folder.to_string_lossy()));

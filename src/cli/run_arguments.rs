@@ -75,6 +75,7 @@ impl RunArguments {
             keys: self.executor.only_keys.as_deref(),
             force: self.execution.force,
             jobs: self.execution.jobs,
+            is_outline: self.execution.dry_run,
         }
     }
 }

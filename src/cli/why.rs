@@ -52,7 +52,8 @@ impl WhyArguments {
             return Ok(Exit::Done);
         }
         let experiment = reader.read(&self.path, &overrides)?;
-        let planner = Planner { output: &self.output, keys: None, force: false, jobs: None };
+        let output = &self.output;
+        let planner = Planner { output, keys: None, force: false, jobs: None, is_outline: true };
         let planned = planner.plan(&experiment)?;
         let plan = &planned.plan;
         let earlier = Earlier::in_folder(&plan.folder);

@@ -61,13 +61,27 @@ pub(super) fn warning(text: &str) -> String {
     json!({ "op": "status", "level": 1, "message": text }).to_string()
 }
 
-/// One message of a channel, for a subscription.
-pub(super) fn message_data(subscription: u32, log_time_ns: u64, payload: &[u8]) -> Vec<u8> {
-    let mut bytes = Vec::with_capacity(13 + payload.len());
+/// What precedes the payload of one message of a channel, for a subscription: the header of a WebSocket frame with binary data that
+/// is not masked (RFC 6455, section 5.2), and that of the message. The payload is not copied, since it has megabytes and is sent to
+/// each viewer.
+pub(super) fn message_header(subscription: u32, log_time_ns: u64, payload: &[u8]) -> Vec<u8> {
+    const FINAL_BINARY: u8 = 0x82;
+    let length = 13 + payload.len() as u64;
+    let mut bytes = vec![FINAL_BINARY];
+    match (u8::try_from(length), u16::try_from(length)) {
+        (Ok(length @ ..=125), _) => bytes.push(length),
+        (_, Ok(length)) => {
+            bytes.push(126);
+            bytes.extend(length.to_be_bytes());
+        }
+        _ => {
+            bytes.push(127);
+            bytes.extend(length.to_be_bytes());
+        }
+    }
     bytes.push(MESSAGE_DATA);
     bytes.extend(subscription.to_le_bytes());
     bytes.extend(log_time_ns.to_le_bytes());
-    bytes.extend(payload);
     bytes
 }
 
@@ -208,6 +222,24 @@ mod tests {
         assert_eq!(binary_request(&play), Some(Request::Playback(request)));
         for end in 1..play.len() {
             assert_eq!(binary_request(&play[..end]), None, "cut after {end} bytes");
+        }
+    }
+
+    #[test]
+    fn message_headers_are_those_of_the_websocket_library() {
+        use tungstenite::protocol::frame::Frame;
+        use tungstenite::protocol::frame::coding::{Data, OpCode};
+        // Around the lengths at which a frame's header grows.
+        for length in [0, 112, 113, 65_522, 65_523] {
+            let payload = vec![7; length];
+            let mut message = vec![MESSAGE_DATA];
+            message.extend([3, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0, 0]);
+            message.extend(&payload);
+            let mut expected = Vec::new();
+            let frame = Frame::message(message, OpCode::Data(Data::Binary), true);
+            frame.format(&mut expected).unwrap();
+            let header = message_header(3, 5, &payload);
+            assert_eq!([header, payload].concat(), expected, "{length} bytes");
         }
     }
 }

@@ -2,10 +2,10 @@
 
 use super::admission::Admission;
 use super::connection::{Connection, Exchange, Progress, Slot};
-use super::frame_buffer::{BroadcastFrame, FrameBuffer, RunInfo};
+use super::frame_buffer::{BroadcastFrame, BroadcastMessage, FrameBuffer, RunInfo};
 use super::protocol::{self, Request, Subscription};
 use std::collections::BTreeMap;
-use std::io;
+use std::io::{self, Write};
 use std::net::TcpStream;
 use std::sync::Arc;
 use std::thread;
@@ -126,8 +126,7 @@ impl Viewer<'_> {
             }
             let subscription = receiving.subscription;
             self.send_time(frame.log_time_ns)?;
-            let log_time = message.log_time_ns;
-            self.send(protocol::message_data(subscription, log_time, &message.payload))?;
+            self.send_message(subscription, message)?;
         }
         Ok(())
     }
@@ -251,8 +250,7 @@ impl Viewer<'_> {
         }
         for message in latest {
             let Some(&subscription) = known.get(&message.channel) else { continue };
-            let data = protocol::message_data(subscription, message.log_time_ns, &message.payload);
-            self.send(data)?;
+            self.send_message(subscription, &message)?;
         }
         Ok(())
     }
@@ -271,13 +269,32 @@ impl Viewer<'_> {
     fn send(&mut self, message: impl Into<Message>) -> Result<(), Error> {
         self.socket.get_mut().begin(Exchange::Sending);
         self.socket.send(message.into())?;
-        if !self.subscriptions.is_empty() {
-            self.socket.get_ref().report(Progress::Subscribed);
-        }
+        self.report_sent();
         Ok(())
     }
 
-    /// Sends the reply to a ping.
+    /// Sends a message of a channel from the memory that all viewers share.
+    fn send_message(&mut self, subscription: u32, message: &BroadcastMessage) -> Result<(), Error> {
+        let header = protocol::message_header(subscription, message.log_time_ns, &message.payload);
+        if !self.socket.can_write() {
+            return Err(Error::ConnectionClosed);
+        }
+        // What a frame of the protocol left in the buffer goes first.
+        self.flush()?;
+        let connection = self.socket.get_mut();
+        connection.write_all(&header)?;
+        connection.write_all(&message.payload)?;
+        self.report_sent();
+        Ok(())
+    }
+
+    fn report_sent(&self) {
+        if !self.subscriptions.is_empty() {
+            self.socket.get_ref().report(Progress::Subscribed);
+        }
+    }
+
+    /// Sends what is in the buffer, such as the reply to a ping.
     fn flush(&mut self) -> Result<(), Error> {
         self.socket.get_mut().begin(Exchange::Sending);
         self.socket.flush()

@@ -30,6 +30,12 @@ impl RunManifest {
         (!has_series).then(|| self.model.particles())
     }
 
+    /// The same run with every frame stored, as `kinetoscope fill` restores it.
+    #[must_use]
+    pub fn with_all_frames(&self) -> Self {
+        Self { record: self.record.with_all_frames(), ..self.clone() }
+    }
+
     /// The TOML text of the run: every key, in a fixed order, numbers in their shortest exact form. Equal runs have
     /// equal texts, [`crate::parse_run`] gives the run back, and the text is itself a manifest of one run.
     #[must_use]
@@ -66,6 +72,17 @@ impl RunKey {
     pub fn from_hex(text: &str) -> Option<Self> {
         let hex = |byte: u8| byte.is_ascii_digit() || (b'a'..=b'f').contains(&byte);
         (text.len() == 64 && text.bytes().all(hex)).then(|| Self(text.to_owned()))
+    }
+}
+
+impl RunKey {
+    /// The stem of a file that is to have this key, made of that of a file whose name ends in the start of another one.
+    #[must_use]
+    pub fn in_place_of(&self, other: &str, stem: &str) -> Option<String> {
+        let (name, end) = stem.rsplit_once("__")?;
+        let is_key = end.len() >= self.short().len() && other.starts_with(end);
+        let own = self.0.get(..end.len()).filter(|_| is_key)?;
+        Some(format!("{name}__{own}"))
     }
 }
 

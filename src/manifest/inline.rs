@@ -190,7 +190,7 @@ macro_rules! inline_enum {
                 at: $crate::tree::Span,
             ) -> Option<Self> {
                 let forms: &[&[&'static str]] = &[$(&[$(stringify!($field)),+]),+];
-                let form = reader.form_among(forms);
+                let form = reader.form_among(forms)?;
                 let mut number = 0..;
                 $(if number.next() == Some(form) {
                     $(let $field = $crate::inline::read_key!(reader, at, $field, [$($kind)+]);)+

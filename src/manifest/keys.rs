@@ -161,19 +161,31 @@ impl<'a> Reader<'a> {
         self.inner = Some(tables);
     }
 
-    /// The form of the table, among the keys of all its forms: the first one of which a key is present, else the first with a
-    /// key that is like one of the table. Without any, errors name the keys of all forms.
-    pub(crate) fn form_among(&mut self, forms: &[&[&'static str]]) -> usize {
-        let has = |form: &&[&'static str]| form.iter().any(|key| self.has(key));
+    /// The form of the table, among the keys of all its forms: the one of which most keys are present, else the first with a
+    /// key that is like one of the table. Without any, errors name the keys of all forms. Keys of two forms are an error.
+    pub(crate) fn form_among(&mut self, forms: &[&[&'static str]]) -> Option<usize> {
+        let present = |form: &[&'static str]| -> Vec<&'static str> {
+            form.iter().copied().filter(|key| self.has(key)).collect()
+        };
         let is_like = |form: &&[&'static str]| {
             let mut entries = self.table.entries.iter();
             entries.any(|entry| nearest(&entry.key, form.iter().copied()).is_some())
         };
-        let form = forms.iter().position(has).or_else(|| forms.iter().position(is_like));
-        if form.is_none() {
-            self.also_known(&forms[1..].concat());
+        // Of several forms with as many keys, the first.
+        let form = (0..forms.len()).rev().max_by_key(|form| present(forms[*form]).len())?;
+        let [own, all] = [present(forms[form]), present(&forms.concat())];
+        if own.is_empty() {
+            let form = forms.iter().position(is_like);
+            if form.is_none() {
+                self.also_known(&forms[1..].concat());
+            }
+            return form.or(Some(0));
         }
-        form.unwrap_or(0)
+        let Some(other) = all.iter().find(|key| !own.contains(key)) else { return Some(form) };
+        self.also_known(&forms.concat());
+        let title = format!("`{}` and `{other}` cannot be used together", self.name(own[0]));
+        self.refuse(&all, title, "keep the keys of one of the two");
+        None
     }
 
     /// Reports every unknown key, with its new name or the nearest known one.

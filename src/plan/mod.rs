@@ -6,9 +6,9 @@ pub mod why;
 
 use crate::run::RunSpec;
 use crate::run::estimate::Estimate;
-use crate::run::memory::PROGRAM_BYTES;
+use crate::run::memory::{self, PROGRAM_BYTES};
 use crate::run::prepared::Prepared;
-use kinetoscope_manifest::{Experiment, Run, RunKey, run_key};
+use kinetoscope_manifest::{Experiment, Run, RunKey, RunManifest, run_key};
 use kinetoscope_physics::kind_of;
 use kinetoscope_physics::model::SetupError;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
@@ -63,8 +63,46 @@ pub struct Plan {
     /// The runs, in the manifest's order.
     pub runs: Vec<PlannedRun>,
     /// The viewer's layout of the run to be executed with the largest view, with the time scale that all runs to be executed have;
-    /// `None` if all runs are finished.
+    /// `None` if all runs are finished. An outline has none of large runs.
     pub layout: Option<String>,
+}
+
+/// The starts that planning builds.
+#[derive(Clone, Copy)]
+enum Starts {
+    /// All; those that fit into `room` bytes are kept for their execution.
+    All { room: u64 },
+    /// Of a large run, only that of its sample.
+    Sampled,
+}
+
+impl Starts {
+    fn room(self) -> u64 {
+        match self {
+            Self::All { room } => room,
+            Self::Sampled => KEPT_STARTS_BYTES,
+        }
+    }
+
+    /// The estimate of a run, and its start if that was built.
+    fn estimated(
+        self,
+        manifest: &RunManifest,
+        canonical: &str,
+        run_key: &RunKey,
+    ) -> Result<(Estimate, Option<Prepared>), SetupError> {
+        if let (Self::Sampled, Some(model)) = (self, manifest.model.sample()) {
+            memory::check(manifest)?;
+            let sample = RunManifest { model, ..manifest.clone() };
+            let start = Prepared::new(&sample, canonical, run_key.as_str());
+            // If there is no sample, the start itself tells why.
+            if let Ok(start) = start {
+                return Ok((Estimate::of_sample(start.model.as_ref(), manifest)?, None));
+            }
+        }
+        let start = Prepared::new(manifest, canonical, run_key.as_str())?;
+        Ok((Estimate::of(&start, manifest), Some(start)))
+    }
 }
 
 /// What planning keeps of the starts that it builds.
@@ -79,7 +117,8 @@ struct Kept {
 impl Kept {
     /// Keeps the layout if the view is the largest so far, the time scale, and the start if there is room for it.
     fn take(&mut self, index: usize, start: Prepared, estimate: &Estimate) -> Option<Prepared> {
-        let height = estimate.view_height;
+        let [[_, bottom], [_, top]] = start.header.scenery.view;
+        let height = top - bottom;
         let is_largest = self.layout.as_ref().is_none_or(|(largest, at, _)| {
             height > *largest || (height == *largest && index < *at)
         });
@@ -104,7 +143,13 @@ impl Plan {
     #[must_use]
     pub fn new(experiment: &Experiment, output: &Path, force: bool) -> Self {
         let room = if experiment.runs.len() == 1 { u64::MAX } else { KEPT_STARTS_BYTES };
-        Self::of(experiment, output, force, room, |_| true)
+        Self::of(experiment, output, force, Starts::All { room }, |_| true)
+    }
+
+    /// The plan without the starts of large runs, which are estimated from samples: for a plan that is not executed.
+    #[must_use]
+    pub fn outline(experiment: &Experiment, output: &Path, force: bool) -> Self {
+        Self::of(experiment, output, force, Starts::Sampled, |_| true)
     }
 
     /// Plans only the runs with these run keys.
@@ -119,7 +164,8 @@ impl Plan {
     ) -> Result<Self, String> {
         let wanted: HashSet<&str> = keys.iter().map(String::as_str).collect();
         let room = if keys.len() == 1 { u64::MAX } else { KEPT_STARTS_BYTES };
-        let plan = Self::of(experiment, output, force, room, |key| wanted.contains(key.as_str()));
+        let starts = Starts::All { room };
+        let plan = Self::of(experiment, output, force, starts, |key| wanted.contains(key.as_str()));
         let planned: HashSet<&str> = plan.runs.iter().map(|run| run.run_key.as_str()).collect();
         match keys.iter().find(|key| !planned.contains(key.as_str())) {
             Some(unknown) => Err(unknown.clone()),
@@ -127,16 +173,16 @@ impl Plan {
         }
     }
 
-    /// Builds the starts of all runs to be executed, on all processors, so that a run is rejected before the first one starts.
+    /// Builds the starts of the runs to be executed, on all processors, so that a run is rejected before the first one starts.
     fn of(
         experiment: &Experiment,
         output: &Path,
         force: bool,
-        room_for_starts: u64,
+        starts: Starts,
         wanted: impl Fn(&RunKey) -> bool + Sync,
     ) -> Self {
         let folder = output.join(&experiment.name);
-        let free_bytes = room_for_starts;
+        let free_bytes = starts.room();
         let kept = Mutex::new(Kept { free_bytes, layout: None, time_scales: HashSet::new() });
         let planned = |(index, run): (usize, &Run)| {
             let manifest = &run.manifest;
@@ -150,11 +196,10 @@ impl Plan {
             let recorded = (!force).then(|| finished(&folder, &stem, &run_key)).flatten();
             let (status, start) = match recorded {
                 Some(outcome) => (Status::Done(outcome), None),
-                None => match Prepared::new(manifest, &canonical, run_key.as_str()) {
-                    Ok(start) => {
-                        let estimate = Estimate::of(&start, manifest);
+                None => match starts.estimated(manifest, &canonical, &run_key) {
+                    Ok((estimate, start)) => {
                         let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
-                        let start = kept.take(index, start, &estimate);
+                        let start = start.and_then(|start| kept.take(index, start, &estimate));
                         (Status::ToDo(estimate), start)
                     }
                     Err(error) => (Status::Rejected(error), None),
@@ -197,6 +242,17 @@ impl Plan {
             Status::Rejected(error) => Some((run, error)),
             Status::Done(_) | Status::ToDo(_) => None,
         })
+    }
+
+    /// The recordings that keep only keyframes and have no restored one next to them.
+    #[must_use]
+    pub fn unrestored(&self) -> Vec<PathBuf> {
+        let is_unrestored = |run: &&PlannedRun| {
+            let restored = run.restored_file_name();
+            restored.is_some_and(|restored| !self.folder.join(restored).exists())
+        };
+        let runs = self.runs.iter().filter(is_unrestored);
+        runs.map(|run| self.folder.join(run.file_name())).collect()
     }
 
     /// Upper estimate of the bytes still to be written.
@@ -266,6 +322,17 @@ impl PlannedRun {
     pub fn file_name(&self) -> String {
         format!("{}.mcap", self.stem)
     }
+
+    /// The file in which `kinetoscope fill` restores the run, if it keeps only keyframes.
+    #[must_use]
+    pub fn restored_file_name(&self) -> Option<String> {
+        let manifest = &self.run.manifest;
+        manifest.record.distance_of_keyframes()?;
+        let physics_version = kind_of(&manifest.model).physics_version;
+        let canonical = manifest.with_all_frames().canonical();
+        let key = run_key(&canonical, physics_version, SCHEMA_VERSION);
+        Some(format!("{}.mcap", key.in_place_of(self.run_key.as_str(), &self.stem)?))
+    }
 }
 
 /// The outcome of a finished recording with the whole key: the file name contains only the start of the key.
@@ -285,6 +352,27 @@ fn outcome(recording: &Recording, run_key: &RunKey) -> Option<Outcome> {
 #[allow(clippy::unwrap_used, reason = "a test may panic")]
 mod tests {
     use super::*;
+
+    /// Guarantee: an outline, which builds only the sample of a large run, has the estimates of the plan, which builds its start.
+    #[test]
+    fn outline_has_the_estimates_of_the_plan() {
+        let output = tempfile::tempdir().unwrap();
+        for model in [
+            "[model.gas]\nparticles = 200000\n",
+            "[model.packing]\ndiscs = 200000\nwidth = 1400.0\nheight = 1500.0\nplacement = \"lattice\"\n",
+            "[model.dem]\ndiscs = 200000\nwidth_m = 0.5\nheight_m = 0.6\nstiffness_n_per_m = 4e6\nplacement = \"lattice\"\nfriction = 0.5\n",
+        ] {
+            let text = format!("seed = 1\n{model}[record]\nframes = 60\n");
+            let experiment = kinetoscope_manifest::parse(&text, "large.toml", &[]).unwrap();
+            let run = &experiment.runs[0].manifest;
+            assert!(run.model.sample().is_some(), "{model} has no sample");
+            let plan = Plan::new(&experiment, output.path(), false);
+            let outline = Plan::outline(&experiment, output.path(), false);
+            assert!(plan.runs[0].estimate().is_some(), "{model}: {:?}", plan.runs[0].status);
+            assert_eq!(outline.runs[0].estimate(), plan.runs[0].estimate(), "{model}");
+            assert!(plan.runs[0].take_start().is_some() && outline.runs[0].take_start().is_none());
+        }
+    }
 
     /// A disk with exactly the missing space must suffice after it was full.
     #[test]

@@ -1,7 +1,7 @@
 //! Stale files: recordings of another seed, other values or another version of the physics than the manifest's, partial files of
 //! such runs, plots that show them, and temporary files of killed processes.
 
-use crate::plan::Plan;
+use crate::plan::{Plan, PlannedRun};
 use kinetoscope_recording::atomic_file::{leftovers, remove_if_exists};
 use kinetoscope_recording::plot_list::{CACHE_FOLDER, listed_plots, listed_recordings};
 use kinetoscope_recording::reader::Recording;
@@ -37,7 +37,8 @@ impl StaleFiles {
     /// # Errors
     /// A folder that exists and cannot be read.
     pub fn of(plan: &Plan) -> io::Result<Self> {
-        let wanted: BTreeSet<String> = plan.runs.iter().map(|run| run.file_name()).collect();
+        let mut wanted: BTreeSet<String> = plan.runs.iter().map(|run| run.file_name()).collect();
+        wanted.extend(plan.runs.iter().filter_map(PlannedRun::restored_file_name));
         let entries = match fs::read_dir(&plan.folder) {
             Ok(entries) => entries,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Self::default()),

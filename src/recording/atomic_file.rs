@@ -1,6 +1,7 @@
 //! Replacement of a whole file: a reader sees the old contents or the new ones, and a crash leaves one of the two.
 
 use crate::file::sync_folder;
+use kinetoscope_usage::text::shown_path;
 use std::ffi::OsString;
 use std::fs::{self, DirEntry, File, Metadata};
 use std::io::{self, BufWriter, IntoInnerError, Write};
@@ -99,9 +100,36 @@ fn temporary_file(path: &Path, contents: &[u8], permissions: u32) -> io::Result<
     #[cfg(not(unix))]
     let _ = permissions;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let mut file = builder.tempfile_in(folder.unwrap_or(Path::new(".")))?;
+    let folder = folder.unwrap_or(Path::new("."));
+    let mut file = builder.tempfile_in(folder).map_err(|error| of_folder(folder, &error))?;
     file.write_all(contents)?;
     Ok(file)
+}
+
+/// Why no file can be created in a folder, without the name of the temporary file.
+fn of_folder(folder: &Path, error: &io::Error) -> io::Error {
+    let kind = error.kind();
+    let folder = shown_path(folder);
+    match kind {
+        io::ErrorKind::NotFound => {
+            io::Error::new(kind, format!("the folder {folder} does not exist"))
+        }
+        io::ErrorKind::NotADirectory => io::Error::new(kind, format!("{folder} is no folder")),
+        _ => {
+            // `tempfile` adds the path of the file, and no method returns the error without it.
+            let text = error.to_string();
+            let reason = text.split(" at path \"").next().unwrap_or_default();
+            io::Error::new(kind, format!("no file can be created in {folder}: {reason}"))
+        }
+    }
+}
+
+/// Checks that a file can be created in the folder of `path`.
+///
+/// # Errors
+/// A folder that does not exist or cannot be written.
+pub(crate) fn check_folder(path: &Path) -> io::Result<()> {
+    temporary_file(path, &[], OWN_FILE).map(drop)
 }
 
 /// The temporary files that killed processes left in a folder, sorted: those that no process has written for a day.

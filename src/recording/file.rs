@@ -65,6 +65,23 @@ impl RecordingFile {
         Ok(file)
     }
 
+    /// Creates a partial file, or continues an existing one, whose bytes are compared with those that are written. It is changed only
+    /// after its last byte.
+    ///
+    /// # Errors
+    /// As [`Self::create`].
+    pub fn create_or_continue(folder: &Path, stem: &str) -> Result<Self, RecordError> {
+        let mut file = Self::open(folder, stem, 0)?;
+        file.kept = file.file.metadata().map_err(|error| at(&file.partial, &error))?.len();
+        Ok(file)
+    }
+
+    /// Number of existing bytes that are compared.
+    #[must_use]
+    pub fn kept(&self) -> u64 {
+        self.kept
+    }
+
     fn open(folder: &Path, stem: &str, kept: u64) -> Result<Self, RecordError> {
         let partial = partial_path(folder, stem);
         Ok(Self {
@@ -111,8 +128,13 @@ impl RecordingFile {
     /// Syncs the file and renames it to its final name, if that is free or holds the same bytes.
     ///
     /// # Errors
-    /// A disk that fails, or other bytes under the final name; the partial file then stays.
+    /// A disk that fails, a partial file that had more bytes, or other bytes under the final name; the partial file then stays.
     pub fn commit(self) -> Result<Committed, RecordError> {
+        if self.position < self.kept {
+            let what =
+                format!("it has {} bytes more than the recording", self.kept - self.position);
+            return Err(RecordError::NotContinued { path: self.partial, what });
+        }
         self.sync()?;
         let committed = match take_name(&self.partial, &self.destination) {
             Ok(()) => Committed::New,

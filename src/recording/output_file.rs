@@ -1,7 +1,7 @@
 //! Files that the user names as a destination: they may be links, devices or pipes, and are written as any program would write
 //! them. No call waits for a reader that does not exist.
 
-use crate::atomic_file::replace;
+use crate::atomic_file::{check_folder, replace};
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write as _};
 use std::path::Path;
@@ -21,6 +21,39 @@ pub fn write(path: &Path, contents: &[u8]) -> io::Result<()> {
         Err(_) if path.is_symlink() => fs::write(path, contents),
         Ok(_) | Err(_) => replace(path, contents),
     }
+}
+
+/// Checks that a destination can be written, before the work whose result it receives.
+///
+/// # Errors
+/// A folder of this name, or a folder above it that does not exist or cannot be written.
+pub fn check(path: &Path) -> io::Result<()> {
+    match fs::metadata(path) {
+        Ok(metadata) if metadata.is_dir() => {
+            Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"))
+        }
+        Ok(metadata) if !metadata.is_file() => Ok(()),
+        Ok(_) if path.is_symlink() => check_folder(&fs::canonicalize(path)?),
+        // What becomes of a dangling link is known when it is written.
+        Err(_) if path.is_symlink() => Ok(()),
+        Ok(_) | Err(_) => check_folder(path),
+    }
+}
+
+/// Whether an error follows from the path that the user named, so that the same command fails again. A folder that is read-only may
+/// become writable.
+#[must_use]
+pub fn is_of_path(error: &io::Error) -> bool {
+    use io::ErrorKind as Kind;
+    matches!(
+        error.kind(),
+        Kind::NotFound
+            | Kind::NotADirectory
+            | Kind::IsADirectory
+            | Kind::AlreadyExists
+            | Kind::InvalidFilename
+            | Kind::InvalidInput
+    )
 }
 
 /// Adds text to the end of a destination, which is created if it does not exist.

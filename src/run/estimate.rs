@@ -1,10 +1,11 @@
-//! What a run will take: frames, disk space, memory and relative cost, estimated from its start.
+//! What a run will take: frames, disk space, memory and relative cost, estimated from its start or, if it is large, from that of a sample.
 
 use crate::run::memory::{DRAWN_BYTES, PROGRAM_BYTES};
 use crate::run::prepared::{Prepared, wants_opt_in};
+use crate::run::schedule::Schedule;
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_physics::kind_of;
-use kinetoscope_physics::model::{Extent, ModelKind};
+use kinetoscope_physics::model::{Extent, Model, ModelKind, SetupError};
 use kinetoscope_recording::frame::Frame;
 
 /// Schemas, manifest, index and summary of a recording: 16 to 20 KiB with all channels.
@@ -26,8 +27,6 @@ pub struct Estimate {
     pub has_series_on_request: bool,
     /// Length of the run, as the model counts it.
     pub extent: Extent,
-    /// Height of the viewer's section, in the state's length unit.
-    pub view_height: f64,
     /// Cost relative to the other runs of the experiment: particle steps, particle times, or events.
     pub relative_cost: f64,
     /// Upper estimate of the memory.
@@ -38,27 +37,62 @@ impl Estimate {
     /// Estimates a run from its start.
     #[must_use]
     pub fn of(start: &Prepared, manifest: &RunManifest) -> Self {
-        let Prepared { model, schedule, header } = start;
+        let Prepared { model, schedule, .. } = start;
+        let start = Seen::of(model.as_ref(), manifest);
+        Self::new(&start, model.extent(), schedule.frames(), start.particles, manifest)
+    }
+
+    /// Estimates a run from the start of its sample.
+    ///
+    /// # Errors
+    /// A schedule that does not fit the length of the run.
+    pub fn of_sample(sample: &dyn Model, manifest: &RunManifest) -> Result<Self, SetupError> {
+        let (seen, particles) = (Seen::of(sample, manifest), manifest.model.particles());
+        let extent = match sample.extent() {
+            Extent::Events(events) => Extent::Events(events / seen.particles * particles),
+            extent @ (Extent::Steps { .. } | Extent::Time(_)) => extent,
+        };
+        let schedule = Schedule::new(manifest.record.interval, extent)?;
+        Ok(Self::new(&seen, extent, schedule.frames(), particles, manifest))
+    }
+
+    fn new(
+        start: &Seen,
+        extent: Extent,
+        frames: u64,
+        particles: u64,
+        manifest: &RunManifest,
+    ) -> Self {
         let kind = kind_of(&manifest.model);
-        let mut frame = Frame::new();
-        model.observe(&mut frame);
-        let rows = frame.state().len() / kind.state_columns.len();
-        let particles = rows as u64 + model.particles_to_come();
-        let frames = schedule.frames().saturating_add(1);
-        let bytes_per_frame = bytes_per_frame(&frame, particles, kind);
-        let [[_, bottom], [_, top]] = header.scenery.view;
+        let frames = frames.saturating_add(1);
+        let bytes_per_frame = bytes_per_frame(&start.frame, particles, kind);
         Self {
             frames,
             particles,
-            extent: model.extent(),
+            extent,
             bytes: frames.saturating_mul(bytes_per_frame).saturating_add(BYTES_BESIDE_FRAMES),
             has_series_on_request: wants_opt_in(kind, &manifest.record),
-            view_height: top - bottom,
-            relative_cost: relative_cost(model.extent(), particles),
+            relative_cost: relative_cost(extent, particles),
             memory_bytes: FRAMES_IN_MEMORY
                 .saturating_mul(bytes_per_frame)
                 .saturating_add(PROGRAM_BYTES),
         }
+    }
+}
+
+/// The first frame of a model, and the number of its particles, those included that enter later.
+struct Seen {
+    frame: Frame,
+    particles: u64,
+}
+
+impl Seen {
+    fn of(model: &dyn Model, manifest: &RunManifest) -> Self {
+        let mut frame = Frame::new();
+        model.observe(&mut frame);
+        let rows = frame.state().len() / kind_of(&manifest.model).state_columns.len();
+        let particles = rows as u64 + model.particles_to_come();
+        Self { frame, particles }
     }
 }
 

@@ -77,9 +77,16 @@ pub fn message(error: &clap::Error, command: &str) -> String {
         }
         ErrorKind::InvalidValue if error.get(ContextKind::ValidValue).is_some() => {
             let argument = context(ContextKind::InvalidArg).unwrap_or_default();
-            let argument = argument.split(' ').next().unwrap_or_default();
+            let (argument, placeholder) = argument.split_once(' ').unwrap_or((&argument, ""));
             let value = context(ContextKind::InvalidValue).unwrap_or_default();
             let allowed = all_texts(error, ContextKind::ValidValue).join(", ");
+            if allowed.is_empty() {
+                // Any text would do, except for none.
+                let placeholder = placeholder.trim_matches(['<', '>']);
+                return format!(
+                    "error: `{argument}` is empty\nhelp: write `{argument} {placeholder}`"
+                );
+            }
             let help = match context(ContextKind::SuggestedValue) {
                 Some(near) => format!("did you mean `{near}`?"),
                 None => format!("write one of: {allowed}"),

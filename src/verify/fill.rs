@@ -6,6 +6,7 @@ use crate::run::{record_frames, record_start};
 use crate::verify::check_thread::CheckThread;
 use crate::verify::rerun_check::RerunCheck;
 use crate::verify::restore::{RestoreError, Restored, Source, written};
+use kinetoscope_manifest::RunKey;
 use kinetoscope_recording::file::RecordingFile;
 use kinetoscope_recording::reader::{Outcome, StoredFrames};
 use kinetoscope_recording::recorder::Recorder;
@@ -82,7 +83,10 @@ fn complete(
     if source.recording.provenance().outcome.as_ref() == Some(outcome) {
         return Ok(());
     }
-    let what = format!("{}: the rerun ends in another way", shown_path(source.path()));
+    let what = format!(
+        "{}: the rerun ends in another way\nhelp: compare versions with `kinetoscope info`",
+        shown_path(source.path())
+    );
     Err(RestoreError::Unsuitable(what))
 }
 
@@ -92,18 +96,22 @@ fn check_suitable(source: &Source) -> Result<(), RestoreError> {
     match provenance.stored {
         StoredFrames::Keyframes(_) => {}
         StoredFrames::All => {
-            let what = format!("{path} has all frames: there is nothing to fill");
+            let what = format!("{path} has all frames\nhelp: there is nothing to fill");
             return Err(RestoreError::Arguments(what));
         }
         StoredFrames::From(_) => {
-            let what = format!("{path} is a part of a run: name the recording of the whole run");
+            let what =
+                format!("{path} is a part of a run\nhelp: name the recording of the whole run");
             return Err(RestoreError::Arguments(what));
         }
     }
     match provenance.outcome {
-        Some(Outcome::Complete | Outcome::Fault(_)) => Ok(()),
+        // What the rerun does not read may be damaged as well, such as the summary at the end.
+        Some(Outcome::Complete | Outcome::Fault(_)) => {
+            Ok(source.recording.frames()?.try_for_each(|frame| frame.map(drop))?)
+        }
         Some(Outcome::Interrupted) | None => Err(RestoreError::Unsuitable(format!(
-            "{path} is not finished or damaged at its end: run its manifest again to finish it"
+            "{path} is not finished or damaged at its end\nhelp: run its manifest again to finish it"
         ))),
     }
 }
@@ -112,10 +120,7 @@ fn check_suitable(source: &Source) -> Result<(), RestoreError> {
 fn default_output(source: &Source, key: &str) -> PathBuf {
     let own = &source.recording.provenance().run_key;
     let stem = source.path().file_stem().unwrap_or_default().to_string_lossy();
-    let renamed = stem.rsplit_once("__").filter(|(_, end)| end.len() == 8 && own.starts_with(end));
-    let name = match renamed {
-        Some((name, _)) => format!("{name}__{}.mcap", &key[..8]),
-        None => format!("{stem}.full.mcap"),
-    };
-    source.path().with_file_name(name)
+    let renamed = RunKey::from_hex(key).and_then(|key| key.in_place_of(own, &stem));
+    let stem = renamed.unwrap_or_else(|| format!("{stem}.full"));
+    source.path().with_file_name(format!("{stem}.mcap"))
 }

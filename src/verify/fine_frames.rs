@@ -9,6 +9,8 @@ use kinetoscope_manifest::record::RecordInterval;
 use kinetoscope_physics::model::{Extent, Model, Target};
 use std::num::NonZeroU64;
 
+/// What `--every` can be.
+const AN_INTERVAL: &str = "\nhelp: write the time between two frames, such as 0.001";
 /// Tolerance of the bounds, in frames.
 const SAME_FRAME: f64 = 1e-9;
 
@@ -52,21 +54,24 @@ impl FineFrames {
         let length = format!("the run lasts from 0 to {}", shown(end));
         let slack = end * SAME_FRAME;
         if !(from >= 0.0 && from <= to && to <= end + slack) {
-            let what = format!("--from {from} --to {to} is not an interval of the run: {length}");
+            let what =
+                format!("--from {from} --to {to} is not an interval of the run\nhelp: {length}");
             return refused(what);
         }
         if !(every > 0.0 && every.is_finite()) {
-            return refused(format!("--every {every} must be above 0"));
+            return refused(format!("--every {every} must be above 0{AN_INTERVAL}"));
         }
         match extent {
             Extent::Steps { step, .. } if every < step * (1.0 - SAME_FRAME) => {
                 return refused(format!(
-                    "--every {every:?} is less than one time step: the step of {} is the limit",
+                    "--every {every:?} is less than one time step\nhelp: the step of {} is the limit",
                     shown(step)
                 ));
             }
             Extent::Events(_) if every < 1.0 || every.fract() != 0.0 => {
-                return refused(format!("--every {every} is not a whole number of collisions"));
+                return refused(format!(
+                    "--every {every} is not a whole number of collisions\nhelp: write a whole number, such as 10"
+                ));
             }
             _ => {}
         }
@@ -77,13 +82,13 @@ impl FineFrames {
                 RecordInterval::EverySteps(NonZeroU64::MIN)
             }
             (_, Some(every), _) => RecordInterval::EveryTime(every),
-            _ => return refused(format!("--every {every} must be above 0")),
+            _ => return refused(format!("--every {every} must be above 0{AN_INTERVAL}")),
         };
         let schedule = Schedule::new(interval, extent)?;
         if !start.header.can_be_played(schedule.frames()) {
             let frames = schedule.frames();
             return refused(format!(
-                "--every {every} divides the run into {frames} frames, more than a viewer can play: take a longer time"
+                "--every {every} divides the run into {frames} frames, more than a viewer can play\nhelp: take a longer time"
             ));
         }
         // Relative to quotients below 1, so that a start above 0 is not the frame at 0.
@@ -96,7 +101,7 @@ impl FineFrames {
         let first = if reaches_end { first.min(last) } else { first };
         if first > last {
             return refused(format!(
-                "no multiple of {} is from {from} to {to}: change --every or the interval",
+                "no multiple of {} is from {from} to {to}\nhelp: change --every or the interval",
                 shown(every)
             ));
         }
@@ -110,9 +115,9 @@ impl FineFrames {
 
     /// The manifest of a run with these frames.
     pub(crate) fn manifest(&self, source: &Source) -> RunManifest {
-        let mut record = source.manifest.record.with_all_frames();
-        record.interval = self.interval;
-        RunManifest { record, ..source.manifest.clone() }
+        let mut manifest = source.manifest.with_all_frames();
+        manifest.record.interval = self.interval;
+        manifest
     }
 
     /// A model with this schedule.

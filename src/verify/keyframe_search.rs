@@ -56,7 +56,8 @@ pub(crate) fn nearest(
     let (canonical, key) = (&start.header.manifest, &start.header.run_key);
     for (frame, model) in found.iter().rev() {
         if let Some(model) = restore(&source.manifest.model, model)
-            && let Ok(prepared) = Prepared::of(model, &source.with_all_frames(), canonical, key)
+            && let Ok(prepared) =
+                Prepared::of(model, &source.manifest.with_all_frames(), canonical, key)
             && prepared.is_before_frame(frame + 1)
         {
             return Ok(Base { prepared, frame: *frame, notes });

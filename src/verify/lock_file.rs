@@ -9,15 +9,17 @@ use kinetoscope_usage::text::one_line;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io;
-use std::path::Path;
+use std::path::{Component, Path};
 use thiserror::Error;
 
 /// Version of the file's layout.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Time that a manifest of the quick tier may take, s.
 pub const QUICK_S: u64 = 5;
 const HEAD: &str =
     "# Written by `kinetoscope lock`, compared by `kinetoscope check --locked`. Do not edit.\n";
+/// The last line begins with it, and states how many entries the file has: a file that was cut between two of them is valid TOML.
+const END: &str = "# End of the file: ";
 
 /// The content of a lock file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,7 +39,7 @@ pub struct LockFile {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LockedExperiment {
-    /// Path of the manifest, relative to the folder of the lock file, with `/` between folders.
+    /// Path of the manifest below the folder of the lock file, with `/` between folders.
     pub manifest: String,
     /// The model.
     pub model: String,
@@ -110,6 +112,11 @@ impl LockFile {
             return Err(LockError::OtherVersion(version));
         }
         let file: Self = toml::from_str(&text).map_err(damaged)?;
+        if text.trim_end().lines().next_back() != Some(file.last_line().as_str()) {
+            let what =
+                format!("its last line is not \"{}\": it was cut or merged", file.last_line());
+            return Err(LockError::Damaged(what));
+        }
         for experiment in &file.experiments {
             experiment.reject_damage()?;
         }
@@ -126,8 +133,8 @@ impl LockFile {
     ///
     /// # Errors
     /// A folder that cannot be written.
-    pub fn write(&self, path: &Path) -> Result<(), LockError> {
-        Ok(output_file::write(path, self.text()?.as_bytes())?)
+    pub fn write(&self, path: &Path) -> io::Result<()> {
+        output_file::write(path, self.text()?.as_bytes())
     }
 
     /// The text of the file.
@@ -137,7 +144,11 @@ impl LockFile {
     pub fn text(&self) -> io::Result<String> {
         let text =
             toml::to_string_pretty(self).map_err(|error| io::Error::other(error.to_string()))?;
-        Ok(format!("{HEAD}{text}"))
+        Ok(format!("{HEAD}{text}\n{}\n", self.last_line()))
+    }
+
+    fn last_line(&self) -> String {
+        format!("{END}manifests = {}", self.experiments.len())
     }
 
     /// The entry of a manifest.
@@ -198,9 +209,17 @@ impl LockedExperiment {
             digits == Some((16, 32))
                 && run.bytes().all(|byte| byte == b' ' || byte.is_ascii_hexdigit())
         };
-        if self.manifest.is_empty()
-            || self.manifest.starts_with('/')
-            || self.runs.is_empty()
+        if self.manifest.is_empty() {
+            return Err(LockError::Damaged("an entry has no name of its manifest".to_owned()));
+        }
+        let parts = Path::new(&self.manifest).components();
+        if !parts.into_iter().all(|part| matches!(part, Component::Normal(_))) {
+            return Err(LockError::Damaged(format!(
+                "the manifest {} is not in the folder of the lock file",
+                one_line(&self.manifest)
+            )));
+        }
+        if self.runs.is_empty()
             || !self.runs.iter().all(is_hash)
             || self.trace.fingerprint().is_none()
         {

@@ -9,6 +9,7 @@ use kinetoscope_recording::error::{ReadError, RecordError};
 use kinetoscope_recording::layout::layout_json;
 use kinetoscope_recording::merged::{MAX_RUNS, MergeError, MergedRun, merge};
 use kinetoscope_recording::merged_layout::merged_layout_json;
+use kinetoscope_recording::output_file;
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_usage::text::shown_path;
 use std::io;
@@ -38,17 +39,14 @@ impl From<MergeError> for MergeFailure {
     }
 }
 
-/// Merges recordings of one model into a new file, writes a layout next to it, and returns what was written.
+/// Checks that so many recordings can be merged into this file, before any is read.
 ///
 /// # Errors
-/// More recordings than colors, different models, an existing file, or a file that cannot be read or written.
-pub fn merge_recordings(paths: &[&Path], file: &Path) -> Result<Vec<String>, MergeFailure> {
+/// More recordings than colors, an existing file, or one that cannot be written.
+pub fn check_merge(count: usize, file: &Path) -> Result<(), MergeFailure> {
     let usage = |text: String| Err(MergeFailure::Usage(text));
-    if paths.len() > MAX_RUNS {
-        return usage(format!(
-            "{} recordings; at most {MAX_RUNS} can be told apart in one",
-            paths.len()
-        ));
+    if count > MAX_RUNS {
+        return usage(format!("{count} recordings; at most {MAX_RUNS} can be told apart in one"));
     }
     if file.symlink_metadata().is_ok() {
         return usage(format!(
@@ -56,6 +54,22 @@ pub fn merge_recordings(paths: &[&Path], file: &Path) -> Result<Vec<String>, Mer
             shown_path(file)
         ));
     }
+    output_file::check(file).or_else(|error| {
+        let what = format!("{} cannot be written: {error}", shown_path(file));
+        if output_file::is_of_path(&error) {
+            return usage(format!("{what}\nhelp: name another file with --mcap"));
+        }
+        Err(MergeFailure::Write(RecordError::Io(io::Error::new(error.kind(), what))))
+    })
+}
+
+/// Merges recordings of one model into a new file, writes a layout next to it, and returns what was written.
+///
+/// # Errors
+/// As [`check_merge`], different models, or a recording that cannot be read.
+pub fn merge_recordings(paths: &[&Path], file: &Path) -> Result<Vec<String>, MergeFailure> {
+    check_merge(paths.len(), file)?;
+    let usage = |text: String| Err(MergeFailure::Usage(text));
     let recordings =
         paths.iter().map(|path| recording::open(path)).collect::<Result<Vec<_>, _>>()?;
     let model = |recording: &Recording| recording.provenance().model.clone();

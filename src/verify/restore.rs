@@ -11,9 +11,11 @@ use kinetoscope_physics::model::SetupError;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
 use kinetoscope_recording::error::{ReadError, RecordError};
 use kinetoscope_recording::file::RecordingFile;
+use kinetoscope_recording::output_file;
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_usage::text::shown_path;
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -127,15 +129,9 @@ impl Source {
 
     /// The start of the run, with all frames recorded.
     pub(crate) fn start(&self) -> Result<Prepared, RestoreError> {
-        let manifest = self.with_all_frames();
+        let manifest = self.manifest.with_all_frames();
         let (canonical, key) = self.identity(&manifest);
         Ok(Prepared::new(&manifest, &canonical, &key)?)
-    }
-
-    /// The manifest of the run with all frames recorded.
-    pub(crate) fn with_all_frames(&self) -> RunManifest {
-        let record = self.manifest.record.with_all_frames();
-        RunManifest { record, ..self.manifest.clone() }
     }
 
     pub(crate) fn path(&self) -> &Path {
@@ -150,17 +146,25 @@ impl Source {
         (canonical, key)
     }
 
-    /// Rejects an existing file that is not the result of an earlier call, before the run is executed.
+    /// Rejects a file that cannot be written, or exists and is not the result of an earlier call, before the run is executed.
     pub(crate) fn check_output(&self, path: &Path, key: &str) -> Result<(), RestoreError> {
+        if path.is_dir() || stem_of(path).is_none() {
+            return Err(RestoreError::Arguments(format!(
+                "{} is not the name of a file that ends in .mcap\nhelp: name one, such as --output all.mcap",
+                shown_path(path)
+            )));
+        }
         let is_result =
             |path| recording::open(path).is_ok_and(|existing| existing.provenance().run_key == key);
         if !path.exists() || is_result(path) {
-            return Ok(());
+            return output_file::check(path).map_err(|error| unwritten(path, &error));
         }
         let own =
             if same_file(path, self.path()) { "the recording itself" } else { "another file" };
-        let what =
-            format!("{} exists, and is {own}: name a new file with --output", shown_path(path));
+        let what = format!(
+            "{} exists, and is {own}\nhelp: name a new file with --output",
+            shown_path(path)
+        );
         Err(RestoreError::Arguments(what))
     }
 
@@ -179,29 +183,59 @@ fn same_file(one: &Path, other: &Path) -> bool {
     matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
 }
 
-/// Creates the file of the result: a partial file beside it until it is complete.
-fn create(path: &Path) -> Result<RecordingFile, RestoreError> {
-    let stem = path.file_name().and_then(|name| name.to_str()?.strip_suffix(".mcap"));
-    let Some(stem) = stem.filter(|stem| !stem.is_empty()) else {
-        let what = format!("{} does not end in .mcap: name another file", shown_path(path));
-        return Err(RestoreError::Arguments(what));
-    };
-    let folder = folder_of(path);
-    Ok(RecordingFile::create(&folder, stem)?)
+/// The error of a result that cannot be written.
+fn unwritten(path: &Path, error: &io::Error) -> RestoreError {
+    let what = format!("{} cannot be written: {error}", shown_path(path));
+    if output_file::is_of_path(error) {
+        return RestoreError::Arguments(format!("{what}\nhelp: name another file with --output"));
+    }
+    RestoreError::Write(RecordError::Io(io::Error::new(error.kind(), what)))
 }
 
-/// Creates the file of the result and writes it. The partial file of a result that is not complete is removed; one that differs
-/// from an existing file stays, because the error names both.
+/// The name of a result without its ending; `None` if it has none, or another ending.
+fn stem_of(path: &Path) -> Option<&str> {
+    let stem = path.file_name()?.to_str()?.strip_suffix(".mcap")?;
+    (!stem.is_empty()).then_some(stem)
+}
+
+/// Creates the file of the result and writes it: a partial file beside it until it is complete. An existing partial file, such as
+/// that of a call that was killed or of an interrupted run, is continued if it is the beginning of the result, and otherwise
+/// kept: it is of another program or run. A new one that does not become complete is removed, unless it differs from an existing
+/// recording, because the error names both.
 pub(crate) fn written<T>(
     path: &Path,
     write: impl FnOnce(RecordingFile) -> Result<T, RestoreError>,
 ) -> Result<T, RestoreError> {
-    let file = create(path)?;
-    let partial = file.partial_path().to_owned();
-    write(file).inspect_err(|error| {
-        if !matches!(error, RestoreError::Run(RunError::Record(RecordError::Differs { .. }))) {
-            // What remains is replaced by the next attempt.
-            let _ = fs::remove_file(partial);
+    let stem = stem_of(path).unwrap_or_default();
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let file = RecordingFile::create_or_continue(folder, stem)?;
+    let (partial, kept) = (file.partial_path().to_owned(), file.kept());
+    write(file).map_err(|error| match error {
+        _ if kept == 0 && !matches!(record_error(&error), Some(RecordError::Differs { .. })) => {
+            // What remains is continued by the next attempt.
+            let _ = fs::remove_file(&partial);
+            error
         }
+        _ if kept > 0 && is_other_content(&error) => RestoreError::Arguments(format!(
+            "{} exists, and is not the beginning of the result\nhelp: remove it, or name a new file with --output",
+            shown_path(&partial)
+        )),
+        error => error,
     })
+}
+
+fn record_error(error: &RestoreError) -> Option<&RecordError> {
+    match error {
+        RestoreError::Write(error) | RestoreError::Run(RunError::Record(error)) => Some(error),
+        _ => None,
+    }
+}
+
+/// Whether an existing partial file has other bytes than the result.
+fn is_other_content(error: &RestoreError) -> bool {
+    match record_error(error) {
+        Some(RecordError::Io(error)) => error.kind() == io::ErrorKind::InvalidData,
+        Some(RecordError::NotContinued { .. }) => true,
+        _ => false,
+    }
 }

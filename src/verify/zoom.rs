@@ -38,8 +38,10 @@ pub fn zoom(
 ) -> Result<Restored, RestoreError> {
     let source = Source::open(path)?;
     if let StoredFrames::From(_) = source.recording.provenance().stored {
-        let what =
-            format!("{} is a part of a run: name the recording of the whole run", shown_path(path));
+        let what = format!(
+            "{} is a part of a run\nhelp: name the recording of the whole run",
+            shown_path(path)
+        );
         return Err(RestoreError::Arguments(what));
     }
     let start = source.start()?;
@@ -178,7 +180,10 @@ fn advance(
             Ok(Progress::Reached) => return Ok(()),
             Ok(Progress::Working) => {}
             Err(fault) => {
-                let what = format!("the run failed before the interval: {}", fault.0);
+                let what = format!(
+                    "the run failed before the interval: {}\nhelp: name an earlier interval",
+                    fault.0
+                );
                 return Err(RestoreError::Arguments(what));
             }
         }

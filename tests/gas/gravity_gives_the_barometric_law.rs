@@ -201,8 +201,6 @@ fn gravity_outside_the_range_is_rejected() {
         center_m: [Finite::new(0.0).unwrap(); 2],
         ..given(&[([0.3, -0.2], [0.7, 0.4])])
     };
-    let message = rejection(&config(1e60));
-    assert!(message.contains("gravity_m_per_s2 is 1e60"), "{message}");
     let message = rejection(&config(1e30));
     assert!(message.contains("shorten duration_s"), "{message}");
 }

@@ -288,6 +288,7 @@ fn run_resumes_after_a_read_only_folder() {
         let ended = command.args(&workspace.arguments()[1..]).output().unwrap();
         if mode == 0o555 {
             assert_eq!(ended.status.code(), Some(RETRYABLE), "{}", messages(&ended));
+            assert!(!messages(&ended).contains(".kinetoscope-"), "{}", messages(&ended));
             assert!(
                 messages(&ended).contains("run the same command again"),
                 "{}",

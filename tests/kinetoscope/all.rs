@@ -15,6 +15,7 @@
 //! - `pipelines`: several manifests, folders, and manifests that start from manifests
 //! - `merged_recordings`: several runs in one recording
 //! - `keyframes`: recordings that keep only keyframes, `fill` and `zoom`
+//! - `restored_runs`: the files of `fill` and `zoom`, and what replaces what
 //! - `lock`: golden values of runs, and the place of the first difference
 //! - `view`: the server of recordings for Lichtblick, and who may read
 
@@ -33,6 +34,7 @@ mod narrow_terminals;
 mod oversized_files;
 mod pipelines;
 mod plots;
+mod restored_runs;
 mod shared_folders;
 mod side_files;
 mod subcommands;

@@ -200,3 +200,58 @@ fn short_reports_fit_sixty_columns() {
         assert!(widest <= Some(60), "{}", called.out);
     }
 }
+
+/// The folder is missing or is a file, or the destination is a folder: the same command fails again, so the arguments are wrong. No
+/// error names a temporary file.
+#[test]
+fn outputs_with_a_wrong_path_are_rejected_with_it() {
+    let bench = Bench::new();
+    let recording = bench.recording();
+    let recording = recording.to_str().unwrap();
+    let plot = ["plot", recording, "--y", "/energy.kinetic_j", "--output"];
+    for (command, path) in [
+        (&["run", "--force", "gas.toml", "--output"][..], "gas.toml"),
+        (&["run", "--force", "gas.toml", "--gnuplot"], "gas.toml"),
+        (&["run", "--output", "new", "gas.toml", "--export-commands"], "no/commands"),
+        (&["lock", "gas.toml", "--lock-file"], "no/k.lock"),
+        (&["benchmark", "gas.toml", "--output"], "gas.toml"),
+        (&["compare", recording, recording, "--mcap"], "no/both.mcap"),
+        (&["compare", recording, recording, "--mcap"], "gas.toml/both.mcap"),
+        (&["analyze", "--quiet", recording, "--output"], "gas.toml"),
+        (&["analyze", recording, "--junit"], "no/junit.xml"),
+        (&["export", "--format", "csv", recording, "--output"], "gas.toml"),
+        (&["export", recording, "--thumbnail"], "no/picture.png"),
+        (&["export", recording, "--thumbnail"], "gas.toml/picture.png"),
+        (&plot, "no/plot.svg"),
+        (&["man-pages"], "gas.toml"),
+    ] {
+        let called = bench.call(&[command, &[path]].concat());
+        assert_eq!(called.code, Some(2), "{command:?}: {}{}", called.out, called.err);
+        let first = called.err.lines().next().unwrap();
+        assert!(first.starts_with("error: ") && first.contains(path), "{}", called.err);
+        assert!(called.err.contains("\nhelp: "), "{command:?}: {}", called.err);
+        assert!(!called.err.contains(".tmp"), "{}", called.err);
+    }
+    let empty = bench.call(&["run", "gas.toml", "--output", ""]);
+    assert_eq!(empty.err, "error: `--output` is empty\nhelp: write `--output DIR`\n");
+}
+
+/// An input that is too large or is something else: the help names what is expected.
+#[test]
+fn large_and_wrong_files_of_checks_name_what_is_expected() {
+    let bench = Bench::new();
+    let recording = bench.recording();
+    bench.write("large.toml", &"#".repeat(60_000_000));
+    for (option, expected) in [
+        ("--checks", "help: name a TOML file of [[checks]]"),
+        ("--baseline", "help: name the metrics.json"),
+    ] {
+        for (file, help) in
+            [("large.toml", expected), (".", expected), ("no.toml", "help: check the path")]
+        {
+            let called = bench.call(&["analyze", option, file, recording.to_str().unwrap()]);
+            assert_eq!(called.code, Some(2), "{}", called.err);
+            assert!(called.err.contains(help), "{option} {file}: {}", called.err);
+        }
+    }
+}

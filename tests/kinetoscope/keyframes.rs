@@ -11,7 +11,7 @@ use std::thread::sleep;
 use std::time::Duration;
 
 /// Each model, and an interval to recompute: its start, end and distance of frames, and the key of that distance.
-const MODELS: [(&str, &str, [&str; 4]); 4] = [
+pub(super) const MODELS: [(&str, &str, [&str; 4]); 4] = [
     (
         "dem",
         "[model.dem]\ndiscs = 60\nwidth_m = 0.016\nheight_m = 0.016\nfriction = 0.5\nrolling_friction = 0.05\nduration_s = 0.03\n",
@@ -31,21 +31,26 @@ const MODELS: [(&str, &str, [&str; 4]); 4] = [
 ];
 
 /// Records an experiment in a folder of its own and returns the recording.
-fn recorded(bench: &Bench, folder: &str, model: &str, record: &str) -> PathBuf {
+pub(super) fn recorded(bench: &Bench, folder: &str, model: &str, record: &str) -> PathBuf {
     bench.write("m.toml", &format!("name = \"m\"\nseed = 8\n{model}[record]\n{record}\n"));
     expect(&bench.call(&["run", "--quiet", "--output", folder, "m.toml"]), 0);
     recordings(&bench.path(folder).join("m")).remove(0)
 }
 
-fn keyframes(bench: &Bench, model: &str) -> PathBuf {
+pub(super) fn keyframes(bench: &Bench, model: &str) -> PathBuf {
     recorded(bench, "keys", model, "frames = 40\nkeep = \"keyframes\"\nkeyframe_distance = 7")
 }
 
-fn expect(called: &Called, code: i32) {
+pub(super) fn expect(called: &Called, code: i32) {
     assert_eq!(called.code, Some(code), "{}{}", called.out, called.err);
 }
 
-fn zoom(bench: &Bench, recording: &Path, [from, to, every]: [&str; 3], output: &str) -> Called {
+pub(super) fn zoom(
+    bench: &Bench,
+    recording: &Path,
+    [from, to, every]: [&str; 3],
+    output: &str,
+) -> Called {
     let recording = recording.to_str().unwrap();
     let interval = ["--from", from, "--to", to, "--every", every, "-o", output];
     bench.call(&[&["zoom", recording][..], &interval].concat())
@@ -113,6 +118,49 @@ fn zoomed_frames_are_those_of_a_run_at_that_resolution() {
     }
 }
 
+/// The last frame is a keyframe, so its picture is that of the full recording; each exported row is one of its rows.
+#[test]
+fn keyframes_and_parts_of_runs_are_drawn_and_exported() {
+    for (name, model, [from, to, every, _]) in MODELS {
+        let bench = Bench::new();
+        let full = recorded(&bench, "full", model, "frames = 40");
+        let keys = keyframes(&bench, model);
+        expect(&zoom(&bench, &keys, [from, to, every], "part.mcap"), 0);
+        let part = bench.path("part.mcap");
+        let [of_full, of_keys, of_part] = [&full, &keys, &part].map(|recording| {
+            let recording = recording.to_str().unwrap();
+            for arguments in [["--thumbnail", "still.svg"], ["--format", "csv,xyz,gnuplot"]] {
+                let output =
+                    if arguments[0] == "--format" { &["--output", "out"][..] } else { &[] };
+                expect(&bench.call(&[&["export", recording][..], &arguments, output].concat()), 0);
+            }
+            let animated = ["--thumbnail", "moving.png", "--thumbnail-frames", "3"];
+            expect(&bench.call(&[&["export", recording][..], &animated].concat()), 0);
+            fs::read(bench.path("still.svg")).unwrap()
+        });
+        assert!(of_keys == of_full && of_part != of_full, "{name}");
+        let exported = |recording: &Path| bench.path("out").join(recording.file_stem().unwrap());
+        let table =
+            |recording: &Path| fs::read_to_string(exported(recording).join("state.csv")).unwrap();
+        let (all, some) = (table(&full), table(&keys));
+        let all: std::collections::BTreeSet<&str> = all.lines().collect();
+        assert!(some.lines().all(|row| all.contains(row)) && some.lines().count() < all.len());
+        for recording in [&full, &keys, &part] {
+            let folder = exported(recording).join("gnuplot");
+            let script = fs::read_to_string(folder.join("play.gp")).unwrap();
+            let (_, frames) = script.split_once("for [frame ").unwrap();
+            let frames = frames.split(']').next().unwrap();
+            let frames: Vec<u64> = match frames.trim_start_matches("= ").split_once(':') {
+                Some((first, last)) => (first.parse().unwrap()..=last.parse().unwrap()).collect(),
+                None => frames.split(['"', ' ']).filter_map(|word| word.parse().ok()).collect(),
+            };
+            let files = frames.iter().map(|frame| folder.join(format!("frame_{frame:06}.txt")));
+            let files: Vec<PathBuf> = files.collect();
+            assert!(files.len() > 3 && files.iter().all(|file| file.exists()), "{name}: {script}");
+        }
+    }
+}
+
 #[test]
 fn zoom_outside_the_run_or_below_a_step_is_rejected() {
     let bench = Bench::new();
@@ -123,12 +171,15 @@ fn zoom_outside_the_run_or_below_a_step_is_rejected() {
         (["-0.01", "0.01", "1e-4"], "the run lasts from 0 to 0.0299"),
         (["0.01", "0.02", "1e-9"], "less than one time step"),
         (["0.01", "0.02", "0"], "must be above 0"),
+        (["0.01", "0.02", "nan"], "must be above 0"),
+        (["nan", "0.02", "1e-4"], "is not an interval of the run"),
         (["0.0101", "0.0102", "0.01"], "no multiple of 0.01 s"),
         (["0.01", "0.02", "1e9"], "no multiple of 1000000000 s"),
     ] {
         let called = zoom(&bench, &keys, interval, "out.mcap");
         expect(&called, 2);
         assert!(called.err.contains(part), "{}", called.err);
+        assert!(called.err.contains("\nhelp: "), "{}", called.err);
         assert!(!bench.path("out.mcap").exists());
     }
 }

@@ -146,17 +146,33 @@ fn changed_manifests_and_other_versions_are_reported() {
     expect(&called, 4);
     assert!(called.out.contains("other runs than those locked"), "{}", called.out);
     bench.write("discs.toml", DISCS);
-    edit(&bench, "kinetoscope.lock", &[("physics_version = ", "physics_version = 9")]);
-    expect(&bench.call(&["check", "--locked"]), 0);
+    let whole = fs::read_to_string(bench.path("kinetoscope.lock")).unwrap();
     let key = key(&bench);
-    edit(&bench, "kinetoscope.lock", &[(&key, "0123456789abcdef")]);
+    // With the same run keys as well: the version is named, and not a place of other bits.
+    for other_keys in [false, true] {
+        bench.write("kinetoscope.lock", &whole);
+        edit(&bench, "kinetoscope.lock", &[("physics_version = ", "physics_version = 9")]);
+        if other_keys {
+            edit(&bench, "kinetoscope.lock", &[(&key, "0123456789abcdef")]);
+        }
+        let called = bench.call(&["check", "--locked"]);
+        expect(&called, 4);
+        assert!(called.out.contains("the physics version of packing is"), "{}", called.out);
+        assert!(!called.out.contains("first difference"), "{}", called.out);
+    }
+    bench.write("kinetoscope.lock", &whole);
+    edit(&bench, "kinetoscope.lock", &[("model = \"packing\"", "model = \"gas\"")]);
     let called = bench.call(&["check", "--locked"]);
     expect(&called, 4);
-    assert!(called.out.contains("the physics version of packing is"), "{}", called.out);
-    edit(&bench, "kinetoscope.lock", &[("\nversion = 1", "\nversion = 2")]);
+    assert!(called.out.contains("the model is packing, locked gas"), "{}", called.out);
+    edit(&bench, "kinetoscope.lock", &[("program_version = \"", "program_version = \"7.")]);
     let called = bench.call(&["check", "--locked"]);
-    expect(&called, 4);
-    assert!(called.err.contains("version 2 of the layout"), "{}", called.err);
+    assert!(called.err.contains("which version 7."), "{}", called.err);
+    edit(&bench, "kinetoscope.lock", &[("\nversion = 2", "\nversion = 1")]);
+    for called in [bench.call(&["check", "--locked"]), bench.call(&["lock", "discs.toml"])] {
+        expect(&called, 4);
+        assert!(called.err.contains("version 1 of the layout; this program reads version 2"));
+    }
 }
 
 /// Control: the entries are replaced if every manifest of the file is named.
@@ -200,6 +216,94 @@ fn damaged_and_missing_lock_files_are_reported() {
     assert!(called.err.contains("kinetoscope lock"), "{}", called.err);
 }
 
+/// Between two entries, a file is valid TOML; one whose last entry lost lines is as well.
+#[test]
+fn cut_lock_files_are_damaged() {
+    let bench = locked();
+    bench.write("more.toml", &DISCS.replace("\"discs\"", "\"more\""));
+    expect(&bench.call(&["lock", "more.toml"]), 0);
+    expect(&bench.call(&["check", "--locked"]), 0);
+    let whole = fs::read_to_string(bench.path("kinetoscope.lock")).unwrap();
+    let entries: Vec<usize> = whole.match_indices("[[experiment]]").map(|(at, _)| at).collect();
+    let [first, second] = entries[..] else { panic!("{whole}") };
+    let lines: Vec<usize> = whole.match_indices('\n').map(|(at, _)| at + 1).collect();
+    let without = |from: usize, to: usize| whole[..from].to_owned() + &whole[to..];
+    for cut in [
+        whole[..second].to_owned(),
+        whole[..lines[lines.len() - 4]].to_owned(),
+        without(first, second),
+        without(second, lines[lines.len() - 2]),
+    ] {
+        bench.write("kinetoscope.lock", &cut);
+        let called = bench.call(&["check", "--locked"]);
+        expect(&called, 5);
+        assert!(called.err.contains("its last line is not \"# End"), "{}", called.err);
+        assert!(called.err.contains("\nhelp: "), "{}", called.err);
+    }
+}
+
+/// A stranger's lock file reads no file elsewhere, whose lines an error would show; neither does one whose entry became a link.
+#[test]
+fn lock_file_names_only_manifests_of_its_folder() {
+    let bench = locked();
+    let whole = fs::read_to_string(bench.path("kinetoscope.lock")).unwrap();
+    fs::create_dir(bench.path("sub")).unwrap();
+    bench.write("secret.txt", "secret = password\n");
+    let elsewhere = bench.path("secret.txt").to_str().unwrap().to_owned();
+    for name in ["../secret.txt", "./../secret.txt", "a/../../secret.txt", &elsewhere, "..", ""] {
+        let text = whole.replace("manifest = \"discs.toml\"", &format!("manifest = \"{name}\""));
+        assert_ne!(text, whole);
+        bench.write("sub/kinetoscope.lock", &text);
+        let called = bench.call(&["check", "--locked", "--lock-file", "sub/kinetoscope.lock"]);
+        expect(&called, 5);
+        assert!(!called.err.contains("password"), "{name}: {}", called.err);
+        assert!(called.err.contains("\nhelp: "), "{name}: {}", called.err);
+    }
+    let called = bench.call(&["lock", "--lock-file", "sub/other.lock", "discs.toml"]);
+    expect(&called, 2);
+    assert!(called.err.contains("discs.toml is not in the folder of sub/other.lock"));
+    #[cfg(unix)]
+    {
+        bench.write("sub/kinetoscope.lock", &whole);
+        std::os::unix::fs::symlink("../secret.txt", bench.path("sub/discs.toml")).unwrap();
+        let called = bench.call(&["check", "--locked", "--lock-file", "sub/kinetoscope.lock"]);
+        expect(&called, 5);
+        assert!(called.err.contains("is a link out of the folder"), "{}", called.err);
+        assert!(!called.err.contains("password"), "{}", called.err);
+    }
+}
+
+/// No run is executed for a lock file that cannot be written.
+#[test]
+fn lock_file_that_cannot_be_written_is_rejected_before_the_first_run() {
+    let bench = locked();
+    fs::create_dir(bench.path("folder")).unwrap();
+    for name in ["no/k.lock", "discs.toml/k.lock", "folder"] {
+        let called = bench.call(&["lock", "--lock-file", name, "discs.toml"]);
+        expect(&called, 2);
+        assert!(called.err.contains(name) && called.err.contains("\nhelp: "), "{}", called.err);
+        assert_eq!(called.out, "");
+    }
+    let missing = bench.call(&["check", "--locked", "missing.toml"]);
+    expect(&missing, 2);
+    assert!(missing.err.contains("cannot read the manifest missing.toml"), "{}", missing.err);
+}
+
+/// Metrics need all frames; the hashes do not.
+#[test]
+fn runs_that_keep_only_keyframes_are_locked() {
+    let bench = Bench::new();
+    let keep = "keep = \"keyframes\"\nkeyframe_distance = 7\n";
+    bench.write("discs.toml", &format!("{DISCS}{keep}"));
+    expect(&bench.call(&["lock", "discs.toml"]), 0);
+    expect(&bench.call(&["check", "--locked"]), 0);
+    let old = key(&bench);
+    edit(&bench, "discs.toml", &[("restitution = 1.0", "restitution = 0.9")]);
+    let new = key(&bench);
+    edit(&bench, "kinetoscope.lock", &[(&old, &new)]);
+    expect(&bench.call(&["check", "--locked"]), 4);
+}
+
 /// A lock file may come from a stranger: its text begins no line, and its numbers end no command early.
 #[test]
 fn hostile_lock_files_are_reported() {
@@ -234,7 +338,11 @@ fn hostile_lock_files_are_reported() {
     let text = text.replace("tags = \"", "tags = \"AAAA");
     assert!(text.contains(&row), "{text}");
     bench.write("kinetoscope.lock", &text);
-    expect(&bench.call(&["check", "--locked"]), 4);
+    let called = bench.call(&["check", "--locked"]);
+    expect(&called, 4);
+    // Nothing else of this row differs, which is stated as well.
+    let place = called.out.lines().find(|line| line.contains("first difference")).unwrap();
+    assert!(place.ends_with(": no topic is known"), "{place}");
 }
 
 #[cfg(unix)]

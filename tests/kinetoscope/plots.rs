@@ -203,7 +203,7 @@ fn output_is_replaced_as_a_whole_or_not_at_all() {
     assert!(missing.err.contains("a folder that does not exist\nhelp: create"), "{}", missing.err);
     fs::create_dir(bench.path("folder.svg")).unwrap();
     let folder = plot(&bench, &["--output", "folder.svg"]);
-    assert_eq!(folder.code, Some(75), "{}", folder.err);
+    assert_eq!(folder.code, Some(2), "{}", folder.err);
     assert!(folder.err.contains("or name another file\n"), "{}", folder.err);
     bench.write("p.svg", "old");
     assert_eq!(plot(&bench, &["--quiet", "--output", "p.svg"]).out, "");

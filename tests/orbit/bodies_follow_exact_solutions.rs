@@ -14,9 +14,8 @@
 // Closed forms may use std's functions; an invalid configuration fails its test.
 #![allow(clippy::disallowed_methods, clippy::unwrap_used)]
 
-use crate::run::{distance, exercise};
-use kinetoscope_manifest::model::{OrbitBody, OrbitConfig, OrbitIntegrator, OrbitState};
-use kinetoscope_manifest::quantity::{Finite, NonNegative};
+use crate::run::{body, distance, exercise};
+use kinetoscope_manifest::model::{OrbitBody, OrbitConfig, OrbitIntegrator};
 use kinetoscope_physics::constants::GM_SUN_AU3_PER_DAY2 as GM;
 use kinetoscope_physics::model::{Extent, Model, Progress, Target};
 use kinetoscope_physics::orbit::kepler::Kepler;
@@ -25,16 +24,6 @@ use kinetoscope_physics::orbit::{BARYCENTRIC_START, Orbit};
 use kinetoscope_physics::random::Seed;
 use kinetoscope_recording::channels::{OrbitConserved, OrbitEnergy};
 use kinetoscope_recording::frame::Frame;
-
-fn body(gm: f64, position: [f64; 3], velocity: [f64; 3]) -> OrbitBody {
-    OrbitBody {
-        gm_au3_per_day2: NonNegative::new(gm).unwrap(),
-        state: OrbitState::Vectors {
-            position_au: position.map(|component| Finite::new(component).unwrap()),
-            velocity_au_per_day: velocity.map(|component| Finite::new(component).unwrap()),
-        },
-    }
-}
 
 fn run(bodies: Vec<OrbitBody>, integrator: OrbitIntegrator, step: f64, duration: f64) -> Orbit {
     let config = OrbitConfig { bodies: Some(bodies), ..exercise(integrator, step, duration) };

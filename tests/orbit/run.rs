@@ -3,8 +3,10 @@
 // Not every test file uses every function; an invalid configuration fails its test.
 #![allow(clippy::unwrap_used)]
 
-use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator, OrbitStart, OrbitState};
-use kinetoscope_manifest::quantity::{Finite, Positive};
+use kinetoscope_manifest::model::{
+    OrbitBody, OrbitConfig, OrbitIntegrator, OrbitStart, OrbitState,
+};
+use kinetoscope_manifest::quantity::{Finite, NonNegative, Positive};
 use kinetoscope_physics::model::{Extent, Model, Progress, Target};
 use kinetoscope_physics::orbit::Orbit;
 use kinetoscope_physics::orbit::motion::State;
@@ -26,12 +28,21 @@ pub(crate) fn exercise(integrator: OrbitIntegrator, step: f64, duration: f64) ->
     }
 }
 
-/// Initial state given in AU and AU/day.
-pub(crate) fn given(position: [f64; 3], velocity: [f64; 3]) -> OrbitStart {
-    OrbitStart::Given(OrbitState::Vectors {
+fn vectors(position: [f64; 3], velocity: [f64; 3]) -> OrbitState {
+    OrbitState::Vectors {
         position_au: position.map(|component| Finite::new(component).unwrap()),
         velocity_au_per_day: velocity.map(|component| Finite::new(component).unwrap()),
-    })
+    }
+}
+
+/// Initial state given in AU and AU/day.
+pub(crate) fn given(position: [f64; 3], velocity: [f64; 3]) -> OrbitStart {
+    OrbitStart::Given(vectors(position, velocity))
+}
+
+/// A body given by G m in AU^3/day^2, AU and AU/day.
+pub(crate) fn body(gm: f64, position: [f64; 3], velocity: [f64; 3]) -> OrbitBody {
+    OrbitBody { gm_au3_per_day2: NonNegative::new(gm).unwrap(), state: vectors(position, velocity) }
 }
 
 /// Returns the run in its initial state.

@@ -11,10 +11,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::run::{distance, exercise, finished, prepare};
-use kinetoscope_manifest::model::{
-    OrbitBody, OrbitConfig, OrbitIntegrator, OrbitState, OrbitSummation,
-};
-use kinetoscope_manifest::quantity::{Finite, NonNegative};
+use kinetoscope_manifest::model::{OrbitBody, OrbitConfig, OrbitIntegrator, OrbitSummation};
 use kinetoscope_physics::constants::GM_SUN_AU3_PER_DAY2 as GM;
 use kinetoscope_physics::model::Model;
 use kinetoscope_physics::orbit::kepler::Kepler;
@@ -25,14 +22,7 @@ use kinetoscope_recording::frame::Frame;
 const YEARS: f64 = 3652.5;
 
 fn body(mass: f64, position: [f64; 3], velocity: [f64; 3]) -> OrbitBody {
-    let vector = |parts: [f64; 3]| parts.map(|part| Finite::new(part).unwrap());
-    OrbitBody {
-        gm_au3_per_day2: NonNegative::new(mass * GM).unwrap(),
-        state: OrbitState::Vectors {
-            position_au: vector(position),
-            velocity_au_per_day: vector(velocity),
-        },
-    }
+    crate::run::body(mass * GM, position, velocity)
 }
 
 fn massive() -> Vec<OrbitBody> {

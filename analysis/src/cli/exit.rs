@@ -40,16 +40,17 @@ impl CommandError {
 
 impl From<WriteError> for CommandError {
     fn from(error: WriteError) -> Self {
-        Self {
-            exit: AnalysisExit::Retry,
-            message: kinetoscope_usage::with_help(&error.to_string()),
-        }
+        let exit = if error.is_of_path { AnalysisExit::Usage } else { AnalysisExit::Retry };
+        Self { exit, message: kinetoscope_usage::with_help(&error.to_string()) }
     }
 }
 
 impl From<ExportError> for CommandError {
     fn from(error: ExportError) -> Self {
-        Self { exit: AnalysisExit::Retry, message: error.to_string() }
+        match error {
+            ExportError::Write(error) => error.into(),
+            ExportError::NotBuiltIn => Self::usage(error),
+        }
     }
 }
 

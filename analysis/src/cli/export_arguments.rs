@@ -1,7 +1,7 @@
 //! The command `kinetoscope export`: recordings in the formats of other programs, or as a small picture.
 
 use super::exit::CommandError;
-use super::{AnalysisExit, complain_unreadable, concluded, export_all};
+use super::{AnalysisExit, complain_unreadable, concluded, export_all, with_remedy};
 use crate::export::{self, ExportFormat};
 use crate::input::recording::with_frame_limit;
 use crate::input::{self, RecordingFolder};
@@ -100,7 +100,7 @@ impl ExportArguments {
                 None if source.is_remote() => {
                     let folder = shown_path(&source.folder);
                     return Err(CommandError::usage(format!(
-                        "{folder} is not on this machine: name a folder with --output DIR"
+                        "{folder} is not on this machine\nhelp: name a folder with --output DIR"
                     )));
                 }
                 None => source.folder.join("export"),
@@ -130,18 +130,21 @@ impl ExportArguments {
     fn draw(&self, file: &Path) -> Result<AnalysisExit, CommandError> {
         let format =
             ThumbnailFormat::of(file, self.thumbnail_frames).map_err(CommandError::usage)?;
+        write_file::check(file)?;
         let sources = input::sources(&self.paths)?;
         let recordings: Vec<(&RecordingFolder, &PathBuf)> = sources
             .iter()
             .flat_map(|source| source.files.iter().map(move |path| (source, path)))
             .collect();
         let [(source, path)] = recordings.as_slice() else {
-            return Err(CommandError::usage("a thumbnail shows one recording: name its file"));
+            return Err(CommandError::usage(
+                "a thumbnail shows one recording\nhelp: name its file",
+            ));
         };
-        let recording = source.recording(path).map_err(CommandError::unreadable)?;
+        let recording = source.recording(path).map_err(unreadable)?;
         let recording = with_frame_limit(recording);
         let options = ThumbnailOptions { format, width: self.thumbnail_width };
-        let drawn = thumbnail(&recording, options).map_err(CommandError::unreadable)?;
+        let drawn = thumbnail(&recording, options).map_err(unreadable)?;
         let size = drawn.len().div_ceil(1000);
         write_file::write(file, drawn)?;
         self.say(&format!("written: {} ({size} kB)\n", shown_path(file)));
@@ -152,6 +155,11 @@ impl ExportArguments {
         );
         Ok(AnalysisExit::Done)
     }
+}
+
+/// The error of a recording that cannot be drawn, whose text ends with its remedy.
+fn unreadable(error: impl std::fmt::Display) -> CommandError {
+    CommandError::unreadable(with_remedy(&error.to_string()))
 }
 
 /// A written file, with its number of rows if it is a table.

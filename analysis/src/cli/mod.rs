@@ -133,14 +133,13 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
     }
     let checks = arguments.checks.as_deref().map_or_else(|| Ok(Vec::new()), read_checks);
     let checks = checks.map_err(CommandError::usage)?;
-    let baselines: Result<Vec<Baseline>, String> =
-        arguments.baseline.iter().map(|path| read_baseline(path)).collect();
-    let mut baselines = baselines.map_err(CommandError::usage)?;
+    let mut baselines = read_baselines(&arguments.baseline)?;
+    arguments.junit.as_deref().map_or(Ok(()), write_file::check)?;
     let sources = sources(arguments)?;
     for baseline in &baselines {
         if !sources.iter().any(|source| source.name == baseline.experiment()) {
             return Err(CommandError::usage(format!(
-                "the baseline is of the experiment {}, which is not among the recordings",
+                "the baseline is of the experiment {}, which is not among the recordings\nhelp: name its recordings as well, or omit --baseline",
                 baseline.experiment()
             )));
         }
@@ -178,7 +177,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
     }
     if let Some(unused) = baselines.first() {
         return Err(CommandError::usage(format!(
-            "there are two baselines of the experiment {}: give one",
+            "there are two baselines of the experiment {}\nhelp: name one of them",
             unused.experiment()
         )));
     }
@@ -191,6 +190,12 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
         arguments.standard_output.print_json(&json(&analyzed, exit));
     }
     Ok(exit)
+}
+
+fn read_baselines(paths: &[PathBuf]) -> Result<Vec<Baseline>, CommandError> {
+    let baselines: Result<Vec<Baseline>, String> =
+        paths.iter().map(|path| read_baseline(path)).collect();
+    baselines.map_err(CommandError::usage)
 }
 
 /// The folder of the results of one experiment among one or several.
@@ -308,7 +313,7 @@ fn sources(arguments: &AnalyzeArguments) -> Result<Vec<RecordingFolder>, Command
     {
         let folder = shown_path(&remote.folder);
         return Err(CommandError::usage(format!(
-            "{folder} is not on this machine: name a folder for the results with --output DIR"
+            "{folder} is not on this machine\nhelp: name a folder for the results with --output DIR"
         )));
     }
     Ok(sources)
@@ -393,20 +398,24 @@ fn with_remedy(why: &str) -> String {
 }
 
 fn read_checks(path: &Path) -> Result<Vec<Check>, String> {
-    let text = read_text(path, MAX_SIDE_FILE_BYTES).map_err(|error| {
-        format!(
-            "the checks file {} cannot be read: {error}\nhelp: check the path",
-            shown_path(path)
-        )
-    })?;
+    let text = read_argument(path, "checks file", "a TOML file of [[checks]]")?;
     parse_checks(&text, &path.to_string_lossy()).map_err(|diagnostics| diagnostics.to_string())
 }
 
 fn read_baseline(path: &Path) -> Result<Baseline, String> {
-    let text = read_text(path, MAX_SIDE_FILE_BYTES).map_err(|error| {
-        format!("the baseline {} cannot be read: {error}\nhelp: check the path", shown_path(path))
-    })?;
+    let text = read_argument(path, "baseline", "the metrics.json of an earlier analysis")?;
     Baseline::read(&text).map_err(|why| with_help(&format!("{} {why}", shown_path(path))))
+}
+
+/// Reads a file of the command line; `expected` says what it should be.
+fn read_argument(path: &Path, what: &str, expected: &str) -> Result<String, String> {
+    read_text(path, MAX_SIDE_FILE_BYTES).map_err(|error| {
+        let help = match error.kind() {
+            std::io::ErrorKind::NotFound => "check the path".to_owned(),
+            _ => format!("name {expected}"),
+        };
+        format!("the {what} {} cannot be read: {error}\nhelp: {help}", shown_path(path))
+    })
 }
 
 fn terminal() -> Terminal {

@@ -3,7 +3,7 @@
 use super::exit::CommandError;
 use super::{AnalysisExit, complain_unreadable, concluded, with_remedy};
 use crate::input::coordinates::{keys_of, last_part};
-use crate::input::recording::OpenRun;
+use crate::input::recording::{self, OpenRun};
 use crate::input::{self, OpenedRuns, RecordingFolder, UnreadableRecording};
 use crate::models::{MODELS, metrics_of};
 use crate::plot::png::png;
@@ -180,7 +180,8 @@ impl PlotArguments {
 
     /// The plot, and what could not be read.
     fn plot(&self, source: &RecordingFolder) -> Result<(Plot, Vec<String>), CommandError> {
-        let OpenedRuns { runs: opened, unreadable: unopened, .. } = source.opened();
+        let OpenedRuns { runs: opened, unreadable: unopened, .. } =
+            source.opened(recording::opened);
         let mut unreadable = [source.unreadable.as_slice(), &unopened].concat();
         let request = self.request();
         let Some((first, _)) = opened.first() else {

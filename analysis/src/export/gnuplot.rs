@@ -17,7 +17,8 @@ pub(super) struct Gnuplot {
     run: ExportedRun,
     folder: PathBuf,
     written: Vec<WrittenFile>,
-    frames: u64,
+    /// Indices of the frames: keyframes and parts of a run have not all of them.
+    frames: Vec<u64>,
     /// Lower left and upper right corner of the positions, for models without walls.
     seen: [[f64; 2]; 2],
     max_speed: f64,
@@ -26,7 +27,7 @@ pub(super) struct Gnuplot {
 impl Gnuplot {
     pub(super) fn new(run: ExportedRun, folder: PathBuf) -> Self {
         let seen = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
-        Self { run, folder, written: Vec::new(), frames: 0, seen, max_speed: 0.0 }
+        Self { run, folder, written: Vec::new(), frames: Vec::new(), seen, max_speed: 0.0 }
     }
 
     fn write(&mut self, name: &str, text: &str, rows: usize) -> Result<(), WriteError> {
@@ -43,7 +44,6 @@ impl Gnuplot {
     /// A script that plays the frames; `settings` and `style` draw the particles of one.
     fn script(&self, name: &str, settings: &str, style: &str) -> String {
         let [low, high] = self.bounds();
-        let last = self.frames.saturating_sub(1);
         let borders = if self.run.extent.walls.is_empty() {
             String::new()
         } else {
@@ -53,14 +53,29 @@ impl Gnuplot {
             "# Plays the frames: gnuplot {name}\n\
              set size ratio -1\n\
              set xrange [{}:{}]\nset yrange [{}:{}]\n\
-             {settings}do for [frame = 0:{last}] {{\n\
-             \x20   set title sprintf(\"frame %d\", frame)\n\
-             \x20   plot {borders}sprintf(\"frame_%06d.txt\", frame) {style} notitle\n\
+             {settings}do for [frame {}] {{\n\
+             \x20   set title sprintf(\"frame %d\", int(frame))\n\
+             \x20   plot {borders}sprintf(\"frame_%06d.txt\", int(frame)) {style} notitle\n\
              \x20   pause 0.04\n\
              }}\n\
              pause -1 \"Press Enter to end\"\n",
-            low[0], high[0], low[1], high[1]
+            low[0],
+            high[0],
+            low[1],
+            high[1],
+            self.range()
         )
+    }
+
+    /// The frames as gnuplot iterates over them.
+    fn range(&self) -> String {
+        let [first, last] =
+            [self.frames.first(), self.frames.last()].map(|frame| frame.copied().unwrap_or(0));
+        if self.frames.windows(2).all(|pair| pair[1] == pair[0] + 1) {
+            return format!("= {first}:{last}");
+        }
+        let words: Vec<String> = self.frames.iter().map(u64::to_string).collect();
+        format!("in \"{}\"", words.join(" "))
     }
 
     /// The script that plays the velocities as arrows to scale, with a key; `None` for particles at rest or without velocities.
@@ -108,7 +123,7 @@ impl Exporter for Gnuplot {
                 self.seen[1][axis] = self.seen[1][axis].max(place);
             }
         }
-        self.frames = frame.clock.frame + 1;
+        self.frames.push(frame.clock.frame);
         self.write(&format!("frame_{:06}.txt", frame.clock.frame), &text, state.rows())
     }
 

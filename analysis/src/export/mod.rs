@@ -10,6 +10,7 @@ mod tables;
 mod xyz;
 
 use crate::input::coordinates::AxisNames;
+use crate::input::recording::opened_with_its_frames;
 use crate::input::{OpenedRuns, RecordingFolder};
 use crate::models;
 use crate::write_file::{WriteError, create_folder};
@@ -77,7 +78,7 @@ pub(crate) fn export(
     unreadable: &mut BTreeSet<String>,
 ) -> Result<Vec<Export>, ExportError> {
     let mut exports = Vec::new();
-    let OpenedRuns { runs, unreadable: unread, .. } = source.opened();
+    let OpenedRuns { runs, unreadable: unread, .. } = source.opened(opened_with_its_frames);
     unreadable.extend(unread);
     let names = AxisNames::of(runs.iter().map(|(_, coordinates)| coordinates.as_slice()));
     let has_replicates = runs.iter().any(|(run, _)| run.manifest.replicate > 0);

@@ -9,7 +9,7 @@ pub mod recording;
 pub(crate) use error::InvalidPath;
 pub use error::UnreadableRecording;
 
-use crate::input::recording::{OpenRun, is_partial};
+use crate::input::recording::{OpenRun, is_partial, restored_file};
 use kinetoscope_manifest::{Coordinate, ExperimentRecord};
 use kinetoscope_object_storage::address::Address;
 use kinetoscope_recording::error::ReadError;
@@ -17,7 +17,7 @@ use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::regular_file::{MAX_EXPERIMENT_RECORD_BYTES, read_opened};
 use kinetoscope_recording::storage::{LocalFolders, Opened, Storage};
 use kinetoscope_usage::text::shown_path;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -39,6 +39,8 @@ pub(crate) struct RecordingFolder {
     pub(crate) record: Option<ExperimentRecord>,
     /// Index of the record's run per file name.
     index: BTreeMap<String, usize>,
+    /// Names of recordings that `kinetoscope fill` restored, which take the place of those of their keyframes.
+    restored: BTreeSet<String>,
     /// The recordings, sorted.
     pub(crate) files: Vec<PathBuf>,
     /// Whether the whole folder was given rather than some of its files.
@@ -160,6 +162,7 @@ fn source(
         name,
         record: None,
         index: BTreeMap::new(),
+        restored: BTreeSet::new(),
         files,
         whole,
         notes: Vec::new(),
@@ -223,7 +226,11 @@ impl RecordingFolder {
             let name = path.file_name().and_then(OsStr::to_str);
             name.is_some_and(|name| index.contains_key(&finished_name(name)))
         };
-        let (files, stale): (Vec<_>, Vec<_>) = self.files.drain(..).partition(belongs);
+        let (mut files, mut stale): (Vec<_>, Vec<_>) = self.files.drain(..).partition(belongs);
+        let mut index = index;
+        for file in &mut files {
+            self.take_restored(file, &mut stale, &mut index);
+        }
         if files.is_empty() || !self.whole && !stale.is_empty() {
             // Files that were given individually are read, but not as parts of this experiment.
             self.files = files.into_iter().chain(stale).collect();
@@ -257,21 +264,45 @@ impl RecordingFolder {
         self.record = Some(record);
     }
 
+    /// Puts the recording that `kinetoscope fill` restored in the place of that of its keyframes.
+    fn take_restored(
+        &mut self,
+        file: &mut PathBuf,
+        stale: &mut Vec<PathBuf>,
+        index: &mut BTreeMap<String, usize>,
+    ) {
+        if stale.is_empty() {
+            return;
+        }
+        let restored = self.recording(file).ok().as_ref().and_then(restored_file);
+        let Some((path, key)) = restored else { return };
+        let Some(at) = stale.iter().position(|other| *other == path) else { return };
+        let found = self.recording(&path).map(|found| found.provenance().run_key.clone());
+        if found.is_ok_and(|found| found == key.as_str()) {
+            let run = index.get(&file_name(file)).copied();
+            index.extend(run.map(|run| (file_name(&path), run)));
+            self.restored.insert(file_name(&path));
+            *file = stale.remove(at);
+        }
+    }
+
     /// Opens the recordings, with their coordinates in the sweep, in the order of the experiment. Notes and what could not
     /// be read are added to those of the folder.
     pub(crate) fn open(&mut self) -> Vec<(OpenRun, Vec<Coordinate>)> {
-        let OpenedRuns { runs, notes, unreadable } = self.opened();
+        let OpenedRuns { runs, notes, unreadable } = self.opened(recording::opened);
         self.notes.extend(notes);
         self.unreadable.extend(unreadable);
         runs
     }
 
-    /// Opens the recordings as [`Self::open`], with notes and what could not be read.
-    pub(crate) fn opened(&self) -> OpenedRuns {
+    /// Opens the recordings as [`Self::open`], each with `open`, with notes and what could not be read.
+    pub(crate) fn opened(
+        &self,
+        open: impl Fn(Recording) -> Result<OpenRun, UnreadableRecording>,
+    ) -> OpenedRuns {
         let (mut opened, mut notes, mut unreadable) = (Vec::new(), Vec::new(), Vec::new());
         for path in &self.files {
-            match self.recording(path).map_err(UnreadableRecording::new).and_then(recording::opened)
-            {
+            match self.recording(path).map_err(UnreadableRecording::new).and_then(&open) {
                 Ok(run) => opened.push((file_name(path), run)),
                 Err(UnreadableRecording(why)) => unreadable.push(why),
             }
@@ -286,7 +317,7 @@ impl RecordingFolder {
         for (file, run) in opened {
             let Some(&index) = self.index.get(&finished_name(&file)) else { continue };
             let entry = &record.runs[index];
-            if run.run_key == entry.run_key.to_string() {
+            if run.run_key == entry.run_key.to_string() || self.restored.contains(&file) {
                 ordered.push((index, run, entry.coordinates.clone()));
             } else {
                 notes.push(format!(

@@ -2,10 +2,10 @@
 
 use crate::input::error::UnreadableRecording;
 use crate::metric::RunOrigin;
-use kinetoscope_manifest::{RunManifest, parse_run};
-use kinetoscope_recording::reader::{Recording, StoredFrames};
+use kinetoscope_manifest::{RunKey, RunManifest, parse_run, run_key};
+use kinetoscope_recording::reader::{Provenance, Recording, StoredFrames};
 use kinetoscope_usage::text::shown_path;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// An open recording and its manifest.
 pub struct OpenRun {
@@ -50,9 +50,17 @@ pub fn open(path: &Path) -> Result<OpenRun, UnreadableRecording> {
 /// # Errors
 /// An invalid manifest.
 pub(crate) fn opened(recording: Recording) -> Result<OpenRun, UnreadableRecording> {
+    check_all_frames(&recording)?;
+    opened_with_its_frames(recording)
+}
+
+/// As [`opened`], for a recording that may hold only some frames of its run.
+///
+/// # Errors
+/// An invalid manifest.
+pub(crate) fn opened_with_its_frames(recording: Recording) -> Result<OpenRun, UnreadableRecording> {
     let canonical = recording.manifest().to_owned();
     let path = recording.path();
-    check_all_frames(&recording)?;
     let manifest = parse_run(&canonical).map_err(|diagnostics| {
         let path = shown_path(path);
         UnreadableRecording(format!(
@@ -81,6 +89,17 @@ fn check_all_frames(recording: &Recording) -> Result<(), UnreadableRecording> {
             "{path}: it is a part of a run, and metrics need all frames; no frame was read. Name the recording of the whole run"
         ))),
     }
+}
+
+/// The file next to a recording of keyframes in which `kinetoscope fill` restores its run with all frames, and its run key.
+pub(crate) fn restored_file(recording: &Recording) -> Option<(PathBuf, RunKey)> {
+    let Provenance { stored, physics_version, schema_version, run_key: own, .. } =
+        recording.provenance();
+    let StoredFrames::Keyframes(_) = stored else { return None };
+    let canonical = parse_run(recording.manifest()).ok()?.with_all_frames().canonical();
+    let key = run_key(&canonical, *physics_version, *schema_version);
+    let stem = key.in_place_of(own, recording.path().file_stem()?.to_str()?)?;
+    Some((recording.path().with_file_name(format!("{stem}.mcap")), key))
 }
 
 /// Limits the frames of a recording to the particles of its manifest, if this version can read it.

@@ -201,7 +201,7 @@ pub(super) fn breakable(text: &str) -> Markup {
 
 #[cfg(test)]
 mod tests {
-    use super::{SCRIPT, STYLE_SHEET, breakable, script, typographic};
+    use super::{SCRIPT, STYLE_SHEET, breakable, typographic};
 
     #[test]
     fn script_and_style_are_small() {

@@ -76,8 +76,10 @@ pub(crate) fn thumbnail(
 ) -> Result<Vec<u8>, ThumbnailError> {
     let playback_fps = recording.provenance().playback_fps;
     let mut frames = 0;
+    let mut indices: Option<[u64; 2]> = None;
     for frame in recording.frames()? {
-        frame?;
+        let index = frame?.clock.frame;
+        indices = Some(indices.map_or([index; 2], |[first, _]| [first, index]));
         frames += 1;
     }
     let wanted = match options.format {
@@ -97,13 +99,15 @@ pub(crate) fn thumbnail(
         ThumbnailFormat::Png { .. } => {
             let rasters: Vec<Raster> =
                 drawings.iter().map(|drawing| Raster::of(&page, drawing)).collect();
-            let seconds = frames as f64 / playback_fps / rasters.len() as f64;
+            // Keyframes are played as fast as the run that they are of.
+            let played = indices.map_or(0, |[first, last]| last.saturating_sub(first)) as f64 + 1.0;
+            let seconds = played / playback_fps / rasters.len() as f64;
             png_file::file(&rasters, seconds).map_err(ThumbnailError::NotDrawn)
         }
     }
 }
 
-/// Indices of the drawn frames: evenly spread from the first to the last, or only the last.
+/// Which frames of the file are drawn: evenly spread from the first to the last, or only the last.
 fn chosen(frames: u64, wanted: u64) -> Vec<u64> {
     let Some(last) = frames.checked_sub(1) else { return Vec::new() };
     let wanted = wanted.min(frames);
@@ -113,14 +117,15 @@ fn chosen(frames: u64, wanted: u64) -> Vec<u64> {
     (0..wanted).map(|picture| picture * last / (wanted - 1)).collect()
 }
 
-/// The drawings of the chosen frames. A layer that is recorded once applies to all following frames.
+/// The drawings of the chosen frames of the file, which may be keyframes or a part of a run. A layer that is recorded once, with the
+/// first one, applies to all following frames.
 fn drawings(recording: &Recording, chosen: &[u64]) -> Result<Vec<Drawing>, ThumbnailError> {
     let mut layers = Drawing::default();
     let mut drawings = Vec::with_capacity(chosen.len());
-    for frame in recording.frames()? {
+    for (place, frame) in (0..).zip(recording.frames()?) {
         let frame = frame?;
-        let wanted = chosen.contains(&frame.clock.frame);
-        if wanted || frame.clock.frame == 0 {
+        let wanted = chosen.contains(&place);
+        if wanted || place == 0 {
             layers.update(&frame)?;
         }
         if wanted {

@@ -1,6 +1,8 @@
 //! What a model's table provides beyond its keys.
 
 use crate::keys::{HasKeys, Reader};
+use crate::quantity::Positive;
+use std::num::NonZeroU32;
 
 /// The table `[model.<NAME>]` of one model.
 pub(crate) trait Model: HasKeys + Default {
@@ -11,15 +13,40 @@ pub(crate) trait Model: HasKeys + Default {
     /// Maximum number of particles in a frame, those included that enter during the run.
     fn particles(&self) -> u64;
 
+    /// The same physics with so many particles at the same density; `None` if the start depends on more than that.
+    fn sample(&self, particles: NonZeroU32) -> Option<Self> {
+        let _ = particles;
+        None
+    }
+
     /// Reports the broken rules between the keys.
     fn check(&mut self, table: &mut Reader<'_>);
 }
 
-/// Reports a run that ends before its first step.
-pub(super) fn at_least_one_step(steps: f64, table: &mut Reader<'_>, keys: &[&str]) {
+/// Width of a sample's box in diameters of the largest disc, so that discs at its walls are few.
+pub(super) const SAMPLE_DIAMETERS: f64 = 20.0;
+
+/// Maximum number of steps: integers up to 2^53 are exact.
+const MAX_STEPS: f64 = 9_007_199_254_740_992.0;
+
+/// Reports a run that ends before its first step, or that has more steps than can be counted.
+pub(super) fn check_steps(
+    duration: Positive,
+    step: Option<Positive>,
+    table: &mut Reader<'_>,
+    keys: &[&str],
+) {
+    let Some(step) = step.map(Positive::get) else { return };
+    let steps = duration.get() / step;
     // The number of steps is floor(duration / step + 1e-9).
     if steps + 1e-9 < 1.0 {
         let title = "the run is shorter than one time step";
         table.refuse(keys, title, "the time step must be <= the duration");
+    }
+    if steps > MAX_STEPS {
+        let title =
+            format!("the run has {steps:e} time steps of {step:e}, more than can be counted");
+        let nearest = duration.get() / MAX_STEPS;
+        table.refuse(keys, title, format!("the nearest time step that works is {nearest:e}"));
     }
 }

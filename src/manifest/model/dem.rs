@@ -1,6 +1,6 @@
 //! `[model.dem]`: discs with spring–dashpot contacts in a box.
 
-use super::contract::{Model, at_least_one_step};
+use super::contract::{Model, SAMPLE_DIAMETERS, check_steps};
 use super::dem_insertion::DemInsertion;
 use super::dem_materials::{DemContactPair, DemMaterial};
 use super::dem_radius::DiscRadius;
@@ -211,14 +211,34 @@ impl Model for DemConfig {
         u64::from(self.discs.get()) + u64::from(inserted)
     }
 
+    fn sample(&self, discs: NonZeroU32) -> Option<Self> {
+        let is_uniform = matches!(self.placement, Placement::Random | Placement::Lattice)
+            && self.placement_region_m.is_none()
+            && self.walls.is_empty()
+            && self.insertion.is_none()
+            && self.remove_below_m.is_none();
+        // A bed of the same depth, because its weight and the height of a fall decide whether a run is rejected.
+        let across = match self.gravity_m_per_s2.map(|g| g.get() != 0.0) {
+            [false, _] => 0,
+            [true, false] => 1,
+            [true, true] => return None,
+        };
+        let mut sides = [self.width_m, self.height_m];
+        let fraction = f64::from(discs.get()) / f64::from(self.discs.get());
+        sides[across] = Positive::new(fraction * sides[across].get())?;
+        let is_wide = sides[across].get() >= SAMPLE_DIAMETERS * 2.0 * self.radius_m.range().1;
+        let [width_m, height_m] = sides;
+        (is_uniform && is_wide).then(|| Self { discs, width_m, height_m, ..self.clone() })
+    }
+
     fn check(&mut self, table: &mut Reader<'_>) {
         self.discs = self.placement.count(table, "discs", self.discs);
         self.check_sizes(table);
         self.check_scene(table);
-        let steps = match self.time_step {
-            TimeStep::Length(StepLength::Fixed(step)) => self.duration_s.get() / step.get(),
-            _ => f64::INFINITY,
+        let step = match self.time_step {
+            TimeStep::Length(StepLength::Fixed(step)) => Some(step),
+            _ => None,
         };
-        at_least_one_step(steps, table, &["time_step_s", "duration_s"]);
+        check_steps(self.duration_s, step, table, &["time_step_s", "duration_s"]);
     }
 }

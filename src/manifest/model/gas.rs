@@ -1,6 +1,6 @@
 //! `[model.gas]`: point particles in a circular container.
 
-use super::contract::{Model, at_least_one_step};
+use super::contract::{Model, check_steps};
 use super::gas_partition::Partition;
 use super::gas_start::{
     BoltzmannConstant, GasPlacement, PositionDistribution, SpeedDistribution, SpeedScale,
@@ -167,8 +167,7 @@ impl GasConfig {
             table.refuse(&["propagation"], &title, "add `time_step_s`");
         }
         let step = self.propagation.time_step_s();
-        let steps = step.map_or(f64::INFINITY, |step| self.duration_s.get() / step.get());
-        at_least_one_step(steps, table, &["time_step_s", "duration_s"]);
+        check_steps(self.duration_s, step, table, &["time_step_s", "duration_s"]);
     }
 }
 
@@ -184,7 +183,16 @@ impl Model for GasConfig {
         u64::from(self.particles.get())
     }
 
+    fn sample(&self, particles: NonZeroU32) -> Option<Self> {
+        let is_drawn = self.placement == GasPlacement::Random
+            && self.speeds_m_per_s.is_empty()
+            && self.disc_radius_m.is_none()
+            && self.partition.is_none();
+        is_drawn.then(|| Self { particles, ..self.clone() })
+    }
+
     fn check(&mut self, table: &mut Reader<'_>) {
+        self.check_sizes(table);
         self.check_start(table);
         self.check_speeds(table);
         self.check_wall(table);

@@ -1,7 +1,8 @@
 //! `[model.gas]`: rules for uniform gravity and for a partition.
 
-use super::gas::{GasConfig, Propagation};
+use super::gas::GasConfig;
 use super::gas_partition::PartitionSide;
+use super::gas_rules::BOLTZMANN_J_PER_K;
 use super::gas_start::{
     GasPlacement, PositionDistribution, SpeedDistribution, SpeedScale, TemperatureDefinition,
 };
@@ -39,28 +40,15 @@ impl GasConfig {
     /// Rejects keys that cannot be used with gravity or a partition.
     pub(super) fn check_gravity_and_partition(&self, table: &mut Reader<'_>) {
         let has_gravity = self.gravity_m_per_s2.get() > 0.0;
+        let more = [
+            ("disc_radius_m", self.disc_radius_m.is_some(), "remove one of them"),
+            ("temperature_schedule", !self.temperature_schedule.is_empty(), "remove one of them"),
+        ];
         for (own, is_used) in
             [("gravity_m_per_s2", has_gravity), ("partition_x_m", self.partition.is_some())]
         {
-            for (key, is_other_used, label) in [
-                (
-                    "propagation",
-                    self.propagation != Propagation::Exact,
-                    "set propagation to \"exact\"",
-                ),
-                ("wall_speed_m_per_s", self.wall_speed_m_per_s.get() != 0.0, "remove one of them"),
-                ("wall_temperature_k", self.thermal_wall.is_some(), "remove one of them"),
-                ("orifice_width_m", self.orifice_width_m.is_some(), "remove one of them"),
-                ("disc_radius_m", self.disc_radius_m.is_some(), "remove one of them"),
-                (
-                    "temperature_schedule",
-                    !self.temperature_schedule.is_empty(),
-                    "remove one of them",
-                ),
-            ] {
-                rules! { table;
-                    is_used && is_other_used => [own, key] "`{own}` cannot be used with this `{key}`", "{label}";
-                }
+            if is_used {
+                self.exclude_walls_and_more(own, &more, table);
             }
         }
         rules! { table;
@@ -109,38 +97,31 @@ impl GasConfig {
             return;
         }
         let gravity = self.gravity_m_per_s2.get();
-        let SpeedScale::Temperature(temperature) = self.speed_scale else {
-            rules! { table;
-                true => ["position_distribution", "max_speed_m_per_s", "speeds_m_per_s"]
-                    "a barometric start needs a temperature", "use `temperature_k`";
-            }
-            return;
+        let temperature = match self.speed_scale {
+            SpeedScale::Temperature(temperature) => Some(temperature.get()),
+            _ => None,
         };
-        if temperature.get() == 0.0 {
-            rules! { table;
-                true => ["position_distribution", "temperature_k"]
-                    "without motion, all particles of a barometric start lie at the bottom", "set `temperature_k` above 0";
-            }
-            return;
-        }
         let is_maxwell = self.speed_distribution == SpeedDistribution::Maxwell
             && self.speeds_m_per_s.is_empty()
             && self.temperature_definition == TemperatureDefinition::MeanSquare;
         let masses = std::iter::once(self.mass_kg).chain(self.additional_masses_kg.iter().copied());
         let heaviest =
             masses.fold(0.0, |most, mass| if mass.get() > most { mass.get() } else { most });
-        // The two constants differ by 6.5e-6.
-        let thermal = 1.380_649e-23 * temperature.get();
+        let thermal = BOLTZMANN_J_PER_K * temperature.unwrap_or(0.0);
         let largest = MAX_WEIGHT_OVER_THERMAL * thermal / (heaviest * self.radius_m.get());
         rules! { table;
+            temperature.is_none() => ["position_distribution", "max_speed_m_per_s", "speeds_m_per_s"]
+                "a barometric start needs a temperature", "use `temperature_k`";
+            temperature == Some(0.0) => ["position_distribution", "temperature_k"]
+                "without motion, all particles of a barometric start lie at the bottom", "set `temperature_k` above 0";
             gravity == 0.0 => ["position_distribution"]
                 "a barometric start needs gravity", "add `gravity_m_per_s2`, or set position_distribution to \"uniform-in-area\"";
-            !is_maxwell => ["position_distribution", "speed_distribution", "speeds_m_per_s", "temperature_definition"]
+            temperature.is_some() && !is_maxwell => ["position_distribution", "speed_distribution", "speeds_m_per_s", "temperature_definition"]
                 "a barometric start needs Maxwell's speeds at a temperature defined by the mean square",
                 "set speed_distribution to \"maxwell\" and temperature_definition to \"mean-square\"";
             self.placement != GasPlacement::Random => ["position_distribution", "placement", "start_from"]
                 "a barometric start cannot be used with a given start", "remove `position_distribution`";
-            gravity > largest => ["gravity_m_per_s2", "temperature_k", "radius_m"]
+            thermal > 0.0 && gravity > largest => ["gravity_m_per_s2", "temperature_k", "radius_m"]
                 "gravity leaves no particle above the bottom: m g R exceeds k_B T {MAX_WEIGHT_OVER_THERMAL:e} times",
                 "the nearest `gravity_m_per_s2` that works is {largest:e}";
         }

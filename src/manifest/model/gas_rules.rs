@@ -2,13 +2,65 @@
 
 use super::gas::{GasConfig, Propagation};
 use super::gas_start::{GasPlacement, PositionDistribution, SpeedDistribution, SpeedScale};
+use super::sizes::{LARGEST, SMALLEST, length, nearest_size};
 use crate::keys::{Reader, rules};
 
 /// Maximum fraction of the container that discs placed at random can cover. Random sequential addition jams at 0.547
 /// (Feder, J. Theor. Biol. 87, 237 (1980)) and becomes ever slower near it.
 const MOST_COVERED: f64 = 0.5;
 
+/// Maximum distance of the center from the origin in radii: beyond it, absolute positions have fewer than seven digits.
+const MAX_CENTER_DISTANCE_IN_RADII: f64 = 1e9;
+
+/// Bounds of the thermal speed sqrt(2 k_B T/m), m/s: that of the fastest particle is up to nine times as large.
+const THERMAL_SPEEDS: [f64; 2] = [10.0 * SMALLEST, 0.1 * LARGEST];
+
+/// Boltzmann constant, J/K: a bound needs no more digits.
+pub(super) const BOLTZMANN_J_PER_K: f64 = 1.380_649e-23;
+
 impl GasConfig {
+    /// Reports all sizes at which products overflow or positions lose their digits.
+    pub(super) fn check_sizes(&self, table: &mut Reader<'_>) {
+        let (mass, radius) = (self.mass_kg.get(), self.radius_m.get());
+        let speeds = self.speeds_m_per_s.iter().map(|speed| ("speeds_m_per_s", speed.get()));
+        let max_speed = match self.speed_scale {
+            SpeedScale::MaxSpeed(speed) => speed.get(),
+            _ => 0.0,
+        };
+        let sizes = [
+            ("mass_kg", mass),
+            ("radius_m", radius),
+            ("duration_s", self.duration_s.get()),
+            ("gravity_m_per_s2", self.gravity_m_per_s2.get()),
+            ("max_speed_m_per_s", max_speed),
+        ];
+        for (key, size) in sizes.into_iter().chain(speeds) {
+            let nearest = nearest_size(size);
+            rules! { table;
+                size != 0.0 && size != nearest => [key]
+                    "`{key}` is {size:e}, at which products overflow", "must be in [{SMALLEST:e}, {LARGEST:e}]; the nearest value is {nearest:e}";
+            }
+        }
+        if let SpeedScale::Temperature(temperature) = self.speed_scale {
+            let thermal = (2.0 * BOLTZMANN_J_PER_K * temperature.get() / mass).sqrt();
+            let [least, most] = THERMAL_SPEEDS;
+            let bound = if thermal < least { least } else { most };
+            let nearest = mass * bound * bound / (2.0 * BOLTZMANN_J_PER_K);
+            rules! { table;
+                thermal > 0.0 && !(least..=most).contains(&thermal) && mass == nearest_size(mass) => ["temperature_k"]
+                    "the speeds of `temperature_k` are {thermal:e} m/s, at which products overflow", "the nearest value is {nearest:e}";
+            }
+        }
+        let distance = length(self.center_m);
+        let limit = MAX_CENTER_DISTANCE_IN_RADII * radius;
+        let [x, y] = self.center_m.map(|axis| axis.get() / distance * limit);
+        rules! { table;
+            distance > limit => ["center_m", "radius_m"]
+                "`center_m` is {distance:e} m from the origin, so far that positions lose their digits",
+                "must be within {MAX_CENTER_DISTANCE_IN_RADII:e} radii; the nearest value is [{x:e}, {y:e}]";
+        }
+    }
+
     pub(super) fn check_speeds(&mut self, table: &mut Reader<'_>) {
         let has_speeds = !self.speeds_m_per_s.is_empty();
         rules! { table;
@@ -58,6 +110,8 @@ impl GasConfig {
         }
         let is_as_printed = matches!(self.propagation, Propagation::AsPrinted { .. });
         let rising = self.temperature_schedule.windows(2).all(|pair| pair[0][0] < pair[1][0]);
+        let duration = self.duration_s.get();
+        let last = self.temperature_schedule.last().map_or(0.0, |[time, _]| time.get());
         let growth = self.wall_speed_m_per_s.get() * self.duration_s.get();
         let perimeter = std::f64::consts::TAU * self.radius_m.get();
         rules! { table;
@@ -69,6 +123,9 @@ impl GasConfig {
             !rising => ["temperature_schedule"]
                 "the times of `temperature_schedule` are not in rising order",
                 "order the pairs [time, temperature] by time";
+            rising && last > duration => ["temperature_schedule", "duration_s"]
+                "`temperature_schedule` sets a temperature at {last} s, but the run ends at {duration} s",
+                "remove the later pairs [time, temperature], or increase `duration_s` to {last}";
             self.radius_m.get() + growth <= 0.0 => ["wall_speed_m_per_s", "duration_s"]
                 "the wall reaches the center before the run ends", "shorten the duration or slow the wall";
             self.orifice_width_m.is_some_and(|width| width.get() > perimeter) => ["orifice_width_m", "radius_m"]
@@ -76,25 +133,33 @@ impl GasConfig {
         }
     }
 
+    /// Rejects keys that cannot be used with this one: steps, walls other than a plain one, and more, each with its remedy.
+    pub(super) fn exclude_walls_and_more(
+        &self,
+        own: &str,
+        more: &[(&str, bool, &str)],
+        table: &mut Reader<'_>,
+    ) {
+        let is_stepped = self.propagation != Propagation::Exact;
+        let walls = [
+            ("propagation", is_stepped, "set propagation to \"exact\""),
+            ("wall_speed_m_per_s", self.wall_speed_m_per_s.get() != 0.0, "remove one of them"),
+            ("wall_temperature_k", self.thermal_wall.is_some(), "remove one of them"),
+            ("orifice_width_m", self.orifice_width_m.is_some(), "remove one of them"),
+        ];
+        for (key, is_used, label) in walls.iter().chain(more) {
+            rules! { table;
+                *is_used => [own, key] "`{own}` cannot be used with this `{key}`", "{label}";
+            }
+        }
+    }
+
     pub(super) fn check_collisions(&self, table: &mut Reader<'_>) {
         let Some(disc_radius) = self.disc_radius_m.map(|radius| radius.get()) else { return };
         let is_uniform = self.position_distribution == PositionDistribution::UniformInArea;
-        let excluded = [
-            ("propagation", self.propagation != Propagation::Exact, "set propagation to \"exact\""),
-            ("wall_speed_m_per_s", self.wall_speed_m_per_s.get() != 0.0, "remove the wall's speed"),
-            ("wall_temperature_k", self.thermal_wall.is_some(), "remove the wall's temperature"),
-            ("orifice_width_m", self.orifice_width_m.is_some(), "remove the opening"),
-            (
-                "position_distribution",
-                !is_uniform,
-                "set position_distribution to \"uniform-in-area\"",
-            ),
-        ];
-        for (key, is_used, label) in excluded {
-            rules! { table;
-                is_used => ["disc_radius_m", key] "`disc_radius_m` cannot be used with this `{key}`", "{label}";
-            }
-        }
+        let label = "set position_distribution to \"uniform-in-area\"";
+        let more = [("position_distribution", !is_uniform, label)];
+        self.exclude_walls_and_more("disc_radius_m", &more, table);
         let radius = self.radius_m.get();
         let covered =
             f64::from(self.particles.get()) * disc_radius * disc_radius / (radius * radius);

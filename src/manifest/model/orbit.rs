@@ -1,6 +1,6 @@
 //! `[model.orbit]`: the Earth around the Sun, in AU and days.
 
-use super::contract::{Model, at_least_one_step};
+use super::contract::{Model, check_steps};
 use super::start::starts;
 use super::start_from::{MayBeRecorded as _, StartFrom};
 use crate::diagnostics::Errors;
@@ -145,8 +145,8 @@ impl Model for OrbitConfig {
     }
 
     fn check(&mut self, table: &mut Reader<'_>) {
-        let steps = self.duration_days.get() / self.time_step_days.get();
-        at_least_one_step(steps, table, &["time_step_days", "duration_days"]);
+        let keys = ["time_step_days", "duration_days"];
+        check_steps(self.duration_days, Some(self.time_step_days), table, &keys);
         let recorded = self.start.recorded().and_then(StartFrom::particles);
         let bodies = self.bodies.as_deref();
         let is_kepler = self.integrator == OrbitIntegrator::Kepler;

@@ -1,15 +1,13 @@
 //! `[model.orbit]`: rules for states and for several bodies.
 
 use super::orbit::{OrbitBody, OrbitConfig, OrbitState};
+use super::sizes::{LARGEST, SMALLEST, length, nearest_size};
 use crate::diagnostics::Diagnostic;
 use crate::keys::{Reader, rules};
 use crate::quantity::Finite;
 use crate::tree::{Span, Value};
 use std::collections::HashMap;
 
-/// Smallest and largest size of a number with a unit, so that no product of the equations of motion overflows.
-const SMALLEST: f64 = 1e-50;
-const LARGEST: f64 = 1e50;
 /// Largest sine of the angle between position and velocity of a straight line through the Sun.
 const MAX_RADIAL_SINE: f64 = 1e-12;
 /// Gravitational constant times the mass of the Sun, AU^3/day^2 (orbit exercise 14to4), for the advice on a speed.
@@ -32,63 +30,38 @@ impl OrbitBody {
     }
 }
 
-/// The nearest size whose products do not overflow.
-fn nearest_size(size: f64) -> f64 {
-    let least = if size < SMALLEST { SMALLEST } else { size };
-    if least > LARGEST { LARGEST } else { least }
-}
-
-fn length(vector: [Finite; 3]) -> f64 {
-    // The largest component as the unit: no square overflows.
-    let [x, y, z] = vector.map(|component| component.get().abs());
-    let larger = |a: f64, b: f64| if b > a { b } else { a };
-    let unit = larger(larger(x, y), z);
-    if unit == 0.0 {
-        return 0.0;
-    }
-    let [x, y, z] = [x / unit, y / unit, z / unit];
-    unit * (x * x + y * y + z * z).sqrt()
-}
-
 impl OrbitState {
     pub(super) fn rules(&self, name: &str, reader: &mut Reader<'_>) {
         self.describes_an_orbit(name, reader);
         let Self::Vectors { position_au, velocity_au_per_day } = self else { return };
         let (distance, speed) = (length(*position_au), length(*velocity_au_per_day));
+        let is_in_range = (SMALLEST..=LARGEST).contains(&distance) && speed <= LARGEST;
+        let circular = (GM_OF_THE_SUN / distance).sqrt();
         rules! { reader;
             distance == 0.0 => ["position_au"]
                 "`{name}` is at the position of the Sun", "must not be [0, 0, 0]";
-        }
-        if distance > 0.0 && distance < SMALLEST {
-            let title =
-                format!("`{name}.position_au` is at a distance of {distance:e} AU from the Sun");
-            reader.refuse(
-                &["position_au"],
-                title,
-                format!("must be at least {SMALLEST:e} AU away"),
-            );
-        } else if distance > 0.0 && distance <= LARGEST && speed <= LARGEST {
-            let sine = sine_between(*position_au, *velocity_au_per_day);
-            let circular = (GM_OF_THE_SUN / distance).sqrt();
-            rules! { reader;
-                sine <= MAX_RADIAL_SINE => ["position_au", "velocity_au_per_day"]
-                    "`{name}.velocity_au_per_day` is zero or along the position, so the path is a straight line through the Sun",
-                    "needs a component perpendicular to `position_au`: {circular:.5} AU/day on a circle";
-            }
+            distance > 0.0 && distance < SMALLEST => ["position_au"]
+                "`{name}.position_au` is at a distance of {distance:e} AU from the Sun", "must be at least {SMALLEST:e} AU away";
+            is_in_range && sine_between(*position_au, *velocity_au_per_day) <= MAX_RADIAL_SINE => ["position_au", "velocity_au_per_day"]
+                "`{name}.velocity_au_per_day` is zero or along the position, so the path is a straight line through the Sun",
+                "needs a component perpendicular to `position_au`: {circular:.5} AU/day on a circle";
         }
     }
 
-    /// Reports elements without an ellipse, and keys that exclude each other.
+    /// Reports vectors at which the equation of motion overflows, and elements without an ellipse.
     fn describes_an_orbit(&self, name: &str, reader: &mut Reader<'_>) {
-        const ELEMENTS: [&str; 7] = [
-            "semi_major_axis_au",
-            "eccentricity",
-            "inclination_rad",
-            "longitude_of_ascending_node_rad",
-            "argument_of_perihelion_rad",
-            "true_anomaly_rad",
-            "mean_anomaly_rad",
-        ];
+        if let Self::Vectors { position_au, velocity_au_per_day } = self {
+            for (key, vector) in
+                [("position_au", position_au), ("velocity_au_per_day", velocity_au_per_day)]
+            {
+                let size = length(*vector);
+                rules! { reader;
+                    size > LARGEST => [key]
+                        "the length of `{name}.{key}` is {size:e}, at which the equation of motion overflows",
+                        "must be at most {LARGEST:e}";
+                }
+            }
+        }
         let Self::Elements {
             semi_major_axis_au,
             eccentricity,
@@ -98,15 +71,6 @@ impl OrbitState {
             ..
         } = self
         else {
-            if let Some(element) = ELEMENTS.iter().find(|element| reader.has(element)) {
-                reader.also_known(&ELEMENTS);
-                rules! { reader;
-                    true => ["position_au", "velocity_au_per_day", element]
-                        "`{name}` has vectors and the element `{element}`, which cannot be used together",
-                        "keep the vectors or the elements";
-                }
-            }
-            self.vectors_have_sizes(name, reader);
             return;
         };
         let (axis, e, tilt) = (semi_major_axis_au.get(), eccentricity.get(), inclination_rad.get());
@@ -142,50 +106,15 @@ impl OrbitState {
         }
     }
 
-    /// Reports vectors so long that the equation of motion overflows.
-    fn vectors_have_sizes(&self, name: &str, reader: &mut Reader<'_>) {
-        let Self::Vectors { position_au, velocity_au_per_day } = self else { return };
-        for (key, vector) in
-            [("position_au", position_au), ("velocity_au_per_day", velocity_au_per_day)]
-        {
-            let size = length(*vector);
-            rules! { reader;
-                size > LARGEST => [key]
-                    "the length of `{name}.{key}` is {size:e}, at which the equation of motion overflows",
-                    "must be at most {LARGEST:e}";
-            }
-        }
-    }
-
     fn has_elements(&self) -> bool {
         matches!(self, Self::Elements { .. })
     }
 
-    /// The bits of all numbers: equal states have equal bits. Bodies on one ellipse differ by their anomaly.
-    fn bits(&self) -> [Option<u64>; 7] {
-        let bits = |number: &Finite| Some(number.get().to_bits());
+    /// Text of the numbers that the position follows from: equal ones have equal texts. Bodies on one ellipse differ by their anomaly.
+    fn position_text(&self) -> String {
         match self {
-            // Elements that equal this sequence would need to lack all but three of their numbers.
-            Self::Vectors { position_au: [x, y, z], .. } => {
-                [bits(x), bits(y), bits(z), None, None, None, None]
-            }
-            Self::Elements {
-                semi_major_axis_au,
-                eccentricity,
-                inclination_rad,
-                longitude_of_ascending_node_rad,
-                argument_of_perihelion_rad,
-                true_anomaly_rad,
-                mean_anomaly_rad,
-            } => [
-                bits(semi_major_axis_au),
-                bits(eccentricity),
-                bits(inclination_rad),
-                bits(longitude_of_ascending_node_rad),
-                bits(argument_of_perihelion_rad),
-                true_anomaly_rad.as_ref().and_then(bits),
-                mean_anomaly_rad.as_ref().and_then(bits),
-            ],
+            Self::Vectors { position_au, .. } => format!("{position_au:?}"),
+            Self::Elements { .. } => format!("{self:?}"),
         }
     }
 }
@@ -244,7 +173,7 @@ fn report_coinciding(bodies: &[OrbitBody], table: &mut Reader<'_>) {
     let mut bodies_at: HashMap<_, (usize, bool)> = HashMap::new();
     for (number, body) in bodies.iter().enumerate() {
         let attracts = body.gm_au3_per_day2.get() > 0.0;
-        let there = bodies_at.entry(body.state.bits()).or_insert((number, attracts));
+        let there = bodies_at.entry(body.state.position_text()).or_insert((number, attracts));
         let (other, other_attracts) = *there;
         if other == number || !(attracts || other_attracts) {
             continue;

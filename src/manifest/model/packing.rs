@@ -1,6 +1,6 @@
 //! `[model.packing]`: event-driven hard discs. Lengths and times are dimensionless, and a disc has mass 1.
 
-use super::contract::Model;
+use super::contract::{Model, SAMPLE_DIAMETERS};
 use super::start::{check_lengths, starts};
 use crate::inline::inline_table;
 use crate::keys::{Reader, rules};
@@ -154,6 +154,26 @@ impl Model for PackingConfig {
 
     fn particles(&self) -> u64 {
         u64::from(self.discs.get())
+    }
+
+    fn sample(&self, discs: NonZeroU32) -> Option<Self> {
+        let is_uniform = matches!(
+            self.placement,
+            PackingPlacement::Random | PackingPlacement::Lattice | PackingPlacement::Compressed
+        );
+        let scale = (f64::from(discs.get()) / f64::from(self.discs.get())).sqrt();
+        let side = |side: BoxSide| BoxSide::new(scale * side.get());
+        let (width, height) = (side(self.width)?, side(self.height)?);
+        // With variance 1/n, speeds depend on the number of discs.
+        let keeps_speeds = self.initial_velocities == InitialVelocities::UnitVariance;
+        let least = SAMPLE_DIAMETERS * 2.0 * self.largest_radius();
+        let is_wide = width.get() >= least && height.get() >= least;
+        (is_uniform && keeps_speeds && is_wide).then(|| Self {
+            discs,
+            width,
+            height,
+            ..self.clone()
+        })
     }
 
     fn check(&mut self, table: &mut Reader<'_>) {

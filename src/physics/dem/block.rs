@@ -33,13 +33,33 @@ pub(super) struct BlockDiscs<'a> {
     pub(super) materials: &'a [u8],
 }
 
+/// The index of a disc: `u16` within a block, `u32` among all discs. Lists are read from memory at every step; therefore, they are short.
+pub(super) trait DiscIndex: Copy + Default + Into<u32> {
+    /// The index, which must be in range.
+    fn narrowed(index: u32) -> Self;
+}
+
+const _: () = assert!(BLOCK <= u16::MAX as usize);
+
+impl DiscIndex for u16 {
+    fn narrowed(index: u32) -> Self {
+        index as Self
+    }
+}
+
+impl DiscIndex for u32 {
+    fn narrowed(index: u32) -> Self {
+        index
+    }
+}
+
 /// Pairs of a block with the constants that hold until the list is rebuilt, column by column.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Pairs {
+pub(super) struct Pairs<Second = u16> {
     /// A disc of the block, counted from the block's first disc.
-    pub(super) first: Vec<u32>,
+    pub(super) first: Vec<u16>,
     /// The other disc: counted from the block's first disc for inner pairs, from the first of all discs for inter-block pairs.
-    pub(super) second: Vec<u32>,
+    pub(super) second: Vec<Second>,
     /// r_i + r_j, m.
     pub(super) reach: Vec<f64>,
     /// eta of the pair, N s/m.
@@ -81,7 +101,7 @@ pub(super) struct Block {
     pub(super) inner: Pairs,
     /// Pairs of two blocks, and pairs across a periodic side: the first disc belongs to this block, and the list that
     /// holds the second disc contains the pair as well.
-    pub(super) inter_block: Pairs,
+    pub(super) inter_block: Pairs<u32>,
     /// Vector added to the second disc's center, m, for each inter-block pair.
     pub(super) shifts: Vec<[f64; 2]>,
     /// Discs near walls.
@@ -91,8 +111,8 @@ pub(super) struct Block {
 /// Pairs in groups of as many as a register holds.
 #[derive(Clone, Copy)]
 pub(super) struct PairGroups<'a, const N: usize> {
-    pub(super) first: &'a [[u32; N]],
-    pub(super) second: &'a [[u32; N]],
+    pub(super) first: &'a [[u16; N]],
+    pub(super) second: &'a [[u16; N]],
     pub(super) reach: &'a [[f64; N]],
     /// Empty if only distances matter.
     pub(super) damping: &'a [[f64; N]],
@@ -101,7 +121,7 @@ pub(super) struct PairGroups<'a, const N: usize> {
 impl<'a, const N: usize> PairGroups<'a, N> {
     /// The groups of some columns, without the pairs that do not fill a register.
     #[inline(always)]
-    pub(super) fn of(ends: [&'a [u32]; 2], reach: &'a [f64], damping: &'a [f64]) -> Self {
+    pub(super) fn of(ends: [&'a [u16]; 2], reach: &'a [f64], damping: &'a [f64]) -> Self {
         let [first, second] = ends.map(|column| column.as_chunks().0);
         Self { first, second, reach: reach.as_chunks().0, damping: damping.as_chunks().0 }
     }
@@ -123,11 +143,11 @@ impl<'a, const N: usize> PairGroups<'a, N> {
         let columns = [self.first, self.second].map(|column| {
             column.as_flattened().iter().fold(0, |most, &index| Ord::max(most, index))
         });
-        Ord::max(columns[0], columns[1]) as usize
+        usize::from(Ord::max(columns[0], columns[1]))
     }
 }
 
-impl Pairs {
+impl<Second: DiscIndex> Pairs<Second> {
     /// Number of pairs.
     pub(super) fn len(&self) -> usize {
         self.first.len()
@@ -179,7 +199,7 @@ impl Pairs {
     /// Removes the pairs behind the first `count`, or adds pairs of a disc and itself.
     pub(super) fn set_len(&mut self, count: usize) {
         self.first.resize(count, 0);
-        self.second.resize(count, 0);
+        self.second.resize(count, Second::default());
         self.reach.resize(count, 0.0);
         self.damping.resize(count, 0.0);
         for springs in [&mut self.stretch, &mut self.rolling_stretch] {
@@ -203,20 +223,20 @@ impl Pairs {
     }
 }
 
-impl Pairs {
+impl<Second: DiscIndex> Pairs<Second> {
     /// Whether all columns have one length, tiers end in order, indices are below the given numbers of discs, and numbers are
     /// finite. Springs are missing without friction.
     fn is_valid(&self, firsts: usize, seconds: usize, has_springs: [bool; 2]) -> bool {
         let count = self.first.len();
-        let are_below = |column: &[u32], limit| column.iter().all(|&disc| (disc as usize) < limit);
+        let are_below = |index: u32, limit: usize| (index as usize) < limit;
         let springs = [&self.stretch, &self.rolling_stretch];
         let numbers = self.reach.iter().chain(&self.damping).chain(springs.into_iter().flatten());
         [self.second.len(), self.reach.len(), self.damping.len()].iter().all(|len| *len == count)
             && (0..2).all(|kind| springs[kind].len() == if has_springs[kind] { count } else { 0 })
             && self.ends.is_sorted()
             && self.ends[TIERS - 1] as usize == count
-            && are_below(&self.first, firsts)
-            && are_below(&self.second, seconds)
+            && self.first.iter().all(|&disc| are_below(disc.into(), firsts))
+            && self.second.iter().all(|&disc| are_below(disc.into(), seconds))
             && numbers.into_iter().all(|number| number.is_finite())
     }
 }
@@ -240,7 +260,10 @@ impl Block {
 
     /// The indices of the two discs of an inter-block pair.
     pub(super) fn inter_block_ends(&self, pair: usize) -> [usize; 2] {
-        [self.start + self.inter_block.first[pair] as usize, self.inter_block.second[pair] as usize]
+        [
+            self.start + usize::from(self.inter_block.first[pair]),
+            self.inter_block.second[pair] as usize,
+        ]
     }
 
     /// Number of leading tiers that contain all stretched springs of the block.

@@ -21,6 +21,7 @@ mod materials;
 mod neighbors;
 mod observe;
 mod parameters;
+mod spare;
 mod start;
 mod step;
 mod totals;

@@ -26,12 +26,11 @@ use super::neighbors::Neighbors;
 use super::neighbors::near_pairs::NearPairs;
 use super::neighbors::pair_search::SearchMemory;
 use super::parameters::StepContext;
+use super::spare::Spare;
 use super::totals::{BlockForces, Contact, StepTotals};
 use crate::sum::CompensatedSum;
 use rayon::prelude::*;
 
-/// Groups of blocks that are moved at a time; a group has at least two and shares memory that stays in the cache.
-const GROUPS: usize = 64;
 /// Blocks whose contacts are in memory at a time when a state is evaluated: a large bed has no room for a list of all.
 const EVALUATED: usize = 16;
 
@@ -42,19 +41,18 @@ pub(super) struct Workspace {
     inter_block: Vec<InterBlockForces>,
     /// Near pairs of each block.
     near: Vec<NearPairs>,
-    /// Forces on the discs of the block that a group is moving.
-    forces: Vec<ForceFinder>,
+    /// Forces on the discs of the block that a thread is moving.
+    forces: Spare<ForceFinder>,
     /// For building lists between steps.
     pub(super) search: SearchMemory,
 }
 
-/// The forces of a block that are known before it moves, and memory for the others.
+/// The forces of a block that are known before it moves, and its near pairs.
 struct KnownForces<'a> {
     /// All forces, with implicit dashpots.
     solved: Option<&'a BlockForces>,
     inter_block: &'a InterBlockForces,
     near: &'a mut NearPairs,
-    memory: &'a mut ForceFinder,
 }
 
 impl Workspace {
@@ -68,17 +66,17 @@ impl Workspace {
         let solved = solved(neighbors, discs, step).map(|solution| solution.forces);
         let solved = solved.as_deref().unwrap_or_default();
         let blocks = &mut neighbors.blocks;
-        let (count, group) = (blocks.len(), Ord::max(blocks.len().div_ceil(GROUPS), 2));
+        let count = blocks.len();
         self.inter_block.resize_with(count, InterBlockForces::default);
         self.near.resize_with(count, NearPairs::default);
-        self.forces.resize_with(count.div_ceil(group), ForceFinder::default);
         if let [block] = blocks.as_mut_slice() {
             // Small runs do not need threads.
             self.inter_block[0].find::<()>(block, discs, step);
-            let (solved, memory) = (solved.first(), &mut self.forces[0]);
             let (inter_block, near) = (&self.inter_block[0], &mut self.near[0]);
-            let forces = KnownForces { solved, inter_block, near, memory };
-            let moved = discs.blocks().pop().map(|discs| move_block(block, discs, forces, step));
+            let forces = KnownForces { solved: solved.first(), inter_block, near };
+            let memory = &self.forces;
+            let moved =
+                discs.blocks().pop().map(|discs| move_block(block, discs, forces, memory, step));
             return moved.unwrap_or_default();
         }
         let at_rest = &*discs;
@@ -93,15 +91,10 @@ impl Workspace {
             .zip(self.inter_block.par_iter())
             .zip(self.near.par_iter_mut())
             .zip(totals.par_iter_mut())
-            .chunks(group)
-            .zip(self.forces.par_iter_mut())
-            .with_max_len(1)
-            .for_each(|(group, memory)| {
-                for ((((block, discs), inter_block), near), totals) in group {
-                    let solved = solved.get(block.start / BLOCK);
-                    let forces = KnownForces { solved, inter_block, near, memory };
-                    *totals = move_block(block, discs, forces, step);
-                }
+            .for_each(|((((block, discs), inter_block), near), totals)| {
+                let solved = solved.get(block.start / BLOCK);
+                let forces = KnownForces { solved, inter_block, near };
+                *totals = move_block(block, discs, forces, &self.forces, step);
             });
         StepTotals::of_all(&totals)
     }
@@ -111,14 +104,17 @@ impl Workspace {
 fn move_block(
     block: &mut Block,
     mut discs: BlockDiscs<'_>,
-    KnownForces { solved, inter_block, near, memory }: KnownForces<'_>,
+    KnownForces { solved, inter_block, near }: KnownForces<'_>,
+    memory: &Spare<ForceFinder>,
     step: &StepContext<'_>,
 ) -> StepTotals {
-    match solved {
-        Some(solved) => memory.found.clone_from(solved),
-        None => memory.find(block, &discs, inter_block, near, step, &mut ()),
-    }
-    integrate::kick_and_drift(&mut discs, &mut memory.found, step)
+    memory.lend(|memory| {
+        match solved {
+            Some(solved) => memory.found.clone_from(solved),
+            None => memory.find(block, &discs, inter_block, near, step, &mut ()),
+        }
+        integrate::kick_and_drift(&mut discs, &mut memory.found, step)
+    })
 }
 
 /// Contacts with implicit dashpots, and the forces of each block.

@@ -65,27 +65,48 @@ impl EncounterRecord {
     }
 }
 
-/// Finds the encounters of bodies with the given gravitational parameters.
-pub(super) struct Encounters<'a> {
-    gravitational_parameters: &'a [f64],
-    /// The body with more than half of the mass.
-    pub(super) central: Option<usize>,
-    /// Whether only the central body attracts, so that the others meet nothing else.
-    counts_central: bool,
+/// Two bodies that attract.
+#[derive(Clone, Copy)]
+struct Pair {
+    /// Numbers of the bodies, the lower one first.
+    bodies: [usize; 2],
+    /// Mutual Hill radius over the mean distance from the central body; `None` without a central body, or for a pair with it.
+    hill_factor: Option<f64>,
+    /// Whether its approaches are recorded.
+    counts: bool,
 }
 
-impl<'a> Encounters<'a> {
-    pub(super) fn of(force: &'a MutualGravity) -> Self {
+/// Finds the encounters of bodies.
+pub(super) struct Encounters {
+    pairs: Vec<Pair>,
+    /// The body with more than half of the mass.
+    pub(super) central: Option<usize>,
+    /// Sum of G m, AU^3/day^2.
+    total: f64,
+}
+
+impl Encounters {
+    pub(super) fn of(force: &MutualGravity) -> Self {
         let bodies = &force.gravitational_parameters;
         let total: f64 = bodies.iter().sum();
         let central = bodies.iter().position(|body| *body > 0.5 * total);
         let attracts = |(body, parameter): (usize, &f64)| Some(body) != central && *parameter > 0.0;
+        // Where only the central body attracts, the others meet nothing else.
         let counts_central = bodies.len() == 2 || !bodies.iter().enumerate().any(attracts);
-        Self { gravitational_parameters: bodies, central, counts_central }
-    }
-
-    fn counts(&self, pair: [usize; 2]) -> bool {
-        self.counts_central || self.central.is_none_or(|central| !pair.contains(&central))
+        let pairs = attracting_pairs(bodies).map(|pair| {
+            let other_than = |central: &usize| !pair.contains(central);
+            // (m_1 + m_2)/(3 M), to the power of 1/3 (Chambers, Mon. Not. R. Astron. Soc. 304 (1999) 793).
+            let factor = |central: usize| {
+                let [first, second] = pair.map(|body| bodies[body]);
+                libm::cbrt((first + second) / (3.0 * bodies[central]))
+            };
+            Pair {
+                bodies: pair,
+                hill_factor: central.filter(other_than).map(factor),
+                counts: counts_central || central.as_ref().is_none_or(other_than),
+            }
+        });
+        Self { pairs: pairs.collect(), central, total }
     }
 
     /// The closest approaches since the start, including the present separations.
@@ -96,8 +117,7 @@ impl<'a> Encounters<'a> {
         time: f64,
     ) -> Closest {
         let mut closest = record.closest;
-        let pairs = attracting_pairs(self.gravitational_parameters);
-        for pair in pairs.filter(|pair| self.counts(*pair)) {
+        for pair in self.pairs.iter().filter(|pair| pair.counts) {
             closest.add(self.approach(pair, phase, time));
         }
         closest
@@ -105,15 +125,15 @@ impl<'a> Encounters<'a> {
 
     /// The first pair at one position.
     pub(super) fn coinciding(&self, phase: &Phase<Vec<f64>>) -> Option<[usize; 2]> {
-        attracting_pairs(self.gravitational_parameters)
-            .find(|pair| length(relative(phase, *pair).position) == 0.0)
+        let mut pairs = self.pairs.iter().map(|pair| pair.bodies);
+        pairs.find(|pair| length(relative(phase, *pair).position) == 0.0)
     }
 
-    fn approach(&self, pair: [usize; 2], phase: &Phase<Vec<f64>>, time: f64) -> Approach {
-        let State { position, velocity } = relative(phase, pair);
+    fn approach(&self, pair: &Pair, phase: &Phase<Vec<f64>>, time: f64) -> Approach {
+        let State { position, velocity } = relative(phase, pair.bodies);
         let separation = length(position);
         Approach {
-            pair,
+            pair: pair.bodies,
             time,
             separation,
             speed: length(velocity),
@@ -122,13 +142,12 @@ impl<'a> Encounters<'a> {
     }
 
     /// Mutual Hill radius, with the distances from the central body in place of the semi-major axes: (r_1 + r_2)/2
-    /// ((m_1 + m_2)/(3 M))^(1/3) (Chambers, Mon. Not. R. Astron. Soc. 304 (1999) 793).
-    fn hill_radius(&self, pair: [usize; 2], phase: &Phase<Vec<f64>>) -> Option<f64> {
-        let central = self.central.filter(|central| !pair.contains(central))?;
-        let [one, other] = pair.map(|body| length(relative(phase, [central, body]).position));
-        let [first, second] = pair.map(|body| self.gravitational_parameters[body]);
-        let ratio = (first + second) / (3.0 * self.gravitational_parameters[central]);
-        Some(0.5 * (one + other) * libm::cbrt(ratio))
+    /// ((m_1 + m_2)/(3 M))^(1/3).
+    fn hill_radius(&self, pair: &Pair, phase: &Phase<Vec<f64>>) -> Option<f64> {
+        let (factor, central) = pair.hill_factor.zip(self.central)?;
+        let [one, other] =
+            pair.bodies.map(|body| length(relative(phase, [central, body]).position));
+        Some(0.5 * (one + other) * factor)
     }
 
     /// Whether the least separation of a pair near the start of a step can be less than those found: the straight line through the
@@ -136,11 +155,11 @@ impl<'a> Encounters<'a> {
     fn may_be_closest(
         &self,
         step: &StepPath<'_, Vec<f64>>,
-        pair: [usize; 2],
+        pair: &Pair,
         last_length: f64,
         closest: &Closest,
     ) -> bool {
-        let [from, to] = [step.from, step.to].map(|phase| relative(phase, pair));
+        let [from, to] = [step.from, step.to].map(|phase| relative(phase, pair.bodies));
         let along = dot(from.position, from.velocity);
         let square =
             dot(from.position, from.position) - along * along / dot(from.velocity, from.velocity);
@@ -160,14 +179,9 @@ impl<'a> Encounters<'a> {
     }
 
     /// The least separation of a pair that approached before the step and recedes at its end, in this step or the one before.
-    fn within(
-        &self,
-        step: &StepPath<'_, Vec<f64>>,
-        pair: [usize; 2],
-        last_length: f64,
-    ) -> Approach {
+    fn within(&self, step: &StepPath<'_, Vec<f64>>, pair: &Pair, last_length: f64) -> Approach {
         let radial = |phase: &Phase<Vec<f64>>| {
-            let State { position, velocity } = relative(phase, pair);
+            let State { position, velocity } = relative(phase, pair.bodies);
             dot(position, velocity)
         };
         let at = |step: &StepPath<'_, Vec<f64>>| {
@@ -191,11 +205,41 @@ impl<'a> Encounters<'a> {
     }
 }
 
-impl PathTracker<MutualGravity> for Encounters<'_> {
+impl PathTracker<MutualGravity> for Encounters {
     type Record = EncounterRecord;
     type Signs = ();
 
     fn signs(&self, _: &Phase<Vec<f64>>) {}
+
+    /// Bounds: while no separation D falls below D/2, no body is accelerated by more than a = 4 G M/D^2 of the nearest two, where M is the
+    /// sum of all masses, so that the separation of two bodies of relative speed v changes by at most v t + 2 a t^2.
+    fn quiet_time(&self, phase: &Phase<Vec<f64>>, record: &EncounterRecord) -> f64 {
+        let EncounterRecord { closest, separations: [separations, _], .. } = record;
+        let Some(least) = closest.separation else { return 0.0 };
+        let least_ratio = closest.over_hill_radius.and_then(|least| least.over_hill_radius);
+        let nearest = separations.iter().copied().fold(f64::INFINITY, smaller);
+        let acceleration = 4.0 * self.total / (nearest * nearest);
+        let mut time = f64::INFINITY;
+        for (pair, separation) in self.pairs.iter().zip(separations) {
+            let mut change = 0.5 * separation;
+            if pair.counts {
+                change = smaller(change, separation - least.separation);
+            }
+            if let Some((radius, factor)) = self.hill_radius(pair, phase).zip(pair.hill_factor) {
+                let Some(ratio) = least_ratio else { return 0.0 };
+                // The distances from the central body change as well.
+                change = smaller(change, (separation - ratio * radius) / (1.0 + ratio * factor));
+            }
+            if change <= 0.0 {
+                return 0.0;
+            }
+            let change = (1.0 - BOUND_ROUNDING) * change;
+            let speed = length(relative(phase, pair.bodies).velocity);
+            let root = (speed * speed + 8.0 * acceleration * change).sqrt();
+            time = smaller(time, 2.0 * change / (speed + root));
+        }
+        time
+    }
 
     #[inline]
     fn has_event(
@@ -214,9 +258,9 @@ impl PathTracker<MutualGravity> for Encounters<'_> {
     #[cold]
     fn add_step(&self, step: &StepPath<'_, Vec<f64>>, record: &mut EncounterRecord) {
         let [one_ago, two_ago] = &record.separations;
-        let pairs = attracting_pairs(self.gravitational_parameters).zip(one_ago).zip(two_ago);
+        let pairs = self.pairs.iter().zip(one_ago).zip(two_ago);
         let turns = pairs.filter(|((pair, one), two)| {
-            one < two && length(relative(step.to, *pair).position) >= **one && self.counts(*pair)
+            one < two && length(relative(step.to, pair.bodies).position) >= **one && pair.counts
         });
         let mut closest = record.closest;
         for ((pair, _), _) in turns {
@@ -237,6 +281,7 @@ impl PathTracker<MutualGravity> for Encounters<'_> {
 }
 
 /// Position and velocity of the second body of a pair relative to the first.
+#[inline]
 fn relative(phase: &Phase<Vec<f64>>, [one, other]: [usize; 2]) -> State {
     let difference = |numbers: &[f64]| {
         let (vectors, _) = numbers.as_chunks::<3>();
@@ -296,3 +341,11 @@ impl Closest {
 
 /// Steps per passage, separation over relative speed, below which a method of fixed steps does not follow an encounter.
 const MIN_STEPS: f64 = 10.0;
+
+/// The smaller of two numbers.
+fn smaller(one: f64, other: f64) -> f64 {
+    if other < one { other } else { one }
+}
+
+/// Part of a bound that rounding may exceed.
+const BOUND_ROUNDING: f64 = 1e-6;

@@ -104,6 +104,15 @@ impl Model for Orbit {
             Some(bodies) => System::Bodies(Bodies::prepare(bodies, &discretization)?),
             None => System::Planet(Planet::prepare(&config.start, &discretization)?),
         };
+        let least = match &system {
+            System::Planet(planet) => planet.trajectory.phase.least_step(),
+            System::Bodies(bodies) => bodies.trajectory.phase.least_step(),
+        };
+        if step < least {
+            return Err(SetupError(format!(
+                "time_step_days is {step:e}, in which no position changes by its last digit: increase it to at least {least:e}"
+            )));
+        }
         Ok(Self { discretization, total_steps, system })
     }
 

@@ -26,6 +26,15 @@ impl<V: AsRef<[f64]>> Phase<V> {
         let finite = |numbers: &V| numbers.as_ref().iter().all(|component| component.is_finite());
         finite(&self.position) && finite(&self.velocity)
     }
+
+    /// The shortest step, days, in which a position changes by its last digit.
+    pub(super) fn least_step(&self) -> f64 {
+        let components = self.position.as_ref().iter().zip(self.velocity.as_ref());
+        let steps =
+            components.map(|(position, velocity)| (position / velocity).abs() * f64::EPSILON);
+        // A component at rest gives infinity, or no number.
+        steps.fold(f64::INFINITY, |least, step| if step < least { step } else { least })
+    }
 }
 
 impl<V: AsRef<[f64]> + AsMut<[f64]>> Phase<V> {
@@ -84,19 +93,19 @@ impl Force for MutualGravity {
     type Vector = Vec<f64>;
     type Separations = Vec<f64>;
 
+    #[inline]
     fn accelerations(&self, positions: &Vec<f64>, into: &mut Vec<f64>) {
         mutual_accelerations(&self.gravitational_parameters, positions, into);
     }
 
+    #[inline]
     fn accelerations_and_separations(
         &self,
         positions: &Vec<f64>,
         into: &mut Vec<f64>,
         separations: &mut Vec<f64>,
     ) {
-        separations.clear();
-        let note = |distance| separations.push(distance);
-        add_attractions(&self.gravitational_parameters, positions, into, note);
+        accelerations_and_separations(&self.gravitational_parameters, positions, into, separations);
     }
 }
 
@@ -128,6 +137,20 @@ pub fn acceleration_over_position(position: [f64; 3]) -> f64 {
 /// another one, not even a zero, so that no bit of the others' motion depends on it.
 pub fn mutual_accelerations(gravitational_parameters: &[f64], positions: &[f64], into: &mut [f64]) {
     add_attractions(gravitational_parameters, positions, into, |_| ());
+}
+
+/// [`mutual_accelerations`], and the separations of the [`attracting_pairs`], AU. Not inlined: the vectors of the integration then stay in
+/// registers.
+#[inline(never)]
+fn accelerations_and_separations(
+    gravitational_parameters: &[f64],
+    positions: &[f64],
+    into: &mut [f64],
+    separations: &mut Vec<f64>,
+) {
+    separations.clear();
+    let note = |distance| separations.push(distance);
+    add_attractions(gravitational_parameters, positions, into, note);
 }
 
 /// [`mutual_accelerations`]; `note` receives |r_j - r_i| of each pair, in the order of [`attracting_pairs`].

@@ -54,6 +54,11 @@ pub(super) trait PathTracker<F: Force> {
     /// Signs at a state.
     fn signs(&self, phase: &Phase<F::Vector>) -> Self::Signs;
 
+    /// Time from a state within which no event changes the record, days, if positions are those of continuous paths.
+    fn quiet_time(&self, _: &Phase<F::Vector>, _: &Self::Record) -> f64 {
+        0.0
+    }
+
     /// Whether an event may be in the step to a state with these separations, given the signs before it, which become those after it.
     fn has_event(
         &self,

@@ -17,8 +17,8 @@ pub struct IntegrationState<'a, F: Force, const COMPENSATED: bool> {
     pub compensation: Phase<F::Vector>,
     /// a(r)
     acceleration: F::Vector,
-    /// Distances of the pairs at r.
-    pub(super) separations: F::Separations,
+    /// Distances of the pairs at r, if they are tracked. Not stored here, so that the other fields can stay in registers.
+    pub(super) separations: Option<&'a mut F::Separations>,
 }
 
 /// A method that takes steps of any length.
@@ -76,9 +76,8 @@ impl<'a, F: Force, const COMPENSATED: bool> IntegrationState<'a, F, COMPENSATED>
     #[must_use]
     pub fn new(force: &'a F, phase: Phase<F::Vector>, compensation: Phase<F::Vector>) -> Self {
         let mut acceleration = phase.position.clone();
-        let mut separations = F::Separations::default();
-        force.accelerations_and_separations(&phase.position, &mut acceleration, &mut separations);
-        Self { force, phase, compensation, acceleration, separations }
+        force.accelerations(&phase.position, &mut acceleration);
+        Self { force, phase, compensation, acceleration, separations: None }
     }
 
     /// (v, a(r))
@@ -110,7 +109,11 @@ impl<'a, F: Force, const COMPENSATED: bool> IntegrationState<'a, F, COMPENSATED>
     #[inline]
     fn update_acceleration(&mut self) {
         let Self { force, phase, acceleration, separations, .. } = self;
-        force.accelerations_and_separations(&phase.position, acceleration, separations);
+        if let Some(separations) = separations {
+            force.accelerations_and_separations(&phase.position, acceleration, separations);
+        } else {
+            force.accelerations(&phase.position, acceleration);
+        }
     }
 }
 
@@ -134,7 +137,8 @@ impl<const N: usize> Method for Splitting<N> {
         drifts.count() as u64
     }
 
-    #[inline]
+    // Inlined at each of its calls, so that the coefficients are constants.
+    #[inline(always)]
     fn step<F: Force, const COMPENSATED: bool>(
         &self,
         state: &mut IntegrationState<'_, F, COMPENSATED>,
@@ -154,7 +158,8 @@ impl<const S: usize> Method for Tableau<S> {
         S as u64
     }
 
-    #[inline]
+    // Inlined at each of its calls, so that the coefficients are constants.
+    #[inline(always)]
     fn step<F: Force, const COMPENSATED: bool>(
         &self,
         state: &mut IntegrationState<'_, F, COMPENSATED>,

@@ -46,6 +46,20 @@ pub(super) struct Trajectory<V, R> {
 /// Number of steps between two checks for finite numbers: a number that is not finite remains so.
 const MAX_STEPS_PER_CHECK: u64 = 64;
 
+/// Minimum number of steps without tracking, so that it saves more time than the estimate takes.
+const MIN_QUIET_STEPS: u64 = 16;
+
+/// Number of states before an event by which it is recognized.
+const STATES_BEFORE: u64 = 2;
+
+/// Number of steps of length h within a time of continuous motion.
+fn quiet_steps(method: &impl Method, time: f64, h: f64) -> u64 {
+    // The substeps of Yoshida's method, back and forth, add up to 4.41 steps.
+    let path_factor = if method.evaluations() == 1 { 1.0 } else { 5.0 };
+    // Events are searched up to one step before a state.
+    ((time / (path_factor * h)) as u64).saturating_sub(1)
+}
+
 /// Error of a step whose result is not finite.
 pub(super) struct NotFinite;
 
@@ -147,7 +161,9 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>, R: Clone + Default> Trajectory<V, R
         let Some(last) = &mut self.last_step else { return Ok(()) };
         let end = discretization.time_at(self.count + steps);
         let (phase, compensation) = (last.phase.clone(), last.compensation.clone());
+        let mut separations = F::Separations::default();
         let mut state = IntegrationState::<F, COMPENSATED>::new(force, phase, compensation);
+        state.separations = Some(&mut separations);
         while last.time + last.next_length <= end {
             let next = last.time + last.next_length;
             // The difference of the rounded times, so that times have no error of their own.
@@ -203,25 +219,45 @@ impl<F: Force, T: PathTracker<F>, const COMPENSATED: bool> MethodVisitor
             let (phase, compensation) = (trajectory.phase.clone(), trajectory.compensation.clone());
             IntegrationState::<F, COMPENSATED>::new(force, phase, compensation)
         };
+        let mut separations = F::Separations::default();
         let mut state = restart(trajectory);
+        state.separations = Some(&mut separations);
         let end = trajectory.count + steps;
         let mut from = trajectory.phase.clone();
         let mut signs = tracker.signs(&from);
         let mut steps_per_check = MAX_STEPS_PER_CHECK;
+        let mut quiet_end = 0;
         while trajectory.count < end {
-            let steps = steps_per_check.min(end - trajectory.count);
+            let left = end - trajectory.count;
+            if left >= MIN_QUIET_STEPS && quiet_end < trajectory.count + MIN_QUIET_STEPS {
+                let time = tracker.quiet_time(&from, &trajectory.path);
+                quiet_end = trajectory.count.saturating_add(quiet_steps(method, time, h));
+            }
+            let quiet = quiet_end.saturating_sub(trajectory.count);
+            let is_quiet = quiet >= MIN_QUIET_STEPS && steps_per_check > 1;
+            let steps = left.min(if is_quiet { quiet } else { steps_per_check });
+            let untracked = if is_quiet { steps.saturating_sub(STATES_BEFORE) } else { 0 };
             let path_before = trajectory.path.clone();
-            for index in 0..steps {
+            let tracked = state.separations.take();
+            for _ in 0..untracked {
                 method.step(&mut state, h);
-                let IntegrationState { phase, separations, .. } = &state;
-                if tracker.has_event(phase, separations, &mut signs, &trajectory.path) {
+            }
+            state.separations = tracked;
+            for index in untracked..steps {
+                method.step(&mut state, h);
+                let IntegrationState { phase, separations: Some(separations), .. } = &mut state
+                else {
+                    continue;
+                };
+                if !is_quiet && tracker.has_event(phase, separations, &mut signs, &trajectory.path)
+                {
                     let start = (trajectory.count + index) as f64 * h;
                     // Copies, so that the states of ordinary steps stay in registers.
-                    let ends = [from.clone(), state.phase.clone()];
+                    let ends = [from.clone(), phase.clone()];
                     add_step(method, force, tracker, ends, [start, h], &mut trajectory.path);
                 }
-                tracker.complete_step(&mut state.separations, h, &mut trajectory.path);
-                from.copy_from(&state.phase);
+                tracker.complete_step(separations, h, &mut trajectory.path);
+                from.copy_from(phase);
             }
             if state.phase.is_finite() {
                 trajectory.phase.clone_from(&state.phase);
@@ -230,7 +266,9 @@ impl<F: Force, T: PathTracker<F>, const COMPENSATED: bool> MethodVisitor
                 trajectory.evaluations += steps * method.evaluations();
             } else {
                 // Repeats the steps one by one up to the last one with finite numbers.
+                let separations = state.separations;
                 state = restart(trajectory);
+                state.separations = separations;
                 trajectory.path = path_before;
                 if steps == 1 {
                     return Err(NotFinite);
@@ -268,7 +306,10 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>, R> AdaptiveStep<V, R> {
         h: f64,
         path: &mut R,
     ) {
-        let IntegrationState { force, phase: to, separations, .. } = state;
+        let IntegrationState { force, phase: to, separations: Some(separations), .. } = state
+        else {
+            return;
+        };
         if tracker.has_event(to, separations, &mut tracker.signs(&self.phase), path) {
             let part = |part| after_part(&DORMAND_PRINCE_8, *force, &self.phase, part);
             let step = StepPath { from: &self.phase, to, start: self.time, length: h, part: &part };

@@ -51,11 +51,11 @@ operators!(MaskX4: BitAnd bitand _mm256_and_pd, BitOr bitor _mm256_or_pd);
 /// - The processor has AVX.
 /// - Both indices are less than the number of vectors.
 #[inline(always)]
-pub(super) unsafe fn two_vectors(vectors: &[[f64; 2]], [low, high]: [u32; 2]) -> __m256d {
+pub(super) unsafe fn two_vectors(vectors: &[[f64; 2]], [low, high]: [u16; 2]) -> __m256d {
     // SAFETY: the caller checked the processor and the indices; two f64 lie behind each reference.
     unsafe {
-        let low = vectors.get_unchecked(low as usize);
-        let high = vectors.get_unchecked(high as usize);
+        let low = vectors.get_unchecked(usize::from(low));
+        let high = vectors.get_unchecked(usize::from(high));
         let (low, high) = (_mm_loadu_pd(low.as_ptr()), _mm_loadu_pd(high.as_ptr()));
         _mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(low), high)
     }
@@ -70,14 +70,14 @@ pub(super) unsafe fn two_vectors(vectors: &[[f64; 2]], [low, high]: [u32; 2]) ->
 pub(super) unsafe fn add_opposite_rows<const N: usize>(
     rows: [__m256d; N],
     sums: &mut [[f64; 4]],
-    [first, second]: [&[u32; N]; 2],
+    [first, second]: [&[u16; N]; 2],
 ) {
     for lane in 0..N {
         // SAFETY: the caller checked the processor and the indices; four f64 lie behind each reference.
         unsafe {
-            let sum = sums.get_unchecked_mut(first[lane] as usize).as_mut_ptr();
+            let sum = sums.get_unchecked_mut(usize::from(first[lane])).as_mut_ptr();
             _mm256_storeu_pd(sum, _mm256_add_pd(_mm256_loadu_pd(sum), rows[lane]));
-            let sum = sums.get_unchecked_mut(second[lane] as usize).as_mut_ptr();
+            let sum = sums.get_unchecked_mut(usize::from(second[lane])).as_mut_ptr();
             _mm256_storeu_pd(sum, _mm256_sub_pd(_mm256_loadu_pd(sum), rows[lane]));
         }
     }
@@ -92,13 +92,13 @@ pub(super) unsafe fn add_opposite_rows<const N: usize>(
 pub(super) unsafe fn add_rows_to_ends<const N: usize>(
     rows: [[__m128d; N]; 2],
     sums: &mut [[f64; 2]],
-    [first, second]: [&[u32; N]; 2],
+    [first, second]: [&[u16; N]; 2],
 ) {
     for lane in 0..N {
         for (end, rows) in [(first[lane], &rows[0]), (second[lane], &rows[1])] {
             // SAFETY: the caller checked the processor and the indices; two f64 lie behind the reference.
             unsafe {
-                let sum = sums.get_unchecked_mut(end as usize);
+                let sum = sums.get_unchecked_mut(usize::from(end));
                 let added = _mm_add_pd(_mm_loadu_pd(sum.as_ptr()), rows[lane]);
                 _mm_storeu_pd(sum.as_mut_ptr(), added);
             }
@@ -220,7 +220,7 @@ impl InstructionSet<4> for Avx2 {
     unsafe fn differences(
         self,
         vectors: &[[f64; 2]],
-        [[a, b, c, d], [e, f, g, h]]: [&[u32; 4]; 2],
+        [[a, b, c, d], [e, f, g, h]]: [&[u16; 4]; 2],
     ) -> [F64x4; 2] {
         // SAFETY: the caller checked the indices.
         unsafe {
@@ -232,7 +232,7 @@ impl InstructionSet<4> for Avx2 {
     }
 
     #[inline(always)]
-    unsafe fn add_opposite(self, columns: [F64x4; 4], sums: &mut [[f64; 4]], ends: [&[u32; 4]; 2]) {
+    unsafe fn add_opposite(self, columns: [F64x4; 4], sums: &mut [[f64; 4]], ends: [&[u16; 4]; 2]) {
         let columns = [columns[0].0, columns[1].0, columns[2].0, columns[3].0];
         // SAFETY: the caller checked the indices.
         unsafe { add_opposite_rows(transposed(columns), sums, ends) }
@@ -243,7 +243,7 @@ impl InstructionSet<4> for Avx2 {
         self,
         columns: [[F64x4; 2]; 2],
         sums: &mut [[f64; 2]],
-        ends: [&[u32; 4]; 2],
+        ends: [&[u16; 4]; 2],
     ) {
         // SAFETY: the caller checked the indices.
         unsafe {
@@ -254,7 +254,7 @@ impl InstructionSet<4> for Avx2 {
     }
 
     #[inline(always)]
-    unsafe fn gather_vectors(self, vectors: &[[f64; 2]], &[a, b, c, d]: &[u32; 4]) -> [F64x4; 2] {
+    unsafe fn gather_vectors(self, vectors: &[[f64; 2]], &[a, b, c, d]: &[u16; 4]) -> [F64x4; 2] {
         // SAFETY: the caller checked the indices.
         unsafe {
             let (even, odd) = (two_vectors(vectors, [a, c]), two_vectors(vectors, [b, d]));

@@ -36,7 +36,7 @@ impl Avx512 {
     /// # Safety
     /// - Every index is less than the number of vectors.
     #[inline(always)]
-    unsafe fn four_vectors(self, vectors: &[[f64; 2]], [a, b, c, d]: [u32; 4]) -> __m512d {
+    unsafe fn four_vectors(self, vectors: &[[f64; 2]], [a, b, c, d]: [u16; 4]) -> __m512d {
         // SAFETY: the caller checked the indices.
         unsafe {
             let low = _mm512_castpd256_pd512(two_vectors(vectors, [a, b]));
@@ -117,7 +117,7 @@ impl InstructionSet<8> for Avx512 {
     unsafe fn differences(
         self,
         vectors: &[[f64; 2]],
-        [first, second]: [&[u32; 8]; 2],
+        [first, second]: [&[u16; 8]; 2],
     ) -> [F64x8; 2] {
         let [a, b, c, d, e, f, g, h] = *first;
         let [i, j, k, l, m, n, o, p] = *second;
@@ -136,7 +136,7 @@ impl InstructionSet<8> for Avx512 {
     }
 
     #[inline(always)]
-    unsafe fn add_opposite(self, columns: [F64x8; 4], sums: &mut [[f64; 4]], ends: [&[u32; 8]; 2]) {
+    unsafe fn add_opposite(self, columns: [F64x8; 4], sums: &mut [[f64; 4]], ends: [&[u16; 8]; 2]) {
         let columns = [columns[0].0, columns[1].0, columns[2].0, columns[3].0];
         // SAFETY: the caller checked the indices.
         unsafe {
@@ -160,7 +160,7 @@ impl InstructionSet<8> for Avx512 {
         self,
         columns: [[F64x8; 2]; 2],
         sums: &mut [[f64; 2]],
-        ends: [&[u32; 8]; 2],
+        ends: [&[u16; 8]; 2],
     ) {
         // SAFETY: the caller checked the indices.
         unsafe {
@@ -173,7 +173,7 @@ impl InstructionSet<8> for Avx512 {
     unsafe fn gather_vectors(
         self,
         vectors: &[[f64; 2]],
-        &[a, b, c, d, e, f, g, h]: &[u32; 8],
+        &[a, b, c, d, e, f, g, h]: &[u16; 8],
     ) -> [F64x8; 2] {
         // SAFETY: the caller checked the indices.
         unsafe {

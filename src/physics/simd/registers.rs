@@ -82,7 +82,7 @@ pub(crate) trait InstructionSet<const N: usize>: Copy {
     ///
     /// # Safety
     /// - Every index is less than the number of vectors.
-    unsafe fn differences(self, vectors: &[[f64; 2]], ends: [&[u32; N]; 2]) -> [Self::Register; 2];
+    unsafe fn differences(self, vectors: &[[f64; 2]], ends: [&[u16; N]; 2]) -> [Self::Register; 2];
 
     /// Adds rows, given by columns, to the sums at `first`, and subtracts them from those at `second`.
     ///
@@ -92,7 +92,7 @@ pub(crate) trait InstructionSet<const N: usize>: Copy {
         self,
         columns: [Self::Register; 4],
         sums: &mut [[f64; 4]],
-        ends: [&[u32; N]; 2],
+        ends: [&[u16; N]; 2],
     );
 
     /// Adds rows, given by columns, to the sums at either end: lane after lane, first `first`, then `second`.
@@ -103,14 +103,14 @@ pub(crate) trait InstructionSet<const N: usize>: Copy {
         self,
         columns: [[Self::Register; 2]; 2],
         sums: &mut [[f64; 2]],
-        ends: [&[u32; N]; 2],
+        ends: [&[u16; N]; 2],
     );
 
     /// The x and the y of the vectors at `N` indices.
     ///
     /// # Safety
     /// - Every index is less than the number of vectors.
-    unsafe fn gather_vectors(self, vectors: &[[f64; 2]], indices: &[u32; N])
+    unsafe fn gather_vectors(self, vectors: &[[f64; 2]], indices: &[u16; N])
     -> [Self::Register; 2];
 
     /// The largest integer that is not above each number, for numbers in [0, 2^51).
@@ -298,9 +298,10 @@ impl InstructionSet<1> for Scalar {
     unsafe fn differences(
         self,
         vectors: &[[f64; 2]],
-        [[first], [second]]: [&[u32; 1]; 2],
+        [[first], [second]]: [&[u16; 1]; 2],
     ) -> [f64; 2] {
-        let ([x, y], [other_x, other_y]) = (vectors[*first as usize], vectors[*second as usize]);
+        let ([x, y], [other_x, other_y]) =
+            (vectors[usize::from(*first)], vectors[usize::from(*second)]);
         [x - other_x, y - other_y]
     }
 
@@ -309,12 +310,12 @@ impl InstructionSet<1> for Scalar {
         self,
         columns: [f64; 4],
         sums: &mut [[f64; 4]],
-        [[first], [second]]: [&[u32; 1]; 2],
+        [[first], [second]]: [&[u16; 1]; 2],
     ) {
-        let sum = sums[*first as usize];
-        sums[*first as usize] = [0, 1, 2, 3].map(|part: usize| sum[part] + columns[part]);
-        let sum = sums[*second as usize];
-        sums[*second as usize] = [0, 1, 2, 3].map(|part: usize| sum[part] - columns[part]);
+        let sum = sums[usize::from(*first)];
+        sums[usize::from(*first)] = [0, 1, 2, 3].map(|part: usize| sum[part] + columns[part]);
+        let sum = sums[usize::from(*second)];
+        sums[usize::from(*second)] = [0, 1, 2, 3].map(|part: usize| sum[part] - columns[part]);
     }
 
     #[inline(always)]
@@ -322,17 +323,17 @@ impl InstructionSet<1> for Scalar {
         self,
         columns: [[f64; 2]; 2],
         sums: &mut [[f64; 2]],
-        [[first], [second]]: [&[u32; 1]; 2],
+        [[first], [second]]: [&[u16; 1]; 2],
     ) {
         for (end, added) in [first, second].into_iter().zip(columns) {
-            let [x, y] = sums[*end as usize];
-            sums[*end as usize] = [x + added[0], y + added[1]];
+            let [x, y] = sums[usize::from(*end)];
+            sums[usize::from(*end)] = [x + added[0], y + added[1]];
         }
     }
 
     #[inline(always)]
-    unsafe fn gather_vectors(self, vectors: &[[f64; 2]], [index]: &[u32; 1]) -> [f64; 2] {
-        vectors[*index as usize]
+    unsafe fn gather_vectors(self, vectors: &[[f64; 2]], [index]: &[u16; 1]) -> [f64; 2] {
+        vectors[usize::from(*index)]
     }
 
     #[inline(always)]
@@ -423,7 +424,7 @@ mod tests {
                     instructions.store(value, &mut stored);
                     column.extend(stored);
                 }
-                let first: [u32; N] = std::array::from_fn(|lane| (group * N + lane) as u32);
+                let first: [u16; N] = std::array::from_fn(|lane| (group * N + lane) as u16);
                 let ends = [&first, &first.map(|index| (3 * index + 1) % 8)];
                 // SAFETY: indices are less than 8.
                 let [dx, dy] = unsafe { instructions.differences(self.0, ends) };
@@ -440,7 +441,7 @@ mod tests {
                 if count > 0 {
                     packed.extend(&stored[..count]);
                     let mut room = [[0; 2]; N];
-                    instructions.store_selected_pairs([7, first[0]], lanes, &mut room);
+                    instructions.store_selected_pairs([7, u32::from(first[0])], lanes, &mut room);
                     pairs.extend(room[..count].iter().flatten().copied());
                 }
             }

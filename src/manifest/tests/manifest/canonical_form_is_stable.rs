@@ -228,6 +228,16 @@ impl Numbers {
         }
     }
 
+    /// A number whose products do not overflow.
+    fn size(&mut self) -> Positive {
+        loop {
+            let size = self.positive();
+            if (1e-48..=1e48).contains(&size.get()) {
+                return size;
+            }
+        }
+    }
+
     fn share(&mut self) -> Fraction {
         Fraction::new((1 + self.next()) as f64 / (1_u64 << 53) as f64).unwrap()
     }
@@ -323,7 +333,8 @@ impl Numbers {
         } else {
             GasPlacement::Given(self.state())
         };
-        let temperature = SpeedScale::Temperature(NonNegative::literal(self.positive().get()));
+        let temperature = SpeedScale::Temperature(NonNegative::literal(self.size().get()));
+        let radius_m = self.size();
         let (particles, speed_scale) = match (&placement, self.below(2)) {
             (GasPlacement::Given(state), other) => (
                 NonZeroU32::new(state.positions_m.len() as u32).unwrap(),
@@ -341,8 +352,10 @@ impl Numbers {
             speeds_m_per_s,
             // The speeds of Maxwell's distribution have no maximum.
             speed_distribution: SpeedDistribution::Uniform,
-            radius_m: self.positive(),
-            center_m: [self.finite(), self.finite()],
+            radius_m,
+            // Up to 1e9 radii from the origin.
+            center_m: [-1e8, 1e8]
+                .map(|most| Finite::new(most * self.share().get() * radius_m.get()).unwrap()),
             speed_scale,
             propagation: [
                 Propagation::Exact,

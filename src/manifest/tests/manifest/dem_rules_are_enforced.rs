@@ -110,7 +110,7 @@ fn dem_discs_must_fit_their_box() {
     rejected("[model.dem]\nradius_m = { min = 2e-4 } # <-", "needs `max`");
     rejected(
         "[model.dem]\nradius_m = { min = 1e-4, max = 2e-4, mean = 1.5e-4 } # <-",
-        "unknown key `mean`",
+        "`mean` cannot be used together",
     );
     rejected(
         "[model.dem]\nradius_m = \"big\" # <-",

@@ -7,6 +7,7 @@
 
 use crate::verdicts::{accepted, rejected};
 use kinetoscope_manifest::model::{ModelConfig, SpeedScale};
+use kinetoscope_manifest::parse;
 
 #[test]
 fn gas_speeds_and_steps_must_be_consistent() {
@@ -27,6 +28,43 @@ fn gas_speeds_and_steps_must_be_consistent() {
         "[model.gas]\npropagation = \"time-stepped\"\ntime_step_s = 1.0 # <-",
         "shorter than one time step",
     );
+}
+
+#[test]
+fn gas_sizes_are_rejected_with_the_nearest_value_all_at_once() {
+    for (keys, remedy) in [
+        ("mass_kg = 1e-60", "the nearest value is 1e-50"),
+        ("mass_kg = 1e60", "the nearest value is 1e50"),
+        ("radius_m = 1e60", "the nearest value is 1e50"),
+        ("duration_s = 1e60", "the nearest value is 1e50"),
+        ("gravity_m_per_s2 = 1e-60", "the nearest value is 1e-50"),
+        ("gravity_m_per_s2 = 1e60", "the nearest value is 1e50"),
+        ("speeds_m_per_s = [1.0, 1e200]", "the nearest value is 1e50"),
+        ("speed_distribution = \"uniform\"\nmax_speed_m_per_s = 1e60", "the nearest value is 1e50"),
+        ("temperature_k = 1e300", "the nearest value is 3.6"),
+        ("center_m = [3e9, 4e9]", "the nearest value is [6"),
+        (
+            "propagation = \"time-stepped\"\ntime_step_s = 1e-30",
+            "the nearest time step that works is 1.11",
+        ),
+    ] {
+        rejected(&format!("[model.gas]\n{keys} # <-"), remedy);
+    }
+    let text = "[model.gas]\nmass_kg = 1e-60\nradius_m = 1e-60\ncenter_m = [1e80, 0.0]\n\
+        temperature_schedule = [[0.2, 300.0]]";
+    let errors = parse(text, "m.toml", &[]).map(|_| ()).unwrap_err();
+    assert_eq!(errors.len(), 4, "all at once: {errors}");
+    accepted("[model.gas]\nmass_kg = 1e-50\nradius_m = 1e50\nduration_s = 1e20");
+}
+
+#[test]
+fn gas_temperatures_are_set_before_the_end() {
+    let schedule = |pairs: &str| format!("[model.gas]\ntemperature_schedule = {pairs}");
+    rejected(
+        &format!("{} # <-", schedule("[[0.01, 200.0], [0.2, 300.0]]")),
+        "sets a temperature at 0.2 s, but the run ends at 0.1 s",
+    );
+    accepted(&schedule("[[0.01, 200.0], [0.1, 300.0]]"));
 }
 
 #[test]

@@ -27,7 +27,7 @@ fn elements_that_describe_no_ellipse_are_rejected_with_the_nearest_value() {
         ),
         (
             "position_au = [1, 0, 0], velocity_au_per_day = [0, 0.017, 0], eccentricity = 0.1",
-            "keep the vectors or the elements",
+            "keep the keys of one of the two",
         ),
         (
             "semi_major_axis_au = 1, eccentricity = 0, mean_anomaly_rad = 1e300",
@@ -67,6 +67,7 @@ fn orbits_must_start_outside_the_sun() {
         "\"barycentric\", \"heliocentric\" or { position_au",
     );
     rejected("[model.orbit]\nduration_days = 0.1 # <-", "shorter than one time step");
+    rejected("[model.orbit]\ntime_step_days = 1e-300 # <-", "the nearest time step that works is");
     rejected("[model.orbit]\ntime_step_days = 0 # <-", "must be a number > 0");
     rejected("[model.orbit]\ntime_step_days = -0.25 # <-", "must be a number > 0");
     rejected("[model.orbit]\nduration_days = 0 # <-", "must be a number > 0");
@@ -94,6 +95,23 @@ fn several_bodies_must_include_a_mass() {
     let massless = SUN.replace("= 1,", "= -1,");
     rejected(&orbit(&format!("bodies = [{EARTH}, {massless}] # <-")), "must be a number >= 0");
     rejected(&orbit("bodies = [1] # <-"), "a table { gm_au3_per_day2");
+}
+
+#[test]
+fn vectors_and_elements_cannot_be_mixed() {
+    let start = |keys: &str| format!("[model.orbit]\nstart = {{ {keys} }} # <-");
+    let (position, velocity) = ("position_au = [1, 0, 0]", "velocity_au_per_day = [0, 1, 0]");
+    let elements = "semi_major_axis_au = 1, eccentricity = 0.1";
+    for keys in [
+        format!("{position}, {velocity}, eccentricity = 0.1"),
+        format!("{velocity}, {elements}"),
+        format!("{position}, {velocity}, {elements}, inclination_rad = 0"),
+        format!("{position}, eccentricity = 0.1"),
+    ] {
+        rejected(&start(&keys), "cannot be used together");
+    }
+    let body = "{ gm_au3_per_day2 = 1, position_au = [1, 0, 0], mean_anomaly_rad = 1 }";
+    rejected(&format!("[model.orbit]\nbodies = [{body}] # <-"), "`mean_anomaly_rad` cannot be");
 }
 
 #[test]

@@ -111,7 +111,8 @@ impl InterBlockForces {
         let [[vx, vy], [other_vx, other_vy]] = ends.map(|disc| discs.velocities[disc]);
         let velocity = [vx - other_vx, vy - other_vy];
         let contact = ContactKinematics::between(separation, distance_squared, reach, velocity);
-        let (own, radii) = (block.inter_block.first[pair], ends.map(|disc| discs.radii[disc]));
+        let (own, radii) =
+            (block.inter_block.first[pair].into(), ends.map(|disc| discs.radii[disc]));
         let partner = Partner::Disc(ends[1] as u32);
         self.sums.max_overlap.note(contact.overlap, own as usize, radii[0], partner, radii[1]);
         let damping = block.inter_block.damping[pair];

@@ -211,7 +211,7 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, C: ContactRecorder>
                 let mut overlaps = [0.0; N];
                 instructions.store(contact.overlap, &mut overlaps);
                 for lane in (0..N).filter(|lane| deeper >> lane & 1 == 1) {
-                    let ends = ends.map(|end| end[lane] as usize);
+                    let ends = ends.map(|end| usize::from(end[lane]));
                     sums.max_overlap.note_pair(overlaps[lane], ends, context.discs.radii);
                 }
                 bound = instructions.splat(sums.max_overlap.bound());
@@ -330,7 +330,7 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, C: ContactRecorder>
     #[inline(always)]
     unsafe fn record(
         &mut self,
-        ends: [&[u32; N]; 2],
+        ends: [&[u16; N]; 2],
         reach: &[f64; N],
         contact: &ContactKinematics<I::Register>,
         normal: &NormalForce<I::Register>,
@@ -350,7 +350,7 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, C: ContactRecorder>
         }
         for lane in (0..N).filter(|lane| lanes >> lane & 1 == 1) {
             let [x, y, nx, ny, overlap, normal_force, fx, fy] = columns.map(|column| column[lane]);
-            let [disc, partner] = ends.map(|end| end[lane] as usize);
+            let [disc, partner] = ends.map(|end| usize::from(end[lane]));
             recorder.record(Contact {
                 disc: (start + disc) as u32,
                 partner: Partner::Disc((start + partner) as u32),
@@ -376,12 +376,12 @@ fn skips_idle_groups<const FRICTION: bool, const N: usize>() -> bool {
 fn coefficients<const N: usize, I: InstructionSet<N>>(
     instructions: I,
     context: &PairContext<'_>,
-    [first, second]: [&[u32; N]; 2],
+    [first, second]: [&[u16; N]; 2],
 ) -> [I::Register; 2] {
     let (mut friction, mut rolling_friction) = ([0.0; N], [0.0; N]);
     for lane in 0..N {
         let [one, other] =
-            [first[lane], second[lane]].map(|disc| context.discs.materials[disc as usize]);
+            [first[lane], second[lane]].map(|disc| context.discs.materials[usize::from(disc)]);
         let pair = context.step.parameters.law.materials.between(one, other);
         (friction[lane], rolling_friction[lane]) = (pair.friction, pair.rolling_friction);
     }

@@ -115,7 +115,7 @@ struct Frictionless<'a, 'b, C> {
 
 /// Near pairs in contact, gathered for a batch.
 struct Gathered {
-    ends: [[u32; GATHERED]; 2],
+    ends: [[u16; GATHERED]; 2],
     /// Reach and damping.
     constants: [[f64; GATHERED]; 2],
     count: usize,
@@ -166,10 +166,10 @@ impl<C: ContactRecorder> Kernel for Frictionless<'_, '_, C> {
         let mut gathered = Gathered { ends, constants, count: 0 };
         for pair in near.in_contact(contacts) {
             let ends = [pairs.first[pair], pairs.second[pair]];
-            let is_disc = (Ord::max(ends[0], ends[1]) as usize) < discs;
+            let is_disc = usize::from(Ord::max(ends[0], ends[1])) < discs;
             assert!(is_disc, "a pair names a disc that does not exist");
-            mask.insert(ends[0]);
-            mask.insert(ends[1]);
+            mask.insert(ends[0].into());
+            mask.insert(ends[1].into());
             let at = gathered.count % GATHERED;
             [gathered.ends[0][at], gathered.ends[1][at]] = ends;
             [gathered.constants[0][at], gathered.constants[1][at]] =

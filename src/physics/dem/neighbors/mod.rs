@@ -263,7 +263,7 @@ mod lists_contain_every_contact {
             for block in &self.neighbors.blocks {
                 let ends = block.inner.first.iter().zip(&block.inner.second);
                 for (&a, &b) in ends.take(block.inner.in_tiers(tiers)) {
-                    let [a, b] = [a, b].map(|disc| ids[block.start + disc as usize]);
+                    let [a, b] = [a, b].map(|disc| ids[block.start + usize::from(disc)]);
                     pairs.extend([(a, b, [0, 0]), (b, a, [0, 0])]);
                 }
                 let ends = block.inter_block.first.iter().zip(&block.inter_block.second);
@@ -271,7 +271,7 @@ mod lists_contain_every_contact {
                 for ((&a, &b), shift) in ends {
                     let turns =
                         [0, 1].map(|axis: usize| (shift[axis] / self.parameters.sides[axis]) as i8);
-                    pairs.push((ids[block.start + a as usize], ids[b as usize], turns));
+                    pairs.push((ids[block.start + usize::from(a)], ids[b as usize], turns));
                 }
             }
             let count = pairs.len();

@@ -26,8 +26,8 @@ pub(crate) struct NearPairs {
     /// Positions in the list.
     numbers: Vec<u32>,
     /// Indices of the near pairs' discs and r_i + r_j, m; filled up to whole registers with pairs of a disc and itself.
-    first: Vec<u32>,
-    second: Vec<u32>,
+    first: Vec<u16>,
+    second: Vec<u16>,
     reach: Vec<f64>,
     /// The largest index in these columns.
     max_index: usize,

@@ -4,15 +4,15 @@
 //! at the border of a band, of a block or of the box, with all surrounding cells. First all comparisons are listed, then they are made
 //! in one loop, then the pairs found are sorted by tier.
 
-use crate::dem::block::{Block, Pairs, Partner, TIERS, WallPair};
+use crate::dem::block::{Block, DiscIndex, Pairs, Partner, TIERS, WallPair};
 use crate::dem::discs::Discs;
 use crate::dem::neighbors::cell_grid::{CellGrid, CellRun, ColumnRun};
 use crate::dem::neighbors::pair_buffer::{Comparisons, ImageShift, PairBuffer, SearchSpace};
 use crate::dem::neighbors::tiers::Sorter;
 use crate::dem::parameters::Parameters;
+use crate::dem::spare::Spare;
 use crate::dem::walls::{self, PlacedWall};
 use std::ops::Range;
-use std::sync::{Arc, Mutex, PoisonError};
 
 /// The discs, the cells, and the constants of a search.
 pub(crate) struct PairSearch<'a> {
@@ -52,17 +52,14 @@ const MANY: usize = 256;
 /// Adjacent discs of which mostly none is near a wall.
 const GROUP: usize = 16;
 
-/// Memory of finished searches. It is kept from list to list, because new memory would have to be cleared and is not in the cache.
+/// Memory of finished searches, which is kept from list to list.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct SearchMemory(Arc<Mutex<Vec<Finder>>>);
+pub(crate) struct SearchMemory(Spare<Finder>);
 
 impl SearchMemory {
     /// Rebuilds the lists of a block: inner pairs, inter-block pairs and discs near walls.
     pub(crate) fn fill(&self, block: &mut Block, search: &PairSearch<'_>) {
-        let idle = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut finder = idle().pop().unwrap_or_default();
-        finder.fill(block, search);
-        idle().push(finder);
+        self.0.lend(|finder| finder.fill(block, search));
     }
 }
 
@@ -137,18 +134,32 @@ impl Finder {
     }
 
     /// Copies the pairs found into a list, in the order of the sorter, with their constants.
-    fn fill_list(&self, list: &mut Pairs, ends: [u32; TIERS], space: &SearchSpace<'_>) {
+    fn fill_list<Second: DiscIndex>(
+        &self,
+        list: &mut Pairs<Second>,
+        ends: [u32; TIERS],
+        space: &SearchSpace<'_>,
+    ) {
         let order = self.sorter.order();
         list.resize(order.len(), ends);
         let (pairs, reaches) = (self.found.pairs(), self.found.reach());
-        let columns = list.first.iter_mut().zip(&mut list.second).zip(&mut list.reach);
-        for (((first, second), reach), &pair) in columns.zip(order) {
-            [*first, *second] = pairs[pair as usize];
-            *reach = reaches[pair as usize];
+        let ends = list.first.chunks_mut(MANY).zip(list.second.chunks_mut(MANY));
+        let constants = list.reach.chunks_mut(MANY).zip(list.damping.chunks_mut(MANY));
+        let (mut wide_first, mut wide_second) = ([0; MANY], [0; MANY]);
+        for (((firsts, seconds), (reach, damping)), order) in
+            ends.zip(constants).zip(order.chunks(MANY))
+        {
+            let columns = firsts.iter_mut().zip(seconds).zip(reach);
+            let wide = wide_first.iter_mut().zip(&mut wide_second);
+            for ((((first, second), reach), wide), &pair) in columns.zip(wide).zip(order) {
+                [*wide.0, *wide.1] = pairs[pair as usize];
+                (*first, *second) = (DiscIndex::narrowed(*wide.0), DiscIndex::narrowed(*wide.1));
+                *reach = reaches[pair as usize];
+            }
+            let ends = [&wide_first[..order.len()], &wide_second[..order.len()]];
+            let law = &space.parameters.law;
+            law.dampings(space.discs, space.counted_from, ends, damping);
         }
-        let ends = [&*list.first, &*list.second];
-        let law = &space.parameters.law;
-        law.dampings(space.discs, space.counted_from, ends, &mut list.damping);
     }
 
     /// Lists the discs near walls, disc by disc.

@@ -3,7 +3,7 @@
 //! The stretch of a tangential spring does not depend on the order of its discs. That of a rolling spring does: it measures the
 //! rotation of the first disc against the second, and changes sign if the next list swaps the two.
 
-use crate::dem::block::{Block, Pairs, Stretch};
+use crate::dem::block::{Block, DiscIndex, Pairs, Stretch};
 use crate::dem::discs::Discs;
 use crate::simd::registers::MAX_WIDTH;
 use serde::{Deserialize, Serialize};
@@ -59,10 +59,13 @@ impl Springs {
 }
 
 /// Pairs of a list with stretched springs.
-fn stretched(pairs: &Pairs) -> impl Iterator<Item = (u32, u32, Stretch)> {
+fn stretched<Second: DiscIndex>(
+    pairs: &Pairs<Second>,
+) -> impl Iterator<Item = (u32, u32, Stretch)> {
     (0..pairs.stretch.len()).filter_map(|pair| {
         let stretch = pairs.stretch_of(pair);
-        (stretch != [0.0; 2]).then(|| (pairs.first[pair], pairs.second[pair], stretch))
+        (stretch != [0.0; 2])
+            .then(|| (pairs.first[pair].into(), pairs.second[pair].into(), stretch))
     })
 }
 
@@ -119,9 +122,9 @@ impl SpringFinder<'_> {
         }
     }
 
-    fn fill(
+    fn fill<Second: DiscIndex>(
         &self,
-        pairs: &mut Pairs,
+        pairs: &mut Pairs<Second>,
         has_rolling_friction: bool,
         ids: impl Fn(u32, u32) -> [u32; 2],
     ) {
@@ -132,7 +135,7 @@ impl SpringFinder<'_> {
         rolling_stretch.clear();
         rolling_stretch.reserve_exact(if has_rolling_friction { room } else { 0 });
         for (&a, &b) in first.iter().zip(&*second) {
-            let [a, b] = ids(a, b);
+            let [a, b] = ids(a.into(), b.into());
             let (ends, _) = from_smaller_id(a, b, [0.0; 2]);
             let (_, [sliding, rolling]) = from_smaller_id(a, b, self.pairs.stretch(ends));
             stretch.push(sliding);
@@ -154,7 +157,7 @@ mod contact_history_survives_list_rebuild {
     //! of its two discs; then the discs are displaced at random, so that their order changes, and the lists are rebuilt.
     //! Tolerance: none. Control: springs of pairs that leave the lists are released; many pairs are swapped.
 
-    use crate::dem::block::Stretch;
+    use crate::dem::block::{DiscIndex, Pairs, Stretch};
     use crate::dem::neighbors::lists_contain_every_contact::Case;
     use crate::dem::neighbors::pair_search::SearchMemory;
     use crate::random::{Seed, Stream};
@@ -175,17 +178,24 @@ mod contact_history_survives_list_rebuild {
 
     /// Calls a function with the ids and the stretches of every listed pair, in the order of the list.
     fn for_each_pair(case: &mut Case, mut visit: impl FnMut([u32; 2], [&mut f64; 2])) {
-        let discs = &case.discs;
+        let ids = &case.discs.ids;
         for block in &mut case.neighbors.blocks {
-            let start = block.start;
-            for (pairs, offset) in [(&mut block.inner, start), (&mut block.inter_block, 0)] {
-                for pair in 0..pairs.len() {
-                    let first = discs.ids[start + pairs.first[pair] as usize];
-                    let second = discs.ids[offset + pairs.second[pair] as usize];
-                    let springs = [&mut pairs.stretch[pair], &mut pairs.rolling_stretch[pair]];
-                    visit([first, second], springs);
-                }
-            }
+            let own = &ids[block.start..];
+            visit_all(&mut block.inner, [own, own], &mut visit);
+            visit_all(&mut block.inter_block, [own, ids], &mut visit);
+        }
+    }
+
+    /// The same for one list, whose indices are counted from the first of the given ids.
+    fn visit_all<Second: DiscIndex>(
+        pairs: &mut Pairs<Second>,
+        [ids, other_ids]: [&[u32]; 2],
+        visit: &mut impl FnMut([u32; 2], [&mut f64; 2]),
+    ) {
+        for pair in 0..pairs.len() {
+            let second: u32 = pairs.second[pair].into();
+            let ends = [ids[usize::from(pairs.first[pair])], other_ids[second as usize]];
+            visit(ends, [&mut pairs.stretch[pair], &mut pairs.rolling_stretch[pair]]);
         }
     }
 
@@ -226,11 +236,13 @@ mod contact_history_survives_list_rebuild {
         assert!(kept > 5000 && swapped > 100 && new > 500, "{kept}, {swapped}, {new}");
         // Springs of pairs that are now apart are visited once more, to be released.
         let tiers = case.neighbors.scope().tiers;
-        for pairs in
-            case.neighbors.blocks.iter().flat_map(|block| [&block.inner, &block.inter_block])
-        {
-            let left = &pairs.stretch[pairs.in_tiers(tiers)..];
-            assert!(left.iter().all(|&stretch| stretch == 0.0), "a spring is forgotten");
+        for block in &case.neighbors.blocks {
+            let ends = [block.inner.in_tiers(tiers), block.inter_block.in_tiers(tiers)];
+            let stretches = [&block.inner.stretch, &block.inter_block.stretch];
+            for (stretches, end) in stretches.into_iter().zip(ends) {
+                let left = &stretches[end..];
+                assert!(left.iter().all(|&stretch| stretch == 0.0), "a spring is forgotten");
+            }
         }
     }
 }

@@ -1,6 +1,6 @@
 //! `[model.oscillator]`: a body on a spring.
 
-use super::contract::{Model, at_least_one_step};
+use super::contract::{Model, check_steps};
 use crate::keys::Reader;
 use crate::quantity::Positive;
 use crate::table::table;
@@ -29,7 +29,7 @@ impl Model for OscillatorConfig {
     }
 
     fn check(&mut self, table: &mut Reader<'_>) {
-        let steps = self.duration_s.get() / self.time_step_s.get();
-        at_least_one_step(steps, table, &["duration_s", "time_step_s"]);
+        let keys = ["duration_s", "time_step_s"];
+        check_steps(self.duration_s, Some(self.time_step_s), table, &keys);
     }
 }
