@@ -292,6 +292,8 @@ held((async () => {
     const count = document.querySelectorAll("script.film").length;
     for (let run = 0; run < Math.min(count, 3); run++) {
       await replay.select(run);
+      // Without positions, the page states it and has nothing to play.
+      if (document.querySelector(".stage").hidden && document.querySelector(".note").textContent) continue;
       const last = replay.frames - 1;
       for (const frame of [0, Math.floor(last / 2), last]) {
         replay.show(frame);
@@ -415,7 +417,8 @@ fn given_replays_show_the_recorded_positions() {
     let mut sizes = Vec::new();
     for page in reports.split(':') {
         let frames = compare(Path::new(page), 0).unwrap_or_else(|fault| panic!("{page}: {fault}"));
-        assert!(frames > 0, "{page}: nothing was drawn");
+        let is_drawn = fs::read_to_string(page).unwrap().contains(" data-film=");
+        assert_eq!(frames > 0, is_drawn, "{page}: {frames} frames were drawn");
         sizes.push(fs::metadata(page).unwrap().len());
         println!("{page}: {frames} frames, {} bytes", sizes.last().unwrap());
     }
