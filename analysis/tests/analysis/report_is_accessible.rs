@@ -22,13 +22,13 @@ held((async () => {
     texts.push(...severe.map((one) => `${one.id}: ${one.nodes.slice(0, 3).map((node) => node.target + " " + (node.any[0]?.message ?? "")).join(" | ")}`));
     rules = found.passes.length + found.violations.length;
   };
-  await held(examine());
+  await examine();
   const pair = document.querySelector(".pair");
   if (pair) {
     pair.click();
     await window.replay.second.ready;
     await nextFrames(5);
-    await held(examine());
+    await examine();
   }
   document.title = `rules ${rules}; severe [${texts.join("; ")}]`;
 })());
