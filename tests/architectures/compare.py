@@ -41,6 +41,8 @@ TARGETS = {
     "wasm32 (WASI, in Node)": ("wasm32-wasip1", "", ["node"]),
 }
 WASM = "wasm32-wasip1"
+# The environment variable that names the mount namespace of the comparison.
+OWN_MOUNTS = "KINETOSCOPE_OWN_MOUNTS"
 PACKAGES = "base-files bash cargo coreutils gcc libc6-dev qemu-user rustc sed"
 WASM_PACKAGES = "clang libclang-rt-dev-wasm32 libstd-rust-dev-wasm32 lld llvm nodejs wasi-libc"
 # Text of manifests whose runs would take an emulator over a minute, and what it becomes.
@@ -95,7 +97,6 @@ class System:
 
     def __init__(self, folder):
         self.folder = folder
-        self.mounted = []
 
     def make(self, targets):
         """Extracts the packages; those of earlier targets are kept."""
@@ -135,11 +136,6 @@ class System:
         target = self.folder / place
         target.mkdir(parents=True, exist_ok=True)
         run("mount", "--bind", source, target)
-        self.mounted.append(target)
-
-    def unmount(self):
-        for target in reversed(self.mounted):
-            run("umount", target)
 
     def shell(self, script, **options):
         return run("chroot", self.folder, "bash", "-euc", script, **options)
@@ -288,20 +284,32 @@ def main():
         targets.pop("x86-64 with AVX-512", None)
     system = System(arguments.system)
     try:
-        try:
-            system.make({rest[:2] for rest in targets.values()})
-        except (CannotBeMade, OSError, subprocess.CalledProcessError) as error:
-            print(f"the system for other architectures cannot be made: {error}")
-            return 77
-        work, changes = prepared(arguments.quick)
-        ours = lock_of_this_machine(arguments.program, work)
-        rows = Rows(ours, is_kept=not arguments.quick)
-        save = (lambda: None) if arguments.quick else lambda: PAGE.write_text(page(rows, changes))
-        fill(rows, system, targets, work, ours, arguments.quick, save)
-    finally:
-        system.unmount()
+        enter_own_mounts()
+        system.make({rest[:2] for rest in targets.values()})
+    except (CannotBeMade, OSError, subprocess.CalledProcessError) as error:
+        print(f"the system for other architectures cannot be made: {error}")
+        return 77
+    work, changes = prepared(arguments.quick)
+    ours = lock_of_this_machine(arguments.program, work)
+    rows = Rows(ours, is_kept=not arguments.quick)
+    save = (lambda: None) if arguments.quick else lambda: PAGE.write_text(page(rows, changes))
+    fill(rows, system, targets, work, ours, arguments.quick, save)
     save()
     return int(not rows.is_equal(targets))
+
+
+def enter_own_mounts():
+    """Starts again in a mount namespace of its own: what is mounted below ends with this process, however it ends.
+
+    A mount that outlives it would be fatal: who then deletes the folder deletes /dev and the registry of packages.
+    """
+    if os.environ.get(OWN_MOUNTS) != os.readlink("/proc/self/ns/mnt"):
+        entered = f'{OWN_MOUNTS}=$(readlink /proc/self/ns/mnt) exec "$@"'
+        try:
+            run("unshare", "--mount", "true")
+        except (OSError, subprocess.CalledProcessError) as error:
+            raise CannotBeMade("this user has no permission to mount") from error
+        os.execvp("unshare", ["unshare", "--mount", "sh", "-c", entered, "sh", sys.executable, *sys.argv])
 
 
 def vectors():
