@@ -103,7 +103,8 @@ impl<T: TomlValue> OptionalValue for Option<T> {
 
 /// Defines a struct that is written as a table on one line. In brackets after the type: `[required]`; `[nonempty]`, a
 /// required list; `[or DEFAULT]`, always written; `[optional]`, an `Option`; `[flatten]`, a table whose keys are listed
-/// with the others.
+/// with the others. In `[flatten else STANDIN]` and `[required else STANDIN]`, STANDIN is a value that breaks no rule: where none can be read,
+/// it takes its place while the rules for the other keys are checked.
 macro_rules! inline_table {
     (
         $(#[$meta:meta])*
@@ -235,6 +236,12 @@ macro_rules! read_key {
     ($reader:ident, $at:ident, $field:ident, [flatten]) => {
         $crate::inline::InlineTable::read_keys($reader, $at)
     };
+    ($reader:ident, $at:ident, $field:ident, [flatten else $standin:expr]) => {
+        Some($crate::inline::InlineTable::read_keys($reader, $at).unwrap_or(const { $standin }))
+    };
+    ($reader:ident, $at:ident, $field:ident, [required else $standin:expr]) => {
+        Some($reader.required(stringify!($field), $at).unwrap_or(const { $standin }))
+    };
     ($reader:ident, $at:ident, $field:ident, [$required:ident]) => {
         $reader.required(stringify!($field), $at)
     };
@@ -242,7 +249,7 @@ macro_rules! read_key {
 
 /// Writes one key of a table on one line.
 macro_rules! write_key {
-    ($pairs:ident, $field:ident, $value:expr, [flatten]) => {
+    ($pairs:ident, $field:ident, $value:expr, [flatten $(else $standin:expr)?]) => {
         $crate::inline::InlineTable::write_keys($value, $pairs)
     };
     ($pairs:ident, $field:ident, $value:expr, [optional]) => {
@@ -257,7 +264,7 @@ macro_rules! write_key {
 
 /// Adds one key to the forms of a table on one line.
 macro_rules! add_key {
-    ($forms:ident, $field:ident, $type:ty, [flatten]) => {
+    ($forms:ident, $field:ident, $type:ty, [flatten $(else $standin:expr)?]) => {
         $forms =
             $crate::inline::Form::product(&$forms, &<$type as $crate::inline::InlineTable>::forms())
     };
@@ -267,7 +274,7 @@ macro_rules! add_key {
             form.insert(stringify!($field), schema, false);
         }
     };
-    ($forms:ident, $field:ident, $type:ty, [$kind:ident $($default:expr)?]) => {
+    ($forms:ident, $field:ident, $type:ty, [$kind:ident $($default:tt)*]) => {
         for form in &mut $forms {
             let mut schema = <$type as $crate::value::TomlValue>::schema();
             if stringify!($kind) == "nonempty" {

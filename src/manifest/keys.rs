@@ -136,6 +136,39 @@ impl<'a> Reader<'a> {
         self.errors.push(Diagnostic::between(title.to_string(), places, label.to_string()));
     }
 
+    /// The same, at the key to change, which need not be the last one in the text.
+    pub(crate) fn refuse_at(
+        &mut self,
+        key: &str,
+        keys: &[&str],
+        title: impl Display,
+        label: impl Display,
+    ) {
+        match self.node(key) {
+            Some(node) => self.refuse_in(node.span, keys, title, label),
+            None => self.refuse(keys, title, label),
+        }
+    }
+
+    /// The same, at a part of a value.
+    pub(crate) fn refuse_in(
+        &mut self,
+        place: Span,
+        keys: &[&str],
+        title: impl Display,
+        label: impl Display,
+    ) {
+        if keys.iter().any(|key| self.failed.contains(key)) {
+            return;
+        }
+        self.breaks_a_rule = true;
+        let others = keys.iter().filter_map(|key| self.table.get(key)).map(|entry| entry.node.span);
+        let error = Diagnostic::new(title.to_string()).at(place, label.to_string());
+        let error =
+            others.filter(|other| *other != place).fold(error, |error, other| error.at(other, ""));
+        self.errors.push(error);
+    }
+
     /// Reports an error that has its place already.
     pub(crate) fn report(&mut self, error: Diagnostic) {
         self.errors.push(error);
@@ -263,11 +296,13 @@ impl Keys for Reader<'_> {
 }
 
 /// Reports each rule between keys whose condition holds, which means that it is broken: the keys, what is wrong, and what
-/// to do. Both texts are format strings.
+/// to do. Both texts are format strings. The error is at the last key in the text, or, with `at KEY of [..]`, at that key.
 macro_rules! rules {
-    ($table:expr; $($is_broken:expr => [$($key:expr),+] $title:literal, $label:literal;)+) => {
+    (@ $table:expr, at $at:tt, $($rest:tt)+) => { $table.refuse_at($at, $($rest)+) };
+    (@ $table:expr, , $($rest:tt)+) => { $table.refuse($($rest)+) };
+    ($table:expr; $($is_broken:expr => $(at $at:tt of)? [$($key:expr),+] $title:literal, $label:literal;)+) => {
         $(if $is_broken {
-            $table.refuse(&[$($key),+], format_args!($title), format_args!($label));
+            $crate::keys::rules!(@ $table, $(at $at)?, &[$($key),+], format_args!($title), format_args!($label));
         })+
     };
 }

@@ -115,7 +115,12 @@ const NAMES: Renames = &[
 ];
 
 fn find(names: Renames, path: &str, old: &str) -> Option<&'static str> {
-    let entry = names.iter().find(|(at, name, _)| *at == path && *name == old);
+    // An element of a list has its index in brackets.
+    let is_at = |at: &str| match path.strip_prefix(at) {
+        Some(index) => index.is_empty() || index.starts_with('[') && index.ends_with(']'),
+        None => false,
+    };
+    let entry = names.iter().find(|(at, name, _)| is_at(at) && *name == old);
     entry.map(|(_, _, new)| *new)
 }
 

@@ -228,7 +228,9 @@ impl<T: TomlValue, const N: usize> TomlValue for [T; N] {
             errors.push(Diagnostic::new(title).at(node.span, label));
             return None;
         }
-        Vec::read(node, name, errors)?.try_into().ok()
+        // Every element is read, so that all errors are reported at once.
+        let read: Vec<_> = elements.iter().map(|element| T::read(element, name, errors)).collect();
+        read.into_iter().collect::<Option<Vec<_>>>()?.try_into().ok()
     }
 
     fn write(&self) -> String {
@@ -246,7 +248,9 @@ impl<T: TomlValue> TomlValue for Vec<T> {
             return refuse_type(node, name, "an array", errors);
         };
         // Every element is read, so that all errors are reported at once.
-        let read: Vec<_> = elements.iter().map(|element| T::read(element, name, errors)).collect();
+        let elements = elements.iter().enumerate();
+        let read: Vec<_> =
+            elements.map(|(index, element)| read_element(element, name, index, errors)).collect();
         read.into_iter().collect()
     }
 
@@ -257,6 +261,24 @@ impl<T: TomlValue> TomlValue for Vec<T> {
     fn schema() -> Json {
         json!({ "type": "array", "items": T::schema() })
     }
+}
+
+/// Reads an element of a list. Its errors name its index, counted from 0. Names are written only then: a list may hold a million elements.
+fn read_element<T: TomlValue>(
+    element: &Node,
+    name: &str,
+    index: usize,
+    errors: &mut Errors,
+) -> Option<T> {
+    if errors.is_full() {
+        return T::read(element, name, errors);
+    }
+    let mut own = Errors::default();
+    let read = T::read(element, name, &mut own);
+    if !own.is_empty() {
+        T::read(element, &format!("{name}[{index}]"), errors);
+    }
+    read
 }
 
 /// The tables of an array of tables. Reports any other value: `expected` is what the key and what an element takes.

@@ -1,7 +1,8 @@
 //! The schedule of a run's frames: one target per frame, from the manifest's interval and the length of the run.
 
-use kinetoscope_manifest::record::{Decades, FramesPerDecade, RecordInterval};
+use kinetoscope_manifest::record::{Decades, FramesPerDecade, RecordConfig, RecordInterval};
 use kinetoscope_physics::model::{Extent, SetupError, Target};
+use std::num::NonZeroU64;
 
 /// The targets of all frames after the start, in order. Invariant: the last one is the end of the run.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,9 +29,7 @@ impl Schedule {
             (RecordInterval::Frames(frames), Steps { total, .. } | Events(total))
                 if frames.get() > total =>
             {
-                return Err(SetupError(format!(
-                    "[record] frames = {frames}, but the run has only {total} steps or events: set frames to at most {total}"
-                )));
+                return Err(too_many_frames(frames, extent, total));
             }
             (RecordInterval::Frames(frames), _) => frames.get(),
             (
@@ -134,6 +133,22 @@ fn frames_every_time(every: f64, step: f64, total: u64) -> Result<u64, SetupErro
     Ok(if frames > 1 && last_but_one >= total { frames - 1 } else { frames })
 }
 
+/// The error of more frames than the run has steps or events: `frames` may be the default, which the manifest does not show.
+fn too_many_frames(frames: NonZeroU64, extent: Extent, total: u64) -> SetupError {
+    let what = match (extent, total) {
+        (Extent::Steps { .. }, 1) => "step",
+        (Extent::Steps { .. }, _) => "steps",
+        (_, 1) => "event",
+        _ => "events",
+    };
+    let is_default = RecordConfig::default().interval == RecordInterval::Frames(frames);
+    let by_default = if is_default { " by default" } else { "" };
+    SetupError(format!(
+        "[record] frames is {frames}{by_default}, but the run has only {total} {what}. \
+         Set frames to at most {total} in [record], or make the run longer"
+    ))
+}
+
 /// Frames at the fractions 10^(-j/p) of the run's length, p per decade; the last one is its end. Counts are rounded, and equal
 /// counts are merged.
 fn logarithmic(per_decade: FramesPerDecade, decades: Decades, extent: Extent) -> Vec<Target> {
@@ -162,7 +177,6 @@ fn logarithmic(per_decade: FramesPerDecade, decades: Decades, extent: Extent) ->
 mod tests {
     use super::*;
     use kinetoscope_manifest::quantity::Positive;
-    use std::num::NonZeroU64;
 
     fn targets(interval: RecordInterval, extent: Extent) -> Vec<Target> {
         let schedule = Schedule::new(interval, extent).unwrap();

@@ -184,3 +184,53 @@ fn error_of_a_run_that_cannot_be_prepared_names_the_line_of_its_key() {
     let text = planned(dem);
     assert!(text.contains("coarse.toml:4\nhelp: set frames to at most 4"), "{text}");
 }
+
+/// Law: the values that an error suggests are accepted, though the shortest step depends on the positions as well as on the duration.
+/// Control: before, the nearest step of a run below 20.9 days was rejected, and a duration of 1e-300 was a dead end.
+#[test]
+fn suggested_steps_and_durations_of_an_orbit_work() {
+    let folder = tempfile::tempdir().unwrap();
+    let manifest = folder.path().join("orbit.toml");
+    let planned = |step: &str, duration: &str| {
+        let text = format!(
+            "[model.orbit]\ntime_step_days = {step}\nduration_days = {duration}\n[record]\nframes = 1\n"
+        );
+        std::fs::write(&manifest, text).unwrap();
+        stderr(&run_experiment([manifest.as_os_str(), "--dry-run".as_ref()]))
+    };
+    let values = |text: &str| -> Vec<String> {
+        let after = text.split("at least ").skip(1);
+        after.map(|rest| rest.split([',', '\n']).next().unwrap().trim().to_owned()).collect()
+    };
+    for duration in ["1e-3", "10", "20.8", "21", "365.25", "1e6"] {
+        let text = planned("1e-300", duration);
+        let [step] = &values(&text)[..] else { panic!("{text}") };
+        let text = planned(step, duration);
+        assert!(!text.contains("error"), "{duration}: {text}");
+    }
+    let text = planned("1e-301", "1e-300");
+    let [duration, step] = &values(&text)[..] else { panic!("{text}") };
+    let text = planned(step, duration);
+    assert!(!text.contains("error"), "{text}");
+    let text = planned("0.25", "1e-300");
+    let [duration] = &values(&text)[..] else { panic!("{text}") };
+    let text = planned("0.25", duration);
+    assert!(!text.contains("error"), "{text}");
+}
+
+/// Control: before, the error spoke of `frames` as if the manifest had it.
+#[test]
+fn default_frames_of_a_short_run_are_called_default() {
+    let folder = tempfile::tempdir().unwrap();
+    let manifest = folder.path().join("short.toml");
+    std::fs::write(&manifest, "[model.orbit]\nduration_days = 10\n").unwrap();
+    let text = stderr(&run_experiment([manifest.as_os_str(), "--dry-run".as_ref()]));
+    assert!(
+        text.contains("[record] frames is 200 by default, but the run has only 40 steps\n"),
+        "{text}"
+    );
+    assert!(
+        text.contains("help: set frames to at most 40 in [record], or make the run longer"),
+        "{text}"
+    );
+}

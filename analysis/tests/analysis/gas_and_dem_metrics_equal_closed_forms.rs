@@ -116,6 +116,15 @@ fn gas_metrics_of_points_and_runs_are_exact() {
     metrics.assert_near("particles_outside", 1.0, 0.0);
 }
 
+/// Law: in gravity, kinetic energy becomes potential energy, so its change is no drift of the energy.
+#[test]
+fn kinetic_energy_is_not_the_energy_in_gravity() {
+    let manifest = GAS_SWEEP.replace("[model.gas]", "[model.gas]\ngravity_m_per_s2 = 9.81");
+    let metrics = Folder::write(&manifest, gas_frames).metrics();
+    assert_eq!(metrics.all("energy.drift_relative").len(), 0);
+    assert_ne!(metrics.all("particles_outside").len(), 0);
+}
+
 /// Guarantee: points of a sweep that have the same seed and replicates are reported as correlated, in table and plot. Control: a
 /// single point is not.
 #[test]

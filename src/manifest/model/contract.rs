@@ -27,7 +27,7 @@ pub(crate) trait Model: HasKeys + Default {
 pub(super) const SAMPLE_DIAMETERS: f64 = 20.0;
 
 /// Maximum number of steps: integers up to 2^53 are exact.
-const MAX_STEPS: f64 = 9_007_199_254_740_992.0;
+pub const MAX_STEPS: f64 = 9_007_199_254_740_992.0;
 
 /// Reports a run that ends before its first step, or that has more steps than can be counted.
 pub(super) fn check_steps(
@@ -36,17 +36,34 @@ pub(super) fn check_steps(
     table: &mut Reader<'_>,
     keys: &[&str],
 ) {
-    let Some(step) = step.map(Positive::get) else { return };
-    let steps = duration.get() / step;
-    // The number of steps is floor(duration / step + 1e-9).
-    if steps + 1e-9 < 1.0 {
-        let title = "the run is shorter than one time step";
-        table.refuse(keys, title, "the time step must be <= the duration");
-    }
+    let Some(step) = step else { return };
+    check_first_step(duration, step, table, keys);
+    let (duration, step) = (duration.get(), step.get());
+    let steps = duration / step;
     if steps > MAX_STEPS {
         let title =
             format!("the run has {steps:e} time steps of {step:e}, more than can be counted");
-        let nearest = duration.get() / MAX_STEPS;
+        let nearest = duration / MAX_STEPS;
         table.refuse(keys, title, format!("the nearest time step that works is {nearest:e}"));
+    }
+}
+
+/// Reports a run that ends before its first step.
+pub(super) fn check_first_step(
+    duration: Positive,
+    step: Positive,
+    table: &mut Reader<'_>,
+    keys: &[&str],
+) {
+    let (duration, step) = (duration.get(), step.get());
+    // The number of steps is floor(duration / step + 1e-9).
+    if duration / step + 1e-9 < 1.0 {
+        let title = "the run is shorter than one time step";
+        let label = "the time step must be <= the duration";
+        table.refuse(
+            keys,
+            title,
+            format!("{label}: reduce it, or increase the duration to at least {step:?}"),
+        );
     }
 }

@@ -196,6 +196,7 @@ impl Model for GasConfig {
         self.check_start(table);
         self.check_speeds(table);
         self.check_wall(table);
+        self.check_schedule(table);
         self.check_collisions(table);
         self.complete_partition();
         self.check_gravity_and_partition(table);

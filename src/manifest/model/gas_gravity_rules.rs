@@ -71,22 +71,24 @@ impl GasConfig {
             (partition.x_m.get(), self.center_m[0].get(), self.radius_m.get());
         let reach = MAX_PARTITION_OFFSET * radius;
         let nearest = center + if x < center { -reach } else { reach };
+        let rounding = f64::EPSILON * (center.abs() + radius);
         let duration = self.duration_s.get();
+        let half = duration / 2.0;
         let opens = partition.opens_s.map_or(0.0, |time| time.get());
         let is_drawn = self.placement == GasPlacement::Random;
         let is_uniform = self.position_distribution == PositionDistribution::UniformInArea;
         let is_by_mass = partition.side == Some(PartitionSide::ByMass);
         rules! { table;
-            (x - center).abs() > reach => ["partition_x_m", "radius_m", "center_m"]
-                "`partition_x_m` is {x}, outside the container or almost", "the nearest value that works is {nearest}";
-            opens >= duration => ["partition_opens_s", "duration_s"]
-                "the partition would be removed at {opens} s, but the run ends at {duration} s",
-                "must be below {duration}; remove `partition_opens_s` for a partition that stays";
+            (x - center).abs() > reach + rounding => at "partition_x_m" of ["partition_x_m", "radius_m", "center_m"]
+                "`partition_x_m` is {x:?}, outside the container or almost", "the nearest value that works is {nearest:?}";
+            opens >= duration => at "partition_opens_s" of ["partition_opens_s", "duration_s"]
+                "the partition would be removed at {opens:?} s, but the run ends at {duration:?} s",
+                "must be below {duration:?}, such as {half:?}; remove `partition_opens_s` for a partition that stays";
             is_by_mass && self.additional_masses_kg.is_empty() => ["partition_side"]
                 "partition_side \"by-mass\" needs `additional_masses_kg`", "add a mass, which may equal `mass_kg`";
             !is_drawn && table.has("partition_side") => ["placement", "start_from", "partition_side"]
                 "`partition_side` cannot be used with a given start", "remove `partition_side`";
-            is_drawn && !is_uniform => ["partition_x_m", "position_distribution"]
+            is_drawn && !is_uniform => at "position_distribution" of ["partition_x_m", "position_distribution"]
                 "`partition_x_m` cannot be used with this `position_distribution`",
                 "set position_distribution to \"uniform-in-area\"";
         }
@@ -109,21 +111,24 @@ impl GasConfig {
             masses.fold(0.0, |most, mass| if mass.get() > most { mass.get() } else { most });
         let thermal = BOLTZMANN_J_PER_K * temperature.unwrap_or(0.0);
         let largest = MAX_WEIGHT_OVER_THERMAL * thermal / (heaviest * self.radius_m.get());
+        // The scale height is the radius.
+        let typical = thermal / (heaviest * self.radius_m.get());
+        let typical = if typical > 0.0 { typical } else { 9.81 };
         rules! { table;
             temperature.is_none() => ["position_distribution", "max_speed_m_per_s", "speeds_m_per_s"]
-                "a barometric start needs a temperature", "use `temperature_k`";
+                "a barometric start needs a temperature", "use `temperature_k`, such as 300, in place of the other key";
             temperature == Some(0.0) => ["position_distribution", "temperature_k"]
-                "without motion, all particles of a barometric start lie at the bottom", "set `temperature_k` above 0";
+                "without motion, all particles of a barometric start lie at the bottom", "must be above 0, such as 300; or set position_distribution to \"uniform-in-area\"";
             gravity == 0.0 => ["position_distribution"]
-                "a barometric start needs gravity", "add `gravity_m_per_s2`, or set position_distribution to \"uniform-in-area\"";
+                "a barometric start needs gravity", "add `gravity_m_per_s2`, such as {typical:e}, or set position_distribution to \"uniform-in-area\"";
             temperature.is_some() && !is_maxwell => ["position_distribution", "speed_distribution", "speeds_m_per_s", "temperature_definition"]
                 "a barometric start needs Maxwell's speeds at a temperature defined by the mean square",
                 "set speed_distribution to \"maxwell\" and temperature_definition to \"mean-square\"";
             self.placement != GasPlacement::Random => ["position_distribution", "placement", "start_from"]
                 "a barometric start cannot be used with a given start", "remove `position_distribution`";
-            thermal > 0.0 && gravity > largest => ["gravity_m_per_s2", "temperature_k", "radius_m"]
+            thermal > 0.0 && gravity > largest => at "gravity_m_per_s2" of ["gravity_m_per_s2", "temperature_k", "radius_m"]
                 "gravity leaves no particle above the bottom: m g R exceeds k_B T {MAX_WEIGHT_OVER_THERMAL:e} times",
-                "the nearest `gravity_m_per_s2` that works is {largest:e}";
+                "the nearest value that works is {largest:e}; or increase `temperature_k`";
         }
     }
 }

@@ -2,8 +2,10 @@
 
 use super::gas::{GasConfig, Propagation};
 use super::gas_start::{GasPlacement, PositionDistribution, SpeedDistribution, SpeedScale};
-use super::sizes::{LARGEST, SMALLEST, length, nearest_size};
+use super::sizes::{LARGEST, SMALLEST, length, nearest_size, rounded_down};
 use crate::keys::{Reader, rules};
+use crate::tree::Value;
+use crate::value::number;
 
 /// Maximum fraction of the container that discs placed at random can cover. Random sequential addition jams at 0.547
 /// (Feder, J. Theor. Biol. 87, 237 (1980)) and becomes ever slower near it.
@@ -55,7 +57,7 @@ impl GasConfig {
         let limit = MAX_CENTER_DISTANCE_IN_RADII * radius;
         let [x, y] = self.center_m.map(|axis| axis.get() / distance * limit);
         rules! { table;
-            distance > limit => ["center_m", "radius_m"]
+            distance > limit => at "center_m" of ["center_m", "radius_m"]
                 "`center_m` is {distance:e} m from the origin, so far that positions lose their digits",
                 "must be within {MAX_CENTER_DISTANCE_IN_RADII:e} radii; the nearest value is [{x:e}, {y:e}]";
         }
@@ -109,9 +111,6 @@ impl GasConfig {
             }
         }
         let is_as_printed = matches!(self.propagation, Propagation::AsPrinted { .. });
-        let rising = self.temperature_schedule.windows(2).all(|pair| pair[0][0] < pair[1][0]);
-        let duration = self.duration_s.get();
-        let last = self.temperature_schedule.last().map_or(0.0, |[time, _]| time.get());
         let growth = self.wall_speed_m_per_s.get() * self.duration_s.get();
         let perimeter = std::f64::consts::TAU * self.radius_m.get();
         rules! { table;
@@ -120,16 +119,44 @@ impl GasConfig {
                 "set propagation to \"exact\" or \"time-stepped\"";
             table.has("accommodation_coefficient") && !table.has("wall_temperature_k") => ["accommodation_coefficient"]
                 "`accommodation_coefficient` needs `wall_temperature_k`", "add `wall_temperature_k`";
-            !rising => ["temperature_schedule"]
-                "the times of `temperature_schedule` are not in rising order",
-                "order the pairs [time, temperature] by time";
-            rising && last > duration => ["temperature_schedule", "duration_s"]
-                "`temperature_schedule` sets a temperature at {last} s, but the run ends at {duration} s",
-                "remove the later pairs [time, temperature], or increase `duration_s` to {last}";
             self.radius_m.get() + growth <= 0.0 => ["wall_speed_m_per_s", "duration_s"]
                 "the wall reaches the center before the run ends", "shorten the duration or slow the wall";
             self.orifice_width_m.is_some_and(|width| width.get() > perimeter) => ["orifice_width_m", "radius_m"]
                 "`orifice_width_m` is longer than the wall", "must be at most 2 pi radius_m";
+        }
+    }
+
+    /// Reports each time of the schedule that is not after all before it, or is after the end of the run. From the text, so that no
+    /// error in another pair hides it.
+    pub(super) fn check_schedule(&self, table: &mut Reader<'_>) {
+        let node = table.node("temperature_schedule");
+        let Some(Value::Array(pairs)) = node.map(|node| &node.value) else { return };
+        let duration = self.duration_s.get();
+        let mut latest: Option<f64> = None;
+        for (index, pair) in pairs.iter().enumerate() {
+            let Value::Array(pair_numbers) = &pair.value else { continue };
+            let time = pair_numbers.first().and_then(number).filter(|time| time.is_finite());
+            let Some(time) = time else { continue };
+            let name = format!("`temperature_schedule[{index}]`");
+            if let Some(before) = latest.filter(|before| time <= *before) {
+                let title = format!(
+                    "{name} is at {time:?} s, not after the {before:?} s of a pair before it"
+                );
+                let label = "order the pairs [time, temperature] by time";
+                table.refuse_in(pair.span, &[], title, label);
+            }
+            if latest.is_none_or(|before| time > before) {
+                latest = Some(time);
+            }
+            if time > duration {
+                let title = format!(
+                    "{name} sets a temperature at {time:?} s, but the run ends at {duration:?} s"
+                );
+                let label = format!(
+                    "the time must be at most {duration:?}; or increase `duration_s` to {time:?}"
+                );
+                table.refuse_in(pair.span, &["duration_s"], title, label);
+            }
         }
     }
 
@@ -163,10 +190,12 @@ impl GasConfig {
         let radius = self.radius_m.get();
         let covered =
             f64::from(self.particles.get()) * disc_radius * disc_radius / (radius * radius);
+        let most = (MOST_COVERED / f64::from(self.particles.get())).sqrt();
+        let smaller = rounded_down(radius * most);
         rules! { table;
-            disc_radius >= radius || covered > MOST_COVERED => ["disc_radius_m", "particles", "radius_m"]
+            disc_radius >= radius || covered > MOST_COVERED => at "disc_radius_m" of ["disc_radius_m", "particles", "radius_m"]
                 "the discs would cover {covered:.3} of the container",
-                "must be at most {MOST_COVERED}: fewer or smaller discs, or a larger container";
+                "they can cover at most {MOST_COVERED} of it: `disc_radius_m` at most {smaller:?}, fewer discs, or a larger container";
         }
     }
 }

@@ -23,6 +23,7 @@ mod sizes;
 mod start;
 mod start_from;
 
+pub use contract::MAX_STEPS;
 pub use dem::{
     DemConfig, DemDashpot, DemIntegrator, Dissipation, PeriodicSides, StepLength, TimeStep,
     UnstableTimeStep,

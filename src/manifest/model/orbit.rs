@@ -1,6 +1,6 @@
 //! `[model.orbit]`: the Earth around the Sun, in AU and days.
 
-use super::contract::{Model, check_steps};
+use super::contract::{Model, check_first_step};
 use super::start::starts;
 use super::start_from::{MayBeRecorded as _, StartFrom};
 use crate::diagnostics::Errors;
@@ -85,9 +85,9 @@ inline_table! {
     /// One of several bodies that attract each other.
     pub struct OrbitBody = "a table { gm_au3_per_day2, position_au, velocity_au_per_day }, or with elements in place of the vectors" with OrbitBody::rules {
         /// Gravitational constant times mass, AU^3/day^2; zero for a test particle, which attracts no other body.
-        gm_au3_per_day2: NonNegative [required],
+        gm_au3_per_day2: NonNegative [required else NonNegative::literal(0.0)],
         /// Vectors, or elements relative to the first body.
-        state: OrbitState [flatten],
+        state: OrbitState [flatten else OrbitState::CIRCLE],
     }
 }
 
@@ -97,16 +97,16 @@ inline_enum! {
         /// Position and velocity; the position of a body around the Sun is not zero.
         Vectors {
             /// Position, AU.
-            position_au: [Finite; 3] [required],
+            position_au: [Finite; 3] [required else UNIT_X],
             /// Velocity, AU/day.
-            velocity_au_per_day: [Finite; 3] [required],
+            velocity_au_per_day: [Finite; 3] [required else UNIT_Y],
         }
         /// Keplerian elements; the angles are zero where they are left out.
         Elements {
             /// Semi-major axis, AU; above zero.
-            semi_major_axis_au: Finite [required],
+            semi_major_axis_au: Finite [required else Finite::literal(1.0)],
             /// Eccentricity, in [0, 1).
-            eccentricity: Finite [required],
+            eccentricity: Finite [required else Finite::literal(0.0)],
             /// Angle between the orbital plane and the plane z = 0, rad; in [0, pi].
             inclination_rad: Finite [or Finite::literal(0.0)],
             /// Angle from the x axis to the ascending node, rad.
@@ -119,6 +119,14 @@ inline_enum! {
             mean_anomaly_rad: Option<Finite> [optional],
         }
     }
+}
+
+const UNIT_X: [Finite; 3] = [Finite::literal(1.0), Finite::literal(0.0), Finite::literal(0.0)];
+const UNIT_Y: [Finite; 3] = [Finite::literal(0.0), Finite::literal(1.0), Finite::literal(0.0)];
+
+impl OrbitState {
+    /// A state that breaks no rule.
+    const CIRCLE: Self = Self::Vectors { position_au: UNIT_X, velocity_au_per_day: UNIT_Y };
 }
 
 impl TomlValue for OrbitState {
@@ -146,7 +154,8 @@ impl Model for OrbitConfig {
 
     fn check(&mut self, table: &mut Reader<'_>) {
         let keys = ["time_step_days", "duration_days"];
-        check_steps(self.duration_days, Some(self.time_step_days), table, &keys);
+        // How small a step can be depends on the positions; `prepare` of the model reports it.
+        check_first_step(self.duration_days, self.time_step_days, table, &keys);
         let recorded = self.start.recorded().and_then(StartFrom::particles);
         let bodies = self.bodies.as_deref();
         let is_kepler = self.integrator == OrbitIntegrator::Kepler;

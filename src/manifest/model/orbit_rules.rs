@@ -7,6 +7,7 @@ use crate::keys::{Reader, rules};
 use crate::quantity::Finite;
 use crate::tree::{Span, Value};
 use std::collections::HashMap;
+use std::f64::consts::TAU;
 
 /// Largest sine of the angle between position and velocity of a straight line through the Sun.
 const MAX_RADIAL_SINE: f64 = 1e-12;
@@ -39,7 +40,7 @@ impl OrbitState {
         let circular = (GM_OF_THE_SUN / distance).sqrt();
         rules! { reader;
             distance == 0.0 => ["position_au"]
-                "`{name}` is at the position of the Sun", "must not be [0, 0, 0]";
+                "`{name}` is at the position of the Sun", "must not be [0, 0, 0]; [1, 0, 0] is 1 AU away";
             distance > 0.0 && distance < SMALLEST => ["position_au"]
                 "`{name}.position_au` is at a distance of {distance:e} AU from the Sun", "must be at least {SMALLEST:e} AU away";
             is_in_range && sine_between(*position_au, *velocity_au_per_day) <= MAX_RADIAL_SINE => ["position_au", "velocity_au_per_day"]
@@ -78,6 +79,11 @@ impl OrbitState {
         let nearest_axis = nearest_size(axis);
         let nearest = if e < 0.0 { 0.0 } else { LARGEST_ECCENTRICITY };
         let nearest_tilt = if tilt < 0.0 { 0.0 } else { std::f64::consts::PI };
+        let in_degrees = if (4.0..=180.0).contains(&tilt) {
+            format!("; {tilt:?} degrees are {:?} rad", tilt.to_radians())
+        } else {
+            String::new()
+        };
         let two_anomalies = reader.has("true_anomaly_rad") && reader.has("mean_anomaly_rad");
         rules! { reader;
             axis <= 0.0 => ["semi_major_axis_au"]
@@ -91,7 +97,7 @@ impl OrbitState {
                 "must be in [0, {LARGEST_ECCENTRICITY:?}]; the nearest value is {nearest:?}";
             !(0.0..=std::f64::consts::PI).contains(&tilt) => ["inclination_rad"]
                 "`{name}.inclination_rad` is {tilt:?}",
-                "must be in [0, pi], above pi/2 for retrograde motion; the nearest value is {nearest_tilt:?}";
+                "must be in [0, pi], above pi/2 for retrograde motion; the nearest value is {nearest_tilt:?}{in_degrees}";
             two_anomalies => ["true_anomaly_rad", "mean_anomaly_rad"]
                 "`{name}` has a true and a mean anomaly, which cannot be used together", "keep one of them";
         }
@@ -99,9 +105,10 @@ impl OrbitState {
             [("true_anomaly_rad", true_anomaly_rad), ("mean_anomaly_rad", mean_anomaly_rad)]
         {
             let angle = anomaly.map_or(0.0, Finite::get);
+            let equal = angle % TAU;
             rules! { reader;
                 angle.abs() > LARGEST_ANOMALY => [key]
-                    "`{name}.{key}` is {angle:?}", "must be in [-{LARGEST_ANOMALY:?}, {LARGEST_ANOMALY:?}]: subtract multiples of 2 pi";
+                    "`{name}.{key}` is {angle:?}", "must be in [-{LARGEST_ANOMALY:?}, {LARGEST_ANOMALY:?}]: the same angle without multiples of 2 pi is {equal:?}";
             }
         }
     }
@@ -133,6 +140,7 @@ fn sine_between(one: [Finite; 3], other: [Finite; 3]) -> f64 {
 impl OrbitConfig {
     /// Reports bodies between which no motion can be followed.
     pub(super) fn check_bodies(&self, table: &mut Reader<'_>) {
+        report_first_elements(table);
         let Some(bodies) = &self.bodies else { return };
         let attracts = |body: &OrbitBody| body.gm_au3_per_day2.get() > 0.0;
         let has_elements = bodies.iter().any(|body| body.state.has_elements());
@@ -141,10 +149,7 @@ impl OrbitConfig {
         rules! { table;
             !is_motion => ["bodies"]
                 "no body of `model.orbit.bodies` attracts another",
-                "needs at least two bodies, one of them with mass";
-            first.is_some_and(|first| first.state.has_elements()) => ["bodies"]
-                "the first body of `model.orbit.bodies` has elements, which are relative to the first body",
-                "give the first body by `position_au` and `velocity_au_per_day`";
+                "needs at least two bodies, one of them with mass: `gm_au3_per_day2 = {GM_OF_THE_SUN:?}` is the Sun's";
             has_elements && first.is_some_and(|first| !first.state.has_elements() && !attracts(first)) => ["bodies"]
                 "the first body of `model.orbit.bodies` has no mass, but others have elements relative to it",
                 "list the body that they orbit first";
@@ -153,6 +158,18 @@ impl OrbitConfig {
                 "change one of `velocity_au_per_day`";
         }
         report_coinciding(bodies, table);
+    }
+}
+
+/// Reports a first body with elements. From the text, so that no error in a number hides it.
+fn report_first_elements(table: &mut Reader<'_>) {
+    let Some(Value::Array(bodies)) = table.node("bodies").map(|node| &node.value) else { return };
+    let Some(first) = bodies.first() else { return };
+    let keys = ["semi_major_axis_au", "eccentricity"];
+    if first.table().is_some_and(|body| keys.iter().any(|key| body.get(key).is_some())) {
+        let title = "the first body of `model.orbit.bodies` has elements, which are relative to the first body";
+        let label = "give the first body by `position_au` and `velocity_au_per_day`, such as [0, 0, 0] and [0, 0, 0]";
+        table.report(Diagnostic::new(title).at(first.span, label));
     }
 }
 
@@ -166,12 +183,15 @@ fn is_at_relative_rest(bodies: &[OrbitBody]) -> bool {
     first.is_some() && velocities.all(|velocity| velocity == first)
 }
 
-/// Reports each body with the position of an earlier one, unless both are test particles, which pass through each other.
+/// Reports each body with the position of an earlier one, unless both are test particles, which pass through each other. A first body
+/// with elements has no position.
 fn report_coinciding(bodies: &[OrbitBody], table: &mut Reader<'_>) {
     let Some(Value::Array(elements)) = table.node("bodies").map(|node| &node.value) else { return };
     // Body at a position, if possible one that attracts.
     let mut bodies_at: HashMap<_, (usize, bool)> = HashMap::new();
-    for (number, body) in bodies.iter().enumerate() {
+    let is_placed =
+        |(number, body): &(usize, &OrbitBody)| *number > 0 || !body.state.has_elements();
+    for (number, body) in bodies.iter().enumerate().filter(is_placed) {
         let attracts = body.gm_au3_per_day2.get() > 0.0;
         let there = bodies_at.entry(body.state.position_text()).or_insert((number, attracts));
         let (other, other_attracts) = *there;

@@ -1,6 +1,7 @@
 //! `[model.packing]`: event-driven hard discs. Lengths and times are dimensionless, and a disc has mass 1.
 
 use super::contract::{Model, SAMPLE_DIAMETERS};
+use super::sizes::rounded_down;
 use super::start::{check_lengths, starts};
 use crate::inline::inline_table;
 use crate::keys::{Reader, rules};
@@ -199,6 +200,9 @@ impl Model for PackingConfig {
         let fraction = discs * std::f64::consts::PI * mean_square / (width * height);
         // The largest number below the limit; the cast saturates.
         let most = (RANDOM_PLACEMENT_LIMIT * discs / fraction).ceil() as u64 - 1;
+        let fewer =
+            if most > 0 { format!("at most {most} discs of this radius, ") } else { String::new() };
+        let smaller = rounded_down(radius * (RANDOM_PLACEMENT_LIMIT / fraction).sqrt());
         let others = if fraction < DENSEST {
             ", or placement = \"lattice\" or \"compressed\""
         } else {
@@ -207,7 +211,7 @@ impl Model for PackingConfig {
         rules! { table;
             self.boundary == Boundary::Periodic && shorter < least => ["boundary", "radius", "width", "height"]
                 "a periodic box of {width:?} x {height:?} is too small for discs of radius {largest:?}",
-                "both sides must be at least {PERIODIC_DIAMETERS} diameters";
+                "both sides must be at least {least:?}, {PERIODIC_DIAMETERS} diameters";
             self.boundary == Boundary::Periodic && self.discs.get() == 1 && self.length.counts_events() =>
                 ["discs", "boundary", "placement"]
                 "one disc in a periodic box never collides, so a run with `events_per_disc` would not end",
@@ -215,7 +219,7 @@ impl Model for PackingConfig {
             self.placement == PackingPlacement::Random && fraction >= RANDOM_PLACEMENT_LIMIT =>
                 ["discs", "width", "height", "radius", "placement"]
                 "the packing fraction n pi r^2 / (lx ly) is {fraction:.3}; random placement needs less than {RANDOM_PLACEMENT_LIMIT}",
-                "at most {most} discs of this radius, smaller discs, or a larger box{others}";
+                "{fewer}a radius of at most {smaller:?}, or a larger box{others}";
         }
     }
 }

@@ -13,6 +13,11 @@ pub(super) fn nearest_size(size: f64) -> f64 {
     if least > LARGEST { LARGEST } else { least }
 }
 
+/// The number, or up to a thousandth less, with four digits.
+pub(super) fn rounded_down(number: f64) -> f64 {
+    format!("{:.3e}", number * 0.9995).parse().unwrap_or(number)
+}
+
 /// Length of a vector.
 pub(super) fn length<const N: usize>(vector: [Finite; N]) -> f64 {
     // The largest component as the unit: no square overflows.

@@ -29,7 +29,7 @@ use self::planet::Planet;
 use self::trajectory::{Discretization, NotFinite};
 use crate::model::{Extent, Model, ModelKind, Progress, SetupError, SimulationFault, Target};
 use crate::random::Seed;
-use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator, OrbitSummation};
+use kinetoscope_manifest::model::{MAX_STEPS, OrbitConfig, OrbitIntegrator, OrbitSummation};
 use kinetoscope_recording::channels::{
     ChannelDeclaration, OrbitClosestApproach, OrbitConserved, OrbitElements, OrbitEnergy,
 };
@@ -87,13 +87,6 @@ impl Model for Orbit {
     ) -> Result<Self, SetupError> {
         let step = config.time_step_days.get();
         let duration = config.duration_days.get();
-        let total_steps = whole_steps(duration, step);
-        if total_steps == 0 {
-            return Err(SetupError(format!(
-                "time_step_days is {step}; must be at most duration_days = {duration}, because no step fits: reduce time_step_days or \
-                 increase duration_days"
-            )));
-        }
         let discretization = Discretization {
             integrator: config.integrator,
             summation: config.summation,
@@ -108,12 +101,8 @@ impl Model for Orbit {
             System::Planet(planet) => planet.trajectory.phase.least_step(),
             System::Bodies(bodies) => bodies.trajectory.phase.least_step(),
         };
-        if step < least {
-            return Err(SetupError(format!(
-                "time_step_days is {step:e}, in which no position changes by its last digit: increase it to at least {least:e}"
-            )));
-        }
-        Ok(Self { discretization, total_steps, system })
+        check_step(step, duration, least)?;
+        Ok(Self { discretization, total_steps: whole_steps(duration, step), system })
     }
 
     /// The constants are compared with those of a start, which takes no time to build.
@@ -297,4 +286,32 @@ impl Orbit {
 /// N = floor(T / h + 1e-9): a duration of N steps is recognized if rounding has made it slightly shorter.
 fn whole_steps(duration: f64, step: f64) -> u64 {
     (duration / step + 1e-9).floor() as u64
+}
+
+/// Rejects a run without a step, steps that change no position, and more steps than can be counted. `least` is the shortest step, days,
+/// that changes a position.
+fn check_step(step: f64, duration: f64, least: f64) -> Result<(), SetupError> {
+    let countable = duration / MAX_STEPS;
+    let shortest = if least > countable { least } else { countable };
+    let reason = if duration < least {
+        let longer = if step > least { step } else { least };
+        format!(
+            "duration_days is {duration:e}, in which no position changes by its last digit: increase it to at least {longer:e}, and \
+             time_step_days to at least {least:e}"
+        )
+    } else if whole_steps(duration, step) == 0 {
+        format!(
+            "time_step_days is {step:e}, longer than the run: reduce it to at most {duration:e}, or increase duration_days to at least {step:e}"
+        )
+    } else if step < shortest {
+        let why = if step < least {
+            "in which no position changes by its last digit"
+        } else {
+            "which gives more steps than can be counted"
+        };
+        format!("time_step_days is {step:e}, {why}: increase it to at least {shortest:e}")
+    } else {
+        return Ok(());
+    };
+    Err(SetupError(reason))
 }

@@ -15,7 +15,7 @@ definitions! {
     RMS_SPEED: "rms_speed", "m/s", "sqrt <v^2>, last frame; error of drawn speeds", [law::SPEED_LAW], 0.0;
     MEAN_VELOCITY: "mean_velocity", "m/s", "|mean v|, last frame", [], 0.0;
     WALL_COLLISION_RATE: "wall_collision_rate", "1/s", "/collisions: wall collisions of all particles over time; conditional error at given speeds, by the chords of the particles and their phases, to which the scatter of <v> between seeds is added; of discs by blocking", [law::WALL_COLLISION_RATE], 0.0;
-    ENERGY_DRIFT: "energy.drift_relative", "1", "/energy: kinetic energy, last frame against the first", [law::INVARIANTS], 1e-9;
+    ENERGY_DRIFT: "energy.drift_relative", "1", "/energy: kinetic energy, last frame against the first; not in gravity, see energy.residual_relative", [law::INVARIANTS], 1e-9;
     MAX_SPEED_CHANGE: "max_speed_change_relative", "1", "/energy: largest of any particle and frame; with a moving wall, after the motion of the wall is subtracted", [law::INVARIANTS], 1e-9;
     MAX_ANGULAR_MOMENTUM_CHANGE: "max_angular_momentum_change_relative", "1", "/energy: largest of any particle and frame, over m R v", [law::INVARIANTS], 1e-9;
     PARTICLES_OUTSIDE: "particles_outside", "1", "/energy: most of any frame", [law::INVARIANTS], 0.0;

@@ -247,7 +247,10 @@ impl GasRun {
     fn measure_invariants(&self, found: &mut Measurements) {
         let (Some(first), Some(last)) = (&self.first_invariants, &self.invariants) else { return };
         let drift = relative_change(last.kinetic_j, first.kinetic_j);
-        found.compare(metric::ENERGY_DRIFT, drift, self.keeps_energy().then_some(0.0));
+        // In gravity, the kinetic energy is not the energy; the energy balance includes the potential energy.
+        if self.config.gravity_m_per_s2.get() == 0.0 {
+            found.compare(metric::ENERGY_DRIFT, drift, self.keeps_energy().then_some(0.0));
+        }
         found.compare(metric::PARTICLES_OUTSIDE, self.max_outside as f64, 0.0);
         // A thermal wall, gravity and collisions between discs change the speed of each particle; nothing is recorded then.
         let keeps_speeds = self.config.disc_radius_m.is_none()

@@ -160,3 +160,65 @@ fn gas_discs_and_listed_speeds_must_be_consistent() {
     };
     assert_eq!(gas.speed_scale, SpeedScale::Given);
 }
+
+/// Control: before, one error hid the others, and none named its pair.
+#[test]
+fn all_errors_of_the_temperature_schedule_are_reported_at_their_pairs() {
+    let text = "[model.gas]\ntemperature_schedule = [\n[0.05, 300],\n[0.02, -1],\n[0.3, 300],\n[0.04, 200],\n]\n";
+    let errors = parse(text, "m.toml", &[]).map(|_| ()).unwrap_err();
+    let rendered = errors.to_string();
+    for (line, part) in [
+        (4, "`model.gas.temperature_schedule[1][1]` is -1"),
+        (4, "`temperature_schedule[1]` is at 0.02 s, not after the 0.05 s of a pair before it"),
+        (5, "`temperature_schedule[2]` sets a temperature at 0.3 s, but the run ends at 0.1 s"),
+        (6, "`temperature_schedule[3]` is at 0.04 s, not after the 0.3 s of a pair before it"),
+    ] {
+        let (_, place) = rendered.split_once(part).unwrap_or_else(|| panic!("{part}\n{rendered}"));
+        let place = place.split_once("--> m.toml:").unwrap().1;
+        assert!(place.starts_with(&format!("{line}:")), "{part}\n{rendered}");
+    }
+    assert_eq!(errors.len(), 4, "{rendered}");
+}
+
+/// Control: before, the error was at the last of the keys in the text, such as `duration_s`, but the advice was for another.
+#[test]
+fn errors_of_gravity_and_partition_are_at_the_key_to_change() {
+    for text in [
+        "partition_x_m = 3 # <-\ncenter_m = [1e3, 0]\nradius_m = 2",
+        "partition_x_m = 0\npartition_opens_s = 1 # <-\nduration_s = 0.2",
+        "position_distribution = \"uniform-in-radius\" # <-\npartition_x_m = 0",
+        "gravity_m_per_s2 = 1e20 # <-\nposition_distribution = \"barometric\"\ntemperature_k = 300",
+        "center_m = [1e30, 0] # <-\nradius_m = 1",
+    ] {
+        rejected(&format!("[model.gas]\n{text}"), "");
+    }
+}
+
+/// Law: the nearest values of the messages are accepted. Control: before, that of a partition was rejected for most centers.
+#[test]
+fn nearest_values_of_gravity_and_partition_work() {
+    for center in ["0.3", "-0.7", "1.1", "123.456", "1e9"] {
+        for x in ["-1e12", "1e12"] {
+            let text =
+                |x: &str| format!("[model.gas]\ncenter_m = [{center}, 0]\npartition_x_m = {x}");
+            accepted(&text(&suggested(&text(x), "the nearest value that works is ")));
+        }
+    }
+    for (mass, temperature) in [("1e-26", "300"), ("3.3e-27", "17.3"), ("7e-25", "1e-3")] {
+        let text = |gravity: &str| {
+            format!(
+                "[model.gas]\nmass_kg = {mass}\ntemperature_k = {temperature}\nposition_distribution = \"barometric\"\ngravity_m_per_s2 = {gravity}"
+            )
+        };
+        accepted(&text(&suggested(&text("1e30"), "the nearest value that works is ")));
+    }
+    let text = |opens: &str| format!("[model.gas]\npartition_x_m = 0\npartition_opens_s = {opens}");
+    accepted(&text(&suggested(&text("3"), "must be below 0.1, such as ")));
+}
+
+/// The value that the error of a manifest suggests after these words.
+fn suggested(text: &str, words: &str) -> String {
+    let rendered = parse(text, "m.toml", &[]).map(|_| ()).unwrap_err().to_string();
+    let (_, value) = rendered.split_once(words).unwrap_or_else(|| panic!("{rendered}"));
+    value.split([';', '\n']).next().unwrap().to_owned()
+}

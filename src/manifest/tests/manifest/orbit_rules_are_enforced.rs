@@ -31,7 +31,7 @@ fn elements_that_describe_no_ellipse_are_rejected_with_the_nearest_value() {
         ),
         (
             "semi_major_axis_au = 1, eccentricity = 0, mean_anomaly_rad = 1e300",
-            "subtract multiples of 2 pi",
+            "the same angle without multiples of 2 pi is ",
         ),
         ("semi_major_axis_au = 1", "needs `eccentricity`"),
     ] {
@@ -66,8 +66,10 @@ fn orbits_must_start_outside_the_sun() {
         "[model.orbit]\nstart = \"geocentric\" # <-",
         "\"barycentric\", \"heliocentric\" or { position_au",
     );
-    rejected("[model.orbit]\nduration_days = 0.1 # <-", "shorter than one time step");
-    rejected("[model.orbit]\ntime_step_days = 1e-300 # <-", "the nearest time step that works is");
+    rejected(
+        "[model.orbit]\nduration_days = 1e-300 # <-",
+        "increase the duration to at least 0.25",
+    );
     rejected("[model.orbit]\ntime_step_days = 0 # <-", "must be a number > 0");
     rejected("[model.orbit]\ntime_step_days = -0.25 # <-", "must be a number > 0");
     rejected("[model.orbit]\nduration_days = 0 # <-", "must be a number > 0");
@@ -192,4 +194,67 @@ fn misspelled_elements_are_compared_with_elements() {
     let unlike = errors("a = 1, e = 0.5");
     assert!(unlike.contains("known keys: semi_major_axis_au, eccentricity"), "{unlike}");
     assert!(unlike.contains("position_au, velocity_au_per_day"), "{unlike}");
+}
+
+/// The errors of a manifest, as text, and their number.
+fn errors(text: &str) -> (String, usize) {
+    let errors = kinetoscope_manifest::parse(text, "m.toml", &[]).unwrap_err();
+    (errors.to_string(), errors.len())
+}
+
+/// Control: before, an unreadable key of a body hid every rule for its other keys.
+#[test]
+fn all_errors_of_one_body_are_reported_at_once() {
+    const SUN: &str =
+        "{ gm_au3_per_day2 = 3e-4, position_au = [0, 0, 0], velocity_au_per_day = [0, 0, 0] }";
+    for (body, parts) in [
+        (
+            "gm_au3_per_day2 = -1, semi_major_axis_au = 1, eccentricity = 2, inclination_rad = 4",
+            &[
+                "bodies[1].gm_au3_per_day2` is -1",
+                "nearest value is 0.999999",
+                "nearest value is 3.14",
+            ] as &[&str],
+        ),
+        (
+            "gm_au3_per_day2 = 1e60, semi_major_axis_au = \"far\", eccentricity = 2",
+            &[
+                "the nearest value is 1e50",
+                "semi_major_axis_au` is a string",
+                "nearest value is 0.999999",
+            ],
+        ),
+        (
+            "gm_au3_per_day2 = 1e60, eccentricity = 2",
+            &["nearest value is 1e50", "needs `semi_major_axis_au`", "nearest value is 0.999999"],
+        ),
+        (
+            "gm_au3_per_day2 = 1e60, position_au = [1, 0, 0], eccentricity = 0.1",
+            &["the nearest value is 1e50", "keep the keys of one of the two"],
+        ),
+        (
+            "gm_au3_per_day2 = 1e60, position_au = [1, 0], velocity_au_per_day = [1e60, 0, 0]",
+            &["the nearest value is 1e50", "must be an array of 3 numbers", "must be at most 1e50"],
+        ),
+    ] {
+        let (text, number) = errors(&format!("[model.orbit]\nbodies = [{SUN}, {{ {body} }}]"));
+        for part in parts {
+            assert!(text.contains(part), "{part}\n{text}");
+        }
+        assert_eq!(number, parts.len(), "{text}");
+    }
+    let first = "{ gm_au3_per_day2 = -1, semi_major_axis_au = 1, eccentricity = 0 }";
+    let (text, number) = errors(&format!("[model.orbit]\nbodies = [{first}, {SUN}]"));
+    assert!(text.contains("give the first body by `position_au`"), "{text}");
+    assert_eq!(number, 2, "{text}");
+}
+
+/// Control: before, a second error called the bodies coinciding, though a first body with elements has no position.
+#[test]
+fn first_body_with_the_elements_of_the_second_is_one_error() {
+    let body = "{ gm_au3_per_day2 = 3e-4, semi_major_axis_au = 1, eccentricity = 0 }";
+    rejected(
+        &format!("[model.orbit]\nbodies = [{body}, {body}] # <-"),
+        "the first body of `model.orbit.bodies` has elements",
+    );
 }

@@ -21,3 +21,18 @@ fn packing_limits_equal_those_of_the_exercise() {
     accepted("[model.packing]\ndiscs = 1\nboundary = \"periodic\"\nduration = 3");
     rejected("[model.packing]\nradius = nope # <-", "this is not TOML");
 }
+
+/// Control: before, the advice was "at most 0 discs of this radius".
+#[test]
+fn dense_random_placement_is_rejected_with_values_that_work() {
+    let one = |radius: &str| {
+        format!("[model.packing]\ndiscs = 1\nwidth = 10\nheight = 10\nradius = {radius} # <-")
+    };
+    // sqrt(0.5 10 10/pi) = 3.9894
+    rejected(&one("4.9"), "^^^ a radius of at most 3.987, or a larger box");
+    accepted(&one("3.987"));
+    let many = |radius: &str| format!("[model.packing]\ndiscs = 400\nradius = {radius} # <-");
+    // sqrt(0.5 40 40/(400 pi)) = 0.79788
+    rejected(&many("1.0"), "at most 254 discs of this radius, a radius of at most 0.7975,");
+    accepted(&many("0.7975"));
+}

@@ -264,5 +264,21 @@ fn starters_contain_every_key_with_its_default() {
         let whole = format!("[model.{name}]\n{examples}");
         parse(&whole, "starter.toml", &[]).unwrap_or_else(|errors| panic!("{errors}\n{whole}"));
     }
+    // The keys of a state that is written out are in no table of the schema.
+    for key in [
+        "gm_au3_per_day2",
+        "position_au",
+        "velocity_au_per_day",
+        "semi_major_axis_au",
+        "eccentricity",
+        "inclination_rad",
+        "longitude_of_ascending_node_rad",
+        "argument_of_perihelion_rad",
+        "true_anomaly_rad",
+        "mean_anomaly_rad",
+        "gm_au3_per_day2 = 0: a test particle",
+    ] {
+        assert!(starter("orbit").unwrap().contains(key), "{key}");
+    }
     assert_eq!(starter("gass"), None);
 }
