@@ -89,6 +89,19 @@ fn no_readable_input_is_an_error_without_output() {
 }
 
 #[test]
+fn folder_of_results_is_checked_before_the_analysis() {
+    let folder = Folder::write(MANIFEST, frames);
+    let file = folder.path().join("file");
+    fs::write(&file, "").unwrap();
+    for destination in [file.clone(), file.join("below")] {
+        let output = analyze(&["--output", destination.to_str().unwrap(), folder.name()]);
+        assert_eq!(output.code, 2, "{}", output.text);
+        assert!(flat(&output.text).contains("remove the file in the way"), "{}", output.text);
+        assert!(!output.text.contains("pressure"), "analyzed in vain: {}", output.text);
+    }
+}
+
+#[test]
 fn partial_files_are_read_only_when_named() {
     let folder = Folder::write(MANIFEST, frames);
     let bytes = fs::read(folder.file(2)).unwrap();
