@@ -292,6 +292,16 @@ fn starter_schema_and_completions_are_printed() {
             completions.code == Some(0) && completions.out.contains("check-attestation"),
             "{shell}"
         );
+        for (program, subcommand) in [("run-experiment", "run"), ("analyze-recordings", "analyze")]
+        {
+            let own = call(["completions", shell, program]);
+            assert!(own.code == Some(0) && own.out.contains(program), "{shell} {program}");
+            let help = call([subcommand, "--help"]).out;
+            let long_flags = help.split([' ', '\n']).filter(|word| word.starts_with("--"));
+            let missing: Vec<&str> = long_flags.filter(|&flag| !own.out.contains(flag)).collect();
+            assert!(missing.is_empty(), "{shell} {program}: {missing:?}");
+            assert!(!own.out.contains("check-attestation"), "{shell} {program}");
+        }
     }
 }
 
