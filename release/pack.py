@@ -38,6 +38,7 @@ DESCRIPTION = (
 )
 # A link of the README to a file or a part of the repository.
 RELATIVE_LINK = re.compile(r"\]\((?!https?://|#)([^)\s]+)\)")
+OTHER_RELATIVE_LINK = re.compile(r"""(?:\]\(|^\[[^]]+\]: *|(?:src|href) *= *["'])(?!https?://|#)""", re.MULTILINE)
 # The last one is that of the font in the plots, which is part of the program.
 LICENSES = ("LICENSE-APACHE", "LICENSE-MIT", "analysis/src/plot/font/LICENSE.txt")
 
@@ -56,8 +57,9 @@ def readme(version):
     if dead:
         sys.exit(f"error: README.md has links to missing files: {', '.join(dead)}")
     text = RELATIVE_LINK.sub(lambda link: f"]({address(link[1], version)})", text)
-    if RELATIVE_LINK.search(text):
-        sys.exit("error: README.md of the released files has relative links")
+    # In another notation, such as HTML.
+    if OTHER_RELATIVE_LINK.search(text):
+        sys.exit("error: README.md has a relative link that is not of the form [text](path)")
     return text
 
 
