@@ -63,4 +63,4 @@ check_completion() {
 }
 check_completion kinetoscope ver verify
 check_completion run-experiment --forc --force
-check_completion analyze-recordings --juni --junit
+check_completion analyze-recordings --github --github-annotations
