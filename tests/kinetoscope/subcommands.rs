@@ -297,8 +297,9 @@ fn starter_schema_and_completions_are_printed() {
             let own = call(["completions", shell, program]);
             assert!(own.code == Some(0) && own.out.contains(program), "{shell} {program}");
             let help = call([subcommand, "--help"]).out;
-            let long_flags = help.split([' ', '\n']).filter(|word| word.starts_with("--"));
-            let missing: Vec<&str> = long_flags.filter(|&flag| !own.out.contains(flag)).collect();
+            let flags = help.split_whitespace().filter_map(|word| word.strip_prefix("--"));
+            let names = flags.map(|flag| flag.split(['[', ',']).next().unwrap());
+            let missing: Vec<&str> = names.filter(|&name| !own.out.contains(name)).collect();
             assert!(missing.is_empty(), "{shell} {program}: {missing:?}");
             assert!(!own.out.contains("check-attestation"), "{shell} {program}");
         }
