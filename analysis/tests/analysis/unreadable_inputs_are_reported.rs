@@ -58,6 +58,20 @@ fn foreign_and_empty_files_are_named_and_the_rest_is_analyzed() {
     metrics.assert_near("pressure.measured", 3.0, 0.0);
 }
 
+/// Data stores replace files by links, and a copy may lack what they lead to.
+#[cfg(unix)]
+#[test]
+fn links_to_missing_recordings_are_named() {
+    let folder = Folder::write(MANIFEST, frames);
+    fs::remove_file(folder.path().join("experiment.toml")).unwrap();
+    fs::remove_file(folder.file(1)).unwrap();
+    assert_eq!(analyze(&[folder.name()]).code, 0);
+    std::os::unix::fs::symlink("missing", folder.file(1)).unwrap();
+    let output = analyze(&[folder.name()]);
+    assert_eq!(output.code, 5, "{}", output.text);
+    assert!(flat(&output.text).contains(&folder.files[1]), "{}", output.text);
+}
+
 #[test]
 fn intact_part_of_a_torn_recording_is_analyzed_without_means() {
     let folder = Folder::write(MANIFEST, frames);
