@@ -46,9 +46,11 @@ done
 for pair in run-experiment:run analyze-recordings:analyze; do
     echo ".so man1/kinetoscope-${pair#*:}.1" > "$stage/share/man/man1/${pair%:*}.1"
 done
-"$program" completions bash > "$stage/share/bash-completion/completions/kinetoscope"
-"$program" completions zsh > "$stage/share/zsh/site-functions/_kinetoscope"
-"$program" completions fish > "$stage/share/fish/vendor_completions.d/kinetoscope.fish"
+for name in kinetoscope run-experiment analyze-recordings; do
+    "$program" completions bash "$name" > "$stage/share/bash-completion/completions/$name"
+    "$program" completions zsh "$name" > "$stage/share/zsh/site-functions/_$name"
+    "$program" completions fish "$name" > "$stage/share/fish/vendor_completions.d/$name.fish"
+done
 
 mkdir "$stage/share/doc"
 python3 release/notices.py > "$stage/share/doc/kinetoscope-licenses.txt"

@@ -47,13 +47,20 @@ man -P cat kinetoscope-run | grep -q -- '--force' || fail "man kinetoscope-run d
 echo "man: $(man -P cat kinetoscope-run | wc -l) lines of kinetoscope-run"
 
 # As the shell does it at the first Tab: the file is loaded by the name of the command.
-replies=$(bash -c '
-    . /usr/share/bash-completion/bash_completion
-    _completion_loader kinetoscope || [ $? = 124 ]
-    COMP_WORDS=(kinetoscope ver) COMP_CWORD=1 COMP_LINE="kinetoscope ver" COMP_POINT=15
-    _kinetoscope kinetoscope ver kinetoscope
-    echo "${COMPREPLY[*]}"')
-[ "$replies" = verify ] || fail "bash completes \`kinetoscope ver\` to \`$replies\`"
-replies=$(zsh -f completion.zsh 'kinetoscope ver' 'kinetoscope verify')
-case $replies in *"kinetoscope verify"*) ;; *) fail "zsh completes \`kinetoscope ver\` to \`$replies\`" ;; esac
-echo "completions: bash and zsh complete \`kinetoscope ver\` to \`kinetoscope verify\`"
+check_completion() {
+    program=$1 word=$2 expected=$3
+    replies=$(bash -c '
+        . /usr/share/bash-completion/bash_completion
+        _completion_loader "$1" || [ $? = 124 ]
+        COMP_WORDS=("$1" "$2") COMP_CWORD=1 COMP_LINE="$1 $2" COMP_POINT=$((${#1} + ${#2} + 1))
+        function=$(complete -p "$1" | sed "s/.*-F \([^ ]*\) .*/\1/")
+        "$function" "$1" "$2" "$1"
+        echo "${COMPREPLY[*]}"' bash "$program" "$word")
+    [ "$replies" = "$expected" ] || fail "bash completes \`$program $word\` to \`$replies\`"
+    replies=$(zsh -f completion.zsh "$program $word" "$program $expected")
+    case $replies in *"$program $expected"*) ;; *) fail "zsh completes \`$program $word\` to \`$replies\`" ;; esac
+    echo "completions: bash and zsh complete \`$program $word\` to \`$program $expected\`"
+}
+check_completion kinetoscope ver verify
+check_completion run-experiment --forc --force
+check_completion analyze-recordings --github --github-annotations

@@ -12,6 +12,7 @@ import gzip
 import hashlib
 import io
 import os
+import re
 import sys
 import tarfile
 import time
@@ -23,7 +24,21 @@ ROOT = Path(__file__).resolve().parent.parent
 EPOCH = int(os.environ["SOURCE_DATE_EPOCH"])
 # glibc of the linker's target in build.sh; the second name is that of older versions of pip.
 PLATFORM = "manylinux_2_17_x86_64.manylinux2014_x86_64"
-SUMMARY = "Reproducible particle experiments: a manifest in, recordings and checked physics out"
+CARGO = tomllib.loads((ROOT / "Cargo.toml").read_text())
+SUMMARY = CARGO["package"]["description"]
+ABOUT = CARGO["workspace"]["package"]
+DEVELOPERS = "The Kinetoscope developers"
+# Of the Debian package, below the summary.
+DESCRIPTION = (
+    " Kinetoscope simulates discs with springs and friction (DEM), gases in a container, event-driven packings, and orbits.\n"
+    " A TOML manifest describes an experiment; each run writes one MCAP recording with the exact state of every frame, which\n"
+    " Foxglove and Lichtblick play. The same manifest gives the same bytes on any number of threads.\n .\n"
+    " The programs are kinetoscope, run-experiment and analyze-recordings, which computes metrics with standard errors,\n"
+    " theoretical values, plots and checks from the recordings.\n"
+)
+# A link of the README to a file or a part of the repository.
+RELATIVE_LINK = re.compile(r"\]\((?!https?://|#)([^)\s]+)\)")
+OTHER_RELATIVE_LINK = re.compile(r"""(?:\]\(|^\[[^]]+\]: *|(?:src|href) *= *["'])(?!https?://|#)""", re.MULTILINE)
 # The last one is that of the font in the plots, which is part of the program.
 LICENSES = ("LICENSE-APACHE", "LICENSE-MIT", "analysis/src/plot/font/LICENSE.txt")
 
@@ -35,16 +50,39 @@ def files_below(folder):
             yield path.relative_to(folder).as_posix(), path.read_bytes(), path.parent.name == "bin"
 
 
+def readme(version):
+    """The README outside the repository: its relative links lead to the repository at this version."""
+    text = (ROOT / "README.md").read_text()
+    dead = [link for link in RELATIVE_LINK.findall(text) if not (ROOT / link.partition("#")[0]).is_file()]
+    if dead:
+        sys.exit(f"error: README.md has links to missing files: {', '.join(dead)}")
+    text = RELATIVE_LINK.sub(lambda link: f"]({address(link[1], version)})", text)
+    # In another notation, such as HTML.
+    if OTHER_RELATIVE_LINK.search(text):
+        sys.exit("error: README.md has a relative link that is not of the form [text](path)")
+    return text
+
+
+def address(link, version):
+    """Pictures as files, all others as pages."""
+    kind = "raw" if link.endswith(".png") else "blob"
+    return f"{ABOUT['repository']}/{kind}/v{version}/{link}"
+
+
 def metadata(version, project):
     """The wheel's description of itself: Core Metadata 2.4, PyPA."""
     lines = ["Metadata-Version: 2.4", "Name: kinetoscope", f"Version: {version}", f"Summary: {SUMMARY}"]
-    lines += ["License-Expression: MIT OR Apache-2.0"] + [f"License-File: {name}" for name in LICENSES]
+    lines += [f"Author: {DEVELOPERS}", f"Keywords: {','.join(ABOUT['keywords'])}"]
+    lines += [f"Project-URL: Homepage, {ABOUT['repository']}", f"Project-URL: Documentation, {ABOUT['documentation']}"]
+    lines += [f"Classifier: {name}" for name in project.get("classifiers", [])]
+    lines += [f"License-Expression: {ABOUT['license']}"] + [f"License-File: {name}" for name in LICENSES]
     lines.append(f"Requires-Python: {project.get('requires-python', '>=3.9')}")
     lines += [f"Requires-Dist: {requirement}" for requirement in project.get("dependencies", [])]
     for extra, requirements in sorted(project.get("optional-dependencies", {}).items()):
         lines.append(f"Provides-Extra: {extra}")
         lines += [f"Requires-Dist: {with_extra(requirement, extra)}" for requirement in requirements]
-    return "\n".join(lines) + "\n"
+    lines += ["Description-Content-Type: text/markdown", "", readme(version)]
+    return "\n".join(lines)
 
 
 def with_extra(requirement, extra):
@@ -119,7 +157,8 @@ def member(name, kind, mode, size):
 def archive(stage, version, output):
     folder = f"kinetoscope-{version}-x86_64-linux"
     contents = [(f"{folder}/{name}", data, program) for name, data, program in files_below(stage)]
-    contents += [(f"{folder}/{name}", (ROOT / name).read_bytes(), False) for name in (*LICENSES, "README.md")]
+    contents += [(f"{folder}/{name}", (ROOT / name).read_bytes(), False) for name in LICENSES]
+    contents.append((f"{folder}/README.md", readme(version).encode(), False))
     path = output / f"{folder}.tar.gz"
     path.write_bytes(archive_of(contents))
     return path
@@ -134,12 +173,14 @@ def debian_package(stage, version, output):
         # Debian's zsh does not look into site-functions.
         name = name.replace("zsh/site-functions", "zsh/vendor-completions")
         contents.append((f"usr/{name}", data, program))
-    license_text = b"\n\n".join((ROOT / name).read_bytes() for name in LICENSES)
+    origin = f"Kinetoscope, by {DEVELOPERS}\nSource: {ABOUT['repository']}\nLicense: {ABOUT['license']}\n"
+    license_text = b"\n\n".join([origin.encode()] + [(ROOT / name).read_bytes() for name in LICENSES])
     contents.append(("usr/share/doc/kinetoscope/copyright", license_text, False))
     size = sum(len(data) for _, data, _ in contents) // 1024 + 1
     control = (
-        f"Package: kinetoscope\nVersion: {version}\nArchitecture: amd64\nMaintainer: The Kinetoscope developers\n"
-        f"Installed-Size: {size}\nDepends: libc6 (>= 2.17)\nSection: science\nPriority: optional\nDescription: {SUMMARY}\n"
+        f"Package: kinetoscope\nVersion: {version}\nArchitecture: amd64\nMaintainer: {DEVELOPERS}\n"
+        f"Installed-Size: {size}\nDepends: libc6 (>= 2.17)\nSection: science\nPriority: optional\n"
+        f"Homepage: {ABOUT['repository']}\nDescription: {SUMMARY.partition(':')[0]}\n{DESCRIPTION}"
     )
     sums = "".join(f"{hashlib.md5(data).hexdigest()}  {name}\n" for name, data, _ in contents)
     about = [("control", control.encode(), False), ("md5sums", sums.encode(), False)]

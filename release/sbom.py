@@ -12,6 +12,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = "kinetoscope-program"
+DEVELOPERS = "The Kinetoscope developers"
+TOOL = {"type": "application", "name": "release/sbom.py"}
 COMMAND = ["cargo", "metadata", "--format-version", "1", "--locked", "--filter-platform", "x86_64-unknown-linux-gnu"]
 
 
@@ -31,6 +33,10 @@ def component(package, checksums):
     reference = f"pkg:cargo/{package['name']}@{package['version']}"
     described = {"type": "library", "bom-ref": reference, "name": package["name"], "version": package["version"]}
     described["purl"] = reference
+    if package["description"]:
+        described["description"] = " ".join(package["description"].split())
+    links = {"vcs": package["repository"], "website": package["homepage"], "documentation": package["documentation"]}
+    described["externalReferences"] = [{"type": kind, "url": url} for kind, url in links.items() if url]
     if package["license"]:
         described["licenses"] = [{"expression": package["license"].replace("/", " OR ")}]
     checksum = checksums.get((package["name"], package["version"]))
@@ -59,7 +65,8 @@ def main():
     dependencies = [
         {"ref": references[key], "dependsOn": sorted({references[to] for to in edges[key]})} for key in edges
     ]
-    bom = {"bomFormat": "CycloneDX", "specVersion": "1.5", "version": 1, "metadata": {"component": program}}
+    about = {"component": program, "supplier": {"name": DEVELOPERS}, "tools": {"components": [TOOL]}}
+    bom = {"bomFormat": "CycloneDX", "specVersion": "1.5", "version": 1, "metadata": about}
     bom["components"] = sorted(components.values(), key=lambda entry: entry["bom-ref"])
     bom["dependencies"] = sorted(dependencies, key=lambda entry: entry["ref"])
     # The same content has the same number.

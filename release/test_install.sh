@@ -3,6 +3,11 @@
 # completions. As root, with debootstrap; packages come from the mirror that apt of this machine uses.
 # Usage: release/test_install.sh [FILES] [SUITE ...]     (default: target/release-files bullseye bookworm)
 set -euo pipefail
+# In a mount namespace of its own: what is mounted below ends with this process, however it ends, and no folder that is removed
+# later contains a mount.
+own_mounts=$(readlink /proc/self/ns/mnt)
+[ "${KINETOSCOPE_OWN_MOUNTS:-}" = "$own_mounts" ] ||
+    exec unshare --mount bash -c 'KINETOSCOPE_OWN_MOUNTS=$(readlink /proc/self/ns/mnt) exec "$@"' bash bash "$0" "$@"
 cd "$(dirname "$0")/.."
 files=$(realpath "${1:-target/release-files}")
 shift || true
@@ -19,14 +24,14 @@ for suite in "$@"; do
     # pip evaluates the wheel's conditions for its own Python, so that what only an older one needs is named.
     case $suite in bullseye) python=3.9 needs='tomli>=2' ;; *) python=3.11 needs='' ;; esac
     if [ ! -e "$root/complete" ]; then
-        rm -rf "$root"
+        rm -rf --one-file-system "$root"
         mkdir -p "$roots"
         debootstrap --variant=minbase --include=python3,python3-venv,man-db,bash-completion,zsh \
             "$suite" "$root" "$mirror" > "$roots/$suite.log" || { tail -n 5 "$roots/$suite.log" >&2; exit 1; }
         touch "$root/complete"
     fi
     # The local index: the wheel, and the wheels that it needs for this Python.
-    rm -rf "$root/index" "$root/work" "$root/environment"
+    rm -rf --one-file-system "$root/index" "$root/work" "$root/environment"
     mkdir -p "$root/index" "$root/work"
     python3 -m pip download --quiet --disable-pip-version-check --dest "$root/index" --only-binary=:all: \
         --python-version "$python" --platform manylinux2014_x86_64 --platform manylinux_2_17_x86_64 "$files"/*.whl $needs
@@ -34,10 +39,7 @@ for suite in "$@"; do
     mountpoint --quiet "$root/proc" || mount -t proc proc "$root/proc"
     # zsh completes in a pseudo terminal.
     mountpoint --quiet "$root/dev/pts" || mount --bind /dev/pts "$root/dev/pts"
-    trap 'umount "$root/proc" "$root/dev/pts" 2> /dev/null || true' EXIT
     echo "== $suite, Python $python"
     env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 TERM=dumb LIMIT=$LIMIT \
         chroot "$root" bash /work/installed.sh
-    umount "$root/proc" "$root/dev/pts"
-    trap - EXIT
 done

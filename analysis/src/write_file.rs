@@ -94,6 +94,14 @@ pub(crate) fn check(path: &Path) -> Result<(), WriteError> {
     output_file::check(path).map_err(|error| WriteError::of_destination(path, &error))
 }
 
+/// Checks that a folder, which need not exist yet, can receive results, before the work that makes them.
+///
+/// # Errors
+/// A file in the way, or a folder that cannot be written.
+pub(crate) fn check_results_folder(folder: &Path) -> Result<(), WriteError> {
+    output_file::check_results_folder(folder).map_err(|error| WriteError::of(folder, &error))
+}
+
 /// Adds text to the end of a destination, which is created if it does not exist.
 ///
 /// # Errors

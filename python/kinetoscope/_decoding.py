@@ -141,8 +141,8 @@ def decoder_of(topic: str, schema: Schema, columns: Sequence[str]) -> Union[Stat
     if schema.name == "foxglove.PointCloud":
         return StateDecoder(columns)
     if not schema.name.startswith("kinetoscope."):
-        raise KinetoscopeError(
-            f"`{topic}` contains {schema.name}, not numbers",
-            "`run.show()` draws it; the exact state is in `/state`",
-        )
+        help = "`run.show()` displays the run; the exact state is in `/state`"
+        if schema.name == "foxglove.Log":
+            help = "its text is read with the package `mcap`, and viewers such as Foxglove show it"
+        raise KinetoscopeError(f"`{topic}` contains {schema.name}, not numbers", help)
     return TableDecoder(schema)

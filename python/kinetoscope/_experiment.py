@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import difflib
 import os
 import tempfile
 import warnings
@@ -16,6 +17,8 @@ from ._run import Run
 
 # Layout of `metrics.json` that this package reads.
 METRICS_SCHEMA = 2
+# Values of a coordinate that an error lists.
+SHOWN_VALUES = 8
 # Columns of the table of metrics after the coordinates.
 COLUMNS = (
     "replicate",
@@ -104,11 +107,13 @@ class Experiment:
         for key in where:
             if key not in known:
                 raise UnknownNameError.of("coordinate", key, known)
-        matching = [row for row in named if all(_value_at(row, key) == value for key, value in where.items())]
+        matching = _matching(named, where)
+        if not matching:
+            raise _no_value(name, named, where)
         means = [row for row in matching if row["scope"] == "sweep"]
         chosen = means or matching
         if len(chosen) != 1:
-            places = ", ".join(f"{key} = {value}" for key, value in chosen[0]["coordinates"].items()) if chosen else ""
+            places = ", ".join(f"{key} = {value}" for key, value in chosen[0]["coordinates"].items())
             raise KinetoscopeError(
                 f"`{name}` has {len(chosen)} values at the given coordinates",
                 f"the first is at {places}: give these, or use `experiment.metrics`"
@@ -203,6 +208,33 @@ def _row(metric: Mapping[str, Any]) -> Dict[str, Any]:
 
 def _value_at(row: Mapping[str, Any], key: str) -> object:
     return row["replicate"] if key == "replicate" else row["coordinates"].get(key)
+
+
+def _matching(rows: List[Dict[str, Any]], where: Mapping[str, object]) -> List[Dict[str, Any]]:
+    return [row for row in rows if all(_value_at(row, key) == value for key, value in where.items())]
+
+
+def _no_value(name: str, named: List[Dict[str, Any]], where: Mapping[str, object]) -> KinetoscopeError:
+    """The error for coordinates without a value, with the nearest values that one of them may have."""
+    wanted = ", ".join(f"{key} = {value!r}" for key, value in where.items())
+    message = f"`{name}` has no value at {wanted}"
+    for others in (where, {}):
+        for key, value in where.items():
+            rows = _matching(named, {other: others[other] for other in others if other != key})
+            known = {_value_at(row, key) for row in rows} - {None}
+            if known and value not in known:
+                nearest = sorted(known, key=lambda entry: _distance(entry, value))
+                more = f", and {len(nearest) - SHOWN_VALUES} more" if len(nearest) > SHOWN_VALUES else ""
+                values = ", ".join(repr(entry) for entry in nearest[:SHOWN_VALUES])
+                return KinetoscopeError(message, f"the values of `{key}`, nearest first: {values}{more}")
+    return KinetoscopeError(message, "`experiment.metrics` lists all values")
+
+
+def _distance(one: object, other: object) -> Tuple[float, str]:
+    """Numbers by their difference, texts by their likeness; the text decides between equal ones."""
+    if isinstance(one, (int, float)) and isinstance(other, (int, float)):
+        return abs(one - other), str(one)
+    return 1.0 - difflib.SequenceMatcher(None, str(one), str(other)).ratio(), str(one)
 
 
 def run(

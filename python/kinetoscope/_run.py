@@ -33,8 +33,9 @@ class Verification:
 class Run:
     """One run, by its recording.
 
-    A recording of an interrupted run, or a torn file, is rejected unless ``allow_torn`` is true; then its intact frames
-    can be read.
+    A recording is unfinished if its run was interrupted or is in progress, or if the end of the file is missing, as in an
+    incomplete copy (a torn file). Opening it is an error unless ``allow_torn=True``: then the frames before the end, or
+    before the first damage, can be read, and ``outcome`` is ``interrupted`` or ``unfinished``.
 
     >>> recording.model, recording.seed, recording.outcome
     ('dem', 1, 'complete')

@@ -70,6 +70,13 @@ def test_a_sweep_has_metrics_by_coordinates(experiments: Path, tmp_path: Path, p
     assert list(gas.metric_table("pandas").columns) == list(table.columns)
     with pytest.raises(k.KinetoscopeError, match="has 4 values.*\nhelp: the first is at temperature_k = 200"):
         gas.metric("pressure.measured")
+    for where, help in (
+        ({"temperature_k": 310}, "the values of `temperature_k`, nearest first: 300, 250, 373.15, 200$"),
+        ({"temperature_k": 300, "replicate": 7}, "the values of `replicate`, nearest first: 1, 0"),
+        ({"temperature_k": "warm", "replicate": 7}, "the values of `temperature_k`, nearest first: .*200"),
+    ):
+        with pytest.raises(k.KinetoscopeError, match=f"has no value at temperature_k = .*\nhelp: {help}"):
+            gas.metric("pressure.second_half_over_first", **where)
 
 
 def test_errors_of_a_manifest_are_those_of_the_program(tmp_path: Path, programs: Optional[str]) -> None:

@@ -60,13 +60,15 @@ def test_numeric_topics_equal_those_of_the_official_reader(run_of_model: k.Run) 
         try:
             frames = run_of_model[topic]
         except k.KinetoscopeError as error:
-            assert "foxglove.SceneUpdate, not numbers" in str(error)
+            assert "foxglove.SceneUpdate, not numbers\nhelp: `run.show()`" in str(error)
             continue
         for ours, theirs in zip(frames, official(run_of_model.path, topic)):
             for name in frames.columns:
                 np.testing.assert_array_equal(ours[name], getattr(theirs, name))
         compared += 1
     assert compared >= 3
+    with pytest.raises(k.KinetoscopeError, match="foxglove.Log, not numbers\nhelp: its text is read with"):
+        run_of_model["/log"]
 
 
 def test_single_frames_and_slices_equal_those_of_the_iteration(recording: k.Run) -> None:

@@ -2,7 +2,7 @@
 
 mod view;
 
-use clap::{CommandFactory as _, Parser, Subcommand};
+use clap::{CommandFactory as _, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use kinetoscope::Recording;
 use kinetoscope::cli::analysis::Analysis;
@@ -73,11 +73,14 @@ enum Command {
     /// Print the JSON Schema of manifests, for editors
     #[command(after_help = exit_codes(&[]))]
     Schema,
-    /// Print the completions for a shell
+    /// Print the completions of a program for a shell
     #[command(after_help = exit_codes(&[]))]
     Completions {
         /// The shell
         shell: Shell,
+        /// The program
+        #[arg(value_enum, default_value_t = ProgramName::Kinetoscope)]
+        program: ProgramName,
     },
     /// Write the manual pages into a folder, for packages of distributions
     #[command(after_help = exit_codes(&[]))]
@@ -89,6 +92,28 @@ enum Command {
         after_help = "Exit codes:\n  0    no problem\n  1    a problem was found; its remedy is printed\n  2    bad arguments\n  70   an internal error, or not enough memory\n  75   the output cannot be written"
     )]
     Doctor(DoctorArguments),
+}
+
+/// A program with completions.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum ProgramName {
+    Kinetoscope,
+    RunExperiment,
+    AnalyzeRecordings,
+}
+
+impl ProgramName {
+    /// The arguments. Those of the two other programs are those of a subcommand each.
+    fn command(self) -> clap::Command {
+        let kinetoscope = Arguments::command();
+        let (name, subcommand) = match self {
+            Self::Kinetoscope => return kinetoscope,
+            Self::RunExperiment => ("run-experiment", "run"),
+            Self::AnalyzeRecordings => ("analyze-recordings", "analyze"),
+        };
+        let found = kinetoscope.get_subcommands().find(|command| command.get_name() == subcommand);
+        found.cloned().unwrap_or_default().name(name).version(env!("CARGO_PKG_VERSION"))
+    }
 }
 
 /// The analysis, as a library.
@@ -150,7 +175,7 @@ fn execute() -> ExitCode {
         Command::Plot(arguments) => ExitCode::from(arguments.execute() as u8),
         Command::View(arguments) => arguments.execute().into(),
         Command::Schema => print_schema().into(),
-        Command::Completions { shell } => print_completions(*shell).into(),
+        Command::Completions { shell, program } => print_completions(*shell, *program).into(),
         Command::ManPages { folder } => write_man_pages(folder).into(),
         Command::Doctor(arguments) => arguments.execute(&FEATURES).into(),
     }
@@ -164,9 +189,10 @@ fn called() -> String {
 }
 
 /// Prints completions; the generator itself would panic at a closed pipe.
-fn print_completions(shell: Shell) -> Exit {
-    let mut text = Vec::new();
-    clap_complete::generate(shell, &mut Arguments::command(), "kinetoscope", &mut text);
+fn print_completions(shell: Shell, program: ProgramName) -> Exit {
+    let (mut text, mut command) = (Vec::new(), program.command());
+    let name = command.get_name().to_owned();
+    clap_complete::generate(shell, &mut command, name, &mut text);
     messages::print_exactly(String::from_utf8_lossy(&text).trim_end())
 }
 

@@ -10,9 +10,11 @@ use crate::run::benchmark::{self, TimingError, time_table};
 use clap::Args;
 use kinetoscope_manifest::TimingTable;
 use kinetoscope_object_storage::address::Address;
+use kinetoscope_recording::output_file::check_results_folder;
 use kinetoscope_usage::text::shown_path;
 use serde_json::Value as Json;
-use std::path::PathBuf;
+use std::io;
+use std::path::{Path, PathBuf};
 
 /// Measure the time of every run, one at a time and without recording, and print a table.
 #[derive(Debug, Args)]
@@ -46,20 +48,27 @@ impl BenchmarkArguments {
         let reader = ManifestReader::new(output, None);
         pipeline::order(std::slice::from_ref(&self.path), &overrides, &reader)?;
         let experiment = reader.read(&self.path, &overrides)?;
+        if let Some(folder) = &self.output {
+            let results = folder.join(&experiment.name);
+            check_results_folder(&results).map_err(|error| unwritten(folder, &error))?;
+        }
         let table = time_table(&experiment).map_err(|error| match error {
             TimingError::Setup(refusal) => Failure::with_remedy(Exit::BadManifest, refusal),
             TimingError::Fault(fault) => Failure::with_remedy(Exit::RunFailed, fault),
         })?;
         self.result.print(benchmark::text(&table).trim_end(), || json(&table));
         let Some(folder) = &self.output else { return Ok(Exit::Done) };
-        let path = sidecars::write_timing(folder, &table).map_err(|error| {
-            let what = format!("the table cannot be written to {}: {error}", shown_path(folder));
-            Failure::new(Exit::of_output(&error), what)
-                .help("make the folder writable, or name another one with --output DIR")
-        })?;
+        let path =
+            sidecars::write_timing(folder, &table).map_err(|error| unwritten(folder, &error))?;
         self.result.say(&format!("Wrote {}", shown_path(&path)));
         Ok(Exit::Done)
     }
+}
+
+fn unwritten(folder: &Path, error: &io::Error) -> Failure {
+    let what = format!("the table cannot be written to {}: {error}", shown_path(folder));
+    Failure::new(Exit::of_output(error), what)
+        .help("make the folder writable, or name another one with --output DIR")
 }
 
 fn json(table: &TimingTable) -> Json {

@@ -18,7 +18,8 @@ impl Store {
     pub fn open(address: &Address) -> Result<Self, StoreError> {
         Err(StoreError::permanent(format!(
             "{address}: this program was built without object storage\n\
-             help: build it with `cargo build --release --features object-storage`"
+             help: use a folder of this machine, or build it with `cargo build --release --features object-storage` in a clone; \
+             released programs do not include it"
         )))
     }
 

@@ -40,6 +40,16 @@ pub fn check(path: &Path) -> io::Result<()> {
     }
 }
 
+/// Checks that files can be written in a folder, which need not exist yet, before the work whose results it receives.
+///
+/// # Errors
+/// A file in the way, or a folder that cannot be written.
+pub fn check_results_folder(folder: &Path) -> io::Result<()> {
+    let exists = |path: &&Path| path.as_os_str().is_empty() || path.symlink_metadata().is_ok();
+    let existing = folder.ancestors().find(exists).unwrap_or(Path::new(""));
+    check_folder(&existing.join("results"))
+}
+
 /// Whether an error follows from the path that the user named, so that the same command fails again. A folder that is read-only may
 /// become writable.
 #[must_use]

@@ -162,9 +162,12 @@ fn ratio(coordinates: Vec<Coordinate>, ratios: &[f64]) -> TimingRatio {
 /// Formats the table for a terminal.
 #[must_use]
 pub fn text(table: &TimingTable) -> String {
-    let runs = table.points.first().map_or(0, |point| point.runs);
+    let runs = match table.points.first().map_or(0, |point| point.runs) {
+        1 => "1 run".to_owned(),
+        several => format!("{several} runs"),
+    };
     let mut text = format!(
-        "{}: time of the simulation without recording, one run at a time, {runs} runs per line after a warm-up run\n{}\n\n",
+        "{}: time of the simulation without recording, one run at a time, {runs} per line after a warm-up run\n{}\n\n",
         table.experiment, table.machine
     );
     let names: Vec<String> = table.points.iter().map(|point| name(&point.coordinates)).collect();

@@ -292,6 +292,17 @@ fn starter_schema_and_completions_are_printed() {
             completions.code == Some(0) && completions.out.contains("check-attestation"),
             "{shell}"
         );
+        for (program, subcommand) in [("run-experiment", "run"), ("analyze-recordings", "analyze")]
+        {
+            let own = call(["completions", shell, program]);
+            assert!(own.code == Some(0) && own.out.contains(program), "{shell} {program}");
+            let help = call([subcommand, "--help"]).out;
+            let flags = help.split_whitespace().filter_map(|word| word.strip_prefix("--"));
+            let names = flags.map(|flag| flag.split(['[', ',']).next().unwrap());
+            let missing: Vec<&str> = names.filter(|&name| !own.out.contains(name)).collect();
+            assert!(missing.is_empty(), "{shell} {program}: {missing:?}");
+            assert!(!own.out.contains("check-attestation"), "{shell} {program}");
+        }
     }
 }
 

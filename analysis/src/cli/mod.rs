@@ -136,14 +136,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
     let mut baselines = read_baselines(&arguments.baseline)?;
     arguments.junit.as_deref().map_or(Ok(()), write_file::check)?;
     let sources = sources(arguments)?;
-    for baseline in &baselines {
-        if !sources.iter().any(|source| source.name == baseline.experiment()) {
-            return Err(CommandError::usage(format!(
-                "the baseline is of the experiment {}, which is not among the recordings\nhelp: name its recordings as well, or omit --baseline",
-                baseline.experiment()
-            )));
-        }
-    }
+    reject_other_baselines(&baselines, &sources)?;
     if arguments.cache_only {
         let errors = fill_caches(sources, |folder| analysis_options(arguments, folder));
         errors.iter().for_each(|why| complain_unreadable(why));
@@ -152,6 +145,9 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
     }
     let terminal = terminal();
     let several = sources.len() > 1;
+    let check =
+        |source| write_file::check_results_folder(&results_folder(arguments, source, several));
+    arguments.output.as_ref().map_or(Ok(()), |_| sources.iter().try_for_each(check))?;
     let mut analyzed: Vec<Analyzed> = Vec::new();
     for mut source in sources {
         let folder = results_folder(arguments, &source, several);
@@ -196,6 +192,21 @@ fn read_baselines(paths: &[PathBuf]) -> Result<Vec<Baseline>, CommandError> {
     let baselines: Result<Vec<Baseline>, String> =
         paths.iter().map(|path| read_baseline(path)).collect();
     baselines.map_err(CommandError::usage)
+}
+
+/// Rejects a baseline of an experiment that is not among the recordings.
+fn reject_other_baselines(
+    baselines: &[Baseline],
+    sources: &[RecordingFolder],
+) -> Result<(), CommandError> {
+    let is_among = |old: &&Baseline| sources.iter().any(|source| source.name == old.experiment());
+    match baselines.iter().find(|old| !is_among(old)) {
+        Some(old) => Err(CommandError::usage(format!(
+            "the baseline is of the experiment {}, which is not among the recordings\nhelp: name its recordings as well, or omit --baseline",
+            old.experiment()
+        ))),
+        None => Ok(()),
+    }
 }
 
 /// The folder of the results of one experiment among one or several.

@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 pub(crate) enum ExportFormat {
     /// One CSV table per topic: one line per particle and frame, or per frame
     Csv,
-    /// The same tables as Parquet (requires a program built with `--features parquet`)
+    /// The same tables as Parquet (released programs include it; a build from source needs `--features parquet`)
     Parquet,
     /// One text file per frame with `x y r vx vy` per line, the borders, and gnuplot scripts that play particles and velocities
     Gnuplot,
@@ -45,7 +45,8 @@ impl ExportFormat {
 
 /// The error message for Parquet in a program without it.
 pub(crate) const NEEDS_PARQUET: &str = "this program was built without Parquet\n\
-    help: write CSV, or build with `cargo build --release --package kinetoscope-analysis --features parquet`";
+    help: write CSV instead, use a released program (`pip install kinetoscope`), \
+    or build with `cargo build --release --features parquet` in a clone";
 
 /// Why a recording was not exported as a whole.
 #[derive(Debug, thiserror::Error)]

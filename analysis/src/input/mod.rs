@@ -133,9 +133,11 @@ fn search(folder: &Path, found: &mut Vec<RecordingFolder>) -> Result<(), Invalid
         .collect::<Result<_, _>>()
         .map_err(unlisted)?;
     paths.sort();
+    // A link to a file that is missing is named as unreadable.
+    let is_broken_link = |path: &PathBuf| path.is_symlink() && !path.exists();
     let is_recording = |path: &&PathBuf| {
         let name = file_name(path);
-        name.ends_with(".mcap") && !is_partial(&name) && path.is_file()
+        name.ends_with(".mcap") && !is_partial(&name) && (path.is_file() || is_broken_link(path))
     };
     let files: Vec<PathBuf> = paths.iter().filter(is_recording).cloned().collect();
     if !files.is_empty() && !found.iter().any(|source| source.folder == folder) {

@@ -23,11 +23,11 @@ const MIN_FRAMES: usize = 60;
 /// Bytes per particle and frame that the collector counts on; the encoding of most runs takes one to three.
 const MIN_BYTES_PER_POINT: usize = 1;
 
-/// A particle of a frame.
+/// A particle of a frame. A position keeps its digits: a container may be far from the origin.
 #[derive(Clone, Copy, Debug)]
 struct Point {
-    x: f32,
-    y: f32,
+    x: f64,
+    y: f64,
     speed: f32,
     velocity: [f32; 2],
     radius: f32,
@@ -36,15 +36,15 @@ struct Point {
 impl Point {
     /// A particle that the frame does not have; the radius of others is a number.
     const ABSENT: Self = Self {
-        x: f32::NAN,
-        y: f32::NAN,
+        x: f64::NAN,
+        y: f64::NAN,
         speed: f32::NAN,
         velocity: [f32::NAN; 2],
         radius: f32::NAN,
     };
 
     fn disc(&self) -> [f64; 3] {
-        [self.x, self.y, self.radius].map(f64::from)
+        [self.x, self.y, f64::from(self.radius)]
     }
 }
 
@@ -88,7 +88,7 @@ impl Columns {
     }
 
     fn point(&self, values: &[f64], radius: f64) -> Point {
-        let [x, y] = self.position.map(|column| narrowed(values[column]));
+        let [x, y] = self.position.map(|column| values[column]);
         let squares = self.velocity.iter().map(|column| values[*column] * values[*column]);
         let speed = if self.velocity.is_empty() { f64::NAN } else { squares.sum::<f64>().sqrt() };
         let velocity = self
@@ -436,7 +436,7 @@ impl Range {
     }
 
     fn stored_point(&self, point: &Point) -> [u16; 2] {
-        self.stored([point.x, point.y].map(f64::from))
+        self.stored([point.x, point.y])
     }
 }
 

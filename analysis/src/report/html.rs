@@ -92,7 +92,7 @@ fn check_table(results: &[&CheckResult], title: &str) -> Markup {
                             tr {
                                 td { strong class=(class) { (word) } }
                                 td { (breakable(&result.subject)) }
-                                td { (result.finding) }
+                                td { (typographic(&result.finding)) }
                             }
                         }
                     }
@@ -144,14 +144,16 @@ fn baseline(comparison: &BaselineComparison) -> Markup {
     }
 }
 
-/// Numbers with minus signs in place of the hyphens that terminals and files contain; hyphens within words stay.
+/// Numbers with minus signs in place of the hyphens that terminals and files contain, so that no line ends within a number; hyphens
+/// within words stay.
 pub(super) fn typographic(text: &str) -> String {
     let mut signed = String::with_capacity(text.len());
-    let mut before = ' ';
+    let mut before = [' '; 2];
     for character in text.chars() {
-        let is_within_word = before.is_alphabetic() && before != 'e';
-        signed.push(if character == '-' && !is_within_word { '−' } else { character });
-        before = character;
+        let is_exponent = before[0].is_ascii_digit() && before[1] == 'e';
+        let is_sign = is_exponent || !before[1].is_alphanumeric();
+        signed.push(if character == '-' && is_sign { '−' } else { character });
+        before = [before[1], character];
     }
     signed
 }
@@ -217,7 +219,9 @@ mod tests {
     #[test]
     fn hyphens_of_words_are_no_minus_signs() {
         assert_eq!(typographic("-1.5e-3 to -2"), "−1.5e−3 to −2");
-        assert_eq!(typographic("within round-off"), "within round-off");
+        for text in ["within round-off", "the time-step", "run__1c-2.mcap", "2026-11-24"] {
+            assert_eq!(typographic(text), text);
+        }
     }
 
     #[test]

@@ -86,7 +86,8 @@ fn is_zero_by_construction(metric: &Metric) -> bool {
 }
 
 fn row(metric: &Metric, checks: &[&CheckResult]) -> Markup {
-    let unit = if metric.unit() == "1" { "" } else { metric.unit() };
+    let is_bare = metric.unit() == "1" || !metric.value().is_finite();
+    let unit = if is_bare { "" } else { metric.unit() };
     let deviation = typographic(&deviation_text(metric));
     let theory = theory_text(metric);
     let label = |label: &'static str, text: &str| if text.is_empty() { "" } else { label };
@@ -242,6 +243,12 @@ mod tests {
         );
         assert!(row.contains("title=\"&lt;F&gt; &amp; &quot;more&quot;\""), "{row}");
         assert!(row.contains("href=\"#metric-force.mean\""), "{row}");
+        assert!(row.contains("<td class=\"unit\" data-label=\"\">N</td>"), "{row}");
+        let missing = super::row(&metric(f64::NAN, None), &[]).into_string();
+        assert!(
+            missing.contains(">none</td><td class=\"unit\" data-label=\"\"></td>"),
+            "{missing}"
+        );
     }
 
     /// Guarantee: zeros are collapsed only where they say nothing. Control: a zero that theory predicts, or that is checked, has a row.

@@ -534,7 +534,7 @@ function chart(figure, data) {
     for (let i = 0; i < curve.x.length; i++) {
       if (!isShowable(curve, i)) { isDown = false; continue; }
       const [left, top] = [px(curve.x[i]), py(curve.y[i])].map((part) => clamp(part, -1e5, 1e5).toFixed(1));
-      path += curve.style === "data" ? `M${left} ${top}h.01` : `${isDown ? "L" : "M"}${left} ${top}`;
+      path += isDown && curve.style !== "data" ? `L${left} ${top}` : `M${left} ${top}h.01`;
       isDown = true;
       const error = curve.e[i];
       if (!(error > 0)) continue;

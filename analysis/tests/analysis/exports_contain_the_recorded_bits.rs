@@ -143,12 +143,14 @@ fn csv_contains_every_number_bitwise() {
 
 #[test]
 #[cfg(not(feature = "parquet"))]
-fn control_program_without_parquet_names_the_feature() {
+fn control_program_without_parquet_names_what_to_do() {
     let folder = Folder::write(MANIFEST, frames);
     for asked in [["--export", "csv,parquet"].as_slice(), &["--metrics-table"]] {
         let output = analyze(&[asked, &[folder.name()]].concat());
         assert_eq!(output.code, 2, "{}", output.text);
-        assert!(output.text.contains("--features parquet"), "{}", output.text);
+        for remedy in ["write CSV", "pip install kinetoscope", "--features parquet"] {
+            assert!(output.text.contains(remedy), "{remedy}: {}", output.text);
+        }
         assert!(!folder.path().join("export").exists());
     }
 }

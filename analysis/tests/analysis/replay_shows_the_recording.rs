@@ -196,6 +196,23 @@ fn film_contains_every_recorded_position() {
     assert_eq!(page(&folder, &[]), text);
 }
 
+/// Setup: a circle of radius 1 m around (1e8, -1e8) m, within the 1e9 radii that a manifest may ask for; single precision rounds to 8 m there.
+#[test]
+fn film_of_a_container_far_from_the_origin_contains_the_positions() {
+    let manifest = "name = \"far\"\n[model.gas]\nparticles = 2\nradius_m = 1.0\ncenter_m = [1e8, -1e8]\nduration_s = 1.0\n[record]\nframes = 1\nchannels = [\"state\"]\n";
+    let places = [[1e8 + 0.5, -1e8 + 0.25], [1e8 - 0.75, -1e8]];
+    let folder = Folder::write(manifest, |_| {
+        let mut frame = Frame::new();
+        places.iter().for_each(|[x, y]| frame.push_state(&[*x, *y, 1.0, 0.0]));
+        vec![(Clock { count: 0, time: 0.0 }, frame)]
+    });
+    let film = &films(&page(&folder, &[]))[0];
+    for (place, found) in places.iter().zip(&film.positions[0]) {
+        let [fx, fy] = found.unwrap();
+        assert!((place[0] - fx).hypot(place[1] - fy) < 1e-4, "{place:?}: {fx}, {fy}");
+    }
+}
+
 #[test]
 fn frames_are_thinned_to_the_budget_and_the_page_states_it() {
     let folder = Folder::write(&manifest(100, 400, ""), circling(100, 400));

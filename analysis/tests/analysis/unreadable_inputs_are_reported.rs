@@ -58,6 +58,20 @@ fn foreign_and_empty_files_are_named_and_the_rest_is_analyzed() {
     metrics.assert_near("pressure.measured", 3.0, 0.0);
 }
 
+/// Data stores replace files by links, and a copy may lack what they lead to.
+#[cfg(unix)]
+#[test]
+fn links_to_missing_recordings_are_named() {
+    let folder = Folder::write(MANIFEST, frames);
+    fs::remove_file(folder.path().join("experiment.toml")).unwrap();
+    fs::remove_file(folder.file(1)).unwrap();
+    assert_eq!(analyze(&[folder.name()]).code, 0);
+    std::os::unix::fs::symlink("missing", folder.file(1)).unwrap();
+    let output = analyze(&[folder.name()]);
+    assert_eq!(output.code, 5, "{}", output.text);
+    assert!(flat(&output.text).contains(&folder.files[1]), "{}", output.text);
+}
+
 #[test]
 fn intact_part_of_a_torn_recording_is_analyzed_without_means() {
     let folder = Folder::write(MANIFEST, frames);
@@ -86,6 +100,19 @@ fn no_readable_input_is_an_error_without_output() {
     assert!(!folder.path().join("metrics.json").exists());
     // For the whole folder, the check fails because its metric is missing.
     assert_eq!(analyze(&[folder.name()]).code, 3);
+}
+
+#[test]
+fn folder_of_results_is_checked_before_the_analysis() {
+    let folder = Folder::write(MANIFEST, frames);
+    let file = folder.path().join("file");
+    fs::write(&file, "").unwrap();
+    for destination in [file.clone(), file.join("below")] {
+        let output = analyze(&["--output", destination.to_str().unwrap(), folder.name()]);
+        assert_eq!(output.code, 2, "{}", output.text);
+        assert!(flat(&output.text).contains("remove the file in the way"), "{}", output.text);
+        assert!(!output.text.contains("pressure"), "analyzed in vain: {}", output.text);
+    }
 }
 
 #[test]
