@@ -24,9 +24,11 @@ frames = 20
 channels = ["state", "energy", "contact_statistics", "temperature"]
 [sweep]
 "model.dem.restitution" = [0.25, 0.5, 0.75]
+[[plots]]
+y = "/contact_statistics.coordination_number"
 "#;
 
-/// Discs whose kinetic energy is 1e-4 J at the time 0.5 s.
+/// Discs whose kinetic energy is 1e-4 J at the time 0.5 s, which alone has a coordination number.
 fn frames(_: &RunManifest) -> Frames {
     (0..=20)
         .map(|index| {
@@ -40,7 +42,10 @@ fn frames(_: &RunManifest) -> Frames {
                 gravitational_j: 3e-4 - 1e-4 * time,
                 ..DemEnergy::default()
             });
-            frame.push(&DemContactStatistics::default());
+            frame.push(&DemContactStatistics {
+                coordination_number: if index == 10 { 1.0 } else { f64::NAN },
+                ..DemContactStatistics::default()
+            });
             frame.push(&DemTemperature::default());
             (Clock { count: index as u64, time }, frame)
         })
@@ -76,6 +81,8 @@ held((async () => {
         const said = numbers(values.split(/[ \n]/)[0]), reach = chart.range[0][1] - chart.range[0][0];
         expect(chart.isLog[0] || Math.abs(said - curve.x[i]) < reach / 20, `${name}: ${said}, not ${curve.x[i]}`);
       }
+      const paths = [...sheet.querySelectorAll("path.curve")];
+      expect(paths.every((path) => !path.getAttribute("d") || path.getTotalLength()), `${name}: a point without neighbors is not drawn`);
       points += 1;
       if (data.time && data.curves.some((each) => each.run) && window.replay) {
         const file = data.curves[0].run.file;
@@ -186,12 +193,14 @@ fn plots_respond_and_share_the_time_of_the_replay() {
         ("point(nearest(to));\nscrub", "no values under the pointer"),
         ("setZoom([isWide", "dragging does not zoom"),
         ("if (!hidden.delete(curve)) hidden.add(curve);", "the legend hides nothing"),
+        ("${top}h.01`", "a point without neighbors is not drawn"),
     ] {
         assert!(text.contains(handler), "{handler}");
         let harmless = match handler {
             "scrub(isLogX" => "Number(isLogX",
             "setZoom([isWide" => "Array.of([isWide",
             "if (!hidden.delete(curve)) hidden.add(curve);" => "",
+            "${top}h.01`" => "${top}`",
             _ => "scrub",
         };
         fs::write(&broken, text.replace(handler, harmless)).unwrap();
