@@ -65,7 +65,7 @@ fn destination_is_checked_before_the_first_run() {
     let path = folder.path().join("timed.toml");
     fs::write(&path, MANIFEST).unwrap();
     let arguments = ["benchmark", "--output"].map(PathBuf::from).to_vec();
-    let refused = kinetoscope(&[arguments, vec![path.clone(), path]].concat());
+    let refused = kinetoscope([arguments, vec![path.clone(), path]].concat());
     assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
     assert_eq!(stdout(&refused), "", "runs were measured whose table has no destination");
     assert!(stderr(&refused).contains("--output DIR"), "{}", stderr(&refused));
