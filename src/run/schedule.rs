@@ -142,9 +142,10 @@ fn too_many_frames(frames: NonZeroU64, extent: Extent, total: u64) -> SetupError
         _ => "events",
     };
     let is_default = RecordConfig::default().interval == RecordInterval::Frames(frames);
-    let by_default = if is_default { " by default" } else { "" };
+    // A manifest may also state the default.
+    let default = if is_default { ", the default" } else { "" };
     SetupError(format!(
-        "[record] frames is {frames}{by_default}, but the run has only {total} {what}. \
+        "[record] frames is {frames}{default}, but the run has only {total} {what}. \
          Set frames to at most {total} in [record], or make the run longer"
     ))
 }

@@ -218,19 +218,23 @@ fn suggested_steps_and_durations_of_an_orbit_work() {
     assert!(!text.contains("error"), "{text}");
 }
 
-/// Control: before, the error spoke of `frames` as if the manifest had it.
+/// Whether the manifest states them or not. Control: another number is not called the default.
 #[test]
 fn default_frames_of_a_short_run_are_called_default() {
     let folder = tempfile::tempdir().unwrap();
     let manifest = folder.path().join("short.toml");
-    std::fs::write(&manifest, "[model.orbit]\nduration_days = 10\n").unwrap();
-    let text = stderr(&run_experiment([manifest.as_os_str(), "--dry-run".as_ref()]));
-    assert!(
-        text.contains("[record] frames is 200 by default, but the run has only 40 steps\n"),
-        "{text}"
-    );
-    assert!(
-        text.contains("help: set frames to at most 40 in [record], or make the run longer"),
-        "{text}"
-    );
+    for (record, frames) in [
+        ("", "200, the default"),
+        ("[record]\nframes = 200\n", "200, the default"),
+        ("[record]\nframes = 300\n", "300"),
+    ] {
+        std::fs::write(&manifest, format!("[model.orbit]\nduration_days = 10\n{record}")).unwrap();
+        let text = stderr(&run_experiment([manifest.as_os_str(), "--dry-run".as_ref()]));
+        let expected = format!("[record] frames is {frames}, but the run has only 40 steps\n");
+        assert!(text.contains(&expected), "{text}");
+        assert!(
+            text.contains("help: set frames to at most 40 in [record], or make the run longer"),
+            "{text}"
+        );
+    }
 }
