@@ -123,7 +123,7 @@ class System:
         if not shutil.which("mmdebstrap"):
             run("apt-get", "update", "-qq")
             run("apt-get", "install", "-y", "-qq", "-o", "DPkg::Lock::Timeout=300", "mmdebstrap", stdout=subprocess.DEVNULL)
-        shutil.rmtree(self.folder, ignore_errors=True)
+        self.remove()
         self.folder.parent.mkdir(parents=True, exist_ok=True)
         options = ["--quiet", "--variant=extract", f"--architectures={','.join(['amd64', *sorted(architectures)])}"]
         options += [f"--aptopt={option}" for option in APT_OPTIONS]
@@ -131,6 +131,15 @@ class System:
         for architecture in architectures:
             options.append(f"--extract-hook={STANDARD_LIBRARY.format(architecture=architecture)}")
         run("mmdebstrap", *options, "sid", self.folder, mirror(), stdout=subprocess.DEVNULL)
+
+    def remove(self):
+        """Not while something is mounted below: removal would go on into it, be it these sources."""
+        below = f"{self.folder.resolve()}/"
+        for line in pathlib.Path("/proc/self/mounts").read_text().splitlines():
+            place = re.sub(r"\\([0-7]{3})", lambda code: chr(int(code[1], 8)), line.split()[1])
+            if f"{place}/".startswith(below):
+                raise CannotBeMade(f"{place} is mounted: run umount on it first")
+        shutil.rmtree(self.folder, ignore_errors=True)
 
     def mount(self, source, place):
         target = self.folder / place
