@@ -221,7 +221,8 @@ def _no_value(name: str, named: List[Dict[str, Any]], where: Mapping[str, object
     for others in (where, {}):
         for key, value in where.items():
             rows = _matching(named, {other: others[other] for other in others if other != key})
-            known = {_value_at(row, key) for row in rows} - {None}
+            # A list, because the wanted value need not be hashable.
+            known = list({_value_at(row, key) for row in rows} - {None})
             if known and value not in known:
                 nearest = sorted(known, key=lambda entry: _distance(entry, value))
                 more = f", and {len(nearest) - SHOWN_VALUES} more" if len(nearest) > SHOWN_VALUES else ""

@@ -79,6 +79,20 @@ def test_a_sweep_has_metrics_by_coordinates(experiments: Path, tmp_path: Path, p
             gas.metric("pressure.second_half_over_first", **where)
 
 
+def test_a_coordinate_may_be_a_position(tmp_path: Path, programs: Optional[str]) -> None:
+    manifest = tmp_path / "centers.toml"
+    manifest.write_text(
+        "[model.gas]\nparticles = 50\nduration_s = 0.02\n"
+        "[sweep]\n\"model.gas.center_m\" = [[0.0, 0.0], [0.5, 0.25]]\n"
+    )
+    gas = k.run(manifest, output=tmp_path, programs=programs)
+    name = "pressure.second_half_over_first"
+    assert gas.metric(name, center_m="0.5_0.25") > 0
+    # Positions are written as in the names of files.
+    with pytest.raises(k.KinetoscopeError, match="help: the values of `center_m`, nearest first: '0.5_0.25', '0_0'"):
+        gas.metric(name, center_m=[0.5, 0.25])
+
+
 def test_errors_of_a_manifest_are_those_of_the_program(tmp_path: Path, programs: Optional[str]) -> None:
     bad = tmp_path / "bad.toml"
     bad.write_text('name = "bad"\n[model.gas]\nparticles = -4\n')
