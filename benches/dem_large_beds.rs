@@ -18,7 +18,7 @@
 
 mod dem_beds;
 
-use dem_beds::Scene;
+use dem_beds::{Scene, print_header, print_row};
 use kinetoscope_physics::dem::Dem;
 use kinetoscope_physics::model::{Model, Target};
 use rayon::ThreadPoolBuilder;
@@ -32,7 +32,7 @@ const WORK: u64 = 10_000_000;
 fn main() {
     let chosen: Vec<String> = std::env::args().skip(1).filter(|word| word != "--bench").collect();
     let pool = ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
-    println!("{:<12}{:>12}{:>12}{:>8}   range", "M/s", "10^4 discs", "10^5 discs", "ratio");
+    print_header(["10^4 discs", "10^5 discs"]);
     for (name, scene) in [("rubbing", Scene::Rubbing), ("settled", Scene::Settled)] {
         if !chosen.is_empty() && !chosen.iter().any(|word| word == name) {
             continue;
@@ -45,22 +45,8 @@ fn main() {
                     .map(|(model, discs)| pool.install(|| speed(model, discs)))
             })
             .collect();
-        let ratios = sorted(pairs.iter().map(|[small, large]| large / small));
-        println!(
-            "{name:<12}{:>12.1}{:>12.1}{:>8.2}   {:.2} to {:.2}",
-            sorted(pairs.iter().map(|pair| pair[0]))[PAIRS / 2],
-            sorted(pairs.iter().map(|pair| pair[1]))[PAIRS / 2],
-            ratios[PAIRS / 2],
-            ratios[0],
-            ratios[PAIRS - 1]
-        );
+        print_row(name, &pairs, |[small, large]| large / small);
     }
-}
-
-fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    values
 }
 
 /// Million particle-steps per second.

@@ -95,6 +95,35 @@ impl Scene {
     }
 }
 
+/// Prints the header of a table of two speeds and their ratio.
+pub(crate) fn print_header(names: [&str; 2]) {
+    let [one, other] = names;
+    println!("{:<12}{one:>12}{other:>12}{:>8}   range", "M/s", "ratio");
+}
+
+/// Prints medians of pairs of speeds, and the median of `ratio` with the smallest and the largest.
+pub(crate) fn print_row(
+    name: impl std::fmt::Display,
+    pairs: &[[f64; 2]],
+    ratio: fn(&[f64; 2]) -> f64,
+) {
+    let sorted = |of: &dyn Fn(&[f64; 2]) -> f64| {
+        let mut values: Vec<f64> = pairs.iter().map(of).collect();
+        values.sort_by(f64::total_cmp);
+        values
+    };
+    let middle = pairs.len() / 2;
+    let ratios = sorted(&ratio);
+    println!(
+        "{name:<12}{:>12.1}{:>12.1}{:>8.2}   {:.2} to {:.2}",
+        sorted(&|pair| pair[0])[middle],
+        sorted(&|pair| pair[1])[middle],
+        ratios[middle],
+        ratios[0],
+        ratios[pairs.len() - 1]
+    );
+}
+
 /// Random velocities of about 0.1 m/s, for a gas.
 fn with_speeds(config: DemConfig) -> DemConfig {
     let start = Dem::prepare(&config, SEED, false).expect("a start");
