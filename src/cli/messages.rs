@@ -2,6 +2,7 @@
 
 use crate::cli::exit::Exit;
 use crate::executor::cluster::task::quoted;
+pub(crate) use crate::executor::progress::plural;
 use crate::executor::progress::size;
 use crate::plan::{Plan, PlannedRun};
 use crate::run::RunReport;
@@ -166,11 +167,6 @@ pub(crate) fn describe(
 pub(crate) fn counted(counts: impl Iterator<Item = u64> + Clone, what: &str) -> Option<String> {
     let (min, max) = (counts.clone().min()?, counts.max()?);
     Some(if min == max { plural(max, what) } else { format!("{min} to {}", plural(max, what)) })
-}
-
-/// Formats a count with its noun, such as "1 run" or "3 runs".
-pub(crate) fn plural(count: u64, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 /// Formats what was recorded and what was interrupted.

@@ -141,9 +141,9 @@ impl RunProgress<'_> {
                 RunStart::Fresh | RunStart::Restarted(_) => String::new(),
             };
             self.display.line(&format!(
-                "{}: {word}{since}, {} frames, {}, {:.2} s",
+                "{}: {word}{since}, {}, {}, {:.2} s",
                 self.stem,
-                report.frames,
+                plural(report.frames, "frame"),
                 size(report.bytes),
                 report.wall_time.as_secs_f64()
             ));
@@ -155,6 +155,11 @@ impl RunProgress<'_> {
 #[must_use]
 pub fn size(bytes: u64) -> String {
     HumanBytes(bytes).to_string()
+}
+
+/// Formats a count with its noun, such as "1 run" or "3 runs".
+pub(crate) fn plural(count: u64, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 /// Formats the frames per second, below 10 with one decimal.
