@@ -10,7 +10,8 @@ would take over a minute have fewer runs.
     tests/architectures/compare.py --targets riscv64    # one target; the page keeps the rows of the others
     tests/architectures/compare.py --quick              # aarch64 and wasm32, one experiment of each model, by lock_in_memory; writes nothing
 
-A row of the page without a difference is kept, and not made again while this machine's lock file is the same.
+What is equal on the page is kept: an experiment is not compared again on a target while its entry in this machine's lock file is the
+same. An interrupted comparison goes on where it stopped.
 
 Exit codes: 0 equal, 1 different, 77 the system cannot be made (no network, no permission).
 """
@@ -41,6 +42,9 @@ TARGETS = {
     "wasm32 (WASI, in Node)": ("wasm32-wasip1", "", ["node"]),
 }
 WASM = "wasm32-wasip1"
+# Targets with their numbers of threads; WebAssembly has none.
+PLACES = [(name, threads) for name, rest in TARGETS.items() for threads in ((1,) if rest[0] == WASM else (1, 2))]
+EQUAL, MESSAGES, METRICS = "equal", "other messages", "other metrics"
 # The environment variable that names the mount namespace of the comparison.
 OWN_MOUNTS = "KINETOSCOPE_OWN_MOUNTS"
 PACKAGES = "base-files bash cargo coreutils gcc libc6-dev qemu-user rustc sed"
@@ -214,28 +218,51 @@ def entries(lock):
     return {re.search(r'manifest = "(.*)"', part)[1]: part.strip() for part in kept}
 
 
+def only(lock, names):
+    """The lock file with some of its entries."""
+    return "".join(f"[[experiment]]\n{part}\n" for name, part in entries(lock).items() if stem(name) in names)
+
+
 def differences(ours, theirs):
-    """The manifests with other messages, and those with other metrics only."""
+    """The experiments with other messages, and those with other metrics only."""
     messages = lambda part: part.split("[experiment.metrics]")[0]
     ours, theirs = entries(ours), entries(theirs)
     other = [name for name in ours if messages(ours[name]) != messages(theirs.get(name, ""))]
-    return other, [name for name in ours if name not in other and ours[name] != theirs[name]]
+    metrics = [name for name in ours if name not in other and ours[name] != theirs[name]]
+    return list(map(stem, other)), list(map(stem, metrics))
 
 
-class Rows:
-    """The rows of the table: the number of experiments, and those with other messages or only other metrics."""
+def stem(manifest):
+    return pathlib.Path(manifest).stem
+
+
+class Results:
+    """For each target and number of threads, the experiments that are equal, and those with other messages or only other metrics."""
 
     def __init__(self, ours, is_kept):
-        self.reference = hashlib.sha256(repr(sorted(entries(ours).items())).encode()).hexdigest()
-        self.rows = {}
+        self.compared = {stem(name): hashlib.sha256(part.encode()).hexdigest()[:16] for name, part in entries(ours).items()}
+        self.found = {place: {} for place in PLACES}
         text = PAGE.read_text() if is_kept and PAGE.exists() else ""
-        if self.reference in text:
-            for name, threads, *counts in re.findall(r"^\| (.+) \| (\d) \| (\d+) \| (\d+) \| (\d+) \|$", text, re.MULTILINE):
-                if len(set(counts)) == 1:
-                    self.rows[name, int(threads)] = (int(counts[0]), [], [])
+        letters = {letter: (name, int(threads)) for letter, name, threads in re.findall(r"(?m)^\| ([A-Z]) \| ([^|]+) \| (\d) \|", text)}
+        for name, compared, equal in re.findall(r"(?m)^\| `(\w+)` \| `(\w+)` \| ([A-Z ]*) \|", text):
+            if self.compared.get(name) == compared:
+                for letter in equal.split():
+                    self.found[letters[letter]][name] = EQUAL
+
+    def missing(self, place):
+        return [name for name in self.compared if name not in self.found[place]]
+
+    def add(self, place, ours, theirs):
+        messages, metrics = differences(ours, theirs)
+        for name in map(stem, entries(ours)):
+            self.found[place][name] = MESSAGES if name in messages else METRICS if name in metrics else EQUAL
+        return messages, metrics
+
+    def count(self, place, what):
+        return list(self.found[place].values()).count(what)
 
     def is_equal(self, targets):
-        return not any(messages or metrics for (name, _), (_, messages, metrics) in self.rows.items() if name in targets)
+        return all(self.count(place, EQUAL) == len(self.found[place]) for place in PLACES if place[0] in targets)
 
 
 def prepared(quick):
@@ -259,25 +286,29 @@ def lock_of_this_machine(program, work):
     return text
 
 
-def threads_of(target):
-    """WebAssembly has no threads."""
-    return 1 if target == WASM else 2
+def part_of(work, names):
+    """A folder with some of the experiments."""
+    part = work.with_name("part")
+    shutil.rmtree(part, ignore_errors=True)
+    (part / "experiments").mkdir(parents=True)
+    for name in names:
+        shutil.copy(work / f"experiments/{name}.toml", part / "experiments")
+    return part
 
 
-def fill(rows, system, targets, work, ours, quick, save):
-    """Makes the missing rows, and saves after each, so that an interrupted comparison goes on from there."""
-    system.build(sorted({rest[:2] for rest in targets.values()}), quick)
-    for threads in (1,) if quick else (1, 2):
-        for name, (target, prefix, emulator) in targets.items():
-            if (name, threads) in rows.rows or threads > threads_of(target):
-                continue
-            theirs, seconds = system.lock(target, prefix, emulator, threads, work, quick)
-            messages, metrics = differences(ours, theirs)
-            count = len(entries(ours))
-            print(f"{name}, {threads} thread(s): {count} experiments, {seconds:.0f} s; other messages: "
-                  f"{', '.join(messages) or 'none'}; other metrics: {', '.join(metrics) or 'none'}", flush=True)
-            rows.rows[name, threads] = (count, messages, metrics)
-            save()
+def fill(results, system, targets, work, ours, quick, save):
+    """Compares what is missing, and saves after each place, so that an interrupted comparison goes on from there."""
+    places = [place for place in PLACES if place[0] in targets and results.missing(place) and not (quick and place[1] > 1)]
+    if places:
+        system.build(sorted({targets[name][:2] for name, _ in places}), quick)
+    for name, threads in places:
+        target, prefix, emulator = targets[name]
+        wanted = results.missing((name, threads))
+        theirs, seconds = system.lock(target, prefix, emulator, threads, part_of(work, wanted), quick)
+        messages, metrics = results.add((name, threads), only(ours, wanted), theirs)
+        print(f"{name}, {threads} thread(s): {len(wanted)} experiments, {seconds:.0f} s; other messages: "
+              f"{', '.join(messages) or 'none'}; other metrics: {', '.join(metrics) or 'none'}", flush=True)
+        save()
 
 
 def main():
@@ -300,11 +331,11 @@ def main():
         return 77
     work, changes = prepared(arguments.quick)
     ours = lock_of_this_machine(arguments.program, work)
-    rows = Rows(ours, is_kept=not arguments.quick)
-    save = (lambda: None) if arguments.quick else lambda: PAGE.write_text(page(rows, changes))
-    fill(rows, system, targets, work, ours, arguments.quick, save)
+    results = Results(ours, is_kept=not arguments.quick)
+    save = (lambda: None) if arguments.quick else lambda: PAGE.write_text(page(results, changes))
+    fill(results, system, targets, work, ours, arguments.quick, save)
     save()
-    return int(not rows.is_equal(targets))
+    return int(not results.is_equal(targets))
 
 
 def enter_own_mounts():
@@ -327,21 +358,27 @@ def vectors():
     return next((name for flag, name in (("avx512f", "AVX-512"), ("avx2", "AVX2")) if flag in flags), "SSE2")
 
 
-def page(rows, changes):
+def page(results, changes):
     """The table as a document."""
     lines = [
         "# The same messages on every architecture", "",
         "Generated by `tests/architectures/compare.py`: do not edit. On each target, `kinetoscope lock` ran the shipped experiments; the hashes of all messages "
-        "(topic, time, payload), the traces and the metrics, to the last digit, were compared with those of this program on x86-64. The compression of the file is not part of the guarantee. "
-        f"The SHA-256 of what was compared is {rows.reference}.", "",
-        "| target | threads | experiments | equal messages | equal metrics |", "|---|---|---|---|---|",
+        "(topic, time, payload), the traces and the metrics, to the last digit, were compared with those of this program on x86-64. The compression of the file is not part of the guarantee.", "",
+        "| | target | threads | experiments | equal | other messages | other metrics |", "|---|---|---|---|---|---|---|",
     ]
-    for name, threads in ((name, threads) for name, rest in TARGETS.items() for threads in (1, 2)[:threads_of(rest[0])]):
-        if (name, threads) not in rows.rows:
-            lines.append(f"| {name} | {threads} | not made yet | | |")
-            continue
-        count, messages, metrics = rows.rows[name, threads]
-        lines.append(f"| {name} | {threads} | {count} | {count - len(messages)} | {count - len(messages) - len(metrics)} |")
+    lettered = list(zip("ABCDEFGHIJKLMNOPQRSTUVWXYZ", PLACES))
+    for letter, (name, threads) in lettered:
+        counts = [results.count((name, threads), what) for what in (EQUAL, MESSAGES, METRICS)]
+        lines.append(f"| {letter} | {name} | {threads} | {' | '.join(map(str, [sum(counts), *counts]))} |")
+    lines += [
+        "", "## Results by experiment", "",
+        "The letters are those of the table above. The number is the start of the SHA-256 of the experiment's entry in the lock file of this program on x86-64: its "
+        "hashes and metrics. While it is the same, the experiment is not compared again.", "",
+        f"| experiment | compared | {EQUAL} | {MESSAGES} | {METRICS} |", "|---|---|---|---|---|",
+    ]
+    for name, compared in sorted(results.compared.items()):
+        letters = [" ".join(letter for letter, place in lettered if results.found[place].get(name) == what) for what in (EQUAL, MESSAGES, METRICS)]
+        lines.append(f"| `{name}` | `{compared}` | {' | '.join(letters)} |")
     lines += ["", "## Shortened experiments", "", "Emulation is about ten times slower than the processor. These experiments had fewer runs:", ""]
     lines += [f"- `{name}`: {change}" for name, change in changes.items() if change]
     lines += [
