@@ -83,7 +83,8 @@ impl Gnuplot {
         let (vx, [low, high]) = (self.run.index("vx")?, self.bounds());
         let side = (high[0] - low[0]).max(high[1] - low[1]);
         let ArrowScale { length_over_speed, key_speed } = ArrowScale::new(self.max_speed, side)?;
-        let (unit, length) = (&self.run.units[vx], key_speed * length_over_speed);
+        let unit = self.run.units.get(vx).map_or("", |unit| plain(unit));
+        let length = key_speed * length_over_speed;
         let [x, y, top] = [low[0] + 0.02 * side, high[1] + 0.05 * side, high[1] + 0.1 * side];
         let settings = format!(
             "set yrange [{}:{top}]\n\
@@ -97,6 +98,12 @@ impl Gnuplot {
             format!("using 1:2:($4*{length_over_speed}):($5*{length_over_speed}) with vectors");
         Some(self.script("velocity.gp", &settings, &style))
     }
+}
+
+/// A unit that may be part of a script, or nothing: gnuplot executes commands within other text, and a recording may be a stranger's.
+fn plain(unit: &str) -> &str {
+    let is_plain = |part: char| part.is_ascii_alphanumeric() || "/^*.- ".contains(part);
+    if unit.chars().all(is_plain) { unit } else { "" }
 }
 
 impl Exporter for Gnuplot {
@@ -144,5 +151,21 @@ impl Exporter for Gnuplot {
             self.write("velocity.gp", &script, 0)?;
         }
         Ok(std::mem::take(&mut self.written))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::plain;
+
+    /// Control: the units of the models are kept.
+    #[test]
+    fn units_that_gnuplot_could_execute_are_omitted() {
+        for hostile in ["\"\n!touch x\n#", "`id`", "@x", "m\\", "$(id)"] {
+            assert_eq!(plain(hostile), "", "{hostile}");
+        }
+        for unit in ["m/s", "au/d", "m/s^2", "1", ""] {
+            assert_eq!(plain(unit), unit);
+        }
     }
 }
