@@ -333,14 +333,15 @@ function player(part, leader) {
     if (file && leader?.file) seek(leader.time, file);
   }
 
-  // Shows the frame nearest to a time, of another run if it is not that of this file.
+  // Shows the frame nearest to a time of a run; the latest time counts.
   async function seek(time, of) {
     const index = films.findIndex((source) => source.dataset.file === of);
     if (index < 0) return;
+    seek.time = time;
     if (wanted !== of) await select(index);
     if (file !== of) return;
     setPlaying(false);
-    const distance = (index) => Math.abs(data.times[index] - time);
+    const distance = (index) => Math.abs(data.times[index] - seek.time);
     show(data.times.reduce((best, _, index) => distance(index) < distance(best) ? index : best, 0));
   }
 

@@ -56,7 +56,7 @@ fn frames(_: &RunManifest) -> Frames {
 const PROBE: &str = r##"<script>
 held((async () => {
   const faults = [];
-  let points = 0, scrubbed = 0, toggled = 0;
+  let points = 0, scrubbed = 0, toggled = 0, sought = 0;
   const expect = (holds, what) => { if (!holds) faults.push(what); };
   try {
     for (const list of document.querySelectorAll("details")) list.open = true;
@@ -85,13 +85,14 @@ held((async () => {
       expect(paths.every((path) => !path.getAttribute("d") || path.getTotalLength()), `${name}: a point without neighbors is not drawn`);
       points += 1;
       if (data.time && data.curves.some((each) => each.run) && window.replay) {
-        const file = data.curves[0].run.file;
+        const isPlayed = () => data.curves.some((each) => each.run.file === replay.file);
+        const isInTime = () => Math.abs(replay.time - curve.x[i]) <= (chart.range[0][1] - chart.range[0][0]) / (replay.frames - 1);
+        await until(() => isPlayed() && isInTime());
         await nextFrames(3);
-        const time = replay.time, line = figure.querySelector(".now");
-        expect(data.curves.some((each) => each.run.file === replay.file), `${name}: another run plays`);
+        const line = figure.querySelector(".now");
+        expect(isPlayed(), `${name}: another run plays`);
         expect(line.getAttribute("visibility") === "visible", `${name}: no line at the time of the replay`);
-        const interval = (chart.range[0][1] - chart.range[0][0]) / (replay.frames - 1);
-        expect(Math.abs(time - curve.x[i]) <= interval, `${name}: the replay is at ${time}, the pointer at ${curve.x[i]}`);
+        expect(isInTime(), `${name}: the replay is at ${replay.time}, the pointer at ${curve.x[i]}`);
         replay.show(0);
         const left = Number(line.getAttribute("x1"));
         replay.show(replay.frames - 1);
@@ -134,6 +135,19 @@ held((async () => {
       sheet.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight", bubbles: true }));
       sheet.dispatchEvent(new KeyboardEvent("keydown", { key: "Escape", bubbles: true }));
     }
+    // Of two times, the latter counts, although the run is not decoded at the former.
+    const files = [...document.querySelectorAll("[data-file]")].map((each) => each.dataset.file);
+    const other = window.replay && files.find((file) => replay.has(file) && file !== replay.file);
+    if (other) {
+      replay.show(replay.frames - 1);
+      const end = replay.time;
+      replay.seek(0, other);
+      replay.seek(end, other);
+      await until(() => replay.file === other);
+      await nextFrames(1);
+      expect(replay.time > 0, `the replay is at its start, not at ${end}`);
+      sought = 1;
+    }
     const any = document.querySelector(".any");
     let swept = 0;
     if (any) {
@@ -147,7 +161,7 @@ held((async () => {
         swept += 1;
       }
     }
-    document.title = `points ${points}; scrubbed ${scrubbed}; toggled ${toggled}; swept ${swept}; faults ${JSON.stringify(faults)}`;
+    document.title = `points ${points}; scrubbed ${scrubbed}; toggled ${toggled}; swept ${swept}; sought ${sought}; faults ${JSON.stringify(faults)}`;
   } catch (error) { document.title = `failed: ${error.stack}`; }
 })());
 </script>"##;
@@ -183,7 +197,7 @@ fn plots_respond_and_share_the_time_of_the_replay() {
         rest.split(';').next().unwrap().parse().unwrap()
     };
     assert!(count("points") > 4 && count("scrubbed") > 2, "{counts}");
-    assert!(count("toggled") > 2 && count("swept") > 5, "{counts}");
+    assert!(count("toggled") > 2 && count("swept") > 5 && count("sought") == 1, "{counts}");
 
     // Control: a page without the handlers.
     let text = fs::read_to_string(&page).unwrap();
@@ -191,6 +205,7 @@ fn plots_respond_and_share_the_time_of_the_replay() {
     for (handler, complaint) in [
         ("scrub(isLogX", "the replay is at"),
         ("point(nearest(to));\nscrub", "no values under the pointer"),
+        ("seek.time = time;", "the replay is at"),
         ("setZoom([isWide", "dragging does not zoom"),
         ("if (!hidden.delete(curve)) hidden.add(curve);", "the legend hides nothing"),
         ("${top}h.01`", "a point without neighbors is not drawn"),
@@ -198,6 +213,7 @@ fn plots_respond_and_share_the_time_of_the_replay() {
         assert!(text.contains(handler), "{handler}");
         let harmless = match handler {
             "scrub(isLogX" => "Number(isLogX",
+            "seek.time = time;" => "seek.time ??= time;",
             "setZoom([isWide" => "Array.of([isWide",
             "if (!hidden.delete(curve)) hidden.add(curve);" => "",
             "${top}h.01`" => "${top}`",

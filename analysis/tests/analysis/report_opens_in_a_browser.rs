@@ -141,7 +141,8 @@ pub(crate) fn dumped(page: &Path, width: u32, dark: bool) -> (String, String) {
 }
 
 /// Precedes a script that is appended to a page: a frame that is not loaded holds the page's event `load`, at which the browser writes
-/// the document, until a promise is settled, for at most two minutes.
+/// the document, until a promise is settled, for at most two minutes. `until` waits for what a page does in its own time, such as
+/// decoding another run.
 const HOLD: &str = r"<script>
 function held(promise) {
   const frame = document.createElement('iframe');
@@ -153,6 +154,7 @@ function held(promise) {
   promise.finally(release);
 }
 const nextFrames = async (count) => { while (count--) await new Promise(requestAnimationFrame); };
+const until = async (holds) => { for (const end = performance.now() + 15000; !holds() && performance.now() < end;) await nextFrames(1); };
 </script>";
 
 /// The page with a script at its end.
