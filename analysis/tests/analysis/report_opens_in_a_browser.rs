@@ -141,8 +141,8 @@ pub(crate) fn dumped(page: &Path, width: u32, dark: bool) -> (String, String) {
 }
 
 /// Precedes a script that is appended to a page: a frame that is not loaded holds the page's event `load`, at which the browser writes
-/// the document, until a promise is settled, for at most two minutes. `until` waits for what a page does in its own time, such as
-/// decoding another run.
+/// the document, until an asynchronous function has ended, for at most two minutes. `until` waits for a condition, such as that another
+/// run is decoded.
 const HOLD: &str = r"<script>
 function held(promise) {
   const frame = document.createElement('iframe');
