@@ -57,7 +57,7 @@ impl Particles {
         };
         self.count == count
             && self.groups.len() == count.div_ceil(LANES)
-            && self.groups.iter().all(|group| (0..LANES).all(|lane| is_valid(group.particle(lane))))
+            && self.lanes().all(is_valid)
     }
 
     pub(super) fn of(list: &[Particle]) -> Self {
@@ -83,8 +83,11 @@ impl Particles {
     }
 
     pub(super) fn iter(&self) -> impl Iterator<Item = Particle> + '_ {
-        let lanes =
-            self.groups.iter().flat_map(|group| (0..LANES).map(|lane| group.particle(lane)));
-        lanes.take(self.count)
+        self.lanes().take(self.count)
+    }
+
+    /// All particles and empty lanes.
+    pub(super) fn lanes(&self) -> impl Iterator<Item = Particle> + '_ {
+        self.groups.iter().flat_map(|group| (0..LANES).map(|lane| group.particle(lane)))
     }
 }

@@ -81,16 +81,19 @@ pub(super) struct ParticleTally {
 impl ParticleTally {
     /// Whether all sums are numbers, and no count is so large that it could overflow.
     pub(super) fn is_valid(&self) -> bool {
-        let Self {
-            collisions, impulse_per_mass, window_collisions, window_impulse_per_mass, ..
-        } = *self;
-        let sums = [
-            impulse_per_mass,
-            window_impulse_per_mass,
-            self.square,
-            self.angular_momentum_per_mass,
-        ];
-        sums.iter().all(|sum| sum.is_finite()) && (collisions | window_collisions) < 1 << 60
+        self.impulse_per_mass.is_finite()
+            && self.window_impulse_per_mass.is_finite()
+            && (self.collisions | self.window_collisions) < 1 << 60
+    }
+
+    /// Whether the invariants are those of a particle in a circle: `restore_invariants` would give it those of another one.
+    pub(super) fn has_invariants_of(&self, particle: Particle, radius: f64) -> bool {
+        /// Much more than the rounding of a path.
+        const TOLERANCE: f64 = 1e-6;
+        let square = dot(particle.velocity, particle.velocity);
+        let turned = self.angular_momentum_per_mass - particle.angular_momentum_per_mass();
+        (self.square - square).abs() <= TOLERANCE * square
+            && turned.abs() <= TOLERANCE * radius * square.sqrt()
     }
 
     /// Tally of an empty lane: its speed is 1, so that no lane divides by zero.

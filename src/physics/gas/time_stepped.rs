@@ -36,17 +36,20 @@ impl Propagator for TimeStepped {
         Clock::Steps(self.clock)
     }
 
-    /// Takes the steps on all threads. Each block takes all its steps before the next block, because particles do not interact: its
-    /// data stay in the nearest cache.
     fn is_valid_for(&self, state: &GasState, _max_speed: f64) -> bool {
-        let limit = state.container.circle.radius * (1.0 + 1e-6);
-        let is_inside =
-            |particle: Particle| dot(particle.position, particle.position) <= limit * limit;
+        let radius = state.container.circle.radius;
+        let limit = radius * (1.0 + 1e-6);
+        let is_path = |(particle, tally): (Particle, &ParticleTally)| {
+            dot(particle.position, particle.position) <= limit * limit
+                && tally.is_valid()
+                && tally.has_invariants_of(particle, radius)
+        };
         self.tallies.len() == state.particles.groups.len() * LANES
-            && self.tallies.iter().all(ParticleTally::is_valid)
-            && state.particles.iter().all(is_inside)
+            && state.particles.lanes().zip(&self.tallies).all(is_path)
     }
 
+    /// Takes the steps on all threads. Each block takes all its steps before the next block, because particles do not interact: its
+    /// data stay in the nearest cache.
     fn advance(&mut self, target: Target, budget: &mut u64, state: &mut GasState) -> bool {
         let steps = self.clock.steps_toward(target, budget);
         let (time_step, radius) = (self.clock.time_step_s, state.container.circle.radius);
