@@ -10,7 +10,8 @@ use std::io::{BufReader, Read as _, Write as _};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::os::unix::fs::symlink;
 use std::path::Path;
-use std::process::{Child, Stdio};
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
 
 /// A running server, which ends with the test.
 struct View {
@@ -20,7 +21,11 @@ struct View {
 
 impl View {
     fn start(folder: &Path, arguments: &[&str]) -> Self {
-        let mut child = command()
+        Self::start_by(command(), folder, arguments)
+    }
+
+    fn start_by(mut command: Command, folder: &Path, arguments: &[&str]) -> Self {
+        let mut child = command
             .args(["view", "--port", "0", "--json"])
             .args(arguments)
             .current_dir(folder)
@@ -38,9 +43,16 @@ impl View {
         page.trim_start_matches("http://").trim_end_matches('/').parse().unwrap()
     }
 
+    /// A connection on which a server that does not answer is an error.
+    fn connect(&self) -> TcpStream {
+        let stream = TcpStream::connect(self.address()).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(120))).unwrap();
+        stream
+    }
+
     /// Sends a request with headers; returns the head of the answer in lower case, and its body.
     fn request(&self, method: &str, path: &str, headers: &[(&str, &str)]) -> (String, Vec<u8>) {
-        let mut stream = TcpStream::connect(self.address()).unwrap();
+        let mut stream = self.connect();
         let mut text = format!("{method} {path} HTTP/1.1\r\nConnection: close\r\n");
         if !headers.iter().any(|(name, _)| *name == "Host") {
             text += &format!("Host: {}\r\n", self.address());
@@ -217,5 +229,40 @@ fn what_cannot_be_served_is_an_error_with_help() {
         let called = bench.call(&arguments);
         assert_eq!(called.code, Some(code), "{arguments:?}: {}", called.err);
         assert!(called.err.contains("error: ") && called.err.contains("help: "), "{}", called.err);
+    }
+}
+
+/// Clients that send nothing, a part of a request, or a request whose answer they do not read.
+fn slow_clients(view: &View, path: &str, count: usize) -> Vec<TcpStream> {
+    let request = format!("GET /{path} HTTP/1.1\r\nHost: {}\r\n", view.address());
+    let parts = ["", "GET ", &request, &format!("{request}\r\n")];
+    let connect = |at: usize| {
+        let mut stream = view.connect();
+        stream.write_all(parts[at % parts.len()].as_bytes()).unwrap();
+        stream
+    };
+    (0..count).map(connect).collect()
+}
+
+#[test]
+fn slow_clients_leave_room_for_an_honest_one() {
+    let (bench, path) = recorded();
+    // With 200 files, a server without a limit of its connections accepts no more.
+    let mut limited = Command::new("sh");
+    limited.args(["-c", r#"ulimit -n 200; exec "$0" "$@""#, env!("CARGO_BIN_EXE_kinetoscope")]);
+    let view = View::start_by(limited, &bench.path("."), &["recordings"]);
+    let slow = slow_clients(&view, &path, 300);
+    assert_eq!(view.status(&format!("/{path}"), &[]), 200);
+    drop(slow);
+}
+
+#[test]
+fn connection_without_a_complete_request_is_ended() {
+    let (bench, path) = recorded();
+    let view = View::start(&bench.path("."), &["recordings"]);
+    for mut client in slow_clients(&view, &path, 3) {
+        // The end of the connection, not the time limit of this client.
+        let end = client.read(&mut [0]);
+        assert!(matches!(end, Ok(0)), "{end:?}");
     }
 }

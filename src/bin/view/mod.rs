@@ -1,5 +1,6 @@
 //! `kinetoscope view`: serves recordings on this machine, and prints the address that opens them in Lichtblick with their layout.
 
+mod connections;
 mod contents;
 mod server;
 

@@ -2,14 +2,15 @@
 //!
 //! Clients may be hostile: a web page in the user's browser can send requests to this machine. As for the live view, a request must
 //! name this machine by address or as `localhost` (DNS rebinding), and a web page must be the viewer's or of this machine. Only
-//! recordings and what belongs to them are served; symbolic links and hidden files are not.
+//! recordings and what belongs to them are served; symbolic links and hidden files are not. Slow clients are ended (`connections.rs`).
 
+use super::connections::Listener;
 use super::contents::{Contents, Found, is_hidden, path_of_address, viewer_address};
 use axum::Router;
 use axum::extract::{Request, State};
 use axum::http::header::{
-    ACCEPT_RANGES, CONTENT_LENGTH, CONTENT_RANGE, CONTENT_SECURITY_POLICY, ETAG, HOST, HeaderName,
-    LAST_MODIFIED, ORIGIN, RANGE, X_CONTENT_TYPE_OPTIONS,
+    ACCEPT_RANGES, CONNECTION, CONTENT_LENGTH, CONTENT_RANGE, CONTENT_SECURITY_POLICY, ETAG, HOST,
+    HeaderName, LAST_MODIFIED, ORIGIN, RANGE, X_CONTENT_TYPE_OPTIONS,
 };
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri};
 use axum::middleware::{self, Next};
@@ -63,7 +64,7 @@ impl Server {
         listener.set_nonblocking(true)?;
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         runtime.block_on(async {
-            let listener = tokio::net::TcpListener::from_std(listener)?;
+            let listener = Listener::new(tokio::net::TcpListener::from_std(listener)?);
             axum::serve(listener, self.router()).await
         })
     }
@@ -102,7 +103,9 @@ fn origin_of(viewer: &str) -> Option<String> {
 /// Answers requests that are not admitted, and adds the headers that every answer has.
 async fn admit(State(served): State<Arc<Served>>, request: Request, next: Next) -> Response {
     let mut response = match served.rejection(request.headers(), request.uri()) {
-        Some((status, reason)) => (status, format!("{reason}\n")).into_response(),
+        Some((status, reason)) => {
+            (status, [(CONNECTION, "close")], format!("{reason}\n")).into_response()
+        }
         None => next.run(request).await,
     };
     response.headers_mut().insert(CONTENT_SECURITY_POLICY, PAGE_POLICY);
