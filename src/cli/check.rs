@@ -1,7 +1,7 @@
 //! `check`: reads manifests and reports the plan with its steps, memory and expected time, without executing a run.
 
 use crate::cli::checked::{Checked, not_planned};
-use crate::cli::executor::at_least_one;
+use crate::cli::executor::thread_count;
 use crate::cli::exit::Exit;
 use crate::cli::lock;
 use crate::cli::locked::LockedCheck;
@@ -31,7 +31,7 @@ pub struct CheckArguments {
     #[command(flatten)]
     output: OutputArguments,
     /// Number of runs in parallel that the expected time assumes [default: number of CPUs]
-    #[arg(long, value_name = "N", value_parser = at_least_one::<NonZeroUsize>, help_heading = "Execution")]
+    #[arg(long, value_name = "N", value_parser = thread_count, help_heading = "Execution")]
     jobs: Option<NonZeroUsize>,
     /// Run the manifests of a lock file, or those named here, and compare the messages with those that are locked
     #[arg(long, conflicts_with = "set", help_heading = "Lock file")]

@@ -68,6 +68,15 @@ pub struct ExecutorArguments {
     pub start_from_dir: Option<PathBuf>,
 }
 
+/// Maximum number of threads that compute: more than machines have processors, and few enough to be started in a second.
+pub(crate) const MAX_THREADS: usize = 1024;
+
+/// Parses a number of threads or of parallel runs.
+pub(crate) fn thread_count(text: &str) -> Result<NonZeroUsize, String> {
+    let count = text.parse().ok().filter(|count: &NonZeroUsize| count.get() <= MAX_THREADS);
+    count.ok_or_else(|| format!("write a whole number from 1 to {MAX_THREADS}"))
+}
+
 /// Parses a count of the command line.
 pub(crate) fn at_least_one<T: FromStr>(text: &str) -> Result<T, String> {
     text.parse().map_err(|_| "write a whole number from 1".to_owned())

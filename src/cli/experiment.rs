@@ -1,7 +1,7 @@
 //! One experiment from its manifest to its recordings: the plan, the execution, and the errors of the runs.
 
 use crate::cli::checked;
-use crate::cli::executor::{Executor, TaskOptions};
+use crate::cli::executor::{Executor, MAX_THREADS, TaskOptions};
 use crate::cli::exit::Exit;
 use crate::cli::messages::{Failure, bad, complain, describe, disk_shortage, plural, summary};
 use crate::cli::planner::{Planned, Planner};
@@ -347,13 +347,15 @@ impl Execution<'_> {
         Ok(Executed { destination: None, ..executed })
     }
 
+    /// `--threads` is limited by the number of parallel runs.
     fn workforce(&self, jobs: usize) -> LocalPool {
         let processors = std::thread::available_parallelism().map_or(1, usize::from);
+        let requested = self.arguments.execution.threads.map(NonZeroUsize::get);
         let threads =
-            self.arguments.execution.threads.or_else(|| NonZeroUsize::new(processors / jobs));
+            requested.map_or(processors / jobs, |threads| threads.min(MAX_THREADS / jobs));
         LocalPool {
             jobs: NonZeroUsize::new(jobs).unwrap_or(NonZeroUsize::MIN),
-            threads: threads.unwrap_or(NonZeroUsize::MIN),
+            threads: NonZeroUsize::new(threads).unwrap_or(NonZeroUsize::MIN),
         }
     }
 

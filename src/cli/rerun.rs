@@ -1,6 +1,6 @@
 //! Runs of manifests from which lock files are derived: fresh ones in a temporary folder, or the finished ones of a folder.
 
-use crate::cli::executor::at_least_one;
+use crate::cli::executor::thread_count;
 use crate::cli::exit::Exit;
 use crate::cli::manifests::ManifestReader;
 use crate::cli::messages::{Failure, name_of};
@@ -64,10 +64,10 @@ impl Folder {
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct Parallel {
     /// Number of runs to execute in parallel [default: number of CPUs]
-    #[arg(long, value_name = "N", value_parser = at_least_one::<NonZeroUsize>, help_heading = "Execution")]
+    #[arg(long, value_name = "N", value_parser = thread_count, help_heading = "Execution")]
     pub(crate) jobs: Option<NonZeroUsize>,
     /// Number of threads per run [default: number of CPUs divided by the number of parallel runs]
-    #[arg(long, value_name = "N", value_parser = at_least_one::<NonZeroUsize>, help_heading = "Execution")]
+    #[arg(long, value_name = "N", value_parser = thread_count, help_heading = "Execution")]
     pub(crate) threads: Option<NonZeroUsize>,
 }
 

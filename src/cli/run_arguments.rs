@@ -1,6 +1,6 @@
 //! Arguments of `run`.
 
-use crate::cli::executor::{ExecutorArguments, at_least_one};
+use crate::cli::executor::{ExecutorArguments, thread_count};
 use crate::cli::live::LiveArguments;
 use crate::cli::manifests::ManifestArguments;
 use crate::cli::output::OutputArguments;
@@ -40,10 +40,10 @@ pub struct RunArguments {
 #[command(next_help_heading = "Execution")]
 pub struct ExecutionArguments {
     /// Number of runs to execute in parallel [default: number of CPUs]
-    #[arg(long, value_name = "N", value_parser = at_least_one::<NonZeroUsize>)]
+    #[arg(long, value_name = "N", value_parser = thread_count)]
     pub(crate) jobs: Option<NonZeroUsize>,
     /// Number of threads per run [default: number of CPUs divided by the number of parallel runs]
-    #[arg(long, value_name = "N", value_parser = at_least_one::<NonZeroUsize>)]
+    #[arg(long, value_name = "N", value_parser = thread_count)]
     pub(crate) threads: Option<NonZeroUsize>,
     /// Rerun finished runs
     #[arg(long)]

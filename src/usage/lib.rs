@@ -7,6 +7,7 @@ mod remedy;
 mod standard_output;
 mod suggestion;
 pub mod text;
+mod threads;
 mod wrap;
 
 pub use internal_error::{INTERNAL_ERROR, catch_internal_errors};

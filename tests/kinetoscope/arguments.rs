@@ -255,3 +255,25 @@ fn large_and_wrong_files_of_checks_name_what_is_expected() {
         }
     }
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn huge_numbers_of_threads_do_not_use_up_those_of_the_system() {
+    let bench = Bench::new();
+    bench.write("gas.toml", GAS);
+    for option in ["--threads", "--jobs"] {
+        let called = bench.call(&["run", option, "1025", "gas.toml"]);
+        assert_eq!(called.code, Some(2), "{}", called.err);
+        assert!(called.err.contains("write a whole number from 1 to 1024"), "{}", called.err);
+    }
+    for arguments in ["check gas.toml", "run gas.toml", "analyze recordings/gas"] {
+        // Memory for some hundred threads.
+        let line = format!(r#"ulimit -v 2000000; exec "$0" {arguments}"#);
+        let mut limited = std::process::Command::new("sh");
+        limited.args(["-c", &line, env!("CARGO_BIN_EXE_kinetoscope")]);
+        limited.env("RAYON_NUM_THREADS", "999999999").current_dir(bench.path(""));
+        let called = limited.output().unwrap();
+        let errors = String::from_utf8_lossy(&called.stderr);
+        assert_eq!(called.status.code(), Some(0), "{arguments}: {errors}");
+    }
+}
