@@ -11,7 +11,7 @@ use crate::cli::rerun::{Metrics, Parallel, RerunExperiment, RerunRun, Reruns};
 use crate::cli::result_arguments::ResultArguments;
 use crate::verify::diff::compare_messages;
 use crate::verify::fingerprint::{Fingerprint, Place};
-use crate::verify::lock_file::{LockFile, LockedExperiment};
+use crate::verify::lock_file::{LockError, LockFile, LockedExperiment, LockedTrace};
 use kinetoscope_recording::channels::{FrameClock, SCHEMA_VERSION};
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_usage::text::{one_line, shown_path};
@@ -163,6 +163,11 @@ impl LockedCheck<'_> {
                         self.place(rerun, run, (&recording, &found), trace.as_ref(), locked)?;
                     findings.push(format!("{}: {at}", run.name));
                 }
+            } else if index == 0 && LockedTrace::of(&found) != entry.trace {
+                let manifest = one_line(&entry.manifest);
+                let what =
+                    format!("the trace of {manifest} is not that of its run, which is equal");
+                return Err(unreadable(self.lock_file, &LockError::Damaged(what)));
             }
             if index == 0 {
                 findings.extend(moved(&entry.metrics, &metrics_of(metrics, &recording)?));

@@ -54,8 +54,9 @@ impl FineFrames {
         let length = format!("the run lasts from 0 to {}", shown(end));
         let slack = end * SAME_FRAME;
         if !(from >= 0.0 && from <= to && to <= end + slack) {
-            let what =
-                format!("--from {from} --to {to} is not an interval of the run\nhelp: {length}");
+            let what = format!(
+                "--from {from:?} --to {to:?} is not an interval of the run\nhelp: {length}"
+            );
             return refused(what);
         }
         if !(every > 0.0 && every.is_finite()) {
@@ -88,7 +89,7 @@ impl FineFrames {
         if !start.header.can_be_played(schedule.frames()) {
             let frames = schedule.frames();
             return refused(format!(
-                "--every {every} divides the run into {frames} frames, more than a viewer can play\nhelp: take a longer time"
+                "--every {every:?} divides the run into {frames} frames, more than a viewer can play\nhelp: take a longer time"
             ));
         }
         // Relative to quotients below 1, so that a start above 0 is not the frame at 0.

@@ -5,6 +5,7 @@
 
 use crate::verify::syndromes::Syndromes;
 use data_encoding::BASE64_NOPAD;
+use kinetoscope_recording::channels::STATE;
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::{RecordedFrame, Recording};
 use sha2::{Digest, Sha256};
@@ -210,11 +211,44 @@ impl Fingerprint {
             let differs = |index: &usize| one.get(*index) != two.get(*index);
             (0..names.len()).filter(differs).map(|index| names[index].clone()).collect()
         };
+        // The tag of a topic is the same for other values one time in 256; the columns and particles are further tags of the state.
+        let has_other_state = (&one.columns, one.particles) != (&two.columns, two.particles);
+        let topics = (0..self.topics.len()).filter(|&topic| {
+            one.topics.get(topic) != two.topics.get(topic)
+                || (has_other_state && self.topics[topic] == STATE)
+        });
         RowPlace {
             frame: one.frame,
-            topics: named(&self.topics, &one.topics, &two.topics),
+            topics: topics.map(|topic| self.topics[topic].clone()).collect(),
             columns: named(&self.columns, &one.columns, &two.columns),
             particles: one.particles.differing(&two.particles, particles),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fingerprint(frame_tag: u8, columns: [u8; 2]) -> Fingerprint {
+        let topics = vec![7; 2];
+        let particles = Syndromes::default();
+        Fingerprint {
+            messages: String::new(),
+            frames: 1,
+            tags: vec![frame_tag],
+            rows: vec![Row { frame: 0, topics, columns: columns.to_vec(), particles }],
+            topics: ["/frame", STATE].map(str::to_owned).to_vec(),
+            columns: ["x", "y"].map(str::to_owned).to_vec(),
+        }
+    }
+
+    /// Control: equal columns are no difference of the state.
+    #[test]
+    fn state_is_named_for_its_columns_if_its_tag_is_the_same() {
+        let locked = fingerprint(1, [3, 4]);
+        let row = locked.first_difference(&fingerprint(2, [3, 5]), 10).unwrap().row.unwrap();
+        assert_eq!((row.topics, row.columns), (vec![STATE.to_owned()], vec!["y".to_owned()]));
+        assert_eq!(locked.first_difference(&fingerprint(2, [3, 4]), 10).unwrap().row, None);
     }
 }

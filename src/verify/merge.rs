@@ -42,17 +42,21 @@ impl From<MergeError> for MergeFailure {
 /// Checks that so many recordings can be merged into this file, before any is read.
 ///
 /// # Errors
-/// More recordings than colors, an existing file, or one that cannot be written.
+/// More recordings than colors, a name without `.mcap`, an existing file or layout, or one that cannot be written.
 pub fn check_merge(count: usize, file: &Path) -> Result<(), MergeFailure> {
     let usage = |text: String| Err(MergeFailure::Usage(text));
     if count > MAX_RUNS {
         return usage(format!("{count} recordings; at most {MAX_RUNS} can be told apart in one"));
     }
-    if file.symlink_metadata().is_ok() {
-        return usage(format!(
-            "{} already exists. Delete it, or name a new file",
-            shown_path(file)
-        ));
+    if file.extension().is_none_or(|ending| ending != "mcap") {
+        let what = format!("{} is not the name of a file that ends in .mcap", shown_path(file));
+        return usage(format!("{what}\nhelp: name one, such as --mcap both.mcap"));
+    }
+    for path in [file, &layout_path(file)] {
+        if path.symlink_metadata().is_ok() {
+            let path = shown_path(path);
+            return usage(format!("{path} already exists. Delete it, or name a new file"));
+        }
     }
     output_file::check(file).or_else(|error| {
         let what = format!("{} cannot be written: {error}", shown_path(file));

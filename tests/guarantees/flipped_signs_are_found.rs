@@ -1,8 +1,9 @@
 //! Guarantee: `check --locked` finds a flipped sign in a force, a wall collision and a coefficient of an integrator, and names the
 //! first frame, the topic, the columns and the particles that differ.
 //!
-//! Setup: a copy of the sources with one flipped sign in each of three models is built; its program checks one experiment of each
-//! model against the lock file.
+//! Setup: a copy of the sources with four flipped signs is built; its program checks against the lock file one experiment that
+//! executes each of them. The two wall collisions are those of a closed wall, and of one with an orifice. A sign of `reflected` is
+//! not among them: it sends particles into the wall, where they collide without end.
 //! Control: the hard discs, in which no line is changed, are equal.
 //!
 //!     cargo test --test guarantees -- --ignored --nocapture full_harness_flipped_signs
@@ -14,8 +15,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// File, text, what it becomes, and an experiment that uses it.
-const FLIPPED: [[&str; 4]; 3] = [
+/// File, text, what it becomes, and an experiment whose first run uses it: the lock file has the trace of that run only.
+const FLIPPED: [[&str; 4]; 4] = [
     [
         "src/physics/dem/motion.rs",
         "let trial = dashpot - spring.stiffness * stretched;",
@@ -23,16 +24,22 @@ const FLIPPED: [[&str; 4]; 3] = [
         "experiments/dem_incline.toml",
     ],
     [
-        "src/physics/gas/motion.rs",
-        "velocity[1] - twice * position[1]",
-        "velocity[1] + twice * position[1]",
+        "src/physics/gas/closed_form.rs",
+        "let position = distance - chord * collisions;",
+        "let position = distance + chord * collisions;",
         "experiments/gas_300_kelvin.toml",
     ],
     [
+        "src/physics/gas/motion.rs",
+        "self.speed * time - 2.0 * self.half_chord * wall_collisions as f64",
+        "self.speed * time + 2.0 * self.half_chord * wall_collisions as f64",
+        "experiments/gas_effusion.toml",
+    ],
+    [
         "src/physics/orbit/integrators.rs",
-        "stages: [row([]), row([0.5]),",
-        "stages: [row([]), row([-0.5]),",
-        "experiments/orbit_integrators.toml",
+        "Splitting([Kick(0.5), Drift(1.0), Kick(0.5)])",
+        "Splitting([Kick(-0.5), Drift(1.0), Kick(0.5)])",
+        "experiments/orbit_heliocentric.toml",
     ],
 ];
 const CONTROL: &str = "experiments/packing_fifty_discs.toml";

@@ -139,6 +139,14 @@ fn merged_recording_is_reproducible_and_never_overwrites() {
     assert!(again.err.contains("already exists"), "{}", again.err);
     expect(&merge(&bench, &found, "again.mcap"), 4);
     assert_eq!(fs::read(bench.path("again.mcap")).unwrap(), before);
+    // A layout of another program is kept as well, and nothing is compared.
+    bench.write("other.layout.json", "other");
+    for (file, part) in [("other.mcap", "other.layout.json already exists"), ("x.txt", ".mcap")] {
+        let rejected = merge(&bench, &found, file);
+        expect(&rejected, 2);
+        assert!(rejected.err.contains(part) && rejected.out.is_empty(), "{}", rejected.err);
+    }
+    assert_eq!(fs::read(bench.path("other.layout.json")).unwrap(), b"other");
     let analyzed = bench.call(&["info", "all.mcap"]);
     assert!(analyzed.err.contains("holds several runs"), "{}{}", analyzed.out, analyzed.err);
 }
