@@ -229,7 +229,7 @@ impl PlotArguments {
         match data.draw(&request) {
             Ok(plot) => Ok((plot, unreadable)),
             // What could not be read may be the cause.
-            Err(_) if runs.is_empty() => Err(all_unreadable(&unreadable)),
+            Err(_) if !unreadable.is_empty() => Err(all_unreadable(&unreadable)),
             Err(why) => Err(rejected(why)),
         }
     }
