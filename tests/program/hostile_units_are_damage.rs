@@ -1,0 +1,55 @@
+//! Guarantee: columns and units of the state, which become headers of tables, labels of plots and parts of gnuplot scripts, have the form
+//! of those of the models; a recording with others is damaged.
+//!
+//! Control: a unit that no model has, in the same form.
+
+#![allow(clippy::unwrap_used, reason = "a test's own failure")]
+
+use crate::forged_recording::{Forgery, kinetoscope, record, stderr};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+const DISCS: &str = "seed = 1\n[model.dem]\ndiscs = 4\nduration_s = 0.01\n[record]\nframes = 4\n";
+const COLUMNS: &str = "x,y,vx,vy,vx_step,vy_step,radius,spin,id,mass";
+const UNITS: &str = "m,m,m/s,m/s,m/s,m/s,m,rad/s,,kg";
+
+/// A recording in a folder of its own, with another value in its provenance.
+fn forged(original: &Path, folder: &Path, key: &str, value: &str) -> PathBuf {
+    fs::create_dir_all(folder).unwrap();
+    let path = folder.join("forged.mcap");
+    let metadata = [(key.to_owned(), value.to_owned())].into();
+    Forgery { metadata, ..Forgery::default() }.write(original, &path);
+    path
+}
+
+#[test]
+fn columns_and_units_of_another_form_are_damage() {
+    let folder = tempfile::tempdir().unwrap();
+    let original = record(folder.path(), "discs", DISCS);
+    let info = |key: &str, value: &str| {
+        let path = forged(&original, &folder.path().join("forged"), key, value);
+        let called = kinetoscope(["info".as_ref(), path.as_os_str()]);
+        (called.status.code(), stderr(&called))
+    };
+    let (code, error) = info("state_units", &UNITS.replace("kg", "kg*m^2.s-1"));
+    assert_eq!(code, Some(0), "control: {error}");
+    let many = (0..100).map(|index| format!("c{index}")).collect::<Vec<_>>().join(",");
+    for (key, value, what) in [
+        ("state_units", "m", "the state has 10 columns and 1 units"),
+        ("state_units", "", "the state has 10 columns and 1 units"),
+        ("state_columns", "x", "the state has 1 columns and 10 units"),
+        ("state_columns", &many, "the state has 100 columns"),
+        ("state_columns", &COLUMNS.replace("mass", "x"), "the state has two columns x"),
+        ("state_columns", &COLUMNS.replace("mass", ""), "column 9 of the state"),
+        ("state_columns", &COLUMNS.replace("mass", "=cmd()"), "column 9 of the state"),
+        ("state_columns", &COLUMNS.replace("mass", &"x".repeat(65)), "column 9 of the state"),
+        ("state_units", &UNITS.replace("kg", "`id`"), "the unit of the column mass"),
+        ("state_units", &UNITS.replace("kg", "\u{1b}[31m"), "the unit of the column mass"),
+        ("time_unit", "\n::error::x", "the unit of time"),
+    ] {
+        let (code, error) = info(key, value);
+        assert_eq!(code, Some(5), "{key} = {value}: {error}");
+        let words = error.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(words.contains("is damaged at byte") && words.contains(what), "{value}: {error}");
+    }
+}
