@@ -8,6 +8,7 @@
 use crate::forged_recording::{Forgery, kinetoscope, record, stderr};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 const DISCS: &str = "seed = 1\n[model.dem]\ndiscs = 4\nduration_s = 0.01\n[record]\nframes = 4\n";
 const COLUMNS: &str = "x,y,vx,vy,vx_step,vy_step,radius,spin,id,mass";
@@ -51,5 +52,41 @@ fn columns_and_units_of_another_form_are_damage() {
         assert_eq!(code, Some(5), "{key} = {value}: {error}");
         let words = error.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(words.contains("is damaged at byte") && words.contains(what), "{value}: {error}");
+    }
+}
+
+/// If gnuplot is installed, it executes the scripts that were written.
+#[test]
+fn hostile_unit_executes_no_command_in_gnuplot() {
+    let folder = tempfile::tempdir().unwrap();
+    let original = record(folder.path(), "discs", DISCS);
+    for (index, unit) in ["\"\n!touch PWNED\n#", "\".system(\"touch PWNED\").\"", "`touch PWNED`"]
+        .into_iter()
+        .enumerate()
+    {
+        let below = folder.path().join(index.to_string());
+        let units = UNITS.replacen("m/s", unit, 1);
+        let path = forged(&original, &below, "state_units", &units);
+        let output = below.join("export");
+        let called = kinetoscope([
+            "export".as_ref(),
+            "--format".as_ref(),
+            "gnuplot".as_ref(),
+            "--output".as_ref(),
+            output.as_os_str(),
+            path.as_os_str(),
+        ]);
+        let error = stderr(&called);
+        assert!(matches!(called.status.code(), Some(0 | 5)), "{unit:?}: {error}");
+        assert!(!error.contains("panicked"), "{unit:?}: {error}");
+        let entries =
+            fs::read_dir(&output).into_iter().flatten().map(|entry| entry.unwrap().path());
+        for script in entries.filter(|path| path.extension().is_some_and(|end| end == "gp")) {
+            let text = fs::read_to_string(&script).unwrap();
+            assert!(!text.contains("PWNED"), "{text}");
+            // It may end with an error; what counts is what it executed.
+            let _ = Command::new("gnuplot").arg(&script).current_dir(&below).output();
+        }
+        assert!(!below.join("PWNED").exists(), "{unit:?}");
     }
 }
