@@ -425,3 +425,13 @@ fn lock_waits_for_a_process_that_writes_in_the_same_folder() {
     assert!(child.wait().unwrap().success());
     expect(&bench.call(&["check", "--locked"]), 0);
 }
+
+/// An error shows lines of the file, which may be as long as the file.
+#[test]
+fn error_of_a_lock_file_shows_the_start_of_a_long_line() {
+    let bench = locked();
+    bench.write("kinetoscope.lock", &format!("x = \"{}\"\n", "a".repeat(1_000_000)));
+    let called = bench.call(&["check", "--locked"]);
+    expect(&called, 5);
+    assert!(called.err.contains("aaaa") && called.err.len() < 2000, "{}", called.err.len());
+}

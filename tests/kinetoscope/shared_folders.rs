@@ -240,3 +240,18 @@ fn folder_that_cannot_be_listed_ends_no_command_for_the_others() {
     }
     fs::set_permissions(&closed, fs::Permissions::from_mode(0o700)).unwrap();
 }
+
+#[test]
+fn folder_in_place_of_a_side_file_is_named() {
+    let bench = Bench::new();
+    let folder = bench.recording().parent().unwrap().to_owned();
+    for name in ["experiment.toml", "gas.layout.json"] {
+        let path = folder.join(name);
+        fs::remove_file(&path).unwrap();
+        fs::create_dir(&path).unwrap();
+        let called = bench.call(&["run", "--quiet", "--force", "gas.toml"]);
+        assert_eq!(called.code, Some(2), "{name}: {}", called.err);
+        assert!(called.err.contains(&format!("{name}: Is a directory")), "{name}: {}", called.err);
+        fs::remove_dir(&path).unwrap();
+    }
+}
