@@ -193,7 +193,7 @@ fn cache_that_another_user_can_have_written_is_not_read() {
 fn call_without_capabilities(bench: &Bench, arguments: &[&str]) -> Called {
     let mut command = if may_list_any_folder() {
         let mut command = Command::new("setpriv");
-        command.args(["--bounding-set=-dac_override,-dac_read_search", "--inh-caps=-all"]);
+        command.args(["--bounding-set=-dac_override,-dac_read_search"]);
         command.arg(env!("CARGO_BIN_EXE_kinetoscope"));
         command
     } else {
