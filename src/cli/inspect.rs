@@ -380,6 +380,6 @@ fn check_attestation(path: &Path) -> Report {
                 "{shown} has no attestation ({why})\nhelp: write one with `kinetoscope verify {shown}`"
             ),
         ),
-        Err(error) => Report::error(Exit::Unreadable, &format!("{shown}: {error}")),
+        Err(error) => Report::with_remedy(Exit::Unreadable, &error),
     }
 }

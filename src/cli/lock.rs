@@ -12,7 +12,7 @@ use clap::Args;
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_physics::kind_of;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
-use kinetoscope_recording::output_file;
+use kinetoscope_recording::output_file::{self, FolderLock};
 use kinetoscope_recording::reader::StoredFrames;
 use kinetoscope_usage::text::{one_line, shown_path};
 use serde_json::json;
@@ -20,9 +20,15 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::{Duration, Instant};
 
 /// The usual name of a lock file.
 pub(crate) const USUAL: &str = "kinetoscope.lock";
+/// Longest wait for other processes that write a lock file in the same folder; each takes a fraction of a second.
+const LONGEST_WAIT: Duration = Duration::from_secs(60);
+/// Time between two attempts to exclude them.
+const BETWEEN_TRIALS: Duration = Duration::from_millis(20);
 
 /// Run manifests, and write the hash of all messages of each run into a lock file, with which `check --locked` compares.
 #[derive(Debug, Args)]
@@ -49,24 +55,12 @@ impl LockArguments {
 
     fn lock(&self, program: &Program<'_>, metrics: &dyn Metrics) -> Result<Exit, Failure> {
         output_file::check(&self.lock_file).map_err(|error| self.unwritten(&error))?;
-        let mut file = match LockFile::read(&self.lock_file) {
-            Ok(file) if file.schema_version == SCHEMA_VERSION => file,
-            Err(LockError::Io(error)) if error.kind() != io::ErrorKind::NotFound => {
-                return Err(unreadable(&self.lock_file, &LockError::Io(error)));
-            }
-            Err(LockError::Io(_)) => LockFile::new(SCHEMA_VERSION),
-            // Every entry would differ: the file is written from scratch if no other manifest loses its entry.
-            Ok(file) => {
-                self.reject_loss(&file)?;
-                LockFile::new(SCHEMA_VERSION)
-            }
-            Err(error) => return Err(unreadable(&self.lock_file, &error)),
-        };
-        file.program_version = env!("CARGO_PKG_VERSION").to_owned();
+        self.existing()?;
         let manifests = expand(&self.manifests)?;
         let paths = manifests.iter().map(|manifest| relative_to(&self.lock_file, manifest));
         let paths = paths.collect::<Result<Vec<String>, Failure>>()?;
         let reruns = Reruns::new(program, self.parallel)?;
+        let mut entries = Vec::new();
         for (manifest, path) in manifests.iter().zip(paths) {
             let rerun = reruns.execute(manifest)?;
             let entry = entry(path, &rerun, metrics)?;
@@ -74,8 +68,13 @@ impl LockArguments {
             let (shown, seconds) = (shown_path(manifest), rerun.seconds);
             self.result.say(&format!("{shown}: {runs}, {seconds:.1} s"));
             reruns.remove(rerun);
-            file.put(entry);
+            entries.push(entry);
         }
+        // Other processes may have added entries during the runs.
+        let _lock = self.wait_for_others(&reruns)?;
+        let mut file = self.existing()?;
+        file.program_version = env!("CARGO_PKG_VERSION").to_owned();
+        entries.into_iter().for_each(|entry| file.put(entry));
         file.write(&self.lock_file).map_err(|error| self.unwritten(&error))?;
         let count = plural(file.experiments.len() as u64, "manifest");
         let text = format!("{}: {count}", shown_path(&self.lock_file));
@@ -88,6 +87,42 @@ impl LockArguments {
 }
 
 impl LockArguments {
+    /// The file to which entries are added; a new one if there is none.
+    fn existing(&self) -> Result<LockFile, Failure> {
+        match LockFile::read(&self.lock_file) {
+            Ok(file) if file.schema_version == SCHEMA_VERSION => Ok(file),
+            // Every entry would differ: the file is written from scratch if no other manifest loses its entry.
+            Ok(file) => {
+                self.reject_loss(&file)?;
+                Ok(LockFile::new(SCHEMA_VERSION))
+            }
+            Err(LockError::Io(error)) if error.kind() == io::ErrorKind::NotFound => {
+                Ok(LockFile::new(SCHEMA_VERSION))
+            }
+            Err(error) => Err(unreadable(&self.lock_file, &error)),
+        }
+    }
+
+    /// Excludes other processes that change a lock file of this folder, until the value is dropped.
+    fn wait_for_others(&self, reruns: &Reruns<'_>) -> Result<FolderLock, Failure> {
+        let start = Instant::now();
+        loop {
+            match FolderLock::of(&self.lock_file) {
+                Ok(Some(lock)) => return Ok(lock),
+                Ok(None) if start.elapsed() < LONGEST_WAIT => {
+                    reruns.stop_if_interrupted()?;
+                    thread::sleep(BETWEEN_TRIALS);
+                }
+                Ok(None) => {
+                    let shown = shown_path(&self.lock_file);
+                    let what = format!("another process has locked the folder of {shown}");
+                    return Err(Failure::new(Exit::Retryable, what).help("wait for it to end"));
+                }
+                Err(error) => return Err(self.unwritten(&error)),
+            }
+        }
+    }
+
     /// The error of a lock file that cannot be written.
     fn unwritten(&self, error: &io::Error) -> Failure {
         let what = format!("cannot write {}: {error}", shown_path(&self.lock_file));

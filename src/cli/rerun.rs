@@ -110,7 +110,8 @@ impl<'a> Reruns<'a> {
         Ok(Self { program, folder: Folder::Recordings(folder), parallel, interrupt })
     }
 
-    fn stop_if_interrupted(&self) -> Result<(), Failure> {
+    /// The error of a command that received a signal.
+    pub(crate) fn stop_if_interrupted(&self) -> Result<(), Failure> {
         self.interrupt.exit_code().map_or(Ok(()), |code| {
             Err(Failure::new(Exit::Signal(code), "interrupted".to_owned())
                 .help("run the same command again"))

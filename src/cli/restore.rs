@@ -90,7 +90,9 @@ fn concluded(restored: Result<Restored, Failure>, result: &ResultArguments) -> E
         Ok(restored) => restored,
         Err(failure) => return result.concluded(result.failed(&failure)),
     };
-    let Restored { path, frames, equal_frames, notes } = &restored;
+    let Restored { path, frames, equal_frames, notes, damage } = &restored;
+    let damage = damage.as_ref().map(|error| Failure::with_remedy(Exit::Unreadable, error));
+    let exit = damage.as_ref().map_or(Exit::Done, Failure::report);
     let mut lines = vec![format!("{}: {}", shown_path(path), plural(*frames, "frame"))];
     lines.push(format!(
         "{} of the recording recomputed: equal in every message",
@@ -99,10 +101,11 @@ fn concluded(restored: Result<Restored, Failure>, result: &ResultArguments) -> E
     lines.extend(notes.iter().map(|note| format!("note: {note}")));
     result.print(&lines.join("\n"), || {
         json!({
-            "exit_code": 0, "file": path, "frames": frames, "equal_frames": equal_frames, "notes": notes,
+            "exit_code": exit.code(), "file": path, "frames": frames, "equal_frames": equal_frames, "notes": notes,
+            "errors": damage.iter().map(Failure::plain_text).collect::<Vec<_>>(),
         })
     });
-    result.concluded(Exit::Done)
+    result.concluded(exit)
 }
 
 fn failure(error: RestoreError) -> Failure {

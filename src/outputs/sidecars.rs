@@ -9,6 +9,7 @@ use kinetoscope_recording::layout::{have_one_time_scale, without_time_scale};
 use kinetoscope_recording::regular_file::{
     MAX_EXPERIMENT_RECORD_BYTES, MAX_SIDE_FILE_BYTES, read, read_text,
 };
+use kinetoscope_usage::text::one_line;
 use serde::Serialize;
 use std::fs;
 use std::io;
@@ -52,7 +53,10 @@ pub fn write_layout(plan: &Plan) -> io::Result<()> {
 fn update(path: &Path, contents: &[u8]) -> io::Result<()> {
     match read(path, MAX_EXPERIMENT_RECORD_BYTES) {
         Ok(existing) if existing == contents => Ok(()),
-        Ok(_) | Err(_) => replace(path, contents),
+        Ok(_) | Err(_) => replace(path, contents).map_err(|error| {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            io::Error::new(error.kind(), format!("{}: {error}", one_line(&name)))
+        }),
     }
 }
 

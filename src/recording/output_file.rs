@@ -2,7 +2,7 @@
 //! them. No call waits for a reader that does not exist.
 
 use crate::atomic_file::{check_folder, replace};
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Write as _};
 use std::path::Path;
 
@@ -37,6 +37,34 @@ pub fn check(path: &Path) -> io::Result<()> {
         // What becomes of a dangling link is known when it is written.
         Err(_) if path.is_symlink() => Ok(()),
         Ok(_) | Err(_) => check_folder(path),
+    }
+}
+
+/// Excludes other processes that read a file, change it and write it again, as long as this value exists. The folder is locked, because
+/// the file is replaced; no file of the lock remains, whichever way the process ends.
+#[derive(Debug)]
+pub struct FolderLock {
+    /// `None` if the system cannot lock a folder: Windows, and some network file systems.
+    _folder: Option<File>,
+}
+
+impl FolderLock {
+    /// Locks the folder of a file, behind a symbolic link as well; `None` while another process does.
+    ///
+    /// # Errors
+    /// A folder that cannot be opened.
+    pub fn of(path: &Path) -> io::Result<Option<Self>> {
+        let file = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+        if !cfg!(unix) {
+            return Ok(Some(Self { _folder: None }));
+        }
+        let folder = File::open(folder.unwrap_or(Path::new(".")))?;
+        match folder.try_lock() {
+            Ok(()) => Ok(Some(Self { _folder: Some(folder) })),
+            Err(TryLockError::WouldBlock) => Ok(None),
+            Err(TryLockError::Error(_)) => Ok(Some(Self { _folder: None })),
+        }
     }
 }
 

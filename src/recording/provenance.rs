@@ -1,6 +1,7 @@
 //! Provenance and outcome of a recording: two metadata records, defined once for writer and reader.
 
 use crate::channels::SCHEMA_VERSION;
+use crate::limits::MAX_STATE_COLUMNS;
 use crate::stored_frames::StoredFrames;
 use std::collections::BTreeMap;
 
@@ -16,6 +17,8 @@ pub(crate) const OUTCOME_RECORD: &str = "kinetoscope.outcome";
 pub(crate) const HASHES_RECORD: &str = "kinetoscope.hashes";
 /// Name of the metadata record at the start of a recording of several runs.
 pub(crate) const MERGED_RECORD: &str = "kinetoscope.merged";
+/// Maximum length of the name of a column, and of a unit.
+const MAX_NAME_BYTES: usize = 64;
 
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -122,6 +125,39 @@ impl Provenance {
             stored: StoredFrames::from_text(metadata.get("stored_frames").map(String::as_str))?,
             outcome: None,
         })
+    }
+}
+
+impl Provenance {
+    /// What contradicts the form of every recording in the columns and units of the state, which become headers of tables, labels of
+    /// plots and parts of scripts.
+    pub(crate) fn defect(&self) -> Option<String> {
+        let (columns, units) = (self.state_columns.len(), self.state_units.len());
+        if columns > MAX_STATE_COLUMNS {
+            return Some(format!(
+                "the state has {columns} columns, at most {MAX_STATE_COLUMNS} are possible"
+            ));
+        }
+        if columns != units {
+            return Some(format!("the state has {columns} columns and {units} units"));
+        }
+        let has_form = |text: &str, others: &str| {
+            text.len() <= MAX_NAME_BYTES
+                && text.chars().all(|part| part.is_ascii_alphanumeric() || others.contains(part))
+        };
+        let is_unit = |unit: &str| has_form(unit, "/^*.-");
+        for (index, (name, unit)) in self.state_columns.iter().zip(&self.state_units).enumerate() {
+            if name.is_empty() || !has_form(name, "_") {
+                return Some(format!("column {index} of the state has a name of other characters"));
+            }
+            if self.state_columns[..index].contains(name) {
+                return Some(format!("the state has two columns {name}"));
+            }
+            if !is_unit(unit) {
+                return Some(format!("the unit of the column {name} is not a unit"));
+            }
+        }
+        (!is_unit(&self.time_unit)).then(|| "the unit of time is not a unit".to_owned())
     }
 }
 

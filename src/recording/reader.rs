@@ -9,7 +9,7 @@ use crate::channels::SCHEMA_VERSION;
 use crate::container::{Broken, Fields, MAGIC, PREFIX, Records, attachment, metadata};
 use crate::data_section::DataSection;
 use crate::error::{ReadError, ReadFault};
-use crate::limits::{ChunkLimits, MAX_STATE_COLUMNS};
+use crate::limits::ChunkLimits;
 use crate::provenance::{
     LIBRARY, MANIFEST_ATTACHMENT, MERGED_RECORD, OUTCOME_RECORD, PROVENANCE_RECORD,
 };
@@ -219,11 +219,15 @@ fn read_head(
                 }
                 if name == PROVENANCE_RECORD {
                     let read = Provenance::from_metadata(&entries);
-                    let is_plausible =
-                        |read: &Provenance| read.state_columns.len() <= MAX_STATE_COLUMNS;
-                    provenance = Some(read.filter(is_plausible).ok_or_else(|| {
+                    let read = read.ok_or_else(|| {
                         Broken::Damaged("the provenance is incomplete".to_owned())
-                    })?);
+                    })?;
+                    // Other schema versions may have other forms.
+                    let is_current = read.schema_version == SCHEMA_VERSION;
+                    if let Some(defect) = read.defect().filter(|_| is_current) {
+                        return Err(Broken::Damaged(defect));
+                    }
+                    provenance = Some(read);
                 }
             }
             kind::HEADER => {

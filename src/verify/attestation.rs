@@ -2,6 +2,7 @@
 
 use kinetoscope_manifest::run_key;
 use kinetoscope_recording::atomic_file;
+use kinetoscope_recording::error::{ReadError, ReadFault};
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::regular_file::{self, MAX_SIDE_FILE_BYTES};
 use kinetoscope_usage::text::shown_path;
@@ -96,11 +97,12 @@ impl Attestation {
     }
 }
 
-/// Compares a file with its attestation: size, hash and run key, without a rerun.
+/// Compares a file with its attestation: size, run key, end and hash, without a rerun. The hash comes last, because a file may claim
+/// any size.
 ///
 /// # Errors
 /// A recording that cannot be read.
-pub fn attestation_status(recording: &Path) -> io::Result<AttestationStatus> {
+pub fn attestation_status(recording: &Path) -> Result<AttestationStatus, ReadError> {
     let path = attestation_path(recording);
     let attestation = match read(&path) {
         Ok(attestation) => attestation,
@@ -113,16 +115,34 @@ pub fn attestation_status(recording: &Path) -> io::Result<AttestationStatus> {
         let what = format!("{}: layout version {found} is not known", shown_path(&path));
         return Ok(AttestationStatus::Unattested(what));
     }
-    if regular_file::open(recording)?.1.len() != attestation.bytes {
+    if !is_sha256(&attestation.sha256) {
+        let what = format!("{}: its SHA-256 is not 64 hexadecimal digits", shown_path(&path));
+        return Ok(AttestationStatus::Unattested(what));
+    }
+    let unread = |error| ReadError {
+        path: recording.to_owned(),
+        intact_frames: 0,
+        fault: ReadFault::Io(error),
+    };
+    if regular_file::open(recording).map_err(unread)?.1.len() != attestation.bytes {
         return Ok(AttestationStatus::Changed("size"));
     }
-    if hash(recording)?.0 != attestation.sha256 {
-        return Ok(AttestationStatus::Changed("SHA-256"));
-    }
-    if !has_key(recording, &attestation.run_key) {
+    let opened = Recording::open(recording)?;
+    if !has_key(&opened, &attestation.run_key) {
         return Ok(AttestationStatus::Changed("run key"));
     }
+    // Only finished runs are attested, and a sparse file has no end.
+    if opened.provenance().outcome.is_none() {
+        return Ok(AttestationStatus::Changed("end"));
+    }
+    if hash(recording).map_err(unread)?.0 != attestation.sha256 {
+        return Ok(AttestationStatus::Changed("SHA-256"));
+    }
     Ok(AttestationStatus::Attested(attestation))
+}
+
+fn is_sha256(text: &str) -> bool {
+    text.len() == 64 && text.bytes().all(|byte| byte.is_ascii_hexdigit())
 }
 
 fn read(path: &Path) -> io::Result<Attestation> {
@@ -130,14 +150,11 @@ fn read(path: &Path) -> io::Result<Attestation> {
     serde_json::from_str(&text).map_err(io::Error::other)
 }
 
-/// Whether this run key follows from the file's manifest and versions.
-fn has_key(path: &Path, key: &str) -> bool {
-    Recording::open(path).is_ok_and(|recording| {
-        let provenance = recording.provenance();
-        let made =
-            run_key(recording.manifest(), provenance.physics_version, provenance.schema_version);
-        made.as_str() == key && provenance.run_key == key
-    })
+/// Whether this run key follows from the recording's manifest and versions.
+fn has_key(recording: &Recording, key: &str) -> bool {
+    let provenance = recording.provenance();
+    let made = run_key(recording.manifest(), provenance.physics_version, provenance.schema_version);
+    made.as_str() == key && provenance.run_key == key
 }
 
 /// SHA-256 and size of a file.

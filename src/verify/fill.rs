@@ -25,7 +25,7 @@ pub fn fill(
     on_frame: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<Restored, RestoreError> {
     let source = Source::open(path)?;
-    check_suitable(&source)?;
+    check_suitable(&source, interrupt)?;
     let start = source.start()?;
     let output = match output {
         Some(output) => output.to_owned(),
@@ -34,7 +34,7 @@ pub fn fill(
     source.check_output(&output, &start.header.run_key)?;
     let (frames, equal_frames) =
         written(&output, |file| record(&source, start, file, interrupt, on_frame))?;
-    Ok(Restored { path: output, frames, equal_frames, notes: Vec::new() })
+    Ok(Restored { path: output, frames, equal_frames, notes: Vec::new(), damage: None })
 }
 
 /// Executes the run and records it; returns the number of frames, and of those that were compared.
@@ -90,7 +90,11 @@ fn complete(
     Err(RestoreError::Unsuitable(what))
 }
 
-fn check_suitable(source: &Source) -> Result<(), RestoreError> {
+fn check_suitable(source: &Source, interrupt: &Interrupt) -> Result<(), RestoreError> {
+    // What the rerun does not read may be damaged as well, such as the summary at the end.
+    if let Some(damage) = source.damage(interrupt)? {
+        return Err(damage.into());
+    }
     let provenance = source.recording.provenance();
     let path = shown_path(source.path());
     match provenance.stored {
@@ -106,10 +110,7 @@ fn check_suitable(source: &Source) -> Result<(), RestoreError> {
         }
     }
     match provenance.outcome {
-        // What the rerun does not read may be damaged as well, such as the summary at the end.
-        Some(Outcome::Complete | Outcome::Fault(_)) => {
-            Ok(source.recording.frames()?.try_for_each(|frame| frame.map(drop))?)
-        }
+        Some(Outcome::Complete | Outcome::Fault(_)) => Ok(()),
         Some(Outcome::Interrupted) | None => Err(RestoreError::Unsuitable(format!(
             "{path} is not finished or damaged at its end\nhelp: run its manifest again to finish it"
         ))),

@@ -31,11 +31,11 @@ pub(crate) fn nearest(
     for frame in source.recording.frames()? {
         let frame = match frame {
             Ok(frame) => frame,
-            Err(error) => {
+            // The caller reports the error.
+            Err(_) => {
                 let used = found.last().map_or(0, |(frame, _)| *frame);
-                notes.push(format!(
-                    "the nearest keyframe is damaged, that of frame {used} is used: {error}"
-                ));
+                notes
+                    .push(format!("the nearest keyframe is damaged, that of frame {used} is used"));
                 break;
             }
         };

@@ -18,6 +18,8 @@ const VERSION: u32 = 2;
 pub const QUICK_S: u64 = 5;
 const HEAD: &str =
     "# Written by `kinetoscope lock`, compared by `kinetoscope check --locked`. Do not edit.\n";
+/// Maximum number of characters that an error shows of a line.
+const MAX_SHOWN: usize = 100;
 /// The last line begins with it, and states how many entries the file has: a file that was cut between two of them is valid TOML.
 const END: &str = "# End of the file: ";
 
@@ -106,7 +108,8 @@ impl LockFile {
         if let Some(excess) = excess_of_toml(&text) {
             return Err(LockError::Damaged(excess));
         }
-        let damaged = |error: toml::de::Error| LockError::Damaged(first_line(&error.to_string()));
+        let damaged =
+            |error: toml::de::Error| LockError::Damaged(starts_of_lines(&error.to_string()));
         let Version { version } = toml::from_str(&text).map_err(damaged)?;
         if version != u64::from(VERSION) {
             return Err(LockError::OtherVersion(version));
@@ -274,6 +277,9 @@ impl LockedTrace {
     }
 }
 
-fn first_line(text: &str) -> String {
-    text.lines().filter(|line| !line.trim().is_empty()).collect::<Vec<_>>().join("; ")
+/// The start of each line of an error, which contains lines of the file.
+fn starts_of_lines(text: &str) -> String {
+    let lines = text.lines().filter(|line| !line.trim().is_empty());
+    let starts = lines.map(|line| line.chars().take(MAX_SHOWN).collect::<String>());
+    starts.collect::<Vec<_>>().join("; ")
 }

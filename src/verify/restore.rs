@@ -1,5 +1,6 @@
 //! What `fill` and `zoom` share: a recording whose run is executed again, errors, and the file of the result.
 
+use crate::interrupt::Interrupt;
 use crate::plan::restart_files::StartFiles;
 use crate::run::prepared::Prepared;
 use crate::run::{RunError, recording};
@@ -90,7 +91,7 @@ impl From<SetupError> for RestoreError {
 }
 
 /// The result of `fill` or `zoom`.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Debug)]
 pub struct Restored {
     /// The file.
     pub path: PathBuf,
@@ -98,8 +99,10 @@ pub struct Restored {
     pub frames: u64,
     /// Number of recorded frames whose messages were computed again and are equal.
     pub equal_frames: u64,
-    /// What the user should know, such as damage.
+    /// What the user should know.
     pub notes: Vec<String>,
+    /// Why a part of the recording cannot be read.
+    pub damage: Option<ReadError>,
 }
 
 /// A recording whose run this program can execute again.
@@ -125,6 +128,19 @@ impl Source {
         let starts = StartFiles::relative_to(&folder_of(path));
         manifest.model.read_start(&|name: &str| starts.read(name)).map_err(RestoreError::Start)?;
         Ok(Self { recording, manifest })
+    }
+
+    /// Reads the recording to its end; returns why a part of it cannot be read.
+    pub(crate) fn damage(&self, interrupt: &Interrupt) -> Result<Option<ReadError>, RestoreError> {
+        for frame in self.recording.frames()? {
+            if let Some(code) = interrupt.exit_code() {
+                return Err(RestoreError::Interrupted(code));
+            }
+            if let Err(error) = frame {
+                return Ok(Some(error));
+            }
+        }
+        Ok(None)
     }
 
     /// The start of the run, with all frames recorded.

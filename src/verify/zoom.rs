@@ -44,6 +44,7 @@ pub fn zoom(
         );
         return Err(RestoreError::Arguments(what));
     }
+    let damage = source.damage(interrupt)?;
     let start = source.start()?;
     let fine = FineFrames::new(&start, &interval)?;
     let output = match output {
@@ -64,7 +65,7 @@ pub fn zoom(
         notes.push(format!("the run failed in this interval: {fault}"));
     }
     let frames = fine.last - fine.first + 1;
-    Ok(Restored { path: output, frames, equal_frames: passed.equal_frames, notes })
+    Ok(Restored { path: output, frames, equal_frames: passed.equal_frames, notes, damage })
 }
 
 /// The run up to the interval, and what was compared.
@@ -112,8 +113,8 @@ fn check(
     }
     let mut findings = findings.take();
     source.differences(&mut findings)?;
-    if let Some(error) = findings.unreadable {
-        notes.push(format!("frames after the damage were not compared: {error}"));
+    if findings.unreadable.is_some() {
+        notes.push("frames after the damage were not compared".to_owned());
     }
     Ok(Passed { model, equal_frames: findings.equal_frames, notes })
 }

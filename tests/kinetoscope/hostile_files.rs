@@ -96,3 +96,54 @@ fn names_that_are_not_utf_8_are_no_names_of_runs() {
     assert!(!text.contains("have no finished recording") && !text.contains("panicked"), "{text}");
     assert!(text.contains("not all of these recordings belong to the experiment"), "{text}");
 }
+
+/// As `info` and `analyze`: what could be read was used, and the damage is an error. Control: the intact recordings.
+#[test]
+fn damaged_recording_is_reported_by_every_command_that_reads_frames() {
+    let bench = Bench::new();
+    let gas = "name = \"gas\"\nseed = 1\n[model.gas]\nparticles = 20\nduration_s = 0.001\n[record]\nframes = 40\n";
+    bench.write("gas.toml", gas);
+    assert_eq!(bench.call(&["run", "--quiet", "gas.toml"]).code, Some(0));
+    let recording = super::recordings(&bench.path("recordings/gas")).remove(0);
+    let mut bytes = fs::read(&recording).unwrap();
+    fs::write(bench.path("intact.mcap"), &bytes).unwrap();
+    // The last chunks, which `zoom` does not need.
+    let chunks = mcap::Summary::read(&bytes).unwrap().unwrap().chunk_indexes;
+    let chunk = chunks.last().unwrap();
+    let middle = usize::try_from(chunk.chunk_start_offset + chunk.chunk_length / 2).unwrap();
+    bytes[middle] ^= 1;
+    fs::write(bench.path("damaged.mcap"), bytes).unwrap();
+    let zoom = ["--from", "1e-4", "--to", "2e-4", "--every", "1e-5", "--output"];
+    let commands: [(&[&str], &[&str], i32); 5] = [
+        (&["info"], &[], 0),
+        (&["analyze"], &[], 0),
+        // A full recording cannot be filled.
+        (&["fill"], &[], 2),
+        (&["plot"], &["--y", "/energy.kinetic_j", "--output", "p.svg"], 0),
+        (&["zoom"], &zoom, 0),
+    ];
+    for (command, options, code) in commands {
+        for (file, code) in [("intact.mcap", code), ("damaged.mcap", 5)] {
+            let output = format!("zoom_of_{file}");
+            let mut arguments = [command, &[file], options].concat();
+            if command == ["zoom"] {
+                arguments.push(&output);
+            }
+            let called = bench.call(&arguments);
+            assert_eq!(called.code, Some(code), "{arguments:?}: {}{}", called.out, called.err);
+            if file == "damaged.mcap" {
+                assert_reported(&called, "damaged.mcap is damaged at byte");
+                assert!(called.err.contains("\nhelp: copy the file again"), "{}", called.err);
+            }
+        }
+    }
+    let [intact, damaged] = ["intact", "damaged"]
+        .map(|name| fs::read(bench.path(&format!("zoom_of_{name}.mcap"))).unwrap());
+    assert!(intact == damaged);
+    let arguments = ["zoom", "--json", "damaged.mcap"];
+    let json = bench.call(&[&arguments[..], &zoom, &["z.mcap"]].concat()).json();
+    assert_eq!(
+        (json["exit_code"].as_u64(), json["errors"].as_array().unwrap().len()),
+        (Some(5), 1)
+    );
+}

@@ -365,3 +365,75 @@ fn lock_file_behind_a_link_stays_there() {
     expect(&bench.call(&["lock", "--lock-file", "pipe", "discs.toml"]), 5);
     expect(&bench.call(&["check", "--locked", "--lock-file", "pipe"]), 5);
 }
+
+/// Each process reads the file before its runs and writes it after them; the first one is stopped in between.
+#[cfg(target_os = "linux")]
+#[test]
+fn concurrent_locks_keep_the_entries_of_each_other() {
+    let bench = Bench::new();
+    bench.write("discs.toml", DISCS);
+    bench.write("more.toml", &DISCS.replace("\"discs\"", "\"more\""));
+    let temporary = bench.path("temporary");
+    fs::create_dir(&temporary).unwrap();
+    let mut first = super::command()
+        .args(["lock", "discs.toml"])
+        .current_dir(bench.path("."))
+        .env("TMPDIR", &temporary)
+        .spawn()
+        .unwrap();
+    // The folder of its runs is created after the file was read.
+    while fs::read_dir(&temporary).unwrap().count() == 0 && first.try_wait().unwrap().is_none() {
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    let signal = |name: &str| {
+        let process = first.id().to_string();
+        std::process::Command::new("kill").args([name, &process]).status().unwrap()
+    };
+    signal("-STOP");
+    let second = bench.call(&["lock", "more.toml"]);
+    signal("-CONT");
+    assert!(first.wait().unwrap().success());
+    expect(&second, 0);
+    let text = fs::read_to_string(bench.path("kinetoscope.lock")).unwrap();
+    for manifest in ["discs.toml", "more.toml"] {
+        assert!(text.contains(&format!("manifest = \"{manifest}\"")), "{manifest}: {text}");
+    }
+    expect(&bench.call(&["check", "--locked"]), 0);
+    let names = fs::read_dir(bench.path(".")).unwrap().map(|entry| entry.unwrap().file_name());
+    assert_eq!(names.count(), 4, "a lock leaves no other file");
+}
+
+/// The test stands for a process that writes a lock file in the same folder.
+#[cfg(target_os = "linux")]
+#[test]
+fn lock_waits_for_a_process_that_writes_in_the_same_folder() {
+    let bench = Bench::new();
+    bench.write("discs.toml", DISCS);
+    let folder = fs::File::open(bench.path(".")).unwrap();
+    folder.try_lock().unwrap();
+    let mut child = super::command()
+        .args(["lock", "discs.toml"])
+        .current_dir(bench.path("."))
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    // The line of a manifest is printed when its runs have ended.
+    let mut line = String::new();
+    let out = child.stdout.as_mut().unwrap();
+    std::io::BufRead::read_line(&mut std::io::BufReader::new(out), &mut line).unwrap();
+    assert!(line.starts_with("discs.toml: 1 run"), "{line}");
+    assert!(!bench.path("kinetoscope.lock").exists());
+    drop(folder);
+    assert!(child.wait().unwrap().success());
+    expect(&bench.call(&["check", "--locked"]), 0);
+}
+
+/// An error shows lines of the file, which may be as long as the file.
+#[test]
+fn error_of_a_lock_file_shows_the_start_of_a_long_line() {
+    let bench = locked();
+    bench.write("kinetoscope.lock", &format!("x = \"{}\"\n", "a".repeat(1_000_000)));
+    let called = bench.call(&["check", "--locked"]);
+    expect(&called, 5);
+    assert!(called.err.contains("aaaa") && called.err.len() < 2000, "{}", called.err.len());
+}

@@ -371,3 +371,37 @@ fn concurrent_starts_of_a_finished_sweep_succeed_and_write_nothing() {
         |(name, ..): &(std::ffi::OsString, u64, i64, i64)| name.to_string_lossy().ends_with(".tmp");
     assert!(!state().iter().any(leftover), "{:?}", state());
 }
+
+/// A sparse file of 8 TB takes no space; its hash would take hours. Control: a recording of another hash is hashed.
+#[test]
+fn attestation_of_a_sparse_file_is_rejected_before_it_is_hashed() {
+    let bench = Bench::new();
+    let recording = bench.recording();
+    let name = recording.to_str().unwrap();
+    assert_eq!(bench.call(&["verify", name]).code, Some(0));
+    let side_file = recording.with_extension("verified.json");
+    let attestation: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(&side_file).unwrap()).unwrap();
+    let attest = |changes: &[(&str, serde_json::Value)]| {
+        let mut changed = attestation.clone();
+        changes.iter().for_each(|(key, value)| changed[*key] = value.clone());
+        fs::write(&side_file, changed.to_string()).unwrap();
+    };
+    let check = || call(&bench, &["verify", "--check-attestation", name]);
+    let zeros = "0".repeat(64);
+    attest(&[("sha256", zeros.clone().into())]);
+    assert_error(&check(), 4, "the SHA-256 differs", "control");
+    let size = 8_u64 << 40;
+    File::options().write(true).open(&recording).unwrap().set_len(size).unwrap();
+    assert_error(&check(), 4, "the size differs", "size");
+    let bytes = ("bytes", size.into());
+    attest(&[bytes.clone(), ("sha256", "x".into())]);
+    assert_error(&check(), 5, "is not 64 hexadecimal digits", "SHA-256");
+    attest(&[bytes.clone(), ("run_key", zeros.into())]);
+    assert_error(&check(), 4, "the run key differs", "run key");
+    attest(std::slice::from_ref(&bytes));
+    assert_error(&check(), 4, "the end differs", "end");
+    fs::write(&recording, "").unwrap();
+    File::options().write(true).open(&recording).unwrap().set_len(size).unwrap();
+    assert_error(&check(), 5, "is not an MCAP file", "no recording");
+}

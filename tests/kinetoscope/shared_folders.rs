@@ -188,3 +188,70 @@ fn cache_that_another_user_can_have_written_is_not_read() {
     assert!(analyzed.success());
     assert_eq!(fs::metadata(&cache).unwrap().permissions().mode() & 0o777, 0o644);
 }
+
+/// Root lists any folder, unless the program lacks the capabilities for it.
+fn call_without_capabilities(bench: &Bench, arguments: &[&str]) -> Called {
+    let mut command = if may_list_any_folder() {
+        let mut command = Command::new("setpriv");
+        command.args(["--bounding-set=-dac_override,-dac_read_search"]);
+        command.arg(env!("CARGO_BIN_EXE_kinetoscope"));
+        command
+    } else {
+        super::command()
+    };
+    command.args(arguments).current_dir(bench.path(".")).output().unwrap().into()
+}
+
+/// Whether this process may list a folder without permissions.
+fn may_list_any_folder() -> bool {
+    let folder = tempfile::tempdir().unwrap();
+    fs::set_permissions(folder.path(), fs::Permissions::from_mode(0o0)).unwrap();
+    fs::read_dir(folder.path()).is_ok()
+}
+
+#[test]
+fn folder_that_cannot_be_listed_ends_no_command_for_the_others() {
+    let bench = Bench::new();
+    let recording = bench.recording();
+    let closed = bench.path("recordings/a_closed_one");
+    fs::create_dir(&closed).unwrap();
+    fs::set_permissions(&closed, fs::Permissions::from_mode(0o0)).unwrap();
+    let y = ["--y", "/energy.kinetic_j", "--output", "p.svg"];
+    for (arguments, written) in [
+        (&["analyze", "recordings", "--junit", "checks.xml"][..], "recordings/gas/report.html"),
+        (&["analyze", "recordings", "--output", "results"], "results/report.html"),
+        (&["export", "--format", "csv", "recordings"], "recordings/gas/export"),
+        (&[&["plot", "recordings"][..], &y].concat(), "p.svg"),
+    ] {
+        let called = call_without_capabilities(&bench, arguments);
+        assert_eq!(called.code, Some(5), "{arguments:?}: {}{}", called.out, called.err);
+        let what = "recordings/a_closed_one cannot be listed: Permission denied";
+        assert!(called.err.contains(what), "{arguments:?}: {}", called.err);
+        assert!(called.err.contains("\nhelp: check its permissions"), "{}", called.err);
+        assert!(bench.path(written).exists(), "{arguments:?}");
+    }
+    assert!(fs::read_to_string(bench.path("checks.xml")).unwrap().contains("a_closed_one"));
+    // Nothing else: the error is that of the folder.
+    fs::remove_dir_all(recording.parent().unwrap()).unwrap();
+    for arguments in [&["analyze", "recordings"][..], &[&["plot", "recordings"][..], &y].concat()] {
+        let called = call_without_capabilities(&bench, arguments);
+        assert_eq!(called.code, Some(5), "{arguments:?}: {}{}", called.out, called.err);
+        assert!(called.err.contains("cannot be listed"), "{arguments:?}: {}", called.err);
+    }
+    fs::set_permissions(&closed, fs::Permissions::from_mode(0o700)).unwrap();
+}
+
+#[test]
+fn folder_in_place_of_a_side_file_is_named() {
+    let bench = Bench::new();
+    let folder = bench.recording().parent().unwrap().to_owned();
+    for name in ["experiment.toml", "gas.layout.json"] {
+        let path = folder.join(name);
+        fs::remove_file(&path).unwrap();
+        fs::create_dir(&path).unwrap();
+        let called = bench.call(&["run", "--quiet", "--force", "gas.toml"]);
+        assert_eq!(called.code, Some(2), "{name}: {}", called.err);
+        assert!(called.err.contains(&format!("{name}: Is a directory")), "{name}: {}", called.err);
+        fs::remove_dir(&path).unwrap();
+    }
+}

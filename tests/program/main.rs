@@ -24,6 +24,8 @@ mod live_viewers_receive_recorded_messages;
 mod gnuplot_files_show_the_newest_frame;
 // A panic or a failed allocation ends with an exit code of the help text.
 mod exit_codes_are_documented;
+// Columns and units of the state have the form of those of the models.
+mod hostile_units_are_damage;
 // Hostile clients of the live server neither change nor delay a run, and foreign web pages are rejected.
 mod hostile_clients_change_no_run;
 // All errors of a manifest are reported at once, each with its line.

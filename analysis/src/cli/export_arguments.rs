@@ -88,12 +88,12 @@ impl ExportArguments {
             return Err(CommandError::usage(export::NEEDS_PARQUET));
         }
         let sources = input::sources(&self.paths)?;
-        let several = sources.len() > 1;
+        let several = input::are_several(&sources);
         let (mut exports, mut unreadable) = (Vec::new(), BTreeSet::new());
         for source in &sources {
             unreadable.extend(source.unreadable.iter().cloned());
         }
-        for source in &sources {
+        for source in sources.iter().filter(|source| !source.files.is_empty()) {
             let folder = match &self.output {
                 Some(output) if several => output.join(&source.name),
                 Some(output) => output.clone(),

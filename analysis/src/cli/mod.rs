@@ -144,7 +144,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
         return Ok(exit);
     }
     let terminal = terminal();
-    let several = sources.len() > 1;
+    let several = input::are_several(&sources);
     let check =
         |source| write_file::check_results_folder(&results_folder(arguments, source, several));
     arguments.output.as_ref().map_or(Ok(()), |_| sources.iter().try_for_each(check))?;

@@ -163,9 +163,16 @@ impl PlotArguments {
 
     /// The one experiment among the paths.
     fn source(&self) -> Result<RecordingFolder, CommandError> {
-        let mut sources = input::sources(&self.paths)?;
+        let (mut sources, unlisted): (Vec<_>, Vec<_>) =
+            input::sources(&self.paths)?.into_iter().partition(|source| !source.files.is_empty());
+        let unlisted: Vec<String> =
+            unlisted.into_iter().flat_map(|folder| folder.unreadable).collect();
         match (sources.pop(), sources.as_slice()) {
-            (Some(only), []) => Ok(only),
+            (Some(mut only), []) => {
+                only.unreadable.extend(unlisted);
+                Ok(only)
+            }
+            (None, _) => Err(all_unreadable(&unlisted)),
             (last, others) => {
                 let folders = others.iter().chain(&last).map(|it| shown_path(&it.folder));
                 let folders: Vec<String> = folders.take(5).collect();
@@ -222,7 +229,7 @@ impl PlotArguments {
         match data.draw(&request) {
             Ok(plot) => Ok((plot, unreadable)),
             // What could not be read may be the cause.
-            Err(_) if runs.is_empty() => Err(all_unreadable(&unreadable)),
+            Err(_) if !unreadable.is_empty() => Err(all_unreadable(&unreadable)),
             Err(why) => Err(rejected(why)),
         }
     }

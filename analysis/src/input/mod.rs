@@ -78,7 +78,7 @@ pub(crate) fn sources(paths: &[PathBuf]) -> Result<Vec<RecordingFolder>, Invalid
                 return Err(InvalidPath::without_recordings(path));
             }
         } else if path.is_dir() {
-            search(path, &mut found)?;
+            search(path, &mut found);
             if found.len() == before {
                 return Err(InvalidPath::without_recordings(path));
             }
@@ -108,6 +108,11 @@ pub(crate) fn sources(paths: &[PathBuf]) -> Result<Vec<RecordingFolder>, Invalid
     Ok(found)
 }
 
+/// Whether several folders contain recordings.
+pub(crate) fn are_several(sources: &[RecordingFolder]) -> bool {
+    sources.iter().filter(|source| !source.files.is_empty()).count() > 1
+}
+
 /// Adds the recordings under an address.
 fn search_remote(address: &Path, found: &mut Vec<RecordingFolder>) -> Result<(), InvalidPath> {
     let store = object_storage::open(address)?;
@@ -119,19 +124,25 @@ fn search_remote(address: &Path, found: &mut Vec<RecordingFolder>) -> Result<(),
     Ok(())
 }
 
-/// Adds the recordings of a folder and its subfolders.
-fn search(folder: &Path, found: &mut Vec<RecordingFolder>) -> Result<(), InvalidPath> {
-    let unlisted = |error| {
-        InvalidPath::new(format!(
-            "{} cannot be listed: {error}. Check its permissions",
-            shown_path(folder)
-        ))
+/// Adds the recordings of a folder and its subfolders. A folder that cannot be listed is one whose recordings are unreadable.
+fn search(folder: &Path, found: &mut Vec<RecordingFolder>) {
+    let mut paths = match listed(folder) {
+        Ok(paths) => paths,
+        Err(error) => {
+            let mut unlisted = RecordingFolder::new(
+                Arc::new(LocalFolders),
+                folder.to_path_buf(),
+                Vec::new(),
+                true,
+            );
+            let shown = shown_path(folder);
+            unlisted
+                .unreadable
+                .push(format!("{shown} cannot be listed: {error}. Check its permissions"));
+            found.push(unlisted);
+            return;
+        }
     };
-    let entries = std::fs::read_dir(folder).map_err(unlisted)?;
-    let mut paths: Vec<PathBuf> = entries
-        .map(|entry| entry.map(|entry| entry.path()))
-        .collect::<Result<_, _>>()
-        .map_err(unlisted)?;
     paths.sort();
     // A link to a file that is missing is named as unreadable.
     let is_broken_link = |path: &PathBuf| path.is_symlink() && !path.exists();
@@ -144,9 +155,13 @@ fn search(folder: &Path, found: &mut Vec<RecordingFolder>) -> Result<(), Invalid
         found.push(source(Arc::new(LocalFolders), folder.to_path_buf(), files, true));
     }
     for path in paths.iter().filter(|path| path.is_dir() && !path.is_symlink()) {
-        search(path, found)?;
+        search(path, found);
     }
-    Ok(())
+}
+
+/// The paths in a folder.
+fn listed(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    std::fs::read_dir(folder)?.map(|entry| entry.map(|entry| entry.path())).collect()
 }
 
 fn source(
@@ -155,26 +170,30 @@ fn source(
     files: Vec<PathBuf>,
     whole: bool,
 ) -> RecordingFolder {
-    let remote = Address::is_one(&folder).then(|| folder.clone());
-    let name = remote.or_else(|| std::fs::canonicalize(&folder).ok());
-    let name = name.as_deref().map_or_else(|| "recordings".to_owned(), file_name);
-    let mut source = RecordingFolder {
-        storage,
-        folder,
-        name,
-        record: None,
-        index: BTreeMap::new(),
-        restored: BTreeSet::new(),
-        files,
-        whole,
-        notes: Vec::new(),
-        unreadable: Vec::new(),
-    };
+    let mut source = RecordingFolder::new(storage, folder, files, whole);
     source.read_side_car();
     source
 }
 
 impl RecordingFolder {
+    fn new(storage: Arc<dyn Storage>, folder: PathBuf, files: Vec<PathBuf>, whole: bool) -> Self {
+        let remote = Address::is_one(&folder).then(|| folder.clone());
+        let name = remote.or_else(|| std::fs::canonicalize(&folder).ok());
+        let name = name.as_deref().map_or_else(|| "recordings".to_owned(), file_name);
+        Self {
+            storage,
+            folder,
+            name,
+            record: None,
+            index: BTreeMap::new(),
+            restored: BTreeSet::new(),
+            files,
+            whole,
+            notes: Vec::new(),
+            unreadable: Vec::new(),
+        }
+    }
+
     /// Whether the folder is on object storage.
     pub(crate) fn is_remote(&self) -> bool {
         Address::is_one(&self.folder)
