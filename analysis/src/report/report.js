@@ -96,14 +96,16 @@ function player(part, leader) {
 
   // The canvas takes the width of the page and at most three quarters of the window's height.
   function resize() {
-    if (!film) return;
+    const width = canvas.parentElement.clientWidth;
+    // What is not displayed has no width.
+    if (!film || !width) return;
     const [x0, y0, x1, y1] = film.view, sides = [x1 - x0, y1 - y0];
     const [wide, high] = sides.map((side) => side + 0.04 * Math.max(...sides));
-    const width = canvas.parentElement.clientWidth;
     const height = Math.max(160, Math.min(width * high / wide, 0.75 * innerHeight, 900));
     canvas.style.height = `${height}px`;
     canvas.width = Math.round(width * devicePixelRatio);
     canvas.height = Math.round(height * devicePixelRatio);
+    sheet = null;
     scale = Math.min(canvas.width / wide, canvas.height / high);
     [left, top] = [(canvas.width - sides[0] * scale) / 2, (canvas.height - sides[1] * scale) / 2];
     draw();
@@ -161,9 +163,9 @@ function player(part, leader) {
   // All discs of one color are one path; those that this leaves out were painted.
   function drawDiscs() {
     const count = film.particles, base = frame * count, smallest = smallestPx();
-    const byColor = Array.from(colors, () => []), isPainted = count > PAINTED_FROM && paintDiscs(base, smallest);
+    const byColor = Array.from(colors, () => []), painted = count > PAINTED_FROM && paintDiscs(base, smallest);
     for (let i = 0; i < count; i++) {
-      if (!isThere(base + i) || isPainted && painted[i]) continue;
+      if (!isThere(base + i) || painted[i]) continue;
       const disc = [px(data.xs[base + i]), py(data.ys[base + i]), Math.max(radiusOf(i) * scale, smallest)];
       byColor[steps[data.speeds[base + i]]].push(disc);
     }
@@ -180,7 +182,7 @@ function player(part, leader) {
 
   // Very many discs are painted pixel by pixel, which takes a quarter of the time of paths. Radius and place are rounded to quarters of
   // a pixel, so that few different stamps remain. A stamp is a list of offsets and of how much of the pixel is covered, in quarters.
-  let sheet, stamps, pixels, shades, painted;
+  let sheet, stamps, pixels, shades;
   function stampOf(radius, across, down) {
     const reach = Math.ceil(radius / 4 + 1), isOutlined = radius >= 4 * OUTLINE_FROM_PX, stamp = [];
     for (let y = -reach; y <= reach; y++) for (let x = -reach; x <= reach; x++) {
@@ -193,14 +195,14 @@ function player(part, leader) {
 
   function paintDiscs(base, smallest) {
     const { width, height } = canvas, { xs, ys, speeds } = data;
-    if (!sheet || sheet.canvas.width !== width || sheet.canvas.height !== height) {
+    if (!sheet) {
       sheet = Object.assign(document.createElement("canvas"), { width, height }).getContext("2d");
       stamps = [];
       pixels = sheet.createImageData(width, height);
     }
     const image = new Uint32Array(pixels.data.buffer);
     image.fill(0);
-    painted = new Uint8Array(film.particles);
+    const painted = new Uint8Array(film.particles);
     for (let i = 0; i < film.particles; i++) {
       if (!isThere(base + i)) continue;
       const x = Math.round(4 * px(xs[base + i])), y = Math.round(4 * py(ys[base + i]));
@@ -218,7 +220,7 @@ function player(part, leader) {
     }
     sheet.putImageData(pixels, 0, 0);
     context.drawImage(sheet.canvas, 0, 0);
-    return true;
+    return painted;
   }
 
   function draw() {
