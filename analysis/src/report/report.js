@@ -257,10 +257,7 @@ function player(part, leader) {
         if (beyond <= 0 && distance < least) [nearest, least] = [i, distance];
       }
     }
-    if (nearest < 0) {
-      row.textContent = "Point at a particle for its values.";
-      return;
-    }
+    if (nearest < 0) return void (row.textContent = "Point at a particle for its values.");
     const at = base + nearest, radius = radiusOf(nearest), speed = data.speeds[at];
     const parts = [`particle ${nearest * film.every}`, `x = ${shown(xOf(data.xs[at]), 4, 0)}`, `y = ${shown(yOf(data.ys[at]), 4, 0)}`];
     if (speed !== ABSENT_SPEED) parts.push(`speed ≈ ${shown(speedOf(speed), 2, 1)}`);
@@ -343,8 +340,8 @@ function player(part, leader) {
     if (wanted !== of) await select(index);
     if (file !== of) return;
     setPlaying(false);
-    const distance = (index) => Math.abs(data.times[index] - seek.time);
-    show(data.times.reduce((best, _, index) => distance(index) < distance(best) ? index : best, 0));
+    const distances = data.times.map((each) => Math.abs(each - seek.time));
+    show(distances.indexOf(distances.slice().sort()[0]));
   }
 
   play.addEventListener("click", () => setPlaying(!isPlaying));
@@ -412,7 +409,7 @@ if (section) {
   }
 }
 
-const COLORS = 7, REACH_PX = 60, TEXT_PX = 12, LEAST_DRAG_PX = 8, PRINT_WIDTH_PX = 350;
+const COLORS = 7, MOST_CURVES = 14, REACH_PX = 60, TEXT_PX = 12, LEAST_DRAG_PX = 8, PRINT_WIDTH_PX = 350;
 let isPrinted = false;
 
 function set(target, attributes) {
@@ -488,13 +485,14 @@ function chart(figure, data) {
   if (data.remark) element("p", { class: "remark" }, figure, data.remark);
   const tip = element("div", { class: "tip", role: "status", hidden: "" }, figure);
 
-  const strokeOf = (curve) => ({ class: `curve ${curve.style}`, style: `stroke:var(--c${curve.color % COLORS})` });
+  // Colors repeat with another mark or dash.
+  const strokeOf = (curve) => ({ class: `curve ${curve.style} round${Math.floor(curve.color / COLORS)}`, style: `stroke:var(--c${curve.color % COLORS})` });
   const showable = (value, isLog) => Number.isFinite(value) && (!isLog || value > 0);
   const place = (value, isLog) => isLog ? Math.log10(value) : value;
   const shown = () => curves.filter((curve) => !hidden.has(curve));
-  const arePositive = (of) => {
+  const hasLog = (of) => {
     const values = curves.flatMap(of).filter(Number.isFinite);
-    return values.length > 1 && values.filter((value) => value > 0).length >= 0.9 * values.length;
+    return !data.equal && values.length > 1 && values.filter((value) => value > 0).length >= 0.9 * values.length;
   };
 
   // The range of the visible points with their error bars, and a margin.
@@ -651,14 +649,8 @@ function chart(figure, data) {
   const xAt = (across) => view.x[0] + (across - view.left) / view.width * (view.x[1] - view.x[0]);
   const yAt = (down) => view.y[1] - (down - view.top) / view.height * (view.y[1] - view.y[0]);
 
-  function redraw() {
-    if (view) draw();
-  }
-
-  function setZoom(next) {
-    zoom = next;
-    redraw();
-  }
+  const redraw = () => view && draw();
+  const setZoom = (next) => { zoom = next; redraw(); };
 
   // The sides of the rectangle that is dragged.
   const sidesTo = (to) => to.map((end, axis) => [drag[axis], end].sort((a, b) => a - b));
@@ -686,7 +678,7 @@ function chart(figure, data) {
     if (!sides.some(isWide)) return point(nearest(to));
     setZoom([isWide(across) ? across.map(xAt) : view.x, isWide(down) ? down.map(yAt).reverse() : view.y]);
   });
-  sheet.addEventListener("pointercancel", () => { drag = null; view.zoom.setAttribute("visibility", "hidden"); });
+  sheet.addEventListener("pointercancel", () => { drag = null; draw(); });
   sheet.addEventListener("pointerleave", () => { if (!drag) point(null); });
   sheet.addEventListener("dblclick", () => setZoom(null));
   sheet.addEventListener("blur", () => point(null));
@@ -714,7 +706,6 @@ function chart(figure, data) {
   }
   const reset = element("button", { type: "button" }, tools, "reset zoom");
   reset.addEventListener("click", () => setZoom(null));
-  const hasLog = (of) => !data.equal && arePositive(of);
   if (!xAxis.words && hasLog((curve) => curve.x)) toggle(tools, "log x", () => isLogX, () => { isLogX = !isLogX; zoom = null; });
   if (hasLog((curve) => curve.y)) toggle(tools, "log y", () => isLogY, () => { isLogY = !isLogY; zoom = null; });
 
@@ -752,8 +743,8 @@ function chart(figure, data) {
 // The chart of a metric over a swept key: one curve per group of equal other coordinates.
 function sweepData(sweep, metric, key) {
   const { keys, points, runs } = sweep, groups = new Map();
-  const isNumber = points.every((place) => place[key] === null || typeof place[key] === "number");
-  const words = isNumber ? undefined : [...new Set(points.map((place) => String(place[key])))];
+  const hasWords = points.some((place) => typeof place[key] === "string");
+  const words = hasWords ? [...new Set(points.map((place) => String(place[key])))] : undefined;
   points.forEach((place, i) => {
     if (place[key] === null || metric.y[i] === null) return;
     const others = keys.map(({ name }, k) => k === key || place[k] === null ? "" : name === "variant" ? place[k] : `${name} = ${place[k]}`);
@@ -762,7 +753,7 @@ function sweepData(sweep, metric, key) {
     groups.get(name).push({ i, x: words ? words.indexOf(String(place[key])) : place[key] });
   });
   const curves = [];
-  [...groups].forEach(([name, group], color) => {
+  [...groups].slice(0, MOST_CURVES).forEach(([name, group], color) => {
     group.sort((a, b) => a.x - b.x);
     const of = (column) => group.map(({ i }) => column.length ? column[i] : null), x = group.map((each) => each.x);
     curves.push({ name: name || "measured", style: "data", color, x, y: of(metric.y), e: of(metric.e), runs: of(runs) });
@@ -772,7 +763,8 @@ function sweepData(sweep, metric, key) {
   const isSteep = (values) => Math.min(...values) > 0 && Math.max(...values) > 30 * Math.min(...values);
   const isLog = (of) => isSteep(curves.flatMap(of).filter((value) => value !== null));
   return {
-    title: `${metric.name} against ${keys[key].name}`, remark: "", equal: false, time: false, curves,
+    title: `${metric.name} against ${keys[key].name}`, equal: false, time: false, curves,
+    remark: groups.size > MOST_CURVES && `the first ${MOST_CURVES} of ${groups.size} curves`,
     x: { label: keys[key].name, unit: keys[key].unit, words, log: !words && isLog((curve) => curve.x) },
     y: { label: metric.name, unit: metric.unit, log: isLog((curve) => curve.y) },
   };
@@ -805,8 +797,7 @@ if (any) {
 const condensePictures = () => document.querySelectorAll(".picture text").forEach((text) => condense(text, 610));
 condensePictures();
 document.addEventListener("toggle", condensePictures, true);
-const hint = document.querySelector(".hint");
-if (hint) hint.hidden = false;
+document.querySelector(".hint")?.removeAttribute("hidden");
 document.addEventListener("replaytime", () => charts.forEach((each) => each.showTime()));
 // Two plots in a row on paper.
 for (const [type, isPrint] of [["beforeprint", true], ["afterprint", false]]) addEventListener(type, () => {
