@@ -6,6 +6,9 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
 
+/// The key of variants with names.
+const VARIANT: &str = "variant";
+
 /// The value of a coordinate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
@@ -35,7 +38,7 @@ pub(crate) fn value_of(coordinate: &Coordinate) -> CoordinateValue {
         text.starts_with(|first: char| first.is_ascii_digit() || first == '-');
     let number = text.parse().ok().filter(|number: &f64| number.is_finite());
     match (text.parse(), number) {
-        _ if coordinate.key == "variant" || !is_written_as_number => {
+        _ if coordinate.key == VARIANT || !is_written_as_number => {
             CoordinateValue::Text(text.clone())
         }
         (Ok(integer), _) => CoordinateValue::Integer(integer),
@@ -83,19 +86,36 @@ impl AxisNames {
     }
 }
 
+/// The value of a coordinate as it is shown: a vector, which sweeps and file names contain as `0_-9.81`, in parentheses.
+pub(crate) fn shown_value(coordinate: &Coordinate) -> String {
+    let value = &coordinate.value;
+    let parts = value.split('_');
+    let is_number = |part: &str| part.parse().is_ok_and(f64::is_finite);
+    if coordinate.key != VARIANT
+        && matches!(parts.clone().count(), 2 | 3)
+        && parts.clone().all(is_number)
+    {
+        return format!("({})", parts.collect::<Vec<_>>().join(", "));
+    }
+    match value.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
+        Some(parts) => format!("({})", parts.split(", ").map(plain).collect::<Vec<_>>().join(", ")),
+        None => value.clone(),
+    }
+}
+
 /// Formats coordinates, such as "temperature_k = 300, variant = Verlet"; empty for a single run.
 pub(crate) fn text(coordinates: &[Coordinate]) -> String {
     let parts = coordinates
         .iter()
-        .map(|coordinate| format!("{} = {}", last_part(&coordinate.key), coordinate.value));
+        .map(|coordinate| format!("{} = {}", last_part(&coordinate.key), shown_value(coordinate)));
     parts.collect::<Vec<_>>().join(", ")
 }
 
 /// Formats coordinates for a curve's name, in one line: a variant by its name only.
 pub(crate) fn label(coordinates: &[Coordinate]) -> String {
     let parts = coordinates.iter().map(|coordinate| match coordinate.key.as_str() {
-        "variant" => coordinate.value.clone(),
-        key => format!("{} = {}", last_part(key), coordinate.value),
+        VARIANT => coordinate.value.clone(),
+        key => format!("{} = {}", last_part(key), shown_value(coordinate)),
     });
     one_line(&parts.collect::<Vec<_>>().join(", ")).into_owned()
 }
@@ -246,6 +266,21 @@ mod tests {
         let text = |text: &str| CoordinateValue::Text(text.to_owned());
         assert_eq!(value("model.gas.temperature_k", "300"), CoordinateValue::Integer(300));
         assert_eq!(value("model.gas.temperature_k", "-1.5e-3"), CoordinateValue::Number(-1.5e-3));
+    #[test]
+    fn vectors_are_shown_in_parentheses() {
+        let at =
+            |key: &str, value: &str| Coordinate { key: key.to_owned(), value: value.to_owned() };
+        let gravity = at("model.dem.gravity_m_per_s2", "0_-9.81");
+        assert_eq!(label(std::slice::from_ref(&gravity)), "gravity_m_per_s2 = (0, -9.81)");
+        assert_eq!(text(&[gravity]), "gravity_m_per_s2 = (0, -9.81)");
+        // Without the record of the experiment, it is written as in the manifest.
+        assert_eq!(shown_value(&at("model.gas.center_m", "[3.0, 1.5]")), "(3, 1.5)");
+        // Controls.
+        assert_eq!(shown_value(&at("variant", "0_1")), "0_1");
+        assert_eq!(shown_value(&at("model.dem.radius_m", "min_1_max_2")), "min_1_max_2");
+        assert_eq!(shown_value(&at("model.dem.walls", "value-2")), "value-2");
+    }
+
         assert_eq!(value("model.dem.gravity_m_per_s2", "0_-9.81"), text("0_-9.81"));
         // Control: a word that Rust reads as a number, and a variant's name, are texts.
         assert_eq!(value("model.gas.propagation", "infinity"), text("infinity"));
