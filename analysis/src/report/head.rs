@@ -120,15 +120,11 @@ fn provenance(report: &AnalysisReport) -> Markup {
 }
 
 fn facts(report: &AnalysisReport) -> Vec<(&'static str, String)> {
-    let runs = match report.runs.len() {
-        1 => "1 run".to_owned(),
-        count => format!("{count} runs"),
-    };
     let distinct = |of: fn(&crate::run::RunAnalysis) -> String| {
         let all: BTreeSet<String> = report.runs.iter().map(of).collect();
         all.into_iter().collect::<Vec<_>>().join(", ")
     };
-    let mut facts = vec![("model", format!("{}, {runs}", report.model()))];
+    let mut facts = vec![("model", report.models_and_runs())];
     if let [run] = report.runs.as_slice() {
         facts.push(("run key", run.origin.run_key.clone()));
     }

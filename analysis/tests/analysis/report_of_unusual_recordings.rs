@@ -89,6 +89,22 @@ fn five_hundred_runs() -> Folder {
     Folder::write(&sweep, ordinary)
 }
 
+/// A folder with a run of the gas and one of an orbit.
+fn two_models() -> Folder {
+    let mixed = Folder::write(MANIFEST, ordinary);
+    let other = Folder::write(
+        "name = \"other\"\n[model.orbit]\nduration_days = 10.0\n[record]\nframes = 1\nchannels = [\"state\"]\n",
+        |_| {
+            let mut frame = Frame::new();
+            frame.push_state(&[1.0, 0.0, 0.0, 0.0, 0.017, 0.0]);
+            vec![(Clock { count: 0, time: 0.0 }, frame)]
+        },
+    );
+    fs::copy(other.file(0), mixed.path().join("other.mcap")).unwrap();
+    fs::remove_file(mixed.path().join("experiment.toml")).unwrap();
+    mixed
+}
+
 #[test]
 fn runs_beyond_the_budget_are_listed_and_not_drawn() {
     let folder = five_hundred_runs();
@@ -117,6 +133,16 @@ fn a_recording_without_frames_is_named_as_such() {
 }
 
 #[test]
+fn runs_of_two_models_are_counted_and_named_by_their_model() {
+    let mixed = two_models();
+    let text = page(&mixed, &[0, 3, 5]);
+    assert!(text.contains("<dt>model</dt><dd>2 models: gas, 1 run; orbit, 1 run</dd>"));
+    assert!(text.contains("model = gas: 2 frames") && text.contains("model = orbit: 1 frames"));
+    // The keys of one model do not name the runs of the other.
+    assert!(!text.contains("duration_<wbr>days = "));
+}
+
+#[test]
 #[ignore = "needs chromium"]
 fn unusual_recordings_have_pages_without_errors() {
     let no_number = Folder::write(MANIFEST, |_| two_frames(&pressure(f64::NAN)));
@@ -132,16 +158,7 @@ fn unusual_recordings_have_pages_without_errors() {
     page(&gaps, &[0]);
     assert_eq!(console(&gaps), "");
 
-    let mixed = Folder::write(MANIFEST, ordinary);
-    let other = Folder::write(
-        "name = \"other\"\n[model.orbit]\nduration_days = 10.0\n[record]\nframes = 1\nchannels = [\"state\"]\n",
-        |_| {
-            let mut frame = Frame::new();
-            frame.push_state(&[1.0, 0.0, 0.0, 0.0, 0.017, 0.0]);
-            vec![(Clock { count: 0, time: 0.0 }, frame)]
-        },
-    );
-    fs::copy(other.file(0), mixed.path().join("other.mcap")).unwrap();
+    let mixed = two_models();
     page(&mixed, &[0, 3, 5]);
     assert_eq!(console(&mixed), "");
 
