@@ -168,6 +168,29 @@ fn unusual_recordings_have_pages_without_errors() {
     }
 }
 
+/// Setup: runs beyond those in the table of numbers, each with a check; the last one or none fails.
+#[test]
+fn many_passed_checks_are_collapsed_and_failed_ones_are_not() {
+    for (least, failed) in [(0.0, 0), (1.0, 1)] {
+        let sweep =
+            "[sweep]\n\"model.gas.temperature_k\" = { from = 100.0, to = 1600.0, count = 16 }\n";
+        let check = format!("[[checks]]\nmetric = \"pressure.measured\"\nminimum = {least}\n");
+        let folder = Folder::write(&format!("{MANIFEST}{sweep}{check}"), |run| {
+            let is_low = run.canonical().contains("temperature_k = 1600");
+            two_frames(&pressure(if is_low { 0.5 } else { 1.0 }))
+        });
+        let text = page(&folder, &[0, 3]);
+        let (open, _) = text.split_once(" passed checks of metrics").expect("all are open");
+        let rows = |word: &str| open.matches(&format!("<tr><td><strong class=\"{word}\"")).count();
+        assert_eq!((rows("bad"), rows("good")), (failed, 0));
+        assert!(
+            open.ends_with(&format!("<summary>{}", 10 - failed)),
+            "{}",
+            &open[open.len() - 20..]
+        );
+    }
+}
+
 /// Setup: every recording is spoiled after the first analysis, which passed.
 #[test]
 fn no_result_remains_when_no_recording_can_be_read_any_more() {
