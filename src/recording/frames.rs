@@ -19,6 +19,8 @@ use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
 use std::sync::Arc;
 
+const OTHER_OUTCOME: &str = "the outcome differs from the one in the index";
+
 /// A channel as the file declares it.
 #[derive(Debug, PartialEq, Eq)]
 struct Topic {
@@ -231,15 +233,17 @@ impl Frames {
                 DataRecord::Chunk(content) => self.group(&content)?,
                 DataRecord::Metadata(name, entries) if name == OUTCOME_RECORD => {
                     self.outcome_seen = true;
-                    if Outcome::from_metadata(&entries) != self.outcome {
-                        return Err(damaged("the outcome differs from the one in the index"));
+                    // A file without an index may be cut off, which is found at its end.
+                    if self.outcome.is_some() && Outcome::from_metadata(&entries) != self.outcome {
+                        return Err(damaged(OTHER_OUTCOME));
                     }
                 }
                 DataRecord::Metadata(name, entries) if name == HASHES_RECORD => {
                     self.add_hashes(&entries)?;
                 }
                 DataRecord::Metadata(..) => {}
-                DataRecord::End if self.outcome_seen => return Ok(None),
+                DataRecord::End if self.outcome_seen && self.outcome.is_some() => return Ok(None),
+                DataRecord::End if self.outcome_seen => return Err(damaged(OTHER_OUTCOME)),
                 DataRecord::End => return Err(damaged("the recording has no outcome")),
             }
         }

@@ -27,10 +27,13 @@ pub(super) fn write_indexes(
                 results: &one.results,
             })
             .collect();
+        let path = folder.join(INDEX);
+        if listed.is_empty() && !path.exists() {
+            continue;
+        }
         if index::write(&folder, &listed)? {
             written.push(folder);
         } else {
-            let path = folder.join(INDEX);
             complain(
                 &format!(
                     "note: {} is not from this program; it is not replaced",
@@ -53,7 +56,7 @@ fn index_folders(analyzed: &[Analyzed], arguments: &AnalyzeArguments) -> Vec<Pat
     folders.dedup();
     let has_below = |folder: &PathBuf| {
         let below = |one: &&Analyzed| one.results != *folder && one.results.starts_with(folder);
-        analyzed.iter().filter(|one| !one.is_empty()).any(|one| below(&one))
+        analyzed.iter().any(|one| below(&one))
     };
     folders.retain(has_below);
     folders

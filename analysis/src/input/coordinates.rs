@@ -3,8 +3,11 @@
 use kinetoscope_manifest::Coordinate;
 use kinetoscope_usage::text::one_line;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
+
+/// The key of variants with names.
+const VARIANT: &str = "variant";
 
 /// The value of a coordinate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -35,7 +38,7 @@ pub(crate) fn value_of(coordinate: &Coordinate) -> CoordinateValue {
         text.starts_with(|first: char| first.is_ascii_digit() || first == '-');
     let number = text.parse().ok().filter(|number: &f64| number.is_finite());
     match (text.parse(), number) {
-        _ if coordinate.key == "variant" || !is_written_as_number => {
+        _ if coordinate.key == VARIANT || !is_written_as_number => {
             CoordinateValue::Text(text.clone())
         }
         (Ok(integer), _) => CoordinateValue::Integer(integer),
@@ -83,19 +86,36 @@ impl AxisNames {
     }
 }
 
+/// The value of a coordinate as it is shown: a vector, which sweeps and file names contain as `0_-9.81`, in parentheses.
+pub(crate) fn shown_value(coordinate: &Coordinate) -> String {
+    let value = &coordinate.value;
+    let parts = value.split('_');
+    let is_number = |part: &str| part.parse().is_ok_and(f64::is_finite);
+    if coordinate.key != VARIANT
+        && matches!(parts.clone().count(), 2 | 3)
+        && parts.clone().all(is_number)
+    {
+        return format!("({})", parts.collect::<Vec<_>>().join(", "));
+    }
+    match value.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
+        Some(parts) => format!("({})", parts.split(", ").map(plain).collect::<Vec<_>>().join(", ")),
+        None => value.clone(),
+    }
+}
+
 /// Formats coordinates, such as "temperature_k = 300, variant = Verlet"; empty for a single run.
 pub(crate) fn text(coordinates: &[Coordinate]) -> String {
     let parts = coordinates
         .iter()
-        .map(|coordinate| format!("{} = {}", last_part(&coordinate.key), coordinate.value));
+        .map(|coordinate| format!("{} = {}", last_part(&coordinate.key), shown_value(coordinate)));
     parts.collect::<Vec<_>>().join(", ")
 }
 
 /// Formats coordinates for a curve's name, in one line: a variant by its name only.
 pub(crate) fn label(coordinates: &[Coordinate]) -> String {
     let parts = coordinates.iter().map(|coordinate| match coordinate.key.as_str() {
-        "variant" => coordinate.value.clone(),
-        key => format!("{} = {}", last_part(key), coordinate.value),
+        VARIANT => coordinate.value.clone(),
+        key => format!("{} = {}", last_part(key), shown_value(coordinate)),
     });
     one_line(&parts.collect::<Vec<_>>().join(", ")).into_owned()
 }
@@ -158,9 +178,29 @@ pub(crate) fn grouped<T>(
     groups
 }
 
-/// Derives coordinates from canonical manifests: the keys in which they differ, except the replicate and what is
-/// recorded.
-pub(crate) fn of_manifests(canonical: &[&str]) -> Vec<Vec<Coordinate>> {
+/// Derives coordinates from canonical manifests with the names of their models: the keys in which manifests of one model differ,
+/// except the replicate and what is recorded. With several models, the model comes first.
+pub(crate) fn of_manifests<'a>(manifests: &[(&'a str, &str)]) -> Vec<Vec<Coordinate>> {
+    let models: BTreeSet<&str> = manifests.iter().map(|(model, _)| *model).collect();
+    if models.len() < 2 {
+        let texts: Vec<&str> = manifests.iter().map(|(_, text)| *text).collect();
+        return of_one_model(&texts);
+    }
+    let of_model = |model: &str| {
+        let texts = manifests.iter().filter(|(other, _)| *other == model).map(|(_, text)| *text);
+        of_one_model(&texts.collect::<Vec<_>>()).into_iter()
+    };
+    let mut found: BTreeMap<&str, _> =
+        models.iter().map(|model| (*model, of_model(model))).collect();
+    let with_model = |(model, _): &(&'a str, &str)| {
+        let own = Coordinate { key: "model".to_owned(), value: (*model).to_owned() };
+        let others = found.get_mut(model).and_then(Iterator::next).unwrap_or_default();
+        [own].into_iter().chain(others).collect()
+    };
+    manifests.iter().map(with_model).collect()
+}
+
+fn of_one_model(canonical: &[&str]) -> Vec<Vec<Coordinate>> {
     let tables: Vec<BTreeMap<String, String>> = canonical.iter().map(|text| keys(text)).collect();
     let mut differing: Vec<&String> = tables
         .iter()
@@ -219,11 +259,37 @@ mod tests {
             )
         };
         let texts = [manifest("200.0", 0), manifest("373.15", 0), manifest("200.0", 1)];
-        let coordinates = of_manifests(&texts.each_ref().map(String::as_str));
+        let coordinates = of_manifests(&texts.each_ref().map(|text| ("gas", text.as_str())));
         assert_eq!(text(&coordinates[0]), "temperature_k = 200");
         assert_eq!(text(&coordinates[1]), "temperature_k = 373.15");
         assert_eq!(coordinates[0], coordinates[2]);
         assert_eq!(coordinates[0][0].key, "model.gas.temperature_k");
+    }
+
+    #[test]
+    fn vectors_are_shown_in_parentheses() {
+        let at =
+            |key: &str, value: &str| Coordinate { key: key.to_owned(), value: value.to_owned() };
+        let gravity = at("model.dem.gravity_m_per_s2", "0_-9.81");
+        assert_eq!(label(std::slice::from_ref(&gravity)), "gravity_m_per_s2 = (0, -9.81)");
+        assert_eq!(text(&[gravity]), "gravity_m_per_s2 = (0, -9.81)");
+        // Without the record of the experiment, it is written as in the manifest.
+        assert_eq!(shown_value(&at("model.gas.center_m", "[3.0, 1.5]")), "(3, 1.5)");
+        // Controls.
+        assert_eq!(shown_value(&at("variant", "0_1")), "0_1");
+        assert_eq!(shown_value(&at("model.dem.radius_m", "min_1_max_2")), "min_1_max_2");
+        assert_eq!(shown_value(&at("model.dem.walls", "value-2")), "value-2");
+    }
+
+    #[test]
+    fn runs_of_two_models_are_compared_within_each() {
+        let gas = |radius: &str| format!("seed = 1\n[model.gas]\nradius_m = {radius}\n");
+        let (one, other) = (gas("1.0"), gas("2.0"));
+        let orbit = "seed = 1\n[model.orbit]\nduration_days = 3.0\n";
+        let all = of_manifests(&[("gas", &one), ("orbit", orbit), ("gas", &other)]);
+        let names: Vec<String> = all.iter().map(|coordinates| text(coordinates)).collect();
+        let expected = ["model = gas, radius_m = 1", "model = orbit", "model = gas, radius_m = 2"];
+        assert_eq!(names, expected);
     }
 
     #[test]

@@ -329,8 +329,12 @@ impl RecordingFolder {
             }
         }
         let Some(record) = &self.record else {
-            let texts: Vec<&str> = opened.iter().map(|(_, run)| run.canonical.as_str()).collect();
-            let all_coordinates = coordinates::of_manifests(&texts);
+            opened.sort_by_key(|(_, run)| run.manifest.model.name());
+            let manifests: Vec<(&str, &str)> = opened
+                .iter()
+                .map(|(_, run)| (run.manifest.model.name(), run.canonical.as_str()))
+                .collect();
+            let all_coordinates = coordinates::of_manifests(&manifests);
             let runs = opened.into_iter().map(|(_, run)| run).zip(all_coordinates).collect();
             return OpenedRuns { runs, notes, unreadable };
         };

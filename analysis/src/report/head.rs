@@ -3,10 +3,11 @@
 use super::AnalysisReport;
 use super::file_links::FileLinks;
 use super::html::{breakable, typographic};
-use super::table::{deviation_text, six_digits, theory_text, value_text};
+use super::table::{deviation_text, six_digits, theory_text, value_text, with_error};
 use crate::checks::{CheckKind, CheckResult, subject};
 use crate::input::host_file::utc;
 use crate::metric::Metric;
+use kinetoscope_manifest::TimingComparison;
 use maud::{Markup, html};
 use std::collections::BTreeSet;
 
@@ -44,11 +45,20 @@ pub(super) fn question(report: &AnalysisReport) -> Markup {
     }
 }
 
-/// The metrics that answer the question, in one sentence: those of failed checks, else those of the first checks, else the first that
-/// theory predicts.
+/// The metrics that answer the question, in one sentence: those of failed checks, else the ratio of run times, else those of the first
+/// checks, else the first that theory predicts.
 pub(super) fn result(report: &AnalysisReport) -> Markup {
     let checked = |result: &&CheckResult| result.kind == CheckKind::Check;
     let failed = report.check_results.iter().filter(checked).filter(|result| !result.passed);
+    let timing = report.timing.as_ref().and_then(|table| table.comparison.as_ref());
+    if let Some(TimingComparison { of, over, all, .. }) = timing
+        && failed.clone().next().is_none()
+    {
+        let ratio = with_error(all.mean, Some(all.standard_error));
+        return html! {
+            p class="result" { "Result: time of " (of) " over time of " (over) " = " strong { (ratio) } "." }
+        };
+    }
     let checks = failed.chain(report.check_results.iter().filter(checked));
     let by_check = checks.filter_map(|result| {
         report.metrics.iter().find(|metric| subject(metric) == result.subject)
@@ -120,15 +130,11 @@ fn provenance(report: &AnalysisReport) -> Markup {
 }
 
 fn facts(report: &AnalysisReport) -> Vec<(&'static str, String)> {
-    let runs = match report.runs.len() {
-        1 => "1 run".to_owned(),
-        count => format!("{count} runs"),
-    };
     let distinct = |of: fn(&crate::run::RunAnalysis) -> String| {
         let all: BTreeSet<String> = report.runs.iter().map(of).collect();
         all.into_iter().collect::<Vec<_>>().join(", ")
     };
-    let mut facts = vec![("model", format!("{}, {runs}", report.model()))];
+    let mut facts = vec![("model", report.models_and_runs())];
     if let [run] = report.runs.as_slice() {
         facts.push(("run key", run.origin.run_key.clone()));
     }

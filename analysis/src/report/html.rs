@@ -51,7 +51,7 @@ pub(crate) fn page(report: &AnalysisReport, plots: &[DrawnPlot<'_>], links: &Fil
                     (remarks("Unreadable", "bad", &report.unreadable))
                     (remarks("Notes", "", &report.notes))
                     @if report.headline().is_some() { (check_table(&outcomes, "Outcomes")) }
-                    (check_table(&numbers::checks_without_row(report), "Checks of metrics that are not listed below"))
+                    (other_checks(&numbers::checks_without_row(report)))
                     @if let Some(comparison) = &report.baseline { (baseline(comparison)) }
                     (plot_section::section(report, plots))
                     @if let Some(table) = &report.timing { (timing_section::section(table)) }
@@ -78,23 +78,48 @@ fn remarks(title: &str, class: &str, lines: &[String]) -> Markup {
     }
 }
 
+/// Number of passed checks that are shown openly, so that the first plot is near the head on a phone.
+const PASSED_SHOWN: usize = 3;
+
+/// The checks of metrics that the table of numbers does not list. Many that pass are collapsed.
+fn other_checks(results: &[&CheckResult]) -> Markup {
+    const TITLE: &str = "Checks of metrics that are not listed below";
+    let (passed, failed): (Vec<_>, Vec<_>) = results.iter().partition(|result| result.passed);
+    if passed.len() <= PASSED_SHOWN {
+        return check_table(results, TITLE);
+    }
+    html! {
+        (check_table(&failed, TITLE))
+        details {
+            summary { (passed.len()) " passed checks of metrics that are not listed below" }
+            (check_rows(&passed))
+        }
+    }
+}
+
 fn check_table(results: &[&CheckResult], title: &str) -> Markup {
     html! {
         @if !results.is_empty() {
             section {
                 h2 { (title) }
-                table class="checks" {
-                    thead { tr { th { "result" } th { "metric" } th { "finding" } } }
-                    tbody {
-                        @for result in results {
-                            @let (class, word) =
-                                if result.passed { ("good", "ok") } else { ("bad", "failed") };
-                            tr {
-                                td { strong class=(class) { (word) } }
-                                td { (breakable(&result.subject)) }
-                                td { (typographic(&result.finding)) }
-                            }
-                        }
+                (check_rows(results))
+            }
+        }
+    }
+}
+
+fn check_rows(results: &[&CheckResult]) -> Markup {
+    html! {
+        table class="checks" {
+            thead { tr { th { "result" } th { "metric" } th { "finding" } } }
+            tbody {
+                @for result in results {
+                    @let (class, word) =
+                        if result.passed { ("good", "ok") } else { ("bad", "failed") };
+                    tr {
+                        td { strong class=(class) { (word) } }
+                        td { (breakable(&result.subject)) }
+                        td { (typographic(&result.finding)) }
                     }
                 }
             }

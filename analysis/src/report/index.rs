@@ -129,7 +129,6 @@ fn summary(cards: &[Card<'_>]) -> String {
 fn card(card: &Card<'_>) -> Markup {
     let report = card.listed.report;
     let (class, outcome) = outcome(report);
-    let runs = report.runs.len();
     html! {
         @if let Some(bytes) = &card.thumbnail {
             img src={ "data:image/png;base64," (STANDARD.encode(bytes)) } alt={ "A run of " (report.name) };
@@ -142,7 +141,7 @@ fn card(card: &Card<'_>) -> Markup {
             (result(report))
             p { strong class=(class) { (outcome) } }
             p class="facts" {
-                (report.model()) " · " (runs) @if runs == 1 { " run" } @else { " runs" }
+                (report.models_and_runs())
                 @if let Some(date) = &card.date { " · " (date) }
             }
         }

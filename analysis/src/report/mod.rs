@@ -361,9 +361,22 @@ fn timing_beside(source: &RecordingFolder, notes: &mut Vec<String>) -> Option<Ti
 }
 
 impl AnalysisReport {
-    /// Name of the model; empty if no run could be read.
+    /// Name of the model, or of the first one; empty if no run could be read.
     pub(crate) fn model(&self) -> &str {
         self.runs.first().map_or("", |run| run.model().name())
+    }
+
+    /// The model and the number of its runs, or those of each model.
+    pub(crate) fn models_and_runs(&self) -> String {
+        let counted = |(model, runs): (&str, usize)| match runs {
+            1 => format!("{model}, 1 run"),
+            runs => format!("{model}, {runs} runs"),
+        };
+        let mut by_model = BTreeMap::<&str, usize>::new();
+        self.runs.iter().for_each(|run| *by_model.entry(run.model().name()).or_default() += 1);
+        let number = by_model.len();
+        let all = by_model.into_iter().map(counted).collect::<Vec<_>>().join("; ");
+        if number > 1 { format!("{number} models: {all}") } else { all }
     }
 
     /// The checks and their results, for the formats of CI systems.

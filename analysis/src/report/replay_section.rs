@@ -5,6 +5,7 @@ use crate::replay::Replay;
 use crate::report::AnalysisReport;
 use crate::run::RunAnalysis;
 use maud::{Markup, PreEscaped, html};
+use std::collections::BTreeSet;
 
 /// Factors of the speed of the playback.
 const SPEEDS: [&str; 7] = ["0.1", "0.25", "0.5", "1", "2", "4", "10"];
@@ -14,6 +15,11 @@ pub(super) fn section(report: &AnalysisReport) -> Markup {
     let replayed =
         || report.runs.iter().filter_map(|run| run.replay.as_ref().map(|replay| (run, replay)));
     let others: Vec<&RunAnalysis> = report.runs.iter().filter(|run| run.replay.is_none()).collect();
+    // Without a film there is nothing to control.
+    if replayed().all(|(_, replay)| replay.film.is_none()) {
+        let notes: BTreeSet<&str> = replayed().map(|(_, replay)| replay.note.as_str()).collect();
+        return html! { @for note in notes { p class="facts" { (note) } } };
+    }
     html! {
         @if replayed().next().is_some() {
             section class="replay" hidden {

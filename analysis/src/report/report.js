@@ -96,14 +96,16 @@ function player(part, leader) {
 
   // The canvas takes the width of the page and at most three quarters of the window's height.
   function resize() {
-    if (!film) return;
+    const width = canvas.parentElement.clientWidth;
+    // What is not displayed has no width.
+    if (!film || !width) return;
     const [x0, y0, x1, y1] = film.view, sides = [x1 - x0, y1 - y0];
     const [wide, high] = sides.map((side) => side + 0.04 * Math.max(...sides));
-    const width = canvas.parentElement.clientWidth;
     const height = Math.max(160, Math.min(width * high / wide, 0.75 * innerHeight, 900));
     canvas.style.height = `${height}px`;
     canvas.width = Math.round(width * devicePixelRatio);
     canvas.height = Math.round(height * devicePixelRatio);
+    sheet = null;
     scale = Math.min(canvas.width / wide, canvas.height / high);
     [left, top] = [(canvas.width - sides[0] * scale) / 2, (canvas.height - sides[1] * scale) / 2];
     draw();
@@ -161,9 +163,9 @@ function player(part, leader) {
   // All discs of one color are one path; those that this leaves out were painted.
   function drawDiscs() {
     const count = film.particles, base = frame * count, smallest = smallestPx();
-    const byColor = Array.from(colors, () => []), isPainted = count > PAINTED_FROM && paintDiscs(base, smallest);
+    const byColor = Array.from(colors, () => []), painted = count > PAINTED_FROM && paintDiscs(base, smallest);
     for (let i = 0; i < count; i++) {
-      if (!isThere(base + i) || isPainted && painted[i]) continue;
+      if (!isThere(base + i) || painted[i]) continue;
       const disc = [px(data.xs[base + i]), py(data.ys[base + i]), Math.max(radiusOf(i) * scale, smallest)];
       byColor[steps[data.speeds[base + i]]].push(disc);
     }
@@ -180,7 +182,7 @@ function player(part, leader) {
 
   // Very many discs are painted pixel by pixel, which takes a quarter of the time of paths. Radius and place are rounded to quarters of
   // a pixel, so that few different stamps remain. A stamp is a list of offsets and of how much of the pixel is covered, in quarters.
-  let sheet, stamps, pixels, shades, painted;
+  let sheet, stamps, pixels, shades;
   function stampOf(radius, across, down) {
     const reach = Math.ceil(radius / 4 + 1), isOutlined = radius >= 4 * OUTLINE_FROM_PX, stamp = [];
     for (let y = -reach; y <= reach; y++) for (let x = -reach; x <= reach; x++) {
@@ -193,14 +195,14 @@ function player(part, leader) {
 
   function paintDiscs(base, smallest) {
     const { width, height } = canvas, { xs, ys, speeds } = data;
-    if (!sheet || sheet.canvas.width !== width || sheet.canvas.height !== height) {
+    if (!sheet) {
       sheet = Object.assign(document.createElement("canvas"), { width, height }).getContext("2d");
       stamps = [];
       pixels = sheet.createImageData(width, height);
     }
     const image = new Uint32Array(pixels.data.buffer);
     image.fill(0);
-    painted = new Uint8Array(film.particles);
+    const painted = new Uint8Array(film.particles);
     for (let i = 0; i < film.particles; i++) {
       if (!isThere(base + i)) continue;
       const x = Math.round(4 * px(xs[base + i])), y = Math.round(4 * py(ys[base + i]));
@@ -218,7 +220,7 @@ function player(part, leader) {
     }
     sheet.putImageData(pixels, 0, 0);
     context.drawImage(sheet.canvas, 0, 0);
-    return true;
+    return painted;
   }
 
   function draw() {
@@ -255,10 +257,7 @@ function player(part, leader) {
         if (beyond <= 0 && distance < least) [nearest, least] = [i, distance];
       }
     }
-    if (nearest < 0) {
-      row.textContent = "Point at a particle for its values.";
-      return;
-    }
+    if (nearest < 0) return void (row.textContent = "Point at a particle for its values.");
     const at = base + nearest, radius = radiusOf(nearest), speed = data.speeds[at];
     const parts = [`particle ${nearest * film.every}`, `x = ${shown(xOf(data.xs[at]), 4, 0)}`, `y = ${shown(yOf(data.ys[at]), 4, 0)}`];
     if (speed !== ABSENT_SPEED) parts.push(`speed ≈ ${shown(speedOf(speed), 2, 1)}`);
@@ -341,8 +340,8 @@ function player(part, leader) {
     if (wanted !== of) await select(index);
     if (file !== of) return;
     setPlaying(false);
-    const distance = (index) => Math.abs(data.times[index] - seek.time);
-    show(data.times.reduce((best, _, index) => distance(index) < distance(best) ? index : best, 0));
+    const distances = data.times.map((each) => Math.abs(each - seek.time));
+    show(distances.indexOf(distances.slice().sort()[0]));
   }
 
   play.addEventListener("click", () => setPlaying(!isPlaying));
@@ -410,7 +409,7 @@ if (section) {
   }
 }
 
-const COLORS = 7, REACH_PX = 60, TEXT_PX = 12, LEAST_DRAG_PX = 8, PRINT_WIDTH_PX = 350;
+const COLORS = 7, MOST_CURVES = 14, REACH_PX = 60, TEXT_PX = 12, LEAST_DRAG_PX = 8, PRINT_WIDTH_PX = 350;
 let isPrinted = false;
 
 function set(target, attributes) {
@@ -486,13 +485,14 @@ function chart(figure, data) {
   if (data.remark) element("p", { class: "remark" }, figure, data.remark);
   const tip = element("div", { class: "tip", role: "status", hidden: "" }, figure);
 
-  const strokeOf = (curve) => ({ class: `curve ${curve.style}`, style: `stroke:var(--c${curve.color % COLORS})` });
+  // Colors repeat with another mark or dash.
+  const strokeOf = (curve) => ({ class: `curve ${curve.style} round${Math.floor(curve.color / COLORS)}`, style: `stroke:var(--c${curve.color % COLORS})` });
   const showable = (value, isLog) => Number.isFinite(value) && (!isLog || value > 0);
   const place = (value, isLog) => isLog ? Math.log10(value) : value;
   const shown = () => curves.filter((curve) => !hidden.has(curve));
-  const arePositive = (of) => {
+  const hasLog = (of) => {
     const values = curves.flatMap(of).filter(Number.isFinite);
-    return values.length > 1 && values.filter((value) => value > 0).length >= 0.9 * values.length;
+    return !data.equal && values.length > 1 && values.filter((value) => value > 0).length >= 0.9 * values.length;
   };
 
   // The range of the visible points with their error bars, and a margin.
@@ -649,14 +649,8 @@ function chart(figure, data) {
   const xAt = (across) => view.x[0] + (across - view.left) / view.width * (view.x[1] - view.x[0]);
   const yAt = (down) => view.y[1] - (down - view.top) / view.height * (view.y[1] - view.y[0]);
 
-  function redraw() {
-    if (view) draw();
-  }
-
-  function setZoom(next) {
-    zoom = next;
-    redraw();
-  }
+  const redraw = () => view && draw();
+  const setZoom = (next) => { zoom = next; redraw(); };
 
   // The sides of the rectangle that is dragged.
   const sidesTo = (to) => to.map((end, axis) => [drag[axis], end].sort((a, b) => a - b));
@@ -684,7 +678,7 @@ function chart(figure, data) {
     if (!sides.some(isWide)) return point(nearest(to));
     setZoom([isWide(across) ? across.map(xAt) : view.x, isWide(down) ? down.map(yAt).reverse() : view.y]);
   });
-  sheet.addEventListener("pointercancel", () => { drag = null; view.zoom.setAttribute("visibility", "hidden"); });
+  sheet.addEventListener("pointercancel", () => { drag = null; draw(); });
   sheet.addEventListener("pointerleave", () => { if (!drag) point(null); });
   sheet.addEventListener("dblclick", () => setZoom(null));
   sheet.addEventListener("blur", () => point(null));
@@ -712,7 +706,6 @@ function chart(figure, data) {
   }
   const reset = element("button", { type: "button" }, tools, "reset zoom");
   reset.addEventListener("click", () => setZoom(null));
-  const hasLog = (of) => !data.equal && arePositive(of);
   if (!xAxis.words && hasLog((curve) => curve.x)) toggle(tools, "log x", () => isLogX, () => { isLogX = !isLogX; zoom = null; });
   if (hasLog((curve) => curve.y)) toggle(tools, "log y", () => isLogY, () => { isLogY = !isLogY; zoom = null; });
 
@@ -750,8 +743,8 @@ function chart(figure, data) {
 // The chart of a metric over a swept key: one curve per group of equal other coordinates.
 function sweepData(sweep, metric, key) {
   const { keys, points, runs } = sweep, groups = new Map();
-  const isNumber = points.every((place) => place[key] === null || typeof place[key] === "number");
-  const words = isNumber ? undefined : [...new Set(points.map((place) => String(place[key])))];
+  const hasWords = points.some((place) => typeof place[key] === "string");
+  const words = hasWords ? [...new Set(points.map((place) => String(place[key])))] : undefined;
   points.forEach((place, i) => {
     if (place[key] === null || metric.y[i] === null) return;
     const others = keys.map(({ name }, k) => k === key || place[k] === null ? "" : name === "variant" ? place[k] : `${name} = ${place[k]}`);
@@ -760,7 +753,7 @@ function sweepData(sweep, metric, key) {
     groups.get(name).push({ i, x: words ? words.indexOf(String(place[key])) : place[key] });
   });
   const curves = [];
-  [...groups].forEach(([name, group], color) => {
+  [...groups].slice(0, MOST_CURVES).forEach(([name, group], color) => {
     group.sort((a, b) => a.x - b.x);
     const of = (column) => group.map(({ i }) => column.length ? column[i] : null), x = group.map((each) => each.x);
     curves.push({ name: name || "measured", style: "data", color, x, y: of(metric.y), e: of(metric.e), runs: of(runs) });
@@ -770,7 +763,8 @@ function sweepData(sweep, metric, key) {
   const isSteep = (values) => Math.min(...values) > 0 && Math.max(...values) > 30 * Math.min(...values);
   const isLog = (of) => isSteep(curves.flatMap(of).filter((value) => value !== null));
   return {
-    title: `${metric.name} against ${keys[key].name}`, remark: "", equal: false, time: false, curves,
+    title: `${metric.name} against ${keys[key].name}`, equal: false, time: false, curves,
+    remark: groups.size > MOST_CURVES && `the first ${MOST_CURVES} of ${groups.size} curves`,
     x: { label: keys[key].name, unit: keys[key].unit, words, log: !words && isLog((curve) => curve.x) },
     y: { label: metric.name, unit: metric.unit, log: isLog((curve) => curve.y) },
   };
@@ -803,8 +797,7 @@ if (any) {
 const condensePictures = () => document.querySelectorAll(".picture text").forEach((text) => condense(text, 610));
 condensePictures();
 document.addEventListener("toggle", condensePictures, true);
-const hint = document.querySelector(".hint");
-if (hint) hint.hidden = false;
+document.querySelector(".hint")?.removeAttribute("hidden");
 document.addEventListener("replaytime", () => charts.forEach((each) => each.showTime()));
 // Two plots in a row on paper.
 for (const [type, isPrint] of [["beforeprint", true], ["afterprint", false]]) addEventListener(type, () => {

@@ -2,7 +2,7 @@
 
 use super::AnalysisReport;
 use super::plot_data::rounded;
-use crate::input::coordinates::{CoordinateValue, keys_of, last_part, value_of};
+use crate::input::coordinates::{CoordinateValue, keys_of, last_part, shown_value, value_of};
 use crate::sweep;
 use kinetoscope_manifest::unit_of_key;
 use serde::Serialize;
@@ -68,7 +68,11 @@ impl SweepData {
         }
         metrics.retain_mut(MetricData::has_values);
         let coordinate = |point: &sweep::SweepPoint<'_>, key: &String| {
-            point.coordinates.iter().find(|coordinate| coordinate.key == *key).map(value_of)
+            let found = point.coordinates.iter().find(|coordinate| coordinate.key == *key)?;
+            Some(match value_of(found) {
+                CoordinateValue::Text(_) => CoordinateValue::Text(shown_value(found)),
+                number => number,
+            })
         };
         Some(Self {
             points: points

@@ -15,10 +15,9 @@ impl AnalysisReport {
     /// Formats the report for the terminal.
     pub(crate) fn text(&self, terminal: Terminal) -> String {
         let mut text = String::new();
-        let runs = match self.runs.len() {
-            0 => "nothing readable".to_owned(),
-            1 => format!("{}, 1 run", self.model()),
-            runs => format!("{}, {runs} runs", self.model()),
+        let runs = match self.models_and_runs() {
+            none if none.is_empty() => "nothing readable".to_owned(),
+            some => some,
         };
         let heading = format!("{} ({runs})", one_line(&self.name));
         let _ = writeln!(text, "{}", terminal.paint(Style::Heading, &heading));

@@ -225,6 +225,37 @@ fn plots_respond_and_share_the_time_of_the_replay() {
     }
 }
 
+/// Appended to the page: the looks of the curves of the plot of any metric, and its remark.
+const LOOKS: &str = r#"<script>
+held((async () => {
+  await nextFrames(5);
+  const { figure } = charts.at(-1);
+  const looks = [...figure.querySelectorAll(".legend path")].map((path) => {
+    const { stroke, strokeDasharray, strokeLinecap } = getComputedStyle(path);
+    return [stroke, strokeDasharray, strokeLinecap, path.classList.contains("data")].join();
+  });
+  document.title = `${looks.length} curves, ${new Set(looks).size} looks: ${figure.querySelector(".remark").textContent}`;
+})());
+</script>"#;
+
+#[test]
+#[ignore = "needs chromium"]
+fn every_curve_of_a_sweep_has_its_own_look() {
+    let values: Vec<String> = (1..=16).map(|value| format!("{value}e4")).collect();
+    let other = format!("\n\"model.dem.stiffness_n_per_m\" = [{}]\n[[plots]]", values.join(", "));
+    let folder = Folder::write(&MANIFEST.replace("\n[[plots]]", &other), frames);
+    let output = analyze(&[folder.name()]);
+    assert_eq!(output.code, 0, "{}", output.text);
+    let page = folder.path().join("report.html");
+    let text = fs::read_to_string(&page).unwrap();
+    fs::write(&page, with_script(&text, LOOKS)).unwrap();
+    let (dom, console) = dumped(&page, 1280, false);
+    assert_eq!(console, "");
+    let title = dom.split("<title>").nth(1).unwrap().split("</title>").next().unwrap();
+    let (curves, looks) = title.split_once(" curves, ").unwrap();
+    assert!(looks.starts_with(&format!("{curves} looks: the first 14 of 16 curves")), "{title}");
+}
+
 #[test]
 fn head_and_numbers_name_question_result_and_files() {
     let folder = Folder::write(MANIFEST, frames);

@@ -281,9 +281,14 @@ fn unusual_recordings_are_shown_as_far_as_possible() {
 
     // Without positions.
     let energies = manifest(3, 1, "").replace("\"state\", ", "");
-    let blind = Folder::write(&energies, |run: &RunManifest| circling(3, 1)(run));
-    let film = &films(&page(&blind, &[]))[0];
-    assert!(film.numbers.len() == 2 || film.note.contains("not recorded"), "{}", film.note);
+    let blind = Folder::write(&energies, |_: &RunManifest| {
+        let mut frame = Frame::new();
+        frame.push(&DemTemperature::default());
+        vec![(Clock { count: 0, time: 0.0 }, frame)]
+    });
+    let text = page(&blind, &[]);
+    assert!(text.contains("<p class=\"facts\">No replay: "), "no reason is given");
+    assert!(!text.contains("class=\"controls\"") && films(&text).is_empty(), "nothing to play");
 }
 
 #[test]
@@ -305,7 +310,7 @@ const PROBE: &str = r#"<script>
 held((async () => {
   const found = [];
   try {
-    await replay.ready;
+    await window.replay?.ready;
     const count = document.querySelectorAll("script.film").length;
     for (let run = 0; run < Math.min(count, 3); run++) {
       await replay.select(run);
@@ -425,6 +430,50 @@ fn browser_draws_ten_thousand_discs() {
     let folder = Folder::write(&manifest(10_000, 30, ""), circling(10_000, 30));
     page(&folder, &[]);
     assert_eq!(compare(&folder.path().join("report.html"), 0), Ok(3));
+}
+
+/// Appended to a page in a frame: reports when the replay is decoded, and, once the frame is shown, how many particles are not painted.
+const FRAMED: &str = r#"<script>
+(async () => {
+  const tell = (text) => parent.postMessage(text, "*");
+  try {
+    await replay.ready;
+    replay.show(1);
+    dispatchEvent(new Event("resize"));
+    const canvas = document.querySelector("canvas");
+    tell(`hidden ${canvas.clientWidth}`);
+    while (!canvas.clientWidth) await new Promise((done) => setTimeout(done, 20));
+    await nextFrames(5);
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height), isBlank = ([, x, y]) => {
+      const [across, down] = replay.pixel(x, y).map(Math.floor), at = 4 * (down * canvas.width + across);
+      return data.slice(at, at + 3).join() === "16,20,24";
+    };
+    tell(`shown ${replay.positions().length} ${replay.positions().filter(isBlank).length}`);
+  } catch (error) { tell(`failed: ${error}`); }
+})();
+</script>"#;
+
+/// Shows its frame when the replay in it is decoded; the messages of the frame are the title.
+const HIDDEN_FRAME: &str = r#"<!doctype html><title></title><body><iframe hidden src="framed.html" width="600" height="700"></iframe></body>"#;
+const SHOW_FRAME: &str = r#"<script>
+held(new Promise((done) => addEventListener("message", ({ data }) => {
+  document.title += `${data};`;
+  document.querySelector("iframe").hidden = false;
+  if (!data.startsWith("hidden")) done();
+})));
+</script>"#;
+
+#[test]
+#[ignore = "needs chromium"]
+fn page_without_a_width_is_drawn_when_it_is_shown() {
+    let folder = Folder::write(&manifest(2000, 3, ""), circling(2000, 3));
+    let text = page(&folder, &[]);
+    fs::write(folder.path().join("framed.html"), with_script(&text, FRAMED)).unwrap();
+    let outer = folder.path().join("outer.html");
+    fs::write(&outer, with_script(HIDDEN_FRAME, SHOW_FRAME)).unwrap();
+    let (dom, console) = dumped(&outer, 1280, false);
+    assert_eq!(console, "");
+    assert!(dom.contains("<title>hidden 0;shown 2000 0;</title>"), "{dom}");
 }
 
 #[test]

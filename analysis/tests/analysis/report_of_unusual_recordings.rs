@@ -89,6 +89,22 @@ fn five_hundred_runs() -> Folder {
     Folder::write(&sweep, ordinary)
 }
 
+/// A folder with a run of the gas and one of an orbit.
+fn two_models() -> Folder {
+    let mixed = Folder::write(MANIFEST, ordinary);
+    let other = Folder::write(
+        "name = \"other\"\n[model.orbit]\nduration_days = 10.0\n[record]\nframes = 1\nchannels = [\"state\"]\n",
+        |_| {
+            let mut frame = Frame::new();
+            frame.push_state(&[1.0, 0.0, 0.0, 0.0, 0.017, 0.0]);
+            vec![(Clock { count: 0, time: 0.0 }, frame)]
+        },
+    );
+    fs::copy(other.file(0), mixed.path().join("other.mcap")).unwrap();
+    fs::remove_file(mixed.path().join("experiment.toml")).unwrap();
+    mixed
+}
+
 #[test]
 fn runs_beyond_the_budget_are_listed_and_not_drawn() {
     let folder = five_hundred_runs();
@@ -117,6 +133,16 @@ fn a_recording_without_frames_is_named_as_such() {
 }
 
 #[test]
+fn runs_of_two_models_are_counted_and_named_by_their_model() {
+    let mixed = two_models();
+    let text = page(&mixed, &[0, 3, 5]);
+    assert!(text.contains("<dt>model</dt><dd>2 models: gas, 1 run; orbit, 1 run</dd>"));
+    assert!(text.contains("model = gas: 2 frames") && text.contains("model = orbit: 1 frames"));
+    // The keys of one model do not name the runs of the other.
+    assert!(!text.contains("duration_<wbr>days = "));
+}
+
+#[test]
 #[ignore = "needs chromium"]
 fn unusual_recordings_have_pages_without_errors() {
     let no_number = Folder::write(MANIFEST, |_| two_frames(&pressure(f64::NAN)));
@@ -132,16 +158,7 @@ fn unusual_recordings_have_pages_without_errors() {
     page(&gaps, &[0]);
     assert_eq!(console(&gaps), "");
 
-    let mixed = Folder::write(MANIFEST, ordinary);
-    let other = Folder::write(
-        "name = \"other\"\n[model.orbit]\nduration_days = 10.0\n[record]\nframes = 1\nchannels = [\"state\"]\n",
-        |_| {
-            let mut frame = Frame::new();
-            frame.push_state(&[1.0, 0.0, 0.0, 0.0, 0.017, 0.0]);
-            vec![(Clock { count: 0, time: 0.0 }, frame)]
-        },
-    );
-    fs::copy(other.file(0), mixed.path().join("other.mcap")).unwrap();
+    let mixed = two_models();
     page(&mixed, &[0, 3, 5]);
     assert_eq!(console(&mixed), "");
 
@@ -149,6 +166,58 @@ fn unusual_recordings_have_pages_without_errors() {
         page(&folder, &[0]);
         assert_eq!(console(&folder), "");
     }
+}
+
+/// Setup: runs beyond those in the table of numbers, each with a check; the last one or none fails.
+#[test]
+fn many_passed_checks_are_collapsed_and_failed_ones_are_not() {
+    for (least, failed) in [(0.0, 0), (1.0, 1)] {
+        let sweep =
+            "[sweep]\n\"model.gas.temperature_k\" = { from = 100.0, to = 1600.0, count = 16 }\n";
+        let check = format!("[[checks]]\nmetric = \"pressure.measured\"\nminimum = {least}\n");
+        let folder = Folder::write(&format!("{MANIFEST}{sweep}{check}"), |run| {
+            let is_low = run.canonical().contains("temperature_k = 1600");
+            two_frames(&pressure(if is_low { 0.5 } else { 1.0 }))
+        });
+        let text = page(&folder, &[0, 3]);
+        let (open, _) = text.split_once(" passed checks of metrics").expect("all are open");
+        let rows = |word: &str| open.matches(&format!("<tr><td><strong class=\"{word}\"")).count();
+        assert_eq!((rows("bad"), rows("good")), (failed, 0));
+        assert!(
+            open.ends_with(&format!("<summary>{}", 10 - failed)),
+            "{}",
+            &open[open.len() - 20..]
+        );
+    }
+}
+
+/// Setup: every recording is spoiled after the first analysis, which passed.
+#[test]
+fn no_result_remains_when_no_recording_can_be_read_any_more() {
+    let above = tempfile::tempdir().unwrap();
+    let folder = Folder::write(MANIFEST, ordinary);
+    let below = above.path().join("gas");
+    fs::create_dir(&below).unwrap();
+    for entry in fs::read_dir(folder.path()).unwrap() {
+        let entry = entry.unwrap();
+        fs::copy(entry.path(), below.join(entry.file_name())).unwrap();
+    }
+    let name = above.path().to_str().unwrap();
+    assert_eq!(analyze(&[name]).code, 0);
+    let index = above.path().join("index.html");
+    assert!(fs::read_to_string(&index).unwrap().contains("1 experiment"));
+    fs::write(below.join(&folder.files[0]), "spoiled").unwrap();
+    let output = analyze(&[name]);
+    assert_eq!(output.code, 5, "{}", output.text);
+    assert!(
+        output.text.contains("removed: report.html, metrics.json, metrics.csv"),
+        "{}",
+        output.text
+    );
+    for stale in ["report.html", "metrics.json", "metrics.csv"] {
+        assert!(!below.join(stale).exists(), "{stale} remains");
+    }
+    assert!(fs::read_to_string(&index).unwrap().contains("0 experiments"));
 }
 
 /// Two runs, of which the second is spoiled: the page shows the first one and names the second.

@@ -65,6 +65,8 @@ fn cut_at_any_byte_is_reported_and_leaves_whole_frames() {
         for cut in (0..bytes.len()).rev() {
             file.set_len(cut as u64).unwrap();
             check_file(&path, &original, &[2], &format!("{compression:?}, cut at {cut}"));
+            let error = read_on(&path, 1).1.unwrap();
+            assert!(error.contains("is cut off"), "{compression:?}, cut at {cut}: {error}");
         }
     }
 }
