@@ -66,8 +66,12 @@ fn index_folders(analyzed: &[Analyzed], arguments: &AnalyzeArguments) -> Vec<Pat
 pub(super) fn open(analyzed: &[Analyzed], arguments: &AnalyzeArguments) {
     let page = match analyzed {
         [one] if !one.is_empty() => one.results.join(REPORT),
-        _ => match index_folders(analyzed, arguments).first() {
-            Some(folder) => folder.join(INDEX),
+        _ => match index_folders(analyzed, arguments)
+            .iter()
+            .map(|folder| folder.join(INDEX))
+            .find(|page| page.exists())
+        {
+            Some(page) => page,
             None => match analyzed.iter().find(|one| !one.is_empty()) {
                 Some(one) => one.results.join(REPORT),
                 None => return,

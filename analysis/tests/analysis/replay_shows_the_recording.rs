@@ -279,15 +279,12 @@ fn unusual_recordings_are_shown_as_far_as_possible() {
         assert!(films(&text)[0].numbers.len() < 61);
     }
 
-    // Without positions.
+    // Without positions, the page gives the reason, and has no controls.
     let energies = manifest(3, 1, "").replace("\"state\", ", "");
-    let blind = Folder::write(&energies, |_: &RunManifest| {
-        let mut frame = Frame::new();
-        frame.push(&DemTemperature::default());
-        vec![(Clock { count: 0, time: 0.0 }, frame)]
-    });
+    let blind = Folder::write(&energies, circling(3, 1));
     let text = page(&blind, &[]);
-    assert!(text.contains("<p class=\"facts\">No replay: "), "no reason is given");
+    let note = "<p class=\"facts\">No replay: positions were not recorded (channel `state`).</p>";
+    assert!(text.contains(note), "no reason is given");
     assert!(!text.contains("class=\"controls\"") && films(&text).is_empty(), "nothing to play");
 }
 

@@ -93,6 +93,7 @@ fn key_of(run: &Run) -> kinetoscope_manifest::RunKey {
 /// Writes one recording.
 pub(crate) fn write_run(path: &Path, run: &Run, frames: &Frames, outcome: &Outcome) {
     let model = run.manifest.model.name();
+    let names = &run.manifest.record.channels;
     let header = Header {
         manifest: run.manifest.canonical(),
         run_key: key_of(run).to_string(),
@@ -109,6 +110,9 @@ pub(crate) fn write_run(path: &Path, run: &Run, frames: &Frames, outcome: &Outco
         selection: Selection::Named(
             ["state"]
                 .into_iter()
+                .filter(|state| {
+                    names.as_ref().is_none_or(|names| names.iter().any(|name| name == state))
+                })
                 .chain(channels_of(model).iter().map(|channel| &channel.topic[1..]))
                 .map(str::to_owned)
                 .collect(),
