@@ -32,6 +32,7 @@ impl Deviation {
         let error = estimate.conditional_standard_error.or(estimate.standard_error);
         Some(match error {
             _ if difference.abs() <= rounding => Self::Rounding,
+            _ if theory.law.is_some_and(|law| law.is_conservation) => Self::Bare(difference),
             // A standard error within rounding is not a measure of the deviation.
             Some(error) if error > rounding => {
                 let combined = libm::hypot(error, theory.accuracy);
@@ -63,6 +64,7 @@ impl Deviation {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::metric::Law;
     use crate::metric::theory::Expected as _;
     use crate::models::MODELS;
 
@@ -79,6 +81,24 @@ mod tests {
         assert!(matches!(Deviation::of(&off, Some(theory), 0.0), Some(Deviation::Bare(_))));
         let unknown = off.without_error(MissingError::DependsOnStart);
         assert!(matches!(Deviation::of(&unknown, inexact, 0.0), Some(Deviation::Bare(_))));
+    }
+
+    /// Guarantee: a mean of largest energy errors is never 0, however small its standard error is, so it is not compared in standard
+    /// errors. Control: by a law that is no conservation law, it is.
+    #[test]
+    fn violation_of_a_conservation_law_is_not_statistical() {
+        let estimate = Estimate::new(1e-4, 1e-5);
+        let law = |is_conservation| Law {
+            statement: "",
+            source: "",
+            range: "",
+            relative_accuracy: 0.0,
+            is_conservation,
+        };
+        let by =
+            |law| Deviation::of(&estimate, Some(0.0_f64.expected().unwrap().by(Some(law))), 1e-9);
+        assert_eq!(by(law(true)), Some(Deviation::Bare(1e-4)));
+        assert!(matches!(by(law(false)), Some(Deviation::StandardErrors(_))));
     }
 
     /// Guarantee: a small value is not equal to theory because it is small. An absolute rounding is for metrics whose

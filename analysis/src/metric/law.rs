@@ -11,6 +11,9 @@ pub struct Law {
     pub range: &'static str,
     /// The law's error as a fraction of its value; 0 for an exact law.
     pub relative_accuracy: f64,
+    /// Whether it is a conservation law. A violation is an error of the method, always of one sign or a largest size: it does not
+    /// scatter about the theoretical value, so standard errors do not measure it.
+    pub is_conservation: bool,
 }
 
 impl std::fmt::Display for Law {
@@ -20,9 +23,9 @@ impl std::fmt::Display for Law {
 }
 
 /// Defines one constant per law: `CONSTANT: "statement", "source";`, for a law that is not exact everywhere with
-/// `, range "packing fraction < 0.7", accuracy 1e-3` before the semicolon.
+/// `, range "packing fraction < 0.7", accuracy 1e-3` before the semicolon, and for a conservation law with `, conservation true`.
 macro_rules! laws {
-    ($($constant:ident: $statement:literal, $source:literal $(, range $range:literal)? $(, accuracy $accuracy:literal)?;)+) => {
+    ($($constant:ident: $statement:literal, $source:literal $(, range $range:literal)? $(, accuracy $accuracy:literal)? $(, conservation $conservation:literal)?;)+) => {
         $(
             #[doc = concat!("`", $statement, "` (", $source, ").")]
             pub(crate) const $constant: $crate::metric::Law = $crate::metric::Law {
@@ -30,6 +33,7 @@ macro_rules! laws {
                 source: $source,
                 range: concat!("", $($range)?),
                 relative_accuracy: 0.0 $(+ $accuracy)?,
+                is_conservation: false $(|| $conservation)?,
             };
         )+
     };

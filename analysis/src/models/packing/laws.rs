@@ -16,7 +16,7 @@ laws! {
     CONTACT_VALUE: "<d_ij χ_ij>/<d> = 1/(1 - φ) + q (χ - 1/(1 - φ)), for one size χ = (Z - 1)/(2φ); corrected for fixed N", "Santos, Yuste and Lopez de Haro 1999; Kolafa and Rottner 2006", range "φ up to 0.69; accuracy 1e-4 of Z, and 0.5 % for several sizes";
     VIRIAL_IDENTITY: "Z - 1 = (1 + e)/2 (sqrt(pi)/4) d ν/sqrt(T), for several sizes with <d_ij^2 χ_ij>/<d_ij χ_ij> in place of d", "virial theorem with Maxwell's velocities, corrected for fixed energy; Kolafa and Rottner 2006", range "φ up to 0.69 in a periodic box, accuracy 1e-4; with walls up to 0.6 far from them and wall noise up to 0.004 rad^2, accuracy (0.3 + (10 + 6000 φ^6)/N) % of Z - 1";
     SELF_DIFFUSION: "Enskog: D = 1.027 sqrt(T/pi) / (2 n d χ), plus the tail of the velocity autocorrelation from 2.5 mean free times (fitted) to the end of the window, minus that of fixed momentum", "Chapman and Enskog, four Sonine polynomials; tail by Ernst, Hauge and van Leeuwen 1970; viscosity by Gass 1971; Kolafa and Rottner 2006", range "φ up to 0.25, 200 discs or more; accuracy 5 %";
-    ELASTIC_ENERGY: "constant for e = 1", "conservation of energy; walls keep the speed";
+    ELASTIC_ENERGY: "constant for e = 1", "conservation of energy; walls keep the speed", conservation true;
 }
 
 /// Ratio of Enskog's D to that of the first Sonine polynomial: 1.0239, 1.0266 and 1.0271 with two, three and four polynomials.
