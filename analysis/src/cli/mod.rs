@@ -293,16 +293,7 @@ fn write(
     analyzed: &[Analyzed],
     terminal: Terminal,
 ) -> Result<(), WriteError> {
-    for Analyzed { results: folder, report, .. } in analyzed {
-        if report.runs.is_empty() {
-            let removed = files::remove(folder)?;
-            if !removed.is_empty() {
-                let (names, folder) = (removed.join(", "), shown_path(folder));
-                let line = format!("removed: {names} of an earlier analysis in {folder}");
-                arguments.say(&format!("{}\n", terminal.wrapped(&line, 2)));
-            }
-            continue;
-        }
+    for Analyzed { results: folder, report, .. } in analyzed.iter().filter(|one| !one.is_empty()) {
         let plots = files::write(report, folder)?;
         let line = format!(
             "written: report.html, metrics.json, metrics.csv and {plots} {} (*.svg) in {}",
@@ -311,6 +302,7 @@ fn write(
         );
         arguments.say(&format!("{}\n", terminal.wrapped(&line, 2)));
     }
+    pages::name_earlier_reports(analyzed);
     for folder in pages::write_indexes(analyzed, arguments)? {
         let line = format!("written: index.html in {}", shown_path(&folder));
         arguments.say(&format!("{}\n", terminal.wrapped(&line, 2)));

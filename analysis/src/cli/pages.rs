@@ -27,13 +27,10 @@ pub(super) fn write_indexes(
                 results: &one.results,
             })
             .collect();
-        let path = folder.join(INDEX);
-        if listed.is_empty() && !path.exists() {
-            continue;
-        }
         if index::write(&folder, &listed)? {
             written.push(folder);
         } else {
+            let path = folder.join(INDEX);
             complain(
                 &format!(
                     "note: {} is not from this program; it is not replaced",
@@ -46,6 +43,21 @@ pub(super) fn write_indexes(
     Ok(written)
 }
 
+/// States which reports are not of this analysis, because no recording of their folder can be read.
+pub(super) fn name_earlier_reports(analyzed: &[Analyzed]) {
+    let (unread, read): (Vec<_>, Vec<_>) = analyzed.iter().partition(|one| one.is_empty());
+    for one in unread {
+        let report = one.results.join(REPORT);
+        if report.exists() && !read.iter().any(|other| other.results == one.results) {
+            let report = shown_path(&report);
+            complain(
+                &format!("note: {report} is of an earlier analysis: no recording can be read"),
+                false,
+            );
+        }
+    }
+}
+
 /// The folders with results of experiments in folders below.
 fn index_folders(analyzed: &[Analyzed], arguments: &AnalyzeArguments) -> Vec<PathBuf> {
     let mut folders: Vec<PathBuf> = match &arguments.output {
@@ -56,7 +68,7 @@ fn index_folders(analyzed: &[Analyzed], arguments: &AnalyzeArguments) -> Vec<Pat
     folders.dedup();
     let has_below = |folder: &PathBuf| {
         let below = |one: &&Analyzed| one.results != *folder && one.results.starts_with(folder);
-        analyzed.iter().any(|one| below(&one))
+        analyzed.iter().filter(|one| !one.is_empty()).any(|one| below(&one))
     };
     folders.retain(has_below);
     folders
