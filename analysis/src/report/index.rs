@@ -53,7 +53,8 @@ struct Card<'a> {
 pub(crate) fn write(folder: &Path, listed: &[Listed<'_>]) -> Result<bool, WriteError> {
     let path = folder.join(files::INDEX);
     if path.symlink_metadata().is_ok() {
-        let is_own = read_text(&path, MAX_SIDE_FILE_BYTES).is_ok_and(|text| text.contains(MARK));
+        let is_own = read_text(&path, MAX_SIDE_FILE_BYTES)
+            .is_ok_and(|text| text.contains(&format!("<main class=\"{MARK}\">")));
         if !is_own {
             return Ok(false);
         }
