@@ -17,6 +17,7 @@ use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::regular_file::{MAX_EXPERIMENT_RECORD_BYTES, read_opened};
 use kinetoscope_recording::storage::{LocalFolders, Opened, Storage};
 use kinetoscope_usage::text::shown_path;
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
 use std::io;
@@ -329,6 +330,7 @@ impl RecordingFolder {
             }
         }
         let Some(record) = &self.record else {
+            notes.extend(remove_copies(&mut opened));
             opened.sort_by_key(|(_, run)| run.manifest.model.name());
             let manifests: Vec<(&str, &str)> = opened
                 .iter()
@@ -354,6 +356,22 @@ impl RecordingFolder {
         let runs = ordered.into_iter().map(|(_, run, coordinates)| (run, coordinates)).collect();
         OpenedRuns { runs, notes, unreadable }
     }
+}
+
+/// Removes further recordings of the same run, which would count as replicates; returns their notes.
+fn remove_copies(opened: &mut Vec<(String, OpenRun)>) -> Vec<String> {
+    let (mut names, mut notes) = (BTreeMap::new(), Vec::new());
+    opened.retain(|(file, run)| match names.entry(run.run_key.clone()) {
+        Entry::Vacant(place) => {
+            place.insert(file.clone());
+            true
+        }
+        Entry::Occupied(first) => {
+            notes.push(format!("{file} is of the same run as {}; left out", first.get()));
+            false
+        }
+    });
+    notes
 }
 
 /// File name of the finished recording of a partial file; other names are unchanged.

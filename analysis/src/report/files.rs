@@ -12,26 +12,6 @@ pub(crate) const REPORT: &str = "report.html";
 /// The page of a folder of experiments.
 pub(crate) const INDEX: &str = "index.html";
 
-/// Files of every analysis, in addition to the plots.
-const RESULTS: [&str; 4] = [REPORT, "metrics.json", "metrics.csv", "metrics.parquet"];
-
-/// Removes the results of an earlier analysis, which do not hold when no recording can be read; returns the names of the files.
-///
-/// # Errors
-/// The first file that cannot be removed.
-pub(crate) fn remove(folder: &Path) -> Result<Vec<&'static str>, WriteError> {
-    let mut removed = Vec::new();
-    for name in RESULTS {
-        let path = folder.join(name);
-        match std::fs::remove_file(&path) {
-            Ok(()) => removed.push(name),
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
-            Err(error) => return Err(WriteError::new(&path, error.to_string())),
-        }
-    }
-    Ok(removed)
-}
-
 /// Writes `metrics.json`, `metrics.csv`, `report.html` and the plots (with the feature `parquet` also
 /// `metrics.parquet`); returns the number of plots. Plots of the analysis before that are not drawn again are removed.
 ///

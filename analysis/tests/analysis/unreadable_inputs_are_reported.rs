@@ -182,7 +182,13 @@ fn stale_recordings_are_omitted_and_named() {
 fn recordings_without_sidecars_are_analyzed() {
     let folder = Folder::write(MANIFEST, frames);
     fs::remove_file(folder.path().join("experiment.toml")).unwrap();
-    let metrics = folder.metrics();
+    // A copy is no further replicate.
+    fs::copy(folder.file(0), folder.path().join("a_copy.mcap")).unwrap();
+    let output = analyze(&[folder.name()]);
+    assert_eq!(output.code, 0, "{}", output.text);
+    let note = format!("{} is of the same run as a_copy.mcap; left out", folder.files[0]);
+    assert!(flat(&output.text).contains(&note), "{}", output.text);
+    let metrics = folder.written();
     assert_eq!(metrics.first("pressure.measured")["sweep"]["replicates"], 3);
     metrics.assert_near("pressure.measured", 2.0, 0.0);
 }
