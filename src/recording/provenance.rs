@@ -129,7 +129,7 @@ impl Provenance {
 }
 
 impl Provenance {
-    /// What contradicts the form of every recording in the columns and units of the state, which become headers of tables, labels of
+    /// What contradicts the form of every recording in its playback, and in the columns and units of the state, which become headers of tables, labels of
     /// plots and parts of scripts.
     pub(crate) fn defect(&self) -> Option<String> {
         let (columns, units) = (self.state_columns.len(), self.state_units.len());
@@ -157,7 +157,11 @@ impl Provenance {
                 return Some(format!("the unit of the column {name} is not a unit"));
             }
         }
-        (!is_unit(&self.time_unit)).then(|| "the unit of time is not a unit".to_owned())
+        if !is_unit(&self.time_unit) {
+            return Some("the unit of time is not a unit".to_owned());
+        }
+        let is_rate = self.playback_fps.is_finite() && self.playback_fps > 0.0;
+        (!is_rate).then(|| format!("playback of {:?} frames per second", self.playback_fps))
     }
 }
 

@@ -1,5 +1,5 @@
 //! Guarantee: columns and units of the state, which become headers of tables, labels of plots and parts of gnuplot scripts, have the form
-//! of those of the models; a recording with others is damaged.
+//! of those of the models, and the playback has a speed; a recording with others is damaged.
 //!
 //! Control: a unit that no model has, in the same form.
 
@@ -47,6 +47,10 @@ fn columns_and_units_of_another_form_are_damage() {
         ("state_units", &UNITS.replace("kg", "`id`"), "the unit of the column mass"),
         ("state_units", &UNITS.replace("kg", "\u{1b}[31m"), "the unit of the column mass"),
         ("time_unit", "\n::error::x", "the unit of time"),
+        ("playback_fps", "0", "playback of 0.0 frames per second"),
+        ("playback_fps", "-1e300", "playback of -1e300 frames per second"),
+        ("playback_fps", "NaN", "playback of NaN frames per second"),
+        ("playback_fps", "inf", "playback of inf frames per second"),
     ] {
         let (code, error) = info(key, value);
         assert_eq!(code, Some(5), "{key} = {value}: {error}");
