@@ -276,6 +276,11 @@ fn read_outcome(mut file: BufReader<Box<dyn Input>>, end: u64) -> Result<Option<
     let prefix = record.prefix()?;
     record.body(prefix, &mut body)?;
     let (name, entries) = metadata(&body)?;
+    // The record is the last one before the summary: behind a hole of a sparse file, there is no end.
+    let last = record.prefix()?;
+    if last.kind != kind::DATA_END || record.position() + last.length != summary_start {
+        return Ok(None);
+    }
     Ok(Outcome::from_metadata(&entries)
         .filter(|_| prefix.kind == kind::METADATA && name == OUTCOME_RECORD))
 }

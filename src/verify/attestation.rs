@@ -116,7 +116,8 @@ pub fn attestation_status(recording: &Path) -> Result<AttestationStatus, ReadErr
         return Ok(AttestationStatus::Unattested(what));
     }
     if !is_sha256(&attestation.sha256) {
-        let what = format!("{}: its SHA-256 is not 64 hexadecimal digits", shown_path(&path));
+        let what =
+            format!("{}: its SHA-256 is not 64 lowercase hexadecimal digits", shown_path(&path));
         return Ok(AttestationStatus::Unattested(what));
     }
     let unread = |error| ReadError {
@@ -142,7 +143,7 @@ pub fn attestation_status(recording: &Path) -> Result<AttestationStatus, ReadErr
 }
 
 fn is_sha256(text: &str) -> bool {
-    text.len() == 64 && text.bytes().all(|byte| byte.is_ascii_hexdigit())
+    text.len() == 64 && text.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f'))
 }
 
 fn read(path: &Path) -> io::Result<Attestation> {

@@ -5,6 +5,7 @@
 
 use super::{Bench, Called, GAS};
 use std::fs::{self, File};
+use std::io::{Seek as _, SeekFrom, Write as _};
 use std::os::unix::fs::{FileTypeExt as _, MetadataExt as _, symlink};
 use std::path::Path;
 use std::process::Command;
@@ -391,12 +392,18 @@ fn attestation_of_a_sparse_file_is_rejected_before_it_is_hashed() {
     let zeros = "0".repeat(64);
     attest(&[("sha256", zeros.clone().into())]);
     assert_error(&check(), 4, "the SHA-256 differs", "control");
+    let hole = 4_u64 << 40;
+    let whole = fs::read(&recording).unwrap();
+    move_summary(&recording, hole);
+    attest(&[("bytes", (whole.len() as u64 + hole).into())]);
+    assert_error(&check(), 4, "the end differs", "hole before the summary");
+    fs::write(&recording, whole).unwrap();
     let size = 8_u64 << 40;
     File::options().write(true).open(&recording).unwrap().set_len(size).unwrap();
     assert_error(&check(), 4, "the size differs", "size");
     let bytes = ("bytes", size.into());
     attest(&[bytes.clone(), ("sha256", "x".into())]);
-    assert_error(&check(), 5, "is not 64 hexadecimal digits", "SHA-256");
+    assert_error(&check(), 5, "is not 64 lowercase hexadecimal digits", "SHA-256");
     attest(&[bytes.clone(), ("run_key", zeros.into())]);
     assert_error(&check(), 4, "the run key differs", "run key");
     attest(std::slice::from_ref(&bytes));
@@ -404,4 +411,21 @@ fn attestation_of_a_sparse_file_is_rejected_before_it_is_hashed() {
     fs::write(&recording, "").unwrap();
     File::options().write(true).open(&recording).unwrap().set_len(size).unwrap();
     assert_error(&check(), 5, "is not an MCAP file", "no recording");
+}
+
+/// Moves the summary of a recording behind a hole.
+fn move_summary(recording: &std::path::Path, hole: u64) {
+    /// The start of the summary in the footer, before two more fields and the magic bytes (MCAP specification).
+    const FROM_END: usize = 8 + 8 + 4 + 8;
+    let mut bytes = fs::read(recording).unwrap();
+    let field = bytes.len() - FROM_END..bytes.len() - FROM_END + 8;
+    let start = u64::from_le_bytes(bytes[field.clone()].try_into().unwrap());
+    bytes[field].copy_from_slice(&(start + hole).to_le_bytes());
+    let mut file = File::options().write(true).open(recording).unwrap();
+    file.seek(SeekFrom::Start(start + hole)).unwrap();
+    file.write_all(&bytes[start as usize..]).unwrap();
+    // The gap is a hole of the sparse file, not the old summary.
+    let zeros = vec![0; bytes.len() - start as usize];
+    file.seek(SeekFrom::Start(start)).unwrap();
+    file.write_all(&zeros).unwrap();
 }
