@@ -2,7 +2,7 @@
 
 use crate::cli::exit::Exit;
 use crate::cli::manifests::{canonical, expand};
-use crate::cli::messages::{Failure, bad, plural};
+use crate::cli::messages::{Failure, bad, complain, plural};
 use crate::cli::program::Program;
 use crate::cli::rerun::{Metrics, Parallel, RerunExperiment, Reruns};
 use crate::cli::result_arguments::ResultArguments;
@@ -103,24 +103,22 @@ impl LockArguments {
         }
     }
 
-    /// Excludes other processes that change a lock file of this folder, until the value is dropped.
-    fn wait_for_others(&self, reruns: &Reruns<'_>) -> Result<FolderLock, Failure> {
+    /// Excludes other processes that change a lock file of this folder, until the value is dropped. Whoever can read the folder can lock
+    /// it for any time, so the results of the runs are written nevertheless, without the lock.
+    fn wait_for_others(&self, reruns: &Reruns<'_>) -> Result<Option<FolderLock>, Failure> {
         let start = Instant::now();
-        loop {
-            match FolderLock::of(&self.lock_file) {
-                Ok(Some(lock)) => return Ok(lock),
-                Ok(None) if start.elapsed() < LONGEST_WAIT => {
-                    reruns.stop_if_interrupted()?;
-                    thread::sleep(BETWEEN_TRIALS);
-                }
-                Ok(None) => {
-                    let shown = shown_path(&self.lock_file);
-                    let what = format!("another process has locked the folder of {shown}");
-                    return Err(Failure::new(Exit::Retryable, what).help("wait for it to end"));
-                }
-                Err(error) => return Err(self.unwritten(&error)),
+        while start.elapsed() < LONGEST_WAIT {
+            if let Some(lock) = FolderLock::of(&self.lock_file) {
+                return Ok(Some(lock));
             }
+            reruns.stop_if_interrupted()?;
+            thread::sleep(BETWEEN_TRIALS);
         }
+        let shown = shown_path(&self.lock_file);
+        complain(&format!(
+            "note: another process keeps the folder of {shown} locked; the file is written nevertheless"
+        ));
+        Ok(None)
     }
 
     /// The error of a lock file that cannot be written.

@@ -44,26 +44,22 @@ pub fn check(path: &Path) -> io::Result<()> {
 /// the file is replaced; no file of the lock remains, whichever way the process ends.
 #[derive(Debug)]
 pub struct FolderLock {
-    /// `None` if the system cannot lock a folder: Windows, and some network file systems.
+    /// `None` if the folder cannot be locked: on Windows, on some network file systems, and without permission to read it.
     _folder: Option<File>,
 }
 
 impl FolderLock {
     /// Locks the folder of a file, behind a symbolic link as well; `None` while another process does.
-    ///
-    /// # Errors
-    /// A folder that cannot be opened.
-    pub fn of(path: &Path) -> io::Result<Option<Self>> {
+    #[must_use]
+    pub fn of(path: &Path) -> Option<Self> {
         let file = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
-        if !cfg!(unix) {
-            return Ok(Some(Self { _folder: None }));
-        }
-        let folder = File::open(folder.unwrap_or(Path::new(".")))?;
-        match folder.try_lock() {
-            Ok(()) => Ok(Some(Self { _folder: Some(folder) })),
-            Err(TryLockError::WouldBlock) => Ok(None),
-            Err(TryLockError::Error(_)) => Ok(Some(Self { _folder: None })),
+        let opened =
+            if cfg!(unix) { File::open(folder.unwrap_or(Path::new("."))).ok() } else { None };
+        match opened.as_ref().map(File::try_lock) {
+            Some(Ok(())) => Some(Self { _folder: opened }),
+            Some(Err(TryLockError::WouldBlock)) => None,
+            Some(Err(TryLockError::Error(_))) | None => Some(Self { _folder: None }),
         }
     }
 }

@@ -188,7 +188,7 @@ fn files_are_opened_for_reading_in_one_place() {
     // A folder is opened to be synced, and a file of the system is none that a user could replace.
     const OTHERS: [&str; 3] = [
         "File::open(folder).and_then(|folder| folder.sync_all())",
-        "File::open(folder.unwrap_or(Path::new(\".\")))?;",
+        "File::open(folder.unwrap_or(Path::new(\".\"))).ok()",
         "fs::read_to_string(\"/proc/self/status\")",
     ];
     let opens = |text: &str| {
