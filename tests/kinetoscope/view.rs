@@ -116,6 +116,8 @@ fn the_viewer_reads_the_recording_in_parts() {
         assert!(exposed.contains(header), "{exposed}");
     }
     assert_eq!(part, whole[8..100]);
+    let (head, _) = view.request("GET", &format!("/{path}"), &[origin, ("Range", "bytes=0-0,2-2")]);
+    assert!(head.starts_with("http/1.1 416"), "{head}");
     // The question of a browser before a request with a range.
     let asked = [
         origin,
@@ -264,5 +266,34 @@ fn connection_without_a_complete_request_is_ended() {
         // The end of the connection, not the time limit of this client.
         let end = client.read(&mut [0]);
         assert!(matches!(end, Ok(0)), "{end:?}");
+    }
+}
+
+/// Setup: more clients than connections ask for the head of a file again and again, while an honest one reads a large file slowly.
+#[test]
+fn honest_download_goes_on_beside_many_clients() {
+    const BYTES: usize = 24 << 20;
+    let (bench, path) = recorded();
+    fs::write(bench.path("recordings/gas/large.json"), vec![b' '; BYTES]).unwrap();
+    let view = View::start(&bench.path("."), &["recordings"]);
+    let request = |method: &str, path: &str| {
+        format!("{method} /{path} HTTP/1.1\r\nHost: {}\r\n\r\n", view.address())
+    };
+    let mut honest = view.connect();
+    honest.write_all(request("GET", "gas/large.json").as_bytes()).unwrap();
+    let mut part = vec![0; 1 << 18];
+    let mut received = honest.read(&mut part).unwrap();
+    let mut others: Vec<TcpStream> = (0..70).map(|_| view.connect()).collect();
+    let head = request("HEAD", &path);
+    while received < BYTES {
+        for other in &mut others {
+            if other.write_all(head.as_bytes()).is_err() {
+                *other = view.connect();
+            }
+        }
+        std::thread::sleep(Duration::from_millis(40));
+        let count = honest.read(&mut part).unwrap();
+        assert!(count > 0, "the connection ended after {received} bytes");
+        received += count;
     }
 }

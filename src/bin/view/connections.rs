@@ -3,12 +3,13 @@
 //! A client that sends or reads slowly occupies one of them. If all are occupied, a new connection displaces the one that has achieved
 //! least, so that clients that only connect cannot lock out a viewer.
 
+use socket2::SockRef;
 use std::io::{self, ErrorKind};
 use std::net::SocketAddr;
 use std::pin::Pin;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
-use std::task::{Context, Poll, ready};
+use std::task::{Context, Poll};
 use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::{TcpListener, TcpStream};
@@ -25,10 +26,15 @@ const SILENCE: Duration = Duration::from_secs(60);
 /// Interval at which a connection checks whether it must end.
 const CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
+/// Bytes that the system takes before the client reads them. They count as sent, so many of them would hide that a slow client reads.
+const SEND_BUFFER: usize = 1 << 16;
+
 /// What a connection has achieved, from the one that is displaced first to the one that is displaced last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Progress {
     is_answered: bool,
+    /// Whether the client is to read the rest of an answer.
+    is_reading: bool,
     /// When the connection was accepted, or the last byte was sent.
     since: Instant,
 }
@@ -45,13 +51,12 @@ impl Slot {
         *self.progress.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn report_sent_byte(&self) {
-        *self.progress.lock().unwrap_or_else(PoisonError::into_inner) =
-            Progress { is_answered: true, since: Instant::now() };
+    fn update(&self, change: impl FnOnce(&mut Progress)) {
+        change(&mut self.progress.lock().unwrap_or_else(PoisonError::into_inner));
     }
 
     fn must_end(&self) -> bool {
-        let Progress { is_answered, since } = self.progress();
+        let Progress { is_answered, since, .. } = self.progress();
         let limit = if is_answered { SILENCE } else { FIRST_ANSWER };
         self.is_displaced.load(Ordering::Relaxed) || since.elapsed() >= limit
     }
@@ -79,8 +84,9 @@ impl Listener {
         {
             least.is_displaced.store(true, Ordering::Relaxed);
         }
-        let progress = Mutex::new(Progress { is_answered: false, since: Instant::now() });
-        let slot = Arc::new(Slot { progress, is_displaced: AtomicBool::new(false) });
+        let progress = Progress { is_answered: false, is_reading: false, since: Instant::now() };
+        let slot =
+            Arc::new(Slot { progress: Mutex::new(progress), is_displaced: AtomicBool::new(false) });
         self.slots.push(Arc::downgrade(&slot));
         slot
     }
@@ -96,6 +102,8 @@ impl axum::serve::Listener for Listener {
             if self.slots.len() < MAX_OPEN
                 && let Ok((stream, address)) = self.listener.accept().await
             {
+                // Without it, only the rank of a slow client is lower.
+                let _ = SockRef::from(&stream).set_send_buffer_size(SEND_BUFFER);
                 let (slot, check) = (self.occupy(), Box::pin(sleep(CHECK_INTERVAL)));
                 return (Connection { stream, slot, check }, address);
             }
@@ -151,9 +159,15 @@ impl AsyncWrite for Connection {
         bytes: &[u8],
     ) -> Poll<io::Result<usize>> {
         self.check(context)?;
-        let sent = ready!(self.stream().poll_write(context, bytes))?;
-        self.slot.report_sent_byte();
-        Poll::Ready(Ok(sent))
+        let sent = self.stream().poll_write(context, bytes);
+        self.slot.update(|progress| match &sent {
+            Poll::Pending => progress.is_reading = true,
+            Poll::Ready(_) => {
+                *progress =
+                    Progress { is_answered: true, is_reading: false, since: Instant::now() };
+            }
+        });
+        sent
     }
 
     fn poll_flush(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {

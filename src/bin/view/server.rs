@@ -129,6 +129,10 @@ impl Served {
         {
             return Some((StatusCode::FORBIDDEN, "this web page is not the viewer: see --viewer"));
         }
+        // A viewer asks for one part at a time, and a list of parts is checked for overlaps in quadratic time.
+        if headers.get(RANGE).is_some_and(|range| range.as_bytes().contains(&b',')) {
+            return Some((StatusCode::RANGE_NOT_SATISFIABLE, "ask for one part of the file"));
+        }
         let is_served = address.path() == "/" || self.is_served(address.path());
         (!is_served).then_some((StatusCode::NOT_FOUND, "there is no such file"))
     }
