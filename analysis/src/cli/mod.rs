@@ -29,7 +29,7 @@ use kinetoscope_recording::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
 use kinetoscope_usage::text::shown_path;
 use kinetoscope_usage::{Ended, StandardOutput, complain, with_help};
 use serde_json::json;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
@@ -145,6 +145,9 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
     }
     let terminal = terminal();
     let several = input::are_several(&sources);
+    if several && arguments.output.is_some() {
+        reject_equal_names(&sources)?;
+    }
     let check =
         |source| write_file::check_results_folder(&results_folder(arguments, source, several));
     arguments.output.as_ref().map_or(Ok(()), |_| sources.iter().try_for_each(check))?;
@@ -207,6 +210,20 @@ fn reject_other_baselines(
         ))),
         None => Ok(()),
     }
+}
+
+/// Rejects experiments whose results would replace each other in the folder of `--output`.
+fn reject_equal_names(sources: &[RecordingFolder]) -> Result<(), CommandError> {
+    let mut folders = BTreeMap::new();
+    for source in sources.iter().filter(|source| !source.files.is_empty()) {
+        if let Some(other) = folders.insert(&source.name, &source.folder) {
+            let (one, other) = (shown_path(&source.folder), shown_path(other));
+            return Err(CommandError::usage(format!(
+                "{other} and {one} have the same name, so their results would be in one folder\nhelp: analyze them one by one, or omit --output"
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// The folder of the results of one experiment among one or several.

@@ -135,3 +135,21 @@ fn without_a_browser_the_user_learns_the_file() {
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(errors.contains("report.html"), "{errors}");
 }
+
+/// The results of the second one would replace those of the first.
+#[test]
+fn experiments_of_one_name_have_no_common_folder_of_results() {
+    let all = two_experiments();
+    let results = TempDir::new().unwrap();
+    let below = all.path().join("again");
+    fs::create_dir(&below).unwrap();
+    for entry in fs::read_dir(all.path().join("plain")).unwrap() {
+        let entry = entry.unwrap();
+        fs::copy(entry.path(), below.join(entry.file_name())).unwrap();
+    }
+    let output =
+        analyze(&[all.path().to_str().unwrap(), "--output", results.path().to_str().unwrap()]);
+    assert_eq!(output.code, 2, "{}", output.text);
+    assert!(output.text.contains("have the same name"), "{}", output.text);
+    assert_eq!(fs::read_dir(results.path()).unwrap().count(), 0);
+}
