@@ -185,6 +185,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
         pages::open(&analyzed, arguments);
     }
     let exit = conclude(&analyzed, terminal);
+    pages::name_earlier_reports(&analyzed);
     if arguments.json {
         arguments.standard_output.print_json(&json(&analyzed, exit));
     }
@@ -319,7 +320,6 @@ fn write(
         );
         arguments.say(&format!("{}\n", terminal.wrapped(&line, 2)));
     }
-    pages::name_earlier_reports(analyzed);
     for folder in pages::write_indexes(analyzed, arguments)? {
         let line = format!("written: index.html in {}", shown_path(&folder));
         arguments.say(&format!("{}\n", terminal.wrapped(&line, 2)));
