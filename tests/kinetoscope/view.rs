@@ -116,8 +116,11 @@ fn the_viewer_reads_the_recording_in_parts() {
         assert!(exposed.contains(header), "{exposed}");
     }
     assert_eq!(part, whole[8..100]);
-    let (head, _) = view.request("GET", &format!("/{path}"), &[origin, ("Range", "bytes=0-0,2-2")]);
+    let several = [origin, ("Range", "bytes=0-0,2-2")];
+    let (head, reason) = view.request("GET", &format!("/{path}"), &several);
     assert!(head.starts_with("http/1.1 416"), "{head}");
+    // Before the parts are compared with each other.
+    assert_eq!(reason, b"ask for one part of the file\n");
     // The question of a browser before a request with a range.
     let asked = [
         origin,
