@@ -109,7 +109,7 @@ impl CompareArguments {
             Ok(_) if let Some(code) = interrupt.and_then(Interrupt::exit_code) => {
                 Report::error(Exit::Signal(code), &"stopped before the first step that differs")
             }
-            Ok(comparison) => compared(&comparison, &self.left, other),
+            Ok(comparison) => compared(&comparison, [&self.left, other], self.find_step),
             Err(error @ CompareError::Read(_)) => Report::with_remedy(Exit::Unreadable, &error),
             Err(error @ CompareError::Io(_)) => Report::with_remedy(Exit::Retryable, &error),
         }
@@ -299,8 +299,8 @@ fn messages(comparison: &Comparison, left: &str, right: &str) -> Report {
     }
 }
 
-fn compared(comparison: &RecordingComparison, left: &Path, right: &Path) -> Report {
-    let (left, right) = (shown_path(left), shown_path(right));
+fn compared(comparison: &RecordingComparison, paths: [&Path; 2], find_step: bool) -> Report {
+    let [left, right] = paths.map(shown_path);
     let mut lines = vec![format!("{left} → {right}")];
     if comparison.keys.is_empty() {
         lines.push("equal manifests".to_owned());
@@ -313,7 +313,7 @@ fn compared(comparison: &RecordingComparison, left: &Path, right: &Path) -> Repo
     }
     let frames = comparison.messages.equal_frames;
     if let Some(divergence) = &comparison.divergence {
-        lines.extend(cause(divergence, comparison.has_other_physics()));
+        lines.extend(cause(divergence, comparison.has_other_physics(), find_step));
     }
     if comparison.same_bytes {
         lines.push(format!("{frames} frames: equal in every byte"));
@@ -324,11 +324,14 @@ fn compared(comparison: &RecordingComparison, left: &Path, right: &Path) -> Repo
 }
 
 /// Where the states differ for the first time, and why.
-fn cause(divergence: &Divergence, other_physics: bool) -> Vec<String> {
-    let Divergence { frame, step, separation, particles, growth_time } = divergence;
+fn cause(divergence: &Divergence, other_physics: bool, find_step: bool) -> Vec<String> {
+    let Divergence { frame, step, separation, particles, growth_time, has_other_steps } =
+        divergence;
     let named: Vec<String> = particles.iter().take(4).map(usize::to_string).collect();
     let rest = if particles.len() > 4 { ", …" } else { "" };
     let at = match step {
+        Some(Step { count: 0, time }) => format!("time {time:?}"),
+        Some(Step { count: 1, time }) => format!("1 step or event, at time {time:?}"),
         Some(Step { count, time }) => format!("{count} steps or events, at time {time:?}"),
         None => format!("frame {frame}"),
     };
@@ -336,6 +339,15 @@ fn cause(divergence: &Divergence, other_physics: bool) -> Vec<String> {
         "states differ from {at} on: separation {separation:.1e}, particles {}{rest}",
         named.join(", ")
     )];
+    if find_step && step.is_none() && *frame > 0 {
+        let why = match has_other_steps {
+            true => "the runs have other time steps",
+            false => {
+                "a run cannot be repeated by this program, or no states of the same time before this frame differ"
+            }
+        };
+        lines.push(format!("only frames were compared, not steps: {why}"));
+    }
     lines.push(match divergence.cause() {
         Cause::Rounding => {
             let growth = growth_time.map_or_else(String::new, |time| {
@@ -347,7 +359,9 @@ fn cause(divergence: &Divergence, other_physics: bool) -> Vec<String> {
                 format!("cause: rounding errors{growth}")
             }
         }
+        Cause::Physics if *has_other_steps => "cause: the time steps differ; the separation is above rounding errors".to_owned(),
         Cause::Physics => "cause: other initial values, coefficients or equations: the separation is above rounding errors from the start".to_owned(),
+        Cause::Undecided if find_step => "cause: not decided by the frames".to_owned(),
         Cause::Undecided => "cause: not decided by the frames; --find-step executes both runs again".to_owned(),
     });
     lines

@@ -11,7 +11,7 @@ use crate::interrupt::Interrupt;
 use crate::plan::restart_files::StartFiles;
 use crate::run::prepared::Prepared;
 use kinetoscope_manifest::parse_run;
-use kinetoscope_physics::model::{Progress, Target};
+use kinetoscope_physics::model::{Extent, Model, Progress, Target};
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::paired_frames::PairedFrames;
@@ -41,6 +41,8 @@ pub struct Divergence {
     pub particles: Vec<usize>,
     /// Time in which the separation of the following frames grows by a factor of e, if it grows.
     pub growth_time: Option<f64>,
+    /// Whether the time steps differ, so that the runs were not compared step by step.
+    pub has_other_steps: bool,
 }
 
 /// The instant of a first difference.
@@ -70,7 +72,7 @@ impl Divergence {
         match (self.separation <= ROUNDING, self.step) {
             (true, _) => Cause::Rounding,
             (false, Some(_)) => Cause::Physics,
-            (false, None) if self.frame == 0 => Cause::Physics,
+            (false, None) if self.frame == 0 || self.has_other_steps => Cause::Physics,
             (false, None) => Cause::Undecided,
         }
     }
@@ -153,6 +155,7 @@ pub fn in_frames(left: &Recording, right: &Recording) -> Result<Option<Divergenc
                     separation,
                     particles,
                     growth_time: None,
+                    has_other_steps: false,
                 });
             }
             None => {}
@@ -172,8 +175,9 @@ pub fn in_frames(left: &Recording, right: &Recording) -> Result<Option<Divergenc
     Ok(found)
 }
 
-/// Executes both runs again up to the first step at which their states differ. `None` if a run cannot be executed by this
-/// program, gives other numbers than the recording, or was interrupted.
+/// Executes both runs again up to the first step at which their states differ. Only states of the same time are compared, or
+/// those after the same number of events. `None` if a run cannot be executed by this program, gives other numbers than the
+/// recording, or was interrupted, or if no such states before the frame differ.
 #[must_use]
 pub fn find_step(
     [left, right]: [&Recording; 2],
@@ -185,6 +189,9 @@ pub fn find_step(
         return None;
     }
     let mut runs = [Rerun::new(left)?, Rerun::new(right)?];
+    if have_other_steps(&runs) {
+        return Some(Divergence { has_other_steps: true, ..divergence.clone() });
+    }
     let recorded: Vec<Vec<f64>> = [left, right]
         .into_iter()
         .map(|recording| {
@@ -202,15 +209,19 @@ pub fn find_step(
             return None;
         }
     }
+    let instants = common_instants(&runs, frame)?;
     let [one, other] = &mut runs;
     let mut scales = Scales::default();
     let columns = left.state_columns().len();
     recorded.iter().for_each(|values| scales.add(values, columns));
-    let instants = one.instants(frame).into_iter().zip(other.instants(frame));
-    for (a, b) in instants {
+    for [a, b] in instants {
         one.advance(a, interrupt)?;
         other.advance(b, interrupt)?;
-        let step = Step { count: one.start.model.count(), time: one.start.model.time() };
+        let count = match [a, b] {
+            [Target::Count(count), _] | [_, Target::Count(count)] => count,
+            _ => one.start.model.count(),
+        };
+        let step = Step { count, time: one.start.model.time() };
         let (a, b) = (one.observe().to_vec(), other.observe());
         scales.add(&a, columns);
         let (separation, particles) = scales.separation(&a, b);
@@ -224,6 +235,60 @@ pub fn find_step(
         }
     }
     None
+}
+
+/// Whether two times are the same apart from rounding errors.
+fn is_same(one: f64, other: f64) -> bool {
+    (one - other).abs() <= ROUNDING * (one.abs() + other.abs())
+}
+
+fn have_other_steps(runs: &[Rerun; 2]) -> bool {
+    match runs.each_ref().map(|run| run.start.model.extent()) {
+        [Extent::Steps { step: one, .. }, Extent::Steps { step: other, .. }] => {
+            !is_same(one, other)
+        }
+        _ => false,
+    }
+}
+
+/// The steps or events from the predecessor of a frame to the frame, or instants of models without steps: the targets of both
+/// runs, which have the same time. `None` if there are none.
+fn common_instants(runs: &[Rerun; 2], frame: u64) -> Option<Vec<[Target; 2]>> {
+    let [one, other] = runs.each_ref().map(|run| &run.start.model);
+    let (from, extents) = (one.time(), [one.extent(), other.extent()]);
+    let is_aligned = match extents {
+        [Extent::Events(_), Extent::Events(_)] => one.count() == other.count(),
+        _ => is_same(from, other.time()),
+    };
+    if !is_aligned {
+        return None;
+    }
+    let counts = |model: &dyn Model, end: u64| model.count() + 1..=end;
+    let of_steps = |model: &dyn Model, step: f64, to: u64, end: f64| {
+        let times = counts(model, to).map(move |count| (count, count as f64 * step));
+        let times = times.take_while(move |(_, time)| *time <= end || is_same(*time, end));
+        times.map(move |(count, time)| {
+            [Target::Count(count), Target::Time(if time < end { time } else { end })]
+        })
+    };
+    let targets = runs.each_ref().map(|run| run.start.schedule.target(frame));
+    Some(match (targets, extents) {
+        ([Target::Count(to), Target::Time(end)], [Extent::Steps { step, .. }, _]) => {
+            of_steps(&**one, step, to, end).collect()
+        }
+        ([Target::Time(end), Target::Count(to)], [_, Extent::Steps { step, .. }]) => {
+            of_steps(&**other, step, to, end).map(|[one, other]| [other, one]).collect()
+        }
+        ([Target::Count(one_end), Target::Count(other_end)], _) => {
+            counts(&**one, one_end.min(other_end)).map(|count| [Target::Count(count); 2]).collect()
+        }
+        ([Target::Time(one_end), Target::Time(other_end)], _) => {
+            let end = if one_end < other_end { one_end } else { other_end };
+            let of = |part: u64| from + (end - from) * (part as f64 / INSTANTS as f64);
+            (1..INSTANTS).map(of).chain([end]).map(|time| [Target::Time(time); 2]).collect()
+        }
+        _ => return None,
+    })
 }
 
 /// A run that is executed again.
@@ -241,18 +306,6 @@ impl Rerun {
         let key = &recording.provenance().run_key;
         let start = Prepared::new(&manifest, recording.manifest(), key).ok()?;
         Some(Self { start, frame: Frame::new() })
-    }
-
-    /// The steps, or the instants of a model without steps, from a frame's predecessor to the frame.
-    fn instants(&self, frame: u64) -> Vec<Target> {
-        match self.start.schedule.target(frame) {
-            Target::Count(end) => (self.start.model.count() + 1..=end).map(Target::Count).collect(),
-            Target::Time(end) => {
-                let from = self.start.model.time();
-                let of = |part: u64| from + (end - from) * (part as f64 / INSTANTS as f64);
-                (1..INSTANTS).map(of).chain([end]).map(Target::Time).collect()
-            }
-        }
     }
 
     /// Advances to a target; `None` after a fault or an interruption.

@@ -88,3 +88,37 @@ fn differing_versions_and_units_are_named() {
     assert_eq!(compared.status.code(), Some(4), "numbers of another unit are other numbers");
     assert!(stderr(&compared).contains("first difference: time unit: \"s\" in "));
 }
+
+/// The exact gas has no steps, so the runs are compared at the times of the other one's steps. Control: another temperature.
+#[test]
+fn first_step_is_found_if_only_one_run_has_steps() {
+    let folder = tempfile::tempdir().unwrap();
+    let steps = "propagation = \"time-stepped\"\ntime_step_s = 1e-4\nduration_s";
+    let exact = record(folder.path(), "gas", GAS);
+    let stepped = record(folder.path(), "gas", &GAS.replace("duration_s", steps));
+    let found = |one: &Path, other: &Path| {
+        stdout(&kinetoscope([
+            "compare".as_ref(),
+            one.as_os_str(),
+            other.as_os_str(),
+            "--find-step".as_ref(),
+        ]))
+    };
+    for text in [found(&exact, &stepped), found(&stepped, &exact)] {
+        assert!(text.contains("states differ from 1 step or event, at time 0.0001"), "{text}");
+        assert!(text.contains("as small as rounding errors"), "{text}");
+    }
+    // A warmer gas differs from the start; the same gas with other steps has no common steps.
+    let warmer = GAS.replace("duration_s", "temperature_k = 310.0\nduration_s");
+    let text = found(&stepped, &record(folder.path(), "gas", &warmer));
+    assert!(
+        text.contains("states differ from frame 0 on") && text.contains("other initial values")
+    );
+    let finer = GAS.replace("duration_s", &steps.replace("1e-4", "5e-5"));
+    let text = found(&stepped, &record(folder.path(), "gas", &finer));
+    assert!(
+        text.contains("only frames were compared, not steps: the runs have other time steps"),
+        "{text}"
+    );
+    assert!(!text.contains("other initial values"), "{text}");
+}
