@@ -11,7 +11,7 @@ use crate::verify::attestation::{
 };
 use crate::verify::compare::{CompareError, RecordingComparison, compare_recordings};
 use crate::verify::diff::Comparison;
-use crate::verify::divergence::{Cause, Divergence, Step};
+use crate::verify::divergence::{Cause, Divergence, Growth, Step};
 use crate::verify::merge::{MergeFailure, check_merge, merge_recordings};
 use crate::verify::{Finding, Verification, VerifyError, verify};
 use clap::Args;
@@ -325,18 +325,22 @@ fn compared(comparison: &RecordingComparison, paths: [&Path; 2], find_step: bool
 
 /// Where the states differ for the first time, and why.
 fn cause(divergence: &Divergence, other_physics: bool, find_step: bool) -> Vec<String> {
-    let Divergence { frame, step, separation, particles, growth_time, has_other_steps } =
+    let Divergence { frame, step, separation, particles, growth, time_unit, has_other_steps } =
         divergence;
     let named: Vec<String> = particles.iter().take(4).map(usize::to_string).collect();
     let rest = if particles.len() > 4 { ", …" } else { "" };
+    let unit = format!("{}{time_unit}", if time_unit.is_empty() { "" } else { " " });
     let at = match step {
-        Some(Step { count: 0, time }) => format!("time {time:?}"),
-        Some(Step { count: 1, time }) => format!("1 step or event, at time {time:?}"),
-        Some(Step { count, time }) => format!("{count} steps or events, at time {time:?}"),
+        Some(Step { count: 0, time }) => format!("time {time:?}{unit}"),
+        Some(Step { count: 1, time }) => format!("1 step or event, at time {time:?}{unit},"),
+        Some(Step { count, time }) => format!("{count} steps or events, at time {time:?}{unit},"),
         None => format!("frame {frame}"),
     };
+    let later = growth.map_or_else(String::new, |Growth { frame, separation, .. }| {
+        format!(", {separation:.1e} in frame {frame}")
+    });
     let mut lines = vec![format!(
-        "states differ from {at} on: separation {separation:.1e}, particles {}{rest}",
+        "states differ from {at} on: separation {separation:.1e}{later} (relative to the largest value of the column), particles {}{rest}",
         named.join(", ")
     )];
     if find_step && step.is_none() && *frame > 0 {
@@ -350,8 +354,9 @@ fn cause(divergence: &Divergence, other_physics: bool, find_step: bool) -> Vec<S
     }
     lines.push(match divergence.cause() {
         Cause::Rounding => {
-            let growth = growth_time.map_or_else(String::new, |time| {
-                format!(", amplified by a factor of e in a time of {time:.3e}")
+            let time = growth.and_then(|growth| growth.time_per_e);
+            let growth = time.map_or_else(String::new, |time| {
+                format!(", amplified by a factor of e per {time:.3e}{unit}")
             });
             if other_physics {
                 format!("cause: the manifests; the difference is as small as rounding errors{growth}")

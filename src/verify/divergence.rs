@@ -39,10 +39,23 @@ pub struct Divergence {
     pub separation: f64,
     /// The particles that differ there; all if the number of particles differs.
     pub particles: Vec<usize>,
-    /// Time in which the separation of the following frames grows by a factor of e, if it grows.
-    pub growth_time: Option<f64>,
+    /// The separation afterwards; `None` if no later frame was compared.
+    pub growth: Option<Growth>,
+    /// The model's unit of time.
+    pub time_unit: String,
     /// Whether the time steps differ, so that the runs were not compared step by step.
     pub has_other_steps: bool,
+}
+
+/// The separation after the first difference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Growth {
+    /// The last frame that was compared.
+    pub frame: u64,
+    /// The separation there.
+    pub separation: f64,
+    /// Time in which the separation grows by a factor of e, if it grows exponentially up to a thousandth.
+    pub time_per_e: Option<f64>,
 }
 
 /// The instant of a first difference.
@@ -138,7 +151,7 @@ pub fn in_frames(left: &Recording, right: &Recording) -> Result<Option<Divergenc
     }
     let columns = left.state_columns().len();
     let (mut scales, mut found) = (Scales::default(), None::<Divergence>);
-    let (mut start, mut compared) = (0.0, 0);
+    let (mut points, mut compared) = (Vec::new(), 0);
     let mut pairs = PairedFrames::that_can_differ(left, right)?;
     while let Ok([Some(one), Some(other)]) = pairs.advance() {
         let [a, b] = [values(&one), values(&other)];
@@ -147,32 +160,48 @@ pub fn in_frames(left: &Recording, right: &Recording) -> Result<Option<Divergenc
         let (separation, particles) = scales.separation(&a, &b);
         match &mut found {
             None if !particles.is_empty() => {
-                start = one.clock.time;
+                points.push((one.clock.time, separation));
                 let frame = one.clock.frame;
                 found = Some(Divergence {
                     frame,
                     step: None,
                     separation,
                     particles,
-                    growth_time: None,
+                    growth: None,
+                    time_unit: one.clock.time_unit.clone(),
                     has_other_steps: false,
                 });
             }
             None => {}
             Some(divergence) => {
-                // Up to a thousandth, the growth is exponential.
-                let factor = separation / divergence.separation;
-                compared += a.len();
-                if separation > 1e-3 || separation.is_nan() || compared > MOST_VALUES {
-                    break;
+                // Beyond a thousandth, no growth is exponential.
+                let is_small = separation <= 1e-3;
+                if is_small {
+                    points.push((one.clock.time, separation));
                 }
-                if factor > std::f64::consts::E {
-                    divergence.growth_time = Some((one.clock.time - start) / libm::log(factor));
+                let frame = one.clock.frame;
+                divergence.growth =
+                    Some(Growth { frame, separation, time_per_e: time_per_e(&points) });
+                compared += a.len();
+                if !is_small || compared > MOST_VALUES {
+                    break;
                 }
             }
         }
     }
     Ok(found)
+}
+
+/// Time in which a separation grows by a factor of e; `None` unless it grows by 100 or more at rates that agree within a factor
+/// of 2 in both halves: growth by a power of time is fast at first.
+fn time_per_e(points: &[(f64, f64)]) -> Option<f64> {
+    let [first, .., last] = points else { return None };
+    let middle = points[points.len() / 2];
+    let rate = |from: (f64, f64), to: (f64, f64)| libm::log(to.1 / from.1) / (to.0 - from.0);
+    let [early, late] = [rate(*first, middle), rate(middle, *last)];
+    let is_exponential =
+        last.1 >= 100.0 * first.1 && early > 0.0 && early <= 2.0 * late && late <= 2.0 * early;
+    is_exponential.then(|| 1.0 / rate(*first, *last))
 }
 
 /// Executes both runs again up to the first step at which their states differ. Only states of the same time are compared, or
@@ -322,5 +351,29 @@ impl Rerun {
         self.frame.clear();
         self.start.model.observe(&mut self.frame);
         self.frame.state()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn time_per_e_of(separation: impl Fn(f64) -> f64) -> [Option<f64>; 3] {
+        [3, 10, 100].map(|frames| {
+            let points = (1..=frames).map(|frame| (f64::from(frame), separation(f64::from(frame))));
+            time_per_e(&points.collect::<Vec<_>>())
+        })
+    }
+
+    /// Law: exp(t/τ) has the rate 1/τ at any time; t and t² have none, however many frames are compared.
+    #[test]
+    fn only_exponential_growth_has_a_rate() {
+        let [few, some, many] = time_per_e_of(|time| 1e-16 * libm::exp(time / 1.25));
+        assert_eq!(few, None);
+        assert!((some.unwrap() - 1.25).abs() < 1e-12 && (many.unwrap() - 1.25).abs() < 1e-12);
+        assert_eq!(time_per_e_of(|time| 1e-16 * time), [None; 3]);
+        assert_eq!(time_per_e_of(|time| 1e-16 * time * time), [None; 3]);
+        assert_eq!(time_per_e_of(|_| 1e-16), [None; 3]);
+        assert_eq!(time_per_e_of(|time| if time > 2.0 { 1e-16 * time } else { 0.0 }), [None; 3]);
     }
 }

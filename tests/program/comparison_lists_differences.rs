@@ -105,7 +105,10 @@ fn first_step_is_found_if_only_one_run_has_steps() {
         ]))
     };
     for text in [found(&exact, &stepped), found(&stepped, &exact)] {
-        assert!(text.contains("states differ from 1 step or event, at time 0.0001"), "{text}");
+        assert!(
+            text.contains("states differ from 1 step or event, at time 0.0001 s, on"),
+            "{text}"
+        );
         assert!(text.contains("as small as rounding errors"), "{text}");
     }
     // A warmer gas differs from the start; the same gas with other steps has no common steps.
@@ -121,4 +124,25 @@ fn first_step_is_found_if_only_one_run_has_steps() {
         "{text}"
     );
     assert!(!text.contains("other initial values"), "{text}");
+}
+
+/// A free gas in a circle is not chaotic: its separation grows by a power of time. Control: colliding discs.
+#[test]
+fn rate_of_growth_is_printed_for_chaotic_runs_only() {
+    let folder = tempfile::tempdir().unwrap();
+    let compared = |manifest: &str, old: &str, new: &str| {
+        let one = record(folder.path(), "one", manifest);
+        stdout(&compare(&one, &record(folder.path(), "other", &manifest.replace(old, new))))
+    };
+    let steps = "propagation = \"time-stepped\"\ntime_step_s = 1e-4\nduration_s";
+    let text = compared(GAS, "duration_s", steps);
+    assert!(
+        text.contains(" in frame 20 (relative to the largest value of the column), "),
+        "{text}"
+    );
+    assert!(text.contains("as small as rounding errors\n"), "{text}");
+    let discs = "seed = 6\n[model.gas]\nparticles = 50\ndisc_radius_m = 0.03\nduration_s = 0.02\n[record]\nframes = 40\n";
+    let text = compared(discs, "0.03", "0.030000000000000002");
+    let rate = text.split("as small as rounding errors, amplified by a factor of e per ").nth(1);
+    assert!(rate.is_some_and(|rate| rate.lines().next().unwrap().ends_with(" s")), "{text}");
 }
