@@ -198,6 +198,10 @@ impl LockedCheck<'_> {
                 return Ok(difference.describe("the locked recording", "this run"));
             }
         }
+        if trace.is_some_and(|trace| trace.has_equal_trace(found)) {
+            let what = format!("the hash of {} is not that of its trace, which is equal", run.name);
+            return Err(unreadable(self.lock_file, &LockError::Damaged(what)));
+        }
         let particles = recording
             .frames()
             .ok()

@@ -218,6 +218,33 @@ fn damaged_and_missing_lock_files_are_reported() {
     assert!(called.err.contains("kinetoscope lock"), "{}", called.err);
 }
 
+/// One digit of the hash: the trace, which covers every frame, shows that the run is equal. Controls: a run that differs, and one
+/// of two frames, whose trace proves little.
+#[test]
+fn damaged_hash_is_told_from_changed_physics() {
+    let damaged = |bench: &Bench| {
+        let whole = fs::read_to_string(bench.path("kinetoscope.lock")).unwrap();
+        let run = whole.find(&format!("{} ", key(bench))).unwrap();
+        let last = run + 16 + 32;
+        let digit = if &whole[last..=last] == "0" { "1" } else { "0" };
+        whole[..last].to_owned() + digit + &whole[last + 1..]
+    };
+    let bench = locked();
+    bench.write("kinetoscope.lock", &damaged(&bench));
+    let called = bench.call(&["check", "--locked"]);
+    expect(&called, 5);
+    assert!(called.err.contains("the hash of discs is not that of its trace"), "{}", called.err);
+    assert!(called.err.contains("\nhelp: restore the file"), "{}", called.err);
+    let bench = changed();
+    bench.write("kinetoscope.lock", &damaged(&bench));
+    expect(&bench.call(&["check", "--locked"]), 4);
+    let bench = Bench::new();
+    bench.write("discs.toml", &DISCS.replace("frames = 60", "frames = 1"));
+    expect(&bench.call(&["lock", "discs.toml"]), 0);
+    bench.write("kinetoscope.lock", &damaged(&bench));
+    expect(&bench.call(&["check", "--locked"]), 4);
+}
+
 /// Between two entries, a file is valid TOML; one whose last entry lost lines is as well.
 #[test]
 fn cut_lock_files_are_damaged() {
