@@ -141,10 +141,21 @@ fn runs_without_a_recorded_state_are_locked() {
 #[test]
 fn changed_manifests_and_other_versions_are_reported() {
     let bench = locked();
+    let old = key(&bench);
     edit(&bench, "discs.toml", &[("seed = 4", "seed = 5")]);
     let called = bench.call(&["check", "--locked"]);
     expect(&called, 4);
-    assert!(called.out.contains("other runs than those locked"), "{}", called.out);
+    assert!(
+        called.out.contains("other runs than those locked (1 run, locked 1)"),
+        "{}",
+        called.out
+    );
+    let keys = format!("the run key of run 1 is {}, locked {old}\n", key(&bench));
+    assert!(called.out.contains(&keys), "{}", called.out);
+    bench.write("discs.toml", &DISCS.replace("seed = 4", "seed = 4\nreplicates = 2"));
+    let called = bench.call(&["check", "--locked"]);
+    assert!(called.out.contains("(2 runs, locked 1): the run key of run 2 is "), "{}", called.out);
+    assert!(called.out.contains(", locked missing\n"), "{}", called.out);
     bench.write("discs.toml", DISCS);
     let whole = fs::read_to_string(bench.path("kinetoscope.lock")).unwrap();
     let key = key(&bench);
