@@ -11,7 +11,7 @@ use crate::verify::attestation::{
 };
 use crate::verify::compare::{CompareError, RecordingComparison, compare_recordings};
 use crate::verify::diff::Comparison;
-use crate::verify::divergence::{Cause, Divergence, Step};
+use crate::verify::divergence::{Cause, Divergence, Growth, Step};
 use crate::verify::merge::{MergeFailure, check_merge, merge_recordings};
 use crate::verify::{Finding, Verification, VerifyError, verify};
 use clap::Args;
@@ -109,7 +109,7 @@ impl CompareArguments {
             Ok(_) if let Some(code) = interrupt.and_then(Interrupt::exit_code) => {
                 Report::error(Exit::Signal(code), &"stopped before the first step that differs")
             }
-            Ok(comparison) => compared(&comparison, &self.left, other),
+            Ok(comparison) => compared(&comparison, [&self.left, other], self.find_step),
             Err(error @ CompareError::Read(_)) => Report::with_remedy(Exit::Unreadable, &error),
             Err(error @ CompareError::Io(_)) => Report::with_remedy(Exit::Retryable, &error),
         }
@@ -299,8 +299,8 @@ fn messages(comparison: &Comparison, left: &str, right: &str) -> Report {
     }
 }
 
-fn compared(comparison: &RecordingComparison, left: &Path, right: &Path) -> Report {
-    let (left, right) = (shown_path(left), shown_path(right));
+fn compared(comparison: &RecordingComparison, paths: [&Path; 2], find_step: bool) -> Report {
+    let [left, right] = paths.map(shown_path);
     let mut lines = vec![format!("{left} → {right}")];
     if comparison.keys.is_empty() {
         lines.push("equal manifests".to_owned());
@@ -313,7 +313,7 @@ fn compared(comparison: &RecordingComparison, left: &Path, right: &Path) -> Repo
     }
     let frames = comparison.messages.equal_frames;
     if let Some(divergence) = &comparison.divergence {
-        lines.extend(cause(divergence, comparison.has_other_physics()));
+        lines.extend(cause(divergence, comparison.has_other_physics(), find_step));
     }
     if comparison.same_bytes {
         lines.push(format!("{frames} frames: equal in every byte"));
@@ -324,22 +324,39 @@ fn compared(comparison: &RecordingComparison, left: &Path, right: &Path) -> Repo
 }
 
 /// Where the states differ for the first time, and why.
-fn cause(divergence: &Divergence, other_physics: bool) -> Vec<String> {
-    let Divergence { frame, step, separation, particles, growth_time } = divergence;
+fn cause(divergence: &Divergence, other_physics: bool, find_step: bool) -> Vec<String> {
+    let Divergence { frame, step, separation, particles, growth, time_unit, has_other_steps } =
+        divergence;
     let named: Vec<String> = particles.iter().take(4).map(usize::to_string).collect();
     let rest = if particles.len() > 4 { ", …" } else { "" };
+    let unit = format!("{}{time_unit}", if time_unit.is_empty() { "" } else { " " });
     let at = match step {
-        Some(Step { count, time }) => format!("{count} steps or events, at time {time:?}"),
+        Some(Step { count: 0, time }) => format!("time {time:?}{unit}"),
+        Some(Step { count: 1, time }) => format!("1 step or event, at time {time:?}{unit},"),
+        Some(Step { count, time }) => format!("{count} steps or events, at time {time:?}{unit},"),
         None => format!("frame {frame}"),
     };
+    let later = growth.map_or_else(String::new, |Growth { frame, separation, .. }| {
+        format!(", {separation:.1e} in frame {frame}")
+    });
     let mut lines = vec![format!(
-        "states differ from {at} on: separation {separation:.1e}, particles {}{rest}",
+        "states differ from {at} on: separation {separation:.1e}{later} (relative to the largest value of the column), particles {}{rest}",
         named.join(", ")
     )];
+    if find_step && step.is_none() && *frame > 0 {
+        let why = match has_other_steps {
+            true => "the runs have other time steps",
+            false => {
+                "a run cannot be repeated by this program, or no states of the same time before this frame differ"
+            }
+        };
+        lines.push(format!("only frames were compared, not steps: {why}"));
+    }
     lines.push(match divergence.cause() {
         Cause::Rounding => {
-            let growth = growth_time.map_or_else(String::new, |time| {
-                format!(", amplified by a factor of e in a time of {time:.3e}")
+            let time = growth.and_then(|growth| growth.time_per_e);
+            let growth = time.map_or_else(String::new, |time| {
+                format!(", amplified by a factor of e per {time:.3e}{unit}")
             });
             if other_physics {
                 format!("cause: the manifests; the difference is as small as rounding errors{growth}")
@@ -347,7 +364,9 @@ fn cause(divergence: &Divergence, other_physics: bool) -> Vec<String> {
                 format!("cause: rounding errors{growth}")
             }
         }
+        Cause::Physics if *has_other_steps => "cause: the time steps differ; the separation is above rounding errors".to_owned(),
         Cause::Physics => "cause: other initial values, coefficients or equations: the separation is above rounding errors from the start".to_owned(),
+        Cause::Undecided if find_step => "cause: not decided by the frames".to_owned(),
         Cause::Undecided => "cause: not decided by the frames; --find-step executes both runs again".to_owned(),
     });
     lines

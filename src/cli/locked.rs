@@ -198,6 +198,10 @@ impl LockedCheck<'_> {
                 return Ok(difference.describe("the locked recording", "this run"));
             }
         }
+        if trace.is_some_and(|trace| trace.has_equal_trace(found)) {
+            let what = format!("the hash of {} is not that of its trace, which is equal", run.name);
+            return Err(unreadable(self.lock_file, &LockError::Damaged(what)));
+        }
         let particles = recording
             .frames()
             .ok()
@@ -231,16 +235,19 @@ fn other_physics(entry: &LockedExperiment, rerun: &RerunExperiment) -> Option<St
 
 /// Why the manifest describes other runs than those that are locked.
 fn other_runs(entry: &LockedExperiment, rerun: &RerunExperiment) -> Option<String> {
-    let keys = entry.runs.iter().map(|line| &line[..16]);
-    let is_same = entry.runs.len() == rerun.runs.len()
-        && keys.zip(&rerun.runs).all(|(key, run)| run.run_key.starts_with(key));
-    (!is_same).then(|| {
-        format!(
-            "the manifest describes other runs than those locked ({}, locked {})",
-            plural(rerun.runs.len() as u64, "run"),
-            entry.runs.len()
-        )
-    })
+    let short = |key: &str| key.chars().take(16).collect::<String>();
+    let mut locked = entry.runs.iter().map(|line| short(line));
+    let mut found = rerun.runs.iter().map(|run| short(&run.run_key));
+    let runs = entry.runs.len().max(rerun.runs.len());
+    let (number, keys) = (1..=runs)
+        .map(|number| (number, [found.next(), locked.next()]))
+        .find(|(_, [now, locked])| now != locked)?;
+    let [now, was] = keys.map(|key| key.unwrap_or_else(|| "missing".to_owned()));
+    Some(format!(
+        "the manifest describes other runs than those locked ({}, locked {}): the run key of run {number} is {now}, locked {was}",
+        plural(rerun.runs.len() as u64, "run"),
+        entry.runs.len()
+    ))
 }
 
 /// The place of a difference as text, with the time of its frame.

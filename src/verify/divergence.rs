@@ -11,7 +11,7 @@ use crate::interrupt::Interrupt;
 use crate::plan::restart_files::StartFiles;
 use crate::run::prepared::Prepared;
 use kinetoscope_manifest::parse_run;
-use kinetoscope_physics::model::{Progress, Target};
+use kinetoscope_physics::model::{Extent, Model, Progress, Target};
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::paired_frames::PairedFrames;
@@ -39,8 +39,23 @@ pub struct Divergence {
     pub separation: f64,
     /// The particles that differ there; all if the number of particles differs.
     pub particles: Vec<usize>,
-    /// Time in which the separation of the following frames grows by a factor of e, if it grows.
-    pub growth_time: Option<f64>,
+    /// The separation afterwards; `None` if no later frame was compared.
+    pub growth: Option<Growth>,
+    /// The model's unit of time.
+    pub time_unit: String,
+    /// Whether the time steps differ, so that the runs were not compared step by step.
+    pub has_other_steps: bool,
+}
+
+/// The separation after the first difference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Growth {
+    /// The last frame that was compared.
+    pub frame: u64,
+    /// The separation there.
+    pub separation: f64,
+    /// Time in which the separation grows by a factor of e, if it grows exponentially up to a thousandth.
+    pub time_per_e: Option<f64>,
 }
 
 /// The instant of a first difference.
@@ -70,7 +85,7 @@ impl Divergence {
         match (self.separation <= ROUNDING, self.step) {
             (true, _) => Cause::Rounding,
             (false, Some(_)) => Cause::Physics,
-            (false, None) if self.frame == 0 => Cause::Physics,
+            (false, None) if self.frame == 0 || self.has_other_steps => Cause::Physics,
             (false, None) => Cause::Undecided,
         }
     }
@@ -136,7 +151,7 @@ pub fn in_frames(left: &Recording, right: &Recording) -> Result<Option<Divergenc
     }
     let columns = left.state_columns().len();
     let (mut scales, mut found) = (Scales::default(), None::<Divergence>);
-    let (mut start, mut compared) = (0.0, 0);
+    let (mut points, mut compared) = (Vec::new(), 0);
     let mut pairs = PairedFrames::that_can_differ(left, right)?;
     while let Ok([Some(one), Some(other)]) = pairs.advance() {
         let [a, b] = [values(&one), values(&other)];
@@ -145,26 +160,31 @@ pub fn in_frames(left: &Recording, right: &Recording) -> Result<Option<Divergenc
         let (separation, particles) = scales.separation(&a, &b);
         match &mut found {
             None if !particles.is_empty() => {
-                start = one.clock.time;
+                points.push((one.clock.time, separation));
                 let frame = one.clock.frame;
                 found = Some(Divergence {
                     frame,
                     step: None,
                     separation,
                     particles,
-                    growth_time: None,
+                    growth: None,
+                    time_unit: one.clock.time_unit.clone(),
+                    has_other_steps: false,
                 });
             }
             None => {}
             Some(divergence) => {
-                // Up to a thousandth, the growth is exponential.
-                let factor = separation / divergence.separation;
-                compared += a.len();
-                if separation > 1e-3 || separation.is_nan() || compared > MOST_VALUES {
-                    break;
+                // Beyond a thousandth, no growth is exponential.
+                let is_small = separation <= 1e-3;
+                if is_small {
+                    points.push((one.clock.time, separation));
                 }
-                if factor > std::f64::consts::E {
-                    divergence.growth_time = Some((one.clock.time - start) / libm::log(factor));
+                let frame = one.clock.frame;
+                divergence.growth =
+                    Some(Growth { frame, separation, time_per_e: time_per_e(&points) });
+                compared += a.len();
+                if !is_small || compared > MOST_VALUES {
+                    break;
                 }
             }
         }
@@ -172,8 +192,21 @@ pub fn in_frames(left: &Recording, right: &Recording) -> Result<Option<Divergenc
     Ok(found)
 }
 
-/// Executes both runs again up to the first step at which their states differ. `None` if a run cannot be executed by this
-/// program, gives other numbers than the recording, or was interrupted.
+/// Time in which a separation grows by a factor of e; `None` unless it grows by 100 or more at rates that agree within a factor
+/// of 2 in both halves: growth by a power of time is fast at first.
+fn time_per_e(points: &[(f64, f64)]) -> Option<f64> {
+    let [first, .., last] = points else { return None };
+    let middle = points[points.len() / 2];
+    let rate = |from: (f64, f64), to: (f64, f64)| libm::log(to.1 / from.1) / (to.0 - from.0);
+    let [early, late] = [rate(*first, middle), rate(middle, *last)];
+    let is_exponential =
+        last.1 >= 100.0 * first.1 && early > 0.0 && early <= 2.0 * late && late <= 2.0 * early;
+    is_exponential.then(|| 1.0 / rate(*first, *last))
+}
+
+/// Executes both runs again up to the first step at which their states differ. Only states of the same time are compared, or
+/// those after the same number of events. `None` if a run cannot be executed by this program, gives other numbers than the
+/// recording, or was interrupted, or if no such states before the frame differ.
 #[must_use]
 pub fn find_step(
     [left, right]: [&Recording; 2],
@@ -185,6 +218,9 @@ pub fn find_step(
         return None;
     }
     let mut runs = [Rerun::new(left)?, Rerun::new(right)?];
+    if have_other_steps(&runs) {
+        return Some(Divergence { has_other_steps: true, ..divergence.clone() });
+    }
     let recorded: Vec<Vec<f64>> = [left, right]
         .into_iter()
         .map(|recording| {
@@ -202,15 +238,19 @@ pub fn find_step(
             return None;
         }
     }
+    let instants = common_instants(&runs, frame)?;
     let [one, other] = &mut runs;
     let mut scales = Scales::default();
     let columns = left.state_columns().len();
     recorded.iter().for_each(|values| scales.add(values, columns));
-    let instants = one.instants(frame).into_iter().zip(other.instants(frame));
-    for (a, b) in instants {
+    for [a, b] in instants {
         one.advance(a, interrupt)?;
         other.advance(b, interrupt)?;
-        let step = Step { count: one.start.model.count(), time: one.start.model.time() };
+        let count = match [a, b] {
+            [Target::Count(count), _] | [_, Target::Count(count)] => count,
+            _ => one.start.model.count(),
+        };
+        let step = Step { count, time: one.start.model.time() };
         let (a, b) = (one.observe().to_vec(), other.observe());
         scales.add(&a, columns);
         let (separation, particles) = scales.separation(&a, b);
@@ -224,6 +264,60 @@ pub fn find_step(
         }
     }
     None
+}
+
+/// Whether two times are the same apart from rounding errors.
+fn is_same(one: f64, other: f64) -> bool {
+    (one - other).abs() <= ROUNDING * (one.abs() + other.abs())
+}
+
+fn have_other_steps(runs: &[Rerun; 2]) -> bool {
+    match runs.each_ref().map(|run| run.start.model.extent()) {
+        [Extent::Steps { step: one, .. }, Extent::Steps { step: other, .. }] => {
+            !is_same(one, other)
+        }
+        _ => false,
+    }
+}
+
+/// The steps or events from the predecessor of a frame to the frame, or instants of models without steps: the targets of both
+/// runs, which have the same time. `None` if there are none.
+fn common_instants(runs: &[Rerun; 2], frame: u64) -> Option<Vec<[Target; 2]>> {
+    let [one, other] = runs.each_ref().map(|run| &run.start.model);
+    let (from, extents) = (one.time(), [one.extent(), other.extent()]);
+    let is_aligned = match extents {
+        [Extent::Events(_), Extent::Events(_)] => one.count() == other.count(),
+        _ => is_same(from, other.time()),
+    };
+    if !is_aligned {
+        return None;
+    }
+    let counts = |model: &dyn Model, end: u64| model.count() + 1..=end;
+    let of_steps = |model: &dyn Model, step: f64, to: u64, end: f64| {
+        let times = counts(model, to).map(move |count| (count, count as f64 * step));
+        let times = times.take_while(move |(_, time)| *time <= end || is_same(*time, end));
+        times.map(move |(count, time)| {
+            [Target::Count(count), Target::Time(if time < end { time } else { end })]
+        })
+    };
+    let targets = runs.each_ref().map(|run| run.start.schedule.target(frame));
+    Some(match (targets, extents) {
+        ([Target::Count(to), Target::Time(end)], [Extent::Steps { step, .. }, _]) => {
+            of_steps(&**one, step, to, end).collect()
+        }
+        ([Target::Time(end), Target::Count(to)], [_, Extent::Steps { step, .. }]) => {
+            of_steps(&**other, step, to, end).map(|[one, other]| [other, one]).collect()
+        }
+        ([Target::Count(one_end), Target::Count(other_end)], _) => {
+            counts(&**one, one_end.min(other_end)).map(|count| [Target::Count(count); 2]).collect()
+        }
+        ([Target::Time(one_end), Target::Time(other_end)], _) => {
+            let end = if one_end < other_end { one_end } else { other_end };
+            let of = |part: u64| from + (end - from) * (part as f64 / INSTANTS as f64);
+            (1..INSTANTS).map(of).chain([end]).map(|time| [Target::Time(time); 2]).collect()
+        }
+        _ => return None,
+    })
 }
 
 /// A run that is executed again.
@@ -243,18 +337,6 @@ impl Rerun {
         Some(Self { start, frame: Frame::new() })
     }
 
-    /// The steps, or the instants of a model without steps, from a frame's predecessor to the frame.
-    fn instants(&self, frame: u64) -> Vec<Target> {
-        match self.start.schedule.target(frame) {
-            Target::Count(end) => (self.start.model.count() + 1..=end).map(Target::Count).collect(),
-            Target::Time(end) => {
-                let from = self.start.model.time();
-                let of = |part: u64| from + (end - from) * (part as f64 / INSTANTS as f64);
-                (1..INSTANTS).map(of).chain([end]).map(Target::Time).collect()
-            }
-        }
-    }
-
     /// Advances to a target; `None` after a fault or an interruption.
     fn advance(&mut self, target: Target, interrupt: &Interrupt) -> Option<()> {
         while self.start.model.advance(target, BUDGET).ok()? == Progress::Working {
@@ -269,5 +351,29 @@ impl Rerun {
         self.frame.clear();
         self.start.model.observe(&mut self.frame);
         self.frame.state()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn time_per_e_of(separation: impl Fn(f64) -> f64) -> [Option<f64>; 3] {
+        [3, 10, 100].map(|frames| {
+            let points = (1..=frames).map(|frame| (f64::from(frame), separation(f64::from(frame))));
+            time_per_e(&points.collect::<Vec<_>>())
+        })
+    }
+
+    /// Law: exp(t/τ) has the rate 1/τ at any time; t and t² have none, however many frames are compared.
+    #[test]
+    fn only_exponential_growth_has_a_rate() {
+        let [few, some, many] = time_per_e_of(|time| 1e-16 * libm::exp(time / 1.25));
+        assert_eq!(few, None);
+        assert!((some.unwrap() - 1.25).abs() < 1e-12 && (many.unwrap() - 1.25).abs() < 1e-12);
+        assert_eq!(time_per_e_of(|time| 1e-16 * time), [None; 3]);
+        assert_eq!(time_per_e_of(|time| 1e-16 * time * time), [None; 3]);
+        assert_eq!(time_per_e_of(|_| 1e-16), [None; 3]);
+        assert_eq!(time_per_e_of(|time| if time > 2.0 { 1e-16 * time } else { 0.0 }), [None; 3]);
     }
 }

@@ -53,7 +53,9 @@ impl FineFrames {
         };
         let length = format!("the run lasts from 0 to {}", shown(end));
         let slack = end * SAME_FRAME;
-        if !(from >= 0.0 && from <= to && to <= end + slack) {
+        // The duration of a manifest need not be a whole number of steps: the run ends less than a step before or after it.
+        let rest = if let Extent::Steps { step, .. } = extent { step } else { 0.0 };
+        if !(from >= 0.0 && from <= to && to <= end + rest + slack) {
             let what = format!(
                 "--from {from:?} --to {to:?} is not an interval of the run\nhelp: {length}"
             );

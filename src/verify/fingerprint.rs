@@ -184,6 +184,17 @@ pub struct RowPlace {
 }
 
 impl Fingerprint {
+    /// Whether the traces show that two runs have the same messages: every frame has a tag, and all are equal. A change k frames
+    /// before the end has equal tags with a probability of 256^-(k + 1); runs of fewer than three frames are not decided.
+    #[must_use]
+    pub fn has_equal_trace(&self, other: &Self) -> bool {
+        let covers_run = self.frames == self.tags.len() as u64 && self.frames >= 3;
+        let Self { messages: _, frames, tags, rows, topics, columns } = self;
+        covers_run
+            && (frames, tags, rows) == (&other.frames, &other.tags, &other.rows)
+            && (topics, columns) == (&other.topics, &other.columns)
+    }
+
     /// The place of the first difference to the trace of another recording of the same run.
     #[must_use]
     pub fn first_difference(&self, other: &Self, particles: u64) -> Option<Place> {

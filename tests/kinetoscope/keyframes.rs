@@ -184,6 +184,21 @@ fn zoom_outside_the_run_or_below_a_step_is_rejected() {
     }
 }
 
+/// The last whole step is before the duration of 0.03 s. Control: `zoom_outside_the_run_or_below_a_step_is_rejected`.
+#[test]
+fn zoom_accepts_the_duration_of_the_manifest_as_the_end() {
+    let bench = Bench::new();
+    let full = recorded(&bench, "full", MODELS[0].1, "frames = 40");
+    let last = |path: &Path| {
+        let frames = Recording::open(path).unwrap().frames().unwrap().map(Result::unwrap);
+        frames.map(|frame| frame.clock.time).last().unwrap()
+    };
+    assert!(last(&full) < 0.03);
+    expect(&zoom(&bench, &full, ["0.0295", "0.03", "1e-4"], "end.mcap"), 0);
+    assert_eq!(last(&bench.path("end.mcap")), last(&full));
+    expect(&zoom(&bench, &full, ["0.0295", "0.0302", "1e-4"], "after.mcap"), 2);
+}
+
 /// A recording, its keyframes and an interval of it are one run. Control: `tests/guarantees/causes_of_differences.rs`.
 #[test]
 fn frames_of_other_times_are_not_compared_as_physics() {

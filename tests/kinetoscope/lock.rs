@@ -141,10 +141,21 @@ fn runs_without_a_recorded_state_are_locked() {
 #[test]
 fn changed_manifests_and_other_versions_are_reported() {
     let bench = locked();
+    let old = key(&bench);
     edit(&bench, "discs.toml", &[("seed = 4", "seed = 5")]);
     let called = bench.call(&["check", "--locked"]);
     expect(&called, 4);
-    assert!(called.out.contains("other runs than those locked"), "{}", called.out);
+    assert!(
+        called.out.contains("other runs than those locked (1 run, locked 1)"),
+        "{}",
+        called.out
+    );
+    let keys = format!("the run key of run 1 is {}, locked {old}\n", key(&bench));
+    assert!(called.out.contains(&keys), "{}", called.out);
+    bench.write("discs.toml", &DISCS.replace("seed = 4", "seed = 4\nreplicates = 2"));
+    let called = bench.call(&["check", "--locked"]);
+    assert!(called.out.contains("(2 runs, locked 1): the run key of run 2 is "), "{}", called.out);
+    assert!(called.out.contains(", locked missing\n"), "{}", called.out);
     bench.write("discs.toml", DISCS);
     let whole = fs::read_to_string(bench.path("kinetoscope.lock")).unwrap();
     let key = key(&bench);
@@ -216,6 +227,33 @@ fn damaged_and_missing_lock_files_are_reported() {
     let called = bench.call(&["check", "--locked"]);
     expect(&called, 5);
     assert!(called.err.contains("kinetoscope lock"), "{}", called.err);
+}
+
+/// One digit of the hash: the trace, which covers every frame, shows that the run is equal. Controls: a run that differs, and one
+/// of two frames, whose trace proves little.
+#[test]
+fn damaged_hash_is_told_from_changed_physics() {
+    let damaged = |bench: &Bench| {
+        let whole = fs::read_to_string(bench.path("kinetoscope.lock")).unwrap();
+        let run = whole.find(&format!("{} ", key(bench))).unwrap();
+        let last = run + 16 + 32;
+        let digit = if &whole[last..=last] == "0" { "1" } else { "0" };
+        whole[..last].to_owned() + digit + &whole[last + 1..]
+    };
+    let bench = locked();
+    bench.write("kinetoscope.lock", &damaged(&bench));
+    let called = bench.call(&["check", "--locked"]);
+    expect(&called, 5);
+    assert!(called.err.contains("the hash of discs is not that of its trace"), "{}", called.err);
+    assert!(called.err.contains("\nhelp: restore the file"), "{}", called.err);
+    let bench = changed();
+    bench.write("kinetoscope.lock", &damaged(&bench));
+    expect(&bench.call(&["check", "--locked"]), 4);
+    let bench = Bench::new();
+    bench.write("discs.toml", &DISCS.replace("frames = 60", "frames = 1"));
+    expect(&bench.call(&["lock", "discs.toml"]), 0);
+    bench.write("kinetoscope.lock", &damaged(&bench));
+    expect(&bench.call(&["check", "--locked"]), 4);
 }
 
 /// Between two entries, a file is valid TOML; one whose last entry lost lines is as well.

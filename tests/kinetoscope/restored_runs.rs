@@ -1,7 +1,7 @@
 //! Guarantee: what `fill` and `zoom` write takes the place of no other file, and the run that `fill` restored takes that of its keyframes:
 //! it is analyzed, and `--prune` keeps it.
 
-use super::keyframes::{MODELS, expect, keyframes, zoom};
+use super::keyframes::{MODELS, expect, keyframes, recorded, zoom};
 use super::{Bench, recordings};
 use std::fs;
 use std::path::Path;
@@ -83,6 +83,31 @@ fn restored_run_takes_the_place_of_its_keyframes_and_is_kept() {
     );
     expect(&bench.call(&["run", "--quiet", "--prune", "--output", "keys", "m.toml"]), 0);
     assert!(recordings(&bench.path("keys/m")).iter().all(|path| !restored.contains(path)));
+}
+
+/// With and without `experiment.toml`. Control: the part alone is an error that names the recording of the whole run.
+#[test]
+fn interval_next_to_its_recording_is_left_out_of_the_analysis() {
+    let bench = Bench::new();
+    let full = recorded(&bench, "full", MODELS[1].1, "frames = 40");
+    let interval = ["--from", "0.0101", "--to", "0.0111", "--every", "1e-4"];
+    expect(&bench.call(&[&["zoom", full.to_str().unwrap()][..], &interval].concat()), 0);
+    let files = recordings(&bench.path("full/m"));
+    assert_eq!(files.len(), 2);
+    for has_record in [true, false] {
+        if !has_record {
+            fs::remove_file(bench.path("full/m/experiment.toml")).unwrap();
+        }
+        let analyzed = bench.call(&["analyze", "full"]);
+        expect(&analyzed, 0);
+        let text = (analyzed.out + &analyzed.err).split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(text.contains("is a part of a run, and only whole runs are analyzed"), "{text}");
+        assert!(text.contains("1 run") && !text.contains("stale"), "{text}");
+    }
+    let part = files.iter().find(|path| **path != full).unwrap();
+    let alone = bench.call(&["analyze", part.to_str().unwrap()]);
+    expect(&alone, 5);
+    assert!(alone.err.contains("help: name the recording of the whole run"), "{}", alone.err);
 }
 
 /// What a rerun does not read: the index at the end, of which viewers make use.

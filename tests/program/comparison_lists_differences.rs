@@ -88,3 +88,61 @@ fn differing_versions_and_units_are_named() {
     assert_eq!(compared.status.code(), Some(4), "numbers of another unit are other numbers");
     assert!(stderr(&compared).contains("first difference: time unit: \"s\" in "));
 }
+
+/// The exact gas has no steps, so the runs are compared at the times of the other one's steps. Control: another temperature.
+#[test]
+fn first_step_is_found_if_only_one_run_has_steps() {
+    let folder = tempfile::tempdir().unwrap();
+    let steps = "propagation = \"time-stepped\"\ntime_step_s = 1e-4\nduration_s";
+    let exact = record(folder.path(), "gas", GAS);
+    let stepped = record(folder.path(), "gas", &GAS.replace("duration_s", steps));
+    let found = |one: &Path, other: &Path| {
+        stdout(&kinetoscope([
+            "compare".as_ref(),
+            one.as_os_str(),
+            other.as_os_str(),
+            "--find-step".as_ref(),
+        ]))
+    };
+    for text in [found(&exact, &stepped), found(&stepped, &exact)] {
+        assert!(
+            text.contains("states differ from 1 step or event, at time 0.0001 s, on"),
+            "{text}"
+        );
+        assert!(text.contains("as small as rounding errors"), "{text}");
+    }
+    // A warmer gas differs from the start; the same gas with other steps has no common steps.
+    let warmer = GAS.replace("duration_s", "temperature_k = 310.0\nduration_s");
+    let text = found(&stepped, &record(folder.path(), "gas", &warmer));
+    assert!(
+        text.contains("states differ from frame 0 on") && text.contains("other initial values")
+    );
+    let finer = GAS.replace("duration_s", &steps.replace("1e-4", "5e-5"));
+    let text = found(&stepped, &record(folder.path(), "gas", &finer));
+    assert!(
+        text.contains("only frames were compared, not steps: the runs have other time steps"),
+        "{text}"
+    );
+    assert!(!text.contains("other initial values"), "{text}");
+}
+
+/// A free gas in a circle is not chaotic: its separation grows by a power of time. Control: colliding discs.
+#[test]
+fn rate_of_growth_is_printed_for_chaotic_runs_only() {
+    let folder = tempfile::tempdir().unwrap();
+    let compared = |manifest: &str, old: &str, new: &str| {
+        let one = record(folder.path(), "one", manifest);
+        stdout(&compare(&one, &record(folder.path(), "other", &manifest.replace(old, new))))
+    };
+    let steps = "propagation = \"time-stepped\"\ntime_step_s = 1e-4\nduration_s";
+    let text = compared(GAS, "duration_s", steps);
+    assert!(
+        text.contains(" in frame 20 (relative to the largest value of the column), "),
+        "{text}"
+    );
+    assert!(text.contains("as small as rounding errors\n"), "{text}");
+    let discs = "seed = 6\n[model.gas]\nparticles = 50\ndisc_radius_m = 0.03\nduration_s = 0.02\n[record]\nframes = 40\n";
+    let text = compared(discs, "0.03", "0.030000000000000002");
+    let rate = text.split("as small as rounding errors, amplified by a factor of e per ").nth(1);
+    assert!(rate.is_some_and(|rate| rate.lines().next().unwrap().ends_with(" s")), "{text}");
+}

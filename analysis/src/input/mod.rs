@@ -13,7 +13,7 @@ use crate::input::recording::{OpenRun, is_partial, restored_file};
 use kinetoscope_manifest::{Coordinate, ExperimentRecord};
 use kinetoscope_object_storage::address::Address;
 use kinetoscope_recording::error::ReadError;
-use kinetoscope_recording::reader::Recording;
+use kinetoscope_recording::reader::{Recording, StoredFrames};
 use kinetoscope_recording::regular_file::{MAX_EXPERIMENT_RECORD_BYTES, read_opened};
 use kinetoscope_recording::storage::{LocalFolders, Opened, Storage};
 use kinetoscope_usage::text::shown_path;
@@ -264,6 +264,7 @@ impl RecordingFolder {
         }
         for path in &stale {
             match self.recording(path) {
+                Ok(recording) if is_part(&recording) => self.notes.push(part_note(path)),
                 Ok(_) => self.notes.push(format!(
                     "{} is stale: the experiment as run last has no such run; left out",
                     file_name(path)
@@ -323,8 +324,14 @@ impl RecordingFolder {
         open: impl Fn(Recording) -> Result<OpenRun, UnreadableRecording>,
     ) -> OpenedRuns {
         let (mut opened, mut notes, mut unreadable) = (Vec::new(), Vec::new(), Vec::new());
+        let are_several = self.whole && self.files.len() > 1;
         for path in &self.files {
-            match self.recording(path).map_err(UnreadableRecording::new).and_then(&open) {
+            let recording = self.recording(path).map_err(UnreadableRecording::new);
+            if are_several && recording.as_ref().is_ok_and(is_part) {
+                notes.push(part_note(path));
+                continue;
+            }
+            match recording.and_then(&open) {
                 Ok(run) => opened.push((file_name(path), run)),
                 Err(UnreadableRecording(why)) => unreadable.push(why),
             }
@@ -372,6 +379,15 @@ fn remove_copies(opened: &mut Vec<(String, OpenRun)>) -> Vec<String> {
         }
     });
     notes
+}
+
+/// Whether a recording has only an interval of its run, which `kinetoscope zoom` recomputed.
+fn is_part(recording: &Recording) -> bool {
+    matches!(recording.provenance().stored, StoredFrames::From(_))
+}
+
+fn part_note(path: &Path) -> String {
+    format!("{} is a part of a run, and only whole runs are analyzed; left out", file_name(path))
 }
 
 /// File name of the finished recording of a partial file; other names are unchanged.
