@@ -3,7 +3,7 @@
 use super::AnalysisReport;
 use super::file_links::FileLinks;
 use super::html::{breakable, typographic};
-use super::table::{deviation_text, six_digits, theory_text, value_text, with_error};
+use super::table::{OUT_OF_RANGE, deviation_text, six_digits, theory_text, value_text, with_error};
 use crate::checks::{CheckKind, CheckResult, subject};
 use crate::input::host_file::utc;
 use crate::metric::Metric;
@@ -95,7 +95,8 @@ fn clause(metric: &Metric) -> Markup {
         strong { (typographic(&value_text(metric))) }
         @if !unit.is_empty() { " " (unit) }
         @if !theory.is_empty() { ", theory " (typographic(&theory)) }
-        @if !deviation.is_empty() { ", deviation " (typographic(&deviation)) }
+        @if deviation == OUT_OF_RANGE { ", outside the range of its law" }
+        @else if !deviation.is_empty() { ", deviation " (typographic(&deviation)) }
     }
 }
 
