@@ -24,6 +24,9 @@ pub(super) fn heading(report: &AnalysisReport, links: &FileLinks) -> Markup {
             @if let Some(headline) = report.headline() {
                 p { strong class="bad" { "FAILED: " (headline) } }
             }
+            @if let Some(unreadable) = report.unreadable_files() {
+                p { strong class="bad" { (unreadable) } }
+            }
             (question(report))
             (result(report))
             (check_summary(report))
