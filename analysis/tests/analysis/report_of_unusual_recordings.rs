@@ -140,6 +140,8 @@ fn runs_of_two_models_are_counted_and_named_by_their_model() {
     assert!(text.contains("model = gas: 2 frames") && text.contains("model = orbit: 1 frames"));
     // The keys of one model do not name the runs of the other.
     assert!(!text.contains("duration_<wbr>days = "));
+    // Seconds and days have no common clock.
+    assert!(text.matches("class=\"film\"").count() == 2 && !text.contains("class=\"pair\""));
 }
 
 #[test]
