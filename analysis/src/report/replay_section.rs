@@ -46,7 +46,8 @@ pub(super) fn section(report: &AnalysisReport) -> Markup {
                 }
                 @if !others.is_empty() {
                     details {
-                        summary { (others.len()) " more runs are not replayed" }
+                        @let text = if others.len() == 1 { " more run is not replayed" } else { " more runs are not replayed" };
+                        summary { (others.len()) (text) }
                         ul { @for run in &others { li { (run_name(run)) " (" (run.file) ")" } } }
                     }
                 }
