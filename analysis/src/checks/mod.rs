@@ -126,6 +126,8 @@ fn compare(check: &Check, metric: &Metric) -> CheckResult {
 const NO_THEORY: &str = "which has no theoretical value: give `expected`";
 const NO_ERROR: &str = "which has no standard error: give `tolerance` or `relative_tolerance`, or, if the model uses random numbers, record replicates";
 
+const NO_SIGMA: &str = "the violation of a conservation law, which has no deviation in standard errors: give `maximum`, or `tolerance`";
+
 /// Whether a metric is within a bound, and the expectation as text.
 ///
 /// # Errors
@@ -141,6 +143,7 @@ fn holds(bound: Bound, metric: &Metric) -> Result<(bool, String), String> {
         None => Err(NO_THEORY.to_owned()),
     };
     let no_error = || match metric.estimate.missing_error {
+        _ if metric.is_of_conservation_law() => NO_SIGMA.to_owned(),
         Some(missing) => missing.to_string(),
         None => NO_ERROR.to_owned(),
     };
@@ -343,6 +346,35 @@ mod tests {
         // A given value has no law.
         let expected = Bound::WithinStandardErrors { expected: Some(10.0), standard_errors: 4.0 };
         assert!(!passes(expected, &inexact));
+    }
+
+    /// A largest energy error has a standard error from its replicates, and is never compared by it. Control: by another law, it is.
+    #[test]
+    fn check_of_a_conservation_law_in_standard_errors_names_the_bounds_that_apply() {
+        let finding = |is_conservation| {
+            let found = metric(1e-4, Some(1e-5), Some(0.0));
+            let law = crate::metric::Law {
+                statement: "",
+                source: "",
+                range: "",
+                relative_accuracy: 0.0,
+                is_conservation,
+            };
+            let theory = found.theory.map(|theory| Theory { law: Some(law), ..theory });
+            let check = Check {
+                metric: "slope".to_owned(),
+                at: Vec::new(),
+                bound: Bound::WithinStandardErrors { expected: None, standard_errors: 4.0 },
+                if_undecided: IfUndecided::Fail,
+                line: 0,
+            };
+            evaluate(&check, &[Metric { theory, ..found }]).remove(0).finding
+        };
+        let of_conservation = finding(true);
+        assert!(of_conservation.contains("conservation law"), "{of_conservation}");
+        assert!(of_conservation.contains("`maximum`"), "{of_conservation}");
+        assert!(!of_conservation.contains("record replicates"), "{of_conservation}");
+        assert!(finding(false).contains("found 10.00 σ"), "{}", finding(false));
     }
 
     #[test]

@@ -363,13 +363,23 @@ fn check_places(request: &PlotRequest, runs: &[Vec<Coordinate>]) -> Result<(), R
             };
             return Err(RejectedPlot::new(format!("`{key}` is not swept"), help));
         };
-        let all = runs.iter().flatten().filter(|place| place.key == *full);
-        let mut values: Vec<&str> = all.map(|place| place.value.as_str()).collect();
-        values.dedup();
+        let mut values: Vec<&str> = Vec::new();
+        for place in runs.iter().flatten().filter(|place| place.key == *full) {
+            if !values.contains(&place.value.as_str()) {
+                values.push(&place.value);
+            }
+        }
         if !values.contains(&value.as_str()) {
             let what = format!("the sweep has no point `{key}` = {value}");
+            // Numbers that look alike may be far apart.
+            let is_number = value.parse::<f64>().is_ok();
+            let meant = nearest(value, values.iter().copied()).filter(|_| !is_number);
             values.truncate(20);
-            return Err(RejectedPlot::new(what, format!("values: {}", values.join(", "))));
+            let help = meant.map_or_else(
+                || format!("values: {}", values.join(", ")),
+                |meant| format!("did you mean `{meant}`?"),
+            );
+            return Err(RejectedPlot::new(what, help));
         }
     }
     if runs.iter().any(|run| request.selects(run)) {
@@ -403,4 +413,30 @@ fn font_size(text: &str) -> Result<f64, String> {
 fn scale(text: &str) -> Result<f64, String> {
     let scale = text.parse().ok().filter(|scale| (0.5..=8.0).contains(scale));
     scale.ok_or_else(|| "must be a number from 0.5 to 8".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Setup: three variants at two temperatures, so that each value occurs again after others.
+    #[test]
+    fn unknown_value_of_a_key_names_the_nearest_or_each_value_once() {
+        let place =
+            |key: &str, value: &str| Coordinate { key: key.to_owned(), value: value.to_owned() };
+        let variants = |kelvin: &str| {
+            let run = |name: &str| vec![place("temperature_k", kelvin), place("variant", name)];
+            ["smooth", "rough", "steep"].map(run)
+        };
+        let runs = [variants("200"), variants("300")].concat();
+        let help = |key: &str, value: &str| {
+            let at = vec![(key.to_owned(), value.to_owned())];
+            let request = PlotRequest { at, ..PlotRequest::default() };
+            check_places(&request, &runs).unwrap_err().help
+        };
+        assert_eq!(help("variant", "rogh"), "did you mean `rough`?");
+        assert_eq!(help("variant", "unknown"), "values: smooth, rough, steep");
+        // A near number is not a misspelled one.
+        assert_eq!(help("temperature_k", "201"), "values: 200, 300");
+    }
 }

@@ -69,6 +69,12 @@ impl Metric {
         self.theory.map(|theory| theory.value)
     }
 
+    /// Whether the value is the violation of a conservation law, which has no deviation in standard errors.
+    pub(crate) fn is_of_conservation_law(&self) -> bool {
+        let law = self.theory.and_then(|theory| theory.law);
+        law.is_some_and(|law| law.is_conservation)
+    }
+
     /// The metric's name.
     pub(crate) const fn name(&self) -> &'static str {
         self.definition.name

@@ -16,6 +16,11 @@ pub struct Theory {
 }
 
 impl Theory {
+    /// The value; `None` outside the law's range.
+    pub(crate) fn applicable(&self) -> Option<f64> {
+        self.in_range.then_some(self.value)
+    }
+
     /// States that the run is outside the range of the law, with the range.
     pub(crate) fn out_of_range(&self) -> String {
         match self.law.map_or("", |law| law.range) {

@@ -3,7 +3,7 @@
 use super::AnalysisReport;
 use super::file_links::FileLinks;
 use super::html::{breakable, typographic};
-use super::table::{deviation_text, six_digits, theory_text, value_text, with_error};
+use super::table::{OUT_OF_RANGE, deviation_text, six_digits, theory_text, value_text, with_error};
 use crate::checks::{CheckKind, CheckResult, subject};
 use crate::input::host_file::utc;
 use crate::metric::Metric;
@@ -14,7 +14,7 @@ use std::collections::BTreeSet;
 /// Separates the question from the expected answer in the first line of a manifest.
 const EXPECTED: &str = "Expected:";
 /// Maximum number of metrics in the sentence of the result.
-const MOST_RESULTS: usize = 2;
+const MOST_RESULTS: usize = 4;
 
 /// The head of the page.
 pub(super) fn heading(report: &AnalysisReport, links: &FileLinks) -> Markup {
@@ -23,6 +23,9 @@ pub(super) fn heading(report: &AnalysisReport, links: &FileLinks) -> Markup {
             h1 { (breakable(&report.name)) }
             @if let Some(headline) = report.headline() {
                 p { strong class="bad" { "FAILED: " (headline) } }
+            }
+            @if let Some(unreadable) = report.unreadable_files() {
+                p { strong class="bad" { (unreadable) } }
             }
             (question(report))
             (result(report))
@@ -46,7 +49,7 @@ pub(super) fn question(report: &AnalysisReport) -> Markup {
 }
 
 /// The metrics that answer the question, in one sentence: those of failed checks, else the ratio of run times, else those of the first
-/// checks, else the first that theory predicts.
+/// checks, conservation laws last, else the first that theory predicts.
 pub(super) fn result(report: &AnalysisReport) -> Markup {
     let checked = |result: &&CheckResult| result.kind == CheckKind::Check;
     let failed = report.check_results.iter().filter(checked).filter(|result| !result.passed);
@@ -59,13 +62,23 @@ pub(super) fn result(report: &AnalysisReport) -> Markup {
             p class="result" { "Result: time of " (of) " over time of " (over) " = " strong { (ratio) } "." }
         };
     }
-    let checks = failed.chain(report.check_results.iter().filter(checked));
-    let by_check = checks.filter_map(|result| {
-        report.metrics.iter().find(|metric| subject(metric) == result.subject)
-    });
-    let mut names = BTreeSet::new();
+    let none_failed = failed.clone().next().is_none();
+    if let Some(command) =
+        timing_command(&report.comment).filter(|_| none_failed && report.timing.is_none())
+    {
+        return html! {
+            p class="result" { "Result: none yet; run " code { (command) " --output DIR" } "." }
+        };
+    }
+    let mut subjects = BTreeSet::new();
+    let mut checks: Vec<(&CheckResult, &Metric)> = failed
+        .chain(report.check_results.iter().filter(checked))
+        .filter(|result| subjects.insert(&result.subject))
+        .filter_map(|result| Some((result, metric_of(report, result)?)))
+        .collect();
+    checks.sort_by_key(|(result, metric)| result.passed && metric.is_of_conservation_law());
     let mut found: Vec<&Metric> =
-        by_check.filter(|metric| names.insert(metric.name())).take(MOST_RESULTS).collect();
+        checks.into_iter().map(|(_, metric)| metric).take(MOST_RESULTS).collect();
     if found.is_empty() {
         let predicted = |metric: &&Metric| metric.deviation().is_some();
         found.extend(report.metrics.iter().find(predicted).or(report.metrics.first()));
@@ -84,6 +97,16 @@ pub(super) fn result(report: &AnalysisReport) -> Markup {
     }
 }
 
+/// The metric that a check found.
+fn metric_of<'a>(report: &'a AnalysisReport, result: &CheckResult) -> Option<&'a Metric> {
+    report.metrics.iter().find(|metric| subject(metric) == result.subject)
+}
+
+/// The command in the manifest's first comment lines whose table of run times is the result.
+fn timing_command(comment: &str) -> Option<&str> {
+    comment.lines().map(str::trim).find(|line| line.starts_with("kinetoscope benchmark "))
+}
+
 /// A metric in a clause, such as "slope = 4.40(2) N/(m K), theory 4.39, +0.5 σ".
 fn clause(metric: &Metric) -> Markup {
     let unit = if metric.unit() == "1" { "" } else { metric.unit() };
@@ -95,7 +118,8 @@ fn clause(metric: &Metric) -> Markup {
         strong { (typographic(&value_text(metric))) }
         @if !unit.is_empty() { " " (unit) }
         @if !theory.is_empty() { ", theory " (typographic(&theory)) }
-        @if !deviation.is_empty() { ", deviation " (typographic(&deviation)) }
+        @if deviation == OUT_OF_RANGE { ", outside the range of its law" }
+        @else if !deviation.is_empty() { ", deviation " (typographic(&deviation)) }
     }
 }
 

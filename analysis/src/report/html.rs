@@ -255,4 +255,18 @@ mod tests {
         let broken = "pressure.<wbr>measured at temperature_<wbr>k = 373.15 &lt;";
         assert_eq!(breakable(metric).into_string(), broken);
     }
+
+    /// Guarantee: a page printed from a dark theme has no color of it left.
+    #[test]
+    fn paper_has_every_color_of_its_own() {
+        let colors = |media: &str| -> Vec<&str> {
+            let (_, block) = STYLE_SHEET.split_once(media).unwrap();
+            let block = block.split_once(":root {").unwrap().1.split('}').next().unwrap();
+            block.split(';').filter_map(|line| Some(line.split_once(':')?.0.trim())).collect()
+        };
+        let on_paper = colors("@media print");
+        for color in colors("@media (prefers-color-scheme: dark)") {
+            assert!(on_paper.contains(&color), "{color}");
+        }
+    }
 }

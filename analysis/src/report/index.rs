@@ -154,8 +154,8 @@ fn outcome(report: &AnalysisReport) -> (&'static str, String) {
     if let Some(headline) = report.headline() {
         return ("bad", format!("FAILED: {headline}"));
     }
-    if !report.unreadable.is_empty() {
-        return ("bad", format!("{} unreadable", report.unreadable.len()));
+    if let Some(unreadable) = report.unreadable_files() {
+        return ("bad", unreadable);
     }
     checks_summary(report)
 }

@@ -176,9 +176,11 @@ impl MetricEntry {
 }
 
 impl MetricEntry {
-    /// Whether the value is that of its exact law, up to rounding; `None` without such a law, and for a value that scatters.
-    pub(crate) fn is_exact(&self, rounding: f64) -> Option<bool> {
-        if self.standard_error.or(self.conditional_standard_error).is_some() {
+    /// Whether the value is that of its exact law, up to rounding; `None` without such a law, and for a value that scatters, as the
+    /// violation of a conservation law does not.
+    pub(crate) fn is_exact(&self, rounding: f64, is_conservation: bool) -> Option<bool> {
+        let has_error = self.standard_error.or(self.conditional_standard_error).is_some();
+        if has_error && !is_conservation {
             return None;
         }
         let theory = self.theory.as_ref()?.exact_value()?;

@@ -390,6 +390,17 @@ impl AnalysisReport {
         outcome::headline(&self.runs, &self.check_results)
     }
 
+    /// How many files could not be read at all; `None` if all were. The damaged ones are in the headline.
+    pub(crate) fn unreadable_files(&self) -> Option<String> {
+        let is_damaged = |run: &&RunAnalysis| matches!(run.ending, RunStatus::Damaged(_));
+        let damaged = self.runs.iter().filter(is_damaged).count();
+        match self.unreadable.len().saturating_sub(damaged) {
+            0 => None,
+            1 => Some("1 file unreadable".to_owned()),
+            files => Some(format!("{files} files unreadable")),
+        }
+    }
+
     /// Compares the metrics with those of an earlier analysis. Keys that are `allowed` may differ.
     ///
     /// # Errors

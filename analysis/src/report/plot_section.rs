@@ -46,7 +46,8 @@ pub(super) fn section(report: &AnalysisReport, plots: &[DrawnPlot<'_>]) -> Marku
                 @if let Some(sweep) = sweep { (any_metric(&sweep)) }
                 @if !others.is_empty() {
                     details {
-                        summary { (others.len()) " plots of further runs" }
+                        @let text = if others.len() == 1 { " plot of further runs" } else { " plots of further runs" };
+                        summary { (others.len()) (text) }
                         (grid(report, &others))
                     }
                 }

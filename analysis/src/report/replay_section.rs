@@ -20,12 +20,15 @@ pub(super) fn section(report: &AnalysisReport) -> Markup {
         let notes: BTreeSet<&str> = replayed().map(|(_, replay)| replay.note.as_str()).collect();
         return html! { @for note in notes { p class="facts" { (note) } } };
     }
+    // Times in different units have no common clock.
+    let units: BTreeSet<&str> = replayed().map(|(run, _)| run.time_unit.as_str()).collect();
+    let has_pair = units.len() == 1 && replayed().count() > 1;
     html! {
         @if replayed().next().is_some() {
             section class="replay" hidden {
                 h2 { "Replay" }
                 @let names: Vec<String> = replayed().map(|(run, _)| run_name(run)).collect();
-                @if names.len() > 1 {
+                @if has_pair {
                     p {
                         label {
                             input type="checkbox" class="pair" autocomplete="off";
@@ -36,14 +39,15 @@ pub(super) fn section(report: &AnalysisReport) -> Markup {
                 div class="split" {
                     div class="players" {
                         (player(&names, false))
-                        @if names.len() > 1 { (player(&names, true)) }
+                        @if has_pair { (player(&names, true)) }
                     }
                     // The script moves plots over time here.
                     div class="adjacent" {}
                 }
                 @if !others.is_empty() {
                     details {
-                        summary { (others.len()) " more runs are not replayed" }
+                        @let text = if others.len() == 1 { " more run is not replayed" } else { " more runs are not replayed" };
+                        summary { (others.len()) (text) }
                         ul { @for run in &others { li { (run_name(run)) " (" (run.file) ")" } } }
                     }
                 }

@@ -39,7 +39,7 @@ struct MetricData {
     y: Vec<Option<f64>>,
     /// Standard errors; empty without any.
     e: Vec<Option<f64>>,
-    /// Theoretical values; empty without any.
+    /// Theoretical values within the ranges of their laws; empty without any.
     t: Vec<Option<f64>>,
 }
 
@@ -110,7 +110,11 @@ impl MetricData {
     fn push(&mut self, point: &sweep::SweepPoint<'_>) {
         let mean = point.mean_of(self.name);
         let (value, error, theory) = mean.map_or((None, None, None), |(estimate, theory, _)| {
-            (Some(estimate.value), estimate.standard_error, theory.map(|theory| theory.value))
+            (
+                Some(estimate.value),
+                estimate.standard_error,
+                theory.and_then(|theory| theory.applicable()),
+            )
         });
         self.y.push(value.and_then(|value| rounded(value, 0.0, DIGITS)));
         self.e.push(error.and_then(|error| rounded(error, 0.0, DIGITS_OF_ERROR)));

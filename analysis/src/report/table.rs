@@ -179,14 +179,17 @@ pub(crate) fn theory_text(metric: &Metric) -> String {
 /// Degrees of freedom above which Student's t is close to the normal distribution, so that they are not shown.
 const MANY_DEGREES_OF_FREEDOM: f64 = 30.0;
 
-/// Formats the deviation from theory: in standard errors if these are known and meaningful, else in percent, as a factor, or as
-/// a difference. A number that equals theory is "equal", or "within round-off".
+/// In place of a deviation from a theoretical value that does not apply.
+pub(crate) const OUT_OF_RANGE: &str = "out of range";
+
+/// Formats the deviation from theory: in standard errors if these are known and meaningful, else in percent, or as a factor; empty
+/// for a deviation from 0, which is the value itself. A number that equals theory is "equal", or "within round-off".
 pub(crate) fn deviation_text(metric: &Metric) -> String {
     let theory = metric.theory_value().unwrap_or(0.0);
     let difference = metric.value() - theory;
     let Some(deviation) = metric.deviation() else {
         let is_outside = metric.theory.is_some_and(|theory| !theory.in_range);
-        return if is_outside { "out of range".to_owned() } else { String::new() };
+        return if is_outside { OUT_OF_RANGE.to_owned() } else { String::new() };
     };
     let few = |freedom: &f64| *freedom < MANY_DEGREES_OF_FREEDOM;
     match deviation {
@@ -197,7 +200,8 @@ pub(crate) fn deviation_text(metric: &Metric) -> String {
             let freedom = freedom.map(|freedom| format!(" (ν = {})", two_digits(freedom)));
             format!("{sigma:+.1} σ{}", freedom.unwrap_or_default())
         }
-        _ if theory == 0.0 => signed(difference),
+        Deviation::StandardErrors(_) if theory == 0.0 => "over 1000 σ".to_owned(),
+        _ if theory == 0.0 => String::new(),
         _ => match 100.0 * difference / theory.abs() {
             percent if percent.abs() < 0.1 => format!("{} %", signed(percent)),
             percent if percent.abs() < 1000.0 => format!("{percent:+.2} %"),
@@ -268,9 +272,9 @@ mod tests {
         Metric::new(LENGTH, estimate, theory, String::new(), scope)
     }
 
-    /// A huge deviation is never blank, a tiny one is not "+0.00 %", and only a rounding error is called one.
+    /// A tiny deviation is not "+0.00 %", only a rounding error is called one, and a deviation from 0 does not repeat the value.
     #[test]
-    fn deviations_are_never_blank_and_rounding_is_named_only_where_it_is() {
+    fn deviations_add_to_the_value_and_rounding_is_named_only_where_it_is() {
         let text =
             |value: f64, theory: f64| deviation_text(&compared(Estimate::bare(value), theory));
         assert_eq!(text(3.0, 3.0), "equal");
@@ -278,11 +282,12 @@ mod tests {
         assert_eq!(text(3.0 + 3e-8, 3.0), "+1·10⁻⁶ %");
         assert_eq!(text(2.7, 3.0), "-10.00 %");
         assert_eq!(text(3e20, 3.0), "× 10²⁰");
-        assert_eq!(text(-3e20, 0.0), "-3·10²⁰");
-        assert_eq!(text(4e-9, 0.0), "+4·10⁻⁹");
+        for repeated in [-3e20, 4e-9, 474.0, 1.96617] {
+            assert_eq!(text(repeated, 0.0), "");
+        }
         let with_error = |sigma: f64| deviation_text(&compared(Estimate::new(sigma, 1.0), 0.0));
         assert_eq!(with_error(-5.13), "-5.1 σ");
-        assert_eq!(with_error(5e15), "+5·10¹⁵");
+        assert_eq!(with_error(5e15), "over 1000 σ");
     }
 
     #[test]

@@ -153,7 +153,8 @@ fn curves_of(
         let Some(x) = abscissa(point, key) else { continue };
         let Some((estimate, expected, _)) = point.mean_of(metric) else { continue };
         data.push(Point { x, y: estimate.value, error: estimate.standard_error });
-        theory.extend(expected.map(|theory| Point::bare(x, theory.value)));
+        let expected = expected.and_then(|theory| theory.applicable());
+        theory.extend(expected.map(|value| Point::bare(x, value)));
     }
     let by_x = |a: &Point, b: &Point| a.x.total_cmp(&b.x);
     data.sort_by(by_x);

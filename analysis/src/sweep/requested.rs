@@ -94,7 +94,7 @@ impl PlotData<'_> {
         let of_points: Vec<Sample> = selected
             .map(|point| {
                 let found = point.mean_of(&request.y);
-                let theory = found.and_then(|(_, theory, _)| theory.map(|theory| theory.value));
+                let theory = found.and_then(|(_, theory, _)| theory?.applicable());
                 let estimate = found.map(|(estimate, ..)| estimate);
                 Sample { coordinates: point.coordinates.clone(), estimate, theory }
             })
@@ -108,7 +108,7 @@ impl PlotData<'_> {
             fits.filter(|metric| request.selects(metric.coordinates())).map(|metric| Sample {
                 coordinates: metric.coordinates().to_vec(),
                 estimate: Some(metric.estimate),
-                theory: metric.theory_value(),
+                theory: metric.theory.and_then(|theory| theory.applicable()),
             });
         fits.collect()
     }

@@ -312,3 +312,48 @@ fn report_lists_all_metrics_worst_first() {
     assert_eq!(printed.as_array().unwrap().len(), rows.len());
     assert_eq!(printed[0]["passed"], false, "{printed}");
 }
+
+/// Guarantee: the violation of a conservation law is not compared by the scatter of seeds, also where replicates give it a standard error.
+/// Controls: the same runs are compared bit by bit, a tolerance decides, and a law that held up to rounding must still hold.
+#[test]
+fn violations_of_conservation_laws_are_not_compared_by_scatter() {
+    let write = |seed: u32, loss: f64, rest: &str| {
+        let manifest = format!(
+            "name = \"packing\"\nseed = {seed}\nreplicates = 4\n[model.packing]\ndiscs = 1\nwidth = 20.0\nheight = 20.0\n{rest}"
+        );
+        Folder::write(&manifest, |run| {
+            let last = 1.0 - loss * (1.0 + f64::from(run.replicate) / 10.0);
+            let at = |(count, speed): (u32, f64)| {
+                let mut frame = Frame::new();
+                frame.push_state(&[0.0, 0.0, speed, 0.0]);
+                (Clock { count: count.into(), time: count.into() }, frame)
+            };
+            [(0, 1.0), (1, last)].map(at).to_vec()
+        })
+    };
+    let earlier = |loss: f64| {
+        let folder = write(1, loss, "");
+        folder.metrics();
+        let file = folder.path().join("baseline.json");
+        fs::copy(folder.path().join("metrics.json"), &file).unwrap();
+        Earlier { folder, file }
+    };
+    let row_of = |output: &AnalysisOutput| {
+        let mut documents = serde_json::Deserializer::from_str(&output.text).into_iter::<Value>();
+        let printed = documents.next().unwrap().unwrap();
+        let rows = printed["experiments"][0]["baseline"]["rows"].as_array().unwrap().clone();
+        rows.into_iter().find(|row| row["subject"] == "energy.drift_relative").unwrap()
+    };
+    let lossy = earlier(0.01);
+    let other = lossy.compare_folder(&write(2, 0.05, ""), &["--json"]);
+    let row = row_of(&other);
+    assert!(row["deviation_sigma"].is_null() && row["passed"].is_null(), "{row}");
+    assert!(row["reason"].as_str().unwrap().contains("conservation law"), "{row}");
+    let same = row_of(&lossy.compare_folder(&lossy.folder, &["--json"]));
+    assert_eq!((&same["passed"], &same["reason"]), (&json!(true), &json!("equal")));
+    let tolerance = "[[baseline]]\nmetric = \"energy.drift_relative\"\nrelative_tolerance = 0.1\n";
+    let decided = row_of(&lossy.compare_folder(&write(2, 0.05, tolerance), &["--json"]));
+    assert_eq!(decided["passed"], false, "{decided}");
+    let lost = row_of(&earlier(0.0).compare_folder(&write(2, 0.05, ""), &["--json"]));
+    assert_eq!(lost["passed"], false, "{lost}");
+}

@@ -40,6 +40,8 @@ mod metrics_reference_is_current;
 mod report_opens_in_a_browser;
 // The pages have no serious violation of accessibility.
 mod report_is_accessible;
+// The head of the report answers the question.
+mod head_of_the_report_answers_the_question;
 // Recordings with nothing, too much or nonsense have a report.
 mod report_of_unusual_recordings;
 // A folder of experiments has a page that lists them.

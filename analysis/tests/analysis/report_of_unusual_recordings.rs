@@ -69,15 +69,20 @@ fn crowd(particles: u32) -> Frames {
         .collect()
 }
 
-/// A pressure that is not a number in the middle.
-fn with_gaps() -> Frames {
+/// A pressure per frame, of a particle with this speed.
+fn with_values(speed: f64, values: impl IntoIterator<Item = f64>) -> Frames {
     let frame = |(index, value): (u8, f64)| {
         let mut frame = Frame::new();
-        frame.push_state(&[0.0, 0.0, f64::NAN, 0.0]);
+        frame.push_state(&[0.0, 0.0, speed, 0.0]);
         frame.push(&GasPressure { measured_n_per_m: value, ..pressure(value) });
         (Clock { count: u64::from(index), time: f64::from(index) }, frame)
     };
-    (0..).zip([1.0, 2.0, f64::NAN, 3.0, f64::INFINITY, 4.0]).map(frame).collect()
+    (0..).zip(values).map(frame).collect()
+}
+
+/// A pressure that is not a number in the middle.
+fn with_gaps() -> Frames {
+    with_values(f64::NAN, [1.0, 2.0, f64::NAN, 3.0, f64::INFINITY, 4.0])
 }
 
 fn five_hundred_runs() -> Folder {
@@ -114,6 +119,28 @@ fn runs_beyond_the_budget_are_listed_and_not_drawn() {
     assert!(page.contains(last.as_str()), "{last} is not listed");
 }
 
+/// Setup: two runs with a plot each, and one run more than are replayed.
+#[test]
+fn a_single_plot_or_run_is_in_the_singular() {
+    for (values, text) in [
+        ("[200.0, 300.0]", "<summary>1 plot of further runs</summary>"),
+        (
+            "{ from = 100.0, to = 800.0, count = 8 }",
+            "<summary>1 more run is not replayed</summary>",
+        ),
+    ] {
+        let sweep = format!("{MANIFEST}[sweep]\n\"model.gas.temperature_k\" = {values}\n");
+        let folder = Folder::write(&sweep, |run| {
+            let is_first = run.canonical().contains("temperature_k = 200");
+            let values = if is_first { [1.0, 2.0, 4.0] } else { [1.0, 3.0, 4.0] };
+            with_values(1.0, values)
+        });
+        let page = page(&folder, &[0]);
+        let summaries: Vec<&str> = page.split("<summary>").skip(1).map(|it| &it[..40]).collect();
+        assert!(page.contains(text), "{summaries:?}");
+    }
+}
+
 #[test]
 fn a_million_particles_are_thinned_and_the_page_states_it() {
     let folder = Folder::write(MANIFEST, |_| crowd(1_000_000));
@@ -140,6 +167,8 @@ fn runs_of_two_models_are_counted_and_named_by_their_model() {
     assert!(text.contains("model = gas: 2 frames") && text.contains("model = orbit: 1 frames"));
     // The keys of one model do not name the runs of the other.
     assert!(!text.contains("duration_<wbr>days = "));
+    // Seconds and days have no common clock.
+    assert!(text.matches("class=\"film\"").count() == 2 && !text.contains("class=\"pair\""));
 }
 
 #[test]

@@ -6,6 +6,7 @@
 #![allow(missing_docs, reason = "tests")]
 
 use crate::gas_and_dem_metrics_equal_closed_forms::{DROP, drop_frames};
+use crate::orbit_exercise::START;
 use crate::synthetic::{Folder, Frames, Metrics};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::{
@@ -240,4 +241,56 @@ fn maxwells_speeds_are_compared_by_the_integral_of_a_bin() {
         let name = "speed_histogram.chi_square_per_bin";
         assert!(metrics.value(name) < 1e-6, "{width}: {}", metrics.value(name));
     }
+}
+
+/// Guarantee: no plot shows theory outside the range of its law. Setup: a requested plot, the plot of any metric, and the energy of explicit
+/// Euler. Control: within the range, all three show it.
+#[test]
+fn plots_show_theory_within_its_range_only() {
+    let requested = |steps: &str| {
+        let manifest = DROP.replace(
+            "[record]",
+            &format!(
+                "steps_per_wall_contact = {steps}\non_unstable_time_step = \"warn\"\n[record]"
+            ),
+        ) + "[sweep]\n\"model.dem.mass_kg\" = [1e-3, 2e-3]\n[[plots]]\ny = \"restitution.measured\"\n[[checks]]\nmetric = \"restitution.measured\"\nminimum = 0\n";
+        let folder = Folder::write(&manifest, drop_frames);
+        let _ = folder.metrics();
+        let page = std::fs::read_to_string(folder.path().join("report.html")).expect("a page");
+        let svg = std::fs::read_to_string(folder.path().join("restitution_measured_vs_mass.svg"))
+            .expect("a plot");
+        let data = page.split("class=\"sweep\">").nth(1).expect("data of the sweep");
+        let data = data.split("</script>").next().expect("its end");
+        let data: serde_json::Value = serde_json::from_str(data).expect("JSON");
+        let metrics = data["metrics"].as_array().expect("metrics");
+        let metric = metrics.iter().find(|metric| metric["name"] == "restitution.measured");
+        let in_sweep = !metric.expect("the metric")["t"].as_array().expect("a list").is_empty();
+        let result = page.split("class=\"result\"").nth(1).expect("a result");
+        let result = result.split("</p>").next().expect("its end");
+        assert!(!result.contains("deviation out of range"), "{result}");
+        let is_stated = result.contains(", outside the range of its law");
+        assert_ne!(is_stated, in_sweep, "{result}");
+        [svg.contains("theory"), in_sweep]
+    };
+    assert_eq!(requested("2"), [false, false]);
+    assert_eq!(requested("10"), [true, true], "control");
+    let euler = |step: &str| {
+        let manifest = format!(
+            "name = \"euler\"\n[model.orbit]\nduration_days = 400.0\nintegrator = \"explicit-euler\"\ntime_step_days = {step}\n[record]\nframes = 2\nchannels = [\"state\"]\n"
+        );
+        let folder = Folder::write(&manifest, |_| {
+            let frame = |index: u32| {
+                let mut state = START;
+                state[3] *= 1.0 + 1e-3 * f64::from(index);
+                let mut frame = Frame::new();
+                frame.push_state(&state);
+                (Clock { count: index.into(), time: 200.0 * f64::from(index) }, frame)
+            };
+            (0..3).map(frame).collect()
+        });
+        let _ = folder.metrics();
+        let svg = std::fs::read_to_string(folder.path().join("energy_drift.svg"));
+        svg.expect("a plot").contains("theory: 1")
+    };
+    assert!(!euler("5.0") && euler("0.25"));
 }

@@ -142,4 +142,9 @@ fn one_run_has_no_second_one() {
     let text = fs::read_to_string(folder.path().join("report.html")).unwrap();
     assert_eq!(text.matches("<canvas").count(), 1);
     assert!(!text.contains("class=\"pair\""));
+    // Control: two runs of the same model have one.
+    let folder = Folder::write(&format!("{MANIFEST}{SWEEP}"), frames);
+    assert_eq!(analyze(&[folder.name()]).code, 0);
+    let text = fs::read_to_string(folder.path().join("report.html")).unwrap();
+    assert!(text.contains("class=\"pair\""));
 }

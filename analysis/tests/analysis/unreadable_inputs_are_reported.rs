@@ -53,6 +53,9 @@ fn foreign_and_empty_files_are_named_and_the_rest_is_analyzed() {
     }
     let error = "is not an MCAP file\nhelp: name a recording (*.mcap)\n";
     assert!(output.text.contains(error), "{}", output.text);
+    let page = fs::read_to_string(folder.path().join("report.html")).unwrap();
+    let (head, _) = page.split_once("</header>").unwrap();
+    assert!(head.contains("<strong class=\"bad\">2 files unreadable</strong>"), "{head}");
     let metrics = folder.written();
     assert_eq!(metrics.all("pressure.measured").len(), 1);
     metrics.assert_near("pressure.measured", 3.0, 0.0);

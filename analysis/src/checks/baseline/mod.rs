@@ -4,7 +4,7 @@
 //! |---|---|
 //! | nothing (same run key, same versions) | values are equal to the last digit |
 //! | a version of the programs or of the physics | values are equal within the metric's rounding |
-//! | the seed, or keys that are allowed to differ | the difference is not significant by Student's t, with Holm's correction; a value that was that of its exact law still is |
+//! | the seed, or keys that are allowed to differ | the difference is not significant by Student's t, with Holm's correction; a value that was that of its exact law still is; the violation of a conservation law is not compared |
 //! | any other key | the comparison fails |
 //!
 //! A tolerance of the manifest (`[[baseline]]`) replaces the second and the third rule. A comparison of no run, or of no
@@ -29,6 +29,9 @@ use std::collections::BTreeMap;
 /// Why a comparison in which no metric passes or fails is a failure, and what to do.
 const NOTHING_COMPARED: &str = "undecided: no metric is compared, because none has a standard error in both analyses: record several \
      replicates in both, or set a relative_tolerance in [[baseline]]";
+
+/// Why the violation of a conservation law is not compared between seeds.
+const VIOLATION_COMPARED: &str = "the violation of a conservation law is no random deviation: set a relative_tolerance in [[baseline]]";
 
 /// The metrics of an earlier analysis.
 #[derive(Debug)]
@@ -114,12 +117,12 @@ impl Baseline {
         let relations = Relations::between(old, new, allowed);
         let known = METRICS.iter().find(|(model, _)| *model == old.model);
         let known = known.map_or(&[][..], |(_, names)| names);
-        let mut now: BTreeMap<(&str, Place), (&MetricEntry, f64)> = new
+        let mut now: BTreeMap<(&str, Place), (&MetricEntry, &Metric)> = new
             .metrics
             .iter()
             .zip(metrics)
             .map(|(entry, metric)| {
-                ((entry.name.as_str(), Place::of_metric(entry)), (entry, metric.rounding))
+                ((entry.name.as_str(), Place::of_metric(entry)), (entry, metric))
             })
             .collect();
         let mut rows: Vec<BaselineRow> = Vec::new();
@@ -129,7 +132,8 @@ impl Baseline {
             let pair = Pair { old: Some(earlier), new: found.map(|(entry, _)| entry) };
             let mut tolerances = tolerances.iter();
             let rule = Rule {
-                rounding: found.map_or(0.0, |(_, rounding)| rounding),
+                rounding: found.map_or(0.0, |(_, metric)| metric.rounding),
+                is_conservation: found.is_some_and(|(_, metric)| metric.is_of_conservation_law()),
                 tolerance: tolerances.find(|tolerance| tolerance.metric == earlier.name),
                 is_known: known.contains(&earlier.name.as_str()),
             };
@@ -161,6 +165,8 @@ struct Pair<'a> {
 struct Rule<'a> {
     /// A difference below this is a rounding error.
     rounding: f64,
+    /// Whether its law is a conservation law.
+    is_conservation: bool,
     /// The tolerance of the manifest.
     tolerance: Option<&'a BaselineTolerance>,
     /// Whether this program derives such a metric.
@@ -224,11 +230,18 @@ impl Pair<'_> {
                 row(Some(passed), if passed { "equal up to rounding" } else { &beyond })
             }
             // Conservation laws hold for every seed.
-            _ if old.is_exact(rule.rounding) == Some(true) => match new.is_exact(rule.rounding) {
-                Some(true) => row(Some(true), "equal to its exact law up to rounding, as before"),
-                Some(false) => row(Some(false), "no longer equal to its exact law up to rounding"),
-                None => row(None, "its exact law no longer applies"),
-            },
+            _ if old.is_exact(rule.rounding, rule.is_conservation) == Some(true) => {
+                match new.is_exact(rule.rounding, rule.is_conservation) {
+                    Some(true) => {
+                        row(Some(true), "equal to its exact law up to rounding, as before")
+                    }
+                    Some(false) => {
+                        row(Some(false), "no longer equal to its exact law up to rounding")
+                    }
+                    None => row(None, "its exact law no longer applies"),
+                }
+            }
+            _ if rule.is_conservation => row(None, VIOLATION_COMPARED),
             _ => self.by_statistics(place, [before, value], rounding),
         }
     }

@@ -1,6 +1,6 @@
 //! Plots of a DEM run: energy balance, packing fraction and stress by height, snapshots.
 
-use super::observe::{DemRun, balance_j, total_j};
+use super::observe::{DemRun, balance_j, supplied_j, total_j};
 use super::stress::StressLayer;
 use crate::models::contract::PlottedObserver;
 use crate::models::figures::{Figures, SharedCurve, box_text, pictures};
@@ -13,8 +13,8 @@ use std::f64::consts::PI;
 impl PlottedObserver for DemRun {
     fn figures(&self) -> Figures {
         let mut figures = Figures::default();
-        if let Some((_, first)) = self.energies.first() {
-            add_energies(self, first, &mut figures);
+        if let (Some((_, first)), Some((_, last))) = (self.energies.first(), self.energies.last()) {
+            add_energies(self, [first, last], &mut figures);
         }
         figures.plots.extend(packing_by_height(self));
         figures.plots.extend(stress_by_height(self));
@@ -29,7 +29,7 @@ impl PlottedObserver for DemRun {
     }
 }
 
-fn add_energies(run: &DemRun, first: &DemEnergy, figures: &mut Figures) {
+fn add_energies(run: &DemRun, [first, last]: [&DemEnergy; 2], figures: &mut Figures) {
     let series = |of: &dyn Fn(&DemEnergy) -> f64| -> Vec<(f64, f64)> {
         run.energies.iter().map(|(time, energy)| (*time, of(energy))).collect()
     };
@@ -45,24 +45,29 @@ fn add_energies(run: &DemRun, first: &DemEnergy, figures: &mut Figures) {
     ];
     let energies = Plot::chart("energy_balance", "Energy balance", axes("energy", "J"), curves);
     figures.plots.push(energies);
-    let start = total_j(first).abs();
-    if start == 0.0 {
+    // The denominator of `energy.residual_relative`.
+    let supplied = supplied_j(first, last).abs();
+    if supplied == 0.0 {
         return;
     }
+    let (residual_name, supplied_name) = match last.entered_j {
+        0.0 => ("residual", "energy at the start"),
+        _ => ("energy-balance error", "(initial + inserted energy)"),
+    };
     let curves = vec![
-        Curve::line("energy-balance error", 0, series(&|energy| residual(energy) / start)),
+        Curve::line("energy-balance error", 0, series(&|energy| residual(energy) / supplied)),
         Curve::theory("conservation of energy", 6, run.energies.ends().map(|end| (end.0, 0.0))),
     ];
     let title = "Energy-balance error";
-    let drift =
-        Plot::chart("energy_drift", title, axes("residual / energy at the start", ""), curves);
+    let label = format!("{residual_name} / {supplied_name}");
+    let drift = Plot::chart("energy_drift", title, axes(&label, ""), curves);
     figures.plots.push(drift);
     let shared = |stem: &str, title: &str, axes: [Axis; 2], of: &dyn Fn(&DemEnergy) -> f64| {
-        SharedCurve::new(stem, title, axes, series(&|energy| of(energy) / start).into_iter())
+        SharedCurve::new(stem, title, axes, series(&|energy| of(energy) / supplied).into_iter())
     };
-    let relative = axes("energy / energy at the start", "");
-    let error =
-        [Axis::linear("time", "s"), Axis::logarithmic("|residual| / energy at the start", "")];
+    let relative = axes(&format!("energy / {supplied_name}"), "");
+    let label = format!("|{residual_name}| / {supplied_name}");
+    let error = [Axis::linear("time", "s"), Axis::logarithmic(&label, "")];
     figures.comparisons = vec![
         shared("energy_total_by_run", "Mechanical energy", relative, &total_j),
         shared("energy_residual_by_run", "Energy-balance error", error, &|energy| {
@@ -144,6 +149,38 @@ fn area_below(line: f64, radius: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::models::snapshots::Snapshots;
+    use crate::plot::PlotContent;
+    use kinetoscope_manifest::model::DemConfig;
+
+    /// Label of the vertical axis of the energy-balance error, and its last value.
+    fn final_error(start_j: f64, entered_j: f64) -> (String, f64) {
+        let mut run = DemRun::new(DemConfig::default(), Snapshots::default());
+        let energy =
+            |kinetic_j, entered_j| DemEnergy { kinetic_j, entered_j, ..DemEnergy::default() };
+        run.energies.add((0.0, energy(start_j, 0.0)));
+        run.energies.add((1.0, energy(start_j + entered_j - 0.5, entered_j)));
+        let figures = run.figures();
+        let drift = figures.plots.iter().find(|plot| plot.stem == "energy_drift").unwrap();
+        let PlotContent::Chart(chart) = &drift.content else { panic!("no chart") };
+        let shared = &figures.comparisons[1];
+        assert_eq!(shared.points.last().unwrap().y, chart.curves[0].points[1].y.abs());
+        (chart.y.label.clone(), chart.curves[0].points[1].y)
+    }
+
+    /// Guarantee: the error is relative to the energy that the run was given, as `energy.residual_relative` is. Setup: 0.5 J of 100 J
+    /// are lost, of which 1 J or all was there at the start.
+    #[test]
+    fn energy_balance_error_is_relative_to_the_initial_and_the_inserted_energy() {
+        let (label, error) = final_error(1.0, 99.0);
+        assert_eq!(
+            (label.as_str(), error),
+            ("energy-balance error / (initial + inserted energy)", -0.005)
+        );
+        let (label, error) = final_error(100.0, 0.0);
+        assert_eq!((label.as_str(), error), ("residual / energy at the start", -0.005));
+        assert_eq!(final_error(0.0, 100.0).1, -0.005, "an empty box at the start");
+    }
 
     #[test]
     fn the_area_below_a_line_is_that_of_the_segment() {

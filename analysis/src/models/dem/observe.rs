@@ -33,6 +33,11 @@ pub(super) fn balance_j(energy: &DemEnergy) -> f64 {
     total_j(energy) + energy.dissipated_j + energy.removed_j - energy.entered_j - energy.wall_work_j
 }
 
+/// Energy that the run was given, J: the mechanical energy at the start and that of all discs inserted until the last frame.
+pub(super) fn supplied_j(first: &DemEnergy, last: &DemEnergy) -> f64 {
+    total_j(first) + last.entered_j
+}
+
 /// Observer of one DEM run.
 #[derive(Clone, Debug, Default)]
 pub(super) struct DemRun {
@@ -136,7 +141,7 @@ impl DemRun {
         found.compare(metric::RESIDUAL_PER_REBOUND, per_rebound, 0.0);
         let has_settled = self.last_motion_s < *end_s;
         found.add(metric::SETTLING_TIME, has_settled.then_some(self.last_motion_s));
-        let start = total_j(first) + last.entered_j;
+        let start = supplied_j(first, last);
         if start == 0.0 {
             return;
         }

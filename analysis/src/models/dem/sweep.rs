@@ -42,6 +42,9 @@ pub(crate) const ORDINATES: &[Ordinate] = &[
     Ordinate::new("restitution.measured", "restitution"),
     Ordinate {
         is_power_law: true,
-        ..Ordinate::new("energy.max_residual_relative", "largest |residual| / energy at the start")
+        ..Ordinate::new(
+            "energy.max_residual_relative",
+            "largest |residual| / (initial + inserted energy)",
+        )
     },
 ];
