@@ -103,8 +103,8 @@ impl LockArguments {
         }
     }
 
-    /// Excludes other processes that change a lock file of this folder, until the value is dropped. Whoever can read the folder can lock
-    /// it for any time, so the results of the runs are written nevertheless, without the lock.
+    /// Excludes other processes that change a lock file of this folder, until the value is dropped. A user who can read the folder can
+    /// keep it locked, so the results of the runs are written after [`LONGEST_WAIT`] without the lock.
     fn wait_for_others(&self, reruns: &Reruns<'_>) -> Result<Option<FolderLock>, Failure> {
         let start = Instant::now();
         while start.elapsed() < LONGEST_WAIT {

@@ -220,7 +220,7 @@ fn reject_equal_names(sources: &[RecordingFolder]) -> Result<(), CommandError> {
         if let Some(other) = folders.insert(&source.name, &source.folder) {
             let (one, other) = (shown_path(&source.folder), shown_path(other));
             return Err(CommandError::usage(format!(
-                "{other} and {one} have the same name, so their results would be in one folder\nhelp: analyze them one by one, or omit --output"
+                "{other} and {one} have the same name, so their results would be in one folder\nhelp: analyze each with its own --output, or omit --output"
             )));
         }
     }
