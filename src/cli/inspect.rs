@@ -16,7 +16,7 @@ use crate::verify::merge::{MergeFailure, check_merge, merge_recordings};
 use crate::verify::{Finding, Verification, VerifyError, verify};
 use clap::Args;
 use kinetoscope_recording::reader::Outcome;
-use kinetoscope_usage::text::{one_line, shown_path};
+use kinetoscope_usage::text::{one_line, plural, shown_path};
 use kinetoscope_usage::with_help;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -209,16 +209,17 @@ fn verified(verification: &Verification, path: &Path) -> Report {
     let (verdict, mut report) = match &verification.finding {
         Finding::SameBytes { frames } => {
             let mut report = Report::equal();
-            report.lines.push(format!("{frames} frames rerun: equal in every byte"));
+            let frames = plural(*frames, "frame");
+            report.lines.push(format!("{frames} rerun: equal in every byte"));
             (Some(Verdict::Bytes), report)
         }
         Finding::Messages(comparison) => {
             let mut report = messages(comparison, "the file", "the rerun");
             if comparison.difference.is_none() {
-                let frames = comparison.equal_frames;
-                report.lines.push(format!(
-                    "{frames} frames rerun: equal in every message, not in every byte"
-                ));
+                let frames = plural(comparison.equal_frames, "frame");
+                report
+                    .lines
+                    .push(format!("{frames} rerun: equal in every message, not in every byte"));
             }
             ((report.exit == Exit::Done).then_some(Verdict::Messages), report)
         }
@@ -311,14 +312,14 @@ fn compared(comparison: &RecordingComparison, paths: [&Path; 2], find_step: bool
     for (what, [one, other]) in &comparison.versions {
         lines.push(format!("{what}: {one} → {other}"));
     }
-    let frames = comparison.messages.equal_frames;
+    let frames = plural(comparison.messages.equal_frames, "frame");
     if let Some(divergence) = &comparison.divergence {
         lines.extend(cause(divergence, comparison.has_other_physics(), find_step));
     }
     if comparison.same_bytes {
-        lines.push(format!("{frames} frames: equal in every byte"));
+        lines.push(format!("{frames}: equal in every byte"));
     } else if comparison.messages.difference.is_none() {
-        lines.push(format!("{frames} frames: equal in every message, not in every byte"));
+        lines.push(format!("{frames}: equal in every message, not in every byte"));
     }
     Report { lines, ..messages(&comparison.messages, &left, &right) }
 }

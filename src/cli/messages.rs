@@ -2,12 +2,12 @@
 
 use crate::cli::exit::Exit;
 use crate::executor::cluster::task::quoted;
-pub(crate) use crate::executor::progress::plural;
 use crate::executor::progress::size;
 use crate::plan::{Plan, PlannedRun};
 use crate::run::RunReport;
 use kinetoscope_manifest::Experiment;
 use kinetoscope_recording::recorder::Outcome;
+pub(crate) use kinetoscope_usage::text::plural;
 use kinetoscope_usage::text::{escaped_word, one_line, shown_path, visible};
 use kinetoscope_usage::{StandardOutput, with_help, without_styles};
 use std::fmt::Display;

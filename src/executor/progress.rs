@@ -6,6 +6,7 @@ use crate::run::{RunError, RunReport, RunStart};
 use indicatif::{HumanBytes, MultiProgress, ProgressBar, ProgressState, ProgressStyle};
 use kinetoscope_recording::recorder::Outcome;
 use kinetoscope_usage::complain;
+use kinetoscope_usage::text::plural;
 use std::fmt;
 use std::io::IsTerminal;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -155,11 +156,6 @@ impl RunProgress<'_> {
 #[must_use]
 pub fn size(bytes: u64) -> String {
     HumanBytes(bytes).to_string()
-}
-
-/// Formats a count with its noun, such as "1 run" or "3 runs".
-pub(crate) fn plural(count: u64, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 /// Formats the frames per second, below 10 with one decimal.

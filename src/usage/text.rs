@@ -48,6 +48,12 @@ pub fn one_line(text: &str) -> Cow<'_, str> {
     escape(text, is_hidden)
 }
 
+/// Formats a count with its noun, such as "1 run" or "3 runs".
+#[must_use]
+pub fn plural(count: u64, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
 /// A path as messages show it: within its line, because a folder's name may contain a line feed and after it anything.
 #[must_use]
 pub fn shown_path(path: &Path) -> String {

@@ -40,7 +40,7 @@ use kinetoscope_manifest::{
     BaselineTolerance, Check, Coordinate, ExpectedOutcome, ExperimentRecord, TimingTable,
 };
 use kinetoscope_recording::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
-use kinetoscope_usage::text::shown_path;
+use kinetoscope_usage::text::{plural, shown_path};
 use rayon::iter::{
     IndexedParallelIterator as _, IntoParallelRefIterator as _, ParallelIterator as _,
 };
@@ -295,10 +295,10 @@ fn add_endings(runs: &[RunAnalysis], notes: &mut Vec<String>, unreadable: &mut V
             RunStatus::Complete => {}
             RunStatus::Damaged(why) => unreadable.push(why.clone()),
             other => notes.push(format!(
-                "{}: {} after {} frames, t = {}; not part of means and fits",
+                "{}: {} after {}, t = {}; not part of means and fits",
                 run.file,
                 other.word(),
-                run.frames,
+                plural(run.frames, "frame"),
                 last_time(run)
             )),
         }
@@ -472,7 +472,8 @@ impl AnalysisReport {
 
 fn run_title(run: &RunAnalysis, place: &str) -> String {
     let name = if place.is_empty() { run.file.clone() } else { place.to_owned() };
-    format!("{name}: {} frames to t = {}, {}", run.frames, last_time(run), run.ending.word())
+    let frames = plural(run.frames, "frame");
+    format!("{name}: {frames} to t = {}, {}", last_time(run), run.ending.word())
 }
 
 /// Formats the simulated time of the last frame with its unit.

@@ -6,6 +6,7 @@ use super::html::{breakable, law_text, typographic};
 use super::table::{deviation_text, reasons, theory_text, value_text};
 use crate::checks::{CheckKind, CheckResult, subject};
 use crate::metric::{Definition, Metric, symbols};
+use kinetoscope_usage::text::plural;
 use maud::{Markup, html};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -62,7 +63,8 @@ fn group(title: &str, metrics: &[&Metric], checks: &Checks<'_>) -> Markup {
                 tr class="group" {
                     td colspan="6" {
                         details {
-                            summary { "0 in this run: " (zeros.len()) " metrics without a theoretical value" }
+                            @let count = plural(zeros.len() as u64, "metric");
+                            summary { "0 in this run: " (count) " without a theoretical value" }
                             @for (index, metric) in zeros.iter().enumerate() {
                                 @if index > 0 { ", " }
                                 (name(metric))
@@ -223,7 +225,7 @@ mod tests {
     #[test]
     fn numbers_are_split_at_the_decimal_point() {
         for (number, whole) in
-            [("-0.01961(73)", "-0"), ("12345(250)", "12345"), ("1.3·10⁻¹⁸", "1"), ("none", "")]
+            [("-0.01961(73)", "-0"), ("12345(25)", "12345"), ("1.3·10⁻¹⁸", "1"), ("none", "")]
         {
             assert_eq!(whole_part(number), whole);
         }

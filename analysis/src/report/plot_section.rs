@@ -8,7 +8,7 @@ use crate::input::coordinates::label;
 use crate::models::figures::Figures;
 use crate::plot::{Chart, Plot, PlotContent, Point};
 use crate::run::RunAnalysis;
-use kinetoscope_usage::text::visible;
+use kinetoscope_usage::text::{plural, visible};
 use maud::{Markup, PreEscaped, html};
 use serde::Serialize;
 use std::borrow::Cow;
@@ -46,8 +46,7 @@ pub(super) fn section(report: &AnalysisReport, plots: &[DrawnPlot<'_>]) -> Marku
                 @if let Some(sweep) = sweep { (any_metric(&sweep)) }
                 @if !others.is_empty() {
                     details {
-                        @let text = if others.len() == 1 { " plot of further runs" } else { " plots of further runs" };
-                        summary { (others.len()) (text) }
+                        summary { (plural(others.len() as u64, "plot")) " of further runs" }
                         (grid(report, &others))
                     }
                 }

@@ -164,7 +164,7 @@ fn runs_of_two_models_are_counted_and_named_by_their_model() {
     let mixed = two_models();
     let text = page(&mixed, &[0, 3, 5]);
     assert!(text.contains("<dt>model</dt><dd>2 models: gas, 1 run; orbit, 1 run</dd>"));
-    assert!(text.contains("model = gas: 2 frames") && text.contains("model = orbit: 1 frames"));
+    assert!(text.contains("model = gas: 2 frames") && text.contains("model = orbit: 1 frame "));
     // The keys of one model do not name the runs of the other.
     assert!(!text.contains("duration_<wbr>days = "));
     // Seconds and days have no common clock.
