@@ -259,6 +259,11 @@ impl<'a> Points<'a> {
         numeric.filter(|keys| !keys.is_empty()).collect()
     }
 
+    /// The keys of each axis.
+    pub(crate) fn axis_keys(&self) -> Vec<Vec<&'a str>> {
+        self.axes.iter().map(|axis| axis.keys.iter().map(String::as_str).collect()).collect()
+    }
+
     /// The full name of a swept key, which may be written as its last part only.
     pub(crate) fn full_name(&self, written: &str) -> Option<&'a str> {
         let mut keys = self.axes.iter().flat_map(|axis| &axis.keys);

@@ -15,7 +15,7 @@ use kinetoscope_usage::text::one_line;
 pub struct PlotRequest {
     /// Name of a metric, such as `bed.height`, or of a channel's field, such as `/energy.kinetic_j`.
     pub y: String,
-    /// The swept key, as its full name or its last part; `None` for time, and if the sweep has one numeric axis only.
+    /// The swept key, as its full name or its last part; `None` for time, and if the sweep has one numeric axis only, or one axis.
     pub x: Option<String>,
     /// The title; `None` for one that names both quantities.
     pub title: Option<String>,
@@ -69,8 +69,8 @@ table! {
         /// What is plotted: a metric as in metrics.json, such as `bed.height`, or a field of a recorded channel, such as
         /// `/energy.kinetic_j`.
         y: String [""] = String::new(),
-        /// The horizontal axis: a swept key, or `time` for a field of a channel. By default time, or the numeric key of the sweep
-        /// if it has only one.
+        /// The horizontal axis: a swept key, or `time` for a field of a channel. By default time, or the only numeric key of the sweep,
+        /// or its only key.
         x: Option<String> ["", optional],
         /// Title of the plot; by default the names of both quantities.
         title: Option<String> ["", optional],
@@ -205,44 +205,42 @@ fn swept_key(
     element: &Node,
     reader: &mut Reader<'_>,
 ) -> Option<String> {
-    let numeric = points.numeric_keys();
-    let listed = || numeric.iter().flatten().copied().collect::<Vec<_>>().join(", ");
+    let all = points.axis_keys();
     let Some(x) = x else {
-        return match numeric.as_slice() {
+        // Without numbers, words are the axis.
+        let numeric = Some(points.numeric_keys()).filter(|axes| !axes.is_empty());
+        let kind = if numeric.is_some() { "numeric axes" } else { "axes" };
+        let axes = numeric.as_ref().unwrap_or(&all);
+        return match axes.as_slice() {
             // A value of another type is reported where it is read.
             _ if reader.has("x") => None,
             [axis] => axis.first().map(|key| (*key).to_owned()),
             [] => {
-                let label = "without a swept number, plot a field of a channel, such as `/energy.kinetic_j`";
+                let label =
+                    "without a sweep, plot a field of a channel, such as `/energy.kinetic_j`";
                 let title = "a plot of a metric needs a swept key";
                 reader.report(Diagnostic::new(title).at(element.span, label));
                 None
             }
             _ => {
-                let title =
-                    format!("a plot needs `x`: the sweep has {} numeric axes", numeric.len());
-                let label = format!("must be one of {}", listed());
+                let title = format!("a plot needs `x`: the sweep has {} {kind}", axes.len());
+                let label = format!("must be one of {}", axes.concat().join(", "));
                 reader.report(Diagnostic::new(title).at(element.span, label));
                 None
             }
         };
     };
     let Some(full) = points.full_name(x) else {
-        let last_parts: Vec<&str> =
-            numeric.iter().flatten().filter_map(|key| key.rsplit('.').next()).collect();
-        let keys = last_parts.iter().chain(numeric.iter().flatten()).copied();
-        let label = match nearest(x, keys) {
+        let keys = all.concat();
+        let last_parts = keys.iter().filter_map(|key| key.rsplit('.').next());
+        let label = match nearest(x, last_parts.chain(keys.iter().copied())) {
             Some(meant) => format!("did you mean `{meant}`?"),
-            None if numeric.is_empty() => "the sweep has no number".to_owned(),
-            None => format!("must be one of {}", listed()),
+            None if keys.is_empty() => "the manifest has no sweep".to_owned(),
+            None => format!("must be one of {}", keys.join(", ")),
         };
         reader.refuse(&["x"], format!("`{x}` is not swept"), label);
         return None;
     };
-    if !numeric.iter().flatten().any(|key| *key == full) {
-        let label = "`x` takes a swept number; each value of another key has a curve of its own";
-        reader.refuse(&["x"], format!("the values of `{x}` are not numbers"), label);
-    }
     Some(full.to_owned())
 }
 

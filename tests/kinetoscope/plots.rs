@@ -97,6 +97,48 @@ fn png_has_the_requested_pixels_and_its_text() {
     assert_eq!(titled("\u{e000}"), titled("\u{e001}"), "control: unknown letters are a box");
 }
 
+/// A metric over words has a place for each, in the order of the sweep; with a number as well, each number has a curve.
+#[test]
+fn metric_is_plotted_over_words() {
+    let bench = Bench::new();
+    let words = SWEEP.replace("replicates = 2\n", "")
+        + "model.gas.speed_distribution = [\"maxwell\", \"equal\", \"uniform\"]\n";
+    bench.write("gas.toml", &words);
+    assert_eq!(bench.call(&["run", "--quiet", "gas.toml"]).code, Some(0));
+    let drawn = plot(&bench, &["--x", "speed_distribution", "--json", "--output", "p.svg"]).json();
+    let curves = drawn["plot"]["curves"].as_array().unwrap();
+    let data: Vec<_> = curves.iter().filter(|curve| curve["style"] == "data").collect();
+    assert_eq!(data.len(), 3, "one curve per temperature");
+    for curve in data {
+        let places = curve["points"].as_array().unwrap().iter().map(|point| &point["x"]);
+        assert_eq!(places.collect::<Vec<_>>(), ["maxwell", "equal", "uniform"]);
+    }
+    let svg = fs::read_to_string(bench.path("p.svg")).unwrap();
+    let at = |word: &str| svg.rfind(&format!("\n{word}\n")).unwrap_or_else(|| panic!("{svg}"));
+    assert!(at("maxwell") < at("equal") && at("equal") < at("uniform"));
+    let called = plot(&bench, &["--x", "speed_distribution", "--log-x"]);
+    assert!(called.err.contains("are words, which have no logarithms"), "{}", called.err);
+}
+
+/// Of one point, place, value and theory are stated, because theory is a line between points; of several replicates, which one is drawn.
+#[test]
+fn remark_states_what_a_plot_of_one_point_cannot_show() {
+    let bench = sweep();
+    let remark = |arguments: &[&str]| {
+        let command = ["plot", "recordings/gas", "--json", "--output", "p.svg"];
+        let drawn = bench.call(&[&command, arguments].concat()).json();
+        drawn["plot"]["remark"].as_str().unwrap().to_owned()
+    };
+    let one_point = remark(&["--y", "mean_speed", "--where", "temperature_k=300"]);
+    assert!(one_point.starts_with("temperature_k = 300: measured "), "{one_point}");
+    assert!(one_point.contains(", theory "), "{one_point}");
+    assert!(!remark(&["--y", "mean_speed"]).contains("measured"), "control");
+    let field = ["--y", "/energy.kinetic_j"];
+    assert_eq!(remark(&field), "one replicate of each point");
+    let of_one = remark(&[&field[..], &["--where", "temperature_k=300"]].concat());
+    assert_eq!(of_one, "replicate 0 of 0 to 1");
+}
+
 #[test]
 fn unknown_names_name_the_nearest() {
     let bench = sweep();
@@ -164,7 +206,10 @@ fn recordings_that_make_no_plot_are_rejected() {
     bench.write("one.toml", GAS);
     bench.write("orbit.toml", "[model.orbit]\nduration_days = 10\n[record]\nframes = 2\n");
     assert_eq!(bench.call(&["run", "--quiet", "one.toml", "orbit.toml"]).code, Some(0));
-    rejected(&["recordings/one", "--y", "mean_speed"], "needs recordings of a sweep over a number");
+    rejected(
+        &["recordings/one", "--y", "mean_speed"],
+        "a plot of a metric needs recordings of a sweep",
+    );
     rejected(&["recordings", "--y", "mean_speed"], "recordings of one folder; found 3");
     // A folder with recordings of two models, without the record of an experiment.
     fs::create_dir(bench.path("mixed")).unwrap();

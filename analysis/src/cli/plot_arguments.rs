@@ -7,7 +7,7 @@ use crate::input::recording::{self, OpenRun};
 use crate::input::{self, OpenedRuns, RecordingFolder, UnreadableRecording};
 use crate::models::{MODELS, metrics_of};
 use crate::plot::png::png;
-use crate::plot::{ChartSize, CurveStyle, Plot, PlotContent};
+use crate::plot::{ChartSize, CurveStyle, Plot, PlotContent, Point};
 use crate::run::cache::AnalysisCache;
 use crate::run::fields::names;
 use crate::run::{self, RunAnalysis, RunOptions, RunStatus};
@@ -15,7 +15,7 @@ use crate::sweep::requested::{PlotData, RejectedPlot, fields_to_read, swept_key}
 use crate::sweep::{fits, points};
 use crate::write_file;
 use kinetoscope_manifest::{Coordinate, PlotAxis, PlotRequest, nearest};
-use kinetoscope_usage::text::shown_path;
+use kinetoscope_usage::text::{plural, shown_path};
 use kinetoscope_usage::{StandardOutput, complain};
 use rayon::iter::{IndexedParallelIterator as _, IntoParallelIterator as _, ParallelIterator as _};
 use serde_json::{Value, json};
@@ -32,7 +32,7 @@ pub struct PlotArguments {
     /// channel, such as /energy.kinetic_j
     #[arg(long, value_name = "NAME", help_heading = "Plot")]
     y: String,
-    /// Swept key, or `time` for a field of a channel [default: the only swept number, or time]
+    /// Swept key, or `time` for a field of a channel [default: the only swept number, else the only swept key, or time]
     #[arg(long, value_name = "KEY", help_heading = "Plot")]
     x: Option<String>,
     /// Show only the points of the sweep with this value of a key; can be repeated
@@ -241,8 +241,8 @@ impl PlotArguments {
                 RunStatus::Complete => {}
                 RunStatus::Damaged(why) => unreadable.push(why.clone()),
                 other if !self.quiet => {
-                    let (word, frames) = (other.word(), run.frames);
-                    complain(&format!("note: {}: {word} after {frames} frames", run.file), false);
+                    let (word, frames) = (other.word(), plural(run.frames, "frame"));
+                    complain(&format!("note: {}: {word} after {frames}", run.file), false);
                 }
                 _ => {}
             }
@@ -266,16 +266,19 @@ impl PlotArguments {
     /// The drawn points and the written file.
     fn described(&self, plot: &Plot) -> Value {
         let PlotContent::Chart(chart) = &plot.content else { return Value::Null };
+        let x_of = |point: &Point| {
+            let word = chart.x.words.get(point.x as usize);
+            word.map_or_else(|| json!(point.x), |word| json!(word))
+        };
         let curves = chart.curves.iter().map(|curve| {
             let style = match curve.style {
                 CurveStyle::Data => "data",
                 CurveStyle::Theory => "theory",
                 CurveStyle::Line => "line",
             };
-            let points = curve
-                .points
-                .iter()
-                .map(|point| json!({ "x": point.x, "y": point.y, "standard_error": point.error }));
+            let points = curve.points.iter().map(
+                |point| json!({ "x": x_of(point), "y": point.y, "standard_error": point.error }),
+            );
             json!({ "name": curve.name, "style": style, "points": points.collect::<Vec<_>>() })
         });
         let bytes = self.output.as_ref().and_then(|file| std::fs::metadata(file).ok());

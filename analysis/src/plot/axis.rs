@@ -22,17 +22,20 @@ pub(crate) struct Axis {
     pub(crate) unit: String,
     /// The scale.
     pub(crate) scale: Scale,
+    /// The words at 0, 1, 2, and so on, in place of numbers; empty for an axis of numbers.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) words: Vec<String>,
 }
 
 impl Axis {
     /// A linear axis.
     pub(crate) fn linear(label: &str, unit: &str) -> Self {
-        Self { label: label.into(), unit: unit.into(), scale: Scale::Linear }
+        Self { label: label.into(), unit: unit.into(), scale: Scale::Linear, words: Vec::new() }
     }
 
     /// A logarithmic axis.
     pub(crate) fn logarithmic(label: &str, unit: &str) -> Self {
-        Self { label: label.into(), unit: unit.into(), scale: Scale::Logarithmic }
+        Self { scale: Scale::Logarithmic, ..Self::linear(label, unit) }
     }
 
     /// Whether the axis can show a value.
@@ -50,6 +53,7 @@ pub(super) struct Layout {
     pub(super) high: f64,
     pub(super) ticks: Vec<f64>,
     decimals: usize,
+    words: Vec<String>,
     pub(super) caption: String,
 }
 
@@ -57,6 +61,8 @@ pub(super) struct Layout {
 pub(super) const FLAT_RELATIVE: f64 = 1e-9;
 /// Relative range of the axis of a flat curve.
 const FLAT_RANGE_RELATIVE: f64 = 0.02;
+/// Maximum number of words below an axis.
+const MOST_WORDS: usize = 20;
 /// Margin between data and frame, as a fraction of the range.
 const MARGIN: f64 = 0.05;
 
@@ -70,9 +76,14 @@ impl Layout {
             high: greatest,
             ticks: Vec::new(),
             decimals: 0,
+            words: axis.words.clone(),
             caption: String::new(),
         };
         match axis.scale {
+            _ if !axis.words.is_empty() => {
+                layout.low = least - 0.5;
+                layout.high = greatest + 0.5;
+            }
             Scale::Linear => {
                 layout.exponent = common_exponent(least.abs().max(greatest.abs()));
                 let unit = power_of_ten(layout.exponent);
@@ -110,11 +121,22 @@ impl Layout {
         self.set_range(self.low * factor, self.high * factor);
     }
 
+    /// Whether the axis has words in place of numbers.
+    pub(super) const fn has_words(&self) -> bool {
+        !self.words.is_empty()
+    }
+
     pub(super) const fn exponent(&self) -> i32 {
         self.exponent
     }
 
     fn set_ticks(&mut self) {
+        if !self.words.is_empty() {
+            let places = (0..self.words.len()).step_by(self.words.len().div_ceil(MOST_WORDS));
+            let places = places.map(|word| word as f64);
+            self.ticks = places.filter(|tick| (self.low..self.high).contains(tick)).collect();
+            return;
+        }
         if self.scale == Scale::Logarithmic
             && let Some(ticks) = decade_ticks(self.low, self.high)
         {
@@ -147,6 +169,9 @@ impl Layout {
     /// The label of a tick.
     pub(super) fn tick_text(&self, tick: f64) -> String {
         match self.scale {
+            _ if !self.words.is_empty() => {
+                self.words.get(tick as usize).cloned().unwrap_or_default()
+            }
             Scale::Linear => {
                 let text = format!("{tick:.*}", self.decimals).replace('-', "−");
                 if text.chars().any(|digit| ('1'..='9').contains(&digit)) {
@@ -179,7 +204,7 @@ impl Ranged for Layout {
 }
 
 fn caption(axis: &Axis, exponent: i32) -> String {
-    let power = if exponent == 0 { String::new() } else { format!("10{}", superscript(exponent)) };
+    let power = if exponent == 0 { String::new() } else { power_text(exponent) };
     match (power.is_empty(), axis.unit.is_empty()) {
         (true, true) => axis.label.clone(),
         (true, false) => format!("{} ({})", axis.label, axis.unit),
@@ -253,7 +278,7 @@ pub(crate) fn short_number(value: f64) -> String {
         return trim_zeros(&digits).replace('-', "−");
     }
     let mantissa = trim_zeros(&format!("{:.3}", value / power_of_ten(exponent))).replace('-', "−");
-    let power = format!("10{}", superscript(exponent));
+    let power = power_text(exponent);
     if mantissa == "1" { power } else { format!("{mantissa}·{power}") }
 }
 
@@ -270,9 +295,9 @@ fn trim_zeros(digits: &str) -> String {
     }
 }
 
-/// Formats an exponent as superscript digits.
-fn superscript(exponent: i32) -> String {
-    exponent
+/// Formats a power of ten, such as 10⁻¹⁸.
+pub(crate) fn power_text(exponent: i32) -> String {
+    let digits: String = exponent
         .to_string()
         .chars()
         .map(|character| match character {
@@ -285,7 +310,8 @@ fn superscript(exponent: i32) -> String {
                 char::from_u32(0x2070 + offset).unwrap_or(digit)
             }
         })
-        .collect()
+        .collect();
+    format!("10{digits}")
 }
 
 #[cfg(test)]

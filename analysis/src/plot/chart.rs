@@ -3,7 +3,7 @@
 use super::DrawingError;
 use super::axis::{Axis, FLAT_RELATIVE, Layout, extremes};
 use super::canvas::{
-    Canvas, INK, PALE, curve_color, draw, failure, fine, stroke, text_style, text_width,
+    Canvas, FINENESS, INK, PALE, curve_color, draw, failure, fine, stroke, text_style, text_width,
 };
 use super::chart_size::ChartSize;
 use plotters::prelude::*;
@@ -219,6 +219,16 @@ fn left_labels(y: &Layout) -> i32 {
     46 + TICK_TEXT / 2 * (y.longest_text() as i32 + 1)
 }
 
+/// Size of the letters below the horizontal axis: smaller for long words, so that they do not touch.
+fn x_tick_size(x: &Layout, width: i32) -> i32 {
+    if !x.has_words() {
+        return TICK_TEXT;
+    }
+    let room = width / x.ticks.len().max(1) as i32 - TICK_TEXT / 2;
+    let needed = (x.longest_text() as i32 * TICK_TEXT / 2).max(1);
+    (TICK_TEXT * room / needed).clamp(TICK_TEXT / 2, TICK_TEXT)
+}
+
 /// Size of the letters of a title: smaller if it is long, so that it fits the width.
 fn title_size(title: &str, width: i32) -> i32 {
     let needed = text_width(title, TITLE_TEXT).max(1);
@@ -290,6 +300,7 @@ fn draw_plot(
         .y_label_area_size(fine(left_labels(y)))
         .build_cartesian_2d(x.clone(), y.clone())
         .map_err(failure)?;
+    let width = area.dim_in_pixel().0 as i32 / FINENESS - left_labels(y) - RIGHT_MARGIN;
     chart
         .configure_mesh()
         .axis_style(stroke(INK, 2))
@@ -297,6 +308,7 @@ fn draw_plot(
         .light_line_style(TRANSPARENT)
         .set_all_tick_mark_size(fine(5))
         .label_style(text_style(TICK_TEXT, HPos::Left, VPos::Top))
+        .x_label_style(text_style(x_tick_size(x, width), HPos::Left, VPos::Top))
         .x_label_formatter(&|tick| x.tick_text(*tick))
         .y_label_formatter(&|tick| y.tick_text(*tick))
         .draw()

@@ -13,7 +13,7 @@ mod resemblance;
 pub(crate) mod shapes_svg;
 pub(crate) mod velocity_field;
 
-pub(crate) use axis::{Axis, Scale, extremes, short_number, three_digits};
+pub(crate) use axis::{Axis, Scale, extremes, power_text, short_number, three_digits};
 pub(crate) use chart::{Chart, Curve, CurveStyle, Point, thinned};
 pub(crate) use chart_size::ChartSize;
 pub(crate) use picture::Picture;

@@ -32,6 +32,9 @@ struct AxisData<'a> {
     label: &'a str,
     unit: &'a str,
     log: bool,
+    /// The words at 0, 1, 2, and so on, in place of numbers.
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    words: &'a [String],
 }
 
 #[derive(Serialize)]
@@ -86,6 +89,7 @@ impl<'a> ChartData<'a> {
             label: &axis.label,
             unit: if axis.unit == "1" { "" } else { &axis.unit },
             log: axis.scale == Scale::Logarithmic,
+            words: &axis.words,
         };
         let (x, y) = (axis(&chart.x), axis(&chart.y));
         let (equal, time) = (chart.equal_aspect, chart.x.label == "time");

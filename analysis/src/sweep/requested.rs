@@ -1,10 +1,10 @@
 //! Plots that a manifest or a command line requests: a metric over a swept key, or a field of a channel over time.
 
 use crate::input::coordinates::CoordinateValue;
-use crate::input::coordinates::{self, grouped, last_part, value_of};
+use crate::input::coordinates::{self, grouped, last_part, shown_value, value_of};
 use crate::metric::{Definition, Metric, MetricScope};
 use crate::models::MODELS;
-use crate::plot::{Axis, Curve, CurveStyle, Plot, Point, Scale, extremes};
+use crate::plot::{Axis, Curve, CurveStyle, Plot, Point, Scale, extremes, short_number};
 use crate::run::RunAnalysis;
 use crate::statistics::Estimate;
 use crate::sweep::figures::{MAX_CURVES, capitalized, stem_of, words_and_unit};
@@ -65,9 +65,11 @@ impl PlotData<'_> {
             RejectedPlot::new(format!("`{y}` is not a metric"), "name a metric of metrics.json")
         })?;
         let key = swept_key(request.x.as_deref(), self.places, self.axes)?;
+        let words = words(&key, self.places);
         let samples = self.samples(request);
         let mut remarks = Vec::new();
-        let curves = curves(&samples, &key, self.axes, &mut remarks);
+        let abscissa = |place: &[Coordinate]| position(place, &key, &words);
+        let curves = curves(&samples, &key, abscissa, self.axes, &mut remarks);
         let missing = samples.iter().filter(|sample| !sample.has_value()).count();
         if curves.is_empty() {
             return Err(self.without_values(request));
@@ -75,14 +77,18 @@ impl PlotData<'_> {
         if missing > 0 {
             remarks.push(format!("{missing} of {} points have no value", samples.len()));
         }
+        if let [only] = samples.as_slice() {
+            remarks.push(only.described());
+        }
         if share_random_streams(self.points, y) {
             remarks.push(SHARED_STREAMS.to_owned());
         }
         let unit = if definition.unit == "1" { "" } else { definition.unit };
         let (label, is_power_law) = label(y);
         let (x_label, x_unit) = words_and_unit(last_part(&key));
-        let scales = scales(request, &curves, is_power_law)?;
-        let axes = axes([(&x_label, x_unit), (&label, unit)], scales);
+        let scales = scales(request, &curves, is_power_law, !words.is_empty())?;
+        let [across, up] = axes([(&x_label, x_unit), (&label, unit)], scales);
+        let axes = [Axis { words, ..across }, up];
         let stem = format!("{}_vs_{}", stem_of(y), x_label.replace(' ', "_"));
         let title = format!("{} against {x_label}", capitalized(&label));
         Ok(Plot::chart(stem, title, axes, curves).with_remark(&remarks.join("; ")))
@@ -130,6 +136,17 @@ impl PlotData<'_> {
         )
     }
 
+    /// Which of several replicates is drawn.
+    fn one_of_several(&self, shown: &[&RunAnalysis]) -> Option<String> {
+        let replicates =
+            |run: &&RunAnalysis| self.places.iter().filter(|it| **it == run.coordinates).count();
+        let most = shown.iter().map(replicates).max().filter(|most| *most > 1)?;
+        Some(match shown {
+            [run] => format!("replicate {} of 0 to {}", run.manifest.replicate, most - 1),
+            _ => "one replicate of each point".to_owned(),
+        })
+    }
+
     fn field_over_time(&self, request: &PlotRequest) -> Result<Plot, RejectedPlot> {
         let y = request.y.as_str();
         let (topic, field) = request.channel_field().unwrap_or((y, ""));
@@ -152,6 +169,7 @@ impl PlotData<'_> {
         if selected > MAX_CURVES {
             remarks.push(format!("the first {MAX_CURVES} of {selected} points of the sweep"));
         }
+        remarks.extend(self.one_of_several(&shown));
         let several = shown.len() > 1;
         let mut curves = Vec::new();
         for (color, run) in shown.iter().take(MAX_CURVES).enumerate() {
@@ -168,13 +186,38 @@ impl PlotData<'_> {
         let (words, unit) = words_and_unit(field);
         let channel = topic.trim_start_matches('/');
         let label = format!("{}: {words}", channel.replace('_', " "));
-        let scales = scales(request, &curves, false)?;
+        let scales = scales(request, &curves, false, false)?;
         let time_unit = &shown[0].time_unit;
         let axes = axes([("time", time_unit), (&label, unit)], scales);
         let title = format!("{} against time", capitalized(&label));
         let plot = Plot::chart(format!("{channel}_{field}_vs_time"), title, axes, curves);
         Ok(plot.with_remark(&remarks.join("; ")))
     }
+}
+
+/// The words of a swept key in the order of the sweep; empty for a key with numbers.
+fn words(key: &str, places: &[Vec<Coordinate>]) -> Vec<String> {
+    if places.iter().any(|place| number(place, key).is_some()) {
+        return Vec::new();
+    }
+    let mut words = Vec::new();
+    for coordinate in places.iter().flatten().filter(|coordinate| coordinate.key == key) {
+        let word = shown_value(coordinate);
+        if !words.contains(&word) {
+            words.push(word);
+        }
+    }
+    words
+}
+
+/// The place on the horizontal axis: the number of the key, or that of its word.
+fn position(place: &[Coordinate], key: &str, words: &[String]) -> Option<f64> {
+    if words.is_empty() {
+        return number(place, key);
+    }
+    let coordinate = place.iter().find(|coordinate| coordinate.key == key)?;
+    let word = shown_value(coordinate);
+    words.iter().position(|other| *other == word).map(|index| index as f64)
 }
 
 /// The fields that each run must be read for, given the coordinates of all runs: those of the requested plots, for the first run at
@@ -210,12 +253,21 @@ impl Sample {
     fn has_value(&self) -> bool {
         self.estimate.is_some_and(|estimate| estimate.value.is_finite())
     }
+
+    /// Its place with its numbers: theory is a line only between several points.
+    fn described(&self) -> String {
+        let measured = self.estimate.map_or(f64::NAN, |estimate| estimate.value);
+        let theory = self.theory.map(|theory| format!(", theory {}", short_number(theory)));
+        let place = coordinates::label(&self.coordinates);
+        format!("{place}: measured {}{}", short_number(measured), theory.unwrap_or_default())
+    }
 }
 
 /// One curve of data and one of theory for each group of points that differ in the key only.
 fn curves(
     samples: &[Sample],
     key: &str,
+    abscissa: impl Fn(&[Coordinate]) -> Option<f64>,
     axes: &[SweptAxis],
     remarks: &mut Vec<String>,
 ) -> Vec<Curve> {
@@ -237,7 +289,7 @@ fn curves(
     for (color, (others, group)) in groups.iter().take(MAX_CURVES).enumerate() {
         let (mut data, mut theory) = (Vec::new(), Vec::new());
         for sample in group {
-            let Some(x) = number(&sample.coordinates, key) else { continue };
+            let Some(x) = abscissa(&sample.coordinates) else { continue };
             if let Some(estimate) = sample.estimate.filter(|_| sample.has_value()) {
                 data.push(Point { x, y: estimate.value, error: estimate.standard_error });
             }
@@ -268,10 +320,10 @@ fn uninterrupted(points: &[(f64, f64)], name: &str, color: usize) -> Vec<Curve> 
     parts.enumerate().map(named).collect()
 }
 
-/// The full name of the swept key that is the horizontal axis: the requested one, or the only numeric one.
+/// The full name of the swept key that is the horizontal axis: the requested one, or the only numeric one, or the only one.
 ///
 /// # Errors
-/// A key that is not swept or has no numbers, or a choice among several, with the keys.
+/// A key that is not swept, or a choice among several, with the keys.
 pub(crate) fn swept_key(
     requested: Option<&str>,
     places: &[Vec<Coordinate>],
@@ -279,13 +331,17 @@ pub(crate) fn swept_key(
 ) -> Result<String, RejectedPlot> {
     let keys = coordinates::keys_of(places.iter().map(Vec::as_slice));
     let has_numbers = |key: &&String| places.iter().any(|place| number(place, key).is_some());
-    let numeric: Vec<&str> = keys.iter().filter(has_numbers).map(String::as_str).collect();
-    let listed = numeric.iter().map(|key| last_part(key)).collect::<Vec<_>>().join(", ");
+    let listed =
+        |keys: &[&str]| keys.iter().map(|key| last_part(key)).collect::<Vec<_>>().join(", ");
+    let all: Vec<&str> = keys.iter().map(String::as_str).collect();
     let Some(x) = requested else {
+        let numeric: Vec<&str> = keys.iter().filter(has_numbers).map(String::as_str).collect();
+        // Without numbers, words are the axis.
+        let (kind, eligible) = if numeric.is_empty() { ("", all) } else { ("numeric ", numeric) };
         let axis_of = |key: &str| axes.iter().position(|axis| axis.keys.iter().any(|it| it == key));
-        return match numeric.as_slice() {
+        return match eligible.as_slice() {
             [] => Err(RejectedPlot::new(
-                "a plot of a metric needs recordings of a sweep over a number",
+                "a plot of a metric needs recordings of a sweep",
                 "name a field of a channel, such as `/energy.kinetic_j`, which is plotted over time",
             )),
             [first, rest @ ..]
@@ -296,24 +352,20 @@ pub(crate) fn swept_key(
                 Ok((*first).to_owned())
             }
             _ => Err(RejectedPlot::new(
-                format!("the recordings differ in {} numeric keys", numeric.len()),
-                format!("name the horizontal axis, one of: {listed}"),
+                format!("the recordings differ in {} {kind}keys", eligible.len()),
+                format!("name the horizontal axis, one of: {}", listed(&eligible)),
             )),
         };
     };
     let Some(key) = keys.iter().find(|key| *key == x || last_part(key) == x) else {
-        let names = numeric.iter().map(|key| last_part(key));
+        let names = all.iter().map(|key| last_part(key));
         let help = match nearest(last_part(x), names) {
             Some(meant) => format!("did you mean `{meant}`?"),
-            None if numeric.is_empty() => "the recordings differ in no number".to_owned(),
-            None => format!("name one of: {listed}"),
+            None if all.is_empty() => "the recordings differ in no key".to_owned(),
+            None => format!("name one of: {}", listed(&all)),
         };
         return Err(RejectedPlot::new(format!("`{x}` is not swept"), help));
     };
-    if !has_numbers(&key) {
-        let help = "each value of such a key has a curve of its own; name a swept number";
-        return Err(RejectedPlot::new(format!("the values of `{x}` are not numbers"), help));
-    }
     Ok(key.clone())
 }
 
@@ -346,11 +398,12 @@ const STEEP: f64 = 30.0;
 /// The scales of both axes.
 ///
 /// # Errors
-/// A logarithmic axis on request that can show no point.
+/// A logarithmic axis on request that can show no point, or that has words.
 fn scales(
     request: &PlotRequest,
     curves: &[Curve],
     is_power_law: bool,
+    has_words: bool,
 ) -> Result<[Scale; 2], RejectedPlot> {
     let values = |of: fn(&Point) -> f64| curves.iter().flat_map(|curve| &curve.points).map(of);
     let is_steep = |of: fn(&Point) -> f64| {
@@ -361,8 +414,12 @@ fn scales(
         Some(axes) => [axes.contains(&PlotAxis::X), axes.contains(&PlotAxis::Y)],
         // Time is shown as it passes.
         None if request.is_of_channel() => [false, is_steep(y)],
-        None => [is_power_law || is_steep(x), is_power_law || is_steep(y)],
+        None => [!has_words && (is_power_law || is_steep(x)), is_power_law || is_steep(y)],
     };
+    if has_words && is_log[0] {
+        let what = "the values of the horizontal axis are words, which have no logarithms";
+        return Err(RejectedPlot::new(what, "use a linear horizontal axis"));
+    }
     let is_shown = |point: &Point| (!is_log[0] || point.x > 0.0) && (!is_log[1] || point.y > 0.0);
     if !curves.iter().flat_map(|curve| &curve.points).any(is_shown) {
         let what = format!("no point of `{}` is above zero on its logarithmic axis", request.y);

@@ -59,8 +59,10 @@ fn wrong_names_of_a_plot_are_reported_with_the_nearest() {
         ("y = \"/energy.kinetic_j\" # <-", "add \"energy\" to `record.channels`"),
         ("y = \"/pressure.window_s\"\nx = \"temperature_k\" # <-", "must be `time`"),
         ("y = \"mean_speed\"\nx = \"temprature_k\" # <-", "did you mean `temperature_k`?"),
-        ("y = \"mean_speed\"\nx = \"time\" # <-", "must be one of model.gas.temperature_k"),
-        ("y = \"mean_speed\"\nx = \"speed_distribution\" # <-", "`x` takes a swept number"),
+        (
+            "y = \"mean_speed\"\nx = \"time\" # <-",
+            "must be one of model.gas.temperature_k, model.gas.speed_distribution",
+        ),
         ("y = \"mean_speed\"\nwhere = { radius_m = 1 } # <-", "`radius_m` is not swept"),
         ("y = \"mean_speed\"\nwhere = { temperature_k = 1 } # <-", "values: 200, 300"),
         ("y = \"mean_speed\"\nlog = [\"z\"] # <-", "unknown value \"z\""),
@@ -76,11 +78,28 @@ fn wrong_names_of_a_plot_are_reported_with_the_nearest() {
          [[plots]] # <-\ny = \"mean_speed\"\n",
         "must be one of model.gas.temperature_k, model.gas.radius_m",
     );
+    rejected(
+        "[model.gas]\n[sweep]\nmodel.gas.speed_distribution = [\"maxwell\", \"equal\"]\n\
+         model.gas.temperature_definition = [\"mean-speed\", \"mean-square\"]\n\
+         [[plots]] # <-\ny = \"mean_speed\"\n",
+        "must be one of model.gas.speed_distribution, model.gas.temperature_definition",
+    );
     // Control: the second key of a pair is not an axis of its own.
     let paired = "[model.gas]\n[sweep]\nzip = [[\"model.gas.temperature_k\", \"model.gas.radius_m\"]]\n\
         model.gas.temperature_k = [1, 2]\nmodel.gas.radius_m = [1, 2]\n[[plots]]\ny = \"mean_speed\"\n";
     let x = parse(paired, "m.toml", &[]).unwrap().plots[0].x.clone();
     assert_eq!(x.as_deref(), Some("model.gas.temperature_k"));
+}
+
+/// Words are an axis on request, and where the sweep has no number.
+#[test]
+fn metric_is_plotted_over_words() {
+    let plots = accepted("[[plots]]\ny = \"mean_speed\"\nx = \"speed_distribution\"\n");
+    assert_eq!(plots[0].x.as_deref(), Some("model.gas.speed_distribution"));
+    let words = "[model.gas]\n[sweep]\nmodel.gas.speed_distribution = [\"maxwell\", \"equal\"]\n\
+        [[plots]]\ny = \"mean_speed\"\n";
+    let plots = parse(words, "m.toml", &[]).unwrap().plots;
+    assert_eq!(plots[0].x.as_deref(), Some("model.gas.speed_distribution"));
 }
 
 #[test]
