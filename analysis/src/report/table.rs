@@ -1,7 +1,7 @@
 //! Tables and numbers for the terminal.
 
 use crate::metric::{Deviation, Metric};
-use crate::plot::{short_number, three_digits};
+use crate::plot::{power_text, three_digits};
 use kinetoscope_usage::text::visible;
 use kinetoscope_usage::wrapped_line;
 
@@ -74,16 +74,15 @@ pub(crate) fn with_error(value: f64, standard_error: Option<f64>) -> String {
     let Some(error) = error else { return six_digits(value) };
     let size = value.abs().max(error);
     let exponent = decimal_exponent(size);
-    let plain = (-2..=4).contains(&exponent);
+    // Errors of more than two digits before the decimal point are written with a power of ten as well.
+    let plain = (-2..=4).contains(&exponent) && decimal_exponent(error) < 2;
     let unit = if plain { 1.0 } else { 10.0_f64.powi(exponent) };
     let (value, error) = (value / unit, error / unit);
-    // Two digits of the error, except if it exceeds the digits before the decimal point.
+    // Two digits of the error, which is below 100.
     let decimals = (1 - decimal_exponent(error)).max(0);
-    let shift = 10.0_f64.powi(decimals);
-    let digits = (error * shift).round();
-    let digits = if decimals == 0 { error.round() } else { digits };
+    let digits = (error * 10.0_f64.powi(decimals)).round();
     let text = format!("{value:.*}({digits})", decimals as usize);
-    if plain { text } else { format!("{text}·{}", short_number(unit)) }
+    if plain { text } else { format!("{text}·{}", power_text(exponent)) }
 }
 
 fn decimal_exponent(value: f64) -> i32 {
@@ -107,7 +106,7 @@ pub(crate) fn six_digits(value: f64) -> String {
         let unit = 10.0_f64.powi(exponent);
         let text = format!("{:.5}", value / unit);
         let mantissa = text.trim_end_matches('0').trim_end_matches('.');
-        format!("{mantissa}·{}", short_number(unit))
+        format!("{mantissa}·{}", power_text(exponent))
     }
 }
 
@@ -255,7 +254,9 @@ mod tests {
         assert_eq!(with_error(1.318_24e-18, Some(1.3e-21)), "1.3182(13)·10⁻¹⁸");
         assert_eq!(with_error(-0.019_61, Some(0.000_73)), "-0.01961(73)");
         assert_eq!(with_error(912.3456, Some(0.123)), "912.35(12)");
-        assert_eq!(with_error(12_345.0, Some(250.0)), "12345(250)");
+        assert_eq!(with_error(12_345.0, Some(25.0)), "12345(25)");
+        assert_eq!(with_error(47_400.0, Some(7218.0)), "4.74(72)·10⁴");
+        assert_eq!(with_error(47.4, Some(7218.0)), "0.0(72)·10³");
         assert_eq!(with_error(0.000_4, Some(0.02)), "0.000(20)");
         assert_eq!(with_error(0.000_1, None), "10⁻⁴".replace("10⁻⁴", "1·10⁻⁴"));
         assert_eq!(with_error(0.5, None), "0.5");
