@@ -130,7 +130,7 @@ impl GasRun {
     }
 
     /// Whether in addition all particles have the same mass.
-    fn keeps_energy_of_one_mass(&self) -> bool {
+    pub(super) fn keeps_energy_of_one_mass(&self) -> bool {
         self.keeps_energy() && !law::has_several_masses(&self.config)
     }
 
