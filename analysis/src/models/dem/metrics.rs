@@ -18,7 +18,7 @@ definitions! {
     RESIDUAL: "energy.residual", "J", "/energy: change of the energy balance from the first to the last frame", [law::ENERGY_BALANCE], 0.0;
     RESIDUAL_PER_REBOUND: "energy.residual_per_rebound", "J", "/energy and /state: energy-balance error divided by the number of rebounds of a single disc", [law::ENERGY_BALANCE], 0.0;
     MAX_RESIDUAL: "energy.max_residual_relative", "1", "/energy: maximum size of the energy-balance error over the initial and inserted energy", [law::ENERGY_BALANCE], 1e-9;
-    KINETIC_DISAGREEMENT: "energy.kinetic_disagreement_relative", "1", "kinetic energy of /state against /energy, largest over frames, over the energy at the start", [law::KINETIC_ENERGY], 1e-9;
+    KINETIC_DISAGREEMENT: "energy.kinetic_disagreement_relative", "1", "kinetic energy of /state against /energy, largest over frames, over the energy at the start and of all inserted discs", [law::KINETIC_ENERGY], 1e-9;
     RESTITUTION: "restitution.measured", "1", "/state: sqrt(energy after / before) of each rebound of a single disc, mean", [law::RESTITUTION], 0.0;
     CONTACT_DURATION: "contact_duration.measured", "s", "/state: from touch to parting of each rebound of a single disc, by its parabolas before and after, mean", [law::CONTACT_DURATION], 0.0;
     MAX_OVERLAP: "max_overlap_over_radius", "1", "/contact_statistics: largest since the start", [], 0.0;
