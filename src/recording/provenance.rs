@@ -129,9 +129,17 @@ impl Provenance {
 }
 
 impl Provenance {
-    /// What contradicts the form of every recording in its playback, and in the columns and units of the state, which become headers of tables, labels of
-    /// plots and parts of scripts.
+    /// What contradicts the form of every recording in its names, its playback, and the columns and units of the state, which become
+    /// headers of tables, labels of plots and parts of scripts.
     pub(crate) fn defect(&self) -> Option<String> {
+        let texts = [
+            ("program version", &self.program_version),
+            ("model", &self.model),
+            ("run key", &self.run_key),
+        ];
+        if let Some((what, _)) = texts.iter().find(|(_, text)| text.len() > MAX_NAME_BYTES) {
+            return Some(format!("the {what} has more than {MAX_NAME_BYTES} bytes"));
+        }
         let (columns, units) = (self.state_columns.len(), self.state_units.len());
         if columns > MAX_STATE_COLUMNS {
             return Some(format!(

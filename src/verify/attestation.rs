@@ -13,6 +13,8 @@ use std::path::{Path, PathBuf};
 
 /// Version of the attestation's layout.
 const ATTESTATION_VERSION: u32 = 1;
+/// Maximum size of a version or of the name of a platform.
+const MAX_TEXT_BYTES: usize = 64;
 /// Size of the parts in which a file is hashed.
 const HASHED_AT_ONCE: usize = 1 << 16;
 
@@ -86,6 +88,13 @@ impl Attestation {
         })
     }
 
+    /// The texts that messages show.
+    fn texts(&self) -> impl Iterator<Item = &str> {
+        [&self.verified_by_program_version, &self.operating_system, &self.architecture]
+            .into_iter()
+            .map(String::as_str)
+    }
+
     /// Writes the attestation next to the recording and returns its path.
     ///
     /// # Errors
@@ -118,6 +127,11 @@ pub fn attestation_status(recording: &Path) -> Result<AttestationStatus, ReadErr
     if !is_sha256(&attestation.sha256) {
         let what =
             format!("{}: its SHA-256 is not 64 lowercase hexadecimal digits", shown_path(&path));
+        return Ok(AttestationStatus::Unattested(what));
+    }
+    if attestation.texts().any(|text| text.len() > MAX_TEXT_BYTES) {
+        let what =
+            format!("{}: it has texts of more than {MAX_TEXT_BYTES} bytes", shown_path(&path));
         return Ok(AttestationStatus::Unattested(what));
     }
     let unread = |error| ReadError {

@@ -404,6 +404,10 @@ fn attestation_of_a_sparse_file_is_rejected_before_it_is_hashed() {
     let bytes = ("bytes", size.into());
     attest(&[bytes.clone(), ("sha256", "x".into())]);
     assert_error(&check(), 5, "is not 64 lowercase hexadecimal digits", "SHA-256");
+    for text in ["verified_by_program_version", "operating_system", "architecture"] {
+        attest(&[bytes.clone(), (text, "x".repeat(65).into())]);
+        assert_error(&check(), 5, "texts of more than 64 bytes", text);
+    }
     attest(&[bytes.clone(), ("run_key", zeros.into())]);
     assert_error(&check(), 4, "the run key differs", "run key");
     attest(std::slice::from_ref(&bytes));

@@ -1,4 +1,4 @@
-//! Guarantee: columns and units of the state, which become headers of tables, labels of plots and parts of gnuplot scripts, have the form
+//! Guarantee: names of a recording are short; columns and units of the state, which become headers of tables, labels of plots and parts of gnuplot scripts, have the form
 //! of those of the models, and the playback has a speed; a recording with others is damaged.
 //!
 //! Control: a unit that no model has, in the same form.
@@ -47,6 +47,9 @@ fn columns_and_units_of_another_form_are_damage() {
         ("state_units", &UNITS.replace("kg", "`id`"), "the unit of the column mass"),
         ("state_units", &UNITS.replace("kg", "\u{1b}[31m"), "the unit of the column mass"),
         ("time_unit", "\n::error::x", "the unit of time"),
+        ("program_version", &"1".repeat(65), "the program version has more than 64 bytes"),
+        ("model", &"m".repeat(65), "the model has more than 64 bytes"),
+        ("run_key", &"0".repeat(65), "the run key has more than 64 bytes"),
         ("playback_fps", "0", "playback of 0.0 frames per second"),
         ("playback_fps", "-1e300", "playback of -1e300 frames per second"),
         ("playback_fps", "NaN", "playback of NaN frames per second"),
