@@ -7,6 +7,9 @@ use kinetoscope_recording::reader::RecordedFrame;
 use std::io::Write;
 use std::path::PathBuf;
 
+/// The properties of every particle.
+const STANDARD: [&str; 4] = ["species", "pos", "velo", "radius"];
+
 pub(super) struct Xyz {
     run: ExportedRun,
     path: PathBuf,
@@ -32,7 +35,8 @@ impl Xyz {
                 -depth / 2.0
             )
         });
-        let others: String = self.others().map(|(_, name)| format!(":{name}:R:1")).collect();
+        let others = self.others().map(|(_, name)| format!(":{}:R:1", self.property(name)));
+        let others: String = others.collect();
         format!(
             "{lattice}Properties=species:S:1:pos:R:3:velo:R:3:radius:R:1{others} Time={time:?} Frame={frame}"
         )
@@ -43,6 +47,17 @@ impl Xyz {
         let known = ["x", "y", "z", "vx", "vy", "vz", "radius"];
         let columns = self.run.columns.iter().enumerate();
         columns.filter(move |(_, name)| !known.contains(&name.as_str()))
+    }
+
+    /// The property of a column: its name, with underscores where a standard property or another column has it.
+    fn property(&self, column: &str) -> String {
+        let mut name = column.to_owned();
+        while STANDARD.contains(&name.as_str())
+            || (name != column && self.run.columns.contains(&name))
+        {
+            name.push('_');
+        }
+        name
     }
 
     fn frame(&self, file: &mut impl Write, frame: &RecordedFrame) -> std::io::Result<()> {
@@ -85,5 +100,31 @@ impl Exporter for Xyz {
         let Some(file) = self.file.take() else { return Ok(Vec::new()) };
         file.finish().map_err(|error| WriteError::new(&self.path, error))?;
         Ok(vec![WrittenFile { path: self.path.clone(), rows: self.rows }])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::models::contract::Extent;
+
+    /// Guarantee: every property has a name of its own. Control: other names stay as they are.
+    #[test]
+    fn columns_named_as_standard_properties_are_told_apart() {
+        let columns = ["x", "velo", "velo_", "spin"].map(str::to_owned).to_vec();
+        let run = ExportedRun {
+            extent: Extent::default(),
+            units: vec![String::new(); columns.len()],
+            columns,
+            time_unit: "s".to_owned(),
+            coordinates: Vec::new(),
+            replicate: None,
+        };
+        let xyz = Xyz::new(run, PathBuf::new());
+        let comment = xyz.comment(0, 0.0);
+        assert!(
+            comment.contains(":velo:R:3:radius:R:1:velo__:R:1:velo_:R:1:spin:R:1 "),
+            "{comment}"
+        );
     }
 }
