@@ -8,6 +8,8 @@ use std::path::Path;
 const MAX_DEPTH: usize = 3;
 /// Recordings that are listed at most.
 const MAX_RECORDINGS: usize = 1000;
+/// Files and folders that are looked at at most.
+const MAX_ENTRIES: usize = 100_000;
 
 /// A recording with the files next to it. Paths are relative to the served folder, with `/`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,6 +29,8 @@ pub(super) struct Contents {
     pub(super) recordings: Vec<Found>,
     /// Whether there are more than are listed.
     pub(super) is_cut: bool,
+    /// The files and folders that were looked at.
+    entries: usize,
 }
 
 impl Contents {
@@ -41,6 +45,11 @@ impl Contents {
     fn search(&mut self, folder: &Path, prefix: &str, only: Option<&str>, depth: usize) {
         let (mut files, mut folders) = (Vec::new(), Vec::new());
         for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+            self.entries += 1;
+            if self.entries > MAX_ENTRIES {
+                self.is_cut = true;
+                break;
+            }
             let (Ok(kind), Ok(name)) = (entry.file_type(), entry.file_name().into_string()) else {
                 continue;
             };
@@ -70,6 +79,9 @@ impl Contents {
             return;
         }
         for name in &folders {
+            if self.is_cut {
+                return;
+            }
             self.search(&folder.join(name), &format!("{prefix}{name}/"), None, depth - 1);
         }
     }

@@ -167,10 +167,15 @@ impl Served {
 
 /// The page that lists the recordings.
 async fn list(State(served): State<Arc<Served>>) -> Html<String> {
-    let Server { folder, file, viewer, address } = &served.server;
-    let contents = Contents::of(folder, file.as_deref());
-    let has_index = file.is_none() && folder.join("index.html").is_file();
-    Html(page(&contents, has_index, |found| viewer_address(viewer, *address, found)))
+    // On a thread of its own, because a folder of many files takes long, and downloads go on.
+    let listed = tokio::task::spawn_blocking(move || {
+        let Server { folder, file, viewer, address } = &served.server;
+        let contents = Contents::of(folder, file.as_deref());
+        let has_index = file.is_none() && folder.join("index.html").is_file();
+        page(&contents, has_index, |found| viewer_address(viewer, *address, found))
+    });
+    // Only a panic ends the thread early.
+    Html(listed.await.unwrap_or_default())
 }
 
 fn page(contents: &Contents, has_index: bool, viewer: impl Fn(&Found) -> String) -> String {
