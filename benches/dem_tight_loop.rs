@@ -23,6 +23,9 @@ use std::time::Instant;
 const PAIRS: usize = 7;
 /// Particle-steps per measurement.
 const WORK: usize = 10_000_000;
+/// Steps between two looks at a bed that comes to rest, and the number of looks.
+const SETTLING_STEPS: usize = 20_000;
+const MAX_SETTLING: usize = 25;
 /// The constants of the scene.
 const STIFFNESS: f64 = 5e4;
 const RESTITUTION: f64 = 0.5;
@@ -269,6 +272,20 @@ fn advance(model: &mut Dem, steps: usize) {
     model.advance(goal, u64::MAX).expect("no blow-up");
 }
 
+/// Lets the bed come to rest: no disc moves by a quarter of the skin in `steps` steps.
+fn settle(model: &mut Dem, steps: usize, time_step: f64) {
+    for _ in 0..MAX_SETTLING {
+        let mut frame = Frame::new();
+        model.observe(&mut frame);
+        let discs = frame.state().chunks_exact(Dem::kind().state_columns.len());
+        let fastest = discs.map(|disc| disc[4].hypot(disc[5])).fold(0.0, f64::max);
+        if fastest * time_step * (steps as f64) < 0.25 * SKIN {
+            return;
+        }
+        advance(model, SETTLING_STEPS);
+    }
+}
+
 fn main() {
     let pool = ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
     print_header(["engine", "loop"]);
@@ -277,6 +294,7 @@ fn main() {
         let config = Scene::Settled.config(discs);
         let Extent::Steps { step: time_step, .. } = model.extent() else { unreachable!("steps") };
         let sides = [config.width_m.get(), config.height_m.get()];
+        pool.install(|| settle(&mut model, WORK / discs as usize, time_step));
         let mut bed = Bed::of(&model, sides, time_step);
         pool.install(|| advance(&mut model, 20));
         (0..20).for_each(|_| bed.step());
