@@ -3,9 +3,10 @@
 use super::DrawingError;
 use super::axis::{Axis, FLAT_RELATIVE, Layout, extremes};
 use super::canvas::{
-    Canvas, FINENESS, INK, PALE, curve_color, draw, failure, fine, stroke, text_style, text_width,
+    Canvas, INK, PALE, curve_color, draw, failure, fine, stroke, text_style, text_width,
 };
 use super::chart_size::ChartSize;
+use super::word_labels::draw_words;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 use serde::{Deserialize, Serialize};
@@ -152,6 +153,10 @@ impl Chart {
             }
             let (_, plot) = sheet.split_vertically(fine(TITLE_HEIGHT + legend_height));
             draw_plot(&plot, &x, &y, &curves)?;
+            if x.has_words() {
+                let sides = [left_labels(&y), width - RIGHT_MARGIN];
+                draw_words(&sheet, &x, sides, height - BOTTOM_LABELS)?;
+            }
             let across = (left_labels(&y) + width - RIGHT_MARGIN) / 2;
             let down = TITLE_HEIGHT + legend_height + plot_height / 2;
             let style = text_style(16, HPos::Center, VPos::Center);
@@ -217,16 +222,6 @@ impl Chart {
 /// Space for the caption and the tick labels left of the axis.
 fn left_labels(y: &Layout) -> i32 {
     46 + TICK_TEXT / 2 * (y.longest_text() as i32 + 1)
-}
-
-/// Size of the letters below the horizontal axis: smaller for long words, so that they do not touch.
-fn x_tick_size(x: &Layout, width: i32) -> i32 {
-    if !x.has_words() {
-        return TICK_TEXT;
-    }
-    let room = width / x.ticks.len().max(1) as i32 - TICK_TEXT / 2;
-    let needed = (x.longest_text() as i32 * TICK_TEXT / 2).max(1);
-    (TICK_TEXT * room / needed).clamp(TICK_TEXT / 2, TICK_TEXT)
 }
 
 /// Size of the letters of a title: smaller if it is long, so that it fits the width.
@@ -300,7 +295,6 @@ fn draw_plot(
         .y_label_area_size(fine(left_labels(y)))
         .build_cartesian_2d(x.clone(), y.clone())
         .map_err(failure)?;
-    let width = area.dim_in_pixel().0 as i32 / FINENESS - left_labels(y) - RIGHT_MARGIN;
     chart
         .configure_mesh()
         .axis_style(stroke(INK, 2))
@@ -308,8 +302,8 @@ fn draw_plot(
         .light_line_style(TRANSPARENT)
         .set_all_tick_mark_size(fine(5))
         .label_style(text_style(TICK_TEXT, HPos::Left, VPos::Top))
-        .x_label_style(text_style(x_tick_size(x, width), HPos::Left, VPos::Top))
-        .x_label_formatter(&|tick| x.tick_text(*tick))
+        // Words are drawn in lines of their own.
+        .x_label_formatter(&|tick| if x.has_words() { String::new() } else { x.tick_text(*tick) })
         .y_label_formatter(&|tick| y.tick_text(*tick))
         .draw()
         .map_err(failure)?;

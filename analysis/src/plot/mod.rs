@@ -12,6 +12,7 @@ pub(crate) mod png;
 mod resemblance;
 pub(crate) mod shapes_svg;
 pub(crate) mod velocity_field;
+mod word_labels;
 
 pub(crate) use axis::{Axis, Scale, extremes, power_text, short_number, three_digits};
 pub(crate) use chart::{Chart, Curve, CurveStyle, Point, thinned};
