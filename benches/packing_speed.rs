@@ -171,7 +171,7 @@ fn measure(criterion: &mut Criterion, group: &str, config: &PackingConfig, has_s
     // Prepared only if the filter of the command line selects it.
     let mut prepared: Option<Packing> = None;
     group.bench_function(BenchmarkId::from_parameter(config.discs), |bencher| {
-        let packing = prepared.get_or_insert_with(|| equilibrated(config, has_series));
+        let packing = prepared.get_or_insert_with(|| equilibrated(config, 0, has_series));
         bencher.iter(|| {
             let target = Target::Count(packing.count() + COLLISIONS);
             packing.advance(target, u64::MAX).unwrap()
@@ -220,8 +220,8 @@ const PAIRS: usize = 9;
 const WIDTHS: [usize; 3] = [8, 4, 1];
 
 /// A packing after its equilibration.
-fn equilibrated(config: &PackingConfig, has_series: bool) -> Packing {
-    let mut packing = Packing::prepare(config, Seed { seed: 1, replicate: 0 }, has_series).unwrap();
+fn equilibrated(config: &PackingConfig, replicate: u32, has_series: bool) -> Packing {
+    let mut packing = Packing::prepare(config, Seed { seed: 1, replicate }, has_series).unwrap();
     let events = EQUILIBRATION * u64::from(config.discs.get());
     packing.advance(Target::Count(events), u64::MAX).unwrap();
     packing
@@ -268,7 +268,7 @@ fn compare_widths(only: Option<usize>) {
     for discs in [1_000, 10_000, 100_000] {
         for fraction in [0.3, 0.7] {
             println!("{discs} discs, packing fraction {fraction}");
-            let start = equilibrated(&periodic(discs, fraction), false);
+            let start = equilibrated(&periodic(discs, fraction), 0, false);
             for width in WIDTHS.into_iter().filter(|&width| width <= widest()) {
                 if only.is_none_or(|only| only == width) {
                     compare_width(&start, width);
@@ -278,12 +278,57 @@ fn compare_widths(only: Option<usize>) {
     }
 }
 
+/// Discs of all blocks, and of the one box with which they are compared.
+const DISCS_OF_BLOCKS: u32 = 1_000_000;
+/// Collisions of a measurement of blocks.
+const COLLISIONS_OF_BLOCKS: u64 = 500_000;
+
+/// Advances boxes in turn by some collisions each; million collisions per second.
+fn speed_of_blocks(blocks: &mut [Packing], per_visit: u64) -> f64 {
+    let visits = COLLISIONS_OF_BLOCKS / per_visit;
+    let start = Instant::now();
+    for visit in 0..visits {
+        let block = &mut blocks[visit as usize % blocks.len()];
+        let target = Target::Count(block.count() + per_visit);
+        black_box(block.advance(target, u64::MAX).unwrap());
+    }
+    (visits * per_visit) as f64 / start.elapsed().as_secs_f64() / 1e6
+}
+
+/// Compares independent boxes, each visited for some collisions, with one box of as many discs: what blocks for the cache could gain.
+fn compare_blocks() {
+    println!("{DISCS_OF_BLOCKS} discs in blocks over one box; {PAIRS} pairs");
+    for fraction in [0.3, 0.7] {
+        let mut whole = [equilibrated(&periodic(DISCS_OF_BLOCKS, fraction), 0, false)];
+        for discs in [1_000, 10_000, 100_000] {
+            let config = periodic(discs, fraction);
+            let replicates = 0..DISCS_OF_BLOCKS / discs;
+            let mut blocks: Vec<Packing> =
+                replicates.map(|replicate| equilibrated(&config, replicate, false)).collect();
+            for per_visit in [10, 30, 100, 1_000, 10_000] {
+                let ratios = (0..=PAIRS).map(|_| {
+                    let one = speed_of_blocks(&mut whole, COLLISIONS_OF_BLOCKS);
+                    speed_of_blocks(&mut blocks, per_visit) / one
+                });
+                // The first pair only fills the caches.
+                let [ratio, least, largest] = summary(ratios.skip(1).collect());
+                println!(
+                    "    fraction {fraction}, blocks of {discs}, {per_visit} collisions per visit: {ratio:.2} ({least:.2} to {largest:.2})"
+                );
+            }
+        }
+    }
+}
+
 criterion_group!(benches, speeds);
 
 fn main() {
-    let mut arguments = std::env::args().skip(1);
-    if arguments.any(|argument| argument == "width") {
+    let mut arguments = std::env::args().skip(1).filter(|argument| argument != "--bench");
+    let part = arguments.next();
+    if part.as_deref() == Some("width") {
         compare_widths(arguments.next().and_then(|width| width.parse().ok()));
+    } else if part.as_deref() == Some("blocks") {
+        compare_blocks();
     } else {
         benches();
         Criterion::default().configure_from_args().final_summary();
