@@ -5,7 +5,7 @@
 
 use std::fs::{File, Metadata, OpenOptions};
 use std::io::{self, Read as _};
-use std::path::Path;
+use std::path::{Component, Path};
 
 /// Maximum size of a manifest, and of its canonical text in a recording.
 pub const MAX_MANIFEST_BYTES: u64 = 16 << 20;
@@ -22,6 +22,38 @@ pub const MAX_SIDE_FILE_BYTES: u64 = 16 << 20;
 /// A file that cannot be opened, or is a folder, a named pipe, a socket or a device.
 pub fn open(path: &Path) -> io::Result<(File, Metadata)> {
     checked(without_waiting(OpenOptions::new().read(true)).open(path)?)
+}
+
+/// Opens a regular file below a folder without following any link on the way, also one that is exchanged during the call. Elsewhere
+/// than on Unix, links are looked for before the file is opened.
+///
+/// # Errors
+/// As [`open`], a link on the way, or a path with other parts than names.
+#[cfg(unix)]
+pub fn open_below(folder: &Path, path: &Path) -> io::Result<(File, Metadata)> {
+    use rustix::fs::{Mode, OFlags, open, openat};
+    let flags = OFlags::RDONLY | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
+    let mut opened = open(folder, flags | OFlags::DIRECTORY, Mode::empty())?;
+    let mut parts = path.components().peekable();
+    while let Some(part) = parts.next() {
+        let Component::Normal(name) = part else {
+            return Err(io::Error::from(io::ErrorKind::InvalidInput));
+        };
+        let kind = if parts.peek().is_some() { OFlags::DIRECTORY } else { OFlags::empty() };
+        opened = openat(&opened, name, flags | kind, Mode::empty())?;
+    }
+    checked(File::from(opened))
+}
+
+#[cfg(not(unix))]
+#[expect(missing_docs, reason = "as above")]
+pub fn open_below(folder: &Path, path: &Path) -> io::Result<(File, Metadata)> {
+    let whole = folder.join(path);
+    let is_name = |part: Component<'_>| matches!(part, Component::Normal(_));
+    if !path.components().all(is_name) || whole.canonicalize()? != whole {
+        return Err(io::Error::from(io::ErrorKind::InvalidInput));
+    }
+    open(&whole)
 }
 
 /// Reads a regular file of at most `max_bytes`. A larger file is not read.

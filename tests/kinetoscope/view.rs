@@ -11,6 +11,9 @@ use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 use std::time::Duration;
 
 /// A running server, which ends with the test.
@@ -200,6 +203,60 @@ fn only_files_of_recordings_are_served() {
     }
     let (head, _) = view.request("POST", &format!("/{path}"), &[("Content-Length", "0")]);
     assert!(head.starts_with("http/1.1 405"), "{head}");
+}
+
+/// Guarantee: a file that another process exchanges for a link, back and forth, is served or missing, never the file behind the link.
+/// Control: the file itself is served.
+#[test]
+fn link_that_replaces_a_file_during_a_request_is_not_followed() {
+    const REQUESTS: usize = 1000;
+    let (bench, _) = recorded();
+    bench.write("secret.json", "secret");
+    let served = bench.path("recordings/gas/exchanged.json");
+    let is_over = Arc::new(AtomicBool::new(false));
+    let exchange = {
+        let (served, secret) = (served.clone(), bench.path("secret.json"));
+        let (new, is_over) = (served.with_extension("new"), Arc::clone(&is_over));
+        thread::spawn(move || {
+            while !is_over.load(Ordering::Relaxed) {
+                fs::write(&new, "public").unwrap();
+                fs::rename(&new, &served).unwrap();
+                symlink(&secret, &new).unwrap();
+                fs::rename(&new, &served).unwrap();
+            }
+        })
+    };
+    let view = View::start(&bench.path("."), &["recordings"]);
+    let bodies: Vec<Vec<u8>> =
+        (0..REQUESTS).map(|_| view.request("GET", "/gas/exchanged.json", &[]).1).collect();
+    is_over.store(true, Ordering::Relaxed);
+    exchange.join().unwrap();
+    assert!(bodies.iter().any(|body| body == b"public"));
+    assert!(!bodies.iter().any(|body| body == b"secret"));
+}
+
+/// Guarantee: one list is made at a time, however many clients ask for it and leave. Control: the folder takes long to list, so that
+/// lists of their own would take threads of their own.
+#[test]
+fn lists_that_nobody_waits_for_take_one_thread() {
+    const FILES: usize = 5000;
+    const CLIENTS: usize = 60;
+    let (bench, path) = recorded();
+    for file in 0..FILES {
+        bench.write(&format!("recordings/gas/{file}.json"), "");
+    }
+    let view = View::start(&bench.path("."), &["recordings"]);
+    for _ in 0..CLIENTS {
+        let request = format!("GET / HTTP/1.1\r\nHost: {}\r\n\r\n", view.address());
+        view.connect().write_all(request.as_bytes()).unwrap();
+    }
+    assert_eq!(view.status(&format!("/{path}"), &[]), 200);
+    let status = fs::read_to_string(format!("/proc/{}/status", view.child.id()));
+    // Only Linux counts the threads of a process.
+    let Ok(status) = status else { return };
+    let threads = status.lines().find_map(|line| line.strip_prefix("Threads:")).unwrap();
+    let threads: usize = threads.trim().parse().unwrap();
+    assert!(threads < 10, "{threads} threads");
 }
 
 #[test]

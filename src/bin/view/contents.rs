@@ -9,7 +9,7 @@ const MAX_DEPTH: usize = 3;
 /// Recordings that are listed at most.
 const MAX_RECORDINGS: usize = 1000;
 /// Files and folders that are looked at at most.
-const MAX_ENTRIES: usize = 100_000;
+pub(super) const MAX_ENTRIES: usize = 100_000;
 
 /// A recording with the files next to it. Paths are relative to the served folder, with `/`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -64,15 +64,18 @@ impl Contents {
         folders.sort();
         let layout = files.iter().find(|name| name.ends_with(".layout.json"));
         let report = files.iter().find(|name| *name == "report.html");
-        let beside = |name: &String| format!("{prefix}{name}");
-        for name in &files {
-            let is_wanted = only.map_or_else(|| is_recording(name), |only| name == only);
-            if is_wanted && self.has_room() {
-                self.recordings.push(Found {
-                    path: beside(name),
-                    layout: layout.map(beside),
-                    report: report.map(beside),
-                });
+        let beside = |name: &str| format!("{prefix}{name}");
+        let found = |name: &str| Found {
+            path: beside(name),
+            layout: layout.map(|name| beside(name)),
+            report: report.map(|name| beside(name)),
+        };
+        if let Some(only) = only {
+            self.recordings.push(found(only));
+        }
+        for name in files.iter().filter(|name| only.is_none() && is_recording(name)) {
+            if self.has_room() {
+                self.recordings.push(found(name));
             }
         }
         if depth == 0 || only.is_some() {

@@ -5,7 +5,7 @@ mod contents;
 mod server;
 
 use clap::Args;
-use contents::{Contents, viewer_address};
+use contents::{Contents, MAX_ENTRIES, viewer_address};
 use kinetoscope::cli::exit::Exit;
 use kinetoscope::cli::messages::Failure;
 use kinetoscope_usage::StandardOutput;
@@ -62,7 +62,12 @@ impl ViewArguments {
         let (folder, file) = self.folder()?;
         let contents = Contents::of(&folder, file.as_deref());
         if contents.recordings.is_empty() {
-            let what = format!("{} contains no recording", shown_path(&self.path));
+            let path = shown_path(&self.path);
+            let what = if contents.is_cut {
+                format!("{path} contains no recording among the first {MAX_ENTRIES} files")
+            } else {
+                format!("{path} contains no recording")
+            };
             return Err(Failure::new(Exit::Unreadable, what)
                 .help("name a folder with recordings (*.mcap), or run an experiment first"));
         }
@@ -102,6 +107,7 @@ impl ViewArguments {
         };
         let whole = path.canonicalize().map_err(unreadable)?;
         if whole.is_dir() {
+            whole.read_dir().map_err(unreadable)?;
             return Ok((whole, None));
         }
         let name = whole.file_name().and_then(|name| name.to_str());
@@ -125,7 +131,11 @@ impl ViewArguments {
                 .zip(addresses)
                 .map(|(found, url)| json!({ "recording": found.path, "url": url }))
                 .collect();
-            let document = json!({ "page": format!("http://{address}/"), "viewer": viewers });
+            let document = json!({
+                "page": format!("http://{address}/"),
+                "viewer": viewers,
+                "is_cut": contents.is_cut,
+            });
             return self.output.print_json(&format!("{document:#}\n"));
         }
         let path = shown_path(&self.path);
@@ -136,7 +146,9 @@ impl ViewArguments {
             text += &format!("{url}\n");
         }
         if recordings.len() > MAX_PRINTED {
-            text += &format!("{} more recordings: see the page\n", recordings.len() - MAX_PRINTED);
+            let more = recordings.len() - MAX_PRINTED;
+            let at_least = if contents.is_cut { "at least " } else { "" };
+            text += &format!("{at_least}{more} more recordings: see the page\n");
         }
         self.output.print(&text);
     }

@@ -9,30 +9,48 @@ use super::contents::{Contents, Found, is_hidden, path_of_address, viewer_addres
 use axum::Router;
 use axum::extract::{Request, State};
 use axum::http::header::{
-    ACCEPT_RANGES, CONNECTION, CONTENT_LENGTH, CONTENT_RANGE, CONTENT_SECURITY_POLICY, ETAG, HOST,
-    HeaderName, LAST_MODIFIED, ORIGIN, RANGE, X_CONTENT_TYPE_OPTIONS,
+    ACCEPT_RANGES, CONNECTION, CONTENT_LENGTH, CONTENT_RANGE, CONTENT_SECURITY_POLICY,
+    CONTENT_TYPE, ETAG, HOST, HeaderName, LAST_MODIFIED, ORIGIN, RANGE, X_CONTENT_TYPE_OPTIONS,
 };
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri};
 use axum::middleware::{self, Next};
 use axum::response::{Html, IntoResponse as _, Response};
 use axum::routing::get;
 use kinetoscope::live::Admission;
+use kinetoscope_recording::regular_file::open_below;
 use maud::{DOCTYPE, Markup, html};
 use percent_encoding::percent_decode_str;
+use std::fs::File;
 use std::io;
 use std::net::{SocketAddr, TcpListener};
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
+use std::time::{Duration, Instant};
+use tokio::sync::Mutex;
+use tokio::task::spawn_blocking;
 use tower_http::cors::{AllowOrigin, CorsLayer};
-use tower_http::services::ServeDir;
+use tower_http::services::ServeFile;
 
-/// Extensions of the files that belong to recordings.
-const SERVED: [&str; 10] =
-    ["mcap", "json", "html", "svg", "png", "apng", "csv", "toml", "parquet", "xyz"];
+/// Extensions of the files that belong to recordings, with their media types.
+const SERVED: [(&str, &str); 10] = [
+    ("mcap", "application/octet-stream"),
+    ("json", "application/json"),
+    ("html", "text/html"),
+    ("svg", "image/svg+xml"),
+    ("png", "image/png"),
+    ("apng", "image/apng"),
+    ("csv", "text/csv"),
+    ("toml", "text/x-toml"),
+    ("parquet", "application/octet-stream"),
+    ("xyz", "chemical/x-xyz"),
+];
+/// Time for which a list of the recordings is kept, so that no number of requests makes more lists.
+const LIST_AGE: Duration = Duration::from_secs(1);
 /// A page of the folder runs its own script and style, and sends nothing anywhere.
 const PAGE_POLICY: HeaderValue = HeaderValue::from_static(
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src 'self' data:; form-action 'none'; base-uri 'none'",
 );
+const NO_SUCH_FILE: &str = "there is no such file";
 const NO_SNIFFING: HeaderValue = HeaderValue::from_static("nosniff");
 
 /// What is served, where, and for which viewer.
@@ -53,6 +71,8 @@ pub(super) struct Server {
 struct Served {
     server: Server,
     admission: Admission,
+    /// The last page of the recordings, and when it was made. One is made at a time.
+    listed: Mutex<Option<(Instant, String)>>,
 }
 
 impl Server {
@@ -72,8 +92,11 @@ impl Server {
     fn router(self) -> Router {
         let origins = origin_of(&self.viewer).into_iter().collect();
         let admission = Admission { origins, hosts: Vec::new() };
-        let files = ServeDir::new(&self.folder).append_index_html_on_directories(true);
-        let served = Arc::new(Served { server: self, admission: admission.clone() });
+        let served = Arc::new(Served {
+            server: self,
+            admission: admission.clone(),
+            listed: Mutex::default(),
+        });
         let is_admitted = move |origin: &HeaderValue, _: &_| {
             origin.to_str().is_ok_and(|origin| admission.admits_origin(origin))
         };
@@ -87,7 +110,7 @@ impl Server {
             .allow_private_network(true);
         Router::new()
             .route("/", get(list))
-            .fallback_service(files)
+            .fallback(file)
             .layer(cors)
             .layer(middleware::from_fn_with_state(served.clone(), admit))
             .with_state(served)
@@ -133,49 +156,83 @@ impl Served {
         if headers.get(RANGE).is_some_and(|range| range.as_bytes().contains(&b',')) {
             return Some((StatusCode::RANGE_NOT_SATISFIABLE, "ask for one part of the file"));
         }
-        let is_served = address.path() == "/" || self.is_served(address.path());
-        (!is_served).then_some((StatusCode::NOT_FOUND, "there is no such file"))
+        let is_served = address.path() == "/" || self.path_of(address).is_some();
+        (!is_served).then_some((StatusCode::NOT_FOUND, NO_SUCH_FILE))
     }
 
-    /// Whether a path of an address is a file that belongs to recordings, reached without symbolic links.
-    fn is_served(&self, path: &str) -> bool {
-        let Ok(path) = percent_decode_str(path.trim_start_matches('/')).decode_utf8() else {
-            return false;
-        };
-        let path = Path::new(path.as_ref());
+    /// The path below the folder that an address names, and its media type, if such a file belongs to recordings.
+    fn path_of(&self, address: &Uri) -> Option<(PathBuf, &'static str)> {
+        let path = percent_decode_str(address.path().trim_start_matches('/'));
+        let path = PathBuf::from(path.decode_utf8().ok()?.as_ref());
         let is_plain = |part: Component<'_>| {
             matches!(part, Component::Normal(_)) && !is_hidden(Path::new(part.as_os_str()))
         };
         if !path.components().all(is_plain) {
-            return false;
+            return None;
         }
-        let extension = path.extension().and_then(|extension| extension.to_str());
-        if !extension.is_some_and(|extension| SERVED.contains(&extension)) {
-            return false;
+        let extension = path.extension()?.to_str()?;
+        let (_, media_type) = SERVED.iter().find(|(served, _)| *served == extension)?;
+        let is_wanted = self.server.file.as_ref().is_none_or(|only| {
+            path.components().count() == 1 && (extension != "mcap" || path == Path::new(only))
+        });
+        is_wanted.then_some((path, *media_type))
+    }
+
+    /// The page of the recordings, not older than [`LIST_AGE`].
+    async fn listed(self: Arc<Self>) -> String {
+        let mut listed = self.listed.lock().await;
+        if let Some((_, page)) = listed.as_ref().filter(|(made, _)| made.elapsed() < LIST_AGE) {
+            return page.clone();
         }
-        let is_wanted = match &self.server.file {
-            Some(only) => {
-                path.components().count() == 1
-                    && (extension != Some("mcap") || path == Path::new(only))
-            }
-            None => true,
-        };
-        let whole = self.server.folder.join(path);
-        is_wanted && whole.is_file() && whole.canonicalize().is_ok_and(|real| real == whole)
+        let served = Arc::clone(&self);
+        let made = spawn_blocking(move || served.server.page());
+        // Only a panic ends the thread early.
+        let page = made.await.unwrap_or_default();
+        *listed = Some((Instant::now(), page.clone()));
+        page
     }
 }
 
-/// The page that lists the recordings.
-async fn list(State(served): State<Arc<Served>>) -> Html<String> {
-    // On a thread of its own, because a folder of many files takes long, and downloads go on.
-    let listed = tokio::task::spawn_blocking(move || {
-        let Server { folder, file, viewer, address } = &served.server;
+impl Server {
+    fn page(&self) -> String {
+        let Self { folder, file, viewer, address } = self;
         let contents = Contents::of(folder, file.as_deref());
         let has_index = file.is_none() && folder.join("index.html").is_file();
         page(&contents, has_index, |found| viewer_address(viewer, *address, found))
-    });
-    // Only a panic ends the thread early.
-    Html(listed.await.unwrap_or_default())
+    }
+}
+
+/// The page that lists the recordings. It is made on a thread of its own, because a folder of many files takes long and downloads go
+/// on, and by a task of its own, because a client that leaves does not end it.
+async fn list(State(served): State<Arc<Served>>) -> Html<String> {
+    Html(tokio::spawn(served.listed()).await.unwrap_or_default())
+}
+
+/// A file, or the part of it that the request asks for.
+async fn file(State(served): State<Arc<Served>>, request: Request) -> Response {
+    let missing = || (StatusCode::NOT_FOUND, format!("{NO_SUCH_FILE}\n")).into_response();
+    let Some((path, media_type)) = served.path_of(request.uri()) else { return missing() };
+    let whole = served.server.folder.join(&path);
+    let opened = spawn_blocking(move || open_below(&served.server.folder, &path));
+    let Ok(Ok((opened, _))) = opened.await else { return missing() };
+    let Ok(mut answer) = ServeFile::new(path_of_open(&opened, whole)).try_call(request).await
+    else {
+        return missing();
+    };
+    answer.headers_mut().insert(CONTENT_TYPE, HeaderValue::from_static(media_type));
+    answer.into_response()
+}
+
+/// A path that opens an open file again: by its descriptor, because another process may exchange the file for a link by now.
+#[cfg(unix)]
+fn path_of_open(file: &File, _: PathBuf) -> PathBuf {
+    use std::os::fd::AsRawFd as _;
+    PathBuf::from(format!("/dev/fd/{}", file.as_raw_fd()))
+}
+
+#[cfg(not(unix))]
+fn path_of_open(_: &File, path: PathBuf) -> PathBuf {
+    path
 }
 
 fn page(contents: &Contents, has_index: bool, viewer: impl Fn(&Found) -> String) -> String {
