@@ -1,5 +1,6 @@
 //! The keys in which two canonical manifests differ.
 
+use kinetoscope_usage::text::shortened;
 use sha2::{Digest as _, Sha256};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -23,16 +24,10 @@ pub struct KeyDifference {
 /// `seed: 3 → 4`.
 impl fmt::Display for KeyDifference {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let shown = |value: &Option<String>| value.as_deref().map_or("(none)".to_owned(), short);
+        // A list of positions is too long for a line.
+        let short = |value: &String| shortened(value, LONGEST_VALUE).into_owned();
+        let shown = |value: &Option<String>| value.as_ref().map_or("(none)".to_owned(), short);
         write!(formatter, "{}: {} → {}", self.key, shown(&self.left), shown(&self.right))
-    }
-}
-
-/// Shortens a value that is too long for a line, such as a list of positions.
-fn short(value: &str) -> String {
-    match value.char_indices().nth(LONGEST_VALUE) {
-        Some((end, _)) => format!("{}…", &value[..end]),
-        None => value.to_owned(),
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::channels::SCHEMA_VERSION;
 use crate::limits::MAX_STATE_COLUMNS;
 use crate::stored_frames::StoredFrames;
+use kinetoscope_usage::text::shortened;
 use std::collections::BTreeMap;
 
 /// The writer that the file's first record names.
@@ -19,6 +20,8 @@ pub(crate) const HASHES_RECORD: &str = "kinetoscope.hashes";
 pub(crate) const MERGED_RECORD: &str = "kinetoscope.merged";
 /// Maximum length of the name of a column, and of a unit.
 const MAX_NAME_BYTES: usize = 64;
+/// Length up to which the reason of a failure is shown.
+const MAX_DETAIL_CHARACTERS: usize = 4000;
 
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -47,7 +50,10 @@ impl Outcome {
     pub(crate) fn from_metadata(metadata: &BTreeMap<String, String>) -> Option<Self> {
         match metadata.get("outcome")?.as_str() {
             "complete" => Some(Self::Complete),
-            "fault" => Some(Self::Fault(metadata.get("outcome_detail")?.clone())),
+            "fault" => {
+                let detail = metadata.get("outcome_detail")?;
+                Some(Self::Fault(shortened(detail, MAX_DETAIL_CHARACTERS).into_owned()))
+            }
             "interrupted" => Some(Self::Interrupted),
             _ => None,
         }

@@ -48,6 +48,15 @@ pub fn one_line(text: &str) -> Cow<'_, str> {
     escape(text, is_hidden)
 }
 
+/// The start of a long text, with an ellipsis.
+#[must_use]
+pub fn shortened(text: &str, most_characters: usize) -> Cow<'_, str> {
+    match text.char_indices().nth(most_characters) {
+        Some((end, _)) => Cow::Owned(format!("{}…", &text[..end])),
+        None => Cow::Borrowed(text),
+    }
+}
+
 /// Formats a count with its noun, such as "1 run" or "3 runs".
 #[must_use]
 pub fn plural(count: u64, what: &str) -> String {

@@ -5,7 +5,7 @@ use kinetoscope_recording::atomic_file;
 use kinetoscope_recording::error::{ReadError, ReadFault};
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::regular_file::{self, MAX_SIDE_FILE_BYTES};
-use kinetoscope_usage::text::shown_path;
+use kinetoscope_usage::text::{shortened, shown_path};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::io::{self, Read};
@@ -15,6 +15,8 @@ use std::path::{Path, PathBuf};
 const ATTESTATION_VERSION: u32 = 1;
 /// Maximum size of a version or of the name of a platform.
 const MAX_TEXT_BYTES: usize = 64;
+/// Length up to which the error of a file is shown; it quotes the file.
+const MAX_REASON_CHARACTERS: usize = 300;
 /// Size of the parts in which a file is hashed.
 const HASHED_AT_ONCE: usize = 1 << 16;
 
@@ -116,7 +118,9 @@ pub fn attestation_status(recording: &Path) -> Result<AttestationStatus, ReadErr
     let attestation = match read(&path) {
         Ok(attestation) => attestation,
         Err(error) => {
-            return Ok(AttestationStatus::Unattested(format!("{}: {error}", shown_path(&path))));
+            let reason = error.to_string();
+            let reason = shortened(&reason, MAX_REASON_CHARACTERS);
+            return Ok(AttestationStatus::Unattested(format!("{}: {reason}", shown_path(&path))));
         }
     };
     if attestation.attestation_version != ATTESTATION_VERSION {

@@ -5,6 +5,10 @@ use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::fields::{FieldValue, FieldValues, read_fields};
 use kinetoscope_recording::paired_frames::PairedFrames;
 use kinetoscope_recording::reader::{Outcome, RecordedFrame, RecordedMessage, Recording};
+use kinetoscope_usage::text::{one_line, shortened};
+
+/// Length up to which a value is shown.
+const LONGEST_VALUE: usize = 300;
 
 /// Result of a comparison frame by frame, which takes the memory of two frames.
 #[derive(Debug)]
@@ -225,12 +229,19 @@ fn between_values(one: &FieldValues, other: &FieldValues) -> Option<Mismatch> {
 }
 
 impl Difference {
-    /// Describes the difference with the given names of the two recordings.
+    /// Describes the difference in one line, with the given names of the two recordings.
     #[must_use]
     pub fn describe(&self, left: &str, right: &str) -> String {
+        one_line(&self.text(left, right)).into_owned()
+    }
+
+    fn text(&self, left: &str, right: &str) -> String {
         let place = &self.place;
         match &self.found {
-            Found::Values([one, other]) => format!("{place}: {one} in {left}, {other} in {right}"),
+            Found::Values(both) => {
+                let [one, other] = both.each_ref().map(|value| shortened(value, LONGEST_VALUE));
+                format!("{place}: {one} in {left}, {other} in {right}")
+            }
             Found::OfOne { is_left, what } => {
                 format!("{place}: {} {what}", if *is_left { left } else { right })
             }
@@ -271,5 +282,21 @@ fn outcome(recording: &Recording) -> String {
         Some(Outcome::Fault(fault)) => format!("failed: {fault}"),
         Some(Outcome::Interrupted) => "interrupted".to_owned(),
         None => "unfinished".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Guarantee: what a recording contains is one line of bounded length. Control: a short value is whole.
+    #[test]
+    fn difference_is_one_short_line() {
+        let describe = |one: &str| {
+            let found = values(one, "complete");
+            Difference { place: "outcome".to_owned(), found }.describe("the file", "the rerun")
+        };
+        assert_eq!(describe("a\nb"), "outcome: a\\nb in the file, complete in the rerun");
+        assert!(describe(&"x".repeat(100_000)).len() < 400);
     }
 }

@@ -408,6 +408,10 @@ fn attestation_of_a_sparse_file_is_rejected_before_it_is_hashed() {
         attest(&[bytes.clone(), (text, "x".repeat(65).into())]);
         assert_error(&check(), 5, "texts of more than 64 bytes", text);
     }
+    attest(&[bytes.clone(), ("verdict", "x".repeat(100_000).into())]);
+    let called = check();
+    assert_eq!(called.code, Some(5));
+    assert!(called.err.len() < 1000, "{} bytes", called.err.len());
     attest(&[bytes.clone(), ("run_key", zeros.into())]);
     assert_error(&check(), 4, "the run key differs", "run key");
     attest(std::slice::from_ref(&bytes));
