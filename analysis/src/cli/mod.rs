@@ -26,7 +26,7 @@ pub use exit::AnalysisExit;
 use exit::CommandError;
 use kinetoscope_manifest::{Check, parse_checks};
 use kinetoscope_recording::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
-use kinetoscope_usage::text::shown_path;
+use kinetoscope_usage::text::{plural, shown_path};
 use kinetoscope_usage::{Ended, StandardOutput, complain, with_help};
 use serde_json::json;
 use std::collections::{BTreeMap, BTreeSet};
@@ -296,9 +296,9 @@ fn export_all(
     let mut all = Vec::new();
     for format in formats {
         let mut exports = export::export(source, *format, folder, unreadable)?;
-        let count = exports.len();
-        let plural = if count == 1 { "recording" } else { "recordings" };
-        let line = format!("exported: {count} {plural} to {}", shown_path(folder));
+        let count = exports.iter().filter(|export| !export.files.is_empty()).count();
+        let recordings = plural(count as u64, "recording");
+        let line = format!("exported: {recordings} to {}", shown_path(folder));
         say(&format!("{}\n", terminal().wrapped(&line, 2)));
         all.append(&mut exports);
     }

@@ -7,8 +7,8 @@ use kinetoscope_recording::reader::RecordedFrame;
 use std::io::Write;
 use std::path::PathBuf;
 
-/// The properties of every particle.
-const STANDARD: [&str; 4] = ["species", "pos", "velo", "radius"];
+/// The properties of every particle, and the names that readers give to the species.
+const STANDARD: [&str; 6] = ["species", "numbers", "Z", "pos", "velo", "radius"];
 
 pub(super) struct Xyz {
     run: ExportedRun,
