@@ -86,13 +86,18 @@ fn pressure(run: &GasRun) -> Plot {
     let series = &run.pressure_series;
     let level = |value: f64| series.ends().map(move |(time, _)| (*time, value));
     let mut curves = vec![Curve::line("measured since the start", 0, series.iter().copied())];
-    // In gravity, next to a moving or thermal wall, and where particles leave, no level follows from the speeds alone.
-    let has_level = run.keeps_energy_of_one_mass();
-    if let Some(square) = run.mean_square().filter(|_| has_level) {
-        let exact = law::pressure_n_per_m(&run.config, square);
-        curves.push(Curve::theory("N m <v²> / (2A)", 1, level(exact)));
+    // In gravity, next to a moving or thermal wall, and where particles leave, no level follows from the speeds alone; that of discs
+    // follows from their collisions as well.
+    let is_of_points = run.config.disc_radius_m.is_none() && run.keeps_energy_of_one_mass();
+    if let Some(square) = run.mean_square().filter(|_| run.keeps_energy_of_one_mass()) {
+        if is_of_points {
+            let exact = law::pressure_n_per_m(&run.config, square);
+            curves.push(Curve::theory("N m <v²> / (2A)", 1, level(exact)));
+        } else if let Some(exact) = run.pressure_by_virial(square) {
+            curves.push(Curve::theory("by <v²> and the virial of the collisions", 1, level(exact)));
+        }
     }
-    if let Some(pressure) = run.pressure.as_ref().filter(|_| has_level) {
+    if let Some(pressure) = run.pressure.as_ref().filter(|_| is_of_points) {
         let formula = pressure.mean_speed_formula_n_per_m;
         curves.push(Curve::theory(
             "N m <v>² / (2A), formula (12) of the exercise",

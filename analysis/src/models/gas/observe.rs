@@ -135,7 +135,7 @@ impl GasRun {
     }
 
     /// Pressure of discs, N/m, from `<v^2>` and the virial of their collisions.
-    fn pressure_by_virial(&self, mean_square_m2_per_s2: f64) -> Option<f64> {
+    pub(super) fn pressure_by_virial(&self, mean_square_m2_per_s2: f64) -> Option<f64> {
         let (_, _, virial) = self.pairs.last()?;
         let radius = self.config.radius_m.get();
         let reach = radius - self.config.disc_radius_m?.get();
