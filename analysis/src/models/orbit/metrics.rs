@@ -4,10 +4,10 @@ use super::laws as law;
 use crate::metric::definition::definitions;
 
 definitions! {
-    ENERGY_DRIFT: "energy.drift_relative", "1", "/state: (E - E_0)/|E_0|, last frame", [law::EULER_ENERGY, law::ENERGY], 1e-9;
+    ENERGY_DRIFT: "energy.drift_relative", "1", "/state: (E - E_0)/|E_0|, last frame", [law::EULER_ENERGY, law::ENERGY], 1e-13;
     DRIFT_PER_REVOLUTION: "energy.drift_per_revolution", "1", "/state: ((E_0/E)^3 - 1)/3 per initial period: the initial rate", [law::EULER_ENERGY_PER_REVOLUTION], 0.0;
     MAX_ENERGY_ERROR: "energy.max_error_relative", "1", "/state: largest |E - E_0|/|E_0| of the frames", [law::SYMPLECTIC_ENERGY], 0.0;
-    ANGULAR_MOMENTUM_DRIFT: "angular_momentum.drift_relative", "1", "/state: (L - L_0)/L_0, last frame", [law::EULER_ANGULAR_MOMENTUM, law::ANGULAR_MOMENTUM], 1e-9;
+    ANGULAR_MOMENTUM_DRIFT: "angular_momentum.drift_relative", "1", "/state: (L - L_0)/L_0, last frame", [law::EULER_ANGULAR_MOMENTUM, law::ANGULAR_MOMENTUM], 1e-13;
     MIN_RADIUS: "radius.min", "AU", "/orbit: least |r|, found within the steps", [], 0.0;
     MAX_RADIUS: "radius.max", "AU", "/orbit: largest |r|, found within the steps", [], 0.0;
     POSITION_ERROR: "position_error.final", "AU", "/state against the exact Kepler solution through the first frame, last frame", [law::EXACT], 1e-9;
@@ -16,7 +16,7 @@ definitions! {
     PERIOD: "period.measured", "d", "/orbit: time between passes of the direction of the start, found within the steps, mean over the revolutions", [law::KEPLERS_THIRD], 0.0;
     THIRD_LAW: "third_law.ratio", "1", "/orbit: 4 pi^2 over GM, times the cube of half the sum of min |r| and max |r|, over the square of the period", [law::KEPLERS_THIRD], 0.0;
     FORCE_EVALUATIONS: "force_evaluations", "1", "/orbit or /conserved: force evaluations, last frame", [], 0.0;
-    ANGULAR_MOMENTUM_CHANGE: "angular_momentum.max_change_relative", "1", "/state of several bodies: largest |L - L_0| / sum of m |r| |v| at the start", [law::MUTUAL_ANGULAR_MOMENTUM], 1e-9;
+    ANGULAR_MOMENTUM_CHANGE: "angular_momentum.max_change_relative", "1", "/state of several bodies: largest |L - L_0| / sum of m |r| |v| at the start", [law::MUTUAL_ANGULAR_MOMENTUM], 1e-12;
     RETURN_DISTANCE: "return_distance.final", "AU", "/state of several bodies: largest distance of a body from its start, last frame", [], 0.0;
     CLOSEST_APPROACH: "closest_approach", "AU", "/closest_approach of several bodies: least separation of two bodies of which one attracts, without pairs with a body of more than half of the mass if others attract; found within its step", [], 0.0;
     CLOSEST_APPROACH_TIME: "closest_approach.time", "d", "/closest_approach of several bodies: time of closest_approach", [], 0.0;
