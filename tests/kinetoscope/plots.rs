@@ -114,10 +114,39 @@ fn metric_is_plotted_over_words() {
         assert_eq!(places.collect::<Vec<_>>(), ["maxwell", "equal", "uniform"]);
     }
     let svg = fs::read_to_string(bench.path("p.svg")).unwrap();
-    let at = |word: &str| svg.rfind(&format!("\n{word}\n")).unwrap_or_else(|| panic!("{svg}"));
+    let at = |word: &str| svg.rfind(&format!(">{word}</text>")).unwrap_or_else(|| panic!("{svg}"));
     assert!(at("maxwell") < at("equal") && at("equal") < at("uniform"));
     let called = plot(&bench, &["--x", "speed_distribution", "--log-x"]);
     assert!(called.err.contains("are words, which have no logarithms"), "{}", called.err);
+}
+
+/// No point of a sweep is left out silently: numbers next to a table are words, and a value of 0 on a logarithmic axis is stated.
+#[test]
+fn every_point_is_drawn_or_stated() {
+    let bench = Bench::new();
+    bench.write(
+        "mixed.toml",
+        "[model.dem]\ndiscs = 4\nduration_s = 0.001\n[record]\nframes = 2\n\
+         [sweep]\nmodel.dem.radius_m = [4e-4, { min = 4e-4, max = 6e-4 }, 5e-4]\n",
+    );
+    bench.write(
+        "orbit.toml",
+        "[model.orbit]\nduration_days = 400\n[record]\nframes = 2\n\
+         [sweep]\nmodel.orbit.integrator = [\"rk4\", \"kepler\"]\n",
+    );
+    assert_eq!(bench.call(&["run", "--quiet", "mixed.toml", "orbit.toml"]).code, Some(0));
+    let plot = |name: &str, y: &str| {
+        let folder = format!("recordings/{name}");
+        let called = bench.call(&["plot", &folder, "--y", y, "--json", "--output", "p.svg"]);
+        assert_eq!(called.code, Some(0), "{}", called.err);
+        (called.json(), fs::read_to_string(bench.path("p.svg")).unwrap())
+    };
+    let (mixed, _) = plot("mixed", "packing_fraction");
+    let points = mixed["plot"]["curves"][0]["points"].as_array().unwrap();
+    assert_eq!((points.len(), &points[0]["x"]), (3, &"0.0004".into()));
+    let (zero, svg) = plot("orbit", "position_error.final");
+    assert_eq!(zero["plot"]["remark"], "1 point at 0 or below: not on a logarithmic axis");
+    assert!(svg.contains("kepler</text>"), "{svg}");
 }
 
 /// Of one point, place, value and theory are stated, because theory is a line between points; of several replicates, which one is drawn.
@@ -136,7 +165,7 @@ fn remark_states_what_a_plot_of_one_point_cannot_show() {
     let field = ["--y", "/energy.kinetic_j"];
     assert_eq!(remark(&field), "one replicate of each point");
     let of_one = remark(&[&field[..], &["--where", "temperature_k=300"]].concat());
-    assert_eq!(of_one, "replicate 0 of 0 to 1");
+    assert_eq!(of_one, "replicate 0, one of 2");
 }
 
 #[test]

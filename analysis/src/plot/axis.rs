@@ -81,8 +81,8 @@ impl Layout {
         };
         match axis.scale {
             _ if !axis.words.is_empty() => {
-                layout.low = least - 0.5;
-                layout.high = greatest + 0.5;
+                layout.low = -0.5;
+                layout.high = axis.words.len() as f64 - 0.5;
             }
             Scale::Linear => {
                 layout.exponent = common_exponent(least.abs().max(greatest.abs()));

@@ -113,6 +113,7 @@ const LEGEND_SAMPLE: i32 = 30;
 const LEGEND_GAP: i32 = 22;
 const REMARK_HEIGHT: i32 = 24;
 const REMARK_TEXT: i32 = 14;
+const REMARK_MARGIN: i32 = 16;
 
 impl Chart {
     /// The chart as an SVG document; `None` if no curve has a point that the axes can show. Without a size, it has that of the
@@ -127,7 +128,12 @@ impl Chart {
         let Some((mut x, mut y)) = self.layouts(&curves) else { return Ok(None) };
         let legend = legend_rows(&curves, width);
         let legend_height = legend.len() as i32 * LEGEND_ROW_HEIGHT;
-        let remark_height = if self.remark.is_empty() { 0 } else { REMARK_HEIGHT };
+        let remark = wrapped(&self.remark, width - 2 * REMARK_MARGIN, REMARK_TEXT);
+        let remark_height = if remark.is_empty() {
+            0
+        } else {
+            REMARK_HEIGHT + (remark.len() as i32 - 1) * REMARK_TEXT
+        };
         let around = TITLE_HEIGHT + legend_height + BOTTOM_LABELS + 10;
         let plot_height = match size {
             Some(size) => size.plot_height(around + remark_height)?,
@@ -146,10 +152,11 @@ impl Chart {
                 draw_legend_row(sheet, TITLE_HEIGHT + row as i32 * LEGEND_ROW_HEIGHT, entries)?;
             }
             let (sheet, below) = sheet.split_vertically(fine(height));
-            if !self.remark.is_empty() {
+            for (row, line) in remark.iter().enumerate() {
                 let style = text_style(REMARK_TEXT, HPos::Center, VPos::Center);
-                let middle = (fine(width / 2), fine(REMARK_HEIGHT / 2 - 4));
-                below.draw(&Text::new(self.remark.clone(), middle, style)).map_err(failure)?;
+                let middle =
+                    (fine(width / 2), fine(REMARK_HEIGHT / 2 - 4 + row as i32 * REMARK_TEXT));
+                below.draw(&Text::new(line.clone(), middle, style)).map_err(failure)?;
             }
             let (_, plot) = sheet.split_vertically(fine(TITLE_HEIGHT + legend_height));
             draw_plot(&plot, &x, &y, &curves)?;
@@ -217,6 +224,21 @@ impl Chart {
             y.set_range(y.low - extra, y.high + extra);
         }
     }
+}
+
+/// The lines of a text that fit a width; a long word has a line of its own.
+fn wrapped(text: &str, width: i32, size: i32) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if text_width(&format!("{line} {word}"), size) <= width => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
 }
 
 /// Space for the caption and the tick labels left of the axis.
@@ -316,8 +338,17 @@ fn draw_plot(
                 chart.draw_series(LineSeries::new(positions, stroke(color, 3))).map_err(failure)?;
             }
             CurveStyle::Theory => {
-                let dashes = DashedLineSeries::new(positions, fine(7), fine(4), stroke(color, 3));
-                chart.draw_series(dashes).map_err(failure)?;
+                // Nothing lies between two words.
+                let level = |&(x, y): &(f64, f64)| vec![(x - 0.2, y), (x + 0.2, y)];
+                let parts = if x.has_words() {
+                    positions.iter().map(level).collect()
+                } else {
+                    vec![positions]
+                };
+                for part in parts {
+                    let dashes = DashedLineSeries::new(part, fine(7), fine(4), stroke(color, 3));
+                    chart.draw_series(dashes).map_err(failure)?;
+                }
             }
             CurveStyle::Data => {
                 chart

@@ -85,13 +85,42 @@ impl Plot {
             PlotContent::Chart(chart) => chart.svg(&self.title, size)?,
             PlotContent::Picture(picture) => picture.svg(&self.title),
         };
-        Ok(svg.map(|svg| visible(&svg).into_owned()))
+        Ok(svg.map(|svg| visible(&in_lines_of_elements(&svg)).into_owned()))
     }
+}
+
+/// The document with each text in the line of its element. In a line of its own, a name from a manifest could be a command of a CI
+/// system that reads the output.
+fn in_lines_of_elements(svg: &str) -> String {
+    let mut joined = String::with_capacity(svg.len());
+    let mut is_in_text = false;
+    for line in svg.lines() {
+        joined.push_str(line);
+        is_in_text = (is_in_text || line.starts_with("<text")) && !line.contains("</text>");
+        if !is_in_text {
+            joined.push('\n');
+        }
+    }
+    joined
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Guarantee: no line of a document begins with a text from a manifest.
+    #[test]
+    fn texts_are_in_the_lines_of_their_elements() {
+        let points = [(0.0, 1.0), (1.0, 2.0)];
+        let words = ["::a::b", "##vso[c]d"].map(str::to_owned).to_vec();
+        let x = Axis { words, ..Axis::linear("::x::", "") };
+        let curve = Curve::new("::error::c", CurveStyle::Data, 0, points);
+        let plot =
+            Plot::chart("s", "::error::t\n::error::u", [x, Axis::linear("y", "")], vec![curve]);
+        let svg = plot.with_remark("::warning::r").svg().unwrap().unwrap();
+        assert!(svg.contains("::error::c</text>") && svg.contains("##vso[c]d</text>"), "{svg}");
+        assert!(svg.lines().all(|line| line.starts_with('<')), "{svg}");
+    }
 
     /// Guarantee: one dot and a flat line are no plots. Control: two dots, and a flat line away from theory, are.
     #[test]

@@ -1,4 +1,4 @@
-// The script of report.html: plays the replays and makes the plots respond to the pointer. Without it, the page shows plots as images.
+// The script of report.html: replays, and plots that respond to the pointer. Without it, plots are images.
 "use strict";
 const section = document.querySelector(".replay");
 const films = [...document.querySelectorAll("script.film")], decodedFilms = new Map();
@@ -45,7 +45,7 @@ function palette(stops) {
   return [...mixed, [154, 154, 154]];
 }
 
-// Opaque pixels of each color over the ground, from none of it to all of it in quarters.
+// Opaque pixels of each color over the ground, in quarters.
 const shadesOf = (colors) => Uint32Array.from(colors.flatMap((color) => [0, 1, 2, 3, 4].map((quarters) => {
   const [r, g, b] = rgb(GROUND).map((part, i) => Math.round(part + quarters / 4 * (color[i] - part)));
   return (255 << 24 | b << 16 | g << 8 | r) >>> 0;
@@ -94,7 +94,7 @@ function player(part, leader) {
   const smallestPx = () => (film.particles > 2000 ? 1.5 : film.particles > 50 ? 2.5 : 4) * devicePixelRatio;
   const speedOf = (stored) => (stored / 254) ** 2 * film.speedMax;
 
-  // The canvas takes the width of the page and at most three quarters of the window's height.
+  // At most the width of the page and three quarters of the window's height.
   function resize() {
     const width = canvas.parentElement.clientWidth;
     // What is not displayed has no width.
@@ -180,8 +180,8 @@ function player(part, leader) {
     context.stroke();
   }
 
-  // Very many discs are painted pixel by pixel, which takes a quarter of the time of paths. Radius and place are rounded to quarters of
-  // a pixel, so that few different stamps remain. A stamp is a list of offsets and of how much of the pixel is covered, in quarters.
+  // Very many discs are painted pixel by pixel, in a quarter of the time of paths. Radius and place are rounded to quarters of a
+  // pixel, so that few stamps remain: lists of offsets and of covered quarters.
   let sheet, stamps, pixels, shades;
   function stampOf(radius, across, down) {
     const reach = Math.ceil(radius / 4 + 1), isOutlined = radius >= 4 * OUTLINE_FROM_PX, stamp = [];
@@ -445,7 +445,7 @@ function evenTicks(low, high, count) {
   return { ticks, step };
 }
 
-// Ticks of an axis as places and texts; places are logarithms on a logarithmic axis. The power of ten is for the caption.
+// Ticks: places (logarithms on a logarithmic axis) and texts, and the power of ten of the caption.
 function ticksOf(axis, isLog, low, high, count) {
   if (axis.words) {
     const shown = axis.words.map((text, at) => ({ at, text })).filter(({ at }) => at >= low && at <= high);
@@ -472,7 +472,7 @@ function ticksOf(axis, isLog, low, high, count) {
 
 let charts = [], count = 0;
 
-// A chart that responds to the pointer, in place of the contents of a figure.
+// A chart that responds to the pointer.
 function chart(figure, data) {
   const { x: xAxis, y: yAxis, curves } = data, id = `plot-area-${count++}`;
   for (const curve of curves) if (typeof curve.x === "number") curve.x = curves[curve.x].x;
@@ -535,7 +535,8 @@ function chart(figure, data) {
     for (let i = 0; i < curve.x.length; i++) {
       if (!isShowable(curve, i)) { isDown = false; continue; }
       const [left, top] = [px(curve.x[i]), py(curve.y[i])].map((part) => clamp(part, -1e5, 1e5).toFixed(1));
-      path += isDown && curve.style !== "data" ? `L${left} ${top}` : `M${left} ${top}h.01`;
+      const isLevel = xAxis.words && curve.style === "theory";
+      path += isLevel ? `M${left - 15} ${top}h30` : isDown && curve.style !== "data" ? `L${left} ${top}` : `M${left} ${top}h.01`;
       isDown = true;
       const error = curve.e[i];
       if (!(error > 0)) continue;
@@ -557,23 +558,24 @@ function chart(figure, data) {
   function draw() {
     const full = isPrinted ? PRINT_WIDTH_PX : clamp(figure.clientWidth, 240, 760);
     const height = data.equal ? Math.min(0.9 * full, 560) : clamp(0.58 * full, 260, 400);
-    const top = 10, bottom = 46, right = 16;
+    const top = 10, lines = xAxis.words ? 2 : 1, bottom = 32 + 14 * lines, right = 16;
     const [x, y] = ranges((full - 70) / (height - top - bottom));
     const rows = ticksOf(yAxis, isLogY, ...y, Math.max(2, (height - top - bottom) / 45));
     const left = 30 + Math.ceil(Math.max(0, ...rows.ticks.map(({ text }) => widthOf(text, TEXT_PX))));
     view = { x, y, left, top, width: full - left - right, height: height - top - bottom };
-    let columns, amount = Math.max(2, Math.floor(view.width / 70));
-    const isCrowded = ({ ticks }) => ticks.some((tick, i) => i && acrossOf(tick.at) - acrossOf(ticks[i - 1].at)
-      < (widthOf(tick.text, TEXT_PX) + widthOf(ticks[i - 1].text, TEXT_PX)) / 2 + 10);
+    let columns, amount = Math.max(2, lines * Math.floor(view.width / 70));
+    // Words are in two lines by turns.
+    const isCrowded = ({ ticks }) => ticks.slice(lines).some((tick, i) => acrossOf(tick.at) - acrossOf(ticks[i].at)
+      < (widthOf(tick.text, TEXT_PX) + widthOf(ticks[i].text, TEXT_PX)) / 2 + 10);
     do columns = ticksOf(xAxis, isLogX, ...x, amount); while (isCrowded(columns) && --amount >= 1);
     sheet.replaceChildren();
     sheet.setAttribute("viewBox", `0 0 ${full} ${height}`);
     const box = { x: left, y: top, width: view.width, height: view.height }, foot = top + view.height;
     element("rect", box, element("clipPath", { id }, sheet));
-    for (const { at, text } of columns.ticks) {
+    for (const [i, { at, text }] of columns.ticks.entries()) {
       const across = acrossOf(at), half = widthOf(text, TEXT_PX) / 2;
       element("line", { class: "grid", x1: across, x2: across, y1: top, y2: foot }, sheet);
-      element("text", { x: Math.min(across, full - half - 1), y: foot + 16, "text-anchor": "middle" }, sheet, text);
+      element("text", { x: Math.min(across, full - half - 1), y: foot + 16 + 14 * (i % lines), "text-anchor": "middle" }, sheet, text);
     }
     for (const { at, text } of rows.ticks) {
       const down = downOf(at);
@@ -629,7 +631,7 @@ function chart(figure, data) {
     tip.style.top = `${Math.max(0, down - tip.offsetHeight - 8)}px`;
   }
 
-  // The nearest visible point; distances along y count less, because a pointer follows x.
+  // The nearest visible point; a pointer follows x, so y counts less.
   function nearest([across, down]) {
     let found = null, least = REACH_PX;
     for (const curve of shown()) for (let i = 0; i < curve.x.length; i++) {
@@ -707,7 +709,7 @@ function chart(figure, data) {
   const reset = element("button", { type: "button" }, tools, "reset zoom");
   reset.addEventListener("click", () => setZoom(null));
   if (!xAxis.words && hasLog((curve) => curve.x)) toggle(tools, "log x", () => isLogX, () => { isLogX = !isLogX; zoom = null; });
-  if (hasLog((curve) => curve.y)) toggle(tools, "log y", () => isLogY, () => { isLogY = !isLogY; zoom = null; });
+  if (isLogY || hasLog((curve) => curve.y)) toggle(tools, "log y", () => isLogY, () => { isLogY = !isLogY; zoom = null; });
 
   for (const curve of curves.filter((each) => each.name)) {
     const button = toggle(legend, "", () => !hidden.has(curve), () => { if (!hidden.delete(curve)) hidden.add(curve); });
@@ -740,7 +742,7 @@ function chart(figure, data) {
   return () => { observer.disconnect(); charts = charts.filter((other) => other !== made); };
 }
 
-// The chart of a metric over a swept key: one curve per group of equal other coordinates.
+// A metric over a swept key: a curve per group of other coordinates.
 function sweepData(sweep, metric, key) {
   const { keys, points, runs } = sweep, groups = new Map();
   const hasWords = points.some((place) => typeof place[key] === "string");

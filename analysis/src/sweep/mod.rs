@@ -4,6 +4,7 @@ mod asymptotic_range;
 pub(crate) mod figures;
 pub(crate) mod fits;
 pub(crate) mod requested;
+pub(crate) mod swept_key;
 
 use crate::input::coordinates::grouped;
 use crate::metric::{Measurement, Metric, MetricScope, SweepScope, Theory};

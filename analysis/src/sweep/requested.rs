@@ -1,16 +1,17 @@
 //! Plots that a manifest or a command line requests: a metric over a swept key, or a field of a channel over time.
 
-use crate::input::coordinates::CoordinateValue;
-use crate::input::coordinates::{self, grouped, last_part, shown_value, value_of};
+use super::swept_key::{position, swept_key, words};
+use crate::input::coordinates::{self, grouped, last_part, without};
 use crate::metric::{Definition, Metric, MetricScope};
 use crate::models::MODELS;
-use crate::plot::{Axis, Curve, CurveStyle, Plot, Point, Scale, extremes, short_number};
-use crate::run::RunAnalysis;
+use crate::plot::{Axis, Curve, CurveStyle, Plot, Point, Scale, extremes};
+use crate::report::table::{six_digits, with_error};
+use crate::run::{RunAnalysis, RunStatus};
 use crate::statistics::Estimate;
 use crate::sweep::figures::{MAX_CURVES, capitalized, stem_of, words_and_unit};
 use crate::sweep::{SHARED_STREAMS, SweepPoint, share_random_streams};
-use kinetoscope_manifest::{Axis as SweptAxis, Coordinate, PlotAxis, PlotRequest, TIME, nearest};
-use kinetoscope_usage::text::one_line;
+use kinetoscope_manifest::{Axis as SweptAxis, Coordinate, PlotAxis, PlotRequest, TIME};
+use kinetoscope_usage::text::{one_line, plural};
 
 /// A plot that cannot be drawn: what is wrong, and what to do.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -69,7 +70,8 @@ impl PlotData<'_> {
         let samples = self.samples(request);
         let mut remarks = Vec::new();
         let abscissa = |place: &[Coordinate]| position(place, &key, &words);
-        let curves = curves(&samples, &key, abscissa, self.axes, &mut remarks);
+        let mut curves =
+            curves(&samples, &key, abscissa, !words.is_empty(), self.axes, &mut remarks);
         let missing = samples.iter().filter(|sample| !sample.has_value()).count();
         if curves.is_empty() {
             return Err(self.without_values(request));
@@ -77,16 +79,19 @@ impl PlotData<'_> {
         if missing > 0 {
             remarks.push(format!("{missing} of {} points have no value", samples.len()));
         }
+        let unit = if definition.unit == "1" { "" } else { definition.unit };
         if let [only] = samples.as_slice() {
-            remarks.push(only.described());
-        }
-        if share_random_streams(self.points, y) {
+            remarks.push(only.described(unit));
+        } else if share_random_streams(self.points, y) {
             remarks.push(SHARED_STREAMS.to_owned());
         }
-        let unit = if definition.unit == "1" { "" } else { definition.unit };
         let (label, is_power_law) = label(y);
         let (x_label, x_unit) = words_and_unit(last_part(&key));
         let scales = scales(request, &curves, is_power_law, !words.is_empty())?;
+        remarks.extend(not_shown(&curves, scales));
+        // Theory that the axes cannot show has no entry in the legend.
+        let has_point = |curve: &Curve| curve.points.iter().any(|point| can_show(scales, point));
+        curves.retain(|curve| curve.style == CurveStyle::Data || has_point(curve));
         let [across, up] = axes([(&x_label, x_unit), (&label, unit)], scales);
         let axes = [Axis { words, ..across }, up];
         let stem = format!("{}_vs_{}", stem_of(y), x_label.replace(' ', "_"));
@@ -108,22 +113,46 @@ impl PlotData<'_> {
         if of_points.iter().any(|sample| sample.estimate.is_some()) {
             return of_points;
         }
-        let is_fit = |metric: &&Metric| matches!(&metric.scope, MetricScope::Sweep(sweep) if sweep.along.is_some());
-        let fits = self.metrics.iter().filter(|metric| metric.name() == request.y).filter(is_fit);
-        let fits =
-            fits.filter(|metric| request.selects(metric.coordinates())).map(|metric| Sample {
-                coordinates: metric.coordinates().to_vec(),
-                estimate: Some(metric.estimate),
-                theory: metric.theory.and_then(|theory| theory.applicable()),
-            });
-        fits.collect()
+        let fits = self.fits(&request.y);
+        let fits = fits.filter(|(_, metric)| request.selects(metric.coordinates()));
+        let fits: Vec<(&str, &Metric)> = fits.collect();
+        let Some((along, _)) = fits.first() else { return Vec::new() };
+        // Groups without a fit count as points without a value.
+        let selected = self.points.iter().filter(|point| request.selects(&point.coordinates));
+        let groups = grouped(selected.map(|point| (without(&point.coordinates, along), ())));
+        let sample = |(coordinates, _): (Vec<Coordinate>, Vec<()>)| {
+            let fit = fits.iter().find(|(_, fit)| fit.coordinates() == coordinates.as_slice());
+            Sample {
+                coordinates,
+                estimate: fit.map(|(_, fit)| fit.estimate),
+                theory: fit.and_then(|(_, fit)| fit.theory?.applicable()),
+            }
+        };
+        groups.into_iter().map(sample).collect()
+    }
+
+    /// The fits with this name, with the key along which each is fitted.
+    fn fits(&self, name: &str) -> impl Iterator<Item = (&str, &Metric)> {
+        self.metrics.iter().filter(move |metric| metric.name() == name).filter_map(|metric| {
+            match &metric.scope {
+                MetricScope::Sweep(sweep) => Some((sweep.along.as_deref()?, metric)),
+                MetricScope::Run(_) => None,
+            }
+        })
     }
 
     /// Why a metric has no value at any selected point.
     fn without_values(&self, request: &PlotRequest) -> RejectedPlot {
         let y = &request.y;
         if !self.points.iter().any(|point| request.selects(&point.coordinates)) {
-            return no_run_selected(request);
+            return self.no_run_selected(request);
+        }
+        if let Some((along, _)) = self.fits(y).next() {
+            let help = format!(
+                "name another key as the horizontal axis: each value is a fit along `{}`",
+                last_part(along)
+            );
+            return RejectedPlot::new(format!("`{y}` has no value at a single point"), help);
         }
         let mut measurements = self.runs.iter().flat_map(|run| &run.measurements);
         let reason = measurements
@@ -136,13 +165,29 @@ impl PlotData<'_> {
         )
     }
 
+    fn no_run_selected(&self, request: &PlotRequest) -> RejectedPlot {
+        let place = coordinates::text(&places(&request.at));
+        let place = if place.is_empty() { place } else { format!(" at {place}") };
+        let mut selected = self.runs.iter().filter(|run| request.selects(&run.coordinates));
+        if selected.any(|run| matches!(run.ending, RunStatus::Fault(_))) {
+            return RejectedPlot::new(
+                format!("the run{place} failed, so it has no metrics"),
+                "plot a field of a channel, such as `/energy.kinetic_j`; `kinetoscope analyze` states the failure",
+            );
+        }
+        RejectedPlot::new(
+            format!("no recording{place} is finished"),
+            "run the experiment again to resume it",
+        )
+    }
+
     /// Which of several replicates is drawn.
     fn one_of_several(&self, shown: &[&RunAnalysis]) -> Option<String> {
         let replicates =
             |run: &&RunAnalysis| self.places.iter().filter(|it| **it == run.coordinates).count();
         let most = shown.iter().map(replicates).max().filter(|most| *most > 1)?;
         Some(match shown {
-            [run] => format!("replicate {} of 0 to {}", run.manifest.replicate, most - 1),
+            [run] => format!("replicate {}, one of {most}", run.manifest.replicate),
             _ => "one replicate of each point".to_owned(),
         })
     }
@@ -161,7 +206,7 @@ impl PlotData<'_> {
             }
         }
         if shown.is_empty() {
-            return Err(no_run_selected(request));
+            return Err(self.no_run_selected(request));
         }
         let mut remarks = Vec::new();
         let selected = self.places.iter().filter(|place| request.selects(place));
@@ -193,31 +238,6 @@ impl PlotData<'_> {
         let plot = Plot::chart(format!("{channel}_{field}_vs_time"), title, axes, curves);
         Ok(plot.with_remark(&remarks.join("; ")))
     }
-}
-
-/// The words of a swept key in the order of the sweep; empty for a key with numbers.
-fn words(key: &str, places: &[Vec<Coordinate>]) -> Vec<String> {
-    if places.iter().any(|place| number(place, key).is_some()) {
-        return Vec::new();
-    }
-    let mut words = Vec::new();
-    for coordinate in places.iter().flatten().filter(|coordinate| coordinate.key == key) {
-        let word = shown_value(coordinate);
-        if !words.contains(&word) {
-            words.push(word);
-        }
-    }
-    words
-}
-
-/// The place on the horizontal axis: the number of the key, or that of its word.
-fn position(place: &[Coordinate], key: &str, words: &[String]) -> Option<f64> {
-    if words.is_empty() {
-        return number(place, key);
-    }
-    let coordinate = place.iter().find(|coordinate| coordinate.key == key)?;
-    let word = shown_value(coordinate);
-    words.iter().position(|other| *other == word).map(|index| index as f64)
 }
 
 /// The fields that each run must be read for, given the coordinates of all runs: those of the requested plots, for the first run at
@@ -255,11 +275,15 @@ impl Sample {
     }
 
     /// Its place with its numbers: theory is a line only between several points.
-    fn described(&self) -> String {
-        let measured = self.estimate.map_or(f64::NAN, |estimate| estimate.value);
-        let theory = self.theory.map(|theory| format!(", theory {}", short_number(theory)));
+    fn described(&self, unit: &str) -> String {
+        let with_unit = |number: String| format!("{number} {unit}").trim_end().to_owned();
+        let measured = self.estimate.map_or_else(String::new, |estimate| {
+            with_unit(with_error(estimate.value, estimate.standard_error))
+        });
+        let theory =
+            self.theory.map(|theory| format!(", theory {}", with_unit(six_digits(theory))));
         let place = coordinates::label(&self.coordinates);
-        format!("{place}: measured {}{}", short_number(measured), theory.unwrap_or_default())
+        format!("{place}: measured {measured}{}", theory.unwrap_or_default())
     }
 }
 
@@ -268,6 +292,7 @@ fn curves(
     samples: &[Sample],
     key: &str,
     abscissa: impl Fn(&[Coordinate]) -> Option<f64>,
+    has_words: bool,
     axes: &[SweptAxis],
     remarks: &mut Vec<String>,
 ) -> Vec<Curve> {
@@ -303,7 +328,9 @@ fn curves(
             [(name, CurveStyle::Data, data), (of_theory, CurveStyle::Theory, theory)]
         {
             points.sort_by(|a, b| a.x.total_cmp(&b.x));
-            if points.len() > usize::from(style == CurveStyle::Theory) {
+            // A line needs two points, except over words.
+            let least = usize::from(style == CurveStyle::Theory && !has_words);
+            if points.len() > least {
                 curves.push(Curve { name, style, color, points });
             }
         }
@@ -318,63 +345,6 @@ fn uninterrupted(points: &[(f64, f64)], name: &str, color: usize) -> Vec<Curve> 
         Curve::line(if index == 0 { name } else { "" }, color, part.iter().copied())
     };
     parts.enumerate().map(named).collect()
-}
-
-/// The full name of the swept key that is the horizontal axis: the requested one, or the only numeric one, or the only one.
-///
-/// # Errors
-/// A key that is not swept, or a choice among several, with the keys.
-pub(crate) fn swept_key(
-    requested: Option<&str>,
-    places: &[Vec<Coordinate>],
-    axes: &[SweptAxis],
-) -> Result<String, RejectedPlot> {
-    let keys = coordinates::keys_of(places.iter().map(Vec::as_slice));
-    let has_numbers = |key: &&String| places.iter().any(|place| number(place, key).is_some());
-    let listed =
-        |keys: &[&str]| keys.iter().map(|key| last_part(key)).collect::<Vec<_>>().join(", ");
-    let all: Vec<&str> = keys.iter().map(String::as_str).collect();
-    let Some(x) = requested else {
-        let numeric: Vec<&str> = keys.iter().filter(has_numbers).map(String::as_str).collect();
-        // Without numbers, words are the axis.
-        let (kind, eligible) = if numeric.is_empty() { ("", all) } else { ("numeric ", numeric) };
-        let axis_of = |key: &str| axes.iter().position(|axis| axis.keys.iter().any(|it| it == key));
-        return match eligible.as_slice() {
-            [] => Err(RejectedPlot::new(
-                "a plot of a metric needs recordings of a sweep",
-                "name a field of a channel, such as `/energy.kinetic_j`, which is plotted over time",
-            )),
-            [first, rest @ ..]
-                if rest
-                    .iter()
-                    .all(|key| axis_of(key).is_some() && axis_of(key) == axis_of(first)) =>
-            {
-                Ok((*first).to_owned())
-            }
-            _ => Err(RejectedPlot::new(
-                format!("the recordings differ in {} {kind}keys", eligible.len()),
-                format!("name the horizontal axis, one of: {}", listed(&eligible)),
-            )),
-        };
-    };
-    let Some(key) = keys.iter().find(|key| *key == x || last_part(key) == x) else {
-        let names = all.iter().map(|key| last_part(key));
-        let help = match nearest(last_part(x), names) {
-            Some(meant) => format!("did you mean `{meant}`?"),
-            None if all.is_empty() => "the recordings differ in no key".to_owned(),
-            None => format!("name one of: {}", listed(&all)),
-        };
-        return Err(RejectedPlot::new(format!("`{x}` is not swept"), help));
-    };
-    Ok(key.clone())
-}
-
-fn number(coordinates: &[Coordinate], key: &str) -> Option<f64> {
-    match value_of(coordinates.iter().find(|coordinate| coordinate.key == key)?) {
-        CoordinateValue::Integer(number) => Some(number as f64),
-        CoordinateValue::Number(number) => Some(number),
-        CoordinateValue::Text(_) => None,
-    }
 }
 
 /// The definition of a metric of a run or of a sweep.
@@ -428,18 +398,24 @@ fn scales(
     Ok(is_log.map(|is_log| if is_log { Scale::Logarithmic } else { Scale::Linear }))
 }
 
+/// Whether axes of these scales show a point.
+fn can_show(scales: [Scale; 2], point: &Point) -> bool {
+    let axes = scales.iter().zip([point.x, point.y]);
+    axes.into_iter().all(|(scale, value)| *scale == Scale::Linear || value > 0.0)
+}
+
+/// How many points of the data logarithmic axes cannot show.
+fn not_shown(curves: &[Curve], scales: [Scale; 2]) -> Option<String> {
+    let data = curves.iter().filter(|curve| curve.style == CurveStyle::Data);
+    let hidden = data.flat_map(|curve| &curve.points).filter(|point| !can_show(scales, point));
+    let count = hidden.count() as u64;
+    (count > 0)
+        .then(|| format!("{} at 0 or below: not on a logarithmic axis", plural(count, "point")))
+}
+
 fn axes(labels: [(&str, &str); 2], scales: [Scale; 2]) -> [Axis; 2] {
     let [x, y] = labels.map(|(label, unit)| Axis::linear(label, unit));
     [Axis { scale: scales[0], ..x }, Axis { scale: scales[1], ..y }]
-}
-
-fn no_run_selected(request: &PlotRequest) -> RejectedPlot {
-    let place = coordinates::text(&places(&request.at));
-    let place = if place.is_empty() { place } else { format!(" at {place}") };
-    RejectedPlot::new(
-        format!("no recording{place} is finished"),
-        "run the experiment again to resume it",
-    )
 }
 
 fn places(at: &[(String, String)]) -> Vec<Coordinate> {
