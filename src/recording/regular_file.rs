@@ -5,7 +5,7 @@
 
 use std::fs::{File, Metadata, OpenOptions};
 use std::io::{self, Read as _};
-use std::path::{Component, Path};
+use std::path::{Component, Path, PathBuf};
 
 /// Maximum size of a manifest, and of its canonical text in a recording.
 pub const MAX_MANIFEST_BYTES: u64 = 16 << 20;
@@ -54,6 +54,22 @@ pub fn open_below(folder: &Path, path: &Path) -> io::Result<(File, Metadata)> {
         return Err(io::Error::from(io::ErrorKind::InvalidInput));
     }
     open(&whole)
+}
+
+/// A path that opens an open file again: by its descriptor, because another process may have exchanged the file for a link. Elsewhere
+/// than on Unix, it is the given path.
+#[cfg(unix)]
+#[must_use]
+pub fn path_of_open(file: &File, _: &Path) -> PathBuf {
+    use std::os::fd::AsRawFd as _;
+    PathBuf::from(format!("/dev/fd/{}", file.as_raw_fd()))
+}
+
+#[cfg(not(unix))]
+#[expect(missing_docs, reason = "as above")]
+#[must_use]
+pub fn path_of_open(_: &File, path: &Path) -> PathBuf {
+    path.to_owned()
 }
 
 /// Reads a regular file of at most `max_bytes`. A larger file is not read.

@@ -8,7 +8,7 @@ use kinetoscope_recording::reader::{Outcome, RecordedFrame, RecordedMessage, Rec
 use kinetoscope_usage::text::{one_line, shortened};
 
 /// Length up to which a value is shown.
-const LONGEST_VALUE: usize = 300;
+const LONGEST_VALUE: usize = 2000;
 
 /// Result of a comparison frame by frame, which takes the memory of two frames.
 #[derive(Debug)]
@@ -297,6 +297,6 @@ mod tests {
             Difference { place: "outcome".to_owned(), found }.describe("the file", "the rerun")
         };
         assert_eq!(describe("a\nb"), "outcome: a\\nb in the file, complete in the rerun");
-        assert!(describe(&"x".repeat(100_000)).len() < 400);
+        assert!(describe(&"x".repeat(100_000)).len() < 2100);
     }
 }

@@ -23,7 +23,6 @@ pub(crate) struct Axis {
     /// The scale.
     pub(crate) scale: Scale,
     /// The words at 0, 1, 2, and so on, in place of numbers; empty for an axis of numbers.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) words: Vec<String>,
 }
 

@@ -17,10 +17,9 @@ use axum::middleware::{self, Next};
 use axum::response::{Html, IntoResponse as _, Response};
 use axum::routing::get;
 use kinetoscope::live::Admission;
-use kinetoscope_recording::regular_file::open_below;
+use kinetoscope_recording::regular_file::{open_below, path_of_open};
 use maud::{DOCTYPE, Markup, html};
 use percent_encoding::percent_decode_str;
-use std::fs::File;
 use std::io;
 use std::net::{SocketAddr, TcpListener};
 use std::path::{Component, Path, PathBuf};
@@ -215,24 +214,12 @@ async fn file(State(served): State<Arc<Served>>, request: Request) -> Response {
     let whole = served.server.folder.join(&path);
     let opened = spawn_blocking(move || open_below(&served.server.folder, &path));
     let Ok(Ok((opened, _))) = opened.await else { return missing() };
-    let Ok(mut answer) = ServeFile::new(path_of_open(&opened, whole)).try_call(request).await
+    let Ok(mut answer) = ServeFile::new(path_of_open(&opened, &whole)).try_call(request).await
     else {
         return missing();
     };
     answer.headers_mut().insert(CONTENT_TYPE, HeaderValue::from_static(media_type));
     answer.into_response()
-}
-
-/// A path that opens an open file again: by its descriptor, because another process may exchange the file for a link by now.
-#[cfg(unix)]
-fn path_of_open(file: &File, _: PathBuf) -> PathBuf {
-    use std::os::fd::AsRawFd as _;
-    PathBuf::from(format!("/dev/fd/{}", file.as_raw_fd()))
-}
-
-#[cfg(not(unix))]
-fn path_of_open(_: &File, path: PathBuf) -> PathBuf {
-    path
 }
 
 fn page(contents: &Contents, has_index: bool, viewer: impl Fn(&Found) -> String) -> String {
