@@ -24,36 +24,73 @@ pub fn open(path: &Path) -> io::Result<(File, Metadata)> {
     checked(without_waiting(OpenOptions::new().read(true)).open(path)?)
 }
 
-/// Opens a regular file below a folder without following any link on the way, also one that is exchanged during the call. Elsewhere
-/// than on Unix, links are looked for before the file is opened.
-///
-/// # Errors
-/// As [`open`], a link on the way, or a path with other parts than names.
+/// A folder that stays the same, even if another one takes its place.
+#[derive(Debug)]
+pub struct OpenFolder {
+    #[cfg(unix)]
+    descriptor: std::os::fd::OwnedFd,
+    #[cfg(not(unix))]
+    path: PathBuf,
+}
+
 #[cfg(unix)]
-pub fn open_below(folder: &Path, path: &Path) -> io::Result<(File, Metadata)> {
-    use rustix::fs::{Mode, OFlags, open, openat};
-    let flags = OFlags::RDONLY | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
-    let mut opened = open(folder, flags | OFlags::DIRECTORY, Mode::empty())?;
-    let mut parts = path.components().peekable();
-    while let Some(part) = parts.next() {
-        let Component::Normal(name) = part else {
-            return Err(io::Error::from(io::ErrorKind::InvalidInput));
-        };
-        let kind = if parts.peek().is_some() { OFlags::DIRECTORY } else { OFlags::empty() };
-        opened = openat(&opened, name, flags | kind, Mode::empty())?;
+impl OpenFolder {
+    /// A descriptor that only leads to the files of a folder needs no right to list it.
+    #[cfg(any(target_os = "linux", target_os = "android"))]
+    const FOLDER: rustix::fs::OFlags =
+        rustix::fs::OFlags::PATH.union(rustix::fs::OFlags::DIRECTORY);
+    #[cfg(not(any(target_os = "linux", target_os = "android")))]
+    const FOLDER: rustix::fs::OFlags = rustix::fs::OFlags::DIRECTORY;
+    const NO_LINK: rustix::fs::OFlags =
+        rustix::fs::OFlags::NOFOLLOW.union(rustix::fs::OFlags::CLOEXEC);
+
+    /// Opens a folder.
+    ///
+    /// # Errors
+    /// A folder that cannot be opened.
+    pub fn open(path: &Path) -> io::Result<Self> {
+        let flags = Self::FOLDER | Self::NO_LINK;
+        Ok(Self { descriptor: rustix::fs::open(path, flags, rustix::fs::Mode::empty())? })
     }
-    checked(File::from(opened))
+
+    /// Opens a regular file below the folder without following any link on the way, also one that is exchanged during the call.
+    /// Elsewhere than on Unix, links are found before the file is opened.
+    ///
+    /// # Errors
+    /// As [`open`], a link on the way, or a path with other parts than names.
+    pub fn file(&self, path: &Path) -> io::Result<(File, Metadata)> {
+        use rustix::fs::{Mode, OFlags, openat};
+        let mut opened: Option<std::os::fd::OwnedFd> = None;
+        let mut parts = path.components().peekable();
+        while let Some(part) = parts.next() {
+            let Component::Normal(name) = part else {
+                return Err(io::Error::from(io::ErrorKind::InvalidInput));
+            };
+            let is_folder = parts.peek().is_some();
+            let kind = if is_folder { Self::FOLDER } else { OFlags::RDONLY | OFlags::NONBLOCK };
+            let from = opened.as_ref().unwrap_or(&self.descriptor);
+            opened = Some(openat(from, name, kind | Self::NO_LINK, Mode::empty())?);
+        }
+        let opened = opened.ok_or_else(|| io::Error::from(io::ErrorKind::InvalidInput))?;
+        checked(File::from(opened))
+    }
 }
 
 #[cfg(not(unix))]
 #[expect(missing_docs, reason = "as above")]
-pub fn open_below(folder: &Path, path: &Path) -> io::Result<(File, Metadata)> {
-    let whole = folder.join(path);
-    let is_name = |part: Component<'_>| matches!(part, Component::Normal(_));
-    if !path.components().all(is_name) || whole.canonicalize()? != whole {
-        return Err(io::Error::from(io::ErrorKind::InvalidInput));
+impl OpenFolder {
+    pub fn open(path: &Path) -> io::Result<Self> {
+        Ok(Self { path: path.canonicalize()? })
     }
-    open(&whole)
+
+    pub fn file(&self, path: &Path) -> io::Result<(File, Metadata)> {
+        let whole = self.path.join(path);
+        let is_name = |part: Component<'_>| matches!(part, Component::Normal(_));
+        if !path.components().all(is_name) || whole.canonicalize()? != whole {
+            return Err(io::Error::from(io::ErrorKind::InvalidInput));
+        }
+        open(&whole)
+    }
 }
 
 /// A path that opens an open file again: by its descriptor, because another process may have exchanged the file for a link. Elsewhere

@@ -144,6 +144,29 @@ fn every_point_is_drawn_or_stated() {
     let (mixed, _) = plot("mixed", "packing_fraction");
     let points = mixed["plot"]["curves"][0]["points"].as_array().unwrap();
     assert_eq!((points.len(), &points[0]["x"]), (3, &"0.0004".into()));
+    // A run without the key of the horizontal axis.
+    for (name, step) in [("a", "time_step_s = 1e-6"), ("b", "time_step_s = 2e-6"), ("c", "")] {
+        let manifest =
+            format!("[model.dem]\ndiscs = 4\nduration_s = 1e-4\n{step}\n[record]\nframes = 2\n");
+        bench.write(&format!("{name}.toml"), &manifest);
+        assert_eq!(bench.call(&["run", "--quiet", &format!("{name}.toml")]).code, Some(0));
+        fs::create_dir_all(bench.path("recordings/all")).unwrap();
+        let recording = super::recordings(&bench.path(&format!("recordings/{name}"))).remove(0);
+        fs::copy(&recording, bench.path(&format!("recordings/all/{name}.mcap"))).unwrap();
+    }
+    let called = bench.call(&[
+        "plot",
+        "recordings/all",
+        "--y",
+        "packing_fraction",
+        "--x",
+        "time_step_s",
+        "--json",
+        "--output",
+        "p.svg",
+    ]);
+    assert_eq!(called.code, Some(0), "{}", called.err);
+    assert_eq!(called.json()["plot"]["remark"], "1 of 3 points have no `time_step_s`");
     let (zero, svg) = plot("orbit", "position_error.final");
     assert_eq!(zero["plot"]["remark"], "1 point at 0 or below: not on a logarithmic axis");
     assert!(svg.contains("kepler</text>"), "{svg}");

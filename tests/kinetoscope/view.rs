@@ -235,6 +235,19 @@ fn link_that_replaces_a_file_during_a_request_is_not_followed() {
     assert!(!bodies.iter().any(|body| body == b"secret"));
 }
 
+/// Guarantee: the served folder stays the same if a link takes its place. Control: the file in it is served as before.
+#[test]
+fn link_that_replaces_the_folder_is_not_followed() {
+    let (bench, _) = recorded();
+    bench.write("recordings/gas/note.json", "public");
+    fs::create_dir_all(bench.path("secret/gas")).unwrap();
+    bench.write("secret/gas/note.json", "secret");
+    let view = View::start(&bench.path("."), &["recordings"]);
+    fs::rename(bench.path("recordings"), bench.path("moved")).unwrap();
+    symlink(bench.path("secret"), bench.path("recordings")).unwrap();
+    assert_eq!(view.request("GET", "/gas/note.json", &[]).1, b"public");
+}
+
 /// Guarantee: one list is made at a time, however many clients ask for it and leave. Control: the folder takes long to list, so that
 /// lists of their own would take threads of their own.
 #[test]
@@ -270,6 +283,10 @@ fn a_named_recording_is_served_alone() {
     assert_eq!(view.status(&format!("/{name}"), &[]), 200);
     assert_eq!(view.status("/gas.layout.json", &[]), 200);
     assert_eq!(view.status("/other.mcap", &[]), 404);
+    // One that its user names may be hidden.
+    fs::copy(bench.path("recordings").join(&path), bench.path("recordings/.hidden.mcap")).unwrap();
+    let view = View::start(&bench.path("."), &["recordings/.hidden.mcap"]);
+    assert_eq!(view.status("/.hidden.mcap", &[]), 200);
 }
 
 #[test]

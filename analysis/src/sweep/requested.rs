@@ -79,6 +79,12 @@ impl PlotData<'_> {
         if missing > 0 {
             remarks.push(format!("{missing} of {} points have no value", samples.len()));
         }
+        let has_place = |sample: &&Sample| abscissa(&sample.coordinates).is_some();
+        let elsewhere = samples.iter().filter(|sample| !has_place(sample)).count();
+        if elsewhere > 0 {
+            let key = last_part(&key);
+            remarks.push(format!("{elsewhere} of {} points have no `{key}`", samples.len()));
+        }
         let unit = if definition.unit == "1" { "" } else { definition.unit };
         if let [only] = samples.as_slice() {
             remarks.push(only.described(unit));

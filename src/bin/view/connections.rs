@@ -104,6 +104,8 @@ impl axum::serve::Listener for Listener {
             {
                 // Without it, only the rank of a slow client is lower.
                 let _ = SockRef::from(&stream).set_send_buffer_size(SEND_BUFFER);
+                // Without it, small answers on one connection wait for each other.
+                let _ = stream.set_nodelay(true);
                 let (slot, check) = (self.occupy(), Box::pin(sleep(CHECK_INTERVAL)));
                 return (Connection { stream, slot, check }, address);
             }

@@ -8,10 +8,12 @@ use clap::Args;
 use contents::{Contents, MAX_ENTRIES, viewer_address};
 use kinetoscope::cli::exit::Exit;
 use kinetoscope::cli::messages::Failure;
+use kinetoscope_recording::regular_file::{self, OpenFolder};
 use kinetoscope_usage::StandardOutput;
 use kinetoscope_usage::text::shown_path;
 use serde_json::json;
 use server::Server;
+use std::io;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::path::PathBuf;
 
@@ -60,6 +62,7 @@ impl ViewArguments {
 
     fn serve(&self) -> Result<Exit, Failure> {
         let (folder, file) = self.folder()?;
+        let opened = OpenFolder::open(&folder).map_err(|error| self.unreadable(&error))?;
         let contents = Contents::of(&folder, file.as_deref());
         if contents.recordings.is_empty() {
             let path = shown_path(&self.path);
@@ -79,7 +82,7 @@ impl ViewArguments {
                     .help("another program may use this port: choose another with --port, or a free one with --port 0")
             });
         let (address, listener) = listener?;
-        let server = Server { folder, file, viewer: self.viewer.clone(), address };
+        let server = Server { folder, opened, file, viewer: self.viewer.clone(), address };
         self.print(&contents, address);
         if let Some(failure) = self.output.failure() {
             return Err(Failure::new(Exit::Retryable, failure));
@@ -98,13 +101,15 @@ impl ViewArguments {
         Ok(Exit::Done)
     }
 
+    fn unreadable(&self, error: &io::Error) -> Failure {
+        let what = format!("{} cannot be read: {error}", shown_path(&self.path));
+        Failure::new(Exit::Unreadable, what).help("check the path")
+    }
+
     /// The folder to be served, and the name of the only recording if one is named.
     fn folder(&self) -> Result<(PathBuf, Option<String>), Failure> {
         let path = self.path.as_path();
-        let unreadable = |error| {
-            Failure::new(Exit::Unreadable, format!("{} cannot be read: {error}", shown_path(path)))
-                .help("check the path")
-        };
+        let unreadable = |error| self.unreadable(&error);
         let whole = path.canonicalize().map_err(unreadable)?;
         if whole.is_dir() {
             whole.read_dir().map_err(unreadable)?;
@@ -113,6 +118,7 @@ impl ViewArguments {
         let name = whole.file_name().and_then(|name| name.to_str());
         match (whole.parent(), name) {
             (Some(parent), Some(name)) if name.ends_with(".mcap") && whole.is_file() => {
+                regular_file::open(&whole).map_err(unreadable)?;
                 Ok((parent.to_path_buf(), Some(name.to_owned())))
             }
             _ => {

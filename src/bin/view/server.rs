@@ -17,7 +17,7 @@ use axum::middleware::{self, Next};
 use axum::response::{Html, IntoResponse as _, Response};
 use axum::routing::get;
 use kinetoscope::live::Admission;
-use kinetoscope_recording::regular_file::{open_below, path_of_open};
+use kinetoscope_recording::regular_file::{OpenFolder, path_of_open};
 use maud::{DOCTYPE, Markup, html};
 use percent_encoding::percent_decode_str;
 use std::io;
@@ -57,6 +57,8 @@ const NO_SNIFFING: HeaderValue = HeaderValue::from_static("nosniff");
 pub(super) struct Server {
     /// The folder, without symbolic links in its path.
     pub(super) folder: PathBuf,
+    /// The same folder, from whose descriptor files are opened.
+    pub(super) opened: OpenFolder,
     /// The name of the only recording, if one is named.
     pub(super) file: Option<String>,
     /// The address of the viewer.
@@ -166,14 +168,15 @@ impl Served {
         let is_plain = |part: Component<'_>| {
             matches!(part, Component::Normal(_)) && !is_hidden(Path::new(part.as_os_str()))
         };
-        if !path.components().all(is_plain) {
+        let only = self.server.file.as_ref();
+        let is_named = only.is_some_and(|only| path == Path::new(only));
+        if !is_named && !path.components().all(is_plain) {
             return None;
         }
         let extension = path.extension()?.to_str()?;
         let (_, media_type) = SERVED.iter().find(|(served, _)| *served == extension)?;
-        let is_wanted = self.server.file.as_ref().is_none_or(|only| {
-            path.components().count() == 1 && (extension != "mcap" || path == Path::new(only))
-        });
+        let is_beside = path.components().count() == 1 && extension != "mcap";
+        let is_wanted = is_named || only.is_none() || is_beside;
         is_wanted.then_some((path, *media_type))
     }
 
@@ -194,7 +197,7 @@ impl Served {
 
 impl Server {
     fn page(&self) -> String {
-        let Self { folder, file, viewer, address } = self;
+        let Self { folder, file, viewer, address, .. } = self;
         let contents = Contents::of(folder, file.as_deref());
         let has_index = file.is_none() && folder.join("index.html").is_file();
         page(&contents, has_index, |found| viewer_address(viewer, *address, found))
@@ -212,7 +215,7 @@ async fn file(State(served): State<Arc<Served>>, request: Request) -> Response {
     let missing = || (StatusCode::NOT_FOUND, format!("{NO_SUCH_FILE}\n")).into_response();
     let Some((path, media_type)) = served.path_of(request.uri()) else { return missing() };
     let whole = served.server.folder.join(&path);
-    let opened = spawn_blocking(move || open_below(&served.server.folder, &path));
+    let opened = spawn_blocking(move || served.server.opened.file(&path));
     let Ok(Ok((opened, _))) = opened.await else { return missing() };
     let Ok(mut answer) = ServeFile::new(path_of_open(&opened, &whole)).try_call(request).await
     else {
