@@ -23,7 +23,7 @@ use std::time::Instant;
 const PAIRS: usize = 7;
 /// Particle-steps per measurement.
 const WORK: usize = 10_000_000;
-/// Steps between two looks at a bed that comes to rest, and the number of looks.
+/// Steps between two checks whether a bed is at rest, and the maximum number of checks.
 const SETTLING_STEPS: usize = 20_000;
 const MAX_SETTLING: usize = 25;
 /// The constants of the scene.

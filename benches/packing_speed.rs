@@ -143,8 +143,8 @@
 //! Boxes below 1e5 discs do not prefetch, so a visit begins slowly. A gain needs about one collision per disc and visit. Causality allows far
 //! fewer: in the prototype above, 1.10 % (0.3) and 1.51 % (0.7) of the events touch one of two borders of strips of 158 rows, so a square of
 //! 1e3, 1e4 or 1e5 discs, with four borders, has about 9, 29 or 91 events (0.3) and 7, 21 or 66 events (0.7) between two events at its own
-//! border. At these lengths, blocks are slower than one box. To run ahead of the borders by a hundred times that, nearly every visit would be
-//! undone. Decision: no blocks.
+//! border. At these lengths, blocks are slower than one box. A longer visit must be undone whenever an event at its border comes first.
+//! Decision: no blocks.
 
 #![allow(clippy::unwrap_used, reason = "a benchmark may panic")]
 

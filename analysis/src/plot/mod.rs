@@ -90,7 +90,7 @@ impl Plot {
     }
 }
 
-/// The document with each text in the line of its element. In a line of its own, a name from a manifest could be a command of a CI
+/// The document with each text in the line of its element: a line that begins with a name from a manifest could be a command of a CI
 /// system that reads the output.
 fn in_lines_of_elements(svg: &str) -> String {
     let mut joined = String::with_capacity(svg.len());

@@ -8,7 +8,7 @@ use std::path::Path;
 const MAX_DEPTH: usize = 3;
 /// Recordings that are listed at most.
 const MAX_RECORDINGS: usize = 1000;
-/// Files and folders that are looked at at most.
+/// Files and folders that are scanned at most.
 pub(super) const MAX_ENTRIES: usize = 100_000;
 
 /// A recording with the files next to it. Paths are relative to the served folder, with `/`.
@@ -29,7 +29,7 @@ pub(super) struct Contents {
     pub(super) recordings: Vec<Found>,
     /// Whether there are more than are listed.
     pub(super) is_cut: bool,
-    /// The files and folders that were looked at.
+    /// Number of files and folders that were scanned.
     entries: usize,
 }
 
