@@ -314,8 +314,8 @@ fn write(
     for Analyzed { results: folder, report, .. } in analyzed.iter().filter(|one| !one.is_empty()) {
         let plots = files::write(report, folder)?;
         let line = format!(
-            "written: report.html, metrics.json, metrics.csv and {plots} {} (*.svg) in {}",
-            if plots == 1 { "plot" } else { "plots" },
+            "written: report.html, metrics.json, metrics.csv and {} (*.svg) in {}",
+            plural(plots as u64, "plot"),
             shown_path(folder)
         );
         arguments.say(&format!("{}\n", terminal.wrapped(&line, 2)));

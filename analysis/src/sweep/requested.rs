@@ -396,12 +396,12 @@ fn scales(
         let what = "the values of the horizontal axis are words, which have no logarithms";
         return Err(RejectedPlot::new(what, "use a linear horizontal axis"));
     }
-    let is_shown = |point: &Point| (!is_log[0] || point.x > 0.0) && (!is_log[1] || point.y > 0.0);
-    if !curves.iter().flat_map(|curve| &curve.points).any(is_shown) {
+    let scales = is_log.map(|is_log| if is_log { Scale::Logarithmic } else { Scale::Linear });
+    if !curves.iter().flat_map(|curve| &curve.points).any(|point| can_show(scales, point)) {
         let what = format!("no point of `{}` is above zero on its logarithmic axis", request.y);
         return Err(RejectedPlot::new(what, "use a linear axis"));
     }
-    Ok(is_log.map(|is_log| if is_log { Scale::Logarithmic } else { Scale::Linear }))
+    Ok(scales)
 }
 
 /// Whether axes of these scales show a point.

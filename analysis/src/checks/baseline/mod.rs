@@ -21,6 +21,7 @@ use crate::metric::{Metric, SCHEMA};
 use crate::report::metric_files::{Document, MetricEntry};
 use kinetoscope_manifest::BaselineTolerance;
 use kinetoscope_manifest::model::METRICS;
+use kinetoscope_usage::text::plural;
 use relation::{Place, Relation, Relations};
 use serde_json::json;
 use significance::{FAMILY_LEVEL, Sample, holm};
@@ -290,7 +291,7 @@ fn failures(old: &Document, new: &Document, relations: &Relations) -> Vec<(Strin
     let mut failures = Vec::new();
     for (relation, count) in relations.counts() {
         if let Relation::OtherKeys(keys) = relation {
-            let runs = if count == 1 { "1 run".to_owned() } else { format!("{count} runs") };
+            let runs = plural(count as u64, "run");
             failures.push((
                 format!("keys of {runs}"),
                 format!("{}; allow a change with --allow-changed KEY", keys.join(", ")),
@@ -328,7 +329,7 @@ fn failures(old: &Document, new: &Document, relations: &Relations) -> Vec<(Strin
 fn rules(relations: &Relations, rows: &[BaselineRow]) -> Vec<String> {
     let tested = rows.iter().filter(|row| row.significance.is_some()).count();
     let lines = relations.counts().into_iter().map(|(relation, count)| {
-        let runs = if count == 1 { "1 run".to_owned() } else { format!("{count} runs") };
+        let runs = plural(count as u64, "run");
         match relation {
             Relation::Same => format!("{runs}, same run key and versions: equal to the last digit"),
             Relation::OtherVersions(versions) => {
