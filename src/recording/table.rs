@@ -182,8 +182,14 @@ impl StateTable {
 
     /// Number of particles.
     #[must_use]
+    #[inline]
     pub fn rows(&self) -> usize {
         self.values.len() / self.columns.len()
+    }
+
+    /// The values of all particles, one row after the other.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = &[f64]> {
+        self.values.chunks_exact(self.columns.len())
     }
 
     /// One particle's values in the order of the columns.
@@ -191,6 +197,7 @@ impl StateTable {
     /// # Panics
     /// If the row does not exist.
     #[must_use]
+    #[inline]
     pub fn row(&self, row: usize) -> &[f64] {
         let width = self.columns.len();
         &self.values[row * width..(row + 1) * width]

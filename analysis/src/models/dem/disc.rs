@@ -14,30 +14,57 @@ pub(super) struct Disc {
     pub(super) spin: f64,
 }
 
+/// Where a state has the values of its discs, and those that it does not have.
+struct Columns {
+    position: [usize; 2],
+    velocity: [usize; 2],
+    radius: Option<usize>,
+    mass: Option<usize>,
+    spin: Option<usize>,
+    equal_radius: f64,
+    mean_radius: f64,
+    mean_mass: f64,
+}
+
+impl Columns {
+    /// Called once per disc and frame: a call that returns the disc in memory would take twice as long.
+    #[inline(always)]
+    fn disc(&self, row: &[f64]) -> Disc {
+        let radius = self.radius.map_or(self.equal_radius, |column| row[column]);
+        let mass = self.mass.map_or_else(
+            || {
+                let ratio = radius / self.mean_radius;
+                self.mean_mass * ratio * ratio
+            },
+            |column| row[column],
+        );
+        Disc {
+            position: self.position.map(|column| row[column]),
+            velocity: self.velocity.map(|column| row[column]),
+            radius,
+            mass,
+            spin: self.spin.map_or(0.0, |column| row[column]),
+        }
+    }
+}
+
 /// The discs of a state. Radii and masses that were not recorded are those of the manifest: the areal density is that of
 /// a disc with the mean radius and the manifest's mass. `None` if the state has no positions, velocities or radii.
-pub(super) fn discs<'a>(
-    config: &'a DemConfig,
-    state: &'a StateTable,
-) -> Option<impl Iterator<Item = Disc> + 'a> {
+pub(super) fn discs(config: &DemConfig, state: &StateTable) -> Option<impl Iterator<Item = Disc>> {
     let index = |name: &str| state.index(name);
-    let (x, y, vx, vy) = (index("x")?, index("y")?, index("vx")?, index("vy")?);
-    let (radius, mass, spin) = (index("radius"), index("mass"), index("spin"));
-    let equal = match config.radius_m {
-        DiscRadius::Equal(radius) => radius.get(),
-        _ => radius.map(|_| 0.0)?,
+    let radius = index("radius");
+    let columns = Columns {
+        position: [index("x")?, index("y")?],
+        velocity: [index("vx")?, index("vy")?],
+        radius,
+        mass: index("mass"),
+        spin: index("spin"),
+        equal_radius: match config.radius_m {
+            DiscRadius::Equal(radius) => radius.get(),
+            _ => radius.map(|_| 0.0)?,
+        },
+        mean_radius: config.radius_m.mean(),
+        mean_mass: config.mass_kg.get(),
     };
-    let (mean_radius, mean_mass) = (config.radius_m.mean(), config.mass_kg.get());
-    Some((0..state.rows()).map(move |disc| {
-        let row = state.row(disc);
-        let radius = radius.map_or(equal, |column| row[column]);
-        let ratio = radius / mean_radius;
-        Disc {
-            position: [row[x], row[y]],
-            velocity: [row[vx], row[vy]],
-            radius,
-            mass: mass.map_or_else(|| mean_mass * ratio * ratio, |column| row[column]),
-            spin: spin.map_or(0.0, |column| row[column]),
-        }
-    }))
+    Some(state.iter().map(move |row| columns.disc(row)))
 }

@@ -484,8 +484,7 @@ fn mean_while_cooling(before: f64, after: f64) -> f64 {
 fn moments_of(state: &StateTable) -> Option<(f64, f64)> {
     let (vx, vy, count) = (state.index("vx")?, state.index("vy")?, state.rows() as f64);
     let (mut squares, mut fourths) = (0.0, 0.0);
-    for disc in 0..state.rows() {
-        let row = state.row(disc);
+    for row in state.iter() {
         let square = row[vx] * row[vx] + row[vy] * row[vy];
         squares += square;
         fourths += square * square;
