@@ -14,6 +14,7 @@ use serde::Serialize;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Writes `experiment.toml`: name, description, checks, sweep and replicates as executed, with their files.
@@ -90,6 +91,20 @@ struct Host<'a> {
     peak_memory_of_the_program_bytes: Option<u64>,
 }
 
+/// Asked once, because a program of many short runs would spend more time on it than on its files.
+static MACHINE: LazyLock<Machine> = LazyLock::new(|| Machine {
+    name: read_text(Path::new("/proc/sys/kernel/hostname"), MAX_SIDE_FILE_BYTES)
+        .ok()
+        .map(|name| name.trim().into()),
+    processors: std::thread::available_parallelism().ok().map(usize::from),
+});
+
+/// What does not change between runs.
+struct Machine {
+    name: Option<String>,
+    processors: Option<usize>,
+}
+
 /// Writes `STEM.host.json`: machine and speed of a run. No physical metric reads it.
 ///
 /// # Errors
@@ -99,12 +114,10 @@ pub fn write_host(folder: &Path, stem: &str, report: &RunReport, jobs: usize) ->
     let host = Host {
         recording: &format!("{stem}.mcap"),
         program_version: env!("CARGO_PKG_VERSION"),
-        host: read_text(Path::new("/proc/sys/kernel/hostname"), MAX_SIDE_FILE_BYTES)
-            .ok()
-            .map(|name| name.trim().into()),
+        host: MACHINE.name.clone(),
         operating_system: std::env::consts::OS,
         architecture: std::env::consts::ARCH,
-        processors: std::thread::available_parallelism().ok().map(usize::from),
+        processors: MACHINE.processors,
         jobs_side_by_side: jobs,
         finished_unix_time_s: SystemTime::now()
             .duration_since(UNIX_EPOCH)
