@@ -8,15 +8,26 @@ use crate::recorder::{Clock, Outcome, Recorder, RecorderState};
 use std::io::Write;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
 
-/// Maximum number of frames in memory: one being filled, one being written, and two queued for a slow disk.
-const FRAMES: usize = 4;
-/// Maximum size of these frames in bytes. A larger frame is filled after the previous one has been written.
-const FRAMES_BYTES: usize = 32 << 20;
+/// Bytes of frames that are handed to the thread together: waking it for each small frame would cost more than writing them. If no more
+/// bytes are ever filled, the thread is not started.
+const BATCH_BYTES: usize = 64 << 10;
+/// Counted for a frame besides its bytes.
+const BYTES_PER_FRAME: usize = 256;
+/// Time after which frames are handed over, whatever their size.
+const BATCH_TIME: Duration = Duration::from_millis(10);
+/// Maximum number of batches in memory: one being filled, one being written, and two queued for a slow disk.
+const BATCHES: usize = 4;
+/// Maximum size of these batches in bytes. A larger frame is filled after the previous one has been written.
+const MAX_BYTES: usize = 32 << 20;
+
+/// Frames that are handed to the thread together, in order.
+type Batch = Vec<(Clock, Frame)>;
 
 /// A request to the thread.
 enum Task<W: Write> {
-    Write(Clock, Frame),
+    Write(Batch),
     Remark(LogLine),
     /// An action on the recorder, after all earlier requests.
     With(Action<W>),
@@ -38,16 +49,33 @@ enum Place<W: Write> {
 
 /// The recorder's thread, and the frames that go there and back.
 struct Background<W: Write> {
-    tasks: Sender<Task<W>>,
-    // Frames that have been written, empty.
-    used: Receiver<Frame>,
-    // `None` after its error was taken.
-    thread: Option<JoinHandle<Result<Recorder<W>, RecordError>>>,
-    // What every frame starts as.
+    worker: Worker<W>,
+    /// The frames that were filled since the last batch, and their bytes.
+    batch: Batch,
+    batch_bytes: usize,
+    batch_limit: usize,
+    handed_over: Instant,
+    /// Frames that have been written, empty.
+    spare: Vec<Frame>,
+    /// What every frame starts as.
     blank: Frame,
-    // Frames in memory, and how many there may be.
+    /// Batches in memory, and how many there may be.
     in_memory: usize,
     at_most: usize,
+}
+
+/// Who writes the frames.
+enum Worker<W: Write> {
+    /// Nobody yet.
+    Waiting(Box<Recorder<W>>),
+    Running {
+        tasks: Sender<Task<W>>,
+        // Batches that have been written, their frames empty.
+        used: Receiver<Batch>,
+        thread: JoinHandle<Result<Recorder<W>, RecordError>>,
+    },
+    /// Its error was taken.
+    Failed,
 }
 
 impl<W: Write + Send + 'static> FrameWriter<W> {
@@ -57,13 +85,8 @@ impl<W: Write + Send + 'static> FrameWriter<W> {
         if cfg!(target_family = "wasm") {
             return Self::on_this_thread(recorder);
         }
-        // The frames in memory are a bound for both.
-        let (tasks, to_do) = channel();
-        let (give_back, used) = channel();
-        let (frames, blank) = (recorder.frames_written(), recorder.empty_frame());
-        let thread = Some(thread::spawn(move || work(recorder, &to_do, &give_back)));
-        let background = Background { tasks, used, thread, blank, in_memory: 0, at_most: FRAMES };
-        Self { place: Place::Background(background), frames }
+        let frames = recorder.frames_written();
+        Self { place: Place::Background(Background::new(recorder)), frames }
     }
 }
 
@@ -75,6 +98,14 @@ impl<W: Write> FrameWriter<W> {
         Self { place: Place::Here(Box::new(recorder), frame), frames }
     }
 
+    /// Number of frames queued so far.
+    #[must_use]
+    pub fn frames_written(&self) -> u64 {
+        self.frames
+    }
+}
+
+impl<W: Write + Send + 'static> FrameWriter<W> {
     /// Queues the next frame. `fill` fills the empty frame; the call blocks while too many frames are queued.
     ///
     /// # Errors
@@ -105,12 +136,6 @@ impl<W: Write> FrameWriter<W> {
             Place::Background(background) => background.ask(Task::Remark(line)),
             Place::Here(recorder, _) => recorder.remark(line),
         }
-    }
-
-    /// Number of frames queued so far.
-    #[must_use]
-    pub fn frames_written(&self) -> u64 {
-        self.frames
     }
 
     /// As [`Recorder::finish`], after all frames.
@@ -146,49 +171,124 @@ impl FrameWriter<RecordingFile> {
 }
 
 impl<W: Write> Background<W> {
-    fn write(&mut self, clock: Clock, fill: impl FnOnce(&mut Frame)) -> Result<(), RecordError> {
-        let mut frame = self.empty_frame()?;
-        fill(&mut frame);
-        self.at_most = Ord::clamp(FRAMES_BYTES / Ord::max(frame.bytes(), 1), 1, FRAMES);
-        self.ask(Task::Write(clock, frame))
-    }
-
-    /// An empty frame: one that has been written, or a new one if the maximum is not reached.
-    fn empty_frame(&mut self) -> Result<Frame, RecordError> {
-        loop {
-            if self.in_memory < self.at_most {
-                return Ok(self.used.try_recv().unwrap_or_else(|_| {
-                    self.in_memory += 1;
-                    self.blank.clone()
-                }));
-            }
-            let frame = self.used.recv().map_err(|_| self.failure())?;
-            if self.in_memory == self.at_most {
-                return Ok(frame);
-            }
-            // Frames have grown.
-            self.in_memory -= 1;
+    fn new(recorder: Recorder<W>) -> Self {
+        Self {
+            batch: Batch::new(),
+            batch_bytes: 0,
+            // A viewer sees every frame as soon as it is filled.
+            batch_limit: if recorder.is_observed() { 0 } else { BATCH_BYTES },
+            handed_over: Instant::now(),
+            spare: Vec::new(),
+            blank: recorder.empty_frame(),
+            in_memory: 0,
+            at_most: BATCHES,
+            worker: Worker::Waiting(Box::new(recorder)),
         }
     }
 
-    fn ask(&mut self, task: Task<W>) -> Result<(), RecordError> {
-        self.tasks.send(task).map_err(|_| self.failure())
+    /// An empty frame: one that has been written, or a new one.
+    fn empty_frame(&mut self) -> Result<Frame, RecordError> {
+        if self.batch.is_empty() {
+            self.begin_batch()?;
+        }
+        Ok(self.spare.pop().unwrap_or_else(|| self.blank.clone()))
+    }
+
+    /// Waits until the maximum number of batches allows another one.
+    fn begin_batch(&mut self) -> Result<(), RecordError> {
+        while let Worker::Running { used, .. } = &self.worker {
+            let written = if self.in_memory < self.at_most {
+                used.try_recv().ok()
+            } else {
+                Some(used.recv().map_err(|_| self.failure())?)
+            };
+            let Some(written) = written else { break };
+            self.in_memory -= 1;
+            // Otherwise, frames have grown.
+            if self.in_memory < self.at_most {
+                self.spare.extend(written.into_iter().map(|(_, frame)| frame));
+            }
+        }
+        self.in_memory += 1;
+        Ok(())
     }
 
     /// Why the thread has ended early.
     fn failure(&mut self) -> RecordError {
-        match self.thread.take().map(JoinHandle::join) {
-            Some(Ok(Err(error))) => error,
-            Some(Ok(Ok(_)) | Err(_)) | None => stopped(),
+        match std::mem::replace(&mut self.worker, Worker::Failed) {
+            Worker::Running { thread, .. } => thread
+                .join()
+                .map_or_else(|_| stopped(), |ended| ended.err().unwrap_or_else(stopped)),
+            Worker::Waiting(_) | Worker::Failed => stopped(),
+        }
+    }
+}
+
+impl<W: Write + Send + 'static> Background<W> {
+    fn write(&mut self, clock: Clock, fill: impl FnOnce(&mut Frame)) -> Result<(), RecordError> {
+        let mut frame = self.empty_frame()?;
+        fill(&mut frame);
+        self.batch_bytes += frame.bytes() + BYTES_PER_FRAME;
+        self.batch.push((clock, frame));
+        if self.batch_bytes >= self.batch_limit || self.handed_over.elapsed() >= BATCH_TIME {
+            self.hand_over()?;
+        }
+        Ok(())
+    }
+
+    fn hand_over(&mut self) -> Result<(), RecordError> {
+        if self.batch.is_empty() {
+            return Ok(());
+        }
+        self.at_most = Ord::clamp(MAX_BYTES / self.batch_bytes, 1, BATCHES);
+        let batch = std::mem::take(&mut self.batch);
+        self.batch_bytes = 0;
+        self.handed_over = Instant::now();
+        self.send(Task::Write(batch))
+    }
+
+    /// A request after all frames so far.
+    fn ask(&mut self, task: Task<W>) -> Result<(), RecordError> {
+        self.hand_over()?;
+        self.send(task)
+    }
+
+    fn send(&mut self, task: Task<W>) -> Result<(), RecordError> {
+        self.start();
+        match &self.worker {
+            Worker::Running { tasks, .. } => tasks.send(task).map_err(|_| self.failure()),
+            Worker::Waiting(_) | Worker::Failed => Err(stopped()),
         }
     }
 
+    fn start(&mut self) {
+        self.worker = match std::mem::replace(&mut self.worker, Worker::Failed) {
+            Worker::Waiting(recorder) => {
+                // The batches in memory are a bound for both.
+                let (tasks, to_do) = channel();
+                let (give_back, used) = channel();
+                let thread = thread::spawn(move || work(*recorder, &to_do, &give_back));
+                Worker::Running { tasks, used, thread }
+            }
+            worker => worker,
+        };
+    }
+
     /// Waits until the thread has finished all requests and returns the recorder.
-    fn join(self) -> Result<Recorder<W>, RecordError> {
-        drop(self.tasks);
-        match self.thread.map(JoinHandle::join) {
-            Some(Ok(recorder)) => recorder,
-            Some(Err(_)) | None => Err(stopped()),
+    fn join(mut self) -> Result<Recorder<W>, RecordError> {
+        if let Worker::Waiting(mut recorder) = self.worker {
+            for (clock, frame) in &mut self.batch {
+                recorder.write(*clock, frame)?;
+            }
+            return Ok(*recorder);
+        }
+        self.hand_over()?;
+        match self.worker {
+            Worker::Running { tasks, thread, .. } => {
+                drop(tasks);
+                thread.join().unwrap_or_else(|_| Err(stopped()))
+            }
+            Worker::Waiting(_) | Worker::Failed => Err(stopped()),
         }
     }
 }
@@ -196,15 +296,17 @@ impl<W: Write> Background<W> {
 fn work<W: Write>(
     mut recorder: Recorder<W>,
     tasks: &Receiver<Task<W>>,
-    give_back: &Sender<Frame>,
+    give_back: &Sender<Batch>,
 ) -> Result<Recorder<W>, RecordError> {
     for task in tasks {
         match task {
-            Task::Write(clock, mut frame) => {
-                recorder.write(clock, &mut frame)?;
-                frame.clear();
+            Task::Write(mut batch) => {
+                for (clock, frame) in &mut batch {
+                    recorder.write(*clock, frame)?;
+                    frame.clear();
+                }
                 // An error means that no further frame will be filled.
-                let _ = give_back.send(frame);
+                let _ = give_back.send(batch);
             }
             Task::Remark(line) => recorder.remark(line)?,
             Task::With(action) => action(&recorder),

@@ -29,7 +29,7 @@ use resuming::Resumable;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::Write;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Size at which a chunk is closed, at the next end of a frame.
@@ -143,6 +143,11 @@ impl<W: Write> Recorder<W> {
         }
         self.observer = Some(observer);
         Ok(())
+    }
+
+    /// Whether an observer receives the messages.
+    pub(crate) fn is_observed(&self) -> bool {
+        self.observer.is_some()
     }
 
     /// An empty frame that keeps only the contact forces that this recording draws.
@@ -438,7 +443,10 @@ impl<W: Write> Drop for Recorder<W> {
 
 /// Sets every option, so that the bytes do not depend on defaults of a release or of the machine.
 pub(crate) fn write_options(compression: Compression) -> mcap::WriteOptions {
-    mcap::WriteOptions::new()
+    /// The crate counts the processors for its defaults, which takes as long as a write.
+    static DEFAULTS: LazyLock<mcap::WriteOptions> = LazyLock::new(mcap::WriteOptions::new);
+    DEFAULTS
+        .clone()
         .profile("")
         .library(LIBRARY)
         .compression(match compression {

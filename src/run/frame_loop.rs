@@ -106,7 +106,7 @@ pub fn record_start<W: Write + Send + 'static>(
     Ok(state)
 }
 
-fn record_now<W: Write>(state: &mut RunState<W>) -> Result<(), RecordError> {
+fn record_now<W: Write + Send + 'static>(state: &mut RunState<W>) -> Result<(), RecordError> {
     let keyframe = state.keyframe()?;
     let RunState { model, viewer, .. } = state;
     let clock = Clock { count: model.count(), time: model.time() };
@@ -126,7 +126,7 @@ fn record_now<W: Write>(state: &mut RunState<W>) -> Result<(), RecordError> {
 ///
 /// # Errors
 /// A sink or a disk that fails. A physical failure and an interruption are outcomes.
-pub fn record_frames<W: Write>(
+pub fn record_frames<W: Write + Send + 'static>(
     state: &mut RunState<W>,
     interrupt: &Interrupt,
     on_frame: &(dyn Fn(u64, u64) + Sync),
