@@ -1,6 +1,7 @@
 //! A recorder on its own thread, so that the model advances while frames are encoded, compressed and written. The order of the
 //! frames does not change; therefore, the bytes are the same.
 
+use crate::disc_drawing::DiscDrawing;
 use crate::error::RecordError;
 use crate::file::RecordingFile;
 use crate::frame::{Frame, LogLine};
@@ -55,6 +56,9 @@ struct Background<W: Write> {
     batch_bytes: usize,
     batch_limit: usize,
     handed_over: Instant,
+    /// Index of the next frame.
+    next: u64,
+    drawing: Option<DiscDrawing>,
     /// Frames that have been written, empty.
     spare: Vec<Frame>,
     /// What every frame starts as.
@@ -178,6 +182,8 @@ impl<W: Write> Background<W> {
             // A viewer sees every frame as soon as it is filled.
             batch_limit: if recorder.is_observed() { 0 } else { BATCH_BYTES },
             handed_over: Instant::now(),
+            next: recorder.frames_written(),
+            drawing: recorder.disc_drawing(),
             spare: Vec::new(),
             blank: recorder.empty_frame(),
             in_memory: 0,
@@ -230,10 +236,23 @@ impl<W: Write + Send + 'static> Background<W> {
         fill(&mut frame);
         self.batch_bytes += frame.bytes() + BYTES_PER_FRAME;
         self.batch.push((clock, frame));
+        self.next += 1;
         if self.batch_bytes >= self.batch_limit || self.handed_over.elapsed() >= BATCH_TIME {
             self.hand_over()?;
         }
         Ok(())
+    }
+
+    /// Draws the batch while the thread is behind with others, since the next batch would have to wait for it.
+    fn help(&mut self) {
+        if self.in_memory < Ord::max(self.at_most, 2) {
+            return;
+        }
+        if let Some(drawing) = &self.drawing {
+            let first = self.next - self.batch.len() as u64;
+            let frames = self.batch.iter_mut().zip(first..);
+            frames.for_each(|((_, frame), index)| drawing.encode(frame, index));
+        }
     }
 
     fn hand_over(&mut self) -> Result<(), RecordError> {
@@ -241,6 +260,7 @@ impl<W: Write + Send + 'static> Background<W> {
             return Ok(());
         }
         self.at_most = Ord::clamp(MAX_BYTES / self.batch_bytes, 1, BATCHES);
+        self.help();
         let batch = std::mem::take(&mut self.batch);
         self.batch_bytes = 0;
         self.handed_over = Instant::now();

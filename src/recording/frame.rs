@@ -5,6 +5,7 @@ pub use crate::force_lines::ContactLine;
 
 use crate::channels::Channel;
 use crate::force_lines::ForceLines;
+use crate::scene::EncodedDiscs;
 use crate::scenery::Wall;
 use crate::table::Rows;
 
@@ -46,6 +47,7 @@ pub struct Frame {
     walls: Vec<Wall>,
     log: Vec<LogLine>,
     model: Vec<u8>,
+    discs: EncodedDiscs,
 }
 
 impl Frame {
@@ -68,6 +70,7 @@ impl Frame {
         self.walls.clear();
         self.log.clear();
         self.model.clear();
+        self.discs.clear();
     }
 
     /// Size of the state and the messages in bytes.
@@ -115,6 +118,16 @@ impl Frame {
     /// The state of the model, in the encoding of checkpoints: of a keyframe only.
     pub fn model_mut(&mut self) -> &mut Vec<u8> {
         &mut self.model
+    }
+
+    /// The state and the drawing of its discs, which is empty until it is encoded.
+    pub(crate) fn state_and_discs(&mut self) -> (&[f64], &mut EncodedDiscs) {
+        (self.state.values(), &mut self.discs)
+    }
+
+    /// The encoded drawing of the discs; empty until it is encoded.
+    pub(crate) fn discs(&self) -> &[u8] {
+        self.discs.bytes()
     }
 
     /// The state, row by row.

@@ -34,6 +34,7 @@ mod container;
 mod data_section;
 mod descriptor;
 mod disc_cylinders;
+mod disc_drawing;
 mod force_lines;
 mod frames;
 mod ghosts;

@@ -1,5 +1,7 @@
 //! Log times of frames: frame index over playback rate, and the simulated time per second of playback.
 
+use foxglove::messages::Timestamp;
+
 /// Maximum frames per second that viewers play without a warning.
 pub(crate) const LARGEST_RATE: f64 = 50.0;
 /// Maximum duration of a playback, s: 93 days. Viewers reject a range of 93.8 days, and beyond 2^53 ns, or 104 days, their
@@ -30,6 +32,12 @@ pub(crate) fn log_time_ns(frame: u64, rate: f64) -> Option<u64> {
     }
     let rounded = quotient + u128::from(2 * remainder >= divisor);
     if rounded > latest { None } else { u64::try_from(rounded).ok() }
+}
+
+/// Log time of a frame at a playback rate, ns and as a timestamp.
+pub(crate) fn log_times(frame: u64, rate: f64) -> Option<(u64, Timestamp)> {
+    let ns = log_time_ns(frame, rate)?;
+    Some((ns, Timestamp::new((ns / 1_000_000_000) as u32, (ns % 1_000_000_000) as u32)))
 }
 
 /// Odd mantissa and exponent of a positive finite number: `value = mantissa * 2^exponent`.

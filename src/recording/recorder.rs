@@ -11,13 +11,14 @@ mod keyframes;
 mod resuming;
 
 use crate::channels::{self, Channel as _, FrameClock};
+use crate::disc_drawing::DiscDrawing;
 use crate::error::RecordError;
 use crate::frame::{Frame, Level, LogLine};
 use crate::log_text::joined;
 use crate::observer::{ChannelList, FrameObserver};
-use crate::playback::log_time_ns;
+use crate::playback::log_times;
 use crate::provenance::{LIBRARY, MANIFEST_ATTACHMENT, OUTCOME_RECORD, PROVENANCE_RECORD};
-use crate::scene::{EncodedDiscs, SceneBuilder};
+use crate::scene::SceneBuilder;
 use crate::schema::schema_of;
 use crate::sink::CountingSink;
 use crate::trail::Trails;
@@ -29,8 +30,8 @@ use resuming::Resumable;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::Write;
-use std::sync::{Arc, LazyLock};
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, LazyLock};
 
 /// Size at which a chunk is closed, at the next end of a frame.
 const CHUNK_PAYLOAD: u64 = 1 << 20;
@@ -48,7 +49,7 @@ pub struct Clock {
 /// footer.
 pub struct Recorder<W: Write> {
     header: Header,
-    scenes: SceneBuilder,
+    scenes: Arc<SceneBuilder>,
     trails: Trails,
     // Empty only while being dropped.
     writer: Option<mcap::Writer<CountingSink<W>>>,
@@ -65,8 +66,6 @@ pub struct Recorder<W: Write> {
     first_log: Option<Vec<u8>>,
     observer: Option<Box<dyn FrameObserver>>,
     buffer: Vec<u8>,
-    /// The drawing of the discs, which is encoded before the frame is written.
-    discs: EncodedDiscs,
     written: Arc<AtomicU64>,
 }
 
@@ -79,6 +78,7 @@ impl<W: Write> Recorder<W> {
         header.check()?;
         let scenes =
             SceneBuilder::new(&header.scenery, header.state_columns, header.max_drawn_particles)?;
+        let scenes = Arc::new(scenes);
         let written = Arc::new(AtomicU64::new(0));
         let sink = CountingSink::new(sink, Arc::clone(&written));
         let mut writer = write_options(header.compression).create(sink)?;
@@ -110,7 +110,6 @@ impl<W: Write> Recorder<W> {
             first_log: None,
             observer: None,
             buffer: Vec::new(),
-            discs: EncodedDiscs::default(),
             written,
         })
     }
@@ -150,6 +149,12 @@ impl<W: Write> Recorder<W> {
         self.observer.is_some()
     }
 
+    /// The drawing of the discs, if they are recorded.
+    pub(crate) fn disc_drawing(&self) -> Option<DiscDrawing> {
+        let drawing = || DiscDrawing::new(Arc::clone(&self.scenes), self.header.playback_fps);
+        self.wants(channels::DISCS).then(drawing)
+    }
+
     /// An empty frame that keeps only the contact forces that this recording draws.
     #[must_use]
     pub fn empty_frame(&self) -> Frame {
@@ -178,8 +183,8 @@ impl<W: Write> Recorder<W> {
         self.check_frame(frame)?;
         self.add_channels()?;
         self.begin_frame();
-        if self.wants(channels::DISCS) {
-            self.scenes.discs(frame.state(), time, &mut self.discs);
+        if let Some(discs) = self.disc_drawing() {
+            discs.encode(frame, self.frames);
         }
         self.expect(frame);
         let frame_clock = FrameClock {
@@ -203,6 +208,7 @@ impl<W: Write> Recorder<W> {
         self.write_log(frame.log_lines(), log_time, time)?;
         self.write_keyframe(frame.model_mut(), log_time)?;
         self.end_frame()?;
+        frame.state_and_discs().1.clear();
         if let Some(observer) = &mut self.observer {
             observer.end_of_frame();
         }
@@ -225,7 +231,7 @@ impl<W: Write> Recorder<W> {
     /// If the state and the discs of a frame fill the chunk, the chunk is closed at the end of the frame, and its messages are not
     /// stored.
     fn expect(&mut self, frame: &Frame) {
-        let drawn = self.discs.bytes().len();
+        let drawn = frame.discs().len();
         let state = if self.wants(channels::STATE) { size_of_val(frame.state()) } else { 0 };
         if let Some(Resumable { open, .. }) = &mut self.resumable
             && (matches!(self.header.stored, StoredFrames::Keyframes(_))
@@ -272,8 +278,7 @@ impl<W: Write> Recorder<W> {
     /// Log time of a frame, ns and as a timestamp.
     fn times_of(&self, frame: u64) -> Result<(u64, Timestamp), RecordError> {
         let rate = self.header.playback_fps;
-        let ns = log_time_ns(frame, rate).ok_or(RecordError::Playback { frame, rate })?;
-        Ok((ns, Timestamp::new((ns / 1_000_000_000) as u32, (ns % 1_000_000_000) as u32)))
+        log_times(frame, rate).ok_or(RecordError::Playback { frame, rate })
     }
 
     fn check_frame(&self, frame: &Frame) -> Result<(), RecordError> {
@@ -316,10 +321,7 @@ impl<W: Write> Recorder<W> {
         for topic in self.recorded.clone() {
             let scene = match topic {
                 channels::DISCS => {
-                    let discs = std::mem::take(&mut self.discs);
-                    let written = self.payload(topic, log_time, discs.bytes());
-                    self.discs = discs;
-                    written?;
+                    self.payload(topic, log_time, frame.discs())?;
                     continue;
                 }
                 channels::VELOCITY => self.scenes.velocity(frame.state(), time),

@@ -54,10 +54,21 @@ pub(crate) struct EncodedDiscs {
     start: usize,
 }
 
+impl PartialEq for EncodedDiscs {
+    fn eq(&self, other: &Self) -> bool {
+        self.bytes() == other.bytes()
+    }
+}
+
 impl EncodedDiscs {
-    /// The message; empty before the first frame.
+    /// The message; empty if nothing is encoded.
     pub(crate) fn bytes(&self) -> &[u8] {
         &self.bytes[self.start..]
+    }
+
+    /// Empties the message; its memory is kept.
+    pub(crate) fn clear(&mut self) {
+        self.start = self.bytes.len();
     }
 }
 

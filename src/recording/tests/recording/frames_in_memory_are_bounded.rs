@@ -1,16 +1,19 @@
 //! Guarantee: the frames that a recorder on its own thread keeps in memory are bounded. Small frames are filled while others are still being
 //! written, so no thread waits for the disk. A frame of 40 MB is filled only after the previous one is in the file, also if frames have
-//! grown to that size. The bytes equal those of a recorder without a thread, which programs without threads use.
+//! grown to that size. Frames of a few bytes are written by the caller at the end, without a thread, and those of a long run in batches.
+//! The bytes equal those of a recorder without a thread, which programs without threads use.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
 use kinetoscope_recording::background::FrameWriter;
+use kinetoscope_recording::error::RecordError;
 use kinetoscope_recording::frame::{Frame, Level, LogLine};
 use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recorder, Selection};
+use std::collections::HashSet;
 use std::io::{self, Write};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::thread;
+use std::sync::{Arc, Mutex};
+use std::thread::{self, ThreadId};
 use std::time::Duration;
 
 /// Columns of the sample's state.
@@ -105,18 +108,100 @@ fn growing_frames_reach_the_same_bound() {
     assert!(bytes == recorder.finish(&Outcome::Complete).unwrap());
 }
 
-#[test]
-fn recorder_on_the_caller_s_thread_writes_the_same_bytes() {
-    let written = |mut writer: FrameWriter<Vec<u8>>| {
-        for index in 0..5 {
-            writer.write(clock(index), |frame| fill(frame, SMALL + index)).unwrap();
+/// Writes frames with `particles` and a line of the log after some of them.
+fn written<W: Write + Send + 'static>(mut writer: FrameWriter<W>, particles: &[usize]) -> W {
+    for (index, &count) in particles.iter().enumerate() {
+        writer.write(clock(index), |frame| fill(frame, count)).unwrap();
+        if index % 7 == 0 {
             let text = format!("frame {index}");
             writer.remark(LogLine { level: Level::Warning, text }).unwrap();
         }
-        assert_eq!(writer.frames_written(), 5);
-        writer.finish(&Outcome::Complete).unwrap()
-    };
+    }
+    assert_eq!(writer.frames_written(), particles.len() as u64);
+    writer.finish(&Outcome::Complete).unwrap()
+}
+
+/// Setup: frames of many sizes, among them those of a batch of hundreds, and a run whose first frame is written after a pause.
+#[test]
+fn batches_contain_the_same_bytes() {
     let recorder = || Recorder::create(Vec::new(), &header()).unwrap();
-    let here = written(FrameWriter::on_this_thread(recorder()));
-    assert!(here == written(FrameWriter::start(recorder())));
+    for particles in [&[SMALL, SMALL + 1, SMALL + 2][..], &[3; 2000], &[1, SMALL, 2, 2, SMALL]] {
+        let here = written(FrameWriter::on_this_thread(recorder()), particles);
+        assert!(here == written(FrameWriter::start(recorder()), particles));
+        let late = FrameWriter::start(recorder());
+        thread::sleep(Duration::from_millis(20));
+        assert!(here == written(late, particles));
+    }
+}
+
+/// Setup: discs are drawn, and a slow disk lets frames wait, so that the caller draws some of them.
+#[test]
+fn frames_that_wait_are_drawn_as_others() {
+    let header = crate::sample::header(Compression::None);
+    let particles = [SMALL; 8];
+    let here = FrameWriter::on_this_thread(Recorder::create(Vec::new(), &header).unwrap());
+    let here = written(here, &particles);
+    let disk = SlowDisk { bytes: Vec::new(), arrived: Arc::default() };
+    let slow = FrameWriter::start(Recorder::create(disk, &header).unwrap());
+    assert!(here == written(slow, &particles).bytes);
+    assert!(here.windows(6).any(|bytes| bytes == b"/discs"), "the sample has no drawing");
+}
+
+/// The threads that wrote to a disk.
+#[derive(Clone, Default)]
+struct Writers(Arc<Mutex<HashSet<ThreadId>>>);
+
+impl Write for Writers {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.lock().unwrap().insert(thread::current().id());
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Setup: two frames of a few bytes. Control: two frames of 1.6 MB are written by another thread.
+#[test]
+fn short_run_has_no_thread() {
+    let own = HashSet::from([thread::current().id()]);
+    for (particles, is_short) in [(3, true), (SMALL, false)] {
+        let writers = Writers::default();
+        let mut writer = FrameWriter::start(Recorder::create(writers.clone(), &header()).unwrap());
+        for index in 0..2 {
+            writer.write(clock(index), |frame| fill(frame, particles)).unwrap();
+        }
+        writer.finish(&Outcome::Complete).unwrap();
+        assert_eq!(*writers.0.lock().unwrap() == own, is_short, "{particles} particles");
+    }
+}
+
+/// A disk that is full.
+struct FullDisk(usize);
+
+impl Write for FullDisk {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0 = self.0.checked_sub(bytes.len()).ok_or(io::ErrorKind::StorageFull)?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Setup: a disk that is full after 100,000 bytes. The error arrives with a later frame or at the end, and the writer does not wait
+/// for the thread that has ended.
+#[test]
+fn full_disk_is_an_error_of_a_later_frame_or_of_the_end() {
+    for particles in [3, 300, SMALL] {
+        let recorder = Recorder::create(FullDisk(100_000), &header()).unwrap();
+        let mut writer = FrameWriter::start(recorder);
+        let frames =
+            (0..50_000).map(|index| writer.write(clock(index), |frame| fill(frame, particles)));
+        let failed = frames.into_iter().find_map(Result::err);
+        let failed = failed.or_else(|| writer.finish(&Outcome::Complete).err());
+        assert!(matches!(failed, Some(RecordError::Io(_))), "{particles}: {failed:?}");
+    }
 }

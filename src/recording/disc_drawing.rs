@@ -1,0 +1,30 @@
+//! The drawing of a frame's discs, which takes long enough to be shared between threads.
+
+use crate::frame::Frame;
+use crate::playback::log_times;
+use crate::scene::SceneBuilder;
+use std::sync::Arc;
+
+/// Encodes the drawing of the discs of a frame, on any thread: the bytes do not depend on which one.
+#[derive(Debug)]
+pub(crate) struct DiscDrawing {
+    scenes: Arc<SceneBuilder>,
+    playback_fps: f64,
+}
+
+impl DiscDrawing {
+    pub(crate) fn new(scenes: Arc<SceneBuilder>, playback_fps: f64) -> Self {
+        Self { scenes, playback_fps }
+    }
+
+    /// Encodes the drawing of the frame with this index, unless it is encoded already. A frame without a time is left for the recorder
+    /// to reject.
+    pub(crate) fn encode(&self, frame: &mut Frame, index: u64) {
+        if frame.discs().is_empty()
+            && let Some((_, time)) = log_times(index, self.playback_fps)
+        {
+            let (state, discs) = frame.state_and_discs();
+            self.scenes.discs(state, time, discs);
+        }
+    }
+}
