@@ -91,7 +91,7 @@ struct Host<'a> {
     peak_memory_of_the_program_bytes: Option<u64>,
 }
 
-/// Asked once, because a program of many short runs would spend more time on it than on its files.
+/// Asked once: a program of many short runs would make twenty calls of the system for each.
 static MACHINE: LazyLock<Machine> = LazyLock::new(|| Machine {
     name: read_text(Path::new("/proc/sys/kernel/hostname"), MAX_SIDE_FILE_BYTES)
         .ok()

@@ -11,12 +11,12 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// Bytes of frames that are handed to the thread together: waking it for each small frame would cost more than writing them. If no more
-/// bytes are ever filled, the thread is not started.
+/// Bytes of frames that are handed to the thread together: waking it for each small frame would cost more than writing them. The thread
+/// is started with the first batch, so a run of fewer bytes that takes less than `BATCH_TIME` has none.
 const BATCH_BYTES: usize = 64 << 10;
 /// Counted for a frame besides its bytes.
 const BYTES_PER_FRAME: usize = 256;
-/// Time after which frames are handed over, whatever their size.
+/// Time after which the next frame is handed over with those before it, whatever their size.
 const BATCH_TIME: Duration = Duration::from_millis(10);
 /// Maximum number of batches in memory: one being filled, one being written, and two queued for a slow disk.
 const BATCHES: usize = 4;
@@ -202,21 +202,25 @@ impl<W: Write> Background<W> {
 
     /// Waits until the maximum number of batches allows another one.
     fn begin_batch(&mut self) -> Result<(), RecordError> {
-        while let Worker::Running { used, .. } = &self.worker {
-            let written = if self.in_memory < self.at_most {
-                used.try_recv().ok()
-            } else {
-                Some(used.recv().map_err(|_| self.failure())?)
-            };
-            let Some(written) = written else { break };
-            self.in_memory -= 1;
-            // Otherwise, frames have grown.
-            if self.in_memory < self.at_most {
-                self.spare.extend(written.into_iter().map(|(_, frame)| frame));
-            }
-        }
+        while self.take_back(self.in_memory >= self.at_most)? {}
         self.in_memory += 1;
         Ok(())
+    }
+
+    /// Takes back a batch that has been written, if there is one, or else waits for it.
+    fn take_back(&mut self, waits: bool) -> Result<bool, RecordError> {
+        let Worker::Running { used, .. } = &self.worker else { return Ok(false) };
+        let written = match waits {
+            true => Some(used.recv().map_err(|_| self.failure())?),
+            false => used.try_recv().ok(),
+        };
+        let Some(written) = written else { return Ok(false) };
+        self.in_memory -= 1;
+        // Otherwise, frames have grown.
+        if self.in_memory < self.at_most {
+            self.spare.extend(written.into_iter().map(|(_, frame)| frame));
+        }
+        Ok(true)
     }
 
     /// Why the thread has ended early.
@@ -243,16 +247,20 @@ impl<W: Write + Send + 'static> Background<W> {
         Ok(())
     }
 
-    /// Draws the batch while the thread is behind with others, since the next batch would have to wait for it.
-    fn help(&mut self) {
-        if self.in_memory < Ord::max(self.at_most, 2) {
-            return;
-        }
-        if let Some(drawing) = &self.drawing {
+    /// Draws the discs of the batch if the thread is so far behind that the next batch would wait for it, unless the drawings of all
+    /// batches would be too large.
+    fn draw_if_behind(&mut self) -> Result<(), RecordError> {
+        while self.take_back(false)? {}
+        let Some(drawing) = &self.drawing else { return Ok(()) };
+        let drawn = self.batch.iter().map(|(_, frame)| drawing.max_bytes(frame)).sum::<usize>();
+        let fits = self.batch_bytes.saturating_add(drawn) <= MAX_BYTES / BATCHES;
+        if self.in_memory >= self.at_most && fits {
             let first = self.next - self.batch.len() as u64;
-            let frames = self.batch.iter_mut().zip(first..);
-            frames.for_each(|((_, frame), index)| drawing.encode(frame, index));
+            for ((_, frame), index) in self.batch.iter_mut().zip(first..) {
+                drawing.encode(frame, index);
+            }
         }
+        Ok(())
     }
 
     fn hand_over(&mut self) -> Result<(), RecordError> {
@@ -260,7 +268,7 @@ impl<W: Write + Send + 'static> Background<W> {
             return Ok(());
         }
         self.at_most = Ord::clamp(MAX_BYTES / self.batch_bytes, 1, BATCHES);
-        self.help();
+        self.draw_if_behind()?;
         let batch = std::mem::take(&mut self.batch);
         self.batch_bytes = 0;
         self.handed_over = Instant::now();

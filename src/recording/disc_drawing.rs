@@ -17,6 +17,11 @@ impl DiscDrawing {
         Self { scenes, playback_fps }
     }
 
+    /// An upper bound of the size of a frame's drawing, bytes.
+    pub(crate) fn max_bytes(&self, frame: &Frame) -> usize {
+        self.scenes.max_drawing_bytes(frame.state().len())
+    }
+
     /// Encodes the drawing of the frame with this index, unless it is encoded already. A frame without a time is left for the recorder
     /// to reject.
     pub(crate) fn encode(&self, frame: &mut Frame, index: u64) {

@@ -125,6 +125,11 @@ impl Frame {
         (self.state.values(), &mut self.discs)
     }
 
+    /// Exchanges the memory of the drawing of the discs.
+    pub(crate) fn swap_discs(&mut self, discs: &mut EncodedDiscs) {
+        std::mem::swap(&mut self.discs, discs);
+    }
+
     /// The encoded drawing of the discs; empty until it is encoded.
     pub(crate) fn discs(&self) -> &[u8] {
         self.discs.bytes()

@@ -18,7 +18,7 @@ use crate::log_text::joined;
 use crate::observer::{ChannelList, FrameObserver};
 use crate::playback::log_times;
 use crate::provenance::{LIBRARY, MANIFEST_ATTACHMENT, OUTCOME_RECORD, PROVENANCE_RECORD};
-use crate::scene::SceneBuilder;
+use crate::scene::{EncodedDiscs, SceneBuilder};
 use crate::schema::schema_of;
 use crate::sink::CountingSink;
 use crate::trail::Trails;
@@ -66,6 +66,7 @@ pub struct Recorder<W: Write> {
     first_log: Option<Vec<u8>>,
     observer: Option<Box<dyn FrameObserver>>,
     buffer: Vec<u8>,
+    discs: EncodedDiscs,
     written: Arc<AtomicU64>,
 }
 
@@ -110,6 +111,7 @@ impl<W: Write> Recorder<W> {
             first_log: None,
             observer: None,
             buffer: Vec::new(),
+            discs: EncodedDiscs::default(),
             written,
         })
     }
@@ -183,8 +185,11 @@ impl<W: Write> Recorder<W> {
         self.check_frame(frame)?;
         self.add_channels()?;
         self.begin_frame();
-        if let Some(discs) = self.disc_drawing() {
-            discs.encode(frame, self.frames);
+        // Usually, the drawing is only in this memory, not in that of each frame.
+        let is_drawn = !frame.discs().is_empty();
+        if let Some(drawing) = self.disc_drawing().filter(|_| !is_drawn) {
+            frame.swap_discs(&mut self.discs);
+            drawing.encode(frame, self.frames);
         }
         self.expect(frame);
         let frame_clock = FrameClock {
@@ -209,6 +214,9 @@ impl<W: Write> Recorder<W> {
         self.write_keyframe(frame.model_mut(), log_time)?;
         self.end_frame()?;
         frame.state_and_discs().1.clear();
+        if !is_drawn {
+            frame.swap_discs(&mut self.discs);
+        }
         if let Some(observer) = &mut self.observer {
             observer.end_of_frame();
         }
@@ -445,7 +453,7 @@ impl<W: Write> Drop for Recorder<W> {
 
 /// Sets every option, so that the bytes do not depend on defaults of a release or of the machine.
 pub(crate) fn write_options(compression: Compression) -> mcap::WriteOptions {
-    /// The crate counts the processors for its defaults, which takes as long as a write.
+    /// For its defaults, the crate counts the processors, which reads a file of the system.
     static DEFAULTS: LazyLock<mcap::WriteOptions> = LazyLock::new(mcap::WriteOptions::new);
     DEFAULTS
         .clone()

@@ -48,16 +48,10 @@ const ENTITIES_TAG: u32 = 2;
 const MAX_PREFIX: usize = 1 + 10;
 
 /// An encoded `foxglove.SceneUpdate` of the discs. Its memory is reused from frame to frame.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct EncodedDiscs {
     bytes: Vec<u8>,
     start: usize,
-}
-
-impl PartialEq for EncodedDiscs {
-    fn eq(&self, other: &Self) -> bool {
-        self.bytes() == other.bytes()
-    }
 }
 
 impl EncodedDiscs {
@@ -132,6 +126,11 @@ impl SceneBuilder {
             drawn_at_most: drawn_at_most.get() as usize,
             scenery: scenery.clone(),
         })
+    }
+
+    /// An upper bound of the encoded discs of a state with so many values, without their names.
+    pub(crate) fn max_drawing_bytes(&self, values: usize) -> usize {
+        Ord::min(values / self.columns.width, self.drawn_at_most).saturating_mul(MAX_CYLINDER)
     }
 
     /// Encodes all discs as flat cylinders of one entity, colored by speed; discs too small to be seen are enlarged.

@@ -1,6 +1,6 @@
 //! Guarantee: the frames that a recorder on its own thread keeps in memory are bounded. Small frames are filled while others are still being
 //! written, so no thread waits for the disk. A frame of 40 MB is filled only after the previous one is in the file, also if frames have
-//! grown to that size. Frames of a few bytes are written by the caller at the end, without a thread, and those of a long run in batches.
+//! grown to that size. Frames of a few bytes are written by the caller at the end, without a thread, and more of them in batches.
 //! The bytes equal those of a recorder without a thread, which programs without threads use.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
@@ -108,11 +108,15 @@ fn growing_frames_reach_the_same_bound() {
     assert!(bytes == recorder.finish(&Outcome::Complete).unwrap());
 }
 
-/// Writes frames with `particles` and a line of the log after some of them.
-fn written<W: Write + Send + 'static>(mut writer: FrameWriter<W>, particles: &[usize]) -> W {
+/// Writes frames with `particles`, and a line of the log after some of them if there are to be remarks.
+fn written<W: Write + Send + 'static>(
+    mut writer: FrameWriter<W>,
+    particles: &[usize],
+    has_remarks: bool,
+) -> W {
     for (index, &count) in particles.iter().enumerate() {
         writer.write(clock(index), |frame| fill(frame, count)).unwrap();
-        if index % 7 == 0 {
+        if has_remarks && index % 7 == 0 {
             let text = format!("frame {index}");
             writer.remark(LogLine { level: Level::Warning, text }).unwrap();
         }
@@ -121,29 +125,34 @@ fn written<W: Write + Send + 'static>(mut writer: FrameWriter<W>, particles: &[u
     writer.finish(&Outcome::Complete).unwrap()
 }
 
-/// Setup: frames of many sizes, among them those of a batch of hundreds, and a run whose first frame is written after a pause.
+/// Setup: a run that ends before its frames are handed over, batches of hundreds of frames, frames of many sizes, and runs whose first
+/// frame is written after a pause; with remarks, which are behind the frames before them, and without. Control: a frame less.
 #[test]
 fn batches_contain_the_same_bytes() {
     let recorder = || Recorder::create(Vec::new(), &header()).unwrap();
-    for particles in [&[SMALL, SMALL + 1, SMALL + 2][..], &[3; 2000], &[1, SMALL, 2, 2, SMALL]] {
-        let here = written(FrameWriter::on_this_thread(recorder()), particles);
-        assert!(here == written(FrameWriter::start(recorder()), particles));
-        let late = FrameWriter::start(recorder());
-        thread::sleep(Duration::from_millis(20));
-        assert!(here == written(late, particles));
+    for has_remarks in [false, true] {
+        let written = |writer, particles: &[usize]| written(writer, particles, has_remarks);
+        for particles in [&[3; 2][..], &[3; 2000], &[1, SMALL, 2, 2, SMALL], &[SMALL; 3]] {
+            let here = written(FrameWriter::on_this_thread(recorder()), particles);
+            assert!(here == written(FrameWriter::start(recorder()), particles));
+            let late = FrameWriter::start(recorder());
+            thread::sleep(Duration::from_millis(20));
+            assert!(here == written(late, particles));
+            assert!(here != written(FrameWriter::start(recorder()), &particles[1..]));
+        }
     }
 }
 
-/// Setup: discs are drawn, and a slow disk lets frames wait, so that the caller draws some of them.
+/// Setup: discs are drawn, and a slow disk lets frames wait, so that the caller draws some of them. Which ones depends on the time.
 #[test]
 fn frames_that_wait_are_drawn_as_others() {
     let header = crate::sample::header(Compression::None);
     let particles = [SMALL; 8];
     let here = FrameWriter::on_this_thread(Recorder::create(Vec::new(), &header).unwrap());
-    let here = written(here, &particles);
+    let here = written(here, &particles, true);
     let disk = SlowDisk { bytes: Vec::new(), arrived: Arc::default() };
     let slow = FrameWriter::start(Recorder::create(disk, &header).unwrap());
-    assert!(here == written(slow, &particles).bytes);
+    assert!(here == written(slow, &particles, true).bytes);
     assert!(here.windows(6).any(|bytes| bytes == b"/discs"), "the sample has no drawing");
 }
 
@@ -162,19 +171,19 @@ impl Write for Writers {
     }
 }
 
-/// Setup: two frames of a few bytes. Control: two frames of 1.6 MB are written by another thread.
+/// Setup: two frames of a few bytes, up to a hundred times, because a run that takes long enough has a thread. Control: two frames of
+/// 1.6 MB are written by another thread.
 #[test]
 fn short_run_has_no_thread() {
     let own = HashSet::from([thread::current().id()]);
-    for (particles, is_short) in [(3, true), (SMALL, false)] {
+    let is_own = |particles: usize| {
         let writers = Writers::default();
-        let mut writer = FrameWriter::start(Recorder::create(writers.clone(), &header()).unwrap());
-        for index in 0..2 {
-            writer.write(clock(index), |frame| fill(frame, particles)).unwrap();
-        }
-        writer.finish(&Outcome::Complete).unwrap();
-        assert_eq!(*writers.0.lock().unwrap() == own, is_short, "{particles} particles");
-    }
+        let recorder = Recorder::create(writers.clone(), &header()).unwrap();
+        written(FrameWriter::start(recorder), &[particles; 2], false);
+        *writers.0.lock().unwrap() == own
+    };
+    assert!((0..100).any(|_| is_own(3)));
+    assert!(!is_own(SMALL));
 }
 
 /// A disk that is full.
