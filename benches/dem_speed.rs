@@ -55,8 +55,9 @@
 //! maxima, gave 1.00: it loaded velocities in pieces.
 //!
 //! Speed over that of LAMMPS (22 Jul 2025), wall time in turn, medians of series of 3 to 5 pairs. `benches/peers/dem_lammps.py DEM_PEER` with
-//! - `settled 10000 5000 3`: 10.4, 10.6, 10.4; `settled 100000 1000 1`: 11.3 (eight pairs of 500 or 1000 steps, 7.0 to 13.2);
-//! - `collapse 10000 6000 3`: 8.7, 8.7, 9.5;
+//! - `settled 10000 5000 3`: 10.4, 10.6, 10.4; `settled 100000 1000 5`: 12.5 (11.6 to 12.7), quiet; before, 11.3 (eight pairs of 500 or
+//!   1000 steps, 7.0 to 13.2);
+//! - `collapse 10000 6000 3`: 8.7, 8.7, 9.5; with 5 pairs, quiet, 8.5 (8.3 to 8.8);
 //! - `gas 10000 4000 5`: 9.8, 9.4, 9.2, 9.7, 9.4, 9.4, and with 8000 steps 9.5; `gas 100000 1000 3`: 12.8;
 //! - `rubbing 10000 3000 3` (gran/hooke/history): 6.3, 6.4, 6.1;
 //! - `equal 2000 10000 1`: kinetic energies of a bed at rest 8e-12 apart; those of the gas are 1e-4 apart after 4000 steps. While a bed still

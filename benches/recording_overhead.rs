@@ -6,25 +6,31 @@
 //! its state; checkpoints take at most 2 % of a run, also with 1e6 discs; 16 viewers that subscribe to all channels and do not read
 //! take at most 2 % of a run that is served without viewers.
 //!
-//! Measured on two cores (median of 7 pairs): 1.77 to 1.83 s, +2.6 %, with `--threads 1`; 1.03 to 1.61 s, +57 %, with 2. A frame costs
-//! the model's thread the copy of 8 MB (discs and lists), and what the recorder takes of the shared cache. Its thread works some
-//! 20 ms a frame: 5 to fill it, 10 to pack 8 MB, 3 for copies, 2 for the drawing. With `--threads 2` and no third core that time
-//! is the model's: 100 steps take 44 ms of both cores, so the compression of 8 MB alone is more than 15 %. Two checkpoints of 1e6
-//! discs in 51.4 s: 52.5 s, +2.1 % (one pair; a set takes twelve minutes).
+//! Measured on two quiet cores of an AMD EPYC of the fourth generation (AVX-512), 7 pairs per series, median and range:
 //!
-//! Rows written in the order of the memory, instead of a gather by id from each column, on two cores that were busy with other work
-//! (load 6 to 8, so the figures are rough): 2000 steps with 21 frames take 0.69 to 0.94 of the time before (4 pairs); the overhead
-//! with one thread +4 to +35 % (median +28 %), compared with +18 to +153 % (median +49 %) before, 5 pairs each.
+//! | | one series before | two series now |
+//! |---|---|---|
+//! | every 100th step, `--threads 1` | 1.17 (1.13 to 1.24) | 1.19 (1.13 to 1.43), 1.14 (1.10 to 1.17) |
+//! | the same, `--threads 2` | 1.65 (1.26 to 2.12) | 1.60 (1.23 to 1.79), 1.65 (1.60 to 1.65) |
+//! | dense, all channels | 1.84 (1.74 to 2.43) | 1.65 (1.57 to 1.67), 1.66 (1.57 to 1.72) |
 //!
-//! Dense, 401 frames of 1e4 discs, same machine: all channels take 2.0 to 2.5 times the time of the state (4 pairs); 2.3 to 3.4 before
-//! cylinders were encoded without a value per disc. All channels took 0.56 to 0.88 of the time before. Some 10 % of the processor time
-//! is left in the encoding of the discs, 45 % in zstd: 106 bytes per disc are compressed in addition to 80 of the state, therefore
-//! 1.25 needs a drawing with fewer bytes.
+//! Now, the model's thread draws the discs of frames that would have to wait. The series were not made in turn; only the dense recording
+//! differs beyond noise. In turn, a dense recording of 801 frames takes 0.93 of the time before (medians of five runs each).
 //!
-//! Discs encoded in place, and rounded without a call (processor time, which other work affects less, 5 pairs, load 10): all channels
-//! 0.90 (0.85 to 0.92) of before, the state only 0.97 (0.96 to 0.97), so that all channels take 1.65 times the processor time of the state
-//! instead of 1.77. Rows requested before they are written take 0.70 of the time before (samples of one run each); a run of 1e5 discs
-//! with 41 frames 0.96 (0.95 to 1.01) of the processor time.
+//! The first three bars are not reached:
+//! - With `--threads 1`, a frame takes 4 to 5 ms of a run with 26 ms per frame. The rows, which are written in the order of the ids, take 2.5
+//!   of them (samples of the processor), and 2.2 in pages of 2 MB: more than the 1.3 of the bar.
+//! - With `--threads 2`, 100 steps take 16 ms of wall time and 26 to 30 of processor time. If both cores were always busy, the bar
+//!   would leave 7 to 11 ms of processor time per frame. Compressing its 8 MB takes 10.
+//! - In dense recordings, zstd took 72 % of the time of the recorder's thread before. If that thread did nothing else, 1.3 would remain.
+//!   Less needs chunks that are compressed on several threads, which the writer of the `mcap` crate does not offer, or a drawing with
+//!   fewer bytes.
+//!
+//! Two checkpoints of 1e6 discs in 51.4 s: 52.5 s, +2.1 % (one pair; a set takes twelve minutes).
+//!
+//! Earlier steps, on busy machines: rows in the order of the memory instead of a gather by id from each column 0.69 to 0.94 of the time of
+//! a run with 21 frames; cylinders without a value per disc 0.56 to 0.88 of the time of a dense recording; discs encoded in place, and
+//! rounded without a call, 0.90 of its processor time; rows requested before they are written 0.70 of their time.
 //!
 //! 16 silent viewers of 1e5 discs, a frame per 100 of 8000 steps: payloads are sent from the memory that all viewers share, without
 //! a copy for each. Wall time 1.00 of that without viewers (21 pairs, 0.81 to 1.31); before, 1.10 (1.00 to 1.33). Processor time of the
