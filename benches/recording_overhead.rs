@@ -19,13 +19,14 @@
 //!
 //! The first three bars are not reached:
 //! - With `--threads 1`, a frame takes 4 to 5 ms of a run with 26 ms per frame. The rows, which are written in the order of the ids, take 2.5
-//!   of them (samples of the processor), and 2.2 in pages of 2 MB: more than the 1.3 of the bar. If the recorder's thread writes them
-//!   from copies of the columns, the run takes 0.98 (0.91 to 1.07) of the time, and 1.10 (1.08 to 1.16) with `--threads 2`: rejected.
+//!   of them (`perf record`), and 2.2 in pages of 2 MB (`GLIBC_TUNABLES=glibc.malloc.hugetlb=1`): more than the 1.3 of the bar. If the
+//!   recorder's thread writes them from copies of the columns, the run takes 0.98 (0.91 to 1.07) of the time, and 1.10 (1.08 to 1.16)
+//!   with `--threads 2`: rejected.
 //! - With `--threads 2`, 100 steps take 16 ms of wall time and 26 to 30 of processor time. If both cores were always busy, the bar
 //!   would leave 7 to 11 ms of processor time per frame. Compressing its 8 MB takes 10.
-//! - In dense recordings, zstd took 72 % of the time of the recorder's thread before. If that thread did nothing else, 1.3 would remain.
-//!   Less needs chunks that are compressed on several threads, which the writer of the `mcap` crate does not offer, or a drawing with
-//!   fewer bytes.
+//! - In dense recordings, zstd took 72 % of the time of the recorder's thread before (`perf record -s`). If that thread did nothing else,
+//!   1.3 would remain. Less needs chunks that are compressed on several threads, which the writer of the `mcap` crate does not offer, or a
+//!   drawing with fewer bytes.
 //!
 //! Two checkpoints of 1e6 discs in 51.4 s: 52.5 s, +2.1 % (one pair; a set takes twelve minutes).
 //!

@@ -11,8 +11,8 @@
 //! Ratios are the median of pairs in turn, with the smallest and the largest. Memory is the peak that the runs' `.host.json` report.
 //! Two quiet cores of an AMD EPYC of the fourth generation (AVX-512), 5 pairs, medians: 1000 tiny runs of a gas 0.85 s, packing 0.72, DEM 0.98.
 //! A gas with the 200 frames of the defaults takes 2.9 s, which exceeds the bar. Writing and syncing as many files takes 0.23 to 0.30 s.
-//! Three runs in turn by hand, medians before and after the following changes: gas with 200 frames 3.7 and 2.8 s, packing 0.72 and 0.62,
-//! DEM 1.06 and 0.88.
+//! Three runs in turn with `/usr/bin/time run-experiment --jobs 2 --quiet`, medians before and after the following changes: gas with
+//! 200 frames 3.7 and 2.8 s, packing 0.72 and 0.62, DEM 1.06 and 0.88.
 //! - Small frames are handed to the recorder's thread together, and a run with few bytes has no such thread: 220 to 50 waits of threads
 //!   per run of a gas with 200 frames.
 //! - Host and processors are asked once, and small writes are joined (188 to 5 `write` calls per run).

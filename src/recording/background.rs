@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 /// Bytes of frames that are handed to the thread together: waking it for each small frame would cost more than writing them. The thread
 /// is started with the first batch, so a run of fewer bytes that takes less than `BATCH_TIME` has none.
 const BATCH_BYTES: usize = 64 << 10;
-/// Counted for a frame besides its bytes.
+/// Added to the bytes of each frame, so that many empty frames fill a batch, too.
 const BYTES_PER_FRAME: usize = 256;
 /// Time after which the next frame is handed over with those before it, whatever their size.
 const BATCH_TIME: Duration = Duration::from_millis(10);
@@ -51,7 +51,7 @@ enum Place<W: Write> {
 /// The recorder's thread, and the frames that go there and back.
 struct Background<W: Write> {
     worker: Worker<W>,
-    /// The frames that were filled since the last batch, and their bytes.
+    /// The frames that were filled since the last batch, their bytes, and the bytes at which they are handed over.
     batch: Batch,
     batch_bytes: usize,
     batch_limit: usize,
@@ -63,14 +63,14 @@ struct Background<W: Write> {
     spare: Vec<Frame>,
     /// What every frame starts as.
     blank: Frame,
-    /// Batches in memory, and how many there may be.
+    /// Number of batches in memory, and its maximum.
     in_memory: usize,
     at_most: usize,
 }
 
 /// Who writes the frames.
 enum Worker<W: Write> {
-    /// Nobody yet.
+    /// No thread yet.
     Waiting(Box<Recorder<W>>),
     Running {
         tasks: Sender<Task<W>>,

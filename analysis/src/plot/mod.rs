@@ -90,8 +90,8 @@ impl Plot {
     }
 }
 
-/// The document with each text in the line of its element: a line that begins with a name from a manifest could be a command of a CI
-/// system that reads the output.
+/// The SVG with each text in the line of its element: a line that begins with a name from a manifest could be a command of a CI system
+/// that reads the output.
 fn in_lines_of_elements(svg: &str) -> String {
     let mut joined = String::with_capacity(svg.len());
     let mut is_in_text = false;
@@ -109,7 +109,7 @@ fn in_lines_of_elements(svg: &str) -> String {
 mod tests {
     use super::*;
 
-    /// Guarantee: no line of a document is a command of a CI system.
+    /// Guarantee: no line of an SVG is a command of a CI system.
     #[test]
     fn texts_are_in_the_lines_of_their_elements() {
         let points = [(0.0, 1.0), (1.0, 2.0)];

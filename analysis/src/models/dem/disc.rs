@@ -14,14 +14,16 @@ pub(super) struct Disc {
     pub(super) spin: f64,
 }
 
-/// Where a state has the values of its discs, and those that it does not have.
+/// Indices of a state's columns, and the values of discs whose column was not recorded.
 struct Columns {
     position: [usize; 2],
     velocity: [usize; 2],
     radius: Option<usize>,
     mass: Option<usize>,
     spin: Option<usize>,
+    /// Radius without a column of radii, m.
     equal_radius: f64,
+    /// Mean radius, m, and the mass, kg, of a disc with it.
     mean_radius: f64,
     mean_mass: f64,
 }
