@@ -1,9 +1,11 @@
 //! The messages of one instant in memory: the interface between physics and recording.
 
 pub use crate::column::StateColumn;
+pub use crate::encoded_messages::EncodedMessage;
 pub use crate::force_lines::ContactLine;
 
 use crate::channels::Channel;
+use crate::encoded_messages::EncodedMessages;
 use crate::force_lines::ForceLines;
 use crate::scene::EncodedDiscs;
 use crate::scenery::Wall;
@@ -29,20 +31,11 @@ pub struct LogLine {
     pub text: String,
 }
 
-/// One encoded message of a Kinetoscope channel.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct EncodedMessage {
-    /// Its topic.
-    pub topic: &'static str,
-    /// Its protobuf bytes.
-    pub payload: Vec<u8>,
-}
-
 /// The messages of one instant. A model fills it, the recorder writes it; it is reused from frame to frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Frame {
     state: Rows,
-    messages: Vec<EncodedMessage>,
+    messages: EncodedMessages,
     contacts: ForceLines,
     walls: Vec<Wall>,
     log: Vec<LogLine>,
@@ -75,8 +68,7 @@ impl Frame {
 
     /// Size of the state and the messages in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        let messages = self.messages.iter().map(|message| message.payload.len());
-        size_of_val(self.state()) + messages.sum::<usize>() + self.model.len()
+        size_of_val(self.state()) + self.messages.bytes() + self.model.len()
     }
 
     /// The values of the state, row by row in the order of the particles' ids, for a model that does not write its rows in this
@@ -97,7 +89,7 @@ impl Frame {
 
     /// Adds a message; at most one per topic and frame.
     pub fn push<C: Channel>(&mut self, message: &C) {
-        self.messages.push(EncodedMessage { topic: C::TOPIC, payload: message.encode_to_vec() });
+        self.messages.push(message);
     }
 
     /// Adds a contact force to the drawing.
@@ -142,16 +134,19 @@ impl Frame {
     }
 
     /// The messages, in the order in which they were added.
-    #[must_use]
-    pub fn messages(&self) -> &[EncodedMessage] {
-        &self.messages
+    pub fn messages(&self) -> impl Iterator<Item = EncodedMessage<'_>> {
+        self.messages.iter()
+    }
+
+    /// The message with a topic.
+    pub(crate) fn message(&self, topic: &str) -> Option<EncodedMessage<'_>> {
+        self.messages().find(|message| message.topic == topic)
     }
 
     /// The message of one channel, decoded; `None` if it was not added.
     #[must_use]
     pub fn get<C: Channel>(&self) -> Option<C> {
-        let message = self.messages.iter().find(|message| message.topic == C::TOPIC)?;
-        C::decode(message.payload.as_slice()).ok()
+        C::decode(self.message(C::TOPIC)?.payload).ok()
     }
 
     /// The contact forces to draw; a recorder's frame may leave out those that are too weak to be drawn.

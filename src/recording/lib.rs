@@ -35,6 +35,7 @@ mod data_section;
 mod descriptor;
 mod disc_cylinders;
 mod disc_drawing;
+mod encoded_messages;
 mod force_lines;
 mod frames;
 mod ghosts;

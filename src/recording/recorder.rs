@@ -204,9 +204,9 @@ impl<W: Write> Recorder<W> {
             self.payload(channels::STATE, log_time, message)?;
         }
         for channel in self.header.channels {
-            let message = frame.messages().iter().find(|message| message.topic == channel.topic);
-            if let Some(message) = message.filter(|_| self.wants(channel.topic)) {
-                self.payload(channel.topic, log_time, &message.payload)?;
+            let message = frame.message(channel.topic).filter(|_| self.wants(channel.topic));
+            if let Some(message) = message {
+                self.payload(channel.topic, log_time, message.payload)?;
             }
         }
         self.draw(frame, log_time, time)?;
@@ -297,11 +297,11 @@ impl<W: Write> Recorder<W> {
         if !frame.state().len().is_multiple_of(columns) {
             return defect(format!("{} values do not fill rows of {columns}", frame.state().len()));
         }
-        for (index, message) in frame.messages().iter().enumerate() {
+        for (index, message) in frame.messages().enumerate() {
             if !self.header.channels.iter().any(|channel| channel.topic == message.topic) {
                 return defect(format!("{} is not among its channels", message.topic));
             }
-            if frame.messages()[..index].iter().any(|earlier| earlier.topic == message.topic) {
+            if frame.messages().take(index).any(|earlier| earlier.topic == message.topic) {
                 return defect(format!("{} has two messages in one frame", message.topic));
             }
         }

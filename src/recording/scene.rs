@@ -142,8 +142,7 @@ impl SceneBuilder {
         let room = before.len() + MAX_PREFIX;
         let EncodedDiscs { bytes, start } = encoded;
         // Room for all discs: their bytes are written in place. Those of the frame before need not be cleared.
-        let discs = Ord::min(state.len() / self.columns.width, self.drawn_at_most);
-        bytes.resize(room + discs * MAX_CYLINDER, 0);
+        bytes.resize(room + self.drawn_discs(state) * MAX_CYLINDER, 0);
         let mut end = room;
         for (index, row) in self.drawn_rows(state) {
             let radius = match (self.columns.radius, self.scenery.drawn_radius) {
@@ -193,6 +192,7 @@ impl SceneBuilder {
         let scale = ARROW_OVER_EXTENT * self.extent / self.scenery.speed_range_top;
         let mut points = Vec::new();
         if let [vx, vy, ..] = self.columns.velocity[..] {
+            points.reserve_exact(2 * self.drawn_discs(state));
             for (_, row) in self.drawn_rows(state) {
                 let [x, y] = self.columns.position.map(|column| row[column]);
                 points.push(self.point(row));
@@ -325,8 +325,12 @@ impl SceneBuilder {
         all_finite.then_some(positions)
     }
 
-    /// Every k-th row, k so that no more are drawn than the manifest allows; rows that blew up are left out.
-    /// Each with its index.
+    /// Maximum number of discs that are drawn of a state.
+    fn drawn_discs(&self, state: &[f64]) -> usize {
+        Ord::min(state.len() / self.columns.width, self.drawn_at_most)
+    }
+
+    /// Every k-th row, k so that no more are drawn than the manifest allows, with its index; rows that blew up are left out.
     fn drawn_rows<'a>(&'a self, state: &'a [f64]) -> impl Iterator<Item = (usize, &'a [f64])> {
         let rows = state.len() / self.columns.width;
         let every = rows.div_ceil(self.drawn_at_most).max(1);

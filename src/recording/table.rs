@@ -12,6 +12,9 @@ use std::sync::Arc;
 /// Tag of `foxglove.PointCloud.data`, its last field.
 const DATA_TAG: u32 = 6;
 
+/// Maximum length of that tag and of the length that follows it.
+const MAX_DATA_PREFIX: usize = 11;
+
 /// Words before the first value. A header of up to 2 KiB fits, which suffices for about fifty columns.
 const HEADER_WORDS: usize = 256;
 
@@ -125,7 +128,8 @@ fn message_header(columns: &[StateColumn], values: usize, time: Timestamp) -> Ve
         fields: fields.collect(),
         ..PointCloud::default()
     };
-    let mut header = cloud.encode_to_vec();
+    let mut header = Vec::with_capacity(cloud.encoded_len() + MAX_DATA_PREFIX);
+    cloud.encode_raw(&mut header);
     encode_key(DATA_TAG, WireType::LengthDelimited, &mut header);
     encode_varint((size_of::<f64>() * values) as u64, &mut header);
     header

@@ -111,7 +111,6 @@ fn bytes_per_frame(frame: &Frame, particles: u64, kind: &ModelKind) -> u64 {
         |topic| kind.channels.iter().any(|channel| channel.opt_in && channel.topic == topic);
     let scalars: Vec<u64> = frame
         .messages()
-        .iter()
         .filter(|message| !on_request(message.topic))
         .map(|message| message.payload.len() as u64)
         .collect();

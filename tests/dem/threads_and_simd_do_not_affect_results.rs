@@ -37,7 +37,7 @@ fn bits(
             model = between(model).with_max_width(max_width);
         }
         let frame = frame(&model);
-        let messages = frame.messages().iter().flat_map(|message| message.payload.iter());
+        let messages = frame.messages().flat_map(|message| message.payload.iter());
         let state = frame.state().iter().map(|value| value.to_bits());
         state.chain(messages.map(|byte| u64::from(*byte))).collect()
     })
