@@ -51,3 +51,37 @@ impl EncodedMessages {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::channels::{DemDiscForces, DemTemperature};
+    use prost::Message as _;
+
+    #[test]
+    fn messages_have_the_bytes_that_each_has_alone_also_in_memory_that_is_used_again() {
+        let temperature =
+            DemTemperature { granular_temperature_m2_per_s2: 2.0, ..DemTemperature::default() };
+        let forces = DemDiscForces { force_x_n: vec![1.5; KEPT], ..DemDiscForces::default() };
+        let mut messages = EncodedMessages::default();
+        for _ in 0..2 {
+            messages.push(&temperature);
+            messages.push(&forces);
+            messages.push(&DemTemperature::default());
+            let expected = [
+                (DemTemperature::TOPIC, temperature.encode_to_vec()),
+                (DemDiscForces::TOPIC, forces.encode_to_vec()),
+                (DemTemperature::TOPIC, Vec::new()),
+            ];
+            let found = messages.iter().map(|message| (message.topic, message.payload.to_vec()));
+            assert!(found.eq(expected));
+            assert_eq!(
+                messages.bytes(),
+                messages.iter().map(|one| one.payload.len()).sum::<usize>()
+            );
+            messages.clear();
+            assert_eq!((messages.iter().count(), messages.bytes()), (0, 0));
+            assert!(messages.bytes.capacity() <= KEPT, "memory of large messages is given back");
+        }
+    }
+}

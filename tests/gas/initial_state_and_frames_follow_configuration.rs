@@ -151,7 +151,7 @@ fn first_frame_describes_the_run() {
     let warning = first.log_lines().iter().find(|line| line.level == Level::Warning).unwrap();
     assert!(warning.text.contains("v_max dt / r = 0.18"), "{}", warning.text);
     assert_eq!(first.state().len(), 4 * 1000);
-    let topics: Vec<_> = first.messages().iter().map(|message| message.topic).collect();
+    let topics: Vec<_> = first.messages().map(|message| message.topic).collect();
     let declared: Vec<_> = Gas::kind().channels.iter().map(|channel| channel.topic).collect();
     assert_eq!(topics, declared);
     advance(&mut gas, Target::Count(1));
