@@ -9,15 +9,16 @@
 //! - `plan`: a plan of a run of 10^6 particles that is not executed.
 //!
 //! Ratios are the median of pairs in turn, with the smallest and the largest. Memory is the peak that the runs' `.host.json` report.
-//! Two quiet cores of an AMD EPYC of the fourth generation (AVX-512), 5 pairs, medians: 1000 tiny runs of a gas 0.85 s, packing 0.72, DEM 0.98.
-//! A gas with the 200 frames of the defaults takes 2.9 s, which exceeds the bar. Writing and syncing as many files takes 0.23 to 0.30 s.
+//! Two quiet cores of an AMD EPYC of the fourth generation (AVX-512), 5 pairs, medians: 1000 tiny runs of a gas 0.96 s, packing 0.63, DEM 0.94.
+//! A gas with the 200 frames of the defaults takes 2.6 s, which exceeds the bar. Writing and syncing as many files takes 0.27 to 0.34 s;
+//! while it took 0.5 s, the same runs took 1.36, 1.08, 1.38 and 2.6 s.
 //! Three runs in turn with `/usr/bin/time run-experiment --jobs 2 --quiet`, medians before and after the following changes: gas with
 //! 200 frames 3.7 and 2.8 s, packing 0.72 and 0.62, DEM 1.06 and 0.88.
 //! - Small frames are handed to the recorder's thread together, and a run with few bytes has no such thread: 220 to 50 waits of threads
 //!   per run of a gas with 200 frames.
 //! - Host and processors are asked once, and small writes are joined (188 to 5 `write` calls per run).
 //!
-//! Later, free memory at the end of the heap was kept, the messages of a frame share one piece of memory, and room is reserved where its
+//! After these figures, free memory at the end of the heap was kept, the messages of a frame share one piece of memory, and room is reserved where its
 //! size is known. Runs in turn before and after, 5 to 7 pairs: gas with 200 frames 0.65 (0.57 to 0.75), with 20 frames 0.87 (0.69 to 0.91),
 //! packing 0.89 (0.81 to 0.95), DEM 0.96 (0.69 to 1.20). Page faults of a thousand gas runs: 290 000 to 4200.
 //!
