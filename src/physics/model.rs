@@ -136,6 +136,6 @@ pub trait Model: Content + Send {
     /// Fills an empty frame with the state at the target that was reached last.
     fn observe(&self, frame: &mut Frame);
 
-    /// The fixed part of the drawing.
+    /// The fixed part of the drawing: at any time of a run what it was at the start, but for the walls that the start has drawn.
     fn scenery(&self) -> Scenery;
 }

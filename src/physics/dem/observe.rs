@@ -173,13 +173,19 @@ impl Dem {
             drawn_radius: DrawnRadius::Column { min: parameters.radius_range.0 },
             speed_range_top,
             speed_unit: "m/s",
-            arrows: self.discs.len() <= MAX_ARROWS,
+            arrows: self.initial_discs() <= MAX_ARROWS,
             force_range_top: Some(self.force_range_top(speed_range_top)),
             trail: false,
             unused_fields: self.unused_fields(),
             names: Vec::new(),
             central_particle: None,
         }
+    }
+
+    /// Number of discs at the start: a run that is resumed has the drawing that it began with.
+    fn initial_discs(&self) -> usize {
+        let entered = self.insertion.as_ref().map_or(0, |all| all.entered);
+        (self.discs.len() as u64).saturating_add(self.removed).saturating_sub(entered) as usize
     }
 
     /// The walls after `count` steps.
@@ -233,7 +239,7 @@ impl Dem {
     fn force_range_top(&self, speed: f64) -> f64 {
         let Parameters { mass, ref law, .. } = self.parameters;
         let impact = speed * (law.stiffness * mass).sqrt();
-        let weight = self.parameters.column_weight(mass, self.discs.len() as f64);
+        let weight = self.parameters.column_weight(mass, self.initial_discs() as f64);
         if weight > 0.0 { (impact * weight).sqrt() } else { impact }
     }
 }
