@@ -1,11 +1,11 @@
-//! The encoded messages of a frame, in one piece of memory: in small runs, a piece for each message would take as long as its encoding.
+//! The encoded messages of a frame. They share one piece of memory: in small runs, one piece for each message takes as long as the encoding.
 
 use crate::channels::Channel;
 
-/// Memory for the messages of most frames, bytes.
-const MOST_FRAMES: usize = 1 << 10;
-/// Memory that is kept for the next frame, bytes. More is given back, so that a frame which waits to be filled takes little.
-const KEPT: usize = 64 << 10;
+/// Size of the messages of most frames: at least so much memory is reserved.
+const USUAL_BYTES: usize = 1 << 10;
+/// Memory that an empty frame keeps. More is given back, because up to a thousand empty frames wait to be filled again.
+const KEPT_BYTES: usize = 4 << 10;
 
 /// One encoded message of a Kinetoscope channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,7 +27,7 @@ pub(crate) struct EncodedMessages {
 impl EncodedMessages {
     pub(crate) fn push<C: Channel>(&mut self, message: &C) {
         let length = message.encoded_len();
-        self.bytes.reserve_exact(Ord::max(length, MOST_FRAMES.saturating_sub(self.bytes.len())));
+        self.bytes.reserve_exact(Ord::max(length, USUAL_BYTES.saturating_sub(self.bytes.len())));
         message.encode_raw(&mut self.bytes);
         self.topics.push((C::TOPIC, self.bytes.len()));
     }
@@ -35,7 +35,7 @@ impl EncodedMessages {
     pub(crate) fn clear(&mut self) {
         self.topics.clear();
         self.bytes.clear();
-        self.bytes.shrink_to(KEPT);
+        self.bytes.shrink_to(KEPT_BYTES);
     }
 
     /// Size of all messages in bytes.
@@ -62,7 +62,7 @@ mod tests {
     fn messages_have_the_bytes_that_each_has_alone_also_in_memory_that_is_used_again() {
         let temperature =
             DemTemperature { granular_temperature_m2_per_s2: 2.0, ..DemTemperature::default() };
-        let forces = DemDiscForces { force_x_n: vec![1.5; KEPT], ..DemDiscForces::default() };
+        let forces = DemDiscForces { force_x_n: vec![1.5; KEPT_BYTES], ..DemDiscForces::default() };
         let mut messages = EncodedMessages::default();
         for _ in 0..2 {
             messages.push(&temperature);
@@ -81,7 +81,10 @@ mod tests {
             );
             messages.clear();
             assert_eq!((messages.iter().count(), messages.bytes()), (0, 0));
-            assert!(messages.bytes.capacity() <= KEPT, "memory of large messages is given back");
+            assert!(
+                messages.bytes.capacity() <= KEPT_BYTES,
+                "memory of large messages is given back"
+            );
         }
     }
 }
