@@ -19,7 +19,7 @@ impl DiscDrawing {
 
     /// An upper bound of the size of a frame's drawing, bytes.
     pub(crate) fn max_bytes(&self, frame: &Frame) -> usize {
-        self.scenes.max_drawing_bytes(frame.state().len())
+        self.scenes.max_drawing_bytes(frame.state())
     }
 
     /// Encodes the drawing of the frame with this index, unless it is encoded already. A frame without a time is left for the recorder

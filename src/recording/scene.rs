@@ -128,9 +128,9 @@ impl SceneBuilder {
         })
     }
 
-    /// An upper bound of the encoded discs of a state with so many values, without their names.
-    pub(crate) fn max_drawing_bytes(&self, values: usize) -> usize {
-        Ord::min(values / self.columns.width, self.drawn_at_most).saturating_mul(MAX_CYLINDER)
+    /// An upper bound of the encoded discs of a state, without their names.
+    pub(crate) fn max_drawing_bytes(&self, state: &[f64]) -> usize {
+        self.drawn_discs(state).saturating_mul(MAX_CYLINDER)
     }
 
     /// Encodes all discs as flat cylinders of one entity, colored by speed; discs too small to be seen are enlarged.
