@@ -41,14 +41,17 @@
 //! - one codegen unit (1.03 settled and in a collapse, 1.01 in a gas; 0.97 in packing);
 //! - comparisons listed for a whole block instead of column by column (1.0 of a build); cells of discs found with SIMD instructions (0.99
 //!   of a build); two runs of discs listed at once (1.02 of a build, not worth its lines);
-//! - two passes for pairs with friction (1.00 while their energies were still summed in memory);
-//! - on two quiet cores of an AMD EPYC of the fourth generation with AVX-512, runs of `dem_peer` in turn, same bits, median and range of
-//!   3 to 5 ratios: indices stored as offsets in bytes, so that no instruction multiplies them (1.02, 1.01 to 1.03, settled; 1.03, 1.01 to 1.04,
-//!   with friction; 1.00 in a gas, 1.01 in a collapse; not worth its lines); positions and velocities of a block copied to common rows
-//!   before its pairs are visited (0.98, 0.95 to 1.01, settled); batches of 4, 8 and 32 groups instead of 16 (0.95, 0.98, 0.99 settled);
-//!   the memory of the next block requested while a block is computed (1.01, 0.80 to 1.18, settled at 10^4, 0.98, 0.93 to 1.01, at 10^5);
-//!   the quotient of overlap and radius of a wall contact only where it may be the largest (0.98, 0.97 to 1.03, settled at 10^4, 1.01,
-//!   0.97 to 1.09, at 10^5).
+//! - two passes for pairs with friction (1.00 while their energies were still summed in memory).
+//!
+//! Nor did these (26 Nov 2026, AMD EPYC of the fourth generation with AVX-512, runs of `dem_peer` in turn, same bits, medians and ranges of 3
+//! to 5 ratios, at 10^4 discs unless stated; other work on the host disturbed some series):
+//! - indices stored as offsets in bytes, so that no instruction multiplies them: settled 1.02 (1.01 to 1.03), with friction 1.03 (1.01
+//!   to 1.04) and 1.01 (1.00 to 1.02) at 10^5, gas 1.00, collapse 1.01; not worth its lines;
+//! - positions and velocities of a block copied to common rows before its pairs are visited: settled 0.98 (0.95 to 1.01);
+//! - batches of 4, 8 and 32 groups instead of 16: settled 0.95, 0.98 and 0.99; in a disturbed series 0.94, 0.90 and 0.87;
+//! - the memory of the next block requested while a block is computed: settled 1.01 (0.80 to 1.18), 0.98 (0.93 to 1.01) at 10^5;
+//! - overlap over radius computed only for those contacts at walls and between blocks where it may be the largest: settled 0.98 (0.97
+//!   to 1.03), 1.01 (0.97 to 1.09) at 10^5.
 //!
 //! One contact kernel for every register width, compared with the hand-written loops before it, same bits (22 Nov 2026, thread time of an
 //! Intel Xeon with AVX-512, 10^4 discs, minima of 14 alternate runs on a busy machine, a ratio above 1 is faster): settled 1.01, with

@@ -18,9 +18,9 @@
 //!   per run of a gas with 200 frames.
 //! - Host and processors are asked once, and small writes are joined (188 to 5 `write` calls per run).
 //!
-//! After these figures, free memory at the end of the heap was kept, the messages of a frame share one piece of memory, and room is reserved where its
-//! size is known. Runs in turn before and after, 5 to 7 pairs: gas with 200 frames 0.65 (0.57 to 0.75), with 20 frames 0.87 (0.69 to 0.91),
-//! packing 0.89 (0.81 to 0.95), DEM 0.96 (0.69 to 1.20). Page faults of a thousand gas runs: 290 000 to 4200.
+//! Then the heap was made to keep free memory at its end, the messages of a frame to share one piece of memory, and room to be reserved
+//! where its size is known. The same manifests in turn before and after, 5 to 7 pairs: gas with 200 frames 0.65 (0.57 to 0.75), with
+//! 20 frames 0.87 (0.69 to 0.91), packing 0.89 (0.81 to 0.95), DEM 0.96 (0.69 to 1.20).
 //!
 //! Rejected:
 //! - One heap for each thread instead of one for all takes 0.8 of the time, but a DEM run of 10^6 discs then has a peak of 372 MB
@@ -39,7 +39,7 @@
 //! Plans from samples instead of starts took the processor time of a plan from 0.8 to 0.1 s (DEM on a lattice), 3.1 to 0.16 (the same at
 //! random), 1.8 to 0.09 (packing) and 0.6 to 0.03 (gas); 5 alternate plans on a busy machine, where the wall time is several times that.
 //! Indices of two bytes and memory for forces per thread took the memory of the DEM run from 347 to 328 bytes per disc, and from 386 to
-//! 362 with friction. The largest parts at the peak: 80 of the rows of a frame, 69 of the discs, 62 of lists (an inner pair takes 20), 42 of
+//! 362 with friction; the last series was 332 and 360, gas 220, packing 202. The largest parts at the peak: 80 of the rows of a frame, 69 of the discs, 62 of lists (an inner pair takes 20), 42 of
 //! the compressed chunk, 24 of velocities and spins at the positions' time, 16 of the positions at which the lists were built.
 //!
 //! The bars: a thousand tiny runs in 1.0 s; 1.8; 250 bytes per particle, and 64 MB; 0.3 s.

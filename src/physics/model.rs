@@ -136,6 +136,7 @@ pub trait Model: Content + Send {
     /// Fills an empty frame with the state at the target that was reached last.
     fn observe(&self, frame: &mut Frame);
 
-    /// The fixed part of the drawing: at any time of a run what it was at the start, but for the walls that the start has drawn.
+    /// The fixed part of the drawing. It is the same at any time of a run, so that a resumed run draws as it began; only walls may be
+    /// those of the present, because they are drawn with the first frame.
     fn scenery(&self) -> Scenery;
 }

@@ -182,7 +182,7 @@ impl Dem {
         }
     }
 
-    /// Number of discs at the start: a run that is resumed has the drawing that it began with.
+    /// Number of discs at the start: the drawing of a resumed run must not depend on the number at present.
     fn initial_discs(&self) -> usize {
         let entered = self.insertion.as_ref().map_or(0, |all| all.entered);
         (self.discs.len() as u64).saturating_add(self.removed).saturating_sub(entered) as usize
