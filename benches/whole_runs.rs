@@ -38,9 +38,10 @@
 //!
 //! Plans from samples instead of starts took the processor time of a plan from 0.8 to 0.1 s (DEM on a lattice), 3.1 to 0.16 (the same at
 //! random), 1.8 to 0.09 (packing) and 0.6 to 0.03 (gas); 5 alternate plans on a busy machine, where the wall time is several times that.
-//! Indices of two bytes and memory for forces per thread took the memory of the DEM run from 347 to 328 bytes per disc, and from 386 to
-//! 362 with friction; the last series was 332 and 360, gas 220, packing 202. The largest parts at the peak: 80 of the rows of a frame, 69 of the discs, 62 of lists (an inner pair takes 20), 42 of
-//! the compressed chunk, 24 of velocities and spins at the positions' time, 16 of the positions at which the lists were built.
+//! Indices of two bytes and memory for forces per thread took the memory of the DEM run from 347 to 328 bytes per disc, and from 386 to 362
+//! with friction; the last series was 332 and 360, gas 220, packing 202. The largest parts at the peak: 80 of the rows of a frame, 69 of
+//! the discs, 62 of lists (an inner pair takes 20), 42 of the compressed chunk, 24 of velocities and spins at the positions' time, 16 of
+//! the positions at which the lists were built.
 //!
 //! The bars: a thousand tiny runs in 1.0 s; 1.8; 250 bytes per particle, and 64 MB; 0.3 s.
 
