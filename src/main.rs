@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    kinetoscope_usage::catch_internal_errors(|| {
+    kinetoscope_console::catch_internal_errors(|| {
         kinetoscope::cli::allocator::keep_little();
         kinetoscope::cli::run_experiment().into()
     })

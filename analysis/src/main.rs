@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    kinetoscope_usage::catch_internal_errors(|| {
+    kinetoscope_console::catch_internal_errors(|| {
         ExitCode::from(kinetoscope_analysis::cli::main() as u8)
     })
 }

@@ -1,8 +1,8 @@
 //! Writes whole files, so that no reader sees half of one.
 
-use kinetoscope_recording::atomic_file::{self, NewFile};
-use kinetoscope_recording::output_file;
-use kinetoscope_usage::text::shown_path;
+use kinetoscope_console::text::shown_path;
+use kinetoscope_files::atomic_file::{self, NewFile};
+use kinetoscope_files::output_file;
 use std::io;
 use std::path::{Path, PathBuf};
 

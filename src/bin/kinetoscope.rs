@@ -23,8 +23,8 @@ use kinetoscope::cli::{Program, messages};
 use kinetoscope_analysis::cli::{
     self as analysis, AnalyzeArguments, ExportArguments, PlotArguments,
 };
-use kinetoscope_usage::text::shown_path;
-use kinetoscope_usage::{Ended, with_nearest_subcommand};
+use kinetoscope_console::text::shown_path;
+use kinetoscope_console::{Ended, with_nearest_subcommand};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use view::ViewArguments;
@@ -139,7 +139,7 @@ const FEATURES: [(&str, bool); 2] =
     [("object-storage", cfg!(feature = "object-storage")), ("parquet", cfg!(feature = "parquet"))];
 
 fn main() -> ExitCode {
-    kinetoscope_usage::catch_internal_errors(execute)
+    kinetoscope_console::catch_internal_errors(execute)
 }
 
 /// Parses the arguments and executes the subcommand.
@@ -149,7 +149,7 @@ fn execute() -> ExitCode {
         Ok(arguments) => arguments,
         Err(error) => {
             let error = with_nearest_subcommand(error, &Arguments::command());
-            return match kinetoscope_usage::report(&error, &called()) {
+            return match kinetoscope_console::report(&error, &called()) {
                 Ended::Answered => Exit::Done,
                 Ended::Rejected => Exit::BadManifest,
                 Ended::Unwritten => Exit::Retryable,

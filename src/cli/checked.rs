@@ -8,9 +8,9 @@ use crate::cli::planner::Planned;
 use crate::cli::step::Step;
 use crate::executor::progress::size;
 use crate::run::estimate::Estimate;
+use kinetoscope_console::text::shown_path;
 use kinetoscope_manifest::Experiment;
 use kinetoscope_physics::model::Extent;
-use kinetoscope_usage::text::shown_path;
 use serde_json::{Value as Json, json};
 use std::path::Path;
 

@@ -6,7 +6,7 @@ use crate::executor::cluster::scheduler::Engine;
 use crate::executor::cluster::task::{TaskCommand, dealt, keys};
 use crate::plan::Plan;
 use clap::{Args, ValueEnum};
-use kinetoscope_recording::output_file;
+use kinetoscope_files::output_file;
 use std::ffi::OsStr;
 use std::fs;
 use std::io;

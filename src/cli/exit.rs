@@ -1,7 +1,7 @@
 //! Exit codes of the programs.
 
 use crate::outputs::upload::UploadReport;
-use kinetoscope_recording::output_file::is_of_path;
+use kinetoscope_files::output_file::is_of_path;
 use std::io;
 use std::process::ExitCode;
 

@@ -15,9 +15,9 @@ use crate::verify::divergence::{Cause, Divergence, Growth, Step};
 use crate::verify::merge::{MergeFailure, check_merge, merge_recordings};
 use crate::verify::{Finding, Verification, VerifyError, verify};
 use clap::Args;
+use kinetoscope_console::text::{one_line, plural, shown_path};
+use kinetoscope_console::with_help;
 use kinetoscope_recording::reader::Outcome;
-use kinetoscope_usage::text::{one_line, plural, shown_path};
-use kinetoscope_usage::with_help;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 

@@ -7,7 +7,7 @@ use crate::live::{self, Admission, GnuplotLoop, LiveServer};
 use crate::outputs::sidecars::layout_name;
 use crate::plan::Plan;
 use clap::Args;
-use kinetoscope_usage::text::shown_path;
+use kinetoscope_console::text::shown_path;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 

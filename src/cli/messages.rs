@@ -5,11 +5,11 @@ use crate::executor::cluster::task::quoted;
 use crate::executor::progress::size;
 use crate::plan::{Plan, PlannedRun};
 use crate::run::RunReport;
+pub(crate) use kinetoscope_console::text::plural;
+use kinetoscope_console::text::{escaped_word, one_line, shown_path, visible};
+use kinetoscope_console::{StandardOutput, with_help, without_styles};
 use kinetoscope_manifest::Experiment;
 use kinetoscope_recording::recorder::Outcome;
-pub(crate) use kinetoscope_usage::text::plural;
-use kinetoscope_usage::text::{escaped_word, one_line, shown_path, visible};
-use kinetoscope_usage::{StandardOutput, with_help, without_styles};
 use std::fmt::Display;
 use std::io::{self, IsTerminal as _};
 use std::path::{MAIN_SEPARATOR, Path, PathBuf};
@@ -69,7 +69,7 @@ impl Failure {
 
     /// Prints the error.
     pub fn report(&self) -> Exit {
-        kinetoscope_usage::complain(&self.text, true);
+        kinetoscope_console::complain(&self.text, true);
         self.exit
     }
 }
@@ -99,7 +99,7 @@ pub(crate) fn concluded(output: &StandardOutput, exit: Exit) -> Exit {
 
 /// Prints a line to standard error. If it is closed, the exit code still reports the error.
 pub fn complain(text: &str) {
-    kinetoscope_usage::complain(text, false);
+    kinetoscope_console::complain(text, false);
 }
 
 /// Whether errors are colored: on a terminal, unless `NO_COLOR` is set.

@@ -36,7 +36,7 @@ pub mod why;
 
 use crate::cli::exit::{Exit, OF_RUN, exit_codes};
 use clap::Parser;
-use kinetoscope_usage::Ended;
+use kinetoscope_console::Ended;
 pub use program::Program;
 pub use result_arguments::ResultArguments;
 
@@ -53,7 +53,7 @@ struct RunExperiment {
 pub fn run_experiment() -> Exit {
     match RunExperiment::try_parse() {
         Ok(arguments) => arguments.run.execute(&Program::run_experiment()),
-        Err(error) => match kinetoscope_usage::report(&error, "run-experiment") {
+        Err(error) => match kinetoscope_console::report(&error, "run-experiment") {
             Ended::Answered => Exit::Done,
             Ended::Rejected => Exit::BadManifest,
             Ended::Unwritten => Exit::Retryable,

@@ -3,9 +3,9 @@
 use crate::cli::manifests::{MAX_STARTS, ManifestReader, canonical};
 use crate::cli::messages::{Failure, bad};
 use crate::cli::step::Step;
+use kinetoscope_console::text::shown_path;
+use kinetoscope_files::regular_file::{MAX_MANIFEST_BYTES, read_text};
 use kinetoscope_manifest::{Override, StartManifest, is_manifest_name, start_manifests};
-use kinetoscope_recording::regular_file::{MAX_MANIFEST_BYTES, read_text};
-use kinetoscope_usage::text::shown_path;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 

@@ -5,10 +5,10 @@ use crate::cli::messages::{Failure, bad, name_of};
 use crate::cli::output::OutputArguments;
 use crate::outputs::upload::Uploader;
 use crate::plan::Plan;
+use kinetoscope_console::text::shown_path;
+use kinetoscope_console::uncapitalized;
+use kinetoscope_files::regular_file::{MAX_MANIFEST_BYTES, read_text};
 use kinetoscope_manifest::{Experiment, line_of_key_in_message};
-use kinetoscope_recording::regular_file::{MAX_MANIFEST_BYTES, read_text};
-use kinetoscope_usage::text::shown_path;
-use kinetoscope_usage::uncapitalized;
 use std::num::NonZeroUsize;
 use std::path::Path;
 

@@ -11,8 +11,8 @@ use crate::verify::fine_frames::Interval;
 use crate::verify::restore::{RestoreError, Restored};
 use crate::verify::zoom::zoom;
 use clap::Args;
+use kinetoscope_console::text::shown_path;
 use kinetoscope_recording::error::RecordError;
-use kinetoscope_usage::text::shown_path;
 use serde_json::json;
 use std::path::PathBuf;
 

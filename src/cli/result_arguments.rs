@@ -3,7 +3,7 @@
 use crate::cli::exit::Exit;
 use crate::cli::messages::{self, Failure};
 use clap::Args;
-use kinetoscope_usage::StandardOutput;
+use kinetoscope_console::StandardOutput;
 use serde_json::json;
 
 /// How a command prints its result.

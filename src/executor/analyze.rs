@@ -1,6 +1,6 @@
 //! Starts the program `analyze-recordings` that lies next to this one.
 
-use kinetoscope_usage::text::shown_path;
+use kinetoscope_console::text::shown_path;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 

@@ -82,6 +82,6 @@ pub fn run_all<'a>(
 fn keep_timing(run: &PlannedRun, folder: &Path, report: &RunReport, jobs: NonZeroUsize) {
     if let Err(error) = sidecars::write_host(folder, &run.stem, report, jobs.get()) {
         let warning = format!("warning: no timing file for {}: {error}", run.stem);
-        kinetoscope_usage::complain(&warning, false);
+        kinetoscope_console::complain(&warning, false);
     }
 }

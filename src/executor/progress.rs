@@ -4,9 +4,9 @@
 use crate::executor::heartbeat::{Activity, Heartbeat};
 use crate::run::{RunError, RunReport, RunStart};
 use indicatif::{HumanBytes, MultiProgress, ProgressBar, ProgressState, ProgressStyle};
+use kinetoscope_console::complain;
+use kinetoscope_console::text::plural;
 use kinetoscope_recording::recorder::Outcome;
-use kinetoscope_usage::complain;
-use kinetoscope_usage::text::plural;
 use std::fmt;
 use std::io::IsTerminal;
 use std::sync::{Arc, Mutex, PoisonError};

@@ -3,7 +3,7 @@
 //! For each run: `STEM.txt` with `x y r` per line, `STEM.borders.txt` with one wall per block, `STEM.time.gp`, and the script `STEM.gp`.
 //! Invariant: gnuplot reads whole files only, and a file that cannot be written changes neither the run nor its recording.
 
-use kinetoscope_recording::atomic_file::replace_unsynced;
+use kinetoscope_files::atomic_file::replace_unsynced;
 use kinetoscope_recording::frame::{Frame, StateColumn};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};
 use std::f64::consts::TAU;

@@ -1,6 +1,6 @@
 //! The keys in which two canonical manifests differ.
 
-use kinetoscope_usage::text::shortened;
+use kinetoscope_console::text::shortened;
 use sha2::{Digest as _, Sha256};
 use std::collections::BTreeMap;
 use std::fmt;

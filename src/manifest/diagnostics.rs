@@ -2,7 +2,7 @@
 
 use crate::tree::Span;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
-use kinetoscope_usage::text::one_line;
+use kinetoscope_console::text::one_line;
 use std::fmt;
 
 /// All errors of a manifest; never empty when returned as an error.

@@ -8,7 +8,7 @@ use crate::syntax::LineCounter;
 use crate::table::table;
 use crate::tree::{Node, Table};
 use crate::value::{tables, words};
-use kinetoscope_usage::text::one_line;
+use kinetoscope_console::text::one_line;
 
 /// A plot: a metric over a swept key, or a field of a recorded channel over time.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

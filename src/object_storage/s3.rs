@@ -4,9 +4,9 @@ use crate::address::Address;
 use crate::error::StoreError;
 use crate::object::{Object, Put, Upload};
 use crate::ranged_input::RangedInput;
-use kinetoscope_recording::regular_file;
+use kinetoscope_console::text::shown_path;
+use kinetoscope_files::regular_file;
 use kinetoscope_recording::storage::{Opened, Storage};
-use kinetoscope_usage::text::shown_path;
 use object_store::aws::{AmazonS3, AmazonS3Builder, AmazonS3ConfigKey};
 use object_store::path::Path as Key;
 use object_store::{

@@ -3,13 +3,13 @@
 use crate::plan::Plan;
 use crate::run::RunReport;
 use crate::run::memory::memory_bytes;
-use kinetoscope_manifest::{Experiment, ExperimentRecord, TimingTable};
-use kinetoscope_recording::atomic_file::{remove_if_exists, replace, replace_unsynced};
-use kinetoscope_recording::layout::{have_one_time_scale, without_time_scale};
-use kinetoscope_recording::regular_file::{
+use kinetoscope_console::text::one_line;
+use kinetoscope_files::atomic_file::{remove_if_exists, replace, replace_unsynced};
+use kinetoscope_files::regular_file::{
     MAX_EXPERIMENT_RECORD_BYTES, MAX_SIDE_FILE_BYTES, read, read_text,
 };
-use kinetoscope_usage::text::one_line;
+use kinetoscope_manifest::{Experiment, ExperimentRecord, TimingTable};
+use kinetoscope_recording::layout::{have_one_time_scale, without_time_scale};
 use serde::Serialize;
 use std::fs;
 use std::io;

@@ -3,15 +3,15 @@
 
 use crate::outputs::sidecars::layout_name;
 use crate::plan::{Plan, PlannedRun, Status};
+use kinetoscope_console::text::shown_path;
+use kinetoscope_files::atomic_file::remove_if_exists;
 use kinetoscope_object_storage::address::Address;
 use kinetoscope_object_storage::error::StoreError;
 use kinetoscope_object_storage::{Put, Store, Upload};
-use kinetoscope_recording::atomic_file::remove_if_exists;
 use kinetoscope_recording::error::{ReadError, ReadFault};
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::recorder::Outcome;
 use kinetoscope_recording::storage::Storage;
-use kinetoscope_usage::text::shown_path;
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -204,7 +204,7 @@ impl Uploader {
                     let warning = format!(
                         "warning: {file} is uploaded, but the local file cannot be removed: {error}"
                     );
-                    kinetoscope_usage::complain(&warning, false);
+                    kinetoscope_console::complain(&warning, false);
                 }
                 let mut state = self.state();
                 state.put += usize::from(put == Put::Created);

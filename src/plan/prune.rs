@@ -2,7 +2,7 @@
 //! such runs, plots that show them, and temporary files of killed processes.
 
 use crate::plan::{Plan, PlannedRun};
-use kinetoscope_recording::atomic_file::{leftovers, remove_if_exists};
+use kinetoscope_files::atomic_file::{leftovers, remove_if_exists};
 use kinetoscope_recording::plot_list::{CACHE_FOLDER, listed_plots, listed_recordings};
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::removal::{Removal, remove_leftovers, remove_recording};

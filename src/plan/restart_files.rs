@@ -1,9 +1,9 @@
 //! Recordings from which other runs start: found by path or by the identity in a canonical manifest, and read once.
 
 use crate::run::recording;
+use kinetoscope_console::text::shown_path;
 use kinetoscope_manifest::model::RecordedState;
 use kinetoscope_recording::reader::Outcome;
-use kinetoscope_usage::text::shown_path;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fs;

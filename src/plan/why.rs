@@ -1,13 +1,13 @@
 //! The reason why a run is to be executed: how it differs from the most similar existing recording.
 
 use crate::plan::{PlannedRun, Status};
+use kinetoscope_console::text::shown_path;
 use kinetoscope_manifest::differing_keys;
 use kinetoscope_physics::kind_of;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
 use kinetoscope_recording::error::{ReadError, ReadFault};
 use kinetoscope_recording::file::{final_path, partial_path};
 use kinetoscope_recording::reader::{Outcome, Recording};
-use kinetoscope_usage::text::shown_path;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;

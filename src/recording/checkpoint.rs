@@ -5,10 +5,10 @@
 //! all preceding bytes; numbers in little-endian order. The content is one or more parts in
 //! postcard's encoding, which keeps every bit of an f64.
 
-use crate::atomic_file::{remove_if_exists, replace_locked, temporary_path};
 use crate::error::RecordError;
 use crate::file::at;
-use crate::regular_file;
+use kinetoscope_files::atomic_file::{remove_if_exists, replace_locked, temporary_path};
+use kinetoscope_files::regular_file;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::io::{self, BufWriter, IntoInnerError, Write};

@@ -1,8 +1,8 @@
 //! The errors of recording and reading, with the remedy for the user.
 
 use crate::channels::SCHEMA_VERSION;
-use crate::regular_file::MAX_MANIFEST_BYTES;
-use kinetoscope_usage::text::shown_path;
+use kinetoscope_console::text::shown_path;
+use kinetoscope_files::regular_file::MAX_MANIFEST_BYTES;
 use std::io;
 use std::path::PathBuf;
 use thiserror::Error;

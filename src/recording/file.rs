@@ -1,8 +1,9 @@
 //! The file of a recording. It has a partial name while it is written and gets its final name only when it is complete.
 
 use crate::error::RecordError;
-use crate::regular_file;
-use kinetoscope_usage::text::shown_path;
+use kinetoscope_console::text::shown_path;
+use kinetoscope_files::folder::sync_folder;
+use kinetoscope_files::regular_file;
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
@@ -316,16 +317,6 @@ pub fn same_bytes(left: &Path, right: &Path) -> Result<bool, RecordError> {
 fn read_part(file: &mut File, part: &mut Vec<u8>) -> io::Result<()> {
     part.clear();
     file.take(COMPARED_AT_ONCE).read_to_end(part).map(|_| ())
-}
-
-/// Syncs the folder of a renamed file; only on Unix, where a folder can be opened.
-pub(crate) fn sync_folder(path: &Path) -> io::Result<()> {
-    let folder = match path.parent() {
-        Some(folder) if cfg!(unix) && !folder.as_os_str().is_empty() => folder,
-        Some(_) if cfg!(unix) => Path::new("."),
-        _ => return Ok(()),
-    };
-    File::open(folder).and_then(|folder| folder.sync_all()).map_err(|error| named(folder, &error))
 }
 
 fn named(path: &Path, error: &io::Error) -> io::Error {

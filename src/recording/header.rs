@@ -6,9 +6,9 @@ use crate::frame::StateColumn;
 use crate::keyframe::KEYFRAME;
 use crate::playback::{log_time_ns, simulated_per_second};
 use crate::provenance::Provenance;
-use crate::regular_file::MAX_MANIFEST_BYTES;
 use crate::scenery::Scenery;
 use crate::stored_frames::StoredFrames;
+use kinetoscope_files::regular_file::MAX_MANIFEST_BYTES;
 use std::num::NonZeroU32;
 
 /// Compression of the chunks.

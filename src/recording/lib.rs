@@ -2,7 +2,6 @@
 //!
 //! Invariant: the package depends on no model; a model declares its columns and messages.
 
-pub mod atomic_file;
 pub mod background;
 mod channel_field;
 pub mod channels;
@@ -17,13 +16,11 @@ pub mod layout;
 pub mod merged;
 pub mod merged_layout;
 pub mod observer;
-pub mod output_file;
 pub mod paired_frames;
 pub mod plot_list;
 pub mod provenance;
 pub mod reader;
 pub mod recorder;
-pub mod regular_file;
 pub mod removal;
 pub mod scenery;
 pub mod storage;

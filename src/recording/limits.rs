@@ -4,7 +4,7 @@
 //! A recorded chunk has up to 1 MiB of payloads before its last frame, so its size follows from that of a frame.
 
 use crate::record_kind as kind;
-use crate::regular_file::MAX_MANIFEST_BYTES;
+use kinetoscope_files::regular_file::MAX_MANIFEST_BYTES;
 
 /// Maximum size of a record outside the chunks. The largest are the indexes of a chunk's messages: 16 bytes per message.
 const MAX_RECORD_BYTES: u64 = 16 << 20;

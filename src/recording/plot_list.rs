@@ -1,7 +1,7 @@
 //! Names of what an analysis writes: its cache, its plots, and the file that lists them next to the plots with the recordings that
 //! they show, so that plots of recordings that are removed can be removed.
 
-use crate::regular_file::read_text;
+use kinetoscope_files::regular_file::read_text;
 use std::path::Path;
 
 /// Folder of the cached analyses next to the results. It can be deleted at any time.

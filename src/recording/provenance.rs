@@ -3,7 +3,7 @@
 use crate::channels::SCHEMA_VERSION;
 use crate::limits::MAX_STATE_COLUMNS;
 use crate::stored_frames::StoredFrames;
-use kinetoscope_usage::text::shortened;
+use kinetoscope_console::text::shortened;
 use std::collections::BTreeMap;
 
 /// The writer that the file's first record names.

@@ -1,9 +1,9 @@
 //! Removal of the files of a run while no other process writes it.
 
-use crate::atomic_file::remove_if_exists;
 use crate::checkpoint;
 use crate::error::RecordError;
 use crate::file::{at, final_path, locked, partial_path};
+use kinetoscope_files::atomic_file::remove_if_exists;
 use std::path::Path;
 
 /// Whether the files of a run were removed.

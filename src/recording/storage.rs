@@ -1,6 +1,6 @@
 //! Storage of recordings: folders, or any other source of bytes with random access.
 
-use crate::regular_file;
+use kinetoscope_files::regular_file;
 use std::fmt;
 use std::io::{self, Cursor, Read, Seek};
 use std::path::Path;

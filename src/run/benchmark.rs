@@ -6,6 +6,7 @@
 
 use crate::run::memory;
 use crate::run::published_times::published_s;
+use kinetoscope_files::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
 use kinetoscope_manifest::{
     Coordinate, Experiment, Run, RunManifest, TimingComparison, TimingPoint, TimingRatio,
     TimingTable,
@@ -13,7 +14,6 @@ use kinetoscope_manifest::{
 use kinetoscope_physics::model::{Progress, SetupError, SimulationFault};
 use kinetoscope_physics::prepare;
 use kinetoscope_physics::random::Seed;
-use kinetoscope_recording::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
 use std::path::Path;
 use std::time::Instant;
 use thiserror::Error;

@@ -1,9 +1,9 @@
 //! The memory that this machine has for a run, compared with the estimate of a run before its start is built.
 
+use kinetoscope_files::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_physics::kind_of;
 use kinetoscope_physics::model::SetupError;
-use kinetoscope_recording::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
 use std::path::Path;
 
 /// Memory that any machine has. The available memory is not read for a run that needs less.

@@ -1,11 +1,11 @@
 //! Attestation of a verified file, which others can check without a rerun.
 
+use kinetoscope_console::text::{shortened, shown_path};
+use kinetoscope_files::atomic_file;
+use kinetoscope_files::regular_file::{self, MAX_SIDE_FILE_BYTES};
 use kinetoscope_manifest::run_key;
-use kinetoscope_recording::atomic_file;
 use kinetoscope_recording::error::{ReadError, ReadFault};
 use kinetoscope_recording::reader::Recording;
-use kinetoscope_recording::regular_file::{self, MAX_SIDE_FILE_BYTES};
-use kinetoscope_usage::text::{shortened, shown_path};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::io::{self, Read};

@@ -1,11 +1,11 @@
 //! Comparison of two recordings message by message, up to the first difference.
 
+use kinetoscope_console::text::{one_line, shortened};
 use kinetoscope_recording::channels::{self, FrameClock};
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::fields::{FieldValue, FieldValues, read_fields};
 use kinetoscope_recording::paired_frames::PairedFrames;
 use kinetoscope_recording::reader::{Outcome, RecordedFrame, RecordedMessage, Recording};
-use kinetoscope_usage::text::{one_line, shortened};
 
 /// Length up to which a value is shown.
 const LONGEST_VALUE: usize = 2000;

@@ -6,11 +6,11 @@ use crate::run::{record_frames, record_start};
 use crate::verify::check_thread::CheckThread;
 use crate::verify::rerun_check::RerunCheck;
 use crate::verify::restore::{RestoreError, Restored, Source, written};
+use kinetoscope_console::text::shown_path;
 use kinetoscope_manifest::RunKey;
 use kinetoscope_recording::file::RecordingFile;
 use kinetoscope_recording::reader::{Outcome, StoredFrames};
 use kinetoscope_recording::recorder::Recorder;
-use kinetoscope_usage::text::shown_path;
 use std::path::{Path, PathBuf};
 
 /// Executes the run of a recording again and records all its frames, in the bytes that the run gives with `keep = "all"`. Each

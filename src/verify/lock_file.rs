@@ -2,10 +2,10 @@
 
 use crate::verify::fingerprint::{Fingerprint, Row};
 use data_encoding::BASE64_NOPAD;
+use kinetoscope_console::text::one_line;
+use kinetoscope_files::output_file;
+use kinetoscope_files::regular_file::{MAX_LOCK_FILE_BYTES, read_text};
 use kinetoscope_manifest::excess_of_toml;
-use kinetoscope_recording::output_file;
-use kinetoscope_recording::regular_file::{MAX_LOCK_FILE_BYTES, read_text};
-use kinetoscope_usage::text::one_line;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io;

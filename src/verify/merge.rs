@@ -3,15 +3,15 @@
 use crate::plan::restart_files::StartFiles;
 use crate::run::prepared::Prepared;
 use crate::run::recording;
+use kinetoscope_console::text::shown_path;
+use kinetoscope_files::atomic_file::{NewFile, replace};
+use kinetoscope_files::output_file;
 use kinetoscope_manifest::{differing_keys, manifest_values, parse_run};
-use kinetoscope_recording::atomic_file::{NewFile, replace};
 use kinetoscope_recording::error::{ReadError, RecordError};
 use kinetoscope_recording::layout::layout_json;
 use kinetoscope_recording::merged::{MAX_RUNS, MergeError, MergedRun, merge};
 use kinetoscope_recording::merged_layout::merged_layout_json;
-use kinetoscope_recording::output_file;
 use kinetoscope_recording::reader::Recording;
-use kinetoscope_usage::text::shown_path;
 use std::io;
 use std::path::{Path, PathBuf};
 use thiserror::Error;

@@ -11,6 +11,7 @@ use crate::verify::fine_frames::{FineFrames, Interval};
 use crate::verify::keyframe_search::{Base, nearest};
 use crate::verify::rerun_check::RerunCheck;
 use crate::verify::restore::{RestoreError, Restored, Source, written};
+use kinetoscope_console::text::shown_path;
 use kinetoscope_physics::model::{Model, Progress, Target};
 use kinetoscope_physics::restore;
 use kinetoscope_recording::background::FrameWriter;
@@ -18,7 +19,6 @@ use kinetoscope_recording::channels::TRAIL;
 use kinetoscope_recording::file::RecordingFile;
 use kinetoscope_recording::reader::{Outcome, StoredFrames};
 use kinetoscope_recording::recorder::{Compression, Recorder};
-use kinetoscope_usage::text::shown_path;
 use std::io;
 use std::path::Path;
 

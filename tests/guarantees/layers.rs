@@ -11,7 +11,8 @@ use std::path::{Path, PathBuf};
 
 /// The layers from the lowest to the highest. An entry imports only from lower layers and from itself.
 const LAYERS: &[&[&str]] = &[
-    &["usage"],
+    &["console"],
+    &["files"],
     &["manifest", "recording", "interrupt.rs"],
     &["object_storage", "physics", "live"],
     &["run"],
@@ -23,11 +24,12 @@ const LAYERS: &[&[&str]] = &[
 ];
 /// Packages below `src/`: the name in `use`, and the folder.
 const PACKAGES: &[(&str, &str)] = &[
+    ("kinetoscope_console", "console"),
+    ("kinetoscope_files", "files"),
     ("kinetoscope_manifest", "manifest"),
     ("kinetoscope_object_storage", "object_storage"),
     ("kinetoscope_physics", "physics"),
     ("kinetoscope_recording", "recording"),
-    ("kinetoscope_usage", "usage"),
 ];
 /// Files that import each other, and the reason: a list of paths, or the start of the paths. The first entry that fits a cycle
 /// names it. An entry without a cycle is an error.

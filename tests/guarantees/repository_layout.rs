@@ -184,11 +184,11 @@ fn external_packages_are_used_in_one_folder() {
 /// A named pipe or an endless device in place of a file must not block or fill the memory, wherever the file is read.
 #[test]
 fn files_are_opened_for_reading_in_one_place() {
-    const HOME: &str = "src/recording/regular_file.rs";
+    const HOME: &str = "src/files/regular_file.rs";
     // A folder is opened to be synced, and a file of the system is none that a user could replace.
     const OTHERS: [&str; 3] = [
         "File::open(folder).and_then(|folder| folder.sync_all())",
-        "File::open(folder.unwrap_or(Path::new(\".\"))).ok()",
+        "File::open(folder_of(&file)).ok()",
         "fs::read_to_string(\"/proc/self/status\")",
     ];
     let opens = |text: &str| {
@@ -213,7 +213,7 @@ fn files_are_opened_for_reading_in_one_place() {
 /// A folder's name may contain a line feed, and after it a command of a CI system.
 #[test]
 fn paths_are_shown_in_one_place() {
-    const HOME: &str = "src/usage/text.rs";
+    const HOME: &str = "src/console/text.rs";
     for file in [sources("src"), sources("analysis/src")].concat() {
         let path = file.strip_prefix(root()).unwrap();
         let is_product = !path.iter().any(|part| part == "tests" || part == "benches");
@@ -245,7 +245,7 @@ fn files_are_written_in_three_places() {
     for file in [sources("src"), sources("analysis/src")].concat() {
         let path = file.strip_prefix(root()).unwrap();
         let is_product = !path.iter().any(|part| part == "tests" || part == "benches");
-        if is_product && !HOMES.iter().any(|home| path == Path::new("src/recording").join(home)) {
+        if is_product && !HOMES.iter().any(|home| path == Path::new("src/files").join(home)) {
             let found = writes(&fs::read_to_string(&file).unwrap());
             assert_eq!(found, None, "{} writes files; {HOMES:?} do", path.display());
         }

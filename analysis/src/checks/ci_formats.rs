@@ -1,7 +1,7 @@
 //! Outcomes and check results in the formats of CI systems.
 
 use crate::checks::{CheckKind, CheckResult};
-use kinetoscope_usage::text::{one_line, visible, xml};
+use kinetoscope_console::text::{one_line, visible, xml};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 

@@ -6,8 +6,8 @@ pub(crate) mod outcome;
 
 use crate::input::coordinates;
 use crate::metric::{Deviation, Metric, MetricScope};
+use kinetoscope_console::text::visible;
 use kinetoscope_manifest::{Bound, Check, IfUndecided};
-use kinetoscope_usage::text::visible;
 use std::collections::BTreeSet;
 
 /// The result of a check, or of a comparison with a baseline, for one metric.

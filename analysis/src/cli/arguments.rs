@@ -2,7 +2,7 @@
 
 use crate::export::ExportFormat;
 use clap::Parser;
-use kinetoscope_usage::StandardOutput;
+use kinetoscope_console::StandardOutput;
 use std::path::PathBuf;
 
 /// The exit codes as the help shows them.

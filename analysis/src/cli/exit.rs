@@ -41,7 +41,7 @@ impl CommandError {
 impl From<WriteError> for CommandError {
     fn from(error: WriteError) -> Self {
         let exit = if error.is_of_path { AnalysisExit::Usage } else { AnalysisExit::Retry };
-        Self { exit, message: kinetoscope_usage::with_help(&error.to_string()) }
+        Self { exit, message: kinetoscope_console::with_help(&error.to_string()) }
     }
 }
 
@@ -57,6 +57,6 @@ impl From<ExportError> for CommandError {
 impl From<InvalidPath> for CommandError {
     fn from(error: InvalidPath) -> Self {
         let exit = if error.is_retryable { AnalysisExit::Retry } else { AnalysisExit::Usage };
-        Self { exit, message: kinetoscope_usage::with_help(&error.reason) }
+        Self { exit, message: kinetoscope_console::with_help(&error.reason) }
     }
 }

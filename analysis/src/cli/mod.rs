@@ -24,10 +24,10 @@ use arguments::AnalyzeRecordings;
 use clap::Parser;
 pub use exit::AnalysisExit;
 use exit::CommandError;
+use kinetoscope_console::text::{plural, shown_path};
+use kinetoscope_console::{Ended, StandardOutput, complain, with_help};
+use kinetoscope_files::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
 use kinetoscope_manifest::{Check, parse_checks};
-use kinetoscope_recording::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
-use kinetoscope_usage::text::{plural, shown_path};
-use kinetoscope_usage::{Ended, StandardOutput, complain, with_help};
 use serde_json::json;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::IsTerminal;
@@ -57,7 +57,7 @@ impl Analyzed {
 pub fn main() -> AnalysisExit {
     match AnalyzeRecordings::try_parse() {
         Ok(arguments) => arguments.analyze.execute(),
-        Err(error) => match kinetoscope_usage::report(&error, "analyze-recordings") {
+        Err(error) => match kinetoscope_console::report(&error, "analyze-recordings") {
             Ended::Answered => AnalysisExit::Done,
             Ended::Rejected => AnalysisExit::Usage,
             Ended::Unwritten => AnalysisExit::Retry,

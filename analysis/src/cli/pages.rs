@@ -4,8 +4,8 @@ use super::{AnalyzeArguments, Analyzed};
 use crate::report::files::{INDEX, REPORT};
 use crate::report::index::{self, Listed};
 use crate::write_file::WriteError;
-use kinetoscope_usage::complain;
-use kinetoscope_usage::text::shown_path;
+use kinetoscope_console::complain;
+use kinetoscope_console::text::shown_path;
 use std::path::{Path, PathBuf};
 
 /// Writes `index.html` to each folder of experiments that the user named, or to the one for the results. Returns the folders.

@@ -15,7 +15,7 @@ use crate::input::{OpenedRuns, RecordingFolder};
 use crate::models;
 use crate::write_file::{WriteError, create_folder};
 use exporter::{ExportedRun, Exporter, WrittenFile};
-use kinetoscope_recording::atomic_file::leftovers;
+use kinetoscope_files::atomic_file::leftovers;
 use kinetoscope_recording::error::ReadError;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

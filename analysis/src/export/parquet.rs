@@ -4,7 +4,7 @@ use super::tables::TableFile;
 use crate::table::parquet::ParquetTable;
 use crate::table::{Cell, Column};
 use crate::write_file::{WriteError, begin};
-use kinetoscope_recording::atomic_file::NewFile;
+use kinetoscope_files::atomic_file::NewFile;
 use std::path::{Path, PathBuf};
 
 struct ParquetFile {

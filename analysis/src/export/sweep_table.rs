@@ -6,7 +6,7 @@ use crate::metric::{Metric, MetricScope, RunScope};
 use crate::report::metric_table::MetricTable;
 use crate::table::parquet::ParquetTable;
 use crate::write_file::WriteError;
-use kinetoscope_recording::atomic_file::NewFile;
+use kinetoscope_files::atomic_file::NewFile;
 use parquet::errors::ParquetError;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;

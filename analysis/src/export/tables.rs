@@ -4,7 +4,7 @@ use super::exporter::{ExportedRun, Exporter, WrittenFile};
 use crate::input::coordinates::{CoordinateValue, value_of};
 use crate::table::{Cell, CellKind, Column};
 use crate::write_file::{WriteError, begin};
-use kinetoscope_recording::atomic_file::NewFile;
+use kinetoscope_files::atomic_file::NewFile;
 use kinetoscope_recording::channels::{self, Channel as _, FrameClock};
 use kinetoscope_recording::fields::{FieldValue, FieldValues, read_fields};
 use kinetoscope_recording::reader::{RecordedFrame, RecordedMessage};

@@ -2,7 +2,7 @@
 
 use super::exporter::{ExportedRun, Exporter, WrittenFile};
 use crate::write_file::{WriteError, begin};
-use kinetoscope_recording::atomic_file::NewFile;
+use kinetoscope_files::atomic_file::NewFile;
 use kinetoscope_recording::reader::RecordedFrame;
 use std::io::Write;
 use std::path::PathBuf;

@@ -1,7 +1,7 @@
 //! Coordinates of runs in a sweep: grouping, names, and derivation from manifests.
 
+use kinetoscope_console::text::one_line;
 use kinetoscope_manifest::Coordinate;
-use kinetoscope_usage::text::one_line;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;

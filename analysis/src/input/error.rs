@@ -1,7 +1,7 @@
 //! Errors of the input: paths that name nothing to analyze, and recordings that cannot be read.
 
+use kinetoscope_console::text::shown_path;
 use kinetoscope_object_storage::error::StoreError;
-use kinetoscope_usage::text::shown_path;
 use std::path::Path;
 
 /// A path that names nothing to analyze, with the user's next step.

@@ -10,13 +10,13 @@ pub(crate) use error::InvalidPath;
 pub use error::UnreadableRecording;
 
 use crate::input::recording::{OpenRun, is_partial, restored_file};
+use kinetoscope_console::text::shown_path;
+use kinetoscope_files::regular_file::{MAX_EXPERIMENT_RECORD_BYTES, read_opened};
 use kinetoscope_manifest::{Coordinate, ExperimentRecord};
 use kinetoscope_object_storage::address::Address;
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::{Recording, StoredFrames};
-use kinetoscope_recording::regular_file::{MAX_EXPERIMENT_RECORD_BYTES, read_opened};
 use kinetoscope_recording::storage::{LocalFolders, Opened, Storage};
-use kinetoscope_usage::text::shown_path;
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;

@@ -2,9 +2,9 @@
 
 use crate::input::error::UnreadableRecording;
 use crate::metric::RunOrigin;
+use kinetoscope_console::text::shown_path;
 use kinetoscope_manifest::{RunKey, RunManifest, parse_run, run_key};
 use kinetoscope_recording::reader::{Provenance, Recording, StoredFrames};
-use kinetoscope_usage::text::shown_path;
 use std::path::{Path, PathBuf};
 
 /// An open recording and its manifest.

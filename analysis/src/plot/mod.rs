@@ -19,7 +19,7 @@ pub(crate) use chart::{Chart, Curve, CurveStyle, Point, thinned};
 pub(crate) use chart_size::ChartSize;
 pub(crate) use picture::Picture;
 
-use kinetoscope_usage::text::visible;
+use kinetoscope_console::text::visible;
 use serde::{Deserialize, Serialize};
 
 /// A plot that could not be drawn, with the message of the drawing library.

@@ -3,7 +3,7 @@
 use super::drawing::Drawing;
 use super::page::PageLayout;
 use super::shapes_svg::write_shapes;
-use kinetoscope_usage::text::xml;
+use kinetoscope_console::text::xml;
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroU32;
 

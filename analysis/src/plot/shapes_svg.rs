@@ -2,8 +2,8 @@
 
 use super::drawing::Drawing;
 use super::page::PageLayout;
+use kinetoscope_console::text::xml;
 use kinetoscope_recording::drawing::{Rgb, Shape};
-use kinetoscope_usage::text::xml;
 use std::fmt::Write;
 
 /// A whole document on a white background.

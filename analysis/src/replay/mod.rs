@@ -12,8 +12,8 @@ mod view;
 pub(crate) use collector::ReplayCollector;
 
 use crate::plot::three_digits;
+use kinetoscope_console::text::visible;
 use kinetoscope_recording::drawing::SPEED_COLORS;
-use kinetoscope_usage::text::visible;
 use lines::LineStyle;
 use serde::{Deserialize, Serialize};
 use serde_json::json;

@@ -11,7 +11,7 @@ use crate::checks::baseline::BaselineComparison;
 use crate::checks::{CheckKind, CheckResult};
 use crate::metric::Law;
 use crate::plot::palette;
-use kinetoscope_usage::text::visible;
+use kinetoscope_console::text::visible;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 const STYLE_SHEET: &str = include_str!("report.css");

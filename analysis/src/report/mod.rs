@@ -36,11 +36,11 @@ use crate::run::cache::AnalysisCache;
 use crate::run::{self, RunAnalysis, RunOptions, RunStatus};
 use crate::sweep;
 use crate::sweep::requested::{self, PlotData};
+use kinetoscope_console::text::{plural, shown_path};
+use kinetoscope_files::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
 use kinetoscope_manifest::{
     BaselineTolerance, Check, Coordinate, ExpectedOutcome, ExperimentRecord, TimingTable,
 };
-use kinetoscope_recording::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
-use kinetoscope_usage::text::{plural, shown_path};
 use rayon::iter::{
     IndexedParallelIterator as _, IntoParallelRefIterator as _, ParallelIterator as _,
 };

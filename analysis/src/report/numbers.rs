@@ -6,7 +6,7 @@ use super::html::{breakable, law_text, typographic};
 use super::table::{deviation_text, reasons, theory_text, value_text};
 use crate::checks::{CheckKind, CheckResult, subject};
 use crate::metric::{Definition, Metric, symbols};
-use kinetoscope_usage::text::plural;
+use kinetoscope_console::text::plural;
 use maud::{Markup, html};
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -8,7 +8,7 @@ use crate::input::coordinates::label;
 use crate::models::figures::Figures;
 use crate::plot::{Chart, Plot, PlotContent, Point};
 use crate::run::RunAnalysis;
-use kinetoscope_usage::text::{plural, visible};
+use kinetoscope_console::text::{plural, visible};
 use maud::{Markup, PreEscaped, html};
 use serde::Serialize;
 use std::borrow::Cow;

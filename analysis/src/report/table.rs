@@ -2,8 +2,8 @@
 
 use crate::metric::{Deviation, Metric};
 use crate::plot::{power_text, three_digits};
-use kinetoscope_usage::text::visible;
-use kinetoscope_usage::wrapped_line;
+use kinetoscope_console::text::visible;
+use kinetoscope_console::wrapped_line;
 
 /// Width and color support of the terminal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

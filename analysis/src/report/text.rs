@@ -3,7 +3,7 @@
 use crate::checks::CheckKind;
 use crate::report::AnalysisReport;
 use crate::report::table::{Style, Terminal, reasons, table};
-use kinetoscope_usage::text::one_line;
+use kinetoscope_console::text::one_line;
 use std::fmt::Write as _;
 
 /// Number of metrics of a comparison with a baseline in the terminal: at least this many, and all failures up to a maximum; the

@@ -10,8 +10,8 @@ use crate::run::{RunAnalysis, RunStatus};
 use crate::statistics::Estimate;
 use crate::sweep::figures::{MAX_CURVES, capitalized, stem_of, words_and_unit};
 use crate::sweep::{SHARED_STREAMS, SweepPoint, share_random_streams};
+use kinetoscope_console::text::{one_line, plural};
 use kinetoscope_manifest::{Axis as SweptAxis, Coordinate, PlotAxis, PlotRequest, TIME};
-use kinetoscope_usage::text::{one_line, plural};
 
 /// A plot that cannot be drawn: what is wrong, and what to do.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

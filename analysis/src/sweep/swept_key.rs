@@ -2,8 +2,8 @@
 
 use super::requested::RejectedPlot;
 use crate::input::coordinates::{self, CoordinateValue, last_part, shown_value, value_of};
+use kinetoscope_console::text::one_line;
 use kinetoscope_manifest::{Axis as SweptAxis, Coordinate, nearest};
-use kinetoscope_usage::text::one_line;
 
 /// The full name of the swept key that is the horizontal axis: the requested one, or the only numeric one, or the only one.
 ///

@@ -17,7 +17,7 @@ use axum::middleware::{self, Next};
 use axum::response::{Html, IntoResponse as _, Response};
 use axum::routing::get;
 use kinetoscope::live::Admission;
-use kinetoscope_recording::regular_file::{OpenFolder, path_of_open};
+use kinetoscope_files::regular_file::{OpenFolder, path_of_open};
 use maud::{DOCTYPE, Markup, html};
 use percent_encoding::percent_decode_str;
 use std::io;
@@ -259,5 +259,5 @@ fn page(contents: &Contents, has_index: bool, viewer: impl Fn(&Found) -> String)
             }
         }
     };
-    kinetoscope_usage::text::visible(&page.into_string()).into_owned()
+    kinetoscope_console::text::visible(&page.into_string()).into_owned()
 }

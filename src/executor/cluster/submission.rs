@@ -3,8 +3,8 @@
 
 use crate::executor::cluster::task::{TaskCommand, keys, quoted};
 use crate::plan::PlannedRun;
-use kinetoscope_recording::atomic_file::replace;
-use kinetoscope_recording::regular_file::{
+use kinetoscope_files::atomic_file::replace;
+use kinetoscope_files::regular_file::{
     MAX_EXPERIMENT_RECORD_BYTES, MAX_MANIFEST_BYTES, read, read_text,
 };
 use sha2::{Digest as _, Sha256};

@@ -2,6 +2,7 @@
 //! them. No call waits for a reader that does not exist.
 
 use crate::atomic_file::{check_folder, replace};
+use crate::folder::folder_of;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Write as _};
 use std::path::Path;
@@ -53,9 +54,7 @@ impl FolderLock {
     #[must_use]
     pub fn of(path: &Path) -> Option<Self> {
         let file = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-        let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let opened =
-            if cfg!(unix) { File::open(folder.unwrap_or(Path::new("."))).ok() } else { None };
+        let opened = if cfg!(unix) { File::open(folder_of(&file)).ok() } else { None };
         match opened.as_ref().map(File::try_lock) {
             Some(Ok(())) => Some(Self { _folder: opened }),
             Some(Err(TryLockError::WouldBlock)) => None,

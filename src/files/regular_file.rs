@@ -161,7 +161,7 @@ pub fn read_text(path: &Path, max_bytes: u64) -> io::Result<String> {
 ///
 /// # Errors
 /// As [`open`], or a symbolic link.
-pub(crate) fn open_or_create(path: &Path) -> io::Result<(File, Metadata)> {
+pub fn open_or_create(path: &Path) -> io::Result<(File, Metadata)> {
     let mut options = OpenOptions::new();
     options.create(true).truncate(false).read(true).write(true);
     match without_following(&mut options).open(path) {

@@ -1,7 +1,7 @@
 //! Replacement of a whole file: a reader sees the old contents or the new ones, and a crash leaves one of the two.
 
-use crate::file::sync_folder;
-use kinetoscope_usage::text::shown_path;
+use crate::folder::{folder_of, sync_folder};
+use kinetoscope_console::text::shown_path;
 use std::ffi::OsString;
 use std::fs::{self, DirEntry, File, Metadata};
 use std::io::{self, BufWriter, IntoInnerError, Write};
@@ -99,8 +99,7 @@ fn temporary_file(path: &Path, contents: &[u8], permissions: u32) -> io::Result<
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(permissions));
     #[cfg(not(unix))]
     let _ = permissions;
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let folder = folder.unwrap_or(Path::new("."));
+    let folder = folder_of(path);
     let mut file = builder.tempfile_in(folder).map_err(|error| of_folder(folder, &error))?;
     file.write_all(contents)?;
     Ok(file)
@@ -128,7 +127,7 @@ fn of_folder(folder: &Path, error: &io::Error) -> io::Error {
 ///
 /// # Errors
 /// A folder that does not exist or cannot be written.
-pub(crate) fn check_folder(path: &Path) -> io::Result<()> {
+pub fn check_folder(path: &Path) -> io::Result<()> {
     temporary_file(path, &[], OWN_FILE).map(drop)
 }
 
@@ -157,10 +156,7 @@ pub fn leftovers(folder: &Path) -> Vec<PathBuf> {
 ///
 /// # Errors
 /// Those of `write`, a folder that cannot be written, or a disk that fails.
-pub(crate) fn replace_locked(
-    path: &Path,
-    write: impl FnOnce(File) -> io::Result<File>,
-) -> io::Result<()> {
+pub fn replace_locked(path: &Path, write: impl FnOnce(File) -> io::Result<File>) -> io::Result<()> {
     let temporary = temporary_path(path);
     // A new file: the leftover may be a symbolic link, which must not be followed.
     remove_if_exists(&temporary)?;
@@ -181,7 +177,7 @@ pub fn remove_if_exists(path: &Path) -> io::Result<()> {
 }
 
 /// The file that [`replace_locked`] writes before it replaces `path`.
-pub(crate) fn temporary_path(path: &Path) -> PathBuf {
+pub fn temporary_path(path: &Path) -> PathBuf {
     let mut name = OsString::from(path);
     name.push(".tmp");
     PathBuf::from(name)
