@@ -169,7 +169,7 @@ fn peak(folder: &Path, name: &str, text: &str) -> u64 {
 
 /// Time of all shipped experiments, s.
 fn shipped(folder: &Path, jobs: &str) -> f64 {
-    let experiments = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments");
+    let experiments = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("experiments");
     let output = folder.join("shipped");
     let took = run(&output, &["--jobs", jobs], &[experiments]);
     fs::remove_dir_all(output).unwrap();

@@ -33,14 +33,9 @@ stage=$root/target/stage
 rm -rf "$stage" "$output"
 mkdir -p "$stage"/bin "$stage"/share/{man/man1,bash-completion/completions,zsh/site-functions,fish/vendor_completions.d} "$output"
 install -m 755 "$program" "$stage/bin/kinetoscope"
-# The other two programs are two of its subcommands; as programs of their own they would make the wheel three times as large.
-for pair in run-experiment:run analyze-recordings:analyze; do
-    cat > "$stage/bin/${pair%:*}" << PROGRAM
-#!/bin/sh
-case \$1 in -V | --version) echo "${pair%:*} $version"; exit ;; esac
-exec "\$(dirname "\$(readlink -f "\$0")")/kinetoscope" ${pair#*:} "\$@"
-PROGRAM
-    chmod 755 "$stage/bin/${pair%:*}"
+# The other two names are links to it; pack.py writes scripts in their place where a format has no links.
+for name in run-experiment analyze-recordings; do
+    ln -s kinetoscope "$stage/bin/$name"
 done
 "$program" man-pages "$stage/share/man/man1"
 for pair in run-experiment:run analyze-recordings:analyze; do

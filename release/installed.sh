@@ -39,7 +39,9 @@ assert len(run["/state"].array()) == len(run) == 251 and run.verify() and all(ch
 echo "Python: $(/environment/bin/python --version), recorded, read, verified and checked"
 
 dpkg --install kinetoscope_*.deb > /dev/null
-/usr/bin/kinetoscope --version
+for program in kinetoscope run-experiment analyze-recordings; do
+    "/usr/bin/$program" --version | grep -q "^$program [0-9]" || fail "/usr/bin/$program --version"
+done
 for page in kinetoscope kinetoscope-run run-experiment; do
     man -P cat "$page" | grep -q -- '--\|kinetoscope' || fail "man $page"
 done

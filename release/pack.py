@@ -43,11 +43,28 @@ OTHER_RELATIVE_LINK = re.compile(r"""(?:\]\(|^\[[^]]+\]: *|(?:src|href) *= *["']
 LICENSES = ("LICENSE-APACHE", "LICENSE-MIT", "analysis/src/plot/font/LICENSE.txt")
 
 
+# The subcommand that a program is, for formats without links. The program itself decides by the name of the call.
+SUBCOMMANDS = {"run-experiment": "run", "analyze-recordings": "analyze"}
+
+
+class Link(str):
+    """The target of a symbolic link, in place of the bytes of a file."""
+
+
 def files_below(folder):
-    """Path within the folder, bytes and whether it is a program, in a fixed order."""
+    """Path within the folder, bytes or link, and whether it is a program, in a fixed order."""
     for path in sorted(folder.rglob("*")):
         if path.is_file() and "__pycache__" not in path.parts:
-            yield path.relative_to(folder).as_posix(), path.read_bytes(), path.parent.name == "bin"
+            data = Link(os.readlink(path)) if path.is_symlink() else path.read_bytes()
+            yield path.relative_to(folder).as_posix(), data, path.parent.name == "bin"
+
+
+def script_for(name, link, version):
+    """Two lines of shell in place of a link: a wheel contains files only."""
+    return (
+        f'#!/bin/sh\ncase $1 in -V | --version) echo "{name} {version}"; exit ;; esac\n'
+        f'exec "$(dirname "$(readlink -f "$0")")/{link}" {SUBCOMMANDS[name]} "$@"\n'
+    ).encode()
 
 
 def readme(version):
@@ -110,6 +127,8 @@ def wheel(stage, version, output):
     information = f"kinetoscope-{version}.dist-info"
     contents = [(f"kinetoscope/{name}", data, False) for name, data, _ in files_below(ROOT / "python/kinetoscope")]
     for name, data, is_program in files_below(stage):
+        if isinstance(data, Link):
+            data = script_for(Path(name).name, data, version)
         kind = "scripts/" + name.removeprefix("bin/") if is_program else "data/" + name
         contents.append((f"kinetoscope-{version}.data/{kind}", data, is_program))
     tags = "".join(f"Tag: py3-none-{platform}\n" for platform in PLATFORM.split("."))
@@ -142,6 +161,11 @@ def archive_of(contents):
         for folder in sorted(folders):
             archive.addfile(member(folder.as_posix(), tarfile.DIRTYPE, 0o755, 0))
         for name, data, is_program in contents:
+            if isinstance(data, Link):
+                entry = member(name, tarfile.SYMTYPE, 0o777, 0)
+                entry.linkname = str(data)
+                archive.addfile(entry)
+                continue
             entry = member(name, tarfile.REGTYPE, 0o755 if is_program else 0o644, len(data))
             archive.addfile(entry, io.BytesIO(data))
     return gzip.compress(raw.getvalue(), 9, mtime=0)
@@ -176,13 +200,14 @@ def debian_package(stage, version, output):
     origin = f"Kinetoscope, by {DEVELOPERS}\nSource: {ABOUT['repository']}\nLicense: {ABOUT['license']}\n"
     license_text = b"\n\n".join([origin.encode()] + [(ROOT / name).read_bytes() for name in LICENSES])
     contents.append(("usr/share/doc/kinetoscope/copyright", license_text, False))
-    size = sum(len(data) for _, data, _ in contents) // 1024 + 1
+    files = [(name, data) for name, data, _ in contents if not isinstance(data, Link)]
+    size = sum(len(data) for _, data in files) // 1024 + 1
     control = (
         f"Package: kinetoscope\nVersion: {version}\nArchitecture: amd64\nMaintainer: {DEVELOPERS}\n"
         f"Installed-Size: {size}\nDepends: libc6 (>= 2.17)\nSection: science\nPriority: optional\n"
         f"Homepage: {ABOUT['repository']}\nDescription: {SUMMARY.partition(':')[0]}\n{DESCRIPTION}"
     )
-    sums = "".join(f"{hashlib.md5(data).hexdigest()}  {name}\n" for name, data, _ in contents)
+    sums = "".join(f"{hashlib.md5(data).hexdigest()}  {name}\n" for name, data in files)
     about = [("control", control.encode(), False), ("md5sums", sums.encode(), False)]
     path = output / f"kinetoscope_{version}_amd64.deb"
     with path.open("wb") as package:

@@ -47,7 +47,7 @@ def component(package, checksums):
 
 def released():
     """All packages by their id, that of the program, and the packages that each part of the program needs."""
-    features = ["--manifest-path", str(ROOT / "src/bin/Cargo.toml"), "--features", "parquet"]
+    features = ["--manifest-path", str(ROOT / "src/program/Cargo.toml"), "--features", "parquet"]
     metadata = json.loads(subprocess.run([*COMMAND, *features], check=True, capture_output=True).stdout)
     packages = {package["id"]: package for package in metadata["packages"]}
     nodes = {node["id"]: node for node in metadata["resolve"]["nodes"]}

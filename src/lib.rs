@@ -53,7 +53,3 @@ pub mod outputs;
 pub mod executor;
 #[doc(hidden)]
 pub mod verify;
-
-#[cfg(not(target_family = "wasm"))]
-#[doc(hidden)]
-pub mod cli;

@@ -1,7 +1,7 @@
 //! Execution of the plan on this machine, with several runs in parallel.
 
 use crate::executor::memory::MemoryBudget;
-use crate::executor::progress::ProgressDisplay;
+use crate::executor::observer::ExecutionObserver;
 use crate::outputs::sidecars;
 use crate::plan::PlannedRun;
 use crate::run::{RunContext, RunError, RunReport, execute};
@@ -33,7 +33,7 @@ pub fn run_all<'a>(
     folder: &Path,
     pool_size: LocalPool,
     context: RunContext<'_>,
-    progress: &ProgressDisplay,
+    progress: &dyn ExecutionObserver,
     after: &(dyn Fn(&PlannedRun) + Sync),
 ) -> Vec<Result<'a>> {
     let next = AtomicUsize::new(0);

@@ -2,9 +2,7 @@
 //!
 //! Invariant: a run counts as finished if and only if its recording exists, whatever a scheduler reports.
 
-pub mod analyze;
 pub mod cluster;
-mod heartbeat;
 pub mod local;
 pub mod memory;
-pub mod progress;
+pub mod observer;

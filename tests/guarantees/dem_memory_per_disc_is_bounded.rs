@@ -1,7 +1,7 @@
 //! Guarantee: recording a large DEM bed takes at most 400 bytes of memory per disc, and at most 450 with friction, which needs
 //! springs. The program itself is included, from its start to the last byte of the recording.
 //!
-//! Setup: the bed of `src/cli/allocator.rs` with fewer discs: a lattice with random velocities, in which some discs touch at any
+//! Setup: the bed of `src/program/allocator.rs` with fewer discs: a lattice with random velocities, in which some discs touch at any
 //! time, recorded twice. As with 10^6 discs, one frame at a time is in memory (56 MB). The neighbor lists are rebuilt several times,
 //! so memory that an old list leaves allocated counts. The operating system measures the peak; `STEM.host.json` reports it.
 //! Control: the peak must exceed the memory that is certainly needed per disc: 69 bytes of columns and 80 of the row in a frame.

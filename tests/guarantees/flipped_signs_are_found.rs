@@ -69,7 +69,7 @@ fn copy_flipped(root: &Path, copy: &Path) {
 #[test]
 #[ignore = "builds the program again, without optimization"]
 fn full_harness_flipped_signs_are_found() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
     let folder = tempfile::tempdir().unwrap();
     let copy = folder.path().join("copy");
     copy_flipped(root, &copy);

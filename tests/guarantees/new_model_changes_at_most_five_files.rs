@@ -20,7 +20,7 @@ fn succeed(command: &mut Command, folder: &Path) -> String {
 #[test]
 #[ignore = "builds the programs again, without optimization"]
 fn new_model_changes_at_most_five_existing_files() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
     let folder = tempfile::tempdir().unwrap();
     let copy = folder.path().join("copy");
     let example = ["run", "--quiet", "--example", "add_a_model", "--"];

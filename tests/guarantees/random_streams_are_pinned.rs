@@ -108,7 +108,7 @@ fn uniform_numbers_equal_an_independent_chacha12() {
 #[test]
 #[ignore = "needs python3"]
 fn independent_chacha12_prints_the_pinned_numbers() {
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/interop/chacha12_streams.py");
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/interop/chacha12_streams.py");
     let output = Command::new("python3").arg(script).output().unwrap();
     let mut expected = String::new();
     for (seed, replicate, draws) in PINNED {

@@ -12,7 +12,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
 }
 
 fn read(path: &str) -> String {
@@ -160,10 +160,10 @@ fn external_packages_are_used_in_one_folder() {
     let homes = [
         ("mcap::", "src/recording"),
         ("rand_chacha::", "src/physics/random.rs"),
-        ("indicatif::", "src/executor/progress.rs"),
+        ("indicatif::", "src/program/progress.rs"),
         ("tungstenite::", "src/live"),
         ("object_store::", "src/object_storage"),
-        ("axum::", "src/bin/view"),
+        ("axum::", "src/program/view"),
         ("csv::", "analysis"),
         ("png::", "analysis"),
         ("resvg::", "analysis/src/plot/png.rs"),

@@ -280,7 +280,7 @@ fn other_reader_recovers_the_messages_of_a_killed_run() {
         fs::write(&whole, &bytes).unwrap();
         let partial = bench.kill_at_size("torn", bytes.len() as u64 / 3);
         let read = Command::new("python3")
-            .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/interop/check_torn.py"))
+            .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/interop/check_torn.py"))
             .args([partial, whole])
             .output()
             .unwrap();

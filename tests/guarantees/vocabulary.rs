@@ -166,10 +166,10 @@ const LITERALS: &[&str] = &[
     "analysis/src/sweep",
 ];
 /// Folders whose `clap` types become help texts.
-const HELP: &[&str] = &["src/cli", "analysis/src/cli", "analysis/src/export"];
+const HELP: &[&str] = &["src/program", "analysis/src/cli", "analysis/src/export"];
 
 fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
 }
 
 /// The files of a folder with an extension, in order.
@@ -361,7 +361,7 @@ fn control_replaced_terms_are_found() {
     let literals = Text::of_literals("// \"anew\"\nlet a = \"colour\"; // \"x\"\n");
     assert_eq!(literals.findings().len(), 1);
     let named = texts();
-    for help in ["src/cli/mod.rs", "analysis/src/cli/arguments.rs"] {
+    for help in ["src/program/mod.rs", "analysis/src/program/arguments.rs"] {
         assert!(!named[help].letters.is_empty(), "{help} contains no help text");
     }
 }

@@ -322,7 +322,7 @@ fn other_client_receives_the_recorded_frames() {
     let experiment = Experiment::new(run);
     let (mut program, address) = experiment.start("watched", &["--live-speed", "1"]);
     let output = Command::new("python3")
-        .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/interop/live_viewer.py"))
+        .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/interop/live_viewer.py"))
         .arg(address)
         .arg(experiment.folder.path().join("watched/watched"))
         .output()

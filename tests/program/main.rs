@@ -1,6 +1,8 @@
 //! The program as its user sees it: command line, messages, exit codes, files next to a recording, and live viewers.
 //!
-//! A test belongs here if it starts `run-experiment` on this machine and checks what it prints, writes or sends.
+//! A test belongs here if it starts the program on this machine, under any of its names, and checks what it prints, writes or sends.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 // Recordings rewritten with one change behind correct checksums.
 #[path = "../shared/forged_recording.rs"]
@@ -11,6 +13,8 @@ mod kinetoscope_program;
 mod live_viewer;
 // Clients of the live server that send and read what no viewer does.
 mod hostile_client;
+// A folder in which `kinetoscope` is called.
+mod subcommand_bench;
 
 // An attestation is valid for the verified bytes only.
 mod attestation_is_valid_for_one_file;
@@ -40,5 +44,43 @@ mod start_from_continues_a_recording;
 mod timing_writes_no_recording;
 // `--why` names the keys that changed since a recording.
 mod why_names_the_changed_key;
+// One program under three names.
+mod names_decide_what_the_program_does;
 // Messages name a next command that works.
 mod messages_name_the_next_command;
+// Help, old flags, misspelled names, closed pipes.
+mod arguments;
+// Other seeds, changed keys and the same run against an earlier analysis.
+mod baselines;
+// Standard output and standard error on a full disk.
+mod full_output;
+// `info` on files that are not recordings.
+mod hostile_files;
+// Control characters in the names of folders.
+mod hostile_paths;
+// Control characters and commands of CI systems in text of manifests.
+mod hostile_text;
+// Recordings that keep only keyframes, `fill` and `zoom`.
+mod keyframes;
+// Golden values of runs, and the place of the first difference.
+mod lock;
+// Several runs in one recording.
+mod merged_recordings;
+// Output for 60 columns, and inputs that are something else.
+mod narrow_terminals;
+// Sizes that files and manifests claim, pipes, devices and links, and concurrent starts.
+mod oversized_files;
+// Several manifests, folders, and manifests that start from manifests.
+mod pipelines;
+// Plots as SVG and PNG, and what cannot be plotted.
+mod plots;
+// The files of `fill` and `zoom`, and what replaces what.
+mod restored_runs;
+// Links, pipes, forged files and other processes in the folder of the recordings.
+mod shared_folders;
+// Large manifests and files next to recordings.
+mod side_files;
+// Every subcommand on a recorded experiment.
+mod subcommands;
+// The server of recordings for Lichtblick, and who may read.
+mod view;

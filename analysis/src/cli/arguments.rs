@@ -1,7 +1,6 @@
 //! The command lines of `analyze-recordings` and `kinetoscope analyze`.
 
 use crate::export::ExportFormat;
-use clap::Parser;
 use kinetoscope_console::StandardOutput;
 use std::path::PathBuf;
 
@@ -17,17 +16,6 @@ pub const EXIT_CODES: &str = "Exit codes:
   70   an internal error, or not enough memory
   75   the results cannot be written: the same command may
        succeed later";
-
-/// Compute metrics with standard errors, plots and checks from recordings
-///
-/// Writes report.html, metrics.json, metrics.csv and one file per plot next to the recordings; for a folder of experiments also
-/// index.html.
-#[derive(Debug, Parser)]
-#[command(name = "analyze-recordings", version, after_help = EXIT_CODES)]
-pub(super) struct AnalyzeRecordings {
-    #[command(flatten)]
-    pub(super) analyze: AnalyzeArguments,
-}
 
 /// Compute metrics with standard errors, plots and checks from recordings.
 #[derive(Debug, clap::Args)]

@@ -1,7 +1,7 @@
 //! The command `kinetoscope export`: recordings in the formats of other programs, or as a small picture.
 
 use super::exit::CommandError;
-use super::{AnalysisExit, complain_unreadable, concluded, export_all, with_remedy};
+use super::{Exit, complain_unreadable, concluded, export_all, with_remedy};
 use crate::export::{self, ExportFormat};
 use crate::input::recording::with_frame_limit;
 use crate::input::{self, RecordingFolder};
@@ -61,7 +61,7 @@ pub struct ExportArguments {
 impl ExportArguments {
     /// Writes the files.
     #[must_use]
-    pub fn execute(&self) -> AnalysisExit {
+    pub fn execute(&self) -> Exit {
         let result = match &self.thumbnail {
             Some(file) => self.draw(file),
             None => self.export(),
@@ -75,15 +75,15 @@ impl ExportArguments {
         }
     }
 
-    fn print_json(&self, exit: AnalysisExit, exports: impl IntoIterator<Item = Value>) {
+    fn print_json(&self, exit: Exit, exports: impl IntoIterator<Item = Value>) {
         if self.json {
             let exports: Vec<Value> = exports.into_iter().collect();
-            let document = json!({ "exit_code": exit as u8, "exports": exports });
+            let document = json!({ "exit_code": exit.code(), "exports": exports });
             self.standard_output.print_json(&format!("{document:#}\n"));
         }
     }
 
-    fn export(&self) -> Result<AnalysisExit, CommandError> {
+    fn export(&self) -> Result<Exit, CommandError> {
         if self.format.contains(&ExportFormat::Parquet) && cfg!(not(feature = "parquet")) {
             return Err(CommandError::usage(export::NEEDS_PARQUET));
         }
@@ -109,8 +109,7 @@ impl ExportArguments {
             exports.extend(export_all(source, &self.format, &folder, say, &mut unreadable)?);
         }
         unreadable.iter().for_each(|why| complain_unreadable(why));
-        let exit =
-            if unreadable.is_empty() { AnalysisExit::Done } else { AnalysisExit::Unreadable };
+        let exit = if unreadable.is_empty() { Exit::Done } else { Exit::Unreadable };
         self.print_json(
             exit,
             exports.iter().map(|export| {
@@ -127,7 +126,7 @@ impl ExportArguments {
     }
 
     /// Draws the one recording among the paths.
-    fn draw(&self, file: &Path) -> Result<AnalysisExit, CommandError> {
+    fn draw(&self, file: &Path) -> Result<Exit, CommandError> {
         let format =
             ThumbnailFormat::of(file, self.thumbnail_frames).map_err(CommandError::usage)?;
         write_file::check(file)?;
@@ -150,10 +149,10 @@ impl ExportArguments {
         self.say(&format!("written: {} ({size} kB)\n", shown_path(file)));
         let files = [written(file, None)];
         self.print_json(
-            AnalysisExit::Done,
+            Exit::Done,
             [json!({ "recording": path, "format": "thumbnail", "files": files })],
         );
-        Ok(AnalysisExit::Done)
+        Ok(Exit::Done)
     }
 }
 

@@ -20,12 +20,9 @@ use crate::report::{self, AnalysisOptions, AnalysisReport, analyze};
 use crate::report::{files, metric_files};
 use crate::run::cache::AnalysisCache;
 use crate::write_file::{self, WriteError};
-use arguments::AnalyzeRecordings;
-use clap::Parser;
-pub use exit::AnalysisExit;
 use exit::CommandError;
 use kinetoscope_console::text::{plural, shown_path};
-use kinetoscope_console::{Ended, StandardOutput, complain, with_help};
+use kinetoscope_console::{Exit, StandardOutput, complain, with_help};
 use kinetoscope_files::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
 use kinetoscope_manifest::{Check, parse_checks};
 use serde_json::json;
@@ -52,23 +49,10 @@ impl Analyzed {
     }
 }
 
-/// The program `analyze-recordings`.
-#[must_use]
-pub fn main() -> AnalysisExit {
-    match AnalyzeRecordings::try_parse() {
-        Ok(arguments) => arguments.analyze.execute(),
-        Err(error) => match kinetoscope_console::report(&error, "analyze-recordings") {
-            Ended::Answered => AnalysisExit::Done,
-            Ended::Rejected => AnalysisExit::Usage,
-            Ended::Unwritten => AnalysisExit::Retry,
-        },
-    }
-}
-
 impl AnalyzeArguments {
     /// Analyzes the recordings and prints the results.
     #[must_use]
-    pub fn execute(&self) -> AnalysisExit {
+    pub fn execute(&self) -> Exit {
         concluded(run(self), &self.standard_output, self.json)
     }
 
@@ -82,18 +66,14 @@ impl AnalyzeArguments {
 
 /// Prints the error of a command or of its output, and returns the exit code. A finding weighs more than output that cannot be
 /// written.
-fn concluded(
-    result: Result<AnalysisExit, CommandError>,
-    output: &StandardOutput,
-    is_json: bool,
-) -> AnalysisExit {
+fn concluded(result: Result<Exit, CommandError>, output: &StandardOutput, is_json: bool) -> Exit {
     let exit = result.unwrap_or_else(|CommandError { exit, message }| {
         // The errors of a checks file begin with the word already.
         let message = message.trim_end();
         let text = format!("error: {}", message.strip_prefix("error: ").unwrap_or(message));
         complain(&text, false);
         if is_json {
-            let document = json!({ "exit_code": exit as u8, "errors": [text] });
+            let document = json!({ "exit_code": exit.code(), "errors": [text] });
             output.print_json(&format!("{document:#}\n"));
         }
         exit
@@ -101,7 +81,7 @@ fn concluded(
     match output.failure() {
         Some(failure) => {
             complain(&failure, false);
-            if exit == AnalysisExit::Done { AnalysisExit::Retry } else { exit }
+            if exit == Exit::Done { Exit::Retryable } else { exit }
         }
         None => exit,
     }
@@ -121,10 +101,10 @@ pub fn cache(recordings: &[PathBuf]) -> Result<(), String> {
     if errors.is_empty() { Ok(()) } else { Err(errors.join("; ")) }
 }
 
-fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
+fn run(arguments: &AnalyzeArguments) -> Result<Exit, CommandError> {
     if arguments.list_metrics {
         arguments.standard_output.print_exactly(&report::metrics_reference());
-        return Ok(AnalysisExit::Done);
+        return Ok(Exit::Done);
     }
     let wants_parquet =
         arguments.metrics_table || arguments.export.contains(&ExportFormat::Parquet);
@@ -140,7 +120,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
     if arguments.cache_only {
         let errors = fill_caches(sources, |folder| analysis_options(arguments, folder));
         errors.iter().for_each(|why| complain_unreadable(why));
-        let exit = if errors.is_empty() { AnalysisExit::Done } else { AnalysisExit::Unreadable };
+        let exit = if errors.is_empty() { Exit::Done } else { Exit::Unreadable };
         return Ok(exit);
     }
     let terminal = terminal();
@@ -253,7 +233,7 @@ fn analysis_options(arguments: &AnalyzeArguments, folder: &Path) -> AnalysisOpti
 }
 
 /// Metrics and checks of all experiments, as one JSON document.
-fn json(analyzed: &[Analyzed], exit: AnalysisExit) -> String {
+fn json(analyzed: &[Analyzed], exit: Exit) -> String {
     let experiments = analyzed.iter().map(|Analyzed { results: folder, report, .. }| {
         let metrics = serde_json::to_value(metric_files::Document::of(report)).ok();
         let checks = report.check_results.iter().map(|result| {
@@ -268,7 +248,7 @@ fn json(analyzed: &[Analyzed], exit: AnalysisExit) -> String {
         })
     });
     let experiments: Vec<_> = experiments.collect();
-    format!("{:#}\n", json!({ "exit_code": exit as u8, "experiments": experiments }))
+    format!("{:#}\n", json!({ "exit_code": exit.code(), "experiments": experiments }))
 }
 
 /// Fills the caches of the folders; returns the reasons why recordings could not be read.
@@ -391,7 +371,7 @@ fn write_table(
 }
 
 /// Prints what is unreadable and a summary of failures, and returns the worst exit code.
-fn conclude(analyzed: &[Analyzed], terminal: Terminal) -> AnalysisExit {
+fn conclude(analyzed: &[Analyzed], terminal: Terminal) -> Exit {
     let results = |of_outcomes: bool| {
         let all = analyzed.iter().flat_map(|one| &one.report.check_results);
         all.filter(move |result| (result.kind == CheckKind::Outcome) == of_outcomes)
@@ -410,9 +390,9 @@ fn conclude(analyzed: &[Analyzed], terminal: Terminal) -> AnalysisExit {
         }
     }
     if has_failed {
-        return AnalysisExit::CheckFailed;
+        return Exit::CheckFailed;
     }
-    if unreadable.is_empty() { AnalysisExit::Done } else { AnalysisExit::Unreadable }
+    if unreadable.is_empty() { Exit::Done } else { Exit::Unreadable }
 }
 
 /// Prints why an input cannot be read, and what to do. The first line ends with the remedy; the errors of a manifest may follow.

@@ -1,7 +1,7 @@
 //! The command `kinetoscope plot`: one plot from the recordings of an experiment, as SVG or PNG.
 
 use super::exit::CommandError;
-use super::{AnalysisExit, complain_unreadable, concluded, with_remedy};
+use super::{Exit, complain_unreadable, concluded, with_remedy};
 use crate::input::coordinates::{keys_of, last_part};
 use crate::input::recording::{self, OpenRun};
 use crate::input::{self, OpenedRuns, RecordingFolder, UnreadableRecording};
@@ -89,11 +89,11 @@ enum Format {
 impl PlotArguments {
     /// Draws the plot and writes it.
     #[must_use]
-    pub fn execute(&self) -> AnalysisExit {
+    pub fn execute(&self) -> Exit {
         concluded(self.draw(), &self.standard_output, self.json)
     }
 
-    fn draw(&self) -> Result<AnalysisExit, CommandError> {
+    fn draw(&self) -> Result<Exit, CommandError> {
         let format = self.format()?;
         let size = ChartSize::new(self.width, self.height, self.font_size);
         let size = size.map_err(CommandError::usage)?;
@@ -118,10 +118,9 @@ impl PlotArguments {
         }
         unreadable.dedup();
         unreadable.iter().for_each(|why| complain_unreadable(why));
-        let exit =
-            if unreadable.is_empty() { AnalysisExit::Done } else { AnalysisExit::Unreadable };
+        let exit = if unreadable.is_empty() { Exit::Done } else { Exit::Unreadable };
         if self.json {
-            let document = json!({ "exit_code": exit as u8, "plot": self.described(&plot) });
+            let document = json!({ "exit_code": exit.code(), "plot": self.described(&plot) });
             self.standard_output.print_json(&format!("{document:#}\n"));
         }
         Ok(exit)

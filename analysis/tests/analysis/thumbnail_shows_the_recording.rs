@@ -79,10 +79,7 @@ fn recording(folder: &Path, channels: &[&str]) -> PathBuf {
 }
 
 fn export(recording: &Path, picture: &Path, more: &[&str]) -> Output {
-    let name = format!("kinetoscope{}", std::env::consts::EXE_SUFFIX);
-    let program = Path::new(env!("CARGO_BIN_EXE_analyze-recordings")).with_file_name(name);
-    assert!(program.exists(), "build it first: cargo build --package kinetoscope-program");
-    Command::new(program)
+    Command::new(env!("CARGO_BIN_EXE_kinetoscope"))
         .arg("export")
         .arg("--thumbnail")
         .arg(picture)

@@ -9,7 +9,7 @@ use crate::executor::cluster::scheduler::Engine;
 use crate::executor::cluster::silence::Silence;
 use crate::executor::cluster::submission::Resources;
 use crate::executor::cluster::task::{TaskCommand, dealt};
-use crate::executor::progress::ProgressDisplay;
+use crate::executor::observer::ExecutionObserver;
 use crate::interrupt::Interrupt;
 use crate::outputs::sidecars::{self, Failure};
 use crate::plan::{Plan, PlannedRun};
@@ -78,7 +78,7 @@ pub fn run_all<'a>(
     plan: &'a Plan,
     options: &'a SubmissionOptions,
     interrupt: &Interrupt,
-    progress: &ProgressDisplay,
+    progress: &dyn ExecutionObserver,
 ) -> io::Result<End<'a>> {
     let runs = plan.to_do_by_cost();
     for run in &runs {
@@ -171,7 +171,7 @@ impl Watch<'_> {
     }
 
     /// Reports why tasks are held, whenever the reason changes.
-    fn report_hold_reasons(&mut self, hold_reasons: &str, progress: &ProgressDisplay) {
+    fn report_hold_reasons(&mut self, hold_reasons: &str, progress: &dyn ExecutionObserver) {
         if hold_reasons != self.last_message && !hold_reasons.is_empty() {
             progress.remark(hold_reasons);
         }
@@ -179,7 +179,7 @@ impl Watch<'_> {
     }
 
     /// Reports tasks that run according to the engine and record nothing.
-    fn report_silence(&mut self, running: usize, progress: &ProgressDisplay) {
+    fn report_silence(&mut self, running: usize, progress: &dyn ExecutionObserver) {
         let mut seen = DefaultHasher::new();
         for (run, _) in self.results.iter().filter(|(_, end)| end.is_none()) {
             let partial = partial_path(self.folder, &run.stem);

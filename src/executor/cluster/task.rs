@@ -70,7 +70,8 @@ pub fn dealt<'a>(runs: &[&'a PlannedRun], runs_per_task: usize) -> Vec<Vec<&'a P
 }
 
 /// Quotes a word for a shell.
-pub(crate) fn quoted(word: &str) -> String {
+#[must_use]
+pub fn quoted(word: &str) -> String {
     format!("'{}'", word.replace('\'', r"'\''"))
 }
 

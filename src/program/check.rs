@@ -1,0 +1,120 @@
+//! `check`: reads manifests and reports the plan with its steps, memory and expected time, without executing a run.
+
+use crate::checked::{Checked, not_planned};
+use crate::executor::thread_count;
+use crate::lock;
+use crate::locked::LockedCheck;
+use crate::manifests::{ManifestArguments, ManifestReader, expand};
+use crate::messages::Failure;
+use crate::output::OutputArguments;
+use crate::pipeline;
+use crate::planner::Planner;
+use crate::rerun::Parallel;
+use crate::result_arguments::ResultArguments;
+use crate::step::Step;
+use clap::Args;
+use kinetoscope_console::Exit;
+use kinetoscope_manifest::Override;
+use serde_json::{Value as Json, json};
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+/// Read manifests and print the plan: runs, steps, disk space, memory and expected time.
+#[derive(Debug, Args)]
+pub(crate) struct CheckArguments {
+    /// Manifests (TOML files), or folders of manifests
+    #[arg(required_unless_present = "locked", value_name = "MANIFEST")]
+    manifests: Vec<PathBuf>,
+    #[command(flatten)]
+    manifest: ManifestArguments,
+    #[command(flatten)]
+    output: OutputArguments,
+    /// Number of runs in parallel that the expected time assumes [default: number of CPUs]
+    #[arg(long, value_name = "N", value_parser = thread_count, help_heading = "Execution")]
+    jobs: Option<NonZeroUsize>,
+    /// Run the manifests of a lock file, or those named here, and compare the messages with those that are locked
+    #[arg(long, conflicts_with = "set", help_heading = "Lock file")]
+    locked: bool,
+    /// Run the slow manifests as well: those that took more than 5 s
+    #[arg(long, requires = "locked", help_heading = "Lock file")]
+    all: bool,
+    /// Compare the finished recordings of the output folder, and run only what is missing there
+    #[arg(long, requires = "locked", help_heading = "Lock file")]
+    recorded: bool,
+    /// The lock file
+    #[arg(long, requires = "locked", value_name = "FILE", default_value = lock::USUAL, help_heading = "Lock file")]
+    lock_file: PathBuf,
+    #[command(flatten)]
+    result: ResultArguments,
+}
+
+impl CheckArguments {
+    /// Checks every manifest; an error in one does not hide those of the others.
+    #[must_use]
+    pub(crate) fn execute(&self) -> Exit {
+        let checked = match self.locked {
+            true => self.compare_with_lock(),
+            false => self.check_all(),
+        };
+        self.result.concluded(checked.unwrap_or_else(|failure| self.result.failed(&failure)))
+    }
+
+    fn compare_with_lock(&self) -> Result<Exit, Failure> {
+        let check = LockedCheck {
+            lock_file: &self.lock_file,
+            manifests: &self.manifests,
+            all: self.all,
+            recordings: self.output.folder()?,
+            recorded: self.recorded,
+            parallel: Parallel { jobs: self.jobs, threads: None },
+            result: &self.result,
+        };
+        check.execute()
+    }
+
+    fn check_all(&self) -> Result<Exit, Failure> {
+        let overrides = self.manifest.overrides()?;
+        let output = self.output.folder()?;
+        let reader = ManifestReader::new(output, None);
+        let steps = pipeline::order(&expand(&self.manifests)?, &overrides, &reader)?;
+        let (mut exit, mut checked, mut errors) = (Exit::Done, Vec::new(), Vec::new());
+        for step in &steps {
+            match self.check(step, &overrides, &reader) {
+                Ok(json) => checked.push(json),
+                Err(failure) => {
+                    exit = exit.worst(failure.report());
+                    errors.push(failure.plain_text());
+                }
+            }
+        }
+        if self.result.json {
+            self.result.print_json(&json!({
+                "exit_code": exit.code(),
+                "experiments": checked,
+                "errors": errors,
+            }));
+        }
+        Ok(exit)
+    }
+
+    fn check(
+        &self,
+        step: &Step,
+        overrides: &[Override],
+        reader: &ManifestReader<'_>,
+    ) -> Result<Json, Failure> {
+        if let Some(why) = reader.missing_start(step) {
+            self.result.say(&not_planned(step, why)?);
+            return Ok(json!({ "manifest": step.manifest, "pending": step.starts_from }));
+        }
+        let experiment = reader.read(&step.manifest, step.overrides(overrides))?;
+        let (output, jobs) = (&self.output, self.jobs);
+        let planner = Planner { output, keys: None, force: false, jobs, is_outline: true };
+        let planned = planner.plan(&experiment)?;
+        planned.reject_invalid_starts(&experiment)?;
+        let rerun = planner.rerun(&experiment, &planned)?;
+        let checked = Checked::new(&step.manifest, &experiment, &planned, rerun.as_ref());
+        self.result.say(&checked.text());
+        Ok(checked.json())
+    }
+}

@@ -1,0 +1,149 @@
+//! The plan of an experiment as text and JSON: runs, steps, disk space, memory and expected time.
+
+use crate::expected_time;
+use crate::manifests::NoRecording;
+use crate::messages::{Failure, bad, counted, describe, plural};
+use crate::planner::Planned;
+use crate::progress::size;
+use crate::step::Step;
+use kinetoscope::run::estimate::Estimate;
+use kinetoscope_console::Exit;
+use kinetoscope_console::text::shown_path;
+use kinetoscope_manifest::Experiment;
+use kinetoscope_physics::model::Extent;
+use serde_json::{Value as Json, json};
+use std::path::Path;
+
+/// The plan of an experiment that starts from a run without a recording.
+///
+/// # Errors
+/// A run that failed, or a manifest that cannot be started from.
+pub(crate) fn not_planned(step: &Step, why: NoRecording) -> Result<String, Failure> {
+    let manifest = shown_path(&step.manifest);
+    match why {
+        NoRecording::Failed(why) => {
+            let what = format!("{manifest} cannot start: {why}");
+            Err(Failure::new(Exit::RunFailed, what).help("change the manifest that it starts from"))
+        }
+        NoRecording::Invalid(why) => {
+            let what = format!("{manifest} cannot start: {why}");
+            Err(bad(what).help("correct the manifest that it starts from"))
+        }
+        NoRecording::Missing(why) => {
+            Ok(format!("{manifest}: planned when the run that it starts from is finished: {why}"))
+        }
+    }
+}
+
+/// A manifest that was checked.
+pub(crate) struct Checked<'a> {
+    manifest: &'a Path,
+    experiment: &'a Experiment,
+    planned: &'a Planned,
+    /// The plan whose resources are reported: that of a rerun if all runs are finished.
+    costs: &'a Planned,
+    seconds: Option<f64>,
+}
+
+impl<'a> Checked<'a> {
+    /// Checks the plan of an experiment. `rerun` is the plan of its rerun if all runs are finished.
+    pub(crate) fn new(
+        manifest: &'a Path,
+        experiment: &'a Experiment,
+        planned: &'a Planned,
+        rerun: Option<&'a Planned>,
+    ) -> Self {
+        let costs = rerun.unwrap_or(planned);
+        let seconds = expected_time::expected_seconds(&costs.plan, costs.jobs);
+        Self { manifest, experiment, planned, costs, seconds }
+    }
+
+    fn estimates(&self) -> Vec<&Estimate> {
+        self.costs.plan.to_do().into_iter().filter_map(|run| run.estimate()).collect()
+    }
+
+    /// Memory of the runs that execute in parallel.
+    fn memory(&self) -> u64 {
+        let mut memory: Vec<u64> =
+            self.estimates().iter().map(|estimate| estimate.memory_bytes).collect();
+        memory.sort_unstable_by(|one, other| other.cmp(one));
+        memory.into_iter().take(self.costs.jobs).fold(0, u64::saturating_add)
+    }
+
+    /// The plan as text.
+    pub(crate) fn text(&self) -> String {
+        let Planned { plan, jobs, .. } = self.planned;
+        let mut text = describe(self.experiment, plan, *jobs, &self.planned.destination());
+        let estimates = self.estimates();
+        let of = |count: fn(Extent) -> Option<u64>| {
+            estimates.iter().filter_map(move |estimate| count(estimate.extent)).collect::<Vec<_>>()
+        };
+        for (counts, what) in [(of(steps), "step"), (of(events), "event")] {
+            if let Some(range) = counted(counts.into_iter(), what) {
+                text += &format!("\n  {range} per run");
+            }
+        }
+        if !estimates.is_empty() {
+            text += &format!("\n  memory: at most {}", size(self.memory()));
+            text += &match self.seconds {
+                Some(seconds) => {
+                    let of_rerun = if plan.to_do().is_empty() { " for a rerun" } else { "" };
+                    let time = expected_time::text(seconds);
+                    format!("\n  time: {time}{of_rerun} on this machine")
+                }
+                None => "\n  time: unknown".to_owned(),
+            };
+        }
+        text += &format!("\n  {}", plural(self.experiment.checks.len() as u64, "check"));
+        if !self.experiment.plots.is_empty() {
+            text += &format!(", {}", plural(self.experiment.plots.len() as u64, "requested plot"));
+        }
+        text
+    }
+
+    /// The plan as JSON.
+    pub(crate) fn json(&self) -> Json {
+        let Planned { plan, jobs, .. } = self.planned;
+        let estimates = self.estimates();
+        let range = |values: Vec<u64>| match (values.iter().min(), values.iter().max()) {
+            (Some(min), Some(max)) => json!({ "min": min, "max": max }),
+            _ => Json::Null,
+        };
+        let counts = |count: &dyn Fn(&Estimate) -> Option<u64>| {
+            range(estimates.iter().filter_map(|estimate| count(estimate)).collect())
+        };
+        json!({
+            "manifest": self.manifest,
+            "experiment": self.experiment.name,
+            "model": self.experiment.model(),
+            "runs": plan.runs.len(),
+            "finished": plan.finished().count(),
+            "to_do": plan.to_do().len(),
+            "destination": self.planned.destination(),
+            "jobs": jobs,
+            "particles": counts(&|estimate| Some(estimate.particles)),
+            "frames": counts(&|estimate| Some(estimate.frames)),
+            "steps": counts(&|estimate| steps(estimate.extent)),
+            "events": counts(&|estimate| events(estimate.extent)),
+            "bytes": plan.bytes_to_write(),
+            "memory_bytes": self.memory(),
+            "expected_s": self.seconds,
+            "checks": self.experiment.checks.len(),
+            "plots": self.experiment.plots.len(),
+        })
+    }
+}
+
+const fn steps(extent: Extent) -> Option<u64> {
+    match extent {
+        Extent::Steps { total, .. } => Some(total),
+        Extent::Events(_) | Extent::Time(_) => None,
+    }
+}
+
+const fn events(extent: Extent) -> Option<u64> {
+    match extent {
+        Extent::Events(total) => Some(total),
+        Extent::Steps { .. } | Extent::Time(_) => None,
+    }
+}

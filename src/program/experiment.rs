@@ -1,0 +1,418 @@
+//! One experiment from its manifest to its recordings: the plan, the execution, and the errors of the runs.
+
+use crate::checked;
+use crate::executor::{Executor, MAX_THREADS, TaskOptions};
+use crate::exit;
+use crate::messages::{Failure, bad, complain, describe, disk_shortage, plural, summary};
+use crate::planner::{Planned, Planner};
+use crate::progress::ProgressDisplay;
+use crate::results::{self, RunResult};
+use crate::run_arguments::RunArguments;
+use kinetoscope::executor::cluster::queue;
+use kinetoscope::executor::cluster::scheduler::Engine;
+use kinetoscope::executor::local::{self, LocalPool};
+use kinetoscope::interrupt::Interrupt;
+use kinetoscope::outputs::sidecars;
+use kinetoscope::plan::Plan;
+use kinetoscope::plan::prune::StaleFiles;
+use kinetoscope::run::{RunContext, RunReport};
+use kinetoscope_console::Exit;
+use kinetoscope_console::text::{one_line, shown_path};
+use kinetoscope_files::output_file;
+use kinetoscope_manifest::Experiment;
+use kinetoscope_recording::removal::{Removal, remove_leftovers};
+use serde_json::{Value as Json, json};
+use std::cell::OnceCell;
+use std::fs;
+use std::io;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+/// One experiment of a call of the program.
+pub(crate) struct Execution<'a> {
+    pub(crate) arguments: &'a RunArguments,
+    pub(crate) manifest: &'a Path,
+    /// The overrides of the manifest, `KEY=VALUE`.
+    pub(crate) overrides: &'a [String],
+    pub(crate) force: bool,
+    pub(crate) experiment: &'a Experiment,
+    /// Listens to signals from the first run on.
+    pub(crate) interrupt: &'a OnceCell<Interrupt>,
+}
+
+/// An experiment after its execution.
+pub(crate) struct Executed {
+    pub(crate) exit: Exit,
+    pub(crate) name: String,
+    /// Where its recordings are, if they are complete and can be analyzed.
+    pub(crate) destination: Option<String>,
+    pub(crate) is_remote: bool,
+    /// Its recordings that keep only keyframes and were not restored, which the analysis rejects.
+    pub(crate) keyframes: Vec<PathBuf>,
+    /// The summary, if it is requested.
+    pub(crate) json: Option<Json>,
+}
+
+impl Execution<'_> {
+    /// Executes the runs that have no recording yet.
+    pub(crate) fn run(&self) -> Result<Executed, Failure> {
+        self.reject_folder_options()?;
+        self.check_outputs()?;
+        let planner = Planner { force: self.force, ..self.arguments.planner() };
+        let planned = planner.plan(self.experiment)?;
+        planned.reject_invalid_starts(self.experiment)?;
+        let Planned { plan, depot, jobs } = &planned;
+        let execution = &self.arguments.execution;
+        if execution.dry_run {
+            let rerun = planner.rerun(self.experiment, &planned)?;
+            return Ok(self.dry_run(&planned, rerun.as_ref()));
+        }
+        self.say(&describe(self.experiment, plan, *jobs, &planned.destination()));
+        let at_once = if depot.is_some() { *jobs } else { plan.runs.len() };
+        let option = self.arguments.output.option_of_folder();
+        if let Some(failure) = disk_shortage(plan, plan.bytes_at_once(at_once), option) {
+            return Err(failure);
+        }
+        if self.force && self.arguments.executor.executor != Executor::Local {
+            return Err(bad(
+                "--force is not supported on a cluster, whose tasks skip finished runs",
+            )
+            .help("remove the recordings to rerun"));
+        }
+        let mut executed = self.execute(&planned)?;
+        if execution.prune && executed.exit == Exit::Done {
+            self.prune(plan)?;
+        }
+        if executed.exit != Exit::Done || self.arguments.executor.export_commands.is_some() {
+            executed.destination = None;
+        }
+        Ok(executed)
+    }
+
+    fn say(&self, text: &str) {
+        self.arguments.messages.say(text);
+    }
+
+    fn is_task(&self) -> bool {
+        self.arguments.executor.only_keys.is_some()
+    }
+
+    /// Rejects options that need a folder of recordings when recordings go to object storage.
+    fn reject_folder_options(&self) -> Result<(), Failure> {
+        let arguments = self.arguments;
+        let options = [
+            (arguments.execution.prune, "--prune"),
+            (arguments.executor.analyze, "--analyze"),
+            (arguments.executor.executor != Executor::Local, "--executor"),
+        ];
+        match options.iter().find(|(is_given, _)| *is_given) {
+            Some((_, option)) if arguments.output.is_remote() => {
+                Err(bad(format!("{option} needs a local folder, but the recordings go to s3://"))
+                    .help(
+                        "name a folder with --output DIR; other machines record to s3:// with the commands of --export-commands FILE",
+                    ))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Rejects destinations that cannot be written, before the first run.
+    fn check_outputs(&self) -> Result<(), Failure> {
+        match &self.arguments.executor.export_commands {
+            Some(file) if !self.arguments.execution.dry_run => {
+                output_file::check(file).map_err(|error| unwritten_commands(file, &error))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn dry_run(&self, planned: &Planned, rerun: Option<&Planned>) -> Executed {
+        let checked = checked::Checked::new(self.manifest, self.experiment, planned, rerun);
+        self.say(&checked.text());
+        let listed = self.arguments.execution.prune.then(|| self.prune(&planned.plan));
+        let exit = match listed {
+            Some(Err(failure)) => failure.report(),
+            Some(Ok(())) | None => Exit::Done,
+        };
+        Executed {
+            exit,
+            name: self.experiment.name.clone(),
+            destination: None,
+            is_remote: false,
+            keyframes: Vec::new(),
+            json: self.arguments.messages.json.then(|| checked.json()),
+        }
+    }
+
+    /// Removes stale files, or lists them in a dry run.
+    fn prune(&self, plan: &Plan) -> Result<(), Failure> {
+        let failed = |error: io::Error| {
+            let what = format!("cannot prune {}: {error}", shown_path(&plan.folder));
+            Failure::new(Exit::Retryable, what)
+        };
+        let say =
+            |file: &Path, what: &str| self.say(&format!("stale, {what}: {}", shown_path(file)));
+        let stale = StaleFiles::of(plan).map_err(failed)?;
+        if self.arguments.execution.dry_run {
+            stale.paths().for_each(|file| say(file, "would be removed"));
+            return Ok(());
+        }
+        let mut report = |file: &Path, removal: Removal| match removal {
+            Removal::Removed => say(file, "removed"),
+            Removal::InUse => say(file, "not removed, because another process is writing this run"),
+        };
+        stale.remove(&mut report).map_err(failed)
+    }
+
+    fn listen(&self) -> Result<&Interrupt, Failure> {
+        if let Some(interrupt) = self.interrupt.get() {
+            return Ok(interrupt);
+        }
+        let interrupt = Interrupt::listen().map_err(|error| {
+            Failure::new(Exit::Retryable, format!("cannot listen to Ctrl-C: {error}"))
+        })?;
+        Ok(self.interrupt.get_or_init(|| interrupt))
+    }
+
+    fn execute(&self, planned: &Planned) -> Result<Executed, Failure> {
+        let Planned { plan, depot, .. } = planned;
+        let interrupt = self.listen()?;
+        // The side files exist when a task starts, and several tasks run at the same time.
+        let experiment = (!self.is_task()).then_some(self.experiment);
+        prepare_folder(experiment, plan).map_err(|error| {
+            let option = self.arguments.output.option_of_folder();
+            let what = format!("cannot write to {}: {error}", shown_path(&plan.folder));
+            Failure::new(exit::of_output(&error), what)
+                .help(format!("make it writable, or choose another folder with {option} DIR; then run the same command again"))
+        })?;
+        if let Some(depot) = depot {
+            depot.put_all(plan, !self.is_task(), &|| interrupt.is_raised());
+        }
+        if let Some(file) = &self.arguments.executor.export_commands {
+            self.export(file, plan)?;
+            return Ok(self.concluded(planned, &[], Exit::Done));
+        }
+        match self.arguments.executor.executor.engine() {
+            Some(engine) => self.execute_on_cluster(engine, planned, interrupt),
+            None => self.execute_here(planned, interrupt),
+        }
+    }
+
+    fn execute_here(&self, planned: &Planned, interrupt: &Interrupt) -> Result<Executed, Failure> {
+        let Planned { plan, depot, jobs } = planned;
+        let arguments = self.arguments;
+        let runs = plan.to_do_by_cost();
+        let live = if runs.is_empty() { None } else { arguments.live.open(interrupt)? };
+        if let Some(live) = &live {
+            self.say(&arguments.live.invitation(live, plan));
+        }
+        let gnuplot = if runs.is_empty() { None } else { arguments.live.gnuplot_loop()? };
+        let progress = ProgressDisplay::new(runs.len(), arguments.verbosity());
+        let stop = || interrupt.is_raised();
+        let results = local::run_all(
+            &runs,
+            &plan.folder,
+            self.workforce(*jobs),
+            RunContext {
+                interrupt,
+                checkpoint_every: arguments.execution.checkpoint_every,
+                on_frame: &|_, _| {},
+                live: live.as_ref(),
+                gnuplot: gnuplot.as_ref(),
+            },
+            &progress,
+            &|run| {
+                if let Some(depot) = depot {
+                    depot.put_soon(run, &plan.folder, &stop);
+                }
+            },
+        );
+        progress.close();
+        drop(live);
+        if let Some(depot) = depot {
+            depot.put_all(plan, !self.is_task(), &stop);
+        }
+        if arguments.executor.analyze && !interrupt.is_raised() {
+            self.analyze(plan);
+        }
+        let endings: Vec<&RunReport> =
+            results.iter().filter_map(|(_, result)| result.as_ref()?.as_ref().ok()).collect();
+        self.say(&summary(plan, &endings));
+        let results: Vec<RunResult<'_>> = results
+            .iter()
+            .map(|(run, result)| (*run, result.as_ref().map(results::of_run)))
+            .collect();
+        let exit = results::report_errors(plan, self.experiment, &results, self.is_task());
+        let exit = exit.worst(self.report_uploads(planned));
+        if results.is_empty() && exit == Exit::Done {
+            self.say(&format!(
+                "Nothing to do: all recordings are in {}",
+                one_line(&planned.address())
+            ));
+        }
+        let exit = match interrupt.exit_code() {
+            Some(code) => {
+                complain("Interrupted. Run the same command again to resume.");
+                Exit::Signal(code)
+            }
+            None => exit,
+        };
+        Ok(self.concluded(planned, &results, exit))
+    }
+
+    /// Analyzes the recordings of the plan; an error does not change the exit code of the runs.
+    fn analyze(&self, plan: &Plan) {
+        let recordings: Vec<PathBuf> = plan
+            .runs
+            .iter()
+            .map(|run| plan.folder.join(run.file_name()))
+            .filter(|path| path.exists())
+            .collect();
+        if recordings.is_empty() {
+            return;
+        }
+        if let Err(why) = kinetoscope_analysis::cli::cache(&recordings) {
+            complain(&format!("warning: not all recordings were analyzed: {why}"));
+        }
+    }
+
+    /// Prints the result of the uploads to object storage, and returns their exit code.
+    fn report_uploads(&self, planned: &Planned) -> Exit {
+        let Some(depot) = &planned.depot else { return Exit::Done };
+        let uploads = depot.report(&planned.plan);
+        if uploads.put > 0 {
+            let recordings = plural(uploads.put as u64, "recording");
+            self.say(&format!("Put {recordings} to {}", depot.address()));
+        }
+        uploads.complaints.iter().for_each(|complaint| complain(&format!("error: {complaint}")));
+        exit::of_uploads(&uploads)
+    }
+
+    fn task_options(&self) -> TaskOptions<'_> {
+        TaskOptions {
+            manifest: self.manifest,
+            output: &self.arguments.output,
+            overrides: self.overrides,
+            analyze: self.arguments.executor.analyze,
+            threads: self.arguments.execution.threads,
+            checkpoint_every: self.arguments.execution.checkpoint_every,
+        }
+    }
+
+    fn export(&self, file: &Path, plan: &Plan) -> Result<(), Failure> {
+        let written = self.arguments.executor.export(file, plan, &self.task_options());
+        let commands = written.map_err(|error| unwritten_commands(file, &error))?;
+        self.say(&format!("Wrote {} to {}", plural(commands as u64, "command"), shown_path(file)));
+        Ok(())
+    }
+
+    fn execute_on_cluster(
+        &self,
+        engine: Engine,
+        planned: &Planned,
+        interrupt: &Interrupt,
+    ) -> Result<Executed, Failure> {
+        let plan = &planned.plan;
+        let progress = ProgressDisplay::new(plan.to_do().len(), self.arguments.verbosity());
+        let failed = |error: io::Error| {
+            task_failure(&error, format!("no more tasks could be submitted: {error}"))
+        };
+        let submission =
+            self.arguments.executor.submission(engine, &self.task_options()).map_err(failed)?;
+        let end = queue::run_all(plan, &submission, interrupt, &progress).map_err(failed)?;
+        progress.close();
+        let results: Vec<RunResult<'_>> = end
+            .results
+            .into_iter()
+            .map(|(run, result)| (run, result.map(|result| result.map_err(results::of_task))))
+            .collect();
+        let mut exit = results::report_errors(plan, self.experiment, &results, self.is_task());
+        if let Some(reasons) = &end.hold_reasons {
+            complain(&format!("error: {reasons}"));
+            exit = exit.worst(Exit::Retryable);
+        }
+        let recorded = results.iter().filter(|(_, result)| matches!(result, Some(Ok(_)))).count();
+        let left = results.iter().filter(|(_, result)| result.is_none()).count();
+        self.say(&format!("{recorded} new recordings in {}", shown_path(&plan.folder)));
+        if left > 0 {
+            self.say(&format!(
+                "{} still on the cluster: run the same command again to wait for them",
+                plural(left as u64, "run")
+            ));
+        }
+        let exit = interrupt.exit_code().map_or(exit, Exit::Signal);
+        let executed = self.concluded(planned, &results, exit);
+        Ok(Executed { destination: None, ..executed })
+    }
+
+    /// `--threads` is limited by the number of parallel runs.
+    fn workforce(&self, jobs: usize) -> LocalPool {
+        let processors = std::thread::available_parallelism().map_or(1, usize::from);
+        let requested = self.arguments.execution.threads.map(NonZeroUsize::get);
+        let threads =
+            requested.map_or(processors / jobs, |threads| threads.min(MAX_THREADS / jobs));
+        LocalPool {
+            jobs: NonZeroUsize::new(jobs).unwrap_or(NonZeroUsize::MIN),
+            threads: NonZeroUsize::new(threads).unwrap_or(NonZeroUsize::MIN),
+        }
+    }
+
+    fn concluded(&self, planned: &Planned, results: &[RunResult<'_>], exit: Exit) -> Executed {
+        let is_json = self.arguments.messages.json;
+        Executed {
+            exit,
+            name: self.experiment.name.clone(),
+            destination: Some(planned.address()),
+            is_remote: planned.depot.is_some(),
+            keyframes: if planned.depot.is_none() { planned.plan.unrestored() } else { Vec::new() },
+            json: is_json.then(|| self.json(planned, results, exit)),
+        }
+    }
+
+    fn json(&self, planned: &Planned, results: &[RunResult<'_>], exit: Exit) -> Json {
+        json!({
+            "manifest": self.manifest,
+            "experiment": self.experiment.name,
+            "model": self.experiment.model(),
+            "destination": planned.address(),
+            "exit_code": exit.code(),
+            "runs": results::json(&planned.plan, self.experiment, results),
+        })
+    }
+}
+
+/// The error of a file of commands that cannot be written.
+fn unwritten_commands(file: &Path, error: &io::Error) -> Failure {
+    let what = format!("cannot write the commands to {}: {error}", shown_path(file));
+    match exit::of_output(error) {
+        exit @ Exit::BadManifest if error.kind() != io::ErrorKind::InvalidInput => {
+            Failure::new(exit, what).help("name another file with --export-commands FILE")
+        }
+        _ => task_failure(error, what),
+    }
+}
+
+/// The error of commands for other processes. A word that no shell script can contain is an error in the arguments.
+fn task_failure(error: &io::Error, what: String) -> Failure {
+    if error.kind() == io::ErrorKind::InvalidInput {
+        return bad(what).help("rename the file or folder, or change the value of --set");
+    }
+    Failure::new(Exit::Retryable, what).help("run the same command again to resume")
+}
+
+/// Creates the folder of the recordings with its side files; a task removes the failures of earlier tasks.
+fn prepare_folder(experiment: Option<&Experiment>, plan: &Plan) -> io::Result<()> {
+    fs::create_dir_all(&plan.folder)?;
+    for (run, _) in plan.finished() {
+        // A finished run needs no other file, whatever is in the place of its leftovers.
+        if let Err(error) = remove_leftovers(&plan.folder, &run.stem) {
+            complain(&format!("warning: a leftover of a finished run stays: {error}"));
+        }
+    }
+    let Some(experiment) = experiment else {
+        let mut runs = plan.to_do().into_iter();
+        return runs.try_for_each(|run| sidecars::remove_failure(&plan.folder, &run.stem));
+    };
+    sidecars::write_experiment(experiment, plan)?;
+    sidecars::write_layout(plan)
+}

@@ -1,0 +1,406 @@
+//! `verify` and `compare`: recordings against a rerun, against their attestation, and against each other.
+
+use crate::messages::Failure;
+use crate::progress::{ProgressDisplay, Verbosity};
+use crate::result_arguments::ResultArguments;
+use clap::Args;
+use kinetoscope::executor::observer::ExecutionObserver as _;
+use kinetoscope::interrupt::Interrupt;
+use kinetoscope::run::RunError;
+use kinetoscope::verify::attestation::{
+    Attestation, AttestationStatus, Verdict, attestation_path, attestation_status,
+};
+use kinetoscope::verify::compare::{CompareError, RecordingComparison, compare_recordings};
+use kinetoscope::verify::diff::Comparison;
+use kinetoscope::verify::divergence::{Cause, Divergence, Growth, Step};
+use kinetoscope::verify::merge::{MergeFailure, check_merge, merge_recordings};
+use kinetoscope::verify::{Finding, Verification, VerifyError, verify};
+use kinetoscope_console::Exit;
+use kinetoscope_console::text::{one_line, plural, shown_path};
+use kinetoscope_console::with_help;
+use kinetoscope_recording::reader::Outcome;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+/// Rerun the run of a recording and compare; if both are equal, write an attestation.
+#[derive(Debug, Args)]
+pub(crate) struct VerifyArguments {
+    /// Recording (*.mcap)
+    #[arg(value_name = "RECORDING")]
+    path: PathBuf,
+    /// Check that the recording is the file that was verified before, without a rerun
+    #[arg(long)]
+    check_attestation: bool,
+    #[command(flatten)]
+    result: ResultArguments,
+}
+
+/// Compare two recordings: manifests, versions, messages. More recordings are compared with the first one, too.
+#[derive(Debug, Args)]
+pub(crate) struct CompareArguments {
+    /// Recording (*.mcap)
+    #[arg(value_name = "RECORDING")]
+    left: PathBuf,
+    /// Recordings to compare with it
+    #[arg(value_name = "OTHER", required = true)]
+    others: Vec<PathBuf>,
+    /// Execute both runs again, to find the step at which they differ for the first time, and thereby the cause
+    #[arg(long)]
+    find_step: bool,
+    /// Write a recording of all these runs to a new file: the first one, the others as ghosts over it, and their distances from
+    /// it. A layout for it is written next to it
+    #[arg(long, value_name = "FILE")]
+    mcap: Option<PathBuf>,
+    #[command(flatten)]
+    result: ResultArguments,
+}
+
+impl VerifyArguments {
+    /// Verifies the recording and prints the result.
+    #[must_use]
+    pub(crate) fn execute(&self) -> Exit {
+        let report = if self.check_attestation {
+            check_attestation(&self.path)
+        } else {
+            let is_silent = self.result.quiet || self.result.json;
+            verify_by_rerun(
+                &self.path,
+                if is_silent { Verbosity::Quiet } else { Verbosity::Normal },
+            )
+        };
+        report.print(&self.result)
+    }
+}
+
+impl CompareArguments {
+    /// Compares the recordings and prints the result.
+    #[must_use]
+    pub(crate) fn execute(&self) -> Exit {
+        let interrupt = match self.find_step.then(Interrupt::listen).transpose() {
+            Ok(interrupt) => interrupt,
+            Err(error) => {
+                let error = format!("cannot listen to Ctrl-C: {error}");
+                return Report::error(Exit::Retryable, &error).print(&self.result);
+            }
+        };
+        let mergeable = self.mcap.as_ref().map(|file| check_merge(1 + self.others.len(), file));
+        if let Some(Err(error)) = mergeable {
+            return Report::with_remedy(merge_exit(&error), &error).print(&self.result);
+        }
+        let mut report = Report::equal();
+        for other in &self.others {
+            report.add(self.with(other, interrupt.as_ref()));
+        }
+        if let Some(file) = &self.mcap
+            && matches!(report.exit, Exit::Done | Exit::Differs)
+        {
+            let recordings: Vec<&Path> =
+                [&self.left].into_iter().chain(&self.others).map(PathBuf::as_path).collect();
+            report.add(match merge_recordings(&recordings, file) {
+                Ok(lines) => Report { lines, ..Report::equal() },
+                Err(error) => Report::with_remedy(merge_exit(&error), &error),
+            });
+        }
+        report.print(&self.result)
+    }
+
+    /// Compares the first recording with another one.
+    fn with(&self, other: &Path, interrupt: Option<&Interrupt>) -> Report {
+        match compare_recordings(&self.left, other, interrupt) {
+            Ok(_) if let Some(code) = interrupt.and_then(Interrupt::exit_code) => {
+                Report::error(Exit::Signal(code), &"stopped before the first step that differs")
+            }
+            Ok(comparison) => compared(&comparison, [&self.left, other], self.find_step),
+            Err(error @ CompareError::Read(_)) => Report::with_remedy(Exit::Unreadable, &error),
+            Err(error @ CompareError::Io(_)) => Report::with_remedy(Exit::Retryable, &error),
+        }
+    }
+}
+
+/// Result of a comparison.
+#[derive(Debug)]
+struct Report {
+    /// What was found.
+    lines: Vec<String>,
+    /// What is wrong.
+    errors: Vec<String>,
+    exit: Exit,
+}
+
+impl Report {
+    const fn equal() -> Self {
+        Self { lines: Vec::new(), errors: Vec::new(), exit: Exit::Done }
+    }
+
+    /// Adds another result. The exit code is the first one that is not zero, unless a later one says that nothing is known.
+    fn add(&mut self, other: Self) {
+        self.lines.extend(other.lines);
+        self.errors.extend(other.errors);
+        if matches!(self.exit, Exit::Done | Exit::Differs) && other.exit != Exit::Done {
+            self.exit = other.exit;
+        }
+    }
+
+    fn error(exit: Exit, error: &dyn std::fmt::Display) -> Self {
+        Self { lines: Vec::new(), errors: vec![error.to_string()], exit }
+    }
+
+    /// An error whose text ends with its remedy.
+    fn with_remedy(exit: Exit, error: &dyn std::fmt::Display) -> Self {
+        Self::error(exit, &with_help(&error.to_string()))
+    }
+
+    fn print(&self, result: &ResultArguments) -> Exit {
+        if result.json {
+            let equal = self.exit == Exit::Done;
+            result.print_json(&json!({
+                "exit_code": self.exit.code(),
+                "equal": equal,
+                "findings": self.lines,
+                "errors": self.errors,
+            }));
+        } else {
+            let lines: Vec<_> = self.lines.iter().map(|line| one_line(line)).collect();
+            result.print(&lines.join("\n"), || json!(null));
+        }
+        for error in &self.errors {
+            Failure::new(self.exit, error).report();
+        }
+        result.concluded(self.exit)
+    }
+}
+
+fn verify_by_rerun(path: &Path, verbosity: Verbosity) -> Report {
+    let interrupt = match Interrupt::listen() {
+        Ok(interrupt) => interrupt,
+        Err(error) => {
+            let error = format!("cannot listen to Ctrl-C: {error}");
+            return Report::error(Exit::Retryable, &error);
+        }
+    };
+    let progress = ProgressDisplay::new(1, verbosity);
+    let bar = progress.start_run(&shown_path(path));
+    let result = verify(path, &interrupt, &|done, of| bar.frame(done, of));
+    progress.close();
+    match result {
+        Ok(verification) => verified(&verification, path),
+        Err(error) => {
+            let exit = match &error {
+                VerifyError::Read(_)
+                | VerifyError::Manifest(_)
+                | VerifyError::Part(_)
+                | VerifyError::Start(_)
+                | VerifyError::Run(RunError::Setup(_)) => Exit::Unreadable,
+                VerifyError::Run(RunError::Record(error)) if error.is_retryable() => {
+                    Exit::Retryable
+                }
+                VerifyError::Run(_) => Exit::RunFailed,
+                VerifyError::Temporary(_) => Exit::Retryable,
+                VerifyError::Interrupted(code) => Exit::Signal(*code),
+            };
+            match error {
+                VerifyError::Manifest(_) => Report::error(exit, &error),
+                _ => Report::with_remedy(exit, &error),
+            }
+        }
+    }
+}
+
+fn verified(verification: &Verification, path: &Path) -> Report {
+    let (verdict, mut report) = match &verification.finding {
+        Finding::SameBytes { frames } => {
+            let mut report = Report::equal();
+            let frames = plural(*frames, "frame");
+            report.lines.push(format!("{frames} rerun: equal in every byte"));
+            (Some(Verdict::Bytes), report)
+        }
+        Finding::Messages(comparison) => {
+            let mut report = messages(comparison, "the file", "the rerun");
+            if comparison.difference.is_none() {
+                let frames = plural(comparison.equal_frames, "frame");
+                report
+                    .lines
+                    .push(format!("{frames} rerun: equal in every message, not in every byte"));
+            }
+            ((report.exit == Exit::Done).then_some(Verdict::Messages), report)
+        }
+    };
+    report.lines.splice(0..0, notes(verification, path));
+    match &verification.recording.provenance().outcome {
+        Some(Outcome::Fault(fault)) if verdict.is_some() => {
+            report.lines.push(format!("both failed in the same way: {fault}"));
+        }
+        Some(Outcome::Interrupted) if verdict.is_some() => {
+            report.errors.push("the run was interrupted: the rest cannot be compared\nhelp: run its manifest again to finish it".to_owned());
+            report.exit = Exit::Unreadable;
+        }
+        _ => {}
+    }
+    if !verification.key_fits {
+        let error = "the run key in the file does not match its manifest: one of them was changed";
+        report.errors.insert(0, error.to_owned());
+        report.exit = Exit::Differs;
+    }
+    if let (Some(verdict), Exit::Done) = (verdict, report.exit) {
+        report.lines.push(attest(verification, verdict));
+    }
+    report
+}
+
+/// What differs between the program that recorded the file and this one.
+fn notes(verification: &Verification, path: &Path) -> Vec<String> {
+    let mut lines = vec![shown_path(path)];
+    let provenance = verification.recording.provenance();
+    let (recorded, own) = (&provenance.program_version, env!("CARGO_PKG_VERSION"));
+    if recorded != own {
+        lines.push(format!("recorded by version {recorded} of the program; this is {own}"));
+    }
+    let (recorded, own) = (provenance.physics_version, verification.physics_version);
+    if recorded != own {
+        lines.push(format!(
+            "recorded with physics version {recorded} of {}; this is {own}: the numbers are expected to differ",
+            provenance.model
+        ));
+    }
+    for key in &verification.reinterpreted {
+        lines.push(format!("this version reads the manifest differently: {key}"));
+    }
+    lines
+}
+
+fn merge_exit(error: &MergeFailure) -> Exit {
+    match error {
+        MergeFailure::Usage(_) => Exit::BadManifest,
+        MergeFailure::Read(_) => Exit::Unreadable,
+        MergeFailure::Write(_) => Exit::Retryable,
+    }
+}
+
+fn attest(verification: &Verification, verdict: Verdict) -> String {
+    let recording = &verification.recording;
+    let written = Attestation::of(recording, verification.physics_version, verdict)
+        .and_then(|attestation| attestation.write(recording.path()));
+    match written {
+        Ok(path) => format!("attested in {}", shown_path(&path)),
+        Err(error) => format!(
+            "warning: the attestation cannot be written to {}: {error}",
+            shown_path(&attestation_path(recording.path()))
+        ),
+    }
+}
+
+/// Reports the first difference between the messages; it weighs more than an unreadable rest.
+fn messages(comparison: &Comparison, left: &str, right: &str) -> Report {
+    if let Some(difference) = &comparison.difference {
+        let error = format!("first difference: {}", difference.describe(left, right));
+        return Report::error(Exit::Differs, &error);
+    }
+    match &comparison.unreadable {
+        Some(error) => Report::with_remedy(Exit::Unreadable, error),
+        None => Report::equal(),
+    }
+}
+
+fn compared(comparison: &RecordingComparison, paths: [&Path; 2], find_step: bool) -> Report {
+    let [left, right] = paths.map(shown_path);
+    let mut lines = vec![format!("{left} → {right}")];
+    if comparison.keys.is_empty() {
+        lines.push("equal manifests".to_owned());
+    } else {
+        lines.push("the manifests differ:".to_owned());
+        lines.extend(comparison.keys.iter().map(|key| format!("  {key}")));
+    }
+    for (what, [one, other]) in &comparison.versions {
+        lines.push(format!("{what}: {one} → {other}"));
+    }
+    let frames = plural(comparison.messages.equal_frames, "frame");
+    if let Some(divergence) = &comparison.divergence {
+        lines.extend(cause(divergence, comparison.has_other_physics(), find_step));
+    }
+    if comparison.same_bytes {
+        lines.push(format!("{frames}: equal in every byte"));
+    } else if comparison.messages.difference.is_none() {
+        lines.push(format!("{frames}: equal in every message, not in every byte"));
+    }
+    Report { lines, ..messages(&comparison.messages, &left, &right) }
+}
+
+/// Where the states differ for the first time, and why.
+fn cause(divergence: &Divergence, other_physics: bool, find_step: bool) -> Vec<String> {
+    let Divergence { frame, step, separation, particles, growth, time_unit, has_other_steps } =
+        divergence;
+    let named: Vec<String> = particles.iter().take(4).map(usize::to_string).collect();
+    let rest = if particles.len() > 4 { ", …" } else { "" };
+    let unit = format!("{}{time_unit}", if time_unit.is_empty() { "" } else { " " });
+    let at = match step {
+        Some(Step { count: 0, time }) => format!("time {time:?}{unit}"),
+        Some(Step { count: 1, time }) => format!("1 step or event, at time {time:?}{unit},"),
+        Some(Step { count, time }) => format!("{count} steps or events, at time {time:?}{unit},"),
+        None => format!("frame {frame}"),
+    };
+    let later = growth.map_or_else(String::new, |Growth { frame, separation, .. }| {
+        format!(", {separation:.1e} in frame {frame}")
+    });
+    let mut lines = vec![format!(
+        "states differ from {at} on: separation {separation:.1e}{later} (relative to the largest value of the column), particles {}{rest}",
+        named.join(", ")
+    )];
+    if find_step && step.is_none() && *frame > 0 {
+        let why = match has_other_steps {
+            true => "the runs have other time steps",
+            false => {
+                "a run cannot be repeated by this program, or no states of the same time before this frame differ"
+            }
+        };
+        lines.push(format!("only frames were compared, not steps: {why}"));
+    }
+    lines.push(match divergence.cause() {
+        Cause::Rounding => {
+            let time = growth.and_then(|growth| growth.time_per_e);
+            let growth = time.map_or_else(String::new, |time| {
+                format!(", amplified by a factor of e per {time:.3e}{unit}")
+            });
+            if other_physics {
+                format!("cause: the manifests; the difference is as small as rounding errors{growth}")
+            } else {
+                format!("cause: rounding errors{growth}")
+            }
+        }
+        Cause::Physics if *has_other_steps => "cause: the time steps differ; the separation is above rounding errors".to_owned(),
+        Cause::Physics => "cause: other initial values, coefficients or equations: the separation is above rounding errors from the start".to_owned(),
+        Cause::Undecided if find_step => "cause: not decided by the frames".to_owned(),
+        Cause::Undecided => "cause: not decided by the frames; --find-step executes both runs again".to_owned(),
+    });
+    lines
+}
+
+fn check_attestation(path: &Path) -> Report {
+    let shown = shown_path(path);
+    match attestation_status(path) {
+        Ok(AttestationStatus::Attested(attestation)) => {
+            let equal = match attestation.verdict {
+                Verdict::Bytes => "byte",
+                Verdict::Messages => "message",
+            };
+            let mut report = Report::equal();
+            report.lines.push(format!(
+                "{shown} is the file that version {} verified ({} {}): equal in every {equal}",
+                attestation.verified_by_program_version,
+                attestation.operating_system,
+                attestation.architecture
+            ));
+            report
+        }
+        Ok(AttestationStatus::Changed(what)) => Report::error(
+            Exit::Differs,
+            &format!("{shown} has changed since it was verified: the {what} differs"),
+        ),
+        Ok(AttestationStatus::Unattested(why)) => Report::error(
+            Exit::Unreadable,
+            &format!(
+                "{shown} has no attestation ({why})\nhelp: write one with `kinetoscope verify {shown}`"
+            ),
+        ),
+        Err(error) => Report::with_remedy(Exit::Unreadable, &error),
+    }
+}

@@ -1,0 +1,248 @@
+//! The program under its three names: `kinetoscope` with every subcommand, `run-experiment` for its `run`, and `analyze-recordings`
+//! for its `analyze`. Arguments in, text and an exit code out.
+//!
+//! Start reading at [`run`]. Invariant: every other package returns values; only this one prints results.
+
+mod allocator;
+mod argument_errors;
+mod benchmark;
+mod check;
+mod checked;
+mod doctor;
+mod executor;
+mod exit;
+mod expected_time;
+mod experiment;
+mod heartbeat;
+mod info;
+mod inspect;
+mod live;
+mod lock;
+mod locked;
+mod manifests;
+mod messages;
+mod next_command;
+mod old_flags;
+mod output;
+mod pipeline;
+mod planner;
+mod plotted_fields;
+mod program_name;
+mod progress;
+mod rerun;
+mod restore;
+mod result_arguments;
+mod results;
+mod run;
+mod run_arguments;
+mod starter;
+mod step;
+mod suggestion;
+mod view;
+mod why;
+
+use benchmark::BenchmarkArguments;
+use check::CheckArguments;
+use clap::{CommandFactory as _, Parser, Subcommand};
+use clap_complete::Shell;
+use doctor::DoctorArguments;
+use exit::{OF_RUN, exit_codes};
+use info::InfoArguments;
+use inspect::{CompareArguments, VerifyArguments};
+use kinetoscope_analysis::cli::{
+    self as analysis, AnalyzeArguments, ExportArguments, PlotArguments,
+};
+use kinetoscope_console::Exit;
+use kinetoscope_console::text::shown_path;
+use lock::LockArguments;
+use messages::Failure;
+use program_name::ProgramName;
+use restore::{FillArguments, ZoomArguments};
+use run::RunArguments;
+use starter::{NewArguments, print_schema};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use suggestion::with_nearest_subcommand;
+use view::ViewArguments;
+use why::WhyArguments;
+
+/// Reproducible particle experiments: a manifest in, recordings and checked physics out.
+#[derive(Debug, Parser)]
+#[command(name = "kinetoscope", version, arg_required_else_help = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+#[command(subcommand_help_heading = "Subcommands", disable_help_subcommand = true)]
+enum Command {
+    #[command(after_help = exit_codes(OF_RUN))]
+    Run(RunArguments),
+    #[command(after_help = exit_codes(&[]))]
+    New(NewArguments),
+    #[command(after_help = exit_codes(&[1, 4, 5, 129, 130, 143]))]
+    Check(CheckArguments),
+    #[command(after_help = exit_codes(&[1, 4, 5, 129, 130, 143]))]
+    Lock(LockArguments),
+    #[command(after_help = exit_codes(&[1, 4, 5, 129, 130, 143]))]
+    Verify(VerifyArguments),
+    #[command(after_help = exit_codes(&[4, 5]))]
+    Compare(CompareArguments),
+    #[command(after_help = exit_codes(&[1, 4, 5, 129, 130, 143]))]
+    Fill(FillArguments),
+    #[command(after_help = exit_codes(&[1, 4, 5, 129, 130, 143]))]
+    Zoom(ZoomArguments),
+    #[command(after_help = exit_codes(&[1]))]
+    Why(WhyArguments),
+    #[command(after_help = exit_codes(&[5]))]
+    Info(InfoArguments),
+    #[command(after_help = exit_codes(&[1]))]
+    Benchmark(BenchmarkArguments),
+    #[command(after_help = analysis::EXIT_CODES)]
+    Analyze(AnalyzeArguments),
+    #[command(after_help = exit_codes(&[5]))]
+    Export(ExportArguments),
+    #[command(after_help = exit_codes(&[5]))]
+    Plot(PlotArguments),
+    #[command(after_help = exit_codes(&[5, 130, 143]))]
+    View(ViewArguments),
+    /// Print the JSON Schema of manifests, for editors
+    #[command(after_help = exit_codes(&[]))]
+    Schema,
+    /// Print the completions of a program for a shell
+    #[command(after_help = exit_codes(&[]))]
+    Completions {
+        /// The shell
+        shell: Shell,
+        /// The program
+        #[arg(value_enum, default_value_t = ProgramName::Kinetoscope)]
+        program: ProgramName,
+    },
+    /// Write the manual pages into a folder, for packages of distributions
+    #[command(after_help = exit_codes(&[]))]
+    ManPages {
+        /// The folder
+        folder: PathBuf,
+    },
+    #[command(
+        after_help = "Exit codes:\n  0    no problem\n  1    a problem was found; its remedy is printed\n  2    bad arguments\n  70   an internal error, or not enough memory\n  75   the output cannot be written"
+    )]
+    Doctor(DoctorArguments),
+}
+
+/// Run the experiment of a manifest: one MCAP recording per run, with every frame.
+#[derive(Debug, Parser)]
+#[command(name = "run-experiment", version, after_help = exit_codes(OF_RUN))]
+struct RunExperiment {
+    #[command(flatten)]
+    run: RunArguments,
+}
+
+/// Compute metrics with standard errors, plots and checks from recordings
+///
+/// Writes report.html, metrics.json, metrics.csv and one file per plot next to the recordings; for a folder of experiments also
+/// index.html.
+#[derive(Debug, Parser)]
+#[command(name = "analyze-recordings", version, after_help = analysis::EXIT_CODES)]
+struct AnalyzeRecordings {
+    #[command(flatten)]
+    analyze: AnalyzeArguments,
+}
+
+/// The optional features, and whether this program was built with them.
+const FEATURES: [(&str, bool); 2] =
+    [("object-storage", cfg!(feature = "object-storage")), ("parquet", cfg!(feature = "parquet"))];
+
+/// The program: does what its name, its arguments and the files say, and returns the exit code.
+#[must_use]
+pub fn main() -> ExitCode {
+    kinetoscope_console::catch_internal_errors(|| {
+        allocator::keep_little();
+        let name = ProgramName::called();
+        let exit = match name {
+            ProgramName::Kinetoscope => Arguments::try_parse().map(|arguments| execute(&arguments)),
+            ProgramName::RunExperiment => {
+                RunExperiment::try_parse().map(|arguments| arguments.run.execute(name))
+            }
+            ProgramName::AnalyzeRecordings => {
+                AnalyzeRecordings::try_parse().map(|arguments| arguments.analyze.execute())
+            }
+        };
+        exit.unwrap_or_else(|error| reject(name, error)).into()
+    })
+}
+
+/// Executes a subcommand.
+fn execute(arguments: &Arguments) -> Exit {
+    match &arguments.command {
+        Command::Run(arguments) => arguments.execute(ProgramName::Kinetoscope),
+        Command::New(arguments) => arguments.execute(),
+        Command::Check(arguments) => arguments.execute(),
+        Command::Lock(arguments) => arguments.execute(),
+        Command::Verify(arguments) => arguments.execute(),
+        Command::Compare(arguments) => arguments.execute(),
+        Command::Fill(arguments) => arguments.execute(),
+        Command::Zoom(arguments) => arguments.execute(),
+        Command::Why(arguments) => arguments.execute(),
+        Command::Info(arguments) => arguments.execute(),
+        Command::Benchmark(arguments) => arguments.execute(),
+        Command::Analyze(arguments) => arguments.execute(),
+        Command::Export(arguments) => arguments.execute(),
+        Command::Plot(arguments) => arguments.execute(),
+        Command::View(arguments) => arguments.execute(),
+        Command::Schema => print_schema(),
+        Command::Completions { shell, program } => print_completions(*shell, *program),
+        Command::ManPages { folder } => write_man_pages(folder),
+        Command::Doctor(arguments) => arguments.execute(&FEATURES),
+    }
+}
+
+/// Prints help, version or what is wrong with the arguments.
+fn reject(name: ProgramName, error: clap::Error) -> Exit {
+    match name {
+        ProgramName::Kinetoscope => {
+            let error = with_nearest_subcommand(error, &Arguments::command());
+            argument_errors::report(&error, &called())
+        }
+        ProgramName::RunExperiment | ProgramName::AnalyzeRecordings => {
+            argument_errors::report(&error, name.text())
+        }
+    }
+}
+
+/// The arguments of a program.
+fn command_of(name: ProgramName) -> clap::Command {
+    match name {
+        ProgramName::Kinetoscope => Arguments::command(),
+        ProgramName::RunExperiment => RunExperiment::command(),
+        ProgramName::AnalyzeRecordings => AnalyzeRecordings::command(),
+    }
+}
+
+/// The program with the subcommand that was called, for the help of an error.
+fn called() -> String {
+    let command = Arguments::command();
+    let subcommand = std::env::args().nth(1).filter(|name| command.find_subcommand(name).is_some());
+    subcommand.map_or_else(|| "kinetoscope".to_owned(), |name| format!("kinetoscope {name}"))
+}
+
+/// Prints completions; the generator itself would panic at a closed pipe.
+fn print_completions(shell: Shell, program: ProgramName) -> Exit {
+    let mut text = Vec::new();
+    clap_complete::generate(shell, &mut command_of(program), program.text(), &mut text);
+    messages::print_exactly(String::from_utf8_lossy(&text).trim_end())
+}
+
+/// Writes the pages `kinetoscope.1`, `kinetoscope-run.1` and so on.
+fn write_man_pages(folder: &Path) -> Exit {
+    let written = std::fs::create_dir_all(folder)
+        .and_then(|()| clap_mangen::generate_to(Arguments::command(), folder));
+    match written {
+        Ok(()) => Exit::Done,
+        Err(error) => {
+            let what = format!("cannot write the manual pages to {}: {error}", shown_path(folder));
+            Failure::new(exit::of_output(&error), what).help("name another folder").report()
+        }
+    }
+}

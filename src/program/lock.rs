@@ -1,0 +1,252 @@
+//! `lock`: runs manifests and writes what they gave into a lock file.
+
+use crate::exit;
+use crate::manifests::{canonical, expand};
+use crate::messages::{Failure, bad, complain, plural};
+use crate::rerun::{Parallel, RerunExperiment, Reruns};
+use crate::result_arguments::ResultArguments;
+use clap::Args;
+use kinetoscope::verify::fingerprint::Fingerprint;
+use kinetoscope::verify::lock_file::{LockError, LockFile, LockedExperiment, LockedTrace, bound_s};
+use kinetoscope_console::Exit;
+use kinetoscope_console::text::{one_line, shown_path};
+use kinetoscope_files::output_file::{self, FolderLock};
+use kinetoscope_manifest::RunManifest;
+use kinetoscope_physics::kind_of;
+use kinetoscope_recording::channels::SCHEMA_VERSION;
+use kinetoscope_recording::reader::StoredFrames;
+use serde_json::json;
+use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// The usual name of a lock file.
+pub(crate) const USUAL: &str = "kinetoscope.lock";
+/// Longest wait for other processes that write a lock file in the same folder; each takes a fraction of a second.
+const LONGEST_WAIT: Duration = Duration::from_secs(60);
+/// Time between two attempts to exclude them.
+const BETWEEN_TRIALS: Duration = Duration::from_millis(20);
+
+/// Run manifests, and write the hash of all messages of each run into a lock file, with which `check --locked` compares.
+#[derive(Debug, Args)]
+pub(crate) struct LockArguments {
+    /// Manifests (TOML files), or folders of manifests
+    #[arg(required = true, value_name = "MANIFEST")]
+    manifests: Vec<PathBuf>,
+    /// The lock file. Entries of other manifests are kept
+    #[arg(long, value_name = "FILE", default_value = USUAL)]
+    lock_file: PathBuf,
+    #[command(flatten)]
+    parallel: Parallel,
+    #[command(flatten)]
+    result: ResultArguments,
+}
+
+impl LockArguments {
+    /// Runs the manifests and writes the file.
+    #[must_use]
+    pub(crate) fn execute(&self) -> Exit {
+        let locked = self.lock();
+        self.result.concluded(locked.unwrap_or_else(|failure| self.result.failed(&failure)))
+    }
+
+    fn lock(&self) -> Result<Exit, Failure> {
+        output_file::check(&self.lock_file).map_err(|error| self.unwritten(&error))?;
+        self.existing()?;
+        let manifests = expand(&self.manifests)?;
+        let paths = manifests.iter().map(|manifest| relative_to(&self.lock_file, manifest));
+        let paths = paths.collect::<Result<Vec<String>, Failure>>()?;
+        let reruns = Reruns::new(self.parallel)?;
+        let mut entries = Vec::new();
+        for (manifest, path) in manifests.iter().zip(paths) {
+            let rerun = reruns.execute(manifest)?;
+            let entry = entry(path, &rerun)?;
+            let runs = plural(entry.runs.len() as u64, "run");
+            let (shown, seconds) = (shown_path(manifest), rerun.seconds);
+            self.result.say(&format!("{shown}: {runs}, {seconds:.1} s"));
+            reruns.remove(rerun);
+            entries.push(entry);
+        }
+        // Other processes may have added entries during the runs.
+        let _lock = self.wait_for_others(&reruns)?;
+        let mut file = self.existing()?;
+        file.program_version = env!("CARGO_PKG_VERSION").to_owned();
+        entries.into_iter().for_each(|entry| file.put(entry));
+        file.write(&self.lock_file).map_err(|error| self.unwritten(&error))?;
+        let count = plural(file.experiments.len() as u64, "manifest");
+        let text = format!("{}: {count}", shown_path(&self.lock_file));
+        self.result.print(
+            &text,
+            || json!({ "exit_code": 0, "lock_file": self.lock_file, "manifests": file.experiments.len() }),
+        );
+        Ok(Exit::Done)
+    }
+}
+
+impl LockArguments {
+    /// The file to which entries are added; a new one if there is none.
+    fn existing(&self) -> Result<LockFile, Failure> {
+        match LockFile::read(&self.lock_file) {
+            Ok(file) if file.schema_version == SCHEMA_VERSION => Ok(file),
+            // Every entry would differ: the file is written from scratch if no other manifest loses its entry.
+            Ok(file) => {
+                self.reject_loss(&file)?;
+                Ok(LockFile::new(SCHEMA_VERSION))
+            }
+            Err(LockError::Io(error)) if error.kind() == io::ErrorKind::NotFound => {
+                Ok(LockFile::new(SCHEMA_VERSION))
+            }
+            Err(error) => Err(unreadable(&self.lock_file, &error)),
+        }
+    }
+
+    /// Excludes other processes that change a lock file of this folder, until the value is dropped. A user who can read the folder can
+    /// keep it locked, so the results of the runs are written after [`LONGEST_WAIT`] without the lock.
+    fn wait_for_others(&self, reruns: &Reruns) -> Result<Option<FolderLock>, Failure> {
+        let start = Instant::now();
+        while start.elapsed() < LONGEST_WAIT {
+            if let Some(lock) = FolderLock::of(&self.lock_file) {
+                return Ok(Some(lock));
+            }
+            reruns.stop_if_interrupted()?;
+            thread::sleep(BETWEEN_TRIALS);
+        }
+        let shown = shown_path(&self.lock_file);
+        complain(&format!(
+            "note: another process keeps the folder of {shown} locked; the file is written nevertheless"
+        ));
+        Ok(None)
+    }
+
+    /// The error of a lock file that cannot be written.
+    fn unwritten(&self, error: &io::Error) -> Failure {
+        let what = format!("cannot write {}: {error}", shown_path(&self.lock_file));
+        Failure::new(exit::of_output(error), what).help("name another file with --lock-file")
+    }
+
+    /// Rejects manifests without one of those in a file of another schema.
+    fn reject_loss(&self, file: &LockFile) -> Result<(), Failure> {
+        let manifests = expand(&self.manifests)?;
+        let named = manifests.iter().map(|manifest| relative_to(&self.lock_file, manifest));
+        let named = named.collect::<Result<Vec<String>, Failure>>()?;
+        let lost = file.experiments.iter().find(|entry| !named.contains(&entry.manifest));
+        lost.map_or(Ok(()), |entry| {
+            let what = format!(
+                "{} is of another recording schema; the entry of {} would be lost",
+                shown_path(&self.lock_file),
+                one_line(&entry.manifest)
+            );
+            Err(bad(what).help("name all manifests of the file, or remove it first"))
+        })
+    }
+}
+
+/// The error of a lock file that cannot be used.
+pub(crate) fn unreadable(path: &Path, error: &LockError) -> Failure {
+    let what = format!("cannot use the lock file {}: {error}", shown_path(path));
+    match error {
+        LockError::Io(_) => Failure::new(Exit::Unreadable, what).help(
+            "write it with `kinetoscope lock MANIFEST…`, or name another file with --lock-file",
+        ),
+        LockError::OtherVersion(_) => Failure::new(Exit::Differs, what)
+            .help("use the program that wrote it, or remove it and write it again with `kinetoscope lock`"),
+        LockError::Damaged(_) => Failure::new(Exit::Unreadable, what)
+            .help("restore the file, or remove it and write it again with `kinetoscope lock`"),
+    }
+}
+
+/// The entry of a manifest.
+fn entry(manifest: String, rerun: &RerunExperiment) -> Result<LockedExperiment, Failure> {
+    let (mut runs, mut first) = (Vec::new(), None);
+    for run in &rerun.runs {
+        let (recording, found) = run.fingerprint()?;
+        runs.push(LockedExperiment::run_line(&run.run_key, &found.messages));
+        if first.is_none() {
+            first = Some((metrics_of(&recording)?, LockedTrace::of(&found)));
+        }
+    }
+    let (metrics, trace) = first.ok_or_else(|| bad(format!("{manifest} has no run")))?;
+    Ok(LockedExperiment {
+        manifest,
+        model: rerun.experiment.model().to_owned(),
+        physics_version: physics_version(&rerun.experiment.runs[0].manifest),
+        at_most_s: bound_s(rerun.seconds),
+        runs,
+        trace,
+        metrics,
+    })
+}
+
+/// The version of the physics of a run.
+pub(crate) fn physics_version(run: &RunManifest) -> u32 {
+    kind_of(&run.model).physics_version
+}
+
+/// The metrics of a recording by name; none of one that holds only keyframes, because they need all frames.
+pub(crate) fn metrics_of(
+    recording: &kinetoscope_recording::reader::Recording,
+) -> Result<BTreeMap<String, f64>, Failure> {
+    if let StoredFrames::Keyframes(_) = recording.provenance().stored {
+        return Ok(BTreeMap::new());
+    }
+    let unreadable = |error| Failure::new(Exit::Unreadable, error);
+    let analysis = kinetoscope_analysis::analyze(recording).map_err(unreadable)?;
+    let with_value = analysis.measurements.iter().filter(|found| found.reason.is_none());
+    Ok(with_value.map(|found| (found.name().to_owned(), found.estimate.value)).collect())
+}
+
+/// The fingerprint of a recording in `recordings` if its messages are those that are locked.
+pub(crate) fn locked_recording(
+    path: &Path,
+    messages: &str,
+) -> Option<(kinetoscope_recording::reader::Recording, Fingerprint)> {
+    let recording = kinetoscope::run::recording::open(path).ok()?;
+    let found = kinetoscope::verify::fingerprint::fingerprint(&recording).ok()?;
+    (found.messages == messages).then_some((recording, found))
+}
+
+/// The path of a manifest below the folder of the lock file, the same on every system. Manifests elsewhere have no entry: a lock file
+/// of a stranger would read any file of this machine.
+pub(crate) fn relative_to(lock_file: &Path, manifest: &Path) -> Result<String, Failure> {
+    let found = fs::canonicalize(manifest).map_err(|error| {
+        let what = format!("cannot read the manifest {}: {error}", shown_path(manifest));
+        bad(what).help("check the path")
+    })?;
+    let below = found.strip_prefix(folder_of(lock_file)).map_err(|_| {
+        let (manifest, lock_file) = (shown_path(manifest), shown_path(lock_file));
+        let what = format!("the manifest {manifest} is not in the folder of {lock_file}");
+        bad(what).help("name a lock file in a folder above it with --lock-file")
+    })?;
+    let parts = below.components().map(|part| part.as_os_str().to_string_lossy());
+    let path = parts.collect::<Vec<_>>().join("/");
+    if path.contains(char::REPLACEMENT_CHARACTER) {
+        return Err(bad(format!("{} is not UTF-8", shown_path(manifest))).help("rename it"));
+    }
+    Ok(path)
+}
+
+/// The folder of a lock file, without links.
+fn folder_of(lock_file: &Path) -> PathBuf {
+    match lock_file.parent() {
+        Some(folder) if folder != Path::new("") => canonical(folder),
+        _ => canonical(Path::new(".")),
+    }
+}
+
+/// The manifest of an entry. One that is a link out of the folder of the lock file is not read.
+pub(crate) fn manifest_of(lock_file: &Path, entry: &LockedExperiment) -> Result<PathBuf, Failure> {
+    let manifest = lock_file.parent().unwrap_or(Path::new("")).join(&entry.manifest);
+    match fs::canonicalize(&manifest) {
+        Ok(found) if !found.starts_with(folder_of(lock_file)) => {
+            let (manifest, lock_file) = (shown_path(&manifest), shown_path(lock_file));
+            let what =
+                format!("the manifest {manifest} is a link out of the folder of {lock_file}");
+            Err(Failure::new(Exit::Unreadable, what).help("replace the link by the manifest"))
+        }
+        // What does not exist is reported where it is read.
+        Ok(_) | Err(_) => Ok(manifest),
+    }
+}

@@ -1,0 +1,233 @@
+//! Messages of the programs: the plan before the runs, the summary after them, errors and the next command.
+
+use crate::progress::size;
+use kinetoscope::executor::cluster::task::quoted;
+use kinetoscope::plan::{Plan, PlannedRun};
+use kinetoscope::run::RunReport;
+use kinetoscope_console::Exit;
+pub(crate) use kinetoscope_console::text::plural;
+use kinetoscope_console::text::{escaped_word, one_line, shown_path, visible};
+use kinetoscope_console::{StandardOutput, with_help, without_styles};
+use kinetoscope_manifest::Experiment;
+use kinetoscope_recording::recorder::Outcome;
+use std::fmt::Display;
+use std::io::{self, IsTerminal as _};
+use std::path::{MAIN_SEPARATOR, Path, PathBuf};
+
+/// An error that ends a command: its text as printed, and the exit code.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Failure {
+    /// The exit code.
+    pub exit: Exit,
+    /// Without control characters, except for the colors of a rendered error.
+    text: String,
+}
+
+impl Failure {
+    /// An error without help.
+    pub(crate) fn new(exit: Exit, what: impl Display) -> Self {
+        Self { exit, text: visible(&format!("error: {what}")).into_owned() }
+    }
+
+    /// An error whose text ends with its remedy, as those of runs and recordings do.
+    pub(crate) fn with_remedy(exit: Exit, error: impl Display) -> Self {
+        Self::new(exit, with_help(&error.to_string()))
+    }
+
+    /// An error whose text is complete, such as that of a manifest with its underlined lines.
+    #[must_use]
+    pub(crate) fn rendered(exit: Exit, text: String) -> Self {
+        Self { exit, text: text.trim_end().to_owned() }
+    }
+
+    /// Adds the one thing to do.
+    #[must_use]
+    pub(crate) fn help(mut self, help: impl Display) -> Self {
+        self.text += &visible(&format!("\nhelp: {help}"));
+        self
+    }
+
+    /// Adds the place of the error, on a line of its own before the help.
+    #[must_use]
+    pub(crate) fn at(mut self, place: &str) -> Self {
+        let end = self.text.find("\nhelp: ").unwrap_or(self.text.len());
+        self.text.insert_str(end, &format!("\n --> {}", one_line(place)));
+        self
+    }
+
+    /// The text as printed.
+    #[must_use]
+    pub(crate) fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The text without colors, for JSON.
+    #[must_use]
+    pub(crate) fn plain_text(&self) -> String {
+        without_styles(&self.text)
+    }
+
+    /// Prints the error.
+    pub(crate) fn report(&self) -> Exit {
+        kinetoscope_console::complain(&self.text, true);
+        self.exit
+    }
+}
+
+/// An error in the arguments.
+pub(crate) fn bad(what: impl Display) -> Failure {
+    Failure::new(Exit::BadManifest, what)
+}
+
+/// Prints a text of the program's own to standard output, as the result of a command.
+pub(crate) fn print_exactly(text: &str) -> Exit {
+    let output = StandardOutput::default();
+    output.print_exactly(&format!("{text}\n"));
+    concluded(&output, Exit::Done)
+}
+
+/// The exit code of a command whose output is complete: [`Exit::Retryable`] or worse if it could not be written.
+pub(crate) fn concluded(output: &StandardOutput, exit: Exit) -> Exit {
+    match output.failure() {
+        None => exit,
+        Some(failure) => {
+            complain(&failure);
+            exit.worst(Exit::Retryable)
+        }
+    }
+}
+
+/// Prints a line to standard error. If it is closed, the exit code still reports the error.
+pub(crate) fn complain(text: &str) {
+    kinetoscope_console::complain(text, false);
+}
+
+/// Whether errors are colored: on a terminal, unless `NO_COLOR` is set.
+#[must_use]
+pub(crate) fn has_colors() -> bool {
+    io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none()
+}
+
+/// Names a run within its experiment: its coordinates and replicate, or the experiment's name.
+pub(crate) fn name_of(run: &PlannedRun, experiment: &Experiment) -> String {
+    let mut parts: Vec<String> = run
+        .run
+        .coordinates
+        .iter()
+        .map(|coordinate| format!("{} = {}", coordinate.key, coordinate.value))
+        .collect();
+    if experiment.replicates > 1 {
+        parts.push(format!("replicate {}", run.run.replicate));
+    }
+    if parts.is_empty() {
+        experiment.name.clone()
+    } else {
+        one_line(&parts.join(", ")).into_owned()
+    }
+}
+
+/// Formats the plan summary printed before the runs start.
+pub(crate) fn describe(
+    experiment: &Experiment,
+    plan: &Plan,
+    jobs: usize,
+    destination: &str,
+) -> String {
+    let to_do = plan.to_do();
+    let finished = plan.finished().count();
+    let mut text = format!("{}: {}, ", experiment.name, experiment.model());
+    text += &plural(plan.runs.len() as u64, "run");
+    if experiment.replicates > 1 {
+        text += &format!(" ({} replicates per point)", experiment.replicates);
+    }
+    let mut estimates = to_do.iter().filter_map(|run| run.estimate());
+    let particles = counted(estimates.clone().map(|run| run.particles), "particle");
+    let frames = counted(estimates.clone().map(|run| run.frames), "frame");
+    if let (Some(particles), Some(frames)) = (particles, frames) {
+        text += &format!("\n  {particles}, {frames}, at most {}", size(plan.bytes_to_write()));
+        if plan.runs.len() > 1 {
+            text += &format!(" in total, {jobs} in parallel");
+        }
+        if estimates.any(|run| run.has_series_on_request) {
+            text += "\n  plus the requested series of collisions or contacts";
+        }
+    }
+    text += &format!("\n  to {destination}");
+    if finished > 0 {
+        let runs = plan.runs.len();
+        text += &format!(
+            "\n  {finished} of {runs} runs already finished (use --force to rerun {})",
+            if finished == 1 { "it" } else { "them" }
+        );
+    }
+    text
+}
+
+/// Formats the range of a count over the runs, such as "5 to 50 particles"; `None` without runs.
+pub(crate) fn counted(counts: impl Iterator<Item = u64> + Clone, what: &str) -> Option<String> {
+    let (min, max) = (counts.clone().min()?, counts.max()?);
+    Some(if min == max { plural(max, what) } else { format!("{min} to {}", plural(max, what)) })
+}
+
+/// Formats what was recorded and what was interrupted.
+pub(crate) fn summary(plan: &Plan, endings: &[&RunReport]) -> String {
+    let (interrupted, written): (Vec<&RunReport>, Vec<&RunReport>) =
+        endings.iter().partition(|ending| ending.outcome == Outcome::Interrupted);
+    let bytes: u64 = written.iter().map(|ending| ending.bytes).sum();
+    let seconds: f64 = written.iter().map(|ending| ending.wall_time.as_secs_f64()).sum();
+    let frames: u64 = written.iter().map(|ending| ending.frames).sum();
+    let mut lines = Vec::new();
+    match written.as_slice() {
+        [] => {}
+        [ending] => lines.push(format!(
+            "Wrote {} ({}, {} in {seconds:.2} s)",
+            shown_path(&ending.path),
+            size(bytes),
+            plural(frames, "frame")
+        )),
+        several => lines.push(format!(
+            "Wrote {} recordings to {} ({}, {frames} frames, {seconds:.1} s of computing)",
+            several.len(),
+            shown_path(&plan.folder),
+            size(bytes)
+        )),
+    }
+    lines.extend(interrupted.iter().map(|ending| {
+        format!("Kept {} with {} so far", shown_path(&ending.path), plural(ending.frames, "frame"))
+    }));
+    lines.join("\n")
+}
+
+/// The error if the disk has less free space than the recordings need. `option` names their folder on the command line.
+pub(crate) fn disk_shortage(plan: &Plan, needed: u64, option: &str) -> Option<Failure> {
+    let existing = existing_ancestor(&plan.folder)?;
+    let free = fs4::available_space(&existing).ok()?;
+    (needed > free).then(|| {
+        let what = format!(
+            "the recordings need up to {}, but only {} is free in {}",
+            size(needed),
+            size(free),
+            shown_path(&existing)
+        );
+        Failure::new(Exit::Retryable, what).help(format!(
+            "free disk space, choose another folder with {option} DIR, or record less ([record] frames, channels)"
+        ))
+    })
+}
+
+/// The nearest folder above a path, or the path itself, that exists.
+pub(crate) fn existing_ancestor(path: &Path) -> Option<PathBuf> {
+    let existing = path.ancestors().find(|path| path.as_os_str().is_empty() || path.is_dir())?;
+    Some(if existing.as_os_str().is_empty() { PathBuf::from(".") } else { existing.to_owned() })
+}
+
+/// Quotes a word of a command line to copy, if a shell requires it.
+pub(crate) fn word(text: &str) -> String {
+    let is_plain = |letter: char| {
+        letter.is_alphanumeric() || letter == MAIN_SEPARATOR || "._-=:,+@%/".contains(letter)
+    };
+    if text.chars().all(is_plain) {
+        return text.to_owned();
+    }
+    escaped_word(text).unwrap_or_else(|| quoted(text))
+}

@@ -1,0 +1,61 @@
+//! The commands that follow a run, as the user can copy them.
+
+use crate::messages::word;
+use crate::program_name::{ProgramName, called_path};
+use std::path::PathBuf;
+
+impl ProgramName {
+    /// The command of the analysis, as the user called this program: through cargo, which runs programs in `target`, or
+    /// by a path.
+    fn analysis_command(self, cargo_feature: &str) -> String {
+        let own = called_path();
+        let is_cargo = own.components().any(|part| part.as_os_str() == "target");
+        match (self.run_subcommand(), is_cargo) {
+            (None, true) => {
+                format!("cargo run --release{cargo_feature} --bin analyze-recordings --")
+            }
+            (None, false) => word(&own.with_file_name("analyze-recordings").to_string_lossy()),
+            (Some(_), true) => {
+                format!("cargo run --release{cargo_feature} --bin kinetoscope -- analyze")
+            }
+            (Some(_), false) => format!("{} analyze", word(&own.to_string_lossy())),
+        }
+    }
+
+    /// The command that restores the frames of a recording of keyframes, which `run-experiment` has not.
+    fn fill_command(self) -> String {
+        let own = called_path();
+        if own.components().any(|part| part.as_os_str() == "target") {
+            return "cargo run --release --bin kinetoscope -- fill".to_owned();
+        }
+        let program =
+            if self.run_subcommand().is_some() { own } else { own.with_file_name("kinetoscope") };
+        format!("{} fill", word(&program.to_string_lossy()))
+    }
+
+    /// Formats the commands that restore these recordings of keyframes and analyze `destinations`, as the user can copy them.
+    pub(crate) fn next_command(
+        self,
+        keyframes: &[PathBuf],
+        destinations: &[String],
+        is_remote: bool,
+    ) -> String {
+        let feature = if is_remote { " --features object-storage" } else { "" };
+        let command = self.analysis_command(feature);
+        let words: Vec<String> = destinations.iter().map(|destination| word(destination)).collect();
+        let fill = match keyframes {
+            [] => String::new(),
+            [recording] => {
+                format!("\n  {} {}", self.fill_command(), word(&recording.to_string_lossy()))
+            }
+            several => {
+                format!(
+                    "\n  {} FILE.mcap    # for each of {} recordings",
+                    self.fill_command(),
+                    several.len()
+                )
+            }
+        };
+        format!("\nNext:{fill}\n  {command} {}", words.join(" "))
+    }
+}

@@ -1,0 +1,120 @@
+//! The plan of an experiment for the arguments of a command, and where its recordings go.
+
+use crate::exit;
+use crate::messages::{Failure, bad, name_of};
+use crate::output::OutputArguments;
+use kinetoscope::outputs::upload::Uploader;
+use kinetoscope::plan::Plan;
+use kinetoscope_console::Exit;
+use kinetoscope_console::text::shown_path;
+use kinetoscope_console::uncapitalized;
+use kinetoscope_files::regular_file::{MAX_MANIFEST_BYTES, read_text};
+use kinetoscope_manifest::{Experiment, line_of_key_in_message};
+use std::num::NonZeroUsize;
+use std::path::Path;
+
+/// What decides the plan of an experiment.
+#[derive(Debug)]
+pub(crate) struct Planner<'a> {
+    pub(crate) output: &'a OutputArguments,
+    /// The keys of the runs to plan; all if `None`.
+    pub(crate) keys: Option<&'a [String]>,
+    pub(crate) force: bool,
+    pub(crate) jobs: Option<NonZeroUsize>,
+    /// Whether the plan is not executed.
+    pub(crate) is_outline: bool,
+}
+
+/// A plan, and where its recordings go.
+#[derive(Debug)]
+pub(crate) struct Planned {
+    pub(crate) plan: Plan,
+    /// The object storage that recordings are uploaded to; `None` if they stay in the plan's folder.
+    pub(crate) depot: Option<Uploader>,
+    /// Runs in parallel.
+    pub(crate) jobs: usize,
+}
+
+impl Planner<'_> {
+    /// Plans an experiment.
+    pub(crate) fn plan(&self, experiment: &Experiment) -> Result<Planned, Failure> {
+        let folder = self.output.folder()?;
+        let depot = self.output.depot(&experiment.name)?;
+        let mut plan = match self.keys {
+            None if self.is_outline => Plan::outline(experiment, &folder, self.force),
+            None => Plan::new(experiment, &folder, self.force),
+            Some(keys) => Plan::of_keys(experiment, &folder, self.force, keys).map_err(|key| {
+                bad(format!("no run has the key {key}"))
+                    .help("submit the runs again: the manifest or the program has changed since")
+            })?,
+        };
+        if let Some(depot) = &depot {
+            depot.find(&mut plan, self.force).map_err(|error| {
+                Failure::new(exit::of_storage(error.is_retryable()), error.to_string())
+            })?;
+        }
+        let processors = std::thread::available_parallelism().ok();
+        let jobs = self.jobs.or(processors).unwrap_or(NonZeroUsize::MIN).get();
+        let jobs = jobs.min(plan.to_do().len().max(1));
+        Ok(Planned { plan, depot, jobs })
+    }
+
+    /// The plan of a rerun, if all runs of a plan are finished.
+    pub(crate) fn rerun(
+        &self,
+        experiment: &Experiment,
+        planned: &Planned,
+    ) -> Result<Option<Planned>, Failure> {
+        let is_finished = planned.plan.to_do().is_empty();
+        is_finished.then(|| Planner { force: true, ..*self }.plan(experiment)).transpose()
+    }
+}
+
+impl Planned {
+    /// Rejects a plan with a run that cannot be executed.
+    pub(crate) fn reject_invalid_starts(&self, experiment: &Experiment) -> Result<(), Failure> {
+        let refused: Vec<String> = self
+            .plan
+            .rejected()
+            .map(|(run, reason)| {
+                let text = uncapitalized(&reason.to_string());
+                (format!("{}: {text}", name_of(run, experiment)), reason)
+            })
+            .map(|(error, reason)| {
+                let failure = Failure::with_remedy(Exit::BadManifest, error);
+                match place_of_reason(experiment, &reason.to_string()) {
+                    Some(place) => failure.at(&place).text().to_owned(),
+                    None => failure.text().to_owned(),
+                }
+            })
+            .collect();
+        if refused.is_empty() {
+            return Ok(());
+        }
+        Err(Failure::rendered(Exit::BadManifest, refused.join("\n")))
+    }
+
+    /// Where the recordings are written, as the plan states it.
+    pub(crate) fn destination(&self) -> String {
+        let here = shown_path(&self.plan.folder);
+        match &self.depot {
+            None => here,
+            Some(depot) => format!("{} by way of {here}", depot.address()),
+        }
+    }
+
+    /// Where the recordings are in the end.
+    pub(crate) fn address(&self) -> String {
+        match &self.depot {
+            None => self.plan.folder.to_string_lossy().into_owned(),
+            Some(depot) => depot.address().to_string(),
+        }
+    }
+}
+
+/// The file and line of the key that a run's reason names first, if the manifest has that key.
+fn place_of_reason(experiment: &Experiment, reason: &str) -> Option<String> {
+    let text = read_text(Path::new(&experiment.manifest), MAX_MANIFEST_BYTES).ok()?;
+    let line = line_of_key_in_message(&text, reason)?;
+    Some(format!("{}:{line}", experiment.manifest))
+}

@@ -1,0 +1,168 @@
+//! The progress display: on a terminal, one bar per run in progress and one in total; otherwise, one line per finished run, and one
+//! every ten seconds about those in progress.
+
+use crate::heartbeat::{Activity, Heartbeat};
+use indicatif::{HumanBytes, MultiProgress, ProgressBar, ProgressState, ProgressStyle};
+use kinetoscope::executor::observer::{ExecutionObserver, RunObserver};
+use kinetoscope::run::{RunError, RunReport, RunStart};
+use kinetoscope_console::complain;
+use kinetoscope_console::text::plural;
+use kinetoscope_recording::recorder::Outcome;
+use std::fmt;
+use std::io::IsTerminal;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+/// Amount of progress output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Verbosity {
+    /// None.
+    Quiet,
+    /// Bars on a terminal, otherwise lines.
+    Normal,
+    /// One line per finished run in addition.
+    Verbose,
+}
+
+/// Time between two lines about the runs in progress, where no bars are shown.
+const HEARTBEAT: Duration = Duration::from_secs(10);
+
+/// The progress of all runs, on standard error.
+pub(crate) struct ProgressDisplay {
+    bars: MultiProgress,
+    total: ProgressBar,
+    verbosity: Verbosity,
+    on_terminal: bool,
+    activity: Arc<Activity>,
+    /// Prints the activity at intervals; `None` on a terminal, which shows bars, and without output.
+    heartbeat: Mutex<Option<Heartbeat>>,
+}
+
+/// The progress of one run.
+struct RunProgress<'a> {
+    display: &'a ProgressDisplay,
+    stem: String,
+    bar: ProgressBar,
+}
+
+impl ProgressDisplay {
+    /// A display for `runs` runs.
+    pub(crate) fn new(runs: usize, verbosity: Verbosity) -> Self {
+        let on_terminal = std::io::stderr().is_terminal();
+        let bars = MultiProgress::new();
+        let total = if verbosity == Verbosity::Quiet || !on_terminal {
+            ProgressBar::hidden()
+        } else {
+            bars.add(ProgressBar::new(runs as u64))
+        };
+        total.set_style(style("all  {wide_bar} {pos}/{len} runs, {eta} left {msg}"));
+        total.enable_steady_tick(Duration::from_millis(200));
+        let activity = Arc::new(Activity::new(runs));
+        let heartbeat = (verbosity != Verbosity::Quiet && !on_terminal).then(|| {
+            let activity = Arc::clone(&activity);
+            Heartbeat::start(HEARTBEAT, move || complain(&activity.text(), false))
+        });
+        Self { bars, total, verbosity, on_terminal, activity, heartbeat: Mutex::new(heartbeat) }
+    }
+
+    /// Removes all bars, and ends the lines about the runs in progress.
+    pub(crate) fn close(&self) {
+        drop(self.heartbeat.lock().unwrap_or_else(PoisonError::into_inner).take());
+        self.total.finish_and_clear();
+        // An error means that the terminal was closed.
+        let _ = self.bars.clear();
+    }
+
+    fn line(&self, text: &str) {
+        if self.on_terminal {
+            self.bars.suspend(|| complain(text, false));
+        } else {
+            complain(text, false);
+        }
+    }
+}
+
+impl ExecutionObserver for ProgressDisplay {
+    fn start_run<'a>(&'a self, stem: &str) -> Box<dyn RunObserver + 'a> {
+        let bar = if self.verbosity == Verbosity::Quiet || !self.on_terminal {
+            ProgressBar::hidden()
+        } else {
+            self.bars.insert_before(&self.total, ProgressBar::new(1))
+        };
+        let run = style("{wide_bar} {pos}/{len} frames {rate:>8} {eta:>4} left");
+        bar.set_style(run.with_key("rate", rate));
+        self.activity.start(stem);
+        Box::new(RunProgress { display: self, stem: stem.to_owned(), bar })
+    }
+
+    fn show_remote(&self, finished: usize, message: &str) {
+        self.total.set_position(finished as u64);
+        self.total.set_message(message.to_owned());
+        self.activity.set_remote(finished, message);
+    }
+
+    /// Prints a line above the bars, unless the output is quiet.
+    fn remark(&self, text: &str) {
+        if self.verbosity != Verbosity::Quiet {
+            self.line(text);
+        }
+    }
+}
+
+impl RunObserver for RunProgress<'_> {
+    fn frame(&self, done: u64, of: u64) {
+        self.bar.set_length(of);
+        self.bar.set_position(done);
+        self.display.activity.set_frames(&self.stem, done, of);
+    }
+
+    fn finish(self: Box<Self>, report: &Result<RunReport, RunError>) {
+        self.bar.finish_and_clear();
+        self.display.total.inc(1);
+        self.display.activity.finish(&self.stem);
+        if let Ok(RunReport { start: RunStart::Restarted(reason), .. }) = report {
+            self.display.line(&format!("{}: restarted from scratch: {reason}", self.stem));
+        }
+        let wanted = match self.display.verbosity {
+            Verbosity::Quiet => false,
+            Verbosity::Normal => !self.display.on_terminal,
+            Verbosity::Verbose => true,
+        };
+        if let (true, Ok(report)) = (wanted, report) {
+            let word = match &report.outcome {
+                Outcome::Complete => "done",
+                Outcome::Fault(_) => "failed",
+                Outcome::Interrupted => "interrupted",
+            };
+            let since = match report.start {
+                RunStart::Resumed { frame } => format!(" from frame {frame} on"),
+                RunStart::Fresh | RunStart::Restarted(_) => String::new(),
+            };
+            self.display.line(&format!(
+                "{}: {word}{since}, {}, {}, {:.2} s",
+                self.stem,
+                plural(report.frames, "frame"),
+                size(report.bytes),
+                report.wall_time.as_secs_f64()
+            ));
+        }
+    }
+}
+
+/// Formats a number of bytes, such as "1.50 MiB".
+pub(crate) fn size(bytes: u64) -> String {
+    HumanBytes(bytes).to_string()
+}
+
+/// Formats the frames per second, below 10 with one decimal.
+fn rate(state: &ProgressState, text: &mut dyn fmt::Write) {
+    let frames = state.per_sec();
+    let digits = if frames < 10.0 { 1 } else { 0 };
+    // A failed write is repeated with the next frame.
+    let _ = write!(text, "{frames:.digits$}/s");
+}
+
+fn style(template: &str) -> ProgressStyle {
+    // The templates are valid constants of this file; the default style would show the same numbers.
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
+}

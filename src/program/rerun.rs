@@ -1,0 +1,168 @@
+//! Runs of manifests from which lock files are derived: fresh ones in a temporary folder, or the finished ones of a folder.
+
+use crate::executor::thread_count;
+use crate::manifests::ManifestReader;
+use crate::messages::{Failure, name_of};
+use crate::program_name::ProgramName;
+use crate::run::RunArguments;
+use clap::{Args, Parser};
+use kinetoscope::interrupt::Interrupt;
+use kinetoscope::verify::fingerprint::{Fingerprint, fingerprint};
+use kinetoscope_console::Exit;
+use kinetoscope_console::text::shown_path;
+use kinetoscope_manifest::Experiment;
+use kinetoscope_recording::reader::Recording;
+use std::ffi::OsString;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+use tempfile::TempDir;
+
+/// The arguments of `run`, parsed as a user writes them.
+#[derive(Debug, Parser)]
+struct RunCommand {
+    #[command(flatten)]
+    run: RunArguments,
+}
+
+/// Executes manifests below a folder.
+pub(crate) struct Reruns {
+    folder: Folder,
+    parallel: Parallel,
+    /// For signals between the runs of two manifests, where no run listens.
+    interrupt: Interrupt,
+}
+
+/// Where the recordings are.
+enum Folder {
+    /// Every manifest is run; the folder is removed at the end.
+    Temporary(TempDir),
+    /// A run whose recording is there already is not repeated, and every recording is kept.
+    Recordings(PathBuf),
+}
+
+impl Folder {
+    fn path(&self) -> &Path {
+        match self {
+            Self::Temporary(folder) => folder.path(),
+            Self::Recordings(folder) => folder,
+        }
+    }
+}
+
+/// How many processors are used. No result depends on it.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct Parallel {
+    /// Number of runs to execute in parallel [default: number of CPUs]
+    #[arg(long, value_name = "N", value_parser = thread_count, help_heading = "Execution")]
+    pub(crate) jobs: Option<NonZeroUsize>,
+    /// Number of threads per run [default: number of CPUs divided by the number of parallel runs]
+    #[arg(long, value_name = "N", value_parser = thread_count, help_heading = "Execution")]
+    pub(crate) threads: Option<NonZeroUsize>,
+}
+
+/// One manifest that was executed.
+pub(crate) struct RerunExperiment {
+    pub(crate) experiment: Experiment,
+    pub(crate) runs: Vec<RerunRun>,
+    /// Time that the runs took, s.
+    pub(crate) seconds: f64,
+}
+
+/// One run that was executed.
+pub(crate) struct RerunRun {
+    /// Its coordinates in the sweep, or the name of the experiment.
+    pub(crate) name: String,
+    pub(crate) run_key: String,
+    pub(crate) recording: PathBuf,
+}
+
+impl Reruns {
+    /// Runs below a new temporary folder.
+    pub(crate) fn new(parallel: Parallel) -> Result<Self, Failure> {
+        let folder =
+            tempfile::Builder::new().prefix("kinetoscope-").tempdir().map_err(|error| {
+                let folder = std::env::temp_dir();
+                let what = format!("cannot create a folder in {}: {error}", shown_path(&folder));
+                Failure::new(Exit::Retryable, what).help("name another folder in TMPDIR")
+            })?;
+        let interrupt = listen()?;
+        Ok(Self { folder: Folder::Temporary(folder), parallel, interrupt })
+    }
+
+    /// The finished runs of a folder of recordings. Only those that are missing are executed.
+    pub(crate) fn recorded(folder: PathBuf, parallel: Parallel) -> Result<Self, Failure> {
+        let interrupt = listen()?;
+        Ok(Self { folder: Folder::Recordings(folder), parallel, interrupt })
+    }
+
+    /// The error of a command that received a signal.
+    pub(crate) fn stop_if_interrupted(&self) -> Result<(), Failure> {
+        self.interrupt.exit_code().map_or(Ok(()), |code| {
+            Err(Failure::new(Exit::Signal(code), "interrupted".to_owned())
+                .help("run the same command again"))
+        })
+    }
+
+    /// Executes the runs of a manifest.
+    pub(crate) fn execute(&self, manifest: &Path) -> Result<RerunExperiment, Failure> {
+        let mut words: Vec<OsString> =
+            vec!["run".into(), "--quiet".into(), "--output".into(), self.folder.path().into()];
+        let Parallel { jobs, threads } = self.parallel;
+        for (option, number) in [("--jobs", jobs), ("--threads", threads)] {
+            if let Some(number) = number {
+                words.extend([option.into(), number.to_string().into()]);
+            }
+        }
+        words.extend(["--".into(), manifest.into()]);
+        let parsed = RunCommand::try_parse_from(words);
+        let RunCommand { run } =
+            parsed.map_err(|error| Failure::rendered(Exit::BadManifest, error.to_string()))?;
+        self.stop_if_interrupted()?;
+        let start = Instant::now();
+        let exit = run.execute(ProgramName::Kinetoscope);
+        let seconds = start.elapsed().as_secs_f64();
+        if exit != Exit::Done {
+            self.stop_if_interrupted()?;
+            let what = format!("{} was not run to its end", shown_path(manifest));
+            return Err(Failure::new(exit, what).help("see the error above"));
+        }
+        let reader = ManifestReader::new(run.output.folder()?, None);
+        let experiment = reader.read(manifest, &[])?;
+        let plan = run.planner().plan(&experiment)?.plan;
+        let runs = plan.runs.iter().map(|planned| RerunRun {
+            name: name_of(planned, &experiment),
+            run_key: planned.run_key.as_str().to_owned(),
+            recording: plan.folder.join(planned.file_name()),
+        });
+        let runs = runs.collect();
+        Ok(RerunExperiment { experiment, runs, seconds })
+    }
+
+    /// Removes recordings from the temporary folder: those of all manifests together would need much space.
+    pub(crate) fn remove(&self, experiment: RerunExperiment) {
+        if let Folder::Temporary(_) = self.folder {
+            for run in experiment.runs {
+                // What remains is removed with the folder.
+                let _ = std::fs::remove_file(run.recording);
+            }
+        }
+    }
+}
+
+fn listen() -> Result<Interrupt, Failure> {
+    Interrupt::listen().map_err(|error| {
+        let what = format!("cannot listen for signals: {error}");
+        Failure::new(Exit::Retryable, what).help("run the same command again")
+    })
+}
+
+impl RerunRun {
+    /// Reads the recording.
+    pub(crate) fn fingerprint(&self) -> Result<(Recording, Fingerprint), Failure> {
+        let unreadable = |error| Failure::with_remedy(Exit::Unreadable, error);
+        let recording = kinetoscope::run::recording::open(&self.recording).map_err(unreadable)?;
+        let found = fingerprint(&recording).map_err(unreadable)?;
+        Ok((recording, found))
+    }
+}

@@ -1,0 +1,235 @@
+//! `run`: executes the experiments of one or several manifests, each after those that it starts from.
+
+use crate::checked;
+use crate::experiment::{Executed, Execution};
+use crate::manifests::{ManifestReader, NoRecording, canonical, expand};
+use crate::messages::{Failure, bad, plural, word};
+use crate::pipeline;
+use crate::program_name::ProgramName;
+pub(crate) use crate::run_arguments::RunArguments;
+use crate::step::Step;
+use kinetoscope::interrupt::Interrupt;
+use kinetoscope_console::Exit;
+use kinetoscope_console::text::shown_path;
+use kinetoscope_manifest::{Experiment, Override};
+use serde_json::json;
+use std::cell::OnceCell;
+use std::path::{Path, PathBuf};
+
+/// An experiment that was read before the first run, or the errors in its manifest.
+enum Reading {
+    Read(Box<Experiment>),
+    /// It starts from an experiment that has no recording yet.
+    Pending,
+}
+
+impl RunArguments {
+    /// Executes the runs.
+    #[must_use]
+    pub(crate) fn execute(&self, program: ProgramName) -> Exit {
+        let failed = |failure: Failure| self.messages.failed(&failure);
+        self.messages.concluded(self.run_all(program).unwrap_or_else(failed))
+    }
+
+    fn run_all(&self, program: ProgramName) -> Result<Exit, Failure> {
+        let overrides = self.manifest.overrides()?;
+        let manifests = expand(&self.manifests)?;
+        self.reject_several(&manifests)?;
+        let output = self.output.folder()?;
+        let start_from_dir = self.executor.start_from_dir.as_deref();
+        let reader = ManifestReader::new(output, start_from_dir);
+        let steps = pipeline::order(&manifests, &overrides, &reader)?;
+        let experiments = self.read_all(&steps, &overrides, &reader)?;
+        let interrupt = OnceCell::new();
+        let mut session = Session {
+            arguments: self,
+            program,
+            reader: &reader,
+            overrides: &overrides,
+            interrupt: &interrupt,
+            executed: Vec::new(),
+        };
+        let mut exit = Exit::Done;
+        for (step, reading) in steps.iter().zip(experiments) {
+            exit = exit.worst(session.step(step, reading)?);
+            if matches!(exit, Exit::Signal(_)) {
+                break;
+            }
+        }
+        session.conclude(exit);
+        Ok(exit)
+    }
+
+    /// Rejects several manifests with an option that belongs to one.
+    fn reject_several(&self, manifests: &[PathBuf]) -> Result<(), Failure> {
+        let single = [
+            (self.executor.export_commands.is_some(), "--export-commands"),
+            (self.executor.only_keys.is_some(), "--only-keys"),
+        ];
+        match single.iter().find(|(is_given, _)| *is_given) {
+            Some((_, option)) if manifests.len() > 1 => {
+                let given = plural(manifests.len() as u64, "manifest");
+                let what = format!("{option} takes one manifest, found {given}");
+                Err(bad(what).help("call the program once for each manifest"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Reads all manifests before the first run, so that an error in any of them stops the command.
+    fn read_all(
+        &self,
+        steps: &[Step],
+        overrides: &[Override],
+        reader: &ManifestReader<'_>,
+    ) -> Result<Vec<Reading>, Failure> {
+        let (mut readings, mut errors) = (Vec::new(), Vec::new());
+        let mut names: Vec<(String, &Path)> = Vec::new();
+        for step in steps {
+            if reader.missing_start(step).is_some() {
+                readings.push(Reading::Pending);
+                continue;
+            }
+            match reader.read(&step.manifest, step.overrides(overrides)) {
+                Ok(experiment) => {
+                    if let Some((name, other)) =
+                        names.iter().find(|(name, _)| *name == experiment.name)
+                    {
+                        let what = format!(
+                            "{} and {} have the same name {name:?}, and so the same folder",
+                            shown_path(other),
+                            shown_path(&step.manifest)
+                        );
+                        errors.push(bad(what).help("set `name` in one of them").text().to_owned());
+                    }
+                    if let Some(failure) = several_starts(step, steps, &experiment) {
+                        errors.push(failure.text().to_owned());
+                    }
+                    names.push((experiment.name.clone(), &step.manifest));
+                    readings.push(Reading::Read(Box::new(experiment)));
+                }
+                Err(failure) => errors.push(failure.text().to_owned()),
+            }
+        }
+        if errors.is_empty() {
+            return Ok(readings);
+        }
+        Err(Failure::rendered(Exit::BadManifest, errors.join("\n\n")))
+    }
+}
+
+/// The error if another manifest starts from an experiment with several runs.
+fn several_starts(step: &Step, steps: &[Step], experiment: &Experiment) -> Option<Failure> {
+    let is_start = |other: &&Step| {
+        other.starts_from.iter().any(|start| canonical(start) == canonical(&step.manifest))
+    };
+    let other = steps.iter().find(is_start).filter(|_| experiment.runs.len() != 1)?;
+    let what = format!(
+        "{} starts from {}, which has {} runs; must have 1",
+        shown_path(&other.manifest),
+        shown_path(&step.manifest),
+        experiment.runs.len()
+    );
+    Some(bad(what).help("name the recording (*.mcap) of one of its runs"))
+}
+
+/// One call of the program, with what has been executed so far.
+struct Session<'a> {
+    arguments: &'a RunArguments,
+    program: ProgramName,
+    reader: &'a ManifestReader<'a>,
+    overrides: &'a [Override],
+    interrupt: &'a OnceCell<Interrupt>,
+    executed: Vec<Executed>,
+}
+
+impl Session<'_> {
+    /// Executes one manifest. The failure of one does not stop the others.
+    fn step(&mut self, step: &Step, reading: Reading) -> Result<Exit, Failure> {
+        let is_dry = self.arguments.execution.dry_run;
+        let experiment = match reading {
+            Reading::Read(experiment) => *experiment,
+            Reading::Pending if is_dry => {
+                let why = self.reader.missing_start(step);
+                if let Some(text) = why.map(|why| checked::not_planned(step, why)).transpose()? {
+                    self.arguments.messages.say(&text);
+                }
+                return Ok(Exit::Done);
+            }
+            Reading::Pending => {
+                if let Some(why) = self.reader.missing_start(step) {
+                    return Ok(self.not_started(step, &why).report());
+                }
+                match self.reader.read(&step.manifest, step.overrides(self.overrides)) {
+                    Ok(experiment) => experiment,
+                    Err(failure) => return Ok(failure.report()),
+                }
+            }
+        };
+        let is_task = self.arguments.executor.only_keys.is_some();
+        if !step.is_named && (is_task || self.reader.recording_of(&step.manifest).is_ok()) {
+            return Ok(Exit::Done);
+        }
+        let execution = Execution {
+            arguments: self.arguments,
+            manifest: &step.manifest,
+            overrides: if step.is_named { &self.arguments.manifest.set } else { &[] },
+            force: step.is_named && self.arguments.execution.force,
+            experiment: &experiment,
+            interrupt: self.interrupt,
+        };
+        let executed = execution.run();
+        self.reader.forget_missing();
+        Ok(match executed {
+            Ok(executed) => {
+                let exit = executed.exit;
+                self.executed.push(executed);
+                exit
+            }
+            Err(failure) => failure.report(),
+        })
+    }
+
+    /// The error of a step whose start has no recording. The run of the start has reported its own error.
+    fn not_started(&self, step: &Step, why: &NoRecording) -> Failure {
+        let what = format!("{} was not started: {why}", shown_path(&step.manifest));
+        match (why, &self.arguments.executor.export_commands) {
+            (NoRecording::Failed(_), _) => {
+                Failure::new(Exit::RunFailed, what).help("change the manifest that it starts from")
+            }
+            (NoRecording::Missing(_), Some(file)) => Failure::new(Exit::Retryable, what).help(
+                format!("execute the commands of {}, then repeat this one", shown_path(file)),
+            ),
+            (NoRecording::Missing(_), None) => Failure::new(Exit::Retryable, what)
+                .help("repeat the command when that run can be finished"),
+            (NoRecording::Invalid(_), _) => {
+                bad(what).help("correct the manifest that it starts from")
+            }
+        }
+    }
+
+    /// Prints the next command, or the summary as JSON.
+    fn conclude(&self, exit: Exit) {
+        let messages = &self.arguments.messages;
+        if messages.json {
+            let experiments: Vec<_> =
+                self.executed.iter().filter_map(|executed| executed.json.as_ref()).collect();
+            messages.print_json(&json!({ "exit_code": exit.code(), "experiments": experiments }));
+            return;
+        }
+        let destinations: Vec<String> =
+            self.executed.iter().filter_map(|executed| executed.destination.clone()).collect();
+        if exit == Exit::Done && !destinations.is_empty() {
+            let is_remote = self.executed.iter().any(|executed| executed.is_remote);
+            let executed = self.executed.iter().filter(|executed| executed.destination.is_some());
+            let keyframes: Vec<PathBuf> =
+                executed.flat_map(|executed| executed.keyframes.clone()).collect();
+            let mut next = self.program.next_command(&keyframes, &destinations, is_remote);
+            if let ([executed], true) = (self.executed.as_slice(), is_remote) {
+                let folder = Path::new("recordings").join(&executed.name);
+                next += &format!(" --output {}", word(&folder.to_string_lossy()));
+            }
+            messages.say(&next);
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! Arguments of `run`.
+
+use crate::executor::{ExecutorArguments, thread_count};
+use crate::live::LiveArguments;
+use crate::manifests::ManifestArguments;
+use crate::output::OutputArguments;
+use crate::planner::Planner;
+use crate::progress::Verbosity;
+use crate::result_arguments::ResultArguments;
+use clap::Args;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Run the experiments of manifests: one MCAP recording per run, with every frame.
+#[derive(Debug, Args)]
+pub(crate) struct RunArguments {
+    /// Manifests (TOML files), or folders of manifests
+    #[arg(required = true, value_name = "MANIFEST")]
+    pub(crate) manifests: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) manifest: ManifestArguments,
+    #[command(flatten)]
+    pub(crate) output: OutputArguments,
+    #[command(flatten)]
+    pub(crate) execution: ExecutionArguments,
+    #[command(flatten)]
+    pub(crate) executor: ExecutorArguments,
+    #[command(flatten)]
+    pub(crate) live: LiveArguments,
+    #[command(flatten)]
+    pub(crate) messages: ResultArguments,
+    /// Print one line per finished run, on a terminal as well
+    #[arg(long, short, conflicts_with = "quiet", help_heading = "Messages")]
+    verbose: bool,
+}
+
+/// Which runs are executed on this machine, and how many at the same time.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Execution")]
+pub(crate) struct ExecutionArguments {
+    /// Number of runs to execute in parallel [default: number of CPUs]
+    #[arg(long, value_name = "N", value_parser = thread_count)]
+    pub(crate) jobs: Option<NonZeroUsize>,
+    /// Number of threads per run [default: number of CPUs divided by the number of parallel runs]
+    #[arg(long, value_name = "N", value_parser = thread_count)]
+    pub(crate) threads: Option<NonZeroUsize>,
+    /// Rerun finished runs
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Time between checkpoints of a run, which resumes from the last one after a kill
+    #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = seconds)]
+    pub(crate) checkpoint_every: Duration,
+    /// After all runs, remove recordings and partial files that the manifest no longer describes, plots that show them, and
+    /// temporary files that killed programs left a day ago
+    #[arg(long)]
+    pub(crate) prune: bool,
+    /// Print what `kinetoscope check` prints, and stop
+    #[arg(long)]
+    pub(crate) dry_run: bool,
+}
+
+impl RunArguments {
+    pub(crate) fn verbosity(&self) -> Verbosity {
+        match (self.messages.quiet, self.verbose) {
+            (true, _) => Verbosity::Quiet,
+            (false, true) => Verbosity::Verbose,
+            (false, false) => Verbosity::Normal,
+        }
+    }
+
+    pub(crate) fn planner(&self) -> Planner<'_> {
+        Planner {
+            output: &self.output,
+            keys: self.executor.only_keys.as_deref(),
+            force: self.execution.force,
+            jobs: self.execution.jobs,
+            is_outline: self.execution.dry_run,
+        }
+    }
+}
+
+/// Parses a duration of the command line.
+fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse().map_err(|_| "write a number of seconds, such as 5".to_owned())?;
+    Duration::try_from_secs_f64(seconds).map_err(|error| error.to_string())
+}

@@ -1,0 +1,477 @@
+//! Guarantee: `check --locked` passes for the runs that `lock` saw, and names frame, particle and field of the first difference.
+//!
+//! A changed program is simulated by a changed manifest: its run key replaces that of the locked one in the lock file.
+
+use crate::subcommand_bench::{Bench, Called, recordings};
+use std::fs;
+
+/// Discs without energy loss in the original; some lose energy when the restitution is changed.
+const DISCS: &str = "name = \"discs\"\nseed = 4\n[model.packing]\ndiscs = 40\nradius = 0.5\nwidth = 12.0\nheight = 12.0\nrestitution = 1.0\nduration = 4.0\n[record]\nframes = 60\n";
+
+/// A folder with a locked manifest.
+fn locked() -> Bench {
+    let bench = Bench::new();
+    bench.write("discs.toml", DISCS);
+    expect(&bench.call(&["lock", "discs.toml"]), 0);
+    bench
+}
+
+fn expect(called: &Called, code: i32) {
+    assert_eq!(called.code, Some(code), "{}{}", called.out, called.err);
+}
+
+/// The run key of the manifest, its first 16 digits.
+fn key(bench: &Bench) -> String {
+    let found = bench.call(&["why", "--json", "discs.toml"]).json();
+    found["runs"][0]["run_key"].as_str().unwrap()[..16].to_owned()
+}
+
+fn edit(bench: &Bench, file: &str, edits: &[(&str, &str)]) {
+    let mut text = fs::read_to_string(bench.path(file)).unwrap();
+    for (old, new) in edits {
+        assert!(text.contains(old), "{old} is not in {text}");
+        text = text.replace(old, new);
+    }
+    bench.write(file, &text);
+}
+
+/// A folder in which the program seems to have changed: collisions lose energy.
+fn changed() -> Bench {
+    let bench = locked();
+    let old = key(&bench);
+    edit(&bench, "discs.toml", &[("restitution = 1.0", "restitution = 0.9")]);
+    let new = key(&bench);
+    edit(&bench, "kinetoscope.lock", &[(&old, &new)]);
+    bench
+}
+
+#[test]
+fn locked_runs_are_equal_and_the_file_is_reproducible() {
+    let bench = locked();
+    let first = fs::read(bench.path("kinetoscope.lock")).unwrap();
+    expect(&bench.call(&["check", "--locked"]), 0);
+    expect(&bench.call(&["check", "--locked", "--all", "discs.toml"]), 0);
+    expect(&bench.call(&["lock", "discs.toml"]), 0);
+    assert_eq!(fs::read(bench.path("kinetoscope.lock")).unwrap(), first);
+    assert!(!bench.path("recordings").exists(), "a lock keeps no recording");
+    let json = bench.call(&["check", "--locked", "--json"]).json();
+    assert_eq!(json["experiments"][0]["equal"], true);
+}
+
+/// The frame and the two discs of the first collision follow from the lock file alone.
+#[test]
+fn first_difference_is_named_without_a_recording() {
+    let bench = changed();
+    let called = bench.call(&["check", "--locked"]);
+    expect(&called, 4);
+    for part in [
+        "first difference in frame ",
+        " steps or events)",
+        "/state",
+        "columns x, y, vx, vy",
+        "particles ",
+        "metric ",
+    ] {
+        assert!(called.out.contains(part), "{part}: {}", called.out);
+    }
+    // Reference: the recordings of both manifests, compared value by value.
+    expect(&bench.call(&["run", "--quiet", "--output", "new", "discs.toml"]), 0);
+    let set = ["run", "--quiet", "--output", "old", "--set", "model.packing.restitution=1.0"];
+    expect(&bench.call(&[&set[..], &["discs.toml"]].concat()), 0);
+    let [old, new] = ["old", "new"].map(|folder| recordings(&bench.path(folder).join("discs")));
+    let compared = bench.call(&["compare", old[0].to_str().unwrap(), new[0].to_str().unwrap()]);
+    expect(&compared, 4);
+    let after = |text: &str, what: &str| {
+        let rest = text.split(what).nth(1).unwrap_or_else(|| panic!("{what}: {text}")).to_owned();
+        rest.split(|letter: char| !letter.is_ascii_digit()).next().unwrap().to_owned()
+    };
+    assert_eq!(after(&called.out, "in frame "), after(&compared.err, ", frame "));
+    assert_eq!(after(&called.out, "particles "), after(&compared.err, ", particle "));
+}
+
+/// With a recording that has the locked messages, both values are named.
+#[test]
+fn first_difference_has_values_if_the_locked_recording_exists() {
+    let bench = changed();
+    expect(&bench.call(&["run", "--quiet", "--output", "new", "discs.toml"]), 0);
+    let set = ["run", "--quiet", "--output", "old", "--set", "model.packing.restitution=1.0"];
+    expect(&bench.call(&[&set[..], &["discs.toml"]].concat()), 0);
+    let [old, new] = ["old", "new"].map(|folder| recordings(&bench.path(folder).join("discs")));
+    fs::create_dir_all(bench.path("recordings/discs")).unwrap();
+    let name = bench.path("recordings/discs").join(new[0].file_name().unwrap());
+    fs::copy(&old[0], &name).unwrap();
+    let called = bench.call(&["check", "--locked"]);
+    expect(&called, 4);
+    for part in ["/state, frame ", "particle ", "in the locked recording", "in this run"] {
+        assert!(called.out.contains(part), "{part}: {}", called.out);
+    }
+    // Control: another recording of that name is not taken for the locked one.
+    fs::copy(&new[0], &name).unwrap();
+    let called = bench.call(&["check", "--locked"]);
+    assert!(!called.out.contains("in the locked recording"), "{}", called.out);
+}
+
+/// `--recorded` reads the recordings of the output folder, and runs what is missing.
+#[test]
+fn finished_recordings_are_compared_without_a_rerun() {
+    let bench = locked();
+    expect(&bench.call(&["check", "--locked", "--recorded", "--output", "done"]), 0);
+    let recording = recordings(&bench.path("done/discs")).remove(0);
+    let written = fs::metadata(&recording).unwrap().modified().unwrap();
+    expect(&bench.call(&["check", "--locked", "--recorded", "--output", "done"]), 0);
+    assert_eq!(fs::metadata(&recording).unwrap().modified().unwrap(), written);
+    // Control: the recording that is compared is the one in the folder.
+    let set = ["run", "--quiet", "--output", "other", "--set", "model.packing.restitution=0.9"];
+    expect(&bench.call(&[&set[..], &["discs.toml"]].concat()), 0);
+    fs::copy(&recordings(&bench.path("other/discs"))[0], &recording).unwrap();
+    let called = bench.call(&["check", "--locked", "--recorded", "--output", "done"]);
+    assert_ne!(called.code, Some(0), "{}{}", called.out, called.err);
+    expect(&bench.call(&["check", "--locked"]), 0);
+}
+
+#[test]
+fn runs_without_a_recorded_state_are_locked() {
+    let bench = Bench::new();
+    bench.write("discs.toml", &format!("{DISCS}channels = [\"temperature\"]\n"));
+    expect(&bench.call(&["lock", "discs.toml"]), 0);
+    expect(&bench.call(&["check", "--locked"]), 0);
+    expect(&bench.call(&["lock", "discs.toml"]), 0);
+}
+
+#[test]
+fn changed_manifests_and_other_versions_are_reported() {
+    let bench = locked();
+    let old = key(&bench);
+    edit(&bench, "discs.toml", &[("seed = 4", "seed = 5")]);
+    let called = bench.call(&["check", "--locked"]);
+    expect(&called, 4);
+    assert!(
+        called.out.contains("other runs than those locked (1 run, locked 1)"),
+        "{}",
+        called.out
+    );
+    let keys = format!("the run key of run 1 is {}, locked {old}\n", key(&bench));
+    assert!(called.out.contains(&keys), "{}", called.out);
+    bench.write("discs.toml", &DISCS.replace("seed = 4", "seed = 4\nreplicates = 2"));
+    let called = bench.call(&["check", "--locked"]);
+    assert!(called.out.contains("(2 runs, locked 1): the run key of run 2 is "), "{}", called.out);
+    assert!(called.out.contains(", locked missing\n"), "{}", called.out);
+    bench.write("discs.toml", DISCS);
+    let whole = fs::read_to_string(bench.path("kinetoscope.lock")).unwrap();
+    let key = key(&bench);
+    // With the same run keys as well: the version is named, and not a place of other bits.
+    for other_keys in [false, true] {
+        bench.write("kinetoscope.lock", &whole);
+        edit(&bench, "kinetoscope.lock", &[("physics_version = ", "physics_version = 9")]);
+        if other_keys {
+            edit(&bench, "kinetoscope.lock", &[(&key, "0123456789abcdef")]);
+        }
+        let called = bench.call(&["check", "--locked"]);
+        expect(&called, 4);
+        assert!(called.out.contains("the physics version of packing is"), "{}", called.out);
+        assert!(!called.out.contains("first difference"), "{}", called.out);
+    }
+    bench.write("kinetoscope.lock", &whole);
+    edit(&bench, "kinetoscope.lock", &[("model = \"packing\"", "model = \"gas\"")]);
+    let called = bench.call(&["check", "--locked"]);
+    expect(&called, 4);
+    assert!(called.out.contains("the model is packing, locked gas"), "{}", called.out);
+    edit(&bench, "kinetoscope.lock", &[("program_version = \"", "program_version = \"7.")]);
+    let called = bench.call(&["check", "--locked"]);
+    assert!(called.err.contains("which version 7."), "{}", called.err);
+    edit(&bench, "kinetoscope.lock", &[("\nversion = 2", "\nversion = 1")]);
+    for called in [bench.call(&["check", "--locked"]), bench.call(&["lock", "discs.toml"])] {
+        expect(&called, 4);
+        assert!(called.err.contains("version 1 of the layout; this program reads version 2"));
+    }
+}
+
+/// Control: the entries are replaced if every manifest of the file is named.
+#[test]
+fn locks_of_another_schema_lose_no_entry_silently() {
+    let bench = locked();
+    bench.write("more.toml", &DISCS.replace("\"discs\"", "\"more\""));
+    expect(&bench.call(&["lock", "more.toml"]), 0);
+    edit(&bench, "kinetoscope.lock", &[("schema_version = ", "schema_version = 9")]);
+    let called = bench.call(&["lock", "more.toml"]);
+    expect(&called, 2);
+    assert!(called.err.contains("the entry of discs.toml would be lost"), "{}", called.err);
+    expect(&bench.call(&["lock", "more.toml", "discs.toml"]), 0);
+    expect(&bench.call(&["check", "--locked"]), 0);
+}
+
+#[test]
+fn damaged_and_missing_lock_files_are_reported() {
+    let bench = locked();
+    expect(&bench.call(&["check", "--locked", "other.toml"]), 2);
+    let whole = fs::read_to_string(bench.path("kinetoscope.lock")).unwrap();
+    for damaged in [
+        whole.replace("runs = [\"", "runs = [\"x"),
+        whole.replace("columns = \"", "columns = \"surplus "),
+        whole.replace("model =", "modal ="),
+        // The trace of a run that is equal.
+        whole.replace("frames = 61", "frames = 62"),
+        whole[..whole.len() / 2].to_owned(),
+        "\u{0}".to_owned(),
+        String::new(),
+        whole[..whole.find("[[experiment]]").unwrap()].to_owned(),
+        whole.clone() + &whole[whole.find("[[experiment]]").unwrap()..],
+        whole.replace("manifest = \"", "manifest = \"/"),
+    ] {
+        bench.write("kinetoscope.lock", &damaged);
+        let called = bench.call(&["check", "--locked"]);
+        expect(&called, 5);
+        assert!(called.err.contains("help: "), "{}", called.err);
+    }
+    fs::remove_file(bench.path("kinetoscope.lock")).unwrap();
+    let called = bench.call(&["check", "--locked"]);
+    expect(&called, 5);
+    assert!(called.err.contains("kinetoscope lock"), "{}", called.err);
+}
+
+/// One digit of the hash: the trace, which covers every frame, shows that the run is equal. Controls: a run that differs, and one
+/// of two frames, whose trace proves little.
+#[test]
+fn damaged_hash_is_told_from_changed_physics() {
+    let damaged = |bench: &Bench| {
+        let whole = fs::read_to_string(bench.path("kinetoscope.lock")).unwrap();
+        let run = whole.find(&format!("{} ", key(bench))).unwrap();
+        let last = run + 16 + 32;
+        let digit = if &whole[last..=last] == "0" { "1" } else { "0" };
+        whole[..last].to_owned() + digit + &whole[last + 1..]
+    };
+    let bench = locked();
+    bench.write("kinetoscope.lock", &damaged(&bench));
+    let called = bench.call(&["check", "--locked"]);
+    expect(&called, 5);
+    assert!(called.err.contains("the hash of discs is not that of its trace"), "{}", called.err);
+    assert!(called.err.contains("\nhelp: restore the file"), "{}", called.err);
+    let bench = changed();
+    bench.write("kinetoscope.lock", &damaged(&bench));
+    expect(&bench.call(&["check", "--locked"]), 4);
+    let bench = Bench::new();
+    bench.write("discs.toml", &DISCS.replace("frames = 60", "frames = 1"));
+    expect(&bench.call(&["lock", "discs.toml"]), 0);
+    bench.write("kinetoscope.lock", &damaged(&bench));
+    expect(&bench.call(&["check", "--locked"]), 4);
+}
+
+/// Between two entries, a file is valid TOML; one whose last entry lost lines is as well.
+#[test]
+fn cut_lock_files_are_damaged() {
+    let bench = locked();
+    bench.write("more.toml", &DISCS.replace("\"discs\"", "\"more\""));
+    expect(&bench.call(&["lock", "more.toml"]), 0);
+    expect(&bench.call(&["check", "--locked"]), 0);
+    let whole = fs::read_to_string(bench.path("kinetoscope.lock")).unwrap();
+    let entries: Vec<usize> = whole.match_indices("[[experiment]]").map(|(at, _)| at).collect();
+    let [first, second] = entries[..] else { panic!("{whole}") };
+    let lines: Vec<usize> = whole.match_indices('\n').map(|(at, _)| at + 1).collect();
+    let without = |from: usize, to: usize| whole[..from].to_owned() + &whole[to..];
+    for cut in [
+        whole[..second].to_owned(),
+        whole[..lines[lines.len() - 4]].to_owned(),
+        without(first, second),
+        without(second, lines[lines.len() - 2]),
+    ] {
+        bench.write("kinetoscope.lock", &cut);
+        let called = bench.call(&["check", "--locked"]);
+        expect(&called, 5);
+        assert!(called.err.contains("its last line is not \"# End"), "{}", called.err);
+        assert!(called.err.contains("\nhelp: "), "{}", called.err);
+    }
+}
+
+/// A stranger's lock file reads no file elsewhere, whose lines an error would show; neither does one whose entry became a link.
+#[test]
+fn lock_file_names_only_manifests_of_its_folder() {
+    let bench = locked();
+    let whole = fs::read_to_string(bench.path("kinetoscope.lock")).unwrap();
+    fs::create_dir(bench.path("sub")).unwrap();
+    bench.write("secret.txt", "secret = password\n");
+    let elsewhere = bench.path("secret.txt").to_str().unwrap().to_owned();
+    for name in ["../secret.txt", "./../secret.txt", "a/../../secret.txt", &elsewhere, "..", ""] {
+        let text = whole.replace("manifest = \"discs.toml\"", &format!("manifest = \"{name}\""));
+        assert_ne!(text, whole);
+        bench.write("sub/kinetoscope.lock", &text);
+        let called = bench.call(&["check", "--locked", "--lock-file", "sub/kinetoscope.lock"]);
+        expect(&called, 5);
+        assert!(!called.err.contains("password"), "{name}: {}", called.err);
+        assert!(called.err.contains("\nhelp: "), "{name}: {}", called.err);
+    }
+    let called = bench.call(&["lock", "--lock-file", "sub/other.lock", "discs.toml"]);
+    expect(&called, 2);
+    assert!(called.err.contains("discs.toml is not in the folder of sub/other.lock"));
+    #[cfg(unix)]
+    {
+        bench.write("sub/kinetoscope.lock", &whole);
+        std::os::unix::fs::symlink("../secret.txt", bench.path("sub/discs.toml")).unwrap();
+        let called = bench.call(&["check", "--locked", "--lock-file", "sub/kinetoscope.lock"]);
+        expect(&called, 5);
+        assert!(called.err.contains("is a link out of the folder"), "{}", called.err);
+        assert!(!called.err.contains("password"), "{}", called.err);
+    }
+}
+
+/// No run is executed for a lock file that cannot be written.
+#[test]
+fn lock_file_that_cannot_be_written_is_rejected_before_the_first_run() {
+    let bench = locked();
+    fs::create_dir(bench.path("folder")).unwrap();
+    for name in ["no/k.lock", "discs.toml/k.lock", "folder"] {
+        let called = bench.call(&["lock", "--lock-file", name, "discs.toml"]);
+        expect(&called, 2);
+        assert!(called.err.contains(name) && called.err.contains("\nhelp: "), "{}", called.err);
+        assert_eq!(called.out, "");
+    }
+    let missing = bench.call(&["check", "--locked", "missing.toml"]);
+    expect(&missing, 2);
+    assert!(missing.err.contains("cannot read the manifest missing.toml"), "{}", missing.err);
+}
+
+/// Metrics need all frames; the hashes do not.
+#[test]
+fn runs_that_keep_only_keyframes_are_locked() {
+    let bench = Bench::new();
+    let keep = "keep = \"keyframes\"\nkeyframe_distance = 7\n";
+    bench.write("discs.toml", &format!("{DISCS}{keep}"));
+    expect(&bench.call(&["lock", "discs.toml"]), 0);
+    expect(&bench.call(&["check", "--locked"]), 0);
+    let old = key(&bench);
+    edit(&bench, "discs.toml", &[("restitution = 1.0", "restitution = 0.9")]);
+    let new = key(&bench);
+    edit(&bench, "kinetoscope.lock", &[(&old, &new)]);
+    expect(&bench.call(&["check", "--locked"]), 4);
+}
+
+/// A lock file may come from a stranger: its text begins no line, and its numbers end no command early.
+#[test]
+fn hostile_lock_files_are_reported() {
+    let bench = locked();
+    let whole = fs::read_to_string(bench.path("kinetoscope.lock")).unwrap();
+    let hostile = r"a\n::error::b\u001b[31m.toml";
+    let changed = whole.replace("manifest = \"discs.toml\"", &format!("manifest = \"{hostile}\""));
+    assert_ne!(changed, whole);
+    let old = whole.lines().find(|line| line.starts_with("model = ")).unwrap();
+    let other_model = whole.replace(old, &format!("model = \"{hostile}\""));
+    for (text, code) in [
+        (&changed, 2),
+        (&changed.replace("runs = [\"", "runs = [\"x"), 5),
+        (&other_model.replace(&key(&bench), "0123456789abcdef"), 4),
+    ] {
+        bench.write("kinetoscope.lock", text);
+        let called = bench.call(&["check", "--locked"]);
+        expect(&called, code);
+        for text in [&called.out, &called.err] {
+            let is_hostile = |line: &str| {
+                line.trim_start_matches(['\\', ' ']).starts_with("::") || line.contains('\u{1b}')
+            };
+            assert!(!text.lines().any(is_hostile), "{text}");
+        }
+    }
+    // The first row of the trace is that of the last possible frame, and the messages are others.
+    let hash = whole.lines().find(|line| line.starts_with("runs = ")).unwrap();
+    let forged = hash.replace(' ', "").replace("runs=[\"", "").replace("\"]", "");
+    let digits = &forged[16..48];
+    let row = format!("\"{} ", u64::MAX);
+    let text = whole.replace(digits, &"0".repeat(32)).replacen("\"0 ", &row, 1);
+    let text = text.replace("tags = \"", "tags = \"AAAA");
+    assert!(text.contains(&row), "{text}");
+    bench.write("kinetoscope.lock", &text);
+    let called = bench.call(&["check", "--locked"]);
+    expect(&called, 4);
+    // Nothing else of this row differs, which is stated as well.
+    let place = called.out.lines().find(|line| line.contains("first difference")).unwrap();
+    assert!(place.ends_with(": no topic is known"), "{place}");
+}
+
+#[cfg(unix)]
+#[test]
+fn lock_file_behind_a_link_stays_there() {
+    let bench = Bench::new();
+    bench.write("discs.toml", DISCS);
+    fs::create_dir(bench.path("elsewhere")).unwrap();
+    std::os::unix::fs::symlink("elsewhere/k.lock", bench.path("kinetoscope.lock")).unwrap();
+    for _ in 0..2 {
+        expect(&bench.call(&["lock", "discs.toml"]), 0);
+        assert!(bench.path("kinetoscope.lock").is_symlink());
+        assert!(bench.path("elsewhere/k.lock").is_file());
+    }
+    expect(&bench.call(&["check", "--locked"]), 0);
+    let pipe = std::process::Command::new("mkfifo").arg(bench.path("pipe")).status().unwrap();
+    assert!(pipe.success());
+    expect(&bench.call(&["lock", "--lock-file", "pipe", "discs.toml"]), 5);
+    expect(&bench.call(&["check", "--locked", "--lock-file", "pipe"]), 5);
+}
+
+/// Each process reads the file before its runs and writes it after them; the first one is stopped in between.
+#[cfg(target_os = "linux")]
+#[test]
+fn concurrent_locks_keep_the_entries_of_each_other() {
+    let bench = Bench::new();
+    bench.write("discs.toml", DISCS);
+    bench.write("more.toml", &DISCS.replace("\"discs\"", "\"more\""));
+    let temporary = bench.path("temporary");
+    fs::create_dir(&temporary).unwrap();
+    let mut first = crate::subcommand_bench::command()
+        .args(["lock", "discs.toml"])
+        .current_dir(bench.path("."))
+        .env("TMPDIR", &temporary)
+        .spawn()
+        .unwrap();
+    // The folder of its runs is created after the file was read.
+    while fs::read_dir(&temporary).unwrap().count() == 0 && first.try_wait().unwrap().is_none() {
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    let signal = |name: &str| {
+        let process = first.id().to_string();
+        std::process::Command::new("kill").args([name, &process]).status().unwrap()
+    };
+    signal("-STOP");
+    let second = bench.call(&["lock", "more.toml"]);
+    signal("-CONT");
+    assert!(first.wait().unwrap().success());
+    expect(&second, 0);
+    let text = fs::read_to_string(bench.path("kinetoscope.lock")).unwrap();
+    for manifest in ["discs.toml", "more.toml"] {
+        assert!(text.contains(&format!("manifest = \"{manifest}\"")), "{manifest}: {text}");
+    }
+    expect(&bench.call(&["check", "--locked"]), 0);
+    let names = fs::read_dir(bench.path(".")).unwrap().map(|entry| entry.unwrap().file_name());
+    assert_eq!(names.count(), 4, "a lock leaves no other file");
+}
+
+/// The test stands for a process that writes a lock file in the same folder.
+#[cfg(target_os = "linux")]
+#[test]
+fn lock_waits_for_a_process_that_writes_in_the_same_folder() {
+    let bench = Bench::new();
+    bench.write("discs.toml", DISCS);
+    let folder = fs::File::open(bench.path(".")).unwrap();
+    folder.try_lock().unwrap();
+    let mut child = crate::subcommand_bench::command()
+        .args(["lock", "discs.toml"])
+        .current_dir(bench.path("."))
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    // The line of a manifest is printed when its runs have ended.
+    let mut line = String::new();
+    let out = child.stdout.as_mut().unwrap();
+    std::io::BufRead::read_line(&mut std::io::BufReader::new(out), &mut line).unwrap();
+    assert!(line.starts_with("discs.toml: 1 run"), "{line}");
+    assert!(!bench.path("kinetoscope.lock").exists());
+    drop(folder);
+    assert!(child.wait().unwrap().success());
+    expect(&bench.call(&["check", "--locked"]), 0);
+}
+
+/// An error shows lines of the file, which may be as long as the file.
+#[test]
+fn error_of_a_lock_file_shows_the_start_of_a_long_line() {
+    let bench = locked();
+    bench.write("kinetoscope.lock", &format!("x = \"{}\"\n", "a".repeat(1_000_000)));
+    let called = bench.call(&["check", "--locked"]);
+    expect(&called, 5);
+    assert!(called.err.contains("aaaa") && called.err.len() < 2000, "{}", called.err.len());
+}
