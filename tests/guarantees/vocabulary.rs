@@ -361,7 +361,7 @@ fn control_replaced_terms_are_found() {
     let literals = Text::of_literals("// \"anew\"\nlet a = \"colour\"; // \"x\"\n");
     assert_eq!(literals.findings().len(), 1);
     let named = texts();
-    for help in ["src/program/mod.rs", "analysis/src/program/arguments.rs"] {
+    for help in ["src/program/lib.rs", "analysis/src/cli/arguments.rs"] {
         assert!(!named[help].letters.is_empty(), "{help} contains no help text");
     }
 }
