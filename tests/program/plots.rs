@@ -338,10 +338,10 @@ fn markup_in_names_is_escaped() {
 fn shipped_experiment_is_plotted_in_three_commands() {
     let bench = Bench::new();
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
-    let manifest = format!("{root}/../../experiments/gas_pressure_vs_temperature.toml");
+    let manifest = format!("{root}/experiments/gas_pressure_vs_temperature.toml");
     let text = fs::read_to_string(manifest).unwrap();
     bench.write("gas_pressure_vs_temperature.toml", &text);
-    let readme = fs::read_to_string(format!("{root}/../../README.md")).unwrap();
+    let readme = fs::read_to_string(format!("{root}/README.md")).unwrap();
     let (_, after) = readme.split_once("## A first plot\n").unwrap();
     let commands: Vec<&str> =
         after.lines().filter_map(|line| line.strip_prefix("    ")).take(3).collect();
