@@ -26,8 +26,9 @@ pub use admission::{Admission, host, origin};
 pub use gnuplot_loop::GnuplotLoop;
 
 use crate::interrupt::Interrupt;
-use connection::Slots;
+use connection::Progress;
 use frame_buffer::FrameBuffer;
+use kinetoscope_files::connection_slots::{MAX_OPEN, Slots};
 use kinetoscope_recording::observer::FrameObserver;
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
@@ -113,13 +114,12 @@ fn accept_viewers(listener: &TcpListener, service: &Arc<Service>) {
     let mut viewers: Vec<JoinHandle<()>> = Vec::new();
     while !service.buffer.is_closed() {
         viewers.retain(|viewer| !viewer.is_finished());
-        let accepted =
-            if viewers.len() < Slots::MAX_THREADS { listener.accept().ok() } else { None };
+        let accepted = if viewers.len() < MAX_OPEN { listener.accept().ok() } else { None };
         let Some((stream, _)) = accepted else {
             thread::sleep(ACCEPT_INTERVAL);
             continue;
         };
-        let (inside, slot) = (Arc::clone(service), slots.occupy());
+        let (inside, slot) = (Arc::clone(service), slots.occupy(Progress::Connected));
         let serve = move || viewer::serve(stream, &inside, slot);
         // Without a thread for it, the connection is closed.
         viewers.extend(thread::Builder::new().spawn(serve));
