@@ -21,9 +21,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The folder `examples` has four programs: `run_in_memory`, `read_recording`, `lock_in_memory` and `add_a_model`. On `wasm32`, the
-//! library has what needs neither threads nor files: a run in memory, with the same bits. The modules are internal to
-//! the programs `run-experiment` and `kinetoscope`: they may change in every version.
+//! The folder `examples` has four programs: `run_in_memory`, `read_recording`, `add_a_model` and, as a package of its own,
+//! `lock_in_memory`. On `wasm32`, the library has what needs neither threads nor files: a run in memory, with the same bits. The
+//! modules are internal to the programs `run-experiment` and `kinetoscope`: they may change in every version.
 
 pub use kinetoscope_manifest::{Diagnostics, Experiment, Run};
 pub use kinetoscope_recording::error::ReadError;

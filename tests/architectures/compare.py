@@ -3,7 +3,7 @@
 
 For each target, the program is compiled in a folder with the packages of a Debian system (extracted by mmdebstrap; needs root) and
 executed by qemu-user; `kinetoscope lock` writes the hashes of all messages and the metrics into a lock file, which must be equal to
-that of this machine. As WebAssembly, the example `lock_in_memory` does so in Node, with neither threads nor files. Experiments that
+that of this machine. As WebAssembly, `lock_in_memory` of `examples` does so in Node, with neither threads nor files. Experiments that
 would take over a minute have fewer runs.
 
     tests/architectures/compare.py                      # all targets, all experiments: two hours; writes docs/architectures.md
@@ -29,7 +29,7 @@ import time
 SOURCES = pathlib.Path(__file__).resolve().parents[2]
 PAGE = SOURCES / "docs/architectures.md"
 QUICK = ("first_run", "gas_300_kelvin", "packing_fifty_discs", "orbit_exercise")
-EXAMPLE = "lock_in_memory"
+IN_MEMORY = "lock_in_memory"
 
 # Name: Rust's target, the cross compiler's prefix, the emulator and its options. This processor needs none.
 TARGETS = {
@@ -168,12 +168,12 @@ class System:
                 flags = "-C link-self-contained=no -C link-arg=/build/lz4_shim.o"
                 exports.append(f"export AR_{name}=llvm-ar CARGO_TARGET_{name.upper()}_RUSTFLAGS='{flags}'")
                 exports.append("clang --target=wasm32-wasip1 -O2 -c /sources/tests/architectures/lz4_shim.c -o /build/lz4_shim.o")
-        examples = [target for target, _ in targets if quick or target == WASM]
-        programs = [target for target, _ in targets if target not in examples]
+        in_memory = [target for target, _ in targets if quick or target == WASM]
+        programs = [target for target, _ in targets if target not in in_memory]
         commands = []
-        for what, of in ((f"kinetoscope --example {EXAMPLE}", examples), ("kinetoscope-program", programs)):
+        for package, of in (("kinetoscope-lock-in-memory", in_memory), ("kinetoscope-program", programs)):
             if of:
-                commands.append(f"cargo build --quiet --locked --release --target {' --target '.join(of)} --package {what}")
+                commands.append(f"cargo build --quiet --locked --release --target {' --target '.join(of)} --package {package}")
         self.shell("\n".join(["mkdir -p /build", *exports, "cd /sources", *commands]))
 
     def lock(self, target, prefix, emulator, threads, work, quick):
@@ -185,15 +185,15 @@ class System:
         started = time.monotonic()
         if target == WASM:
             emulated = "node --no-warnings /sources/tests/architectures/wasi.mjs"
-            self.lock_in_memory(f"{emulated} {built}/examples/{EXAMPLE}.wasm")
+            self.lock_in_memory(f"{emulated} {built}/{IN_MEMORY}.wasm")
         elif quick:
-            self.lock_in_memory(f"{emulated} {built}/examples/{EXAMPLE}")
+            self.lock_in_memory(f"{emulated} {built}/{IN_MEMORY}")
         else:
             self.shell(f"cd /work && {emulated} {built}/kinetoscope lock --quiet --jobs 1 --threads {threads} experiments")
         return (self.folder / "work/kinetoscope.lock").read_text(), time.monotonic() - started
 
     def lock_in_memory(self, program):
-        """The example takes one manifest at a time."""
+        """This program takes one manifest at a time."""
         self.shell(f"""
             cd /work
             for manifest in experiments/*.toml; do

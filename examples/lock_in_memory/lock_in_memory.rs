@@ -1,7 +1,7 @@
 //! Executes every run of the manifest on standard input in memory, and prints its lock file, as `kinetoscope lock` writes it but
 //! for the time that the runs took. It needs no threads and no files; therefore, it also runs as WebAssembly:
 //!
-//!     cargo build --release --example lock_in_memory --target wasm32-wasip1
+//!     cargo build --release --package kinetoscope-lock-in-memory --target wasm32-wasip1
 //!     node tests/architectures/wasi.mjs lock_in_memory.wasm experiments/first_run.toml < experiments/first_run.toml
 
 use kinetoscope::verify::fingerprint::fingerprint;
