@@ -40,7 +40,7 @@ fn daemon(program: &str, arguments: &[&str], folder: &Path) -> Child {
         .stdout(log.try_clone().unwrap())
         .stderr(log)
         .spawn()
-        .unwrap_or_else(|error| panic!("{program}: {error}; .ci/run installs it"))
+        .unwrap_or_else(|error| panic!("{program}: {error}; .ci/full installs it"))
 }
 
 impl Cluster {

@@ -125,7 +125,7 @@ fn disturbed(replicates: usize, moments: u64) {
 }
 
 #[test]
-#[ignore = "needs root, munge and Slurm, which .ci/run installs"]
+#[ignore = "needs root, munge and Slurm, which .ci/full installs"]
 fn killed_and_requeued_tasks_and_a_restarted_controller_lose_no_run() {
     disturbed(24, 4);
 }
