@@ -5,7 +5,6 @@ use clap::error::{ContextKind, ContextValue, Error, ErrorKind};
 
 /// Adds the subcommand that differs from the unknown one by one letter, if clap suggests none: clap does
 /// not suggest `run` for `rn`, because too few letters of a short name remain.
-
 pub(crate) fn with_nearest_subcommand(mut error: Error, command: &Command) -> Error {
     let near = match error.get(ContextKind::InvalidSubcommand) {
         Some(ContextValue::String(name))
