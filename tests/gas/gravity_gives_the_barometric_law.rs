@@ -21,10 +21,10 @@ use kinetoscope_physics::random::{Seed, Stream};
 use kinetoscope_recording::channels::{GasEnergyBalance, GasPressure, GasTemperature};
 
 /// Boltzmann's constant, exact in the SI since 2019, J/K.
-const BOLTZMANN: f64 = 1.380_649e-23;
+pub(crate) const BOLTZMANN: f64 = 1.380_649e-23;
 
 /// Gravity at which m g R is twice `k_B T` at 300 K, m/s^2.
-const GRAVITY: f64 = 2.0 * BOLTZMANN * 300.0 / 1e-26;
+pub(crate) const GRAVITY: f64 = 2.0 * BOLTZMANN * 300.0 / 1e-26;
 
 fn barometric(distribution: PositionDistribution) -> GasConfig {
     GasConfig {
@@ -37,7 +37,7 @@ fn barometric(distribution: PositionDistribution) -> GasConfig {
 }
 
 /// Chi-square over 20 layers against the barometric law with w = m g R / (k_B T), by the midpoint rule.
-fn chi_square(particles: &[Particle], weight: f64) -> f64 {
+pub(crate) fn chi_square(particles: &[Particle], weight: f64) -> f64 {
     let content = |layer: usize| -> f64 {
         let middle = |node: usize| -1.0 + 0.1 * (layer as f64 + (node as f64 + 0.5) / 1e4);
         (0..10_000).map(middle).map(|y| (-weight * y).exp() * (1.0 - y * y).sqrt()).sum()

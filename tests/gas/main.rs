@@ -38,6 +38,8 @@ mod collisions_relax_speeds_to_maxwell;
 
 // Density in gravity follows the barometric law, and particles keep their energy.
 mod gravity_gives_the_barometric_law;
+// A thermal wall, an opening and a partition keep their laws in gravity and next to one another.
+mod gravity_walls_and_partition_combine;
 // A removed partition keeps the temperature and raises the entropy.
 mod removed_partition_raises_the_entropy;
 

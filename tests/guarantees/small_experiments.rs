@@ -152,6 +152,12 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
         "orbit_logarithmic",
         "[model.orbit]\nduration_days = 100.0\n[record]\nframes_per_decade = 9\ndecades = 2\n",
     ),
+    (
+        "gas_in_gravity_within_combined_walls",
+        "seed = 26\n[model.gas]\nparticles = 50\ngravity_m_per_s2 = 5e5\nwall_temperature_k = 500.0\n\
+         accommodation_coefficient = 0.6\norifice_width_m = 0.4\npartition_x_m = 0.1\npartition_opens_s = 0.0103\n\
+         duration_s = 0.02\n[record]\nframes = 20\n",
+    ),
 ];
 
 /// The only run of a manifest.

@@ -49,7 +49,8 @@ table! {
         wall_speed_m_per_s: Finite ["m/s", sparse] = Finite::literal(0.0),
         /// A wall that re-emits particles with its own temperature.
         thermal_wall: Option<ThermalWall> [group],
-        /// Arc of an opening in the wall about the direction of x, at the start. Needs exact propagation.
+        /// Arc of an opening in the wall about the direction of x, at the start; what leaves does not return. Needs exact
+        /// propagation.
         orifice_width_m: Option<Positive> ["m", optional],
         /// Radius of particles that are discs and collide elastically with one another; points, which do not, where it is
         /// left out. Needs exact propagation and a plain wall.
@@ -57,7 +58,7 @@ table! {
         /// Speeds that are given to the particles in turn, in place of `speed_distribution`; directions are uniform. They
         /// are kept unless `temperature_k` is given as well.
         speeds_m_per_s: Vec<NonNegative> ["m/s", sparse] = Vec::new(),
-        /// Uniform gravity toward -y. Needs exact propagation, points and a plain wall.
+        /// Uniform gravity toward -y. Needs exact propagation, points and a wall at rest.
         gravity_m_per_s2: NonNegative ["m/s^2", sparse] = NonNegative::literal(0.0),
         /// A partition that is removed.
         partition: Option<Partition> [group],

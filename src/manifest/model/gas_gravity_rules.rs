@@ -48,12 +48,8 @@ impl GasConfig {
             [("gravity_m_per_s2", has_gravity), ("partition_x_m", self.partition.is_some())]
         {
             if is_used {
-                self.exclude_walls_and_more(own, &more, table);
+                self.exclude_steps_and_more(own, &more, table);
             }
-        }
-        rules! { table;
-            has_gravity && self.partition.is_some() => ["gravity_m_per_s2", "partition_x_m"]
-                "`gravity_m_per_s2` and `partition_x_m` cannot be used together", "remove one of them";
         }
         self.check_partition(table);
         self.check_barometric(table);

@@ -29,7 +29,8 @@ pub struct Partition {
 table! {
     /// The keys of a [`Partition`].
     struct PartitionKeys {
-        /// x coordinate of a straight vertical partition across the container. Needs exact propagation and points.
+        /// x coordinate of a straight vertical partition across the container. Needs exact propagation, points and a wall at
+        /// rest.
         partition_x_m: Option<Finite> ["m", optional],
         /// Time at which the partition is removed; it stays if this is left out. Needs `partition_x_m`.
         partition_opens_s: Option<Positive> ["s", optional],

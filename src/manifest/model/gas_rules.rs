@@ -160,21 +160,19 @@ impl GasConfig {
         }
     }
 
-    /// Rejects keys that cannot be used with this one: steps, walls other than a plain one, and more, each with its remedy.
-    pub(super) fn exclude_walls_and_more(
+    /// Rejects keys that cannot be used with this one: steps, a moving wall, and more, each with its remedy.
+    pub(super) fn exclude_steps_and_more(
         &self,
         own: &str,
         more: &[(&str, bool, &str)],
         table: &mut Reader<'_>,
     ) {
         let is_stepped = self.propagation != Propagation::Exact;
-        let walls = [
+        let all = [
             ("propagation", is_stepped, "set propagation to \"exact\""),
             ("wall_speed_m_per_s", self.wall_speed_m_per_s.get() != 0.0, "remove one of them"),
-            ("wall_temperature_k", self.thermal_wall.is_some(), "remove one of them"),
-            ("orifice_width_m", self.orifice_width_m.is_some(), "remove one of them"),
         ];
-        for (key, is_used, label) in walls.iter().chain(more) {
+        for (key, is_used, label) in all.iter().chain(more) {
             rules! { table;
                 *is_used => [own, key] "`{own}` cannot be used with this `{key}`", "{label}";
             }
@@ -185,8 +183,12 @@ impl GasConfig {
         let Some(disc_radius) = self.disc_radius_m.map(|radius| radius.get()) else { return };
         let is_uniform = self.position_distribution == PositionDistribution::UniformInArea;
         let label = "set position_distribution to \"uniform-in-area\"";
-        let more = [("position_distribution", !is_uniform, label)];
-        self.exclude_walls_and_more("disc_radius_m", &more, table);
+        let more = [
+            ("wall_temperature_k", self.thermal_wall.is_some(), "remove one of them"),
+            ("orifice_width_m", self.orifice_width_m.is_some(), "remove one of them"),
+            ("position_distribution", !is_uniform, label),
+        ];
+        self.exclude_steps_and_more("disc_radius_m", &more, table);
         let radius = self.radius_m.get();
         let covered =
             f64::from(self.particles.get()) * disc_radius * disc_radius / (radius * radius);

@@ -8,7 +8,6 @@
 //! schemes). `pressure.rs` holds the ideal-gas laws, `observe.rs` what a frame contains.
 
 pub mod as_printed;
-mod ballistic;
 mod clock;
 mod closed_form;
 mod collisions;
@@ -22,6 +21,7 @@ mod numeric_range;
 mod observe;
 pub mod parabola;
 mod particle_groups;
+mod path;
 pub mod pressure;
 mod propagator;
 mod schemes;
@@ -225,16 +225,17 @@ impl Gas {
         self.state.container.half_opening_rad.is_none() || self.scheme.is_inside(id)
     }
 
-    /// Potential energy of all particles in gravity above the bottom of the container, per first mass, m^2/s^2; 0 without gravity.
+    /// Potential energy of the particles inside in gravity above the bottom of the container, per first mass, m^2/s^2; 0 without gravity.
     fn potential_energy(&self) -> f64 {
         let (gravity, radius) =
             (self.scheme.gravity_m_per_s2(), self.state.container.circle.radius);
         let mut sum = CompensatedSum::default();
         if gravity > 0.0 {
-            for (particle, ratio) in
-                self.state.particles.iter().zip(&self.state.substance.mass_ratios)
-            {
-                sum.add(ratio * gravity * (particle.position[1] + radius));
+            let ratios = &self.state.substance.mass_ratios;
+            for (id, (particle, ratio)) in self.state.particles.iter().zip(ratios).enumerate() {
+                if self.is_inside(id) {
+                    sum.add(ratio * gravity * (particle.position[1] + radius));
+                }
             }
         }
         sum.value()

@@ -2,7 +2,6 @@
 //! [`Scheme::prepare`].
 
 use super::as_printed::AsPrinted;
-use super::ballistic::Ballistic;
 use super::clock::{Clock, StepClock};
 use super::closed_form::ClosedForm;
 use super::collisions::CollidingDiscs;
@@ -50,19 +49,16 @@ schemes! {
     ClosedForm,
     TimeStepped,
     AsPrinted,
-    Ballistic,
 }
 
 impl Scheme {
     /// Whether this is the scheme of a manifest, with its duration or its steps.
     pub(super) fn is_of(&self, config: &GasConfig) -> bool {
-        let has_special_wall = config.thermal_wall.is_some() || config.orifice_width_m.is_some();
         let is_its_scheme = match (config.propagation, config.disc_radius_m) {
-            (Propagation::Exact, _) if config.has_gravity_or_partition() => {
-                matches!(self, Self::Ballistic(scheme) if scheme.is_of(config))
-            }
             (Propagation::Exact, Some(_)) => matches!(self, Self::CollidingDiscs(_)),
-            (Propagation::Exact, None) if has_special_wall => matches!(self, Self::EventDriven(_)),
+            (Propagation::Exact, None) if has_encounters(config) => {
+                matches!(self, Self::EventDriven(scheme) if scheme.is_of(config))
+            }
             (Propagation::Exact, None) => matches!(self, Self::ClosedForm(_)),
             (Propagation::TimeStepped { .. }, _) => matches!(self, Self::TimeStepped(_)),
             (Propagation::AsPrinted { .. }, _) => matches!(self, Self::AsPrinted(_)),
@@ -94,15 +90,11 @@ impl Scheme {
         state: &GasState,
     ) -> Result<Self, SetupError> {
         let duration_s = config.duration_s.get();
-        let has_special_wall = config.thermal_wall.is_some() || config.orifice_width_m.is_some();
         Ok(match (config.propagation, config.disc_radius_m) {
-            (Propagation::Exact, _) if config.has_gravity_or_partition() => {
-                Self::Ballistic(Ballistic::new(config, state))
-            }
             (Propagation::Exact, Some(radius)) => {
                 Self::CollidingDiscs(CollidingDiscs::new(duration_s, radius.get(), state)?)
             }
-            (Propagation::Exact, None) if has_special_wall => {
+            (Propagation::Exact, None) if has_encounters(config) => {
                 Self::EventDriven(EventDriven::new(config, seed, state))
             }
             (Propagation::Exact, None) => Self::ClosedForm(ClosedForm::new(duration_s, state)),
@@ -116,4 +108,11 @@ impl Scheme {
             }
         })
     }
+}
+
+/// Whether points can meet anything but a wall that reflects them specularly, or fall.
+fn has_encounters(config: &GasConfig) -> bool {
+    config.thermal_wall.is_some()
+        || config.orifice_width_m.is_some()
+        || config.has_gravity_or_partition()
 }

@@ -22,9 +22,9 @@ const CROSSINGS_TO_FILL: f64 = 50.0;
 /// Container crossings up to which a particle is taken to be where it started.
 const CROSSINGS_TO_MOVE: f64 = 5.0;
 
-/// Entropy per particle over k_B, relative to that of a uniform gas; `None` without a partition or positions.
+/// Entropy per particle over k_B, relative to that of a uniform gas; `None` without a partition or positions, or if particles leave.
 pub(super) fn box_entropy(state: &StateTable, config: &GasConfig) -> Option<f64> {
-    let partition = position_of(config)?;
+    let partition = position_of(config).filter(|_| config.orifice_width_m.is_none())?;
     let (center, radius) = (config.center_m[0].get(), config.radius_m.get());
     let species = 1 + config.additional_masses_kg.len();
     let mut counts = vec![[0.0; 2 * BOXES_PER_SIDE]; species];
@@ -90,17 +90,21 @@ fn starts(config: &GasConfig) -> Option<Vec<[f64; 2]>> {
     Some((0..species).map(start).filter(|[members, _]| *members > 0.0).collect())
 }
 
-/// The entropy of a uniform gas on both sides, as measured by boxes; `None` where the start is given.
+/// The entropy of a uniform gas on both sides, as measured by boxes; `None` where the start is given, and in gravity.
 pub(super) fn entropy_at_equilibrium(config: &GasConfig) -> Option<f64> {
     let [start, _, change, _] = expected(config)?;
-    (config.placement == GasPlacement::Random).then_some(start + change)
+    Some(start + change)
 }
 
 /// Expected entropy per particle over k_B at the start and its standard deviation, then the expected change and its standard deviation.
 ///
-/// The change is the sum of x_s ln(A/A_s): ln(A/A_s) for free expansion, and -sum of x_s ln x_s for mixing at equal density. A species in
+/// `None` where the start is given, in gravity, and where particles leave. The change is the sum of x_s ln(A/A_s): ln(A/A_s) for free expansion, and -sum of x_s ln x_s for mixing at equal density. A species in
 /// B boxes adds -(B - 1)/(2N) on average with a standard deviation of sqrt(2 (B - 1))/(2N) (Wilks 1938).
 fn expected(config: &GasConfig) -> Option<[f64; 4]> {
+    let is_uniform = config.gravity_m_per_s2.get() == 0.0 && config.orifice_width_m.is_none();
+    if config.placement != GasPlacement::Random || !is_uniform {
+        return None;
+    }
     let particles = f64::from(config.particles.get());
     let [few, all] = [BOXES_PER_SIDE as f64 - 1.0, 2.0 * BOXES_PER_SIDE as f64 - 1.0];
     let (mut start, mut change, mut species) = (0.0, 0.0, 0.0);
@@ -131,15 +135,17 @@ impl GasRun {
         Some(present.map(missing).sum::<f64>() / state.rows() as f64)
     }
 
-    /// Adds the entropy by boxes and, because only specular reflections occur, the change of the temperature.
+    /// Adds the entropy by boxes and the change of the temperature, which is zero if only specular reflections occur.
     pub(super) fn measure_boxes(&self, found: &mut Measurements) {
         let Some(partition) = self.config.partition else { return };
-        found.compare(metric::TEMPERATURE_MAX_CHANGE, self.max_temperature_change, 0.0);
+        if self.config.keeps_energy() && self.config.orifice_width_m.is_none() {
+            found.compare(metric::TEMPERATURE_MAX_CHANGE, self.max_temperature_change, 0.0);
+        } else {
+            found.add(metric::TEMPERATURE_MAX_CHANGE, self.max_temperature_change);
+        }
         let ends = (self.box_entropy.first(), self.box_entropy.last());
         let (Some(&(_, first)), Some(&(_, last))) = ends else { return };
-        let theory =
-            expected(&self.config).filter(|_| self.config.placement == GasPlacement::Random);
-        let Some([start, start_error, change, change_error]) = theory else {
+        let Some([start, start_error, change, change_error]) = expected(&self.config) else {
             found.add(metric::BOX_ENTROPY_AT_START, first);
             found.add(metric::BOX_ENTROPY_CHANGE, last - first);
             return;

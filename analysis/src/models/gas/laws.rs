@@ -19,6 +19,8 @@ laws! {
     HISTOGRAM: "(bins - constraints)/bins: the number of particles is given, and <v> or <v^2> if a temperature is", "Pearson's chi-square";
     BAROMETRIC_CHI: "(layers - 1)/layers for a density proportional to exp(-m g y/(k_B T))", "barometric law, integrated over the layers of the circle; Pearson's chi-square", range "points that start in barometric equilibrium";
     BAROMETRIC_HEIGHT: "<y> of a density proportional to exp(-m g y/(k_B T))", "barometric law, integrated over the circle", range "points that start in barometric equilibrium";
+    BAROMETRIC_CHI_OF_WALL: "(layers - 1)/layers for a density proportional to exp(-m g y/(k_B T)) at the temperature of the wall", "barometric law, integrated over the layers of the circle; Pearson's chi-square", range "after 20 crossings of the container";
+    BAROMETRIC_HEIGHT_OF_WALL: "<y> of a density proportional to exp(-m g y/(k_B T)) at the temperature of the wall", "barometric law, integrated over the circle", range "after 20 crossings of the container";
     TEMPERATURE_CONSTANT: "T is constant: no work is done", "free expansion (Joule 1845)", conservation true;
     BOX_ENTROPY_START: "sum over the species of x_s ln(A_s/A) - (B - 1)/(2N)", "uniform start on one side; Wilks 1938";
     BOX_ENTROPY_CHANGE: "sum over the species of x_s ln(A/A_s) - B/(2N); 0 if the partition stays", "ideal gas: free expansion and mixing; Wilks 1938", range "a partition through the center, at least 50 crossings at the rms speed after it is removed, and particles with fewer than 5 crossings lack less than half of the error";
@@ -84,9 +86,10 @@ pub(crate) fn has_several_masses(config: &GasConfig) -> bool {
     !config.additional_masses_kg.is_empty()
 }
 
-/// Initial effusion rate through an opening of width w, N `<v>` w / (pi A): a flux n `<v>` / pi per meter of wall.
+/// Initial effusion rate through an opening of width w, N `<v>` w / (pi A): a flux n `<v>` / pi per meter of wall; `None` where the
+/// density is not uniform.
 pub(crate) fn effusion_rate_per_s(config: &GasConfig, mean_speed_m_per_s: f64) -> Option<f64> {
-    let width = config.orifice_width_m?.get();
+    let width = config.orifice_width_m.filter(|_| !config.has_gravity_or_partition())?.get();
     Some(f64::from(config.particles.get()) * mean_speed_m_per_s * width / (PI * area_m2(config)))
 }
 
@@ -107,10 +110,13 @@ fn finite_number_factors(config: &GasConfig) -> [f64; 2] {
     [factor(of_mean, 1.0 / ratio.sqrt()), factor(of_mean_square, ratio)]
 }
 
-/// `<v^2>` = 2 k_B T/m of the first mass in a gas that starts in equilibrium with gravity, m^2/s^2; `None` for another start.
+/// `<v^2>` = 2 k_B T/m of the first mass in a gas that starts in equilibrium with gravity and keeps it, m^2/s^2; `None` for another
+/// start, and next to a thermal wall or an opening.
 pub(crate) fn barometric_mean_square_m2_per_s2(config: &GasConfig) -> Option<f64> {
     let SpeedScale::Temperature(temperature) = config.speed_scale else { return None };
-    let is_barometric = config.position_distribution == PositionDistribution::Barometric;
+    let is_barometric = config.position_distribution == PositionDistribution::Barometric
+        && config.thermal_wall.is_none()
+        && config.orifice_width_m.is_none();
     let square = 2.0 * boltzmann_j_per_k(config) * temperature.get() / config.mass_kg.get();
     is_barometric.then_some(square)
 }

@@ -1,7 +1,7 @@
 //! Density of a gas in gravity over twenty layers, against the barometric law.
 
 use super::chi_square::ChiSquare;
-use super::laws::boltzmann_j_per_k;
+use super::laws::{self, boltzmann_j_per_k};
 use super::metrics as metric;
 use super::observe::GasRun;
 use crate::metric::Measurements;
@@ -25,14 +25,20 @@ pub(super) struct BarometricLaw {
 }
 
 impl BarometricLaw {
-    /// The law of the manifest's gas; `None` without gravity or without a temperature.
+    /// The law of the manifest's gas at the temperature of a thermal wall, or else of the start; `None` without gravity or without a
+    /// temperature.
     pub(super) fn of(config: &GasConfig) -> Option<Self> {
         let gravity = config.gravity_m_per_s2.get();
-        let SpeedScale::Temperature(temperature) = config.speed_scale else { return None };
-        if gravity == 0.0 || temperature.get() == 0.0 {
+        let temperature_k = match (config.thermal_wall, config.speed_scale) {
+            (Some(wall), _) => wall.temperature_k.get(),
+            (None, SpeedScale::Temperature(temperature)) => temperature.get(),
+            (None, _) => 0.0,
+        };
+        // Particles that have left are below the container.
+        if gravity == 0.0 || temperature_k == 0.0 || config.orifice_width_m.is_some() {
             return None;
         }
-        let thermal = boltzmann_j_per_k(config) * temperature.get();
+        let thermal = boltzmann_j_per_k(config) * temperature_k;
         let masses = std::iter::once(config.mass_kg).chain(config.additional_masses_kg.clone());
         let masses: Vec<f64> = masses.map(|mass| mass.get()).collect();
         let particles = config.particles.get() as usize;
@@ -108,8 +114,21 @@ impl GasRun {
         else {
             return;
         };
-        // Only a start in equilibrium has a known distribution later: each particle keeps its energy.
-        let in_range = self.config.position_distribution == PositionDistribution::Barometric;
+        // Without a thermal wall, only a start in equilibrium has a known distribution later: each particle keeps its energy. A
+        // partition may leave more particles on one side.
+        let (chi_law, height_law, is_in_equilibrium) = match self.config.thermal_wall {
+            Some(_) => (
+                laws::BAROMETRIC_CHI_OF_WALL,
+                laws::BAROMETRIC_HEIGHT_OF_WALL,
+                self.has_thermalized(),
+            ),
+            None => {
+                let distribution = self.config.position_distribution;
+                let is_barometric = distribution == PositionDistribution::Barometric;
+                (laws::BAROMETRIC_CHI, laws::BAROMETRIC_HEIGHT, is_barometric)
+            }
+        };
+        let in_range = is_in_equilibrium && self.config.partition.is_none();
         let particles: f64 = counts.iter().sum();
         let pairs = counts.iter().zip(&barometric.fractions);
         let pairs = pairs.map(|(count, fraction)| [*count, particles * fraction]);
@@ -119,13 +138,13 @@ impl GasRun {
             let error = (2.0 * value / chi_square.bins).sqrt();
             let per_layer = Estimate::new(chi_square.per_bin, Some(error));
             let theory = ExpectedValue { value, accuracy: None, in_range };
-            found.compare(metric::LAYERS_CHI_SQUARE, per_layer, theory);
+            found.compare_with(metric::LAYERS_CHI_SQUARE, per_layer, chi_law, theory);
         }
         let mean = sums[0] / particles;
         let variance = (sums[1] / particles - mean * mean).max(0.0);
         let height = Estimate::new(mean, Some((variance / particles).sqrt()));
         let theory = ExpectedValue { value: barometric.mean_height_m, accuracy: None, in_range };
-        found.compare(metric::MEAN_HEIGHT, height, theory);
+        found.compare_with(metric::MEAN_HEIGHT, height, height_law, theory);
     }
 }
 

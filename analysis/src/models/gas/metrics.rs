@@ -34,8 +34,8 @@ definitions! {
     WITHIN_HALF_RADIUS: "fraction_within_half_radius", "1", "/state, last frame: fraction of the particles within R/2; error sqrt(p (1 - p)/N)", [kinetics::FRACTION_WITHIN], 0.0;
     WITHIN_HALF_RADIUS_AT_START: "fraction_within_half_radius.start", "1", "/state, first frame: the same", [kinetics::FRACTION_WITHIN], 0.0;
     HISTOGRAM_CHI_SQUARE: "speed_histogram.chi_square_per_bin", "1", "/speeds, last frame: mean over bins of (count - expected)^2 / expected against the law of the start, bins merged until 5 or more are expected; error sqrt(2 (bins - constraints))/bins", [law::HISTOGRAM], 0.0;
-    LAYERS_CHI_SQUARE: "layers.chi_square_per_layer", "1", "/state, last frame: mean over 20 layers of equal height of (count - expected)^2 / expected, layers merged until 5 or more are expected; error sqrt(2 (layers - 1))/layers", [law::BAROMETRIC_CHI], 0.0;
-    MEAN_HEIGHT: "layers.mean_height", "m", "/state, last frame: <y> above the center; error by the scatter of y", [law::BAROMETRIC_HEIGHT], 0.0;
+    LAYERS_CHI_SQUARE: "layers.chi_square_per_layer", "1", "/state, last frame: mean over 20 layers of equal height of (count - expected)^2 / expected, layers merged until 5 or more are expected; error sqrt(2 (layers - 1))/layers", [law::BAROMETRIC_CHI, law::BAROMETRIC_CHI_OF_WALL], 0.0;
+    MEAN_HEIGHT: "layers.mean_height", "m", "/state, last frame: <y> above the center; error by the scatter of y", [law::BAROMETRIC_HEIGHT, law::BAROMETRIC_HEIGHT_OF_WALL], 0.0;
     TEMPERATURE_MAX_CHANGE: "temperature.max_change_relative", "1", "/temperature: largest change of m <v^2> / (2 k_B) of any frame", [law::TEMPERATURE_CONSTANT], 1e-12;
     BOX_ENTROPY_AT_START: "box_entropy.start", "1", "/state, first frame: entropy per particle over k_B by 20 vertical strips, 0 for a uniform gas; error sqrt((B - 1)/2)/N per species", [law::BOX_ENTROPY_START], 0.0;
     BOX_ENTROPY_CHANGE: "box_entropy.change", "1", "/state: entropy by strips, last frame minus first; error sqrt((3 B - 2)/2)/N per species", [law::BOX_ENTROPY_CHANGE], 0.0;

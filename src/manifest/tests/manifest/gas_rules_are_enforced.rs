@@ -74,8 +74,6 @@ fn gas_gravity_and_partition_must_be_consistent() {
         for (key, value) in [
             ("propagation", "\"time-stepped\""),
             ("wall_speed_m_per_s", "1"),
-            ("wall_temperature_k", "300"),
-            ("orifice_width_m", "0.1"),
             ("disc_radius_m", "0.001"),
             ("temperature_schedule", "[[0.01, 200.0]]"),
         ] {
@@ -86,10 +84,6 @@ fn gas_gravity_and_partition_must_be_consistent() {
             );
         }
     }
-    rejected(
-        "[model.gas]\ngravity_m_per_s2 = 1\npartition_x_m = 0 # <-",
-        "`gravity_m_per_s2` and `partition_x_m` cannot be used together",
-    );
     for (outside, nearest) in [("3.5", "2.999"), ("0.5", "1.001")] {
         let manifest =
             format!("[model.gas]\ncenter_m = [2.0, 0.0]\npartition_x_m = {outside} # <-");
@@ -159,6 +153,22 @@ fn gas_discs_and_listed_speeds_must_be_consistent() {
         panic!("expected the gas model")
     };
     assert_eq!(gas.speed_scale, SpeedScale::Given);
+}
+
+/// Guarantee: gravity, a thermal wall, an opening and a partition can all be combined.
+#[test]
+fn gas_gravity_partition_and_walls_can_be_combined() {
+    let keys = [
+        "gravity_m_per_s2 = 9.81",
+        "wall_temperature_k = 300",
+        "orifice_width_m = 0.1",
+        "partition_x_m = 0",
+    ];
+    for chosen in 0..1 << keys.len() {
+        let chosen = keys.iter().enumerate().filter(|(key, _)| chosen >> key & 1 == 1);
+        let lines: String = chosen.map(|(_, line)| format!("{line}\n")).collect();
+        accepted(&format!("[model.gas]\n{lines}"));
+    }
 }
 
 /// Control: before, one error hid the others, and none named its pair.
