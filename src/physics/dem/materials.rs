@@ -10,6 +10,7 @@
 
 use crate::dem::block::Partner;
 use crate::dem::discs::Discs;
+use crate::dem::laws::Law;
 use crate::dem::{motion, restitution};
 use crate::random::{Seed, Stream};
 use crate::simd::registers::{each, vectorized};
@@ -63,8 +64,8 @@ struct Surface {
 /// The force law of a contact.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct ContactLaw {
-    /// Stiffness k, N/m.
-    pub(super) stiffness: f64,
+    /// The normal force.
+    pub(super) normal: Law,
     /// Dashpots and friction by pairs of materials.
     pub(super) materials: Materials,
     /// Whether the force is clamped at zero instead of attractive.
@@ -79,18 +80,20 @@ pub(super) struct ContactLaw {
 
 impl ContactConstants {
     /// Damping eta of a contact, N s/m.
-    pub(super) fn damping(&self, stiffness: f64, effective_mass: f64) -> f64 {
+    pub(super) fn damping(&self, law: Law, effective_mass: f64) -> f64 {
         match self.dashpot {
-            Dashpot::Ratio(ratio) => restitution::damping(ratio, stiffness, effective_mass),
+            Dashpot::Ratio(ratio) => restitution::damping(ratio, law.stiffness(), effective_mass),
             Dashpot::Damping(damping) => damping,
         }
     }
 
     /// Damping ratio zeta = eta / (2 sqrt(k m_eff)) of a contact.
-    pub(super) fn damping_ratio(&self, stiffness: f64, effective_mass: f64) -> f64 {
+    pub(super) fn damping_ratio(&self, law: Law, effective_mass: f64) -> f64 {
         match self.dashpot {
             Dashpot::Ratio(ratio) => ratio,
-            Dashpot::Damping(damping) => damping / (2.0 * (stiffness * effective_mass).sqrt()),
+            Dashpot::Damping(damping) => {
+                damping / (2.0 * (law.stiffness() * effective_mass).sqrt())
+            }
         }
     }
 }
@@ -262,7 +265,7 @@ impl ContactLaw {
             }
             Partner::Wall(_) => self.materials.with_walls(material),
         };
-        constants.damping(self.stiffness, discs.effective_mass(disc, partner))
+        constants.damping(self.normal, discs.effective_mass(disc, partner))
     }
 
     /// Damping eta of pairs of discs, N s/m, whose indices are counted from given discs.
@@ -277,7 +280,8 @@ impl ContactLaw {
             Some(Dashpot::Damping(damping)) => dampings.fill(damping),
             Some(Dashpot::Ratio(ratio)) => {
                 let masses = counted_from.map(|from| &discs.masses[from..]);
-                dampings_of_ratio(ratio, self.stiffness, masses, [first, second], dampings);
+                let stiffness = self.normal.stiffness();
+                dampings_of_ratio(ratio, stiffness, masses, [first, second], dampings);
             }
             None => {
                 let [from, others_from] = counted_from;

@@ -17,6 +17,7 @@ mod energy;
 mod forces;
 mod insertion;
 mod integrate;
+mod laws;
 mod materials;
 mod neighbors;
 mod observe;

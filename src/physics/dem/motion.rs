@@ -1,4 +1,4 @@
-//! The equations of motion of discs with spring–dashpot contacts, as they are executed.
+//! The equations of motion of discs with spring–dashpot contacts, as they are executed; `laws` has the normal forces.
 //!
 //! Cundall and Strack, Géotechnique 29 (1979) 47; the DEM exercise's equation (1). Friction and rolling: Luding,
 //! Granular Matter 10 (2008) 235, sections 3.2 and 3.3. The laws of a contact are generic over the register: each is written
@@ -67,42 +67,39 @@ pub(crate) fn is_closer<R: Register>(distance_squared: R, reach: R) -> R::Mask {
 pub(crate) struct NormalForce<R> {
     /// f, positive if it pushes.
     pub(crate) force: R,
-    /// The dissipative part, k delta - f.
+    /// The dissipative part, f_e - f.
     pub(crate) loss: R,
 }
 
-/// Equation (1) along the normal: f = k delta - eta v_n, but not less than f_min.
+/// Equation (1) along the normal: f = f_e - eta v_n, but not less than f_min.
 ///
-/// `stiffness` is k in N/m, `damping` eta in N s/m, `overlap` delta in m, `separating_speed` v_n in m/s: the relative
-/// velocity along the normal, positive if the two move apart. `least_force` is f_min in N: 0 if the force is clamped
+/// `elastic` is the law's elastic force f_e in N, k delta for a linear spring, `damping` eta in N s/m, `separating_speed` v_n in m/s:
+/// the relative velocity along the normal, positive if the two move apart. `least_force` is f_min in N: 0 if the force is clamped
 /// (Schwager and Pöschel, Granular Matter 9 (2007) 465), minus infinity with the attractive tail.
 #[inline(always)]
 pub(crate) fn normal_force<R: Register>(
-    stiffness: R,
+    elastic: R,
     damping: R,
-    overlap: R,
     separating_speed: R,
     least_force: R,
 ) -> NormalForce<R> {
-    let spring = stiffness * overlap;
-    let force = (spring - damping * separating_speed).larger(least_force);
-    NormalForce { force, loss: spring - force }
+    let force = (elastic - damping * separating_speed).larger(least_force);
+    NormalForce { force, loss: elastic - force }
 }
 
-/// Equation (1) with the dashpot at the velocity of the step's end: f = (k delta - eta v_n) / (1 + c), but not less than f_min.
+/// Equation (1) with the dashpot at the velocity of the step's end: f = (f_e - eta v_n) / (1 + c), but not less than f_min.
 ///
 /// `separating_speed` is the v_n in m/s that the contact would have at the step's end without its own force, `damping_step` is
 /// c = eta dt/m_eff. The other symbols are those of [`normal_force`].
 #[inline(always)]
 pub(crate) fn implicit_normal_force(
-    stiffness: f64,
+    elastic: f64,
     damping: f64,
-    overlap: f64,
     separating_speed: f64,
     damping_step: f64,
     least_force: f64,
 ) -> f64 {
-    let force = (stiffness * overlap - damping * separating_speed) / (1.0 + damping_step);
+    let force = (elastic - damping * separating_speed) / (1.0 + damping_step);
     force.larger(least_force)
 }
 

@@ -238,7 +238,7 @@ impl Dem {
     /// column of discs, which differ by orders of magnitude. Without gravity, the force of an impact.
     fn force_range_top(&self, speed: f64) -> f64 {
         let Parameters { mass, ref law, .. } = self.parameters;
-        let impact = speed * (law.stiffness * mass).sqrt();
+        let impact = law.normal.impact_force(speed, mass);
         let weight = self.parameters.column_weight(mass, self.initial_discs() as f64);
         if weight > 0.0 { (impact * weight).sqrt() } else { impact }
     }

@@ -1,5 +1,6 @@
 //! The constants of a run and of a step, derived from the manifest once.
 
+use super::laws::Law;
 use super::materials::{ContactLaw, Materials};
 use super::neighbors::tiers::Scope;
 use super::walls::{Motion, PlacedWall, Shape, Wall};
@@ -8,7 +9,6 @@ use kinetoscope_manifest::model::{
     DemConfig, DemDashpot, DemIntegrator, DemWall, DemWallShape, StepLength, TimeStep,
 };
 use serde::{Deserialize, Serialize};
-use std::f64::consts::PI;
 
 /// The constants of a run. SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -68,24 +68,24 @@ impl Parameters {
         let radius_range = config.radius_m.range();
         let radius = config.radius_m.mean();
         let mass = config.mass_kg.get();
-        let stiffness = config.stiffness_n_per_m.get();
+        let normal = Law::of(config);
         let law = ContactLaw {
-            stiffness,
+            normal,
             materials: Materials::new(config),
             only_pushes: config.limit_damping,
             is_implicit: config.dashpot == DemDashpot::Implicit,
-            tangential_stiffness: stiffness * config.tangential_to_normal_stiffness.get(),
+            tangential_stiffness: normal.stiffness() * config.tangential_to_normal_stiffness.get(),
             tangential_to_normal_damping: config.tangential_to_normal_damping.get(),
         };
         let smallest_mass = law.materials.density_range().0 * mass_of(radius_range.0, radius, mass);
-        let per_contact = |steps: f64| PI * (smallest_mass / stiffness).sqrt() / steps;
+        let per_contact = |steps: f64| normal.contact_time(smallest_mass) / steps;
         let time_step = match config.time_step {
             TimeStep::PerContact(steps) => per_contact(steps.get()),
             TimeStep::Length(StepLength::Fixed(step)) => step.get(),
             TimeStep::Length(StepLength::Automatic) => {
                 let pair_mass = 0.5 * smallest_mass;
                 let strongest = law.materials.strongest_dashpot();
-                let damping = strongest.damping(stiffness, pair_mass);
+                let damping = strongest.damping(normal, pair_mass);
                 let by_dashpot = AUTOMATIC_DAMPING_STEP * pair_mass / damping;
                 let by_spring = per_contact(AUTOMATIC_STEPS_PER_CONTACT);
                 if by_dashpot < by_spring { by_dashpot } else { by_spring }
@@ -121,20 +121,20 @@ impl Parameters {
     /// eta of the lightest pair with the strongest dashpot, N s/m.
     pub(super) fn strongest_damping(&self) -> f64 {
         let pair = self.law.materials.strongest_dashpot();
-        pair.damping(self.law.stiffness, self.lightest_pair_mass())
+        pair.damping(self.law.normal, self.lightest_pair_mass())
     }
 
     /// Damping ratio of the weakest dashpot at an effective mass.
     pub(super) fn weakest_damping_ratio(&self, effective_mass: f64) -> f64 {
         let pairs = self.law.materials.all().iter();
-        let ratios = pairs.map(|pair| pair.damping_ratio(self.law.stiffness, effective_mass));
+        let ratios = pairs.map(|pair| pair.damping_ratio(self.law.normal, effective_mass));
         ratios.fold(f64::INFINITY, |least, ratio| if ratio < least { ratio } else { least })
     }
 
     /// Damping ratio of the strongest dashpot at an effective mass.
     pub(super) fn strongest_damping_ratio(&self, effective_mass: f64) -> f64 {
         let pair = self.law.materials.strongest_dashpot();
-        pair.damping_ratio(self.law.stiffness, effective_mass)
+        pair.damping_ratio(self.law.normal, effective_mass)
     }
 
     /// Whether a center is inside the box. Discs may be beyond a periodic side until they are wrapped when the lists are

@@ -21,6 +21,7 @@ use super::forces::ForceFinder;
 use super::forces::implicit;
 use super::forces::inter_block::InterBlockForces;
 use super::integrate;
+use super::laws::Law;
 use super::motion;
 use super::neighbors::Neighbors;
 use super::neighbors::near_pairs::NearPairs;
@@ -173,19 +174,19 @@ pub(super) struct ContactStatistics {
     pub(super) pairs: u64,
     /// Contacts with walls.
     pub(super) walls: u64,
-    /// Energy k delta^2/2 of the normal springs, J.
+    /// Potential energy of the normal forces, J.
     pub(super) elastic: CompensatedSum,
     /// Largest overlap over the smaller radius of a contact, 0 without contacts.
     pub(super) max_overlap: f64,
 }
 
 impl ContactStatistics {
-    fn add(&mut self, contact: &Contact, stiffness: f64) {
+    fn add(&mut self, contact: &Contact, law: Law) {
         match contact.partner {
             Partner::Disc(_) => self.pairs += 1,
             Partner::Wall(_) => self.walls += 1,
         }
-        self.elastic.add(0.5 * stiffness * contact.overlap * contact.overlap);
+        self.elastic.add(law.potential_energy(contact.overlap));
         if contact.overlap_over_radius > self.max_overlap {
             self.max_overlap = contact.overlap_over_radius;
         }
@@ -207,7 +208,7 @@ impl Evaluation {
         };
         let solved = solved(neighbors, discs, step);
         let mut take = |contact: &Contact| {
-            all.contacts.add(contact, step.parameters.law.stiffness);
+            all.contacts.add(contact, step.parameters.law.normal);
             on_contact(contact);
         };
         let mut totals = Vec::with_capacity(neighbors.blocks.len());

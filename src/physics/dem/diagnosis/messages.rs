@@ -68,8 +68,7 @@ pub(crate) fn facts(
 /// The true number of steps per contact: the DEM exercise's formula has the mass m where two discs have m/2.
 fn contact_steps(config: &DemConfig, parameters: &Parameters) -> String {
     let steps = |effective_mass: f64| {
-        let law = &parameters.law;
-        let natural_frequency = (law.stiffness / effective_mass).sqrt();
+        let natural_frequency = parameters.law.normal.natural_frequency(effective_mass);
         let ratio = parameters.strongest_damping_ratio(effective_mass);
         restitution::contact_duration(ratio, natural_frequency, config.limit_damping)
             .map(|duration| duration / parameters.time_step)

@@ -50,13 +50,13 @@ impl Diagnosis {
         let parameters = Parameters::new(config);
         let is_implicit = config.dashpot == DemDashpot::Implicit;
         let (step, mass) = (parameters.time_step, parameters.smallest_mass);
-        let stiffness = parameters.law.stiffness;
+        let law = parameters.law.normal;
         let damping = parameters.strongest_damping();
         let dashpot_part = if is_implicit { 0.0 } else { 12.0 * damping * step / mass };
         Self {
             damping_step: damping * step / parameters.lightest_pair_mass(),
-            bed: 6.0 * stiffness * step * step / mass + dashpot_part,
-            steps_per_wall_contact: std::f64::consts::PI * (mass / stiffness).sqrt() / step,
+            bed: law.bed_bound(mass, step) + dashpot_part,
+            steps_per_wall_contact: law.contact_time(mass) / step,
             overlap_over_radius: expected_overlap(config, &parameters) / parameters.radius,
             is_implicit,
             is_countable: step > 0.0 && (1..=MAX_STEPS).contains(&parameters.total_steps),
@@ -147,15 +147,14 @@ impl Diagnosis {
 fn expected_overlap(config: &DemConfig, parameters: &Parameters) -> f64 {
     let law = &parameters.law;
     let mass = parameters.mass * law.materials.density_range().1;
-    let natural_frequency = (law.stiffness / mass).sqrt();
     let impact = restitution::max_overlap(
         impact_speed(config, parameters),
         parameters.weakest_damping_ratio(mass),
-        natural_frequency,
+        law.normal.natural_frequency(mass),
     );
     let insertion = config.insertion.map_or(0, |insertion| insertion.discs.get());
     let discs = f64::from(config.discs.get()) + f64::from(insertion);
-    impact + parameters.column_weight(mass, discs - 1.0) / law.stiffness
+    impact + law.normal.overlap_under(parameters.column_weight(mass, discs - 1.0))
 }
 
 /// Speed of the fastest disc at the wall onto which it falls, m/s: from the given start, else through the whole box.

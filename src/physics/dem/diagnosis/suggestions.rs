@@ -30,12 +30,12 @@ pub(crate) fn find(config: &DemConfig) -> Vec<String> {
 
 fn keys(config: &DemConfig) -> [Key; 6] {
     let parameters = Parameters::new(config);
-    let (mass, stiffness) = (parameters.smallest_mass, parameters.law.stiffness);
     let ratio = parameters.strongest_damping_ratio(parameters.lightest_pair_mass());
     let present = restitution::restitution(ratio, config.limit_damping);
     // An overdamped dashpot has no restitution at which the search could begin.
     let restitution = if present > 1e-3 { present } else { 1e-3 };
-    let steps_per_wall_contact = PI * (mass / stiffness).sqrt() / parameters.time_step;
+    let contact_time = parameters.law.normal.contact_time(parameters.smallest_mass);
+    let steps_per_wall_contact = contact_time / parameters.time_step;
     [
         ("time_step_s", parameters.time_step, |config, value| {
             config.time_step = TimeStep::Length(StepLength::Fixed(Positive::new(value)?));
@@ -53,7 +53,7 @@ fn keys(config: &DemConfig) -> [Key; 6] {
             config.dissipation = Dissipation::Restitution(Fraction::new(value)?);
             Some(())
         }),
-        ("stiffness_n_per_m", stiffness, |config, value| {
+        ("stiffness_n_per_m", config.stiffness_n_per_m.get(), |config, value| {
             config.stiffness_n_per_m = Positive::new(value)?;
             Some(())
         }),

@@ -1,6 +1,7 @@
 //! The laws of one contact with the constants of a run, for registers of any width. The formulas are in `motion`.
 
 use crate::dem::block::Stretch;
+use crate::dem::laws::NormalLaw;
 use crate::dem::materials::ContactConstants;
 use crate::dem::motion::{self, NormalForce, SliderConstants, TangentialForce};
 use crate::dem::parameters::Parameters;
@@ -9,9 +10,9 @@ use crate::simd::registers::{InstructionSet, Register};
 
 /// The constants of the contact law, each in all lanes.
 #[derive(Clone, Copy)]
-pub(crate) struct LawRegisters<R> {
+pub(crate) struct LawRegisters<R: Register, L: NormalLaw> {
     pub(super) zero: R,
-    stiffness: R,
+    normal: L::Constants<R>,
     least_force: R,
     spring: SliderConstants<R>,
     tangential_to_normal_damping: R,
@@ -51,17 +52,19 @@ pub(super) struct Surfaces<'a> {
 /// Torque on a disc and the part of it that dashpots take, N m.
 pub(crate) type Torque = [f64; 2];
 
-impl<R: Register> LawRegisters<R> {
+impl<R: Register, L: NormalLaw> LawRegisters<R, L> {
     #[inline(always)]
     pub(super) fn new<const N: usize>(
         instructions: impl InstructionSet<N, Register = R>,
         &Parameters { ref law, time_step, .. }: &Parameters,
+        normal: L,
     ) -> Self {
+        let zero = instructions.splat(0.0);
         let friction =
             law.materials.only().map_or([0.0; 2], |one| [one.friction, one.rolling_friction]);
         Self {
-            zero: instructions.splat(0.0),
-            stiffness: instructions.splat(law.stiffness),
+            zero,
+            normal: normal.constants(zero),
             least_force: instructions.splat(law.least_force()),
             spring: SliderConstants {
                 stiffness: instructions.splat(law.tangential_stiffness),
@@ -81,7 +84,9 @@ impl<R: Register> LawRegisters<R> {
         damping: R,
     ) -> NormalForce<R> {
         let ContactKinematics { overlap, separating_speed, .. } = *contact;
-        motion::normal_force(self.stiffness, damping, overlap, separating_speed, self.least_force)
+        let elastic = L::elastic_force(&self.normal, overlap);
+        let damping = L::damping(&self.normal, damping, overlap);
+        motion::normal_force(elastic, damping, separating_speed, self.least_force)
     }
 
     /// The force of the tangential spring; `surface_speed` is a_i w_i + a_j w_j, `limit` mu f_n.
@@ -120,7 +125,7 @@ impl<R: Register> LawRegisters<R> {
     }
 }
 
-impl LawRegisters<f64> {
+impl<L: NormalLaw> LawRegisters<f64, L> {
     /// Fx, Fy, Dx, Dy on the disc with friction, and the torque on it. The springs advance by a step, and a fraction of the
     /// energies is added to the sums.
     #[inline(always)]

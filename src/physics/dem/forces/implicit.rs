@@ -1,6 +1,6 @@
-//! Dashpots at the velocities of the step's end, f = k delta - eta v_n': stable at any damping.
+//! Dashpots at the velocities of the step's end, f = f_e - eta v_n': stable at any damping.
 //!
-//! For a single contact this is v' = (v + k delta dt/m_eff) / (1 + c), c = eta dt/m_eff: it stops where the explicit
+//! For a single contact this is v' = (v + f_e dt/m_eff) / (1 + c), c = eta dt/m_eff: it stops where the explicit
 //! dashpot would multiply the velocity by c. In a bed, each force changes the velocities of the neighboring contacts. Therefore, the
 //! contacts are solved in turn, in their fixed order, each by that formula with the velocities that result from the others,
 //! sweep after sweep until the velocities no longer change (projected Gauss–Seidel, which converges for dashpots and for
@@ -35,7 +35,7 @@ pub(crate) fn solve(discs: &Discs, parameters: &Parameters, contacts: &mut [Cont
     }
     let mut fastest = (gravity[0].abs() + gravity[1].abs()) * time_step;
     for contact in contacts.iter_mut() {
-        contact.normal_force = law.stiffness * contact.overlap;
+        contact.normal_force = law.normal.elastic_force(contact.overlap);
         end.apply(contact, contact.normal_force);
     }
     for (contact, separating_speed) in contacts.iter().zip(begin) {
@@ -47,13 +47,13 @@ pub(crate) fn solve(discs: &Discs, parameters: &Parameters, contacts: &mut [Cont
         for contact in contacts.iter_mut() {
             let disc = contact.disc as usize;
             let effective_mass = discs.effective_mass(disc, contact.partner);
-            let damping = law.damping(discs, disc, contact.partner);
+            let of_pair = law.damping(discs, disc, contact.partner);
+            let damping = law.normal.damping(of_pair, contact.overlap);
             // The speed that the contact would have without its own force.
             let free = end.separating(contact) - contact.normal_force * time_step / effective_mass;
             let force = motion::implicit_normal_force(
-                law.stiffness,
+                law.normal.elastic_force(contact.overlap),
                 damping,
-                contact.overlap,
                 free,
                 damping * time_step / effective_mass,
                 law.least_force(),
@@ -98,7 +98,8 @@ pub(crate) fn forces_of(
         })
         .collect();
     for contact in contacts {
-        let loss = step.parameters.law.stiffness * contact.overlap - contact.normal_force;
+        let elastic = step.parameters.law.normal.elastic_force(contact.overlap);
+        let loss = elastic - contact.normal_force;
         let ([fx, fy], [nx, ny]) = (contact.force, contact.normal);
         let on_disc = [fx, fy, loss * nx, loss * ny];
         let mut add = |disc: u32, sign: f64| {

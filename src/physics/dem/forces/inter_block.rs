@@ -5,6 +5,7 @@
 use super::contact_law::{ContactKinematics, LawRegisters, Surfaces, Torque};
 use crate::dem::block::{Block, Partner};
 use crate::dem::discs::Discs;
+use crate::dem::laws::{NormalLaw, with_law};
 use crate::dem::motion;
 use crate::dem::neighbors::near_pairs::{self, Validity};
 use crate::dem::neighbors::tiers::Scope;
@@ -28,10 +29,10 @@ pub(crate) struct InterBlockForces {
 }
 
 /// The discs, the constants of the step, and the law with them.
-struct InterBlockContext<'a> {
+struct InterBlockContext<'a, L: NormalLaw> {
     discs: &'a Discs,
     step: &'a StepContext<'a>,
-    law: LawRegisters<f64>,
+    law: LawRegisters<f64, L>,
     has_rolling_friction: bool,
 }
 
@@ -56,23 +57,35 @@ impl InterBlockForces {
         self.torques.clear();
         self.contacts.clear();
         self.sums.clear(step, block.start);
-        let law = LawRegisters::new(Scalar, step.parameters);
-        let has_rolling_friction = step.parameters.law.has_rolling_friction();
-        let context = InterBlockContext { discs, step, law, has_rolling_friction };
+        with_law!(step.parameters.law.normal, law => {
+            let law = LawRegisters::new(Scalar, step.parameters, law);
+            let has_rolling_friction = step.parameters.law.has_rolling_friction();
+            let context = InterBlockContext { discs, step, law, has_rolling_friction };
+            self.find_in_scope::<_, C>(block, &context);
+        });
+    }
+
+    /// Finds the forces of the pairs in scope.
+    fn find_in_scope<L: NormalLaw, C: ContactRecorder>(
+        &mut self,
+        block: &mut Block,
+        context: &InterBlockContext<'_, L>,
+    ) {
+        let InterBlockContext { discs, step, .. } = *context;
         let in_scope = 0..block.inter_block.in_tiers(step.scope.tiers);
         if step.parameters.law.has_friction() {
-            in_scope.for_each(|pair| self.add::<C, true>(pair, block, &context));
+            in_scope.for_each(|pair| self.add::<_, C, true>(pair, block, context));
         } else if step.parameters.max_width > 1 {
             if !self.validity.holds_for(&step.scope) {
                 self.validity = Validity::until_horizon(&step.scope);
                 self.list_near(block, discs, &step.scope);
             }
             let near = std::mem::take(&mut self.near);
-            near.iter().for_each(|&pair| self.add::<C, false>(pair as usize, block, &context));
+            near.iter().for_each(|&pair| self.add::<_, C, false>(pair as usize, block, context));
             self.near = near;
         } else {
             // All pairs are compared, which checks the near pairs.
-            in_scope.for_each(|pair| self.add::<C, false>(pair, block, &context));
+            in_scope.for_each(|pair| self.add::<_, C, false>(pair, block, context));
         }
     }
 
@@ -90,11 +103,11 @@ impl InterBlockForces {
 
     /// Adds the force of a pair.
     #[inline(always)]
-    fn add<C: ContactRecorder, const FRICTION: bool>(
+    fn add<L: NormalLaw, C: ContactRecorder, const FRICTION: bool>(
         &mut self,
         pair: usize,
         block: &mut Block,
-        context: &InterBlockContext<'_>,
+        context: &InterBlockContext<'_, L>,
     ) {
         let InterBlockContext { discs, step, law, has_rolling_friction } = context;
         let (ends, reach) = (block.inter_block_ends(pair), block.inter_block.reach[pair]);

@@ -13,6 +13,7 @@
 
 use super::contact_law::{ContactKinematics, LawRegisters};
 use crate::dem::block::{BlockDiscs, PairGroups, Partner};
+use crate::dem::laws::NormalLaw;
 use crate::dem::motion::{self, NormalForce};
 use crate::dem::parameters::StepContext;
 use crate::dem::totals::{Contact, ContactRecorder, MaxOverlap, overlap_over_radius};
@@ -68,9 +69,9 @@ impl<R: Register> Batch<R> {
 }
 
 /// The kernel with its constants in registers.
-pub(super) struct ContactKernel<'a, 'b, const N: usize, I: InstructionSet<N>, C> {
+pub(super) struct ContactKernel<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C> {
     instructions: I,
-    law: LawRegisters<I::Register>,
+    law: LawRegisters<I::Register, L>,
     context: &'a PairContext<'a>,
     sums: &'a mut PairSums<'b>,
     /// Energies, J, of the springs, dissipated by friction, and by rolling friction; summed separately over the pairs whose
@@ -79,17 +80,18 @@ pub(super) struct ContactKernel<'a, 'b, const N: usize, I: InstructionSet<N>, C>
     recorder: &'a mut C,
 }
 
-impl<'a, 'b, const N: usize, I: InstructionSet<N>, C: ContactRecorder>
-    ContactKernel<'a, 'b, N, I, C>
+impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecorder>
+    ContactKernel<'a, 'b, N, I, L, C>
 {
     #[inline(always)]
     pub(super) fn new(
         instructions: I,
+        law: L,
         context: &'a PairContext<'a>,
         sums: &'a mut PairSums<'b>,
         recorder: &'a mut C,
     ) -> Self {
-        let law = LawRegisters::new(instructions, context.step.parameters);
+        let law = LawRegisters::new(instructions, context.step.parameters, law);
         let energies = [[law.zero; MAX_WIDTH]; 3];
         Self { instructions, law, context, sums, energies, recorder }
     }

@@ -1,6 +1,6 @@
 //! The forces on the discs of a block, contact by contact in the order of its lists.
 //!
-//! For each disc, the dissipative part D of its force F is summed as well: the sum of (k delta - f) n. The power that dashpots
+//! For each disc, the dissipative part D of its force F is summed as well: the sum of (f_e - f) n with the elastic forces f_e. The power that dashpots
 //! take is then the sum of D . v over discs, and no contact is visited again once accelerations are known.
 //!
 //! *Invariant:* contacts are traversed once, by the kernel; the forces that are reported are those that move the discs, to the
@@ -13,6 +13,7 @@ mod kernel;
 mod pair_loops;
 
 use crate::dem::block::{Block, BlockDiscs, Partner};
+use crate::dem::laws::{NormalLaw, with_law};
 use crate::dem::neighbors::near_pairs::{ContactNumbers, NearPairs};
 use crate::dem::parameters::StepContext;
 use crate::dem::totals::{BlockForces, Contact, ContactMask, ContactRecorder};
@@ -61,7 +62,10 @@ impl ForceFinder {
             self.add_torque(disc as usize, torque);
         }
         inter_block.contacts.iter().for_each(|&contact| recorder.record(contact));
-        self.add_walls(block, discs, step, recorder);
+        with_law!(step.parameters.law.normal, law => {
+            let law = LawRegisters::new(Scalar, step.parameters, law);
+            self.add_walls(&law, block, discs, step, recorder);
+        });
         self.found.sums.add(&inter_block.sums);
     }
 
@@ -102,14 +106,14 @@ impl ForceFinder {
         self.found.torques[disc] = [sum + torque, sum_by_dashpots + by_dashpot];
     }
 
-    fn add_walls<C: ContactRecorder>(
+    fn add_walls<L: NormalLaw, C: ContactRecorder>(
         &mut self,
+        law: &LawRegisters<f64, L>,
         block: &mut Block,
         discs: &BlockDiscs<'_>,
         step: &StepContext<'_>,
         recorder: &mut C,
     ) {
-        let law = LawRegisters::new(Scalar, step.parameters);
         let has_friction = step.parameters.law.has_friction();
         let has_rolling_friction = step.parameters.law.has_rolling_friction();
         for pair in &mut block.walls {

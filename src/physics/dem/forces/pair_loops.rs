@@ -11,6 +11,7 @@
 
 use super::kernel::{BATCH, Batch, ContactKernel, PairContext, PairSums, Springs};
 use crate::dem::block::{PairGroups, Pairs};
+use crate::dem::laws::{NormalLaw, with_law};
 use crate::dem::neighbors::near_pairs::{ContactNumbers, NearPairs};
 use crate::dem::totals::{ContactMask, ContactRecorder};
 use crate::simd::registers::{self, InstructionSet, Kernel};
@@ -37,7 +38,9 @@ pub(super) fn add_without_friction<C: ContactRecorder>(
     recorder: &mut C,
 ) {
     let width = Ord::min(context.step.parameters.max_width, FRICTIONLESS_WIDTH);
-    registers::run(Frictionless { context, pairs, memory, sums, recorder }, width);
+    with_law!(context.step.parameters.law.normal, law => {
+        registers::run(Frictionless { law, context, pairs, memory, sums, recorder }, width);
+    });
 }
 
 /// Adds the forces of a block's pairs with friction; their springs advance by a step. Returns the energies of the springs,
@@ -67,26 +70,29 @@ fn run_frictional<C: ContactRecorder, const ROLLING: bool, const MIXED: bool>(
     sums: &mut PairSums<'_>,
     recorder: &mut C,
 ) -> [f64; 3] {
-    let kernel = Frictional::<C, ROLLING, MIXED> { context, pairs, sums, recorder };
-    registers::run(kernel, context.step.parameters.max_width)
+    with_law!(context.step.parameters.law.normal, law => {
+        let kernel = Frictional::<_, C, ROLLING, MIXED> { law, context, pairs, sums, recorder };
+        registers::run(kernel, context.step.parameters.max_width)
+    })
 }
 
 /// The pairs of a list with friction.
-struct Frictional<'a, 'b, C, const ROLLING: bool, const MIXED: bool> {
+struct Frictional<'a, 'b, L, C, const ROLLING: bool, const MIXED: bool> {
+    law: L,
     context: &'a PairContext<'a>,
     pairs: &'a mut Pairs,
     sums: &'a mut PairSums<'b>,
     recorder: &'a mut C,
 }
 
-impl<C: ContactRecorder, const ROLLING: bool, const MIXED: bool> Kernel
-    for Frictional<'_, '_, C, ROLLING, MIXED>
+impl<L: NormalLaw, C: ContactRecorder, const ROLLING: bool, const MIXED: bool> Kernel
+    for Frictional<'_, '_, L, C, ROLLING, MIXED>
 {
     type Output = [f64; 3];
 
     #[inline(always)]
     fn run<const N: usize, I: InstructionSet<N>>(self, instructions: I) -> [f64; 3] {
-        let Self { context, pairs, sums, recorder } = self;
+        let Self { law, context, pairs, sums, recorder } = self;
         // A register may hold pairs behind the tiers in scope: they are apart, and their springs are not stretched.
         let range = 0..pairs.in_tiers(context.step.scope.tiers).div_ceil(N);
         let Pairs { first, second, reach, damping, stretch, rolling_stretch, .. } = pairs;
@@ -95,7 +101,7 @@ impl<C: ContactRecorder, const ROLLING: bool, const MIXED: bool> Kernel
             stretch: stretch.as_chunks_mut().0,
             rolling_stretch: rolling_stretch.as_chunks_mut().0,
         };
-        let mut kernel = ContactKernel::new(instructions, context, sums, recorder);
+        let mut kernel = ContactKernel::new(instructions, law, context, sums, recorder);
         kernel.check_indices(&groups);
         let batch = &mut Batch::new(instructions);
         // SAFETY: every index is less than the number of discs.
@@ -105,7 +111,8 @@ impl<C: ContactRecorder, const ROLLING: bool, const MIXED: bool> Kernel
 }
 
 /// The pairs of a block without friction.
-struct Frictionless<'a, 'b, C> {
+struct Frictionless<'a, 'b, L, C> {
+    law: L,
     context: &'a PairContext<'a>,
     pairs: &'a Pairs,
     memory: NearMemory<'a>,
@@ -133,12 +140,12 @@ impl Gathered {
     }
 }
 
-impl<C: ContactRecorder> Kernel for Frictionless<'_, '_, C> {
+impl<L: NormalLaw, C: ContactRecorder> Kernel for Frictionless<'_, '_, L, C> {
     type Output = ();
 
     #[inline(always)]
     fn run<const N: usize, I: InstructionSet<N>>(self, instructions: I) {
-        let Self { context, pairs, memory, sums, recorder } = self;
+        let Self { law, context, pairs, memory, sums, recorder } = self;
         let NearMemory { near, contacts, mask } = memory;
         let (scope, discs) = (&context.step.scope, context.discs.positions.len());
         // At width 1 all pairs are compared, which checks the near pairs of the wider registers.
@@ -150,7 +157,7 @@ impl<C: ContactRecorder> Kernel for Frictionless<'_, '_, C> {
         };
         let ends = [&pairs.first[..dense], &pairs.second[..dense]];
         let groups = PairGroups::<N>::of(ends, &pairs.reach, &pairs.damping);
-        let mut kernel = ContactKernel::new(instructions, context, sums, recorder);
+        let mut kernel = ContactKernel::new(instructions, law, context, sums, recorder);
         kernel.check_indices(&groups);
         let batch = &mut Batch::new(instructions);
         let springs = &mut Springs { stretch: &mut [], rolling_stretch: &mut [] };
