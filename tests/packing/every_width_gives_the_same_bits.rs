@@ -1,4 +1,4 @@
-//! Guarantee: a run has the same bits in registers of every width: AVX-512, AVX2 and plain x86-64.
+//! Guarantee: a run has the same bits in registers of every width: AVX2 and plain x86-64.
 //!
 //! Setup: periodic boxes from dilute to dense, walls with restitution and noise, radii of several sizes, inelastic discs with the
 //! TC model, and a lattice whose collisions are simultaneous. Widths that the processor does not have are left out.
@@ -14,8 +14,8 @@ use kinetoscope_physics::model::{Model, Progress, Target};
 use kinetoscope_physics::packing::Packing;
 use kinetoscope_physics::simd::registers::widest;
 
-/// Widths for which `simd::registers` has instructions.
-const WIDTHS: [usize; 3] = [1, 4, 8];
+/// Widths of the engine's registers.
+const WIDTHS: [usize; 2] = [1, 4];
 
 fn periodic(discs: u32, fraction: f64) -> PackingConfig {
     PackingConfig {

@@ -6,7 +6,7 @@
 //! - data: `domain` (box and collision parameters), `disc`, `events`, `collision`, `contact`, `growth`, `clock`;
 //! - start: `start`, `random_start`, `lattice`, `compression`;
 //! - algorithms: `engine` with `prediction`, `collisions`, `crossings`, `growth` and `prefetch`; the contact scan `scan` and
-//!   `scan_simd` and `scan_lanes`; `cells`; `event_queue`; `inelastic_collapse`;
+//!   `scan_lanes`; `cells`; `event_queue`; `inelastic_collapse`;
 //! - measurement: `observables`.
 //!
 //! Invariant: the trajectory depends on the manifest and the seed only, not on observation, checkpoints, the step budget or
@@ -34,8 +34,6 @@ mod random_start;
 mod scan;
 #[cfg(target_arch = "x86_64")]
 mod scan_lanes;
-#[cfg(target_arch = "x86_64")]
-mod scan_simd;
 mod start;
 
 use self::collision::Collision;
@@ -44,7 +42,7 @@ use self::engine::{Engine, StepOutcome};
 use self::observables::{CollisionSeries, CollisionStatistics, VelocityMoments};
 use crate::model::{Extent, Model, ModelKind, Progress, SetupError, SimulationFault, Target};
 use crate::random::{Seed, Stream};
-use crate::simd::registers::{self, InstructionSet, Kernel, MAX_WIDTH};
+use crate::simd::registers::{self, InstructionSet, Kernel};
 use kinetoscope_manifest::model::{PackingConfig, PackingPlacement, RunLength};
 use kinetoscope_recording::channels::{
     ChannelDeclaration, PackingCollisions, PackingPressure, PackingTemperature, PerCollision,
@@ -52,6 +50,9 @@ use kinetoscope_recording::channels::{
 use kinetoscope_recording::frame::{Frame, Level, StateColumn};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};
 use serde::{Deserialize, Serialize};
+
+/// Numbers in the widest registers of the engine: wider ones are not faster (`benches/packing_speed.rs`).
+const WIDEST: usize = 4;
 
 /// Largest number of discs that are drawn with velocity arrows; more arrows would hide the discs.
 const MAX_ARROWS: usize = 200;
@@ -154,7 +155,7 @@ impl Model for Packing {
     }
 
     fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, SimulationFault> {
-        self.advance_at_width(target, at_most, MAX_WIDTH)
+        self.advance_at_width(target, at_most, WIDEST)
     }
 
     fn count(&self) -> u64 {
@@ -226,8 +227,8 @@ fn initial_rms_speed(config: &PackingConfig, moments: &VelocityMoments) -> f64 {
 }
 
 impl Packing {
-    /// Advances as [`Model::advance`] does, in registers of at most `width` numbers: 8 is AVX-512, 4 AVX2, 1 plain x86-64. Every
-    /// width gives the same bits; benchmarks and tests compare them.
+    /// Advances as [`Model::advance`] does, in registers of at most `width` numbers: 4 is AVX2, 1 plain x86-64. Every width gives
+    /// the same bits; benchmarks and tests compare them.
     ///
     /// # Errors
     /// Those of [`Model::advance`].
@@ -237,7 +238,7 @@ impl Packing {
         at_most: u64,
         width: usize,
     ) -> Result<Progress, SimulationFault> {
-        registers::run(AdvanceKernel { packing: self, target, at_most }, width)
+        registers::run(AdvanceKernel { packing: self, target, at_most }, Ord::min(width, WIDEST))
     }
 
     fn min_radius(&self) -> f64 {

@@ -1,15 +1,14 @@
 //! The contact scan: finds the disc that a disc touches first. The engine spends most of its time here.
 //!
 //! Candidates are the discs of the 3 x 3 block around the disc's cell. They are gathered into lanes and processed without
-//! branches, so that the compiler vectorizes the loops. For equal discs, `scan_simd` does the same in AVX-512 registers, and
-//! `scan_lanes` in those of AVX2 and SSE2.
+//! branches, so that the compiler vectorizes the loops. For equal discs, `scan_lanes` does the same in registers of AVX2 and SSE2.
 
 use super::contact::{MovingDisc, PredictedContact};
 use super::disc::{DiscRecord, SENTINEL};
 use super::events::NEVER;
 use super::motion::{self, Vector};
 #[cfg(target_arch = "x86_64")]
-use super::{scan_lanes, scan_simd};
+use super::scan_lanes;
 use crate::cell_grid::BlockOffsets;
 use crate::cell_lists::{CellLists, NO_DISC};
 #[cfg(target_arch = "x86_64")]
@@ -69,10 +68,10 @@ pub(super) fn first_contact_of_equal_discs<const WIDTH: usize>(
     #[cfg(target_arch = "x86_64")]
     if !cells.has_overflow() {
         let distance = contact_distance;
-        let contact = match WIDTH {
-            8 => scan_simd::first_contact(discs, cells, offsets, moving, distance),
-            4 => scan_lanes::first_contact::<4, F64x4>(discs, cells, offsets, moving, distance),
-            _ => scan_lanes::first_contact::<2, F64x2>(discs, cells, offsets, moving, distance),
+        let contact = if WIDTH >= 4 {
+            scan_lanes::first_contact::<4, F64x4>(discs, cells, offsets, moving, distance)
+        } else {
+            scan_lanes::first_contact::<2, F64x2>(discs, cells, offsets, moving, distance)
         };
         if let Some(contact) = contact {
             return contact;
@@ -422,7 +421,7 @@ mod tests {
                 contacts += u32::from(portable.time_to_contact < NEVER);
                 let first = &discs[portable.partner as usize];
                 ties += u32::from(discs.get(portable.partner as usize + 1) == Some(first));
-                for width in [1, 4, 8] {
+                for width in [1, 4] {
                     let (discs, cells, offsets) = (&discs, &cells, &offsets);
                     let contact_distance = 2.0 * radius;
                     let kernel = ScanKernel { discs, cells, offsets, moving, contact_distance };

@@ -1,5 +1,4 @@
-//! The contact scan for processors without AVX-512: candidates in registers of four (AVX2) or two numbers (SSE2), for discs of
-//! equal radius.
+//! The contact scan in registers of four (AVX2) or two numbers (SSE2), for discs of equal radius.
 //!
 //! The slots of the block are examined at once: one bit per slot says whether it holds another disc. The first eight of them
 //! are processed without a branch, which is enough in nearly every dilute and in most dense systems; up to eight more follow, by

@@ -21,7 +21,7 @@ struct Avx512(());
 
 /// Eight numbers in one register.
 #[derive(Clone, Copy)]
-pub(crate) struct F64x8(pub(crate) __m512d);
+pub(crate) struct F64x8(__m512d);
 
 #[target_feature(enable = "avx2,avx512f,avx512vl,bmi1,bmi2,popcnt")]
 pub(super) fn run<K: Kernel>(kernel: K) -> K::Output {
