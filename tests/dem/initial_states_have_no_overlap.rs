@@ -9,6 +9,7 @@ use crate::scene::{SEED, discs, equal, frame, given, positive, prepared, run_to}
 use kinetoscope_manifest::model::{DemConfig, DiscRadius, Placement};
 use kinetoscope_physics::dem::Dem;
 use kinetoscope_physics::model::Model;
+use kinetoscope_physics::random::Seed;
 use kinetoscope_recording::channels::{DemEnergy, DemEnergyPercent, DemWalls};
 use kinetoscope_recording::frame::Level;
 use std::num::NonZeroU32;
@@ -116,4 +117,15 @@ fn invalid_given_states_are_rejected_and_touching_discs_accepted() {
     assert!(rejection(&mismatch).contains("discs = 3"));
     let touching = start(&[[0.0123, 0.0005], [0.0133, 0.0005], [0.0143, 0.0005]]);
     assert_eq!(discs(&prepared(&touching)).len(), 3);
+}
+
+/// Guarantee: replicates have other states and the same time step.
+#[test]
+fn replicates_differ_with_the_same_time_step() {
+    let mixed = DiscRadius::Uniform { min: positive(3e-4), max: positive(7e-4) };
+    let config = crowd(60, Placement::Random, mixed);
+    let model = prepared(&config);
+    let other = Dem::prepare(&config, Seed { replicate: 1, ..SEED }, false).expect("valid");
+    assert_ne!(frame(&model).state(), frame(&other).state());
+    assert_eq!(model.extent(), other.extent());
 }

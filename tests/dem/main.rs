@@ -61,8 +61,6 @@ mod initial_states_have_no_overlap;
 mod inserted_discs_enter_in_order;
 // Moving walls are drawn at their position in every frame.
 mod moving_walls_are_drawn_at_their_position;
-// Observation, step budget and resuming change no bit.
-mod observation_does_not_affect_the_trajectory;
 // Number of threads, SIMD, observation and storage change no bit.
 mod threads_and_simd_do_not_affect_results;
 // Unstable time steps are rejected with values that are accepted.

@@ -30,6 +30,11 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
          damping_n_s_per_m = 1.5e3\ndashpot = \"implicit\"\n[record]\nframes = 20\n",
     ),
     (
+        "dem_verlet_implicit_mixed_radii",
+        "seed = 27\n[model.dem]\ndiscs = 60\nradius_m = { min = 3e-4, max = 7e-4 }\nwidth_m = 0.012\nheight_m = 0.012\n\
+         duration_s = 0.03\nintegrator = \"velocity-verlet\"\ndashpot = \"implicit\"\n[record]\nframes = 20\n",
+    ),
+    (
         "gas_exact",
         "seed = 6\n[model.gas]\nparticles = 50\nduration_s = 0.02\n[record]\nframes = 20\n",
     ),
@@ -53,6 +58,18 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
     (
         "orbit_rk4",
         "[model.orbit]\nduration_days = 100.0\nintegrator = \"rk4\"\nstart = \"heliocentric\"\n[record]\nframes = 20\n",
+    ),
+    (
+        "orbit_semi_implicit_euler",
+        "[model.orbit]\nduration_days = 100.0\nintegrator = \"semi-implicit-euler\"\n[record]\nframes = 20\n",
+    ),
+    (
+        "orbit_velocity_verlet",
+        "[model.orbit]\nduration_days = 100.0\nintegrator = \"velocity-verlet\"\n[record]\nframes = 20\n",
+    ),
+    (
+        "orbit_kepler",
+        "[model.orbit]\nduration_days = 900.0\nintegrator = \"kepler\"\n[record]\nframes = 20\n",
     ),
     (
         "dem_rubbing_in_a_drum",
@@ -136,6 +153,12 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
          partition_opens_s = 0.0103\npartition_side = \"by-mass\"\nduration_s = 0.02\n[record]\nframes = 20\n",
     ),
     (
+        "gas_in_gravity_within_combined_walls",
+        "seed = 26\n[model.gas]\nparticles = 50\ngravity_m_per_s2 = 5e5\nwall_temperature_k = 500.0\n\
+         accommodation_coefficient = 0.6\norifice_width_m = 0.4\npartition_x_m = 0.1\npartition_opens_s = 0.0103\n\
+         duration_s = 0.02\n[record]\nframes = 20\n",
+    ),
+    (
         "gas_logarithmic",
         "seed = 18\n[model.gas]\nparticles = 50\nduration_s = 0.02\n[record]\nframes_per_decade = 7\n",
     ),
@@ -151,12 +174,6 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
     (
         "orbit_logarithmic",
         "[model.orbit]\nduration_days = 100.0\n[record]\nframes_per_decade = 9\ndecades = 2\n",
-    ),
-    (
-        "gas_in_gravity_within_combined_walls",
-        "seed = 26\n[model.gas]\nparticles = 50\ngravity_m_per_s2 = 5e5\nwall_temperature_k = 500.0\n\
-         accommodation_coefficient = 0.6\norifice_width_m = 0.4\npartition_x_m = 0.1\npartition_opens_s = 0.0103\n\
-         duration_s = 0.02\n[record]\nframes = 20\n",
     ),
 ];
 

@@ -27,8 +27,8 @@ mod symplectic_methods_do_not_drift;
 // Massive bodies move as if test particles were absent.
 mod test_particles_change_no_bit;
 
-// Step budget, observation and resuming change no bit; invalid initial states are rejected.
-mod observation_does_not_affect_the_trajectory;
+// Frames, log and drawings describe the run; invalid initial states are rejected.
+mod frames_and_drawings_describe_the_run;
 // Period, distances and phase do not depend on the number of frames.
 mod metrics_do_not_depend_on_the_frame_interval;
 // The angle around the Sun is continuous through whole revolutions.

@@ -27,8 +27,8 @@ mod elastic_discs_conserve_energy;
 mod inelastic_discs_follow_haffs_law;
 // Registers of every width of this processor give the same run.
 mod every_width_gives_the_same_bits;
-// Step budget, observation and resuming change no bit; runs end as configured.
-mod observation_does_not_affect_the_trajectory;
+// Runs end as configured, and times between events change no bit.
+mod runs_end_where_configured;
 
 // Initial states have no overlap; those that cannot be built are rejected.
 mod initial_states_have_no_overlap;

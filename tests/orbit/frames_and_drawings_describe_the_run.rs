@@ -1,5 +1,5 @@
-//! Guarantee: step budget, observation, and stopping and resuming change no bit of an orbit; invalid configurations are
-//! rejected, and numerical overflow is reported as a fault.
+//! Guarantee: frames, log and drawings describe the run; frames change no revolution count; invalid configurations are rejected, and
+//! numerical overflow is reported as a fault.
 //!
 //! Setup: every method, several hundred steps.
 //! Tolerance: none; states are compared bit by bit.
@@ -26,20 +26,6 @@ const ALL: [OrbitIntegrator; 7] = [
 ];
 
 #[test]
-fn step_budget_changes_no_bit() {
-    for integrator in ALL {
-        let config = exercise(integrator, 0.9, 1000.0);
-        let reference = finished(&config);
-        for budget in [1, 7] {
-            let mut in_parts = prepare(&config);
-            let target = Target::Count(reference.count());
-            while in_parts.advance(target, budget) == Ok(Progress::Working) {}
-            assert_eq!(in_parts, reference, "{integrator:?}, budget {budget}");
-        }
-    }
-}
-
-#[test]
 fn observation_changes_no_bit_and_no_revolution_count() {
     for integrator in ALL {
         let config = exercise(integrator, 0.9, 3000.0);
@@ -56,20 +42,6 @@ fn observation_changes_no_bit_and_no_revolution_count() {
         assert_eq!(end.state, unobserved.state);
         assert_eq!(end.orbit, unobserved.orbit);
         assert!(end.orbit.revolutions > 4.0, "{}", end.orbit.revolutions);
-    }
-}
-
-#[test]
-fn resumed_run_is_bitwise_identical() {
-    for integrator in ALL {
-        let config = exercise(integrator, 0.3, 900.0);
-        let mut saved = prepare(&config);
-        advance(&mut saved, 1234);
-        let mut resumed: Orbit =
-            serde_json::from_value(serde_json::to_value(&saved).unwrap()).unwrap();
-        assert_eq!(resumed, saved);
-        advance(&mut resumed, 3000);
-        assert_eq!(resumed, finished(&config));
     }
 }
 
