@@ -145,6 +145,7 @@ impl Surroundings {
     }
 
     /// A collision with the wall: thermal re-emission or specular reflection.
+    #[inline]
     fn collide(
         &self,
         id: u64,
@@ -175,6 +176,7 @@ impl Surroundings {
     }
 
     /// Energy per first mass, m^2/s^2.
+    #[inline]
     fn energy(&self, path: &Path, particle: Particle) -> f64 {
         path.mass_ratio * self.space.energy_per_mass(particle)
     }
@@ -201,6 +203,7 @@ impl Surroundings {
 }
 
 /// Particle at the wall with its velocity replaced by the emitted one.
+#[inline]
 fn emitted(circle: &Circle, incident: Particle, [normal, tangential]: [f64; 2]) -> Particle {
     let [x, y] = incident.position;
     let distance = dot(incident.position, incident.position).sqrt();

@@ -20,6 +20,7 @@ pub fn flown(particle: Particle, gravity: f64, time: f64) -> Particle {
 
 /// Energy per mass above that of a particle at rest at the bottom of the container: v^2/2 + g (y + R), m^2/s^2.
 #[must_use]
+#[inline]
 pub fn energy_per_mass(particle: Particle, gravity: f64, radius: f64) -> f64 {
     dot(particle.velocity, particle.velocity) / 2.0 + gravity * (particle.position[1] + radius)
 }

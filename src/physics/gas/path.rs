@@ -95,11 +95,13 @@ impl Space {
     }
 
     /// Whether paths are chords.
+    #[inline]
     pub(super) fn has_chords(&self) -> bool {
         self.gravity == 0.0 && self.partition.is_none()
     }
 
     /// Energy per mass, v^2/2 + g (y + R), m^2/s^2.
+    #[inline]
     pub(super) fn energy_per_mass(&self, particle: Particle) -> f64 {
         energy_per_mass(particle, self.gravity, self.circle.radius)
     }
@@ -116,10 +118,12 @@ impl Space {
     }
 
     /// Continues with another velocity from the same side of the partition.
+    #[inline]
     pub(super) fn restart_path(&self, path: &mut Path, particle: Particle, time_s: f64) {
         (path.flight, path.started_s) = (self.start_flight(particle, time_s), time_s);
     }
 
+    #[inline]
     fn start_flight(&self, particle: Particle, time_s: f64) -> Flight {
         if self.has_chords() {
             let scaled = self.circle.restarted_at(time_s).scaled(particle, 0.0);
@@ -129,6 +133,7 @@ impl Space {
     }
 
     /// The particle at a time before its next encounter.
+    #[inline]
     pub(super) fn particle_at(&self, path: &Path, time_s: f64) -> Particle {
         let time = time_s - path.started_s;
         match path.flight {
@@ -213,6 +218,7 @@ impl Space {
 
     /// Time until a particle that moves toward the partition reaches it, u = (x_p - x) / v_x, with and without gravity; `None` if the
     /// partition is removed before.
+    #[inline]
     fn time_to_partition(&self, path: &Path, start: Particle) -> Option<f64> {
         let wall = self.partition?;
         let [x, speed] = [start.position[0], start.velocity[0]];
@@ -225,12 +231,14 @@ impl Space {
         wall.opens_s.is_none_or(|opens| path.started_s + time < opens).then_some(time)
     }
 
+    #[inline]
     fn wall_or_opening(&self, [x, y]: [f64; 2]) -> Obstacle {
         let is_open = self.half_opening_rad.is_some_and(|half| libm::atan2(y, x).abs() < half);
         if is_open { Obstacle::Opening } else { Obstacle::Wall }
     }
 
     /// Outward normal of a wall at rest at a particle on it.
+    #[inline]
     fn normal(&self, particle: Particle) -> [f64; 2] {
         particle.position.map(|axis| axis / self.circle.radius)
     }
