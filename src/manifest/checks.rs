@@ -4,7 +4,6 @@ use crate::diagnostics::{Diagnostic, Diagnostics, Errors, nearest};
 use crate::keys::{HasKeys as _, Reader, Writer, rules};
 use crate::model::METRICS;
 use crate::quantity::{Finite, NonNegative};
-use crate::renamed;
 use crate::sweep::{Axis, Coordinate, VARIANT, text};
 use crate::syntax::{LineCounter, parse_toml};
 use crate::table::table;
@@ -332,8 +331,6 @@ pub(crate) fn check_metric(
         reader.report(Diagnostic::new(title).at(element.span, format!("needs `{key}`")));
     } else if metric.trim().is_empty() {
         reader.refuse(&[key], title, "must not be empty");
-    } else if let Some(new) = renamed::metric(metric) {
-        reader.refuse(&[key], format!("`{metric}` was renamed; use `{new}`"), "old name");
     } else if reader.is_full() && known.is_some_and(|known| !known.contains(&metric)) {
         reader.refuse(&[key], "", "");
     } else if let Some(known) = known.filter(|known| !known.contains(&metric)) {
@@ -367,10 +364,6 @@ fn read_place(
     points: Option<&Points<'_>>,
     errors: &mut Errors,
 ) -> Option<(String, String)> {
-    if let Some(new) = renamed::dotted_key(key) {
-        errors.push(renamed::error(key, new, entry.key_span));
-        return None;
-    }
     let value = text(&entry.node, 0);
     let Some(points) = points else { return Some((key.to_owned(), value)) };
     let Some((axis, column, full)) = points.keys().find(|(_, _, full)| names(key, full)) else {

@@ -3,7 +3,6 @@
 //! therefore always agree. The macros in `table` generate the lists.
 
 use crate::diagnostics::{Diagnostic, Errors, nearest};
-use crate::renamed;
 use crate::tree::{Entry, Node, Span, Table, Value};
 use crate::value::TomlValue;
 use std::fmt::Display;
@@ -97,12 +96,7 @@ impl<'a> Reader<'a> {
 
     /// A key without which the table makes no sense; its absence is reported at `at`.
     pub(crate) fn required<T: TomlValue>(&mut self, key: &'static str, at: Span) -> Option<T> {
-        let has_old_name =
-            || self.table.entries.iter().any(|e| renamed::key(&self.path, &e.key) == Some(key));
-        if !self.has(key) && has_old_name() {
-            // `finish` reports the old name; that the new one is missing follows from it.
-            self.failed.push(key);
-        } else if !self.has(key) {
+        if !self.has(key) {
             self.failed.push(key);
             let title = format!("`{}` is missing", self.name(key));
             self.errors.push(Diagnostic::new(title).at(at, format!("needs `{key}`")));
@@ -113,15 +107,6 @@ impl<'a> Reader<'a> {
     /// A key without a unit or a description of its own, as in tables on one line.
     pub(crate) fn maybe<T: TomlValue>(&mut self, key: &'static str) -> Option<T> {
         self.optional(&Key { name: key, unit: "", about: "" }, None)
-    }
-
-    /// Reports the errors in the value of a key that is given by its old name; `finish` reports that name.
-    fn read_renamed<T: TomlValue>(&mut self, key: &'static str) {
-        let is_old = |entry: &&Entry| renamed::key(&self.path, &entry.key) == Some(key);
-        if let Some(old) = self.table.entries.iter().find(is_old) {
-            T::read(&old.node, &self.name(key), self.errors);
-            self.failed.push(key);
-        }
     }
 
     /// Reports a broken rule between keys, at those that are present in the table. A key that could not be read breaks no
@@ -221,7 +206,7 @@ impl<'a> Reader<'a> {
         None
     }
 
-    /// Reports every unknown key, with its new name or the nearest known one.
+    /// Reports every unknown key, with the nearest known one.
     pub(crate) fn finish(self) {
         for entry in &self.table.entries {
             if self.known.contains(&&*entry.key) {
@@ -229,10 +214,6 @@ impl<'a> Reader<'a> {
             }
             if self.errors.is_full() {
                 self.errors.count();
-                continue;
-            }
-            if let Some(new) = renamed::key(&self.path, &entry.key) {
-                self.errors.push(renamed::error(&entry.key, new, entry.key_span));
                 continue;
             }
             let title = if self.path.is_empty() {
@@ -272,10 +253,7 @@ impl Keys for Reader<'_> {
 
     fn optional<T: TomlValue>(&mut self, key: &Key, _current: Option<T>) -> Option<T> {
         self.known.push(key.name);
-        let Some(node) = self.node(key.name) else {
-            self.read_renamed::<T>(key.name);
-            return None;
-        };
+        let node = self.node(key.name)?;
         let read = T::read(node, &self.name(key.name), self.errors);
         if read.is_none() {
             self.failed.push(key.name);

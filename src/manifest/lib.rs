@@ -6,7 +6,6 @@
 mod diagnostics;
 mod inline;
 mod keys;
-mod renamed;
 mod syntax;
 mod table;
 mod tree;

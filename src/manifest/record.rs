@@ -5,7 +5,6 @@ use crate::keys::{HasKeys as _, Keys, Reader};
 pub use crate::model::CHANNELS;
 use crate::model::ModelConfig;
 use crate::quantity::{PlaybackRate, Positive};
-use crate::renamed;
 use crate::table::table;
 use crate::tree::Value;
 pub use crate::value::{Decades, FramesPerDecade};
@@ -202,10 +201,6 @@ fn check_channels(model: &str, known: &[&str], table: &mut Reader<'_>) {
         if seen.contains(&channel) {
             let title = format!("channel \"{channel}\" is listed twice");
             table.report(Diagnostic::new(title).at(element.span, "list it once"));
-        } else if let Some(new) = renamed::channel(channel)
-            && known.contains(&new)
-        {
-            table.report(renamed::error(channel, new, element.span));
         } else if !known.contains(&&**channel) {
             let label = match nearest(channel, known.iter().copied()) {
                 Some(meant) => format!("did you mean \"{meant}\"?"),

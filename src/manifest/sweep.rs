@@ -4,7 +4,6 @@ use crate::describe;
 use crate::diagnostics::{Diagnostic, Errors, nearest};
 use crate::keys::{Reader, rules};
 use crate::quantity::Finite;
-use crate::renamed;
 use crate::table::table;
 use crate::tree::{Entry, Node, Span, Table, Value};
 use crate::value::{TomlValue, refuse_type, shortest, tables, words};
@@ -265,10 +264,6 @@ fn pair(zip: &Node, axes: &mut Vec<Points>, errors: &mut Errors) {
         let Some(keys) = Vec::<String>::read(group, "sweep.zip", errors) else { continue };
         let mut joined: Option<Points> = None;
         for key in keys {
-            if let Some(new) = renamed::dotted_key(&key) {
-                errors.push(renamed::error(&key, new, group.span));
-                continue;
-            }
             let Some(index) = axes.iter().position(|points| points.axis.keys == [key.as_str()])
             else {
                 if errors.is_full() {

@@ -1,7 +1,6 @@
 //! The types of the manifest's values: each is read from TOML, written as canonical TOML and described in the schema.
 
 use crate::diagnostics::{Diagnostic, Errors, nearest};
-use crate::renamed;
 use crate::tree::{Node, Table, Value};
 use serde_json::{Value as Json, json};
 use std::fmt;
@@ -318,10 +317,6 @@ pub(crate) fn word<T: Clone>(
     };
     if let Some((_, value)) = words.iter().find(|(word, _)| word == text) {
         return Some(value.clone());
-    }
-    if let Some(new) = renamed::value(name, text) {
-        errors.push(renamed::error(&quoted(text), new, node.span));
-        return None;
     }
     if errors.is_full() {
         errors.count();

@@ -1,6 +1,5 @@
-//! Errors in the arguments of a command: `error:` states what is wrong, `help:` names the nearest or the new name.
+//! Errors in the arguments of a command: `error:` states what is wrong, `help:` names the nearest name.
 
-use crate::old_flags;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use kinetoscope_console::{Exit, StandardOutput, complain};
 use std::io::IsTerminal as _;
@@ -31,14 +30,12 @@ pub(crate) fn message(error: &clap::Error, command: &str) -> String {
         ErrorKind::UnknownArgument => {
             let name = context(ContextKind::InvalidArg).unwrap_or_default();
             let what = if name.starts_with('-') { "option" } else { "argument" };
-            let replacement = || old_flags::replacement(&name, command);
-            let help =
-                key_of_manifest(&name, command).or_else(replacement).unwrap_or_else(
-                    || match context(ContextKind::SuggestedArg) {
-                        Some(near) => format!("did you mean `{near}`?"),
-                        None => format!("`{command} --help` lists the options"),
-                    },
-                );
+            let help = key_of_manifest(&name, command).unwrap_or_else(|| {
+                match context(ContextKind::SuggestedArg) {
+                    Some(near) => format!("did you mean `{near}`?"),
+                    None => format!("`{command} --help` lists the options"),
+                }
+            });
             format!("error: unknown {what} `{name}`\nhelp: {help}")
         }
         ErrorKind::InvalidSubcommand => {
@@ -133,27 +130,6 @@ mod tests {
         let words = std::iter::once("program").chain(arguments.iter().copied());
         let error = command.clone().try_get_matches_from(words).unwrap_err();
         message(&with_nearest_subcommand(error, &command), "program")
-    }
-
-    #[test]
-    fn old_flag_names_its_replacement() {
-        let expected = "error: unknown option `--time`\nhelp: use `kinetoscope benchmark MANIFEST`";
-        assert_eq!(error(&["--time"]), expected);
-    }
-
-    #[test]
-    fn old_flag_of_another_command_names_that_command() {
-        let command = || clap::Command::new("program");
-        let message = |command: clap::Command, name: &str| {
-            let error = command.try_get_matches_from(["program", "--fresh"]).unwrap_err();
-            message(&error, name)
-        };
-        let here = "error: unknown option `--fresh`\nhelp: use `--no-cache`";
-        assert_eq!(message(command(), "kinetoscope analyze"), here);
-        assert_eq!(message(command(), "analyze-recordings"), here);
-        let there = "error: unknown option `--fresh`\nhelp: use `kinetoscope analyze --no-cache`";
-        assert_eq!(message(command(), "run-experiment"), there);
-        assert_eq!(message(command(), "kinetoscope run"), there);
     }
 
     #[test]

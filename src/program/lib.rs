@@ -22,7 +22,6 @@ mod locked;
 mod manifests;
 mod messages;
 mod next_command;
-mod old_flags;
 mod output;
 mod pipeline;
 mod planner;

@@ -46,40 +46,6 @@ fn options_of_run_are_grouped() {
 }
 
 #[test]
-fn old_flags_name_their_replacement() {
-    for (arguments, help) in [
-        (&["run", "--verify", "x.mcap"] as &[&str], "kinetoscope verify RECORDING"),
-        (&["--compare", "x.mcap", "y.mcap"], "kinetoscope compare RECORDING OTHER"),
-        (&["run", "--attested", "x.mcap"], "kinetoscope verify --check-attestation RECORDING"),
-        (&["run", "--why", "x.toml"], "kinetoscope why MANIFEST"),
-        (&["--new", "gas"], "kinetoscope new MODEL"),
-        (&["--schema"], "kinetoscope schema"),
-        (&["run", "--time", "x.toml"], "kinetoscope benchmark MANIFEST"),
-        (&["run", "--only", "0123", "x.toml"], "--only-keys"),
-        (&["run", "--starts-in", ".", "x.toml"], "--start-from-dir"),
-        (&["analyze", "--metrics"], "--list-metrics"),
-        (&["run", "--metrics"], "kinetoscope analyze --list-metrics"),
-        (
-            &["analyze", "--thumbnail", "x.png", "x"],
-            "kinetoscope export --thumbnail FILE RECORDING",
-        ),
-        (&["analyze", "--fresh", "x"], "--no-cache"),
-        (&["analyze", "--remember", "x"], "--cache-only"),
-        (&["analyze", "--pictures-at", "1", "x"], "--snapshots-at"),
-        (&["analyze", "--table", "x"], "--metrics-table"),
-        (&["analyze", "--github", "x"], "--github-annotations"),
-        (&["run", "--fresh", "x"], "kinetoscope analyze --no-cache"),
-        (&["export", "--remember", "x"], "kinetoscope analyze --cache-only"),
-    ] {
-        let called = call(arguments);
-        assert_eq!(called.code, Some(2), "{arguments:?}: {}", called.err);
-        assert!(called.err.starts_with("error: unknown option `--"), "{}", called.err);
-        assert!(called.err.contains(&format!("\nhelp: use `{help}`\n")), "{}", called.err);
-        assert_eq!(called.out, "");
-    }
-}
-
-#[test]
 fn misspelled_names_name_the_nearest() {
     for (arguments, expected) in [
         (

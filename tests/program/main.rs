@@ -48,7 +48,7 @@ mod why_names_the_changed_key;
 mod names_decide_what_the_program_does;
 // Messages name a next command that works.
 mod messages_name_the_next_command;
-// Help, old flags, misspelled names, closed pipes.
+// Help, misspelled names, closed pipes.
 mod arguments;
 // Other seeds, changed keys and the same run against an earlier analysis.
 mod baselines;

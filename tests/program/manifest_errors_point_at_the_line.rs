@@ -156,16 +156,6 @@ fn number_in_place_of_another_type_is_a_wrong_type() {
     }
 }
 
-#[test]
-fn old_key_with_an_old_value_is_reported_at_once() {
-    let manifest = "[model.dem]\nstability = \"refuse\"\n";
-    let errors = parse(manifest, "m.toml", &[]).unwrap_err();
-    let text = errors.to_string();
-    assert!(text.contains("`stability` was renamed; use `on_unstable_time_step`"), "{text}");
-    assert!(text.contains("`\"refuse\"` was renamed; use `\"error\"`"), "{text}");
-    assert_eq!(errors.len(), 2, "{text}");
-}
-
 /// A reason that names no key of the manifest has the line of the model's table.
 #[test]
 fn error_of_a_run_that_cannot_be_prepared_names_the_line_of_its_key() {

@@ -50,7 +50,6 @@ fn wrong_names_of_a_plot_are_reported_with_the_nearest() {
     for (text, message) in [
         ("y = \"pressure.mesured\" # <-", "did you mean `pressure.measured`?"),
         ("y = \"zzz\" # <-", "`kinetoscope analyze --list-metrics` lists all metrics"),
-        ("y = \"hit_rate\" # <-", "was renamed; use `wall_collision_rate`"),
         ("y = \"\" # <-", "must not be empty"),
         ("y = \"pressure.window_s\" # <-", "is written `/pressure.window_s`"),
         ("y = \"pressure.window_s\\u001b\" # <-", "is written `/pressure.window_s\\u{1b}`"),
