@@ -13,7 +13,7 @@ pub const MAX_MANIFEST_BYTES: u64 = 16 << 20;
 pub const MAX_EXPERIMENT_RECORD_BYTES: u64 = 64 << 20;
 /// Maximum size of a lock file: tens of thousands of manifests.
 pub const MAX_LOCK_FILE_BYTES: u64 = 64 << 20;
-/// Maximum size of other side files: timing tables, attestations, reports of failures, checks, baselines.
+/// Maximum size of other side files: timing tables, reports of failures, checks, baselines.
 pub const MAX_SIDE_FILE_BYTES: u64 = 16 << 20;
 
 /// Opens a regular file for reading.

@@ -13,7 +13,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// Extensions of the side files of a recording, in addition to those of an unfinished run.
-const SIDE_FILES: [&str; 3] = ["host.json", "verified.json", "failed.txt"];
+const SIDE_FILES: [&str; 2] = ["host.json", "failed.txt"];
 
 /// The ending of a recording that is being written.
 const PARTIAL: &str = ".partial.mcap";

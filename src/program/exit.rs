@@ -13,7 +13,7 @@ const MEANINGS: [(u8, &str); 10] = [
     (4, "a difference was found"),
     (
         5,
-        "a recording or an attestation is missing, unfinished,\n       damaged or unknown; what could be read was used",
+        "a recording is missing, unfinished, damaged or unknown;\n       what could be read was used",
     ),
     (70, "an internal error, or not enough memory"),
     (75, "a disk or another input or output failed: the same\n       command may succeed later"),

@@ -1,4 +1,4 @@
-//! `verify` and `compare`: recordings against a rerun, against their attestation, and against each other.
+//! `verify` and `compare`: recordings against a rerun and against each other.
 
 use crate::messages::Failure;
 use crate::progress::{ProgressDisplay, Verbosity};
@@ -7,9 +7,6 @@ use clap::Args;
 use kinetoscope::executor::observer::ExecutionObserver as _;
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope::run::RunError;
-use kinetoscope::verify::attestation::{
-    Attestation, AttestationStatus, Verdict, attestation_path, attestation_status,
-};
 use kinetoscope::verify::compare::{CompareError, RecordingComparison, compare_recordings};
 use kinetoscope::verify::diff::Comparison;
 use kinetoscope::verify::divergence::{Cause, Divergence, Growth, Step};
@@ -22,15 +19,12 @@ use kinetoscope_recording::reader::Outcome;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// Rerun the run of a recording and compare; if both are equal, write an attestation.
+/// Rerun the run of a recording and compare.
 #[derive(Debug, Args)]
 pub(crate) struct VerifyArguments {
     /// Recording (*.mcap)
     #[arg(value_name = "RECORDING")]
     path: PathBuf,
-    /// Check that the recording is the file that was verified before, without a rerun
-    #[arg(long)]
-    check_attestation: bool,
     #[command(flatten)]
     result: ResultArguments,
 }
@@ -59,16 +53,9 @@ impl VerifyArguments {
     /// Verifies the recording and prints the result.
     #[must_use]
     pub(crate) fn execute(&self) -> Exit {
-        let report = if self.check_attestation {
-            check_attestation(&self.path)
-        } else {
-            let is_silent = self.result.quiet || self.result.json;
-            verify_by_rerun(
-                &self.path,
-                if is_silent { Verbosity::Quiet } else { Verbosity::Normal },
-            )
-        };
-        report.print(&self.result)
+        let is_silent = self.result.quiet || self.result.json;
+        let verbosity = if is_silent { Verbosity::Quiet } else { Verbosity::Normal };
+        verify_by_rerun(&self.path, verbosity).print(&self.result)
     }
 }
 
@@ -207,12 +194,12 @@ fn verify_by_rerun(path: &Path, verbosity: Verbosity) -> Report {
 }
 
 fn verified(verification: &Verification, path: &Path) -> Report {
-    let (verdict, mut report) = match &verification.finding {
+    let mut report = match &verification.finding {
         Finding::SameBytes { frames } => {
             let mut report = Report::equal();
             let frames = plural(*frames, "frame");
             report.lines.push(format!("{frames} rerun: equal in every byte"));
-            (Some(Verdict::Bytes), report)
+            report
         }
         Finding::Messages(comparison) => {
             let mut report = messages(comparison, "the file", "the rerun");
@@ -222,15 +209,16 @@ fn verified(verification: &Verification, path: &Path) -> Report {
                     .lines
                     .push(format!("{frames} rerun: equal in every message, not in every byte"));
             }
-            ((report.exit == Exit::Done).then_some(Verdict::Messages), report)
+            report
         }
     };
+    let is_equal = report.exit == Exit::Done;
     report.lines.splice(0..0, notes(verification, path));
     match &verification.recording.provenance().outcome {
-        Some(Outcome::Fault(fault)) if verdict.is_some() => {
+        Some(Outcome::Fault(fault)) if is_equal => {
             report.lines.push(format!("both failed in the same way: {fault}"));
         }
-        Some(Outcome::Interrupted) if verdict.is_some() => {
+        Some(Outcome::Interrupted) if is_equal => {
             report.errors.push("the run was interrupted: the rest cannot be compared\nhelp: run its manifest again to finish it".to_owned());
             report.exit = Exit::Unreadable;
         }
@@ -240,9 +228,6 @@ fn verified(verification: &Verification, path: &Path) -> Report {
         let error = "the run key in the file does not match its manifest: one of them was changed";
         report.errors.insert(0, error.to_owned());
         report.exit = Exit::Differs;
-    }
-    if let (Some(verdict), Exit::Done) = (verdict, report.exit) {
-        report.lines.push(attest(verification, verdict));
     }
     report
 }
@@ -273,19 +258,6 @@ fn merge_exit(error: &MergeFailure) -> Exit {
         MergeFailure::Usage(_) => Exit::BadManifest,
         MergeFailure::Read(_) => Exit::Unreadable,
         MergeFailure::Write(_) => Exit::Retryable,
-    }
-}
-
-fn attest(verification: &Verification, verdict: Verdict) -> String {
-    let recording = &verification.recording;
-    let written = Attestation::of(recording, verification.physics_version, verdict)
-        .and_then(|attestation| attestation.write(recording.path()));
-    match written {
-        Ok(path) => format!("attested in {}", shown_path(&path)),
-        Err(error) => format!(
-            "warning: the attestation cannot be written to {}: {error}",
-            shown_path(&attestation_path(recording.path()))
-        ),
     }
 }
 
@@ -372,35 +344,4 @@ fn cause(divergence: &Divergence, other_physics: bool, find_step: bool) -> Vec<S
         Cause::Undecided => "cause: not decided by the frames; --find-step executes both runs again".to_owned(),
     });
     lines
-}
-
-fn check_attestation(path: &Path) -> Report {
-    let shown = shown_path(path);
-    match attestation_status(path) {
-        Ok(AttestationStatus::Attested(attestation)) => {
-            let equal = match attestation.verdict {
-                Verdict::Bytes => "byte",
-                Verdict::Messages => "message",
-            };
-            let mut report = Report::equal();
-            report.lines.push(format!(
-                "{shown} is the file that version {} verified ({} {}): equal in every {equal}",
-                attestation.verified_by_program_version,
-                attestation.operating_system,
-                attestation.architecture
-            ));
-            report
-        }
-        Ok(AttestationStatus::Changed(what)) => Report::error(
-            Exit::Differs,
-            &format!("{shown} has changed since it was verified: the {what} differs"),
-        ),
-        Ok(AttestationStatus::Unattested(why)) => Report::error(
-            Exit::Unreadable,
-            &format!(
-                "{shown} has no attestation ({why})\nhelp: write one with `kinetoscope verify {shown}`"
-            ),
-        ),
-        Err(error) => Report::with_remedy(Exit::Unreadable, &error),
-    }
 }

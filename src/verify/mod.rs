@@ -1,6 +1,5 @@
 //! Verification of a recording: its run is executed again from the embedded manifest, and the bytes or messages are compared.
 
-pub mod attestation;
 mod check_thread;
 pub mod compare;
 pub mod diff;

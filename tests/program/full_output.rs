@@ -32,7 +32,6 @@ fn every_command_reports_output_that_cannot_be_written() {
         &["info", recording],
         &["info", "--json", recording],
         &["verify", recording],
-        &["verify", "--check-attestation", recording],
         &["compare", recording, recording],
         &["compare", "--json", recording, recording],
         &["run", "--dry-run", "gas.toml"],

@@ -56,7 +56,6 @@ const COMMANDS: &[(&str, i32)] = &[
     ("info @missing", 5),
     ("info @", 5),
     ("verify @RECORDING", 0),
-    ("verify --check-attestation @RECORDING", 0),
     ("verify @not.mcap", 5),
     ("verify @missing", 5),
     ("compare @RECORDING @RECORDING", 0),

@@ -16,8 +16,6 @@ mod hostile_client;
 // A folder in which `kinetoscope` is called.
 mod subcommand_bench;
 
-// An attestation is valid for the verified bytes only.
-mod attestation_is_valid_for_one_file;
 // `--compare` lists differing keys, versions and the first differing message.
 mod comparison_lists_differences;
 // `verify` rejects manifests that no machine can execute, and recordings without frames.

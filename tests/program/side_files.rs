@@ -104,24 +104,20 @@ fn manifests_of_errors_alone_take_bounded_memory_and_time() {
     assert_error(&call(&bench, &["check", "large.toml"]), 2, "this is not TOML", "a mebibyte");
 }
 
-/// Files that are read as JSON: a baseline, the timing table, an attestation, the host file.
+/// Files that are read as JSON: a baseline, the timing table, the host file.
 #[test]
 fn large_json_files_take_bounded_memory() {
     let bench = Bench::new();
     let recording = bench.recording();
     let folder = recording.parent().unwrap().to_str().unwrap().to_owned();
-    let path = recording.to_str().unwrap();
     let text = repeated("[", "[],", 16_000_000) + "1]";
     let stem = recording.file_stem().unwrap().to_str().unwrap();
     for name in ["timing.json", "metrics.json", &format!("{stem}.host.json")] {
         bench.write(&format!("recordings/gas/{name}"), &text);
     }
-    bench.write(&format!("recordings/gas/{stem}.verified.json"), &text);
     bench.write("baseline.json", &text);
     let analyzed = call(&bench, &["analyze", &folder]);
     assert_error(&analyzed, 0, "timing.json is no timing table", "the timing table");
     let compared = call(&bench, &["analyze", "--baseline", "baseline.json", &folder]);
     assert_error(&compared, 2, "baseline.json", "a baseline");
-    let attested = call(&bench, &["verify", "--check-attestation", path]);
-    assert_error(&attested, 5, "verified.json", "an attestation");
 }

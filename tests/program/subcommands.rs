@@ -194,14 +194,9 @@ fn recordings_are_described_verified_and_compared() {
     assert_eq!((json["frames"].as_u64(), json["outcome"].as_str()), (Some(5), Some("complete")));
     assert_eq!(json["channels"]["/state"], 5);
 
-    let missing = bench.call(&["verify", "--check-attestation", recording]);
-    assert_eq!(missing.code, Some(5));
-    assert!(missing.err.contains("\nhelp: write one with `kinetoscope verify"), "{}", missing.err);
     let verified = bench.call(&["verify", "--json", recording]);
     assert_eq!(verified.code, Some(0), "{}", verified.err);
     assert_eq!(verified.json()["equal"], true);
-    let attested = bench.call(&["verify", "--check-attestation", recording]);
-    assert_eq!(attested.code, Some(0), "{}", attested.err);
     let compared = bench.call(&["compare", "--json", recording, recording]);
     assert_eq!((compared.code, compared.json()["exit_code"].as_u64()), (Some(0), Some(0)));
 
@@ -288,10 +283,7 @@ fn starter_schema_and_completions_are_printed() {
     assert!(call(["schema"]).json()["properties"]["model"].is_object());
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
         let completions = call(["completions", shell]);
-        assert!(
-            completions.code == Some(0) && completions.out.contains("check-attestation"),
-            "{shell}"
-        );
+        assert!(completions.code == Some(0) && completions.out.contains("find-step"), "{shell}");
         for (program, subcommand) in [("run-experiment", "run"), ("analyze-recordings", "analyze")]
         {
             let own = call(["completions", shell, program]);
@@ -301,7 +293,7 @@ fn starter_schema_and_completions_are_printed() {
             let names = flags.map(|flag| flag.split(['[', ',']).next().unwrap());
             let missing: Vec<&str> = names.filter(|&name| !own.out.contains(name)).collect();
             assert!(missing.is_empty(), "{shell} {program}: {missing:?}");
-            assert!(!own.out.contains("check-attestation"), "{shell} {program}");
+            assert!(!own.out.contains("find-step"), "{shell} {program}");
         }
     }
 }
