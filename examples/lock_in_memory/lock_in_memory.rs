@@ -5,7 +5,7 @@
 //!     node tests/architectures/wasi.mjs lock_in_memory.wasm experiments/first_run.toml < experiments/first_run.toml
 
 use kinetoscope::verify::fingerprint::fingerprint;
-use kinetoscope::verify::lock_file::{LockFile, LockedExperiment, LockedTrace};
+use kinetoscope::verify::lock_file::{LockFile, LockedExperiment};
 use kinetoscope::{Experiment, run};
 use kinetoscope_physics::kind_of;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
@@ -25,10 +25,10 @@ fn main() -> Result<(), Box<dyn Error>> {
             let with_value = analysis.measurements.iter().filter(|one| one.reason.is_none());
             let metrics = with_value.map(|one| (one.name().to_owned(), one.estimate.value));
             let version = kind_of(&planned.manifest.model).physics_version;
-            first = Some((metrics.collect(), LockedTrace::of(&found), version));
+            first = Some((metrics.collect(), found.tags, version));
         }
     }
-    let (metrics, trace, physics_version) = first.ok_or("the manifest has no run")?;
+    let (metrics, tags, physics_version) = first.ok_or("the manifest has no run")?;
     let model = experiment.model().to_owned();
     let mut file = LockFile::new(SCHEMA_VERSION);
     let manifest = name;
@@ -38,7 +38,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         physics_version,
         at_most_s: 1,
         runs,
-        trace,
+        frames: tags.frames,
+        tags: LockedExperiment::tags_text(&tags),
         metrics,
     });
     print!("{}", file.text()?);

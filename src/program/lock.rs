@@ -7,7 +7,7 @@ use crate::rerun::{Parallel, RerunExperiment, Reruns};
 use crate::result_arguments::ResultArguments;
 use clap::Args;
 use kinetoscope::verify::fingerprint::Fingerprint;
-use kinetoscope::verify::lock_file::{LockError, LockFile, LockedExperiment, LockedTrace, bound_s};
+use kinetoscope::verify::lock_file::{LockError, LockFile, LockedExperiment, bound_s};
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::{one_line, shown_path};
 use kinetoscope_files::output_file::{self, FolderLock};
@@ -165,17 +165,18 @@ fn entry(manifest: String, rerun: &RerunExperiment) -> Result<LockedExperiment, 
         let (recording, found) = run.fingerprint()?;
         runs.push(LockedExperiment::run_line(&run.run_key, &found.messages));
         if first.is_none() {
-            first = Some((metrics_of(&recording)?, LockedTrace::of(&found)));
+            first = Some((metrics_of(&recording)?, found.tags));
         }
     }
-    let (metrics, trace) = first.ok_or_else(|| bad(format!("{manifest} has no run")))?;
+    let (metrics, tags) = first.ok_or_else(|| bad(format!("{manifest} has no run")))?;
     Ok(LockedExperiment {
         manifest,
         model: rerun.experiment.model().to_owned(),
         physics_version: physics_version(&rerun.experiment.runs[0].manifest),
         at_most_s: bound_s(rerun.seconds),
         runs,
-        trace,
+        frames: tags.frames,
+        tags: LockedExperiment::tags_text(&tags),
         metrics,
     })
 }

@@ -8,8 +8,8 @@ use crate::messages::{Failure, bad, plural, word};
 use crate::rerun::{Parallel, RerunExperiment, RerunRun, Reruns};
 use crate::result_arguments::ResultArguments;
 use kinetoscope::verify::diff::compare_messages;
-use kinetoscope::verify::fingerprint::{Fingerprint, Place};
-use kinetoscope::verify::lock_file::{LockError, LockFile, LockedExperiment, LockedTrace};
+use kinetoscope::verify::fingerprint::{Fingerprint, FirstDifference, FrameTags};
+use kinetoscope::verify::lock_file::{LockError, LockFile, LockedExperiment};
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::{one_line, shown_path};
 use kinetoscope_recording::channels::{FrameClock, SCHEMA_VERSION};
@@ -147,15 +147,14 @@ impl LockedCheck<'_> {
             if found.messages != locked {
                 differing += 1;
                 if differing == 1 {
-                    let trace = entry.trace.fingerprint().filter(|_| index == 0);
-                    let at =
-                        self.place(rerun, run, (&recording, &found), trace.as_ref(), locked)?;
+                    let tags = entry.frame_tags().filter(|_| index == 0);
+                    let at = self.place(rerun, run, (&recording, &found), tags.as_ref(), locked)?;
                     findings.push(format!("{}: {at}", run.name));
                 }
-            } else if index == 0 && LockedTrace::of(&found) != entry.trace {
+            } else if index == 0 && entry.frame_tags().as_ref() != Some(&found.tags) {
                 let manifest = one_line(&entry.manifest);
                 let what =
-                    format!("the trace of {manifest} is not that of its run, which is equal");
+                    format!("the tags of {manifest} are not those of its run, which is equal");
                 return Err(unreadable(self.lock_file, &LockError::Damaged(what)));
             }
             if index == 0 {
@@ -169,13 +168,13 @@ impl LockedCheck<'_> {
         Ok(findings)
     }
 
-    /// The first difference of a run: exactly, if a recording with the locked messages is there, otherwise from the trace.
+    /// The first difference of a run: with its values, if a recording with the locked messages is there, otherwise its frame.
     fn place(
         &self,
         rerun: &RerunExperiment,
         run: &RerunRun,
         (recording, found): (&Recording, &Fingerprint),
-        trace: Option<&Fingerprint>,
+        tags: Option<&FrameTags>,
         locked: &str,
     ) -> Result<String, Failure> {
         let name = run.recording.file_name().unwrap_or_default();
@@ -187,24 +186,19 @@ impl LockedCheck<'_> {
                 return Ok(difference.describe("the locked recording", "this run"));
             }
         }
-        if trace.is_some_and(|trace| trace.has_equal_trace(found)) {
-            let what = format!("the hash of {} is not that of its trace, which is equal", run.name);
-            return Err(unreadable(self.lock_file, &LockError::Damaged(what)));
-        }
-        let particles = recording
-            .frames()
-            .ok()
-            .and_then(|mut frames| frames.next()?.ok()?.state().map(|state| state.rows() as u64))
-            .unwrap_or(u64::MAX);
-        let place = trace.and_then(|trace| trace.first_difference(found, particles));
-        let Some(place) = place else {
-            let missing = format!(
-                "the messages differ; their place is known if {} has a recording with the locked messages",
-                shown_path(&local)
-            );
-            return Ok(missing);
+        let place = match tags {
+            Some(tags) if tags.shows_equal_messages(&found.tags) => {
+                let what =
+                    format!("the hash of {} is not that of its tags, which are equal", run.name);
+                return Err(unreadable(self.lock_file, &LockError::Damaged(what)));
+            }
+            Some(tags) => described_place(tags.first_difference(&found.tags), recording),
+            None => "the messages differ".to_owned(),
         };
-        Ok(describe(&place, recording))
+        Ok(format!(
+            "{place}; for the particle and both values, copy a recording of the locked run to {}, or compare it with `kinetoscope compare`",
+            shown_path(&local)
+        ))
     }
 }
 
@@ -240,59 +234,31 @@ fn other_runs(entry: &LockedExperiment, rerun: &RerunExperiment) -> Option<Strin
 }
 
 /// The place of a difference as text, with the time of its frame.
-fn describe(place: &Place, recording: &Recording) -> String {
-    let (equal, frame) = place.frames;
-    let mut text = match equal {
-        Some(equal) if equal < frame.saturating_sub(1) => {
-            format!("first difference after frame {equal}, at the latest in frame {frame}")
-        }
-        _ => format!("first difference in frame {frame}"),
-    };
-    let last_equal = equal.or(frame.checked_sub(1));
-    text += &instant(recording, last_equal, frame).unwrap_or_default();
-    let Some(row) = &place.row else { return text };
-    if row.frame != frame {
-        text += &format!("; in frame {}", row.frame);
-    }
-    let mut parts = Vec::new();
-    if !row.topics.is_empty() {
-        parts.push(row.topics.join(", "));
-    }
-    if !row.columns.is_empty() {
-        parts.push(format!("columns {}", row.columns.join(", ")));
-    }
-    match row.particles.as_deref() {
-        None => parts.push("more than two particles".to_owned()),
-        Some([]) => {}
-        Some([one]) => parts.push(format!("particle {one}")),
-        Some(several) => {
-            let names: Vec<String> = several.iter().map(u64::to_string).collect();
-            parts.push(format!("particles {}", names.join(" and ")));
+fn described_place(difference: FirstDifference, recording: &Recording) -> String {
+    match difference {
+        FirstDifference::At(position) => described_frame(recording, position)
+            .unwrap_or_else(|| format!("first difference in frame {position}")),
+        FirstDifference::After(position) => {
+            format!("first difference after frame {position} of the file")
         }
     }
-    if parts.is_empty() {
-        // A row keeps one byte per topic and column, which is the same for other values one time in 256.
-        parts.push("no topic is known".to_owned());
-    }
-    text + ": " + &parts.join("; ")
 }
 
-/// The time of a frame, and the steps or events since the last equal one.
-fn instant(recording: &Recording, last_equal: Option<u64>, frame: u64) -> Option<String> {
-    let mut from = None;
-    for found in recording.frames().ok()? {
-        let FrameClock { frame: index, step_or_event_count: count, time, time_unit } =
-            found.ok()?.clock;
-        if Some(index) == last_equal {
-            from = Some(count);
-        }
-        if index == frame {
+/// A frame with its time, and the steps or events since the one before it; `None` if the recording is shorter.
+fn described_frame(recording: &Recording, position: u64) -> Option<String> {
+    let mut before = None;
+    for (index, found) in (0..=position).zip(recording.frames().ok()?) {
+        let FrameClock { frame, step_or_event_count: count, time, time_unit } = found.ok()?.clock;
+        if index == position {
             let space = if time_unit.is_empty() { "" } else { " " };
-            let between = from.map_or_else(String::new, |from| {
-                format!(", between {from} and {count} steps or events")
+            let between = before.map_or_else(String::new, |before| {
+                format!(", between {before} and {count} steps or events")
             });
-            return Some(format!(" (time {time:?}{space}{time_unit}{between})"));
+            return Some(format!(
+                "first difference in frame {frame} (time {time:?}{space}{time_unit}{between})"
+            ));
         }
+        before = Some(count);
     }
     None
 }

@@ -1,6 +1,6 @@
 //! `kinetoscope.lock`: what the runs of manifests gave, in a text file that is reviewed like any other.
 
-use crate::verify::fingerprint::{Fingerprint, Row};
+use crate::verify::fingerprint::FrameTags;
 use data_encoding::BASE64_NOPAD;
 use kinetoscope_console::text::one_line;
 use kinetoscope_files::output_file;
@@ -13,7 +13,7 @@ use std::path::{Component, Path};
 use thiserror::Error;
 
 /// Version of the file's layout.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 /// Time that a manifest of the quick tier may take, s.
 pub const QUICK_S: u64 = 5;
 const HEAD: &str =
@@ -51,23 +51,13 @@ pub struct LockedExperiment {
     pub at_most_s: u64,
     /// The runs in the manifest's order, each as run key (16 digits) and hash of its messages (32 digits).
     pub runs: Vec<String>,
-    /// Trace of the first run.
-    pub trace: LockedTrace,
+    /// Number of frames of the first run.
+    pub frames: u64,
+    /// Tags of the frames of the first run, in base64; see [`FrameTags`].
+    pub tags: String,
     /// Metrics of the first run.
     #[serde(default)]
     pub metrics: BTreeMap<String, f64>,
-}
-
-/// The trace of a run, see [`Fingerprint`].
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct LockedTrace {
-    frames: u64,
-    /// Separated by spaces.
-    topics: String,
-    columns: String,
-    tags: String,
-    rows: Vec<String>,
 }
 
 /// The reason why a lock file cannot be used.
@@ -224,7 +214,7 @@ impl LockedExperiment {
         }
         if self.runs.is_empty()
             || !self.runs.iter().all(is_hash)
-            || self.trace.fingerprint().is_none()
+            || self.frame_tags().is_none()
         {
             return Err(LockError::Damaged(format!(
                 "the entry of {} is damaged",
@@ -234,46 +224,23 @@ impl LockedExperiment {
         Ok(())
     }
 
+    /// The text of the tags of a run.
+    #[must_use]
+    pub fn tags_text(tags: &FrameTags) -> String {
+        BASE64_NOPAD.encode(&tags.tags)
+    }
+
+    /// The tags of the first run; `None` if their text is damaged.
+    #[must_use]
+    pub fn frame_tags(&self) -> Option<FrameTags> {
+        let tags = BASE64_NOPAD.decode(self.tags.as_bytes()).ok()?;
+        Some(FrameTags { frames: self.frames, tags })
+    }
+
     /// The line of a run.
     #[must_use]
     pub fn run_line(run_key: &str, messages: &str) -> String {
         format!("{} {messages}", &run_key[..16.min(run_key.len())])
-    }
-}
-
-impl LockedTrace {
-    /// The trace of a fingerprint.
-    #[must_use]
-    pub fn of(fingerprint: &Fingerprint) -> Self {
-        Self {
-            frames: fingerprint.frames,
-            topics: fingerprint.topics.join(" "),
-            columns: fingerprint.columns.join(" "),
-            tags: BASE64_NOPAD.encode(&fingerprint.tags),
-            rows: fingerprint.rows.iter().map(Row::text).collect(),
-        }
-    }
-
-    /// The fingerprint without the hash; `None` if the trace is damaged.
-    #[must_use]
-    pub fn fingerprint(&self) -> Option<Fingerprint> {
-        let names = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
-        let columns = names(&self.columns);
-        let topics = names(&self.topics);
-        let row = |text: &String| Row::parse(text, columns.len());
-        let rows: Vec<Row> = self.rows.iter().map(row).collect::<Option<_>>()?;
-        // The last row has a tag for each topic.
-        if rows.last()?.topics.len() != topics.len() {
-            return None;
-        }
-        Some(Fingerprint {
-            messages: String::new(),
-            frames: self.frames,
-            tags: BASE64_NOPAD.decode(self.tags.as_bytes()).ok()?,
-            rows,
-            topics,
-            columns,
-        })
     }
 }
 

@@ -12,7 +12,6 @@ pub mod lock_file;
 pub mod merge;
 mod rerun_check;
 pub mod restore;
-mod syndromes;
 pub mod zoom;
 
 use crate::interrupt::Interrupt;
