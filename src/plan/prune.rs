@@ -3,6 +3,7 @@
 
 use crate::plan::{Plan, PlannedRun};
 use kinetoscope_files::atomic_file::{leftovers, remove_if_exists};
+use kinetoscope_files::folder::folder_of;
 use kinetoscope_recording::plot_list::{CACHE_FOLDER, listed_plots, listed_recordings};
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::removal::{Removal, remove_leftovers, remove_recording};
@@ -100,7 +101,7 @@ impl StaleFiles {
 /// Removes a stale file.
 fn removed(path: &Path) -> io::Result<Removal> {
     let name = path.file_name().and_then(OsStr::to_str).unwrap_or_default();
-    let folder = path.parent().unwrap_or(Path::new(""));
+    let folder = folder_of(path);
     if let Some(stem) = name.strip_suffix(PARTIAL) {
         return remove_leftovers(folder, stem).map_err(io::Error::other);
     }

@@ -42,10 +42,13 @@ impl StartFiles {
     }
 
     fn named_by_key(&self, run_key: &str, identity: &str) -> Result<RecordedState, String> {
-        let parent = self.folder.parent().map(Path::to_owned).unwrap_or_default();
-        let mut folders = vec![self.folder.clone()];
-        folders.extend(entries(&parent).into_iter().filter(|path| path.is_dir()));
-        folders.extend(entries(&self.folder).into_iter().filter(|path| path.is_dir()));
+        // An absolute path if possible, because neither an empty path nor `.` has a parent whose folders can be listed.
+        let folder = Path::new(".").join(&self.folder);
+        let folder = folder.canonicalize().unwrap_or_else(|_| self.folder.clone());
+        let adjacent = folder.parent().map(entries).unwrap_or_default();
+        let mut folders = vec![folder.clone()];
+        folders.extend(adjacent.into_iter().filter(|path| path.is_dir()));
+        folders.extend(entries(&folder).into_iter().filter(|path| path.is_dir()));
         let short = run_key.get(..8).unwrap_or(run_key);
         let endings = [format!("__{short}.mcap"), format!("__{run_key}.mcap")];
         let candidates = folders.iter().flat_map(|folder| entries(folder)).filter(|path| {
@@ -63,7 +66,7 @@ impl StartFiles {
         Err(other.unwrap_or_else(|| {
             format!(
                 "no recording with the run key {run_key} is in {} or an adjacent folder: put it there",
-                shown_path(&self.folder)
+                shown_path(&folder)
             )
         }))
     }

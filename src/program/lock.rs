@@ -10,6 +10,7 @@ use kinetoscope::verify::fingerprint::Fingerprint;
 use kinetoscope::verify::lock_file::{LockError, LockFile, LockedExperiment, bound_s};
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::{one_line, shown_path};
+use kinetoscope_files::folder::folder_of;
 use kinetoscope_files::output_file::{self, FolderLock};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_physics::kind_of;
@@ -216,7 +217,7 @@ pub(crate) fn relative_to(lock_file: &Path, manifest: &Path) -> Result<String, F
         let what = format!("cannot read the manifest {}: {error}", shown_path(manifest));
         bad(what).help("check the path")
     })?;
-    let below = found.strip_prefix(folder_of(lock_file)).map_err(|_| {
+    let below = found.strip_prefix(canonical(folder_of(lock_file))).map_err(|_| {
         let (manifest, lock_file) = (shown_path(manifest), shown_path(lock_file));
         let what = format!("the manifest {manifest} is not in the folder of {lock_file}");
         bad(what).help("name a lock file in a folder above it with --lock-file")
@@ -229,19 +230,12 @@ pub(crate) fn relative_to(lock_file: &Path, manifest: &Path) -> Result<String, F
     Ok(path)
 }
 
-/// The folder of a lock file, without links.
-fn folder_of(lock_file: &Path) -> PathBuf {
-    match lock_file.parent() {
-        Some(folder) if folder != Path::new("") => canonical(folder),
-        _ => canonical(Path::new(".")),
-    }
-}
-
 /// The manifest of an entry. One that is a link out of the folder of the lock file is not read.
 pub(crate) fn manifest_of(lock_file: &Path, entry: &LockedExperiment) -> Result<PathBuf, Failure> {
-    let manifest = lock_file.parent().unwrap_or(Path::new("")).join(&entry.manifest);
+    // A name next to that of the lock file: messages show it as the user wrote the other one.
+    let manifest = lock_file.with_file_name(&entry.manifest);
     match fs::canonicalize(&manifest) {
-        Ok(found) if !found.starts_with(folder_of(lock_file)) => {
+        Ok(found) if !found.starts_with(canonical(folder_of(lock_file))) => {
             let (manifest, lock_file) = (shown_path(&manifest), shown_path(lock_file));
             let what =
                 format!("the manifest {manifest} is a link out of the folder of {lock_file}");

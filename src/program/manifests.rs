@@ -8,6 +8,7 @@ use kinetoscope::plan::restart_files::StartFiles;
 use kinetoscope::plan::{Plan, Status};
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::shown_path;
+use kinetoscope_files::folder::folder_of;
 use kinetoscope_files::regular_file::{self, MAX_MANIFEST_BYTES, read_text};
 use kinetoscope_manifest::{Experiment, ExperimentRecord, Override, is_manifest_name, nearest};
 use kinetoscope_recording::recorder::Outcome;
@@ -77,10 +78,16 @@ pub(crate) fn canonical(path: &Path) -> PathBuf {
 
 /// The path that identifies a manifest with the folder of its `start_from`: of a symbolic link, that of the link.
 fn location(manifest: &Path) -> PathBuf {
-    match (manifest.parent(), manifest.file_name()) {
-        (Some(folder), Some(name)) if folder != Path::new("") => canonical(folder).join(name),
-        _ => canonical(Path::new(".")).join(manifest),
+    match manifest.file_name() {
+        Some(name) => canonical(folder_of(manifest)).join(name),
+        None => canonical(Path::new(".")).join(manifest),
     }
+}
+
+/// The folder that the names in a manifest are relative to: an empty path for a bare name, not `.`, so that messages show the names
+/// as the manifest has them.
+pub(crate) fn base_of(manifest: &Path) -> &Path {
+    manifest.parent().unwrap_or(Path::new(""))
 }
 
 /// Whether a file that is not text is an MCAP file.
@@ -98,7 +105,7 @@ const CREATE_ONE: &str =
 /// The manifest with the name nearest to that of a missing one, in the same folder or in `experiments`; an exact name first.
 fn nearest_manifest(missing: &Path) -> Option<PathBuf> {
     let wanted = missing.file_stem()?.to_string_lossy();
-    let here = missing.parent().unwrap_or(Path::new(""));
+    let here = base_of(missing);
     let folders = [here.to_owned(), here.join("experiments"), PathBuf::from("experiments")];
     let found: Vec<PathBuf> = folders.iter().flat_map(|folder| manifests_in(folder)).collect();
     let stem = |path: &Path| path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
@@ -161,7 +168,7 @@ impl<'a> ManifestReader<'a> {
 
     /// Folder that the paths of `start_from` in a manifest are relative to.
     pub(crate) fn start_folder<'b>(&'b self, manifest: &'b Path) -> &'b Path {
-        self.start_from_dir.unwrap_or_else(|| manifest.parent().unwrap_or(Path::new("")))
+        self.start_from_dir.unwrap_or_else(|| base_of(manifest))
     }
 
     /// Reads a manifest of the command line.
@@ -184,7 +191,7 @@ impl<'a> ManifestReader<'a> {
             }
         })?;
         if source.starts_with(ExperimentRecord::FIRST_LINE) {
-            let folder = shown_path(manifest.parent().unwrap_or(Path::new("")));
+            let folder = shown_path(folder_of(manifest));
             let what =
                 format!("{} describes recordings; it is not a manifest", shown_path(manifest));
             return Err(bad(what).help(format!(
@@ -266,7 +273,7 @@ impl<'a> ManifestReader<'a> {
         let shown = shown_path(manifest);
         let source = read_text(manifest, MAX_MANIFEST_BYTES)
             .map_err(|error| NoRecording::Invalid(format!("cannot read {shown}: {error}")))?;
-        let start_folder = manifest.parent().unwrap_or(Path::new(""));
+        let start_folder = base_of(manifest);
         let missing = Cell::new(None);
         let parsed = self.parse(&source, manifest, &[], start_folder, &missing);
         let experiment = parsed.map_err(|diagnostics| {

@@ -1,6 +1,6 @@
 //! Pipelines of experiments: a manifest that `start_from` names runs before the manifest that names it.
 
-use crate::manifests::{MAX_STARTS, ManifestReader, canonical};
+use crate::manifests::{MAX_STARTS, ManifestReader, base_of, canonical};
 use crate::messages::{Failure, bad};
 use crate::step::Step;
 use kinetoscope_console::text::shown_path;
@@ -85,7 +85,7 @@ impl Search<'_> {
         for start in self.starts(manifest, is_named)? {
             let folder = match is_named {
                 true => self.reader.start_folder(manifest),
-                false => manifest.parent().unwrap_or(Path::new("")),
+                false => base_of(manifest),
             };
             let next = folder.join(&start.name);
             let identity = identity.clone();

@@ -10,13 +10,13 @@
 use crate::interrupt::Interrupt;
 use crate::plan::restart_files::StartFiles;
 use crate::run::prepared::Prepared;
+use kinetoscope_files::folder::folder_of;
 use kinetoscope_manifest::parse_run;
 use kinetoscope_physics::model::{Extent, Model, Progress, Target};
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::paired_frames::PairedFrames;
 use kinetoscope_recording::reader::{RecordedFrame, Recording};
-use std::path::Path;
 
 /// Separation up to which a difference can be a rounding error of one step: some ten thousand units in the last place, because
 /// a force is computed from a small difference of large positions.
@@ -329,8 +329,7 @@ struct Rerun {
 impl Rerun {
     fn new(recording: &Recording) -> Option<Self> {
         let mut manifest = parse_run(recording.manifest()).ok()?;
-        let folder = recording.path().parent().unwrap_or(Path::new("."));
-        let starts = StartFiles::relative_to(folder);
+        let starts = StartFiles::relative_to(folder_of(recording.path()));
         manifest.model.read_start(&|name: &str| starts.read(name)).ok()?;
         let key = &recording.provenance().run_key;
         let start = Prepared::new(&manifest, recording.manifest(), key).ok()?;

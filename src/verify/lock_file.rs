@@ -212,10 +212,7 @@ impl LockedExperiment {
                 one_line(&self.manifest)
             )));
         }
-        if self.runs.is_empty()
-            || !self.runs.iter().all(is_hash)
-            || self.frame_tags().is_none()
-        {
+        if self.runs.is_empty() || !self.runs.iter().all(is_hash) || self.frame_tags().is_none() {
             return Err(LockError::Damaged(format!(
                 "the entry of {} is damaged",
                 one_line(&self.manifest)

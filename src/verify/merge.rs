@@ -5,6 +5,7 @@ use crate::run::prepared::Prepared;
 use crate::run::recording;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::atomic_file::{NewFile, replace};
+use kinetoscope_files::folder::folder_of;
 use kinetoscope_files::output_file;
 use kinetoscope_manifest::{differing_keys, manifest_values, parse_run};
 use kinetoscope_recording::error::{ReadError, RecordError};
@@ -112,8 +113,7 @@ fn layout_path(file: &Path) -> PathBuf {
 /// The layout of a run; `None` for one that this program cannot start.
 fn layout(recording: &Recording) -> Option<String> {
     let mut manifest = parse_run(recording.manifest()).ok()?;
-    let folder = recording.path().parent().unwrap_or(Path::new("."));
-    let starts = StartFiles::relative_to(folder);
+    let starts = StartFiles::relative_to(folder_of(recording.path()));
     manifest.model.read_start(&|name: &str| starts.read(name)).ok()?;
     let key = &recording.provenance().run_key;
     let start = Prepared::new(&manifest, recording.manifest(), key).ok()?;

@@ -21,6 +21,7 @@ use crate::run::recording;
 use crate::run::{RunError, record_frames, record_start};
 use crate::verify::diff::{Comparison, compare_messages};
 use kinetoscope_console::text::shown_path;
+use kinetoscope_files::folder::folder_of;
 use kinetoscope_files::regular_file;
 use kinetoscope_manifest::{KeyDifference, RunManifest, differing_keys, parse_run, run_key};
 use kinetoscope_physics::kind_of;
@@ -113,7 +114,7 @@ pub fn verify(
     }
     let mut manifest = parse_run(recording.manifest())
         .map_err(|diagnostics| VerifyError::Manifest(diagnostics.render(false)))?;
-    let starts = StartFiles::relative_to(&folder_of(path));
+    let starts = StartFiles::relative_to(folder_of(path));
     manifest.model.read_start(&|name: &str| starts.read(name)).map_err(VerifyError::Start)?;
     let provenance = recording.provenance();
     let (physics, layout) = (provenance.physics_version, provenance.schema_version);
@@ -139,13 +140,6 @@ pub fn verify(
         finding,
         recording,
     })
-}
-
-/// The folder of a file, as an absolute path if possible, so that its adjacent folders can be listed.
-fn folder_of(path: &Path) -> PathBuf {
-    let folder = path.parent().map(Path::to_owned).unwrap_or_default();
-    let folder = if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder };
-    folder.canonicalize().unwrap_or(folder)
 }
 
 /// The readable part of a file.

@@ -4,9 +4,9 @@ use crate::interrupt::Interrupt;
 use crate::plan::restart_files::StartFiles;
 use crate::run::prepared::Prepared;
 use crate::run::{RunError, recording};
-use crate::verify::folder_of;
 use crate::verify::rerun_check::Findings;
 use kinetoscope_console::text::shown_path;
+use kinetoscope_files::folder::folder_of;
 use kinetoscope_files::output_file;
 use kinetoscope_manifest::{RunManifest, parse_run, run_key};
 use kinetoscope_physics::kind_of;
@@ -125,7 +125,7 @@ impl Source {
             let (path, model) = (path.to_owned(), provenance.model.clone());
             return Err(RestoreError::OtherPhysics { path, model, recorded, own });
         }
-        let starts = StartFiles::relative_to(&folder_of(path));
+        let starts = StartFiles::relative_to(folder_of(path));
         manifest.model.read_start(&|name: &str| starts.read(name)).map_err(RestoreError::Start)?;
         Ok(Self { recording, manifest })
     }
@@ -223,8 +223,7 @@ pub(crate) fn written<T>(
     write: impl FnOnce(RecordingFile) -> Result<T, RestoreError>,
 ) -> Result<T, RestoreError> {
     let stem = stem_of(path).unwrap_or_default();
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let file = RecordingFile::create_or_continue(folder, stem)?;
+    let file = RecordingFile::create_or_continue(folder_of(path), stem)?;
     let (partial, kept) = (file.partial_path().to_owned(), file.kept());
     write(file).map_err(|error| match error {
         _ if kept == 0 && !matches!(record_error(&error), Some(RecordError::Differs { .. })) => {

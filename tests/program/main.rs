@@ -48,6 +48,8 @@ mod names_decide_what_the_program_does;
 mod messages_name_the_next_command;
 // Help, misspelled names, closed pipes.
 mod arguments;
+// Names without a folder.
+mod bare_names;
 // Other seeds, changed keys and the same run against an earlier analysis.
 mod baselines;
 // Standard output and standard error on a full disk.

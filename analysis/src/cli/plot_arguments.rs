@@ -17,6 +17,7 @@ use crate::sweep::{fits, points};
 use crate::write_file;
 use kinetoscope_console::text::{plural, shown_path};
 use kinetoscope_console::{StandardOutput, complain};
+use kinetoscope_files::folder::folder_of;
 use kinetoscope_manifest::{Coordinate, PlotAxis, PlotRequest, nearest};
 use rayon::iter::{IndexedParallelIterator as _, IntoParallelIterator as _, ParallelIterator as _};
 use serde_json::{Value, json};
@@ -393,7 +394,7 @@ fn check_places(request: &PlotRequest, runs: &[Vec<Coordinate>]) -> Result<(), R
 
 /// Whether the folder of a file exists.
 fn is_in_a_folder(file: &Path) -> bool {
-    file.parent().is_none_or(|folder| folder == Path::new("") || folder.is_dir())
+    folder_of(file).is_dir()
 }
 
 fn place(text: &str) -> Result<(String, String), String> {

@@ -11,6 +11,7 @@ pub use error::UnreadableRecording;
 
 use crate::input::recording::{OpenRun, is_partial, restored_file};
 use kinetoscope_console::text::shown_path;
+use kinetoscope_files::folder::folder_of;
 use kinetoscope_files::regular_file::{MAX_EXPERIMENT_RECORD_BYTES, read_opened};
 use kinetoscope_manifest::{Coordinate, ExperimentRecord};
 use kinetoscope_object_storage::address::Address;
@@ -84,9 +85,7 @@ pub(crate) fn sources(paths: &[PathBuf]) -> Result<Vec<RecordingFolder>, Invalid
                 return Err(InvalidPath::without_recordings(path));
             }
         } else if is_remote || path.exists() {
-            let folder = path.parent().filter(|parent| !parent.as_os_str().is_empty());
-            let folder = folder.unwrap_or(Path::new(".")).to_path_buf();
-            named.entry(folder).or_default().push(path.clone());
+            named.entry(folder_of(path).to_path_buf()).or_default().push(path.clone());
         } else {
             return Err(InvalidPath::new(format!(
                 "{} does not exist. Check the path, or run the experiment first",

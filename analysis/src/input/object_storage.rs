@@ -2,6 +2,7 @@
 
 use crate::input::error::InvalidPath;
 use crate::input::recording::is_partial;
+use kinetoscope_files::folder::folder_of;
 use kinetoscope_object_storage::Store;
 use kinetoscope_object_storage::address::Address;
 use std::collections::BTreeMap;
@@ -30,11 +31,8 @@ pub(crate) fn folders(store: &Store) -> Result<Folders, InvalidPath> {
     for object in store.objects()? {
         let path = address.join(&object.name);
         let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-        if name.ends_with(".mcap")
-            && !is_partial(name)
-            && let Some(folder) = path.parent()
-        {
-            folders.entry(folder.to_owned()).or_default().push(path);
+        if name.ends_with(".mcap") && !is_partial(name) {
+            folders.entry(folder_of(&path).to_owned()).or_default().push(path);
         }
     }
     Ok(folders)

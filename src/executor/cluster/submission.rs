@@ -4,6 +4,7 @@
 use crate::executor::cluster::task::{TaskCommand, keys, quoted};
 use crate::plan::PlannedRun;
 use kinetoscope_files::atomic_file::replace;
+use kinetoscope_files::folder::folder_of;
 use kinetoscope_files::regular_file::{
     MAX_EXPERIMENT_RECORD_BYTES, MAX_MANIFEST_BYTES, read, read_text,
 };
@@ -71,7 +72,7 @@ pub(super) fn write(
     replace(&manifest, &read(&command.manifest, MAX_MANIFEST_BYTES)?)?;
     let keys_file = own_folder.join("keys");
     replace(&keys_file, lines.as_bytes())?;
-    let starts_in = command.manifest.parent().map(Path::to_owned);
+    let starts_in = Some(folder_of(&command.manifest).to_owned());
     let command = TaskCommand { manifest, starts_in, ..command.clone() };
     let text = format!(
         "#!/bin/sh\nkeys=$(sed -n \"$(({index_variable} + 1))p\" {})\nexec {}\n",

@@ -10,6 +10,7 @@ use contents::{Contents, MAX_ENTRIES, viewer_address};
 use kinetoscope_console::Exit;
 use kinetoscope_console::StandardOutput;
 use kinetoscope_console::text::shown_path;
+use kinetoscope_files::folder::folder_of;
 use kinetoscope_files::regular_file::{self, OpenFolder};
 use serde_json::json;
 use server::Server;
@@ -116,10 +117,10 @@ impl ViewArguments {
             return Ok((whole, None));
         }
         let name = whole.file_name().and_then(|name| name.to_str());
-        match (whole.parent(), name) {
-            (Some(parent), Some(name)) if name.ends_with(".mcap") && whole.is_file() => {
+        match name {
+            Some(name) if name.ends_with(".mcap") && whole.is_file() => {
                 regular_file::open(&whole).map_err(unreadable)?;
-                Ok((parent.to_path_buf(), Some(name.to_owned())))
+                Ok((folder_of(&whole).to_path_buf(), Some(name.to_owned())))
             }
             _ => {
                 let what = format!("{} is neither a folder nor a recording", shown_path(path));
