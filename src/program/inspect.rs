@@ -1,17 +1,15 @@
 //! `verify` and `compare`: recordings against a rerun and against each other.
 
 use crate::messages::Failure;
-use crate::progress::{ProgressDisplay, Verbosity};
+use crate::rerun_errors::{exit_of, listen, text_of, with_progress};
 use crate::result_arguments::ResultArguments;
 use clap::Args;
-use kinetoscope::executor::observer::ExecutionObserver as _;
-use kinetoscope::interrupt::Interrupt;
-use kinetoscope::run::RunError;
-use kinetoscope::verify::compare::{CompareError, RecordingComparison, compare_recordings};
+use kinetoscope::verify::compare::{RecordingComparison, compare_recordings};
 use kinetoscope::verify::diff::Comparison;
 use kinetoscope::verify::divergence::{Cause, Divergence, Growth, Step};
-use kinetoscope::verify::merge::{MergeFailure, check_merge, merge_recordings};
-use kinetoscope::verify::{Finding, Verification, VerifyError, verify};
+use kinetoscope::verify::error::VerifyError;
+use kinetoscope::verify::merge::{check_merge, merge_recordings};
+use kinetoscope::verify::{Finding, Verification, verify};
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::{one_line, plural, shown_path};
 use kinetoscope_console::with_help;
@@ -53,9 +51,15 @@ impl VerifyArguments {
     /// Verifies the recording and prints the result.
     #[must_use]
     pub(crate) fn execute(&self) -> Exit {
-        let is_silent = self.result.quiet || self.result.json;
-        let verbosity = if is_silent { Verbosity::Quiet } else { Verbosity::Normal };
-        verify_by_rerun(&self.path, verbosity).print(&self.result)
+        let verified = with_progress(&self.path, &self.result, |interrupt, on_frame| {
+            verify(&self.path, interrupt, on_frame)
+        });
+        match verified {
+            Ok(Ok(verification)) => verified_report(&verification, &self.path),
+            Ok(Err(error)) => Report::of_error(&error),
+            Err(failure) => return self.result.concluded(self.result.failed(&failure)),
+        }
+        .print(&self.result)
     }
 }
 
@@ -63,20 +67,20 @@ impl CompareArguments {
     /// Compares the recordings and prints the result.
     #[must_use]
     pub(crate) fn execute(&self) -> Exit {
-        let interrupt = match self.find_step.then(Interrupt::listen).transpose() {
+        let interrupt = match self.find_step.then(listen).transpose() {
             Ok(interrupt) => interrupt,
-            Err(error) => {
-                let error = format!("cannot listen to Ctrl-C: {error}");
-                return Report::error(Exit::Retryable, &error).print(&self.result);
-            }
+            Err(failure) => return self.result.concluded(self.result.failed(&failure)),
         };
         let mergeable = self.mcap.as_ref().map(|file| check_merge(1 + self.others.len(), file));
         if let Some(Err(error)) = mergeable {
-            return Report::with_remedy(merge_exit(&error), &error).print(&self.result);
+            return Report::of_error(&error).print(&self.result);
         }
         let mut report = Report::equal();
         for other in &self.others {
-            report.add(self.with(other, interrupt.as_ref()));
+            report.add(match compare_recordings(&self.left, other, interrupt.as_ref()) {
+                Ok(comparison) => compared(&comparison, [&self.left, other], self.find_step),
+                Err(error) => Report::of_error(&error),
+            });
         }
         if let Some(file) = &self.mcap
             && matches!(report.exit, Exit::Done | Exit::Differs)
@@ -85,22 +89,10 @@ impl CompareArguments {
                 [&self.left].into_iter().chain(&self.others).map(PathBuf::as_path).collect();
             report.add(match merge_recordings(&recordings, file) {
                 Ok(lines) => Report { lines, ..Report::equal() },
-                Err(error) => Report::with_remedy(merge_exit(&error), &error),
+                Err(error) => Report::of_error(&error),
             });
         }
         report.print(&self.result)
-    }
-
-    /// Compares the first recording with another one.
-    fn with(&self, other: &Path, interrupt: Option<&Interrupt>) -> Report {
-        match compare_recordings(&self.left, other, interrupt) {
-            Ok(_) if let Some(code) = interrupt.and_then(Interrupt::exit_code) => {
-                Report::error(Exit::Signal(code), &"stopped before the first step that differs")
-            }
-            Ok(comparison) => compared(&comparison, [&self.left, other], self.find_step),
-            Err(error @ CompareError::Read(_)) => Report::with_remedy(Exit::Unreadable, &error),
-            Err(error @ CompareError::Io(_)) => Report::with_remedy(Exit::Retryable, &error),
-        }
     }
 }
 
@@ -128,13 +120,8 @@ impl Report {
         }
     }
 
-    fn error(exit: Exit, error: &dyn std::fmt::Display) -> Self {
-        Self { lines: Vec::new(), errors: vec![error.to_string()], exit }
-    }
-
-    /// An error whose text ends with its remedy.
-    fn with_remedy(exit: Exit, error: &dyn std::fmt::Display) -> Self {
-        Self::error(exit, &with_help(&error.to_string()))
+    fn of_error(error: &VerifyError) -> Self {
+        Self { lines: Vec::new(), errors: vec![text_of(error)], exit: exit_of(error) }
     }
 
     fn print(&self, result: &ResultArguments) -> Exit {
@@ -157,43 +144,7 @@ impl Report {
     }
 }
 
-fn verify_by_rerun(path: &Path, verbosity: Verbosity) -> Report {
-    let interrupt = match Interrupt::listen() {
-        Ok(interrupt) => interrupt,
-        Err(error) => {
-            let error = format!("cannot listen to Ctrl-C: {error}");
-            return Report::error(Exit::Retryable, &error);
-        }
-    };
-    let progress = ProgressDisplay::new(1, verbosity);
-    let bar = progress.start_run(&shown_path(path));
-    let result = verify(path, &interrupt, &|done, of| bar.frame(done, of));
-    progress.close();
-    match result {
-        Ok(verification) => verified(&verification, path),
-        Err(error) => {
-            let exit = match &error {
-                VerifyError::Read(_)
-                | VerifyError::Manifest(_)
-                | VerifyError::Part(_)
-                | VerifyError::Start(_)
-                | VerifyError::Run(RunError::Setup(_)) => Exit::Unreadable,
-                VerifyError::Run(RunError::Record(error)) if error.is_retryable() => {
-                    Exit::Retryable
-                }
-                VerifyError::Run(_) => Exit::RunFailed,
-                VerifyError::Temporary(_) => Exit::Retryable,
-                VerifyError::Interrupted(code) => Exit::Signal(*code),
-            };
-            match error {
-                VerifyError::Manifest(_) => Report::error(exit, &error),
-                _ => Report::with_remedy(exit, &error),
-            }
-        }
-    }
-}
-
-fn verified(verification: &Verification, path: &Path) -> Report {
+fn verified_report(verification: &Verification, path: &Path) -> Report {
     let mut report = match &verification.finding {
         Finding::SameBytes { frames } => {
             let mut report = Report::equal();
@@ -253,22 +204,17 @@ fn notes(verification: &Verification, path: &Path) -> Vec<String> {
     lines
 }
 
-fn merge_exit(error: &MergeFailure) -> Exit {
-    match error {
-        MergeFailure::Usage(_) => Exit::BadManifest,
-        MergeFailure::Read(_) => Exit::Unreadable,
-        MergeFailure::Write(_) => Exit::Retryable,
-    }
-}
-
 /// Reports the first difference between the messages; it weighs more than an unreadable rest.
 fn messages(comparison: &Comparison, left: &str, right: &str) -> Report {
     if let Some(difference) = &comparison.difference {
         let error = format!("first difference: {}", difference.describe(left, right));
-        return Report::error(Exit::Differs, &error);
+        return Report { errors: vec![error], exit: Exit::Differs, ..Report::equal() };
     }
     match &comparison.unreadable {
-        Some(error) => Report::with_remedy(Exit::Unreadable, error),
+        Some(error) => {
+            let errors = vec![with_help(&error.to_string())];
+            Report { errors, exit: Exit::Unreadable, ..Report::equal() }
+        }
         None => Report::equal(),
     }
 }

@@ -29,6 +29,7 @@ mod plotted_fields;
 mod program_name;
 mod progress;
 mod rerun;
+mod rerun_errors;
 mod restore;
 mod result_arguments;
 mod results;

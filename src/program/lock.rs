@@ -6,7 +6,8 @@ use crate::messages::{Failure, bad, complain, plural};
 use crate::rerun::{Parallel, RerunExperiment, Reruns};
 use crate::result_arguments::ResultArguments;
 use clap::Args;
-use kinetoscope::verify::fingerprint::Fingerprint;
+use kinetoscope::run::recording;
+use kinetoscope::verify::fingerprint::fingerprint;
 use kinetoscope::verify::lock_file::{LockError, LockFile, LockedExperiment, bound_s};
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::{one_line, shown_path};
@@ -15,7 +16,7 @@ use kinetoscope_files::output_file::{self, FolderLock};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_physics::kind_of;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
-use kinetoscope_recording::reader::StoredFrames;
+use kinetoscope_recording::reader::{Recording, StoredFrames};
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::fs;
@@ -56,15 +57,15 @@ impl LockArguments {
 
     fn lock(&self) -> Result<Exit, Failure> {
         output_file::check(&self.lock_file).map_err(|error| self.unwritten(&error))?;
-        self.existing()?;
         let manifests = expand(&self.manifests)?;
         let paths = manifests.iter().map(|manifest| relative_to(&self.lock_file, manifest));
         let paths = paths.collect::<Result<Vec<String>, Failure>>()?;
+        self.existing(&paths)?;
         let reruns = Reruns::new(self.parallel)?;
         let mut entries = Vec::new();
-        for (manifest, path) in manifests.iter().zip(paths) {
+        for (manifest, path) in manifests.iter().zip(&paths) {
             let rerun = reruns.execute(manifest)?;
-            let entry = entry(path, &rerun)?;
+            let entry = entry(path.clone(), &rerun)?;
             let runs = plural(entry.runs.len() as u64, "run");
             let (shown, seconds) = (shown_path(manifest), rerun.seconds);
             self.result.say(&format!("{shown}: {runs}, {seconds:.1} s"));
@@ -73,7 +74,7 @@ impl LockArguments {
         }
         // Other processes may have added entries during the runs.
         let _lock = self.wait_for_others(&reruns)?;
-        let mut file = self.existing()?;
+        let mut file = self.existing(&paths)?;
         file.program_version = env!("CARGO_PKG_VERSION").to_owned();
         entries.into_iter().for_each(|entry| file.put(entry));
         file.write(&self.lock_file).map_err(|error| self.unwritten(&error))?;
@@ -85,22 +86,28 @@ impl LockArguments {
         );
         Ok(Exit::Done)
     }
-}
 
-impl LockArguments {
-    /// The file to which entries are added; a new one if there is none.
-    fn existing(&self) -> Result<LockFile, Failure> {
-        match LockFile::read(&self.lock_file) {
-            Ok(file) if file.schema_version == SCHEMA_VERSION => Ok(file),
-            // Every entry would differ: the file is written from scratch if no other manifest loses its entry.
-            Ok(file) => {
-                self.reject_loss(&file)?;
-                Ok(LockFile::new(SCHEMA_VERSION))
-            }
+    /// The file to which entries of these manifests are added; a new one if there is none. One of another schema is replaced, and
+    /// must not have entries of other manifests, which would be lost.
+    fn existing(&self, named: &[String]) -> Result<LockFile, Failure> {
+        let file = match LockFile::read(&self.lock_file) {
+            Ok(file) if file.schema_version == SCHEMA_VERSION => return Ok(file),
+            Ok(file) => file,
             Err(LockError::Io(error)) if error.kind() == io::ErrorKind::NotFound => {
-                Ok(LockFile::new(SCHEMA_VERSION))
+                return Ok(LockFile::new(SCHEMA_VERSION));
             }
-            Err(error) => Err(unreadable(&self.lock_file, &error)),
+            Err(error) => return Err(unreadable(&self.lock_file, &error)),
+        };
+        match file.experiments.iter().find(|entry| !named.contains(&entry.manifest)) {
+            None => Ok(LockFile::new(SCHEMA_VERSION)),
+            Some(lost) => {
+                let what = format!(
+                    "{} is of another recording schema; the entry of {} would be lost",
+                    shown_path(&self.lock_file),
+                    one_line(&lost.manifest)
+                );
+                Err(bad(what).help("name all manifests of the file, or remove it first"))
+            }
         }
     }
 
@@ -126,22 +133,6 @@ impl LockArguments {
     fn unwritten(&self, error: &io::Error) -> Failure {
         let what = format!("cannot write {}: {error}", shown_path(&self.lock_file));
         Failure::new(exit::of_output(error), what).help("name another file with --lock-file")
-    }
-
-    /// Rejects manifests without one of those in a file of another schema.
-    fn reject_loss(&self, file: &LockFile) -> Result<(), Failure> {
-        let manifests = expand(&self.manifests)?;
-        let named = manifests.iter().map(|manifest| relative_to(&self.lock_file, manifest));
-        let named = named.collect::<Result<Vec<String>, Failure>>()?;
-        let lost = file.experiments.iter().find(|entry| !named.contains(&entry.manifest));
-        lost.map_or(Ok(()), |entry| {
-            let what = format!(
-                "{} is of another recording schema; the entry of {} would be lost",
-                shown_path(&self.lock_file),
-                one_line(&entry.manifest)
-            );
-            Err(bad(what).help("name all manifests of the file, or remove it first"))
-        })
     }
 }
 
@@ -188,9 +179,7 @@ pub(crate) fn physics_version(run: &RunManifest) -> u32 {
 }
 
 /// The metrics of a recording by name; none of one that holds only keyframes, because they need all frames.
-pub(crate) fn metrics_of(
-    recording: &kinetoscope_recording::reader::Recording,
-) -> Result<BTreeMap<String, f64>, Failure> {
+pub(crate) fn metrics_of(recording: &Recording) -> Result<BTreeMap<String, f64>, Failure> {
     if let StoredFrames::Keyframes(_) = recording.provenance().stored {
         return Ok(BTreeMap::new());
     }
@@ -200,14 +189,10 @@ pub(crate) fn metrics_of(
     Ok(with_value.map(|found| (found.name().to_owned(), found.estimate.value)).collect())
 }
 
-/// The fingerprint of a recording in `recordings` if its messages are those that are locked.
-pub(crate) fn locked_recording(
-    path: &Path,
-    messages: &str,
-) -> Option<(kinetoscope_recording::reader::Recording, Fingerprint)> {
-    let recording = kinetoscope::run::recording::open(path).ok()?;
-    let found = kinetoscope::verify::fingerprint::fingerprint(&recording).ok()?;
-    (found.messages == messages).then_some((recording, found))
+/// The recording at a path, if its messages are those that are locked.
+pub(crate) fn locked_recording(path: &Path, messages: &str) -> Option<Recording> {
+    let recording = recording::open(path).ok()?;
+    (fingerprint(&recording).ok()?.messages == messages).then_some(recording)
 }
 
 /// The path of a manifest below the folder of the lock file, the same on every system. Manifests elsewhere have no entry: a lock file

@@ -179,7 +179,7 @@ impl LockedCheck<'_> {
     ) -> Result<String, Failure> {
         let name = run.recording.file_name().unwrap_or_default();
         let local = self.recordings.join(&rerun.experiment.name).join(name);
-        if let Some((local, _)) = locked_recording(&local, locked) {
+        if let Some(local) = locked_recording(&local, locked) {
             let comparison = compare_messages(&local, recording)
                 .map_err(|error| Failure::with_remedy(Exit::Unreadable, error))?;
             if let Some(difference) = comparison.difference {

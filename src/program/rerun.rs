@@ -4,6 +4,7 @@ use crate::executor::thread_count;
 use crate::manifests::ManifestReader;
 use crate::messages::{Failure, name_of};
 use crate::program_name::ProgramName;
+use crate::rerun_errors::listen;
 use crate::run::RunArguments;
 use clap::{Args, Parser};
 use kinetoscope::interrupt::Interrupt;
@@ -148,13 +149,6 @@ impl Reruns {
             }
         }
     }
-}
-
-fn listen() -> Result<Interrupt, Failure> {
-    Interrupt::listen().map_err(|error| {
-        let what = format!("cannot listen for signals: {error}");
-        Failure::new(Exit::Retryable, what).help("run the same command again")
-    })
 }
 
 impl RerunRun {

@@ -1,19 +1,15 @@
 //! `fill` and `zoom`: frames that a recording does not hold, recomputed from its keyframes.
 
 use crate::messages::{Failure, plural};
-use crate::progress::{ProgressDisplay, Verbosity};
+use crate::rerun_errors::{listen, with_progress};
 use crate::result_arguments::ResultArguments;
 use clap::Args;
-use kinetoscope::executor::observer::ExecutionObserver as _;
-use kinetoscope::interrupt::Interrupt;
-use kinetoscope::run::RunError;
 use kinetoscope::verify::fill::fill;
 use kinetoscope::verify::fine_frames::Interval;
-use kinetoscope::verify::restore::{RestoreError, Restored};
+use kinetoscope::verify::restored_file::Restored;
 use kinetoscope::verify::zoom::zoom;
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::shown_path;
-use kinetoscope_recording::error::RecordError;
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -56,16 +52,10 @@ impl FillArguments {
     /// Restores the frames and prints the result.
     #[must_use]
     pub(crate) fn execute(&self) -> Exit {
-        let is_silent = self.result.quiet || self.result.json;
-        let verbosity = if is_silent { Verbosity::Quiet } else { Verbosity::Normal };
-        let progress = ProgressDisplay::new(1, verbosity);
-        let bar = progress.start_run(&shown_path(&self.path));
-        let restored = listen().and_then(|interrupt| {
-            let on_frame = |done, of| bar.frame(done, of);
-            fill(&self.path, self.output.as_deref(), &interrupt, &on_frame).map_err(failure)
+        let restored = with_progress(&self.path, &self.result, |interrupt, on_frame| {
+            fill(&self.path, self.output.as_deref(), interrupt, on_frame)
         });
-        progress.close();
-        concluded(restored, &self.result)
+        concluded(restored.and_then(|restored| Ok(restored?)), &self.result)
     }
 }
 
@@ -75,15 +65,10 @@ impl ZoomArguments {
     pub(crate) fn execute(&self) -> Exit {
         let interval = Interval { from: self.from, to: self.to, every: self.every };
         let restored = listen().and_then(|interrupt| {
-            zoom(&self.path, interval, self.output.as_deref(), &interrupt).map_err(failure)
+            Ok(zoom(&self.path, interval, self.output.as_deref(), &interrupt)?)
         });
         concluded(restored, &self.result)
     }
-}
-
-fn listen() -> Result<Interrupt, Failure> {
-    Interrupt::listen()
-        .map_err(|error| Failure::new(Exit::Retryable, format!("cannot listen to Ctrl-C: {error}")))
 }
 
 fn concluded(restored: Result<Restored, Failure>, result: &ResultArguments) -> Exit {
@@ -107,25 +92,4 @@ fn concluded(restored: Result<Restored, Failure>, result: &ResultArguments) -> E
         })
     });
     result.concluded(exit)
-}
-
-fn failure(error: RestoreError) -> Failure {
-    let exit = match &error {
-        RestoreError::Arguments(_) => Exit::BadManifest,
-        RestoreError::Differs { .. } => Exit::Differs,
-        RestoreError::Write(error) if error.is_retryable() => Exit::Retryable,
-        RestoreError::Write(RecordError::Differs { .. }) => Exit::Differs,
-        RestoreError::Run(RunError::Setup(_))
-        | RestoreError::Read(_)
-        | RestoreError::Manifest(_)
-        | RestoreError::Start(_)
-        | RestoreError::OtherPhysics { .. }
-        | RestoreError::Unsuitable(_) => Exit::Unreadable,
-        RestoreError::Run(_) | RestoreError::Write(_) => Exit::RunFailed,
-        RestoreError::Interrupted(code) => Exit::Signal(*code),
-    };
-    match error {
-        RestoreError::Manifest(_) => Failure::new(exit, error),
-        error => Failure::with_remedy(exit, error),
-    }
 }

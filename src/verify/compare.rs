@@ -4,12 +4,11 @@ use crate::interrupt::Interrupt;
 use crate::run::recording;
 use crate::verify::diff::{Comparison, compare_messages};
 use crate::verify::divergence::{self, Divergence};
+use crate::verify::error::VerifyError;
 use kinetoscope_manifest::{KeyDifference, differing_keys};
-use kinetoscope_recording::error::{ReadError, RecordError};
 use kinetoscope_recording::file::same_bytes;
 use kinetoscope_recording::reader::Recording;
 use std::path::Path;
-use thiserror::Error;
 
 /// The differences between two recordings.
 #[derive(Debug)]
@@ -36,26 +35,15 @@ impl RecordingComparison {
     }
 }
 
-/// The reason why two recordings cannot be compared.
-#[derive(Debug, Error)]
-pub enum CompareError {
-    /// One of the files is not a recording.
-    #[error(transparent)]
-    Read(#[from] ReadError),
-    /// One of the files could not be read to its end.
-    #[error(transparent)]
-    Io(#[from] RecordError),
-}
-
 /// Compares two recordings. With an interrupt, both runs are executed again up to the first step that differs.
 ///
 /// # Errors
-/// A file that is not a recording or cannot be opened. Damage after the first frame is part of the result.
+/// A file that is not a recording or cannot be opened, or a signal. Damage after the first frame is part of the result.
 pub fn compare_recordings(
     left: &Path,
     right: &Path,
     find_step: Option<&Interrupt>,
-) -> Result<RecordingComparison, CompareError> {
+) -> Result<RecordingComparison, VerifyError> {
     let (left_recording, right_recording) = (recording::open(left)?, recording::open(right)?);
     let keys = differing_keys(left_recording.manifest(), right_recording.manifest());
     let divergence = match keys.iter().any(selects_frames) {
@@ -68,6 +56,9 @@ pub fn compare_recordings(
         });
         step.unwrap_or(found)
     });
+    if let Some(code) = find_step.and_then(Interrupt::exit_code) {
+        return Err(VerifyError::Interrupted(code));
+    }
     let messages = compare_messages(&left_recording, &right_recording)?;
     Ok(RecordingComparison {
         divergence,

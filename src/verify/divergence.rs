@@ -8,11 +8,10 @@
 //! which their states differ.
 
 use crate::interrupt::Interrupt;
-use crate::plan::restart_files::StartFiles;
 use crate::run::prepared::Prepared;
-use kinetoscope_files::folder::folder_of;
-use kinetoscope_manifest::parse_run;
-use kinetoscope_physics::model::{Extent, Model, Progress, Target};
+use crate::verify::rerun::advance;
+use crate::verify::source::Source;
+use kinetoscope_physics::model::{Extent, Model, Target};
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::paired_frames::PairedFrames;
@@ -25,8 +24,6 @@ pub const ROUNDING: f64 = 1e-11;
 const INSTANTS: u64 = 4096;
 /// Values of a state in the frames after the first difference, from which the growth follows; more would take seconds.
 const MOST_VALUES: usize = 1 << 22;
-/// Steps of one call, after which an interrupt is noticed.
-const BUDGET: u64 = 10_000;
 
 /// Where and by how much two runs differ for the first time.
 #[derive(Clone, Debug, PartialEq)]
@@ -217,7 +214,7 @@ pub fn find_step(
     if frame == 0 {
         return None;
     }
-    let mut runs = [Rerun::new(left)?, Rerun::new(right)?];
+    let mut runs = [start_of(left)?, start_of(right)?];
     if have_other_steps(&runs) {
         return Some(Divergence { has_other_steps: true, ..divergence.clone() });
     }
@@ -231,29 +228,29 @@ pub fn find_step(
         .collect::<Option<_>>()?;
     for (run, recorded) in runs.iter_mut().zip(&recorded) {
         if frame > 1 {
-            run.advance(run.start.schedule.target(frame - 1), interrupt)?;
+            advance(&mut *run.model, run.schedule.target(frame - 1), interrupt).ok()?;
         }
-        let same = run.observe().iter().map(|value| value.to_bits());
-        if !same.eq(recorded.iter().map(|value| value.to_bits())) {
+        let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+        if bits(&observed(&*run.model)) != bits(recorded) {
             return None;
         }
     }
     let instants = common_instants(&runs, frame)?;
-    let [one, other] = &mut runs;
+    let [one, other] = runs.each_mut().map(|run| &mut *run.model);
     let mut scales = Scales::default();
     let columns = left.state_columns().len();
     recorded.iter().for_each(|values| scales.add(values, columns));
     for [a, b] in instants {
-        one.advance(a, interrupt)?;
-        other.advance(b, interrupt)?;
+        advance(one, a, interrupt).ok()?;
+        advance(other, b, interrupt).ok()?;
         let count = match [a, b] {
             [Target::Count(count), _] | [_, Target::Count(count)] => count,
-            _ => one.start.model.count(),
+            _ => one.count(),
         };
-        let step = Step { count, time: one.start.model.time() };
-        let (a, b) = (one.observe().to_vec(), other.observe());
+        let step = Step { count, time: one.time() };
+        let (a, b) = (observed(one), observed(other));
         scales.add(&a, columns);
-        let (separation, particles) = scales.separation(&a, b);
+        let (separation, particles) = scales.separation(&a, &b);
         if !particles.is_empty() {
             return Some(Divergence {
                 step: Some(step),
@@ -271,8 +268,8 @@ fn is_same(one: f64, other: f64) -> bool {
     (one - other).abs() <= ROUNDING * (one.abs() + other.abs())
 }
 
-fn have_other_steps(runs: &[Rerun; 2]) -> bool {
-    match runs.each_ref().map(|run| run.start.model.extent()) {
+fn have_other_steps(runs: &[Prepared; 2]) -> bool {
+    match runs.each_ref().map(|run| run.model.extent()) {
         [Extent::Steps { step: one, .. }, Extent::Steps { step: other, .. }] => {
             !is_same(one, other)
         }
@@ -282,8 +279,8 @@ fn have_other_steps(runs: &[Rerun; 2]) -> bool {
 
 /// The steps or events from the predecessor of a frame to the frame, or instants of models without steps: the targets of both
 /// runs, which have the same time. `None` if there are none.
-fn common_instants(runs: &[Rerun; 2], frame: u64) -> Option<Vec<[Target; 2]>> {
-    let [one, other] = runs.each_ref().map(|run| &run.start.model);
+fn common_instants(runs: &[Prepared; 2], frame: u64) -> Option<Vec<[Target; 2]>> {
+    let [one, other] = runs.each_ref().map(|run| &run.model);
     let (from, extents) = (one.time(), [one.extent(), other.extent()]);
     let is_aligned = match extents {
         [Extent::Events(_), Extent::Events(_)] => one.count() == other.count(),
@@ -300,7 +297,7 @@ fn common_instants(runs: &[Rerun; 2], frame: u64) -> Option<Vec<[Target; 2]>> {
             [Target::Count(count), Target::Time(if time < end { time } else { end })]
         })
     };
-    let targets = runs.each_ref().map(|run| run.start.schedule.target(frame));
+    let targets = runs.each_ref().map(|run| run.schedule.target(frame));
     Some(match (targets, extents) {
         ([Target::Count(to), Target::Time(end)], [Extent::Steps { step, .. }, _]) => {
             of_steps(&**one, step, to, end).collect()
@@ -320,37 +317,16 @@ fn common_instants(runs: &[Rerun; 2], frame: u64) -> Option<Vec<[Target; 2]>> {
     })
 }
 
-/// A run that is executed again.
-struct Rerun {
-    start: Prepared,
-    frame: Frame,
+/// The start of the run of a recording; `None` if this program cannot execute it.
+fn start_of(recording: &Recording) -> Option<Prepared> {
+    Source::of(recording).ok()?.prepared().ok()
 }
 
-impl Rerun {
-    fn new(recording: &Recording) -> Option<Self> {
-        let mut manifest = parse_run(recording.manifest()).ok()?;
-        let starts = StartFiles::relative_to(folder_of(recording.path()));
-        manifest.model.read_start(&|name: &str| starts.read(name)).ok()?;
-        let key = &recording.provenance().run_key;
-        let start = Prepared::new(&manifest, recording.manifest(), key).ok()?;
-        Some(Self { start, frame: Frame::new() })
-    }
-
-    /// Advances to a target; `None` after a fault or an interruption.
-    fn advance(&mut self, target: Target, interrupt: &Interrupt) -> Option<()> {
-        while self.start.model.advance(target, BUDGET).ok()? == Progress::Working {
-            if interrupt.is_raised() {
-                return None;
-            }
-        }
-        Some(())
-    }
-
-    fn observe(&mut self) -> &[f64] {
-        self.frame.clear();
-        self.start.model.observe(&mut self.frame);
-        self.frame.state()
-    }
+/// The values of a model's state, row by row.
+fn observed(model: &dyn Model) -> Vec<f64> {
+    let mut frame = Frame::new();
+    model.observe(&mut frame);
+    frame.state().to_vec()
 }
 
 #[cfg(test)]

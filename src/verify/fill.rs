@@ -2,15 +2,16 @@
 
 use crate::interrupt::Interrupt;
 use crate::run::prepared::Prepared;
-use crate::run::{record_frames, record_start};
-use crate::verify::check_thread::CheckThread;
+use crate::run::recording;
+use crate::verify::error::VerifyError;
+use crate::verify::rerun::Rerun;
 use crate::verify::rerun_check::RerunCheck;
-use crate::verify::restore::{RestoreError, Restored, Source, written};
+use crate::verify::restored_file::{Restored, check_output, written};
+use crate::verify::source::{ReadablePart, Source};
 use kinetoscope_console::text::shown_path;
 use kinetoscope_manifest::RunKey;
 use kinetoscope_recording::file::RecordingFile;
 use kinetoscope_recording::reader::{Outcome, StoredFrames};
-use kinetoscope_recording::recorder::Recorder;
 use std::path::{Path, PathBuf};
 
 /// Executes the run of a recording again and records all its frames, in the bytes that the run gives with `keep = "all"`. Each
@@ -23,15 +24,17 @@ pub fn fill(
     output: Option<&Path>,
     interrupt: &Interrupt,
     on_frame: &(dyn Fn(u64, u64) + Sync),
-) -> Result<Restored, RestoreError> {
-    let source = Source::open(path)?;
+) -> Result<Restored, VerifyError> {
+    let recording = recording::open(path)?;
+    let source = Source::of(&recording)?;
+    source.reject_other_physics()?;
     check_suitable(&source, interrupt)?;
-    let start = source.start()?;
+    let start = source.prepared_with_all_frames()?;
     let output = match output {
         Some(output) => output.to_owned(),
         None => default_output(&source, &start.header.run_key),
     };
-    source.check_output(&output, &start.header.run_key)?;
+    check_output(&source, &output, &start.header.run_key)?;
     let (frames, equal_frames) =
         written(&output, |file| record(&source, start, file, interrupt, on_frame))?;
     Ok(Restored { path: output, frames, equal_frames, notes: Vec::new(), damage: None })
@@ -39,89 +42,61 @@ pub fn fill(
 
 /// Executes the run and records it; returns the number of frames, and of those that were compared.
 fn record(
-    source: &Source,
+    source: &Source<'_>,
     start: Prepared,
     file: RecordingFile,
     interrupt: &Interrupt,
     on_frame: &(dyn Fn(u64, u64) + Sync),
-) -> Result<(u64, u64), RestoreError> {
-    let stop = interrupt.with_own_stop();
-    let mut recorder = Recorder::create(file, &start.header)?;
-    let (check, findings) = RerunCheck::new(&source.recording, 0, None, &stop)?;
-    recorder.show_to(Box::new(CheckThread::new(check)))?;
-    let mut state = record_start(start, recorder)?;
-    let outcome = record_frames(&mut state, &stop, on_frame, |_, _| Ok(()))?;
-    let frames = state.recorder.frames_written();
-    let file = state.recorder.finish(&outcome)?;
-    let mut findings = findings.take();
-    complete(source, &outcome, interrupt, |source| {
-        source.differences(&mut findings)?;
-        match findings.unreadable.take() {
-            Some(error) => Err(error.into()),
-            None if findings.equal_frames == frames => Ok(()),
-            None => Err(RestoreError::Unsuitable(format!(
-                "only {} of {frames} frames were compared: report this",
-                findings.equal_frames
-            ))),
-        }
-    })?;
-    file.commit()?;
+) -> Result<(u64, u64), VerifyError> {
+    let header = start.header.clone();
+    let mut rerun = Rerun::new(start, interrupt);
+    let (check, observer) = RerunCheck::start(source.recording, &header, 0, None, &rerun.stop)?;
+    rerun.observer = Some(observer);
+    let recorded = rerun.record(file, on_frame, |_| Ok(()))?;
+    let (frames, findings) = (recorded.frames, check.findings()?);
+    if let Some(error) = findings.unreadable {
+        return Err(error.into());
+    }
+    let path = shown_path(source.recording.path());
+    if findings.equal_frames != frames {
+        let compared = findings.equal_frames;
+        let what = format!("only {compared} of {frames} frames were compared: report this");
+        return Err(VerifyError::Unsuitable(what));
+    }
+    if source.recording.provenance().outcome.as_ref() != Some(&recorded.outcome) {
+        return Err(VerifyError::Unsuitable(format!(
+            "{path}: the rerun ends in another way\nhelp: compare versions with `kinetoscope info`"
+        )));
+    }
+    recorded.sink.commit()?;
     Ok((frames, findings.equal_frames))
 }
 
-/// Whether the result is complete and equal.
-fn complete(
-    source: &Source,
-    outcome: &Outcome,
-    interrupt: &Interrupt,
-    check: impl FnOnce(&Source) -> Result<(), RestoreError>,
-) -> Result<(), RestoreError> {
-    if let Some(code) = interrupt.exit_code() {
-        return Err(RestoreError::Interrupted(code));
-    }
-    check(source)?;
-    if source.recording.provenance().outcome.as_ref() == Some(outcome) {
-        return Ok(());
-    }
-    let what = format!(
-        "{}: the rerun ends in another way\nhelp: compare versions with `kinetoscope info`",
-        shown_path(source.path())
-    );
-    Err(RestoreError::Unsuitable(what))
-}
-
-fn check_suitable(source: &Source, interrupt: &Interrupt) -> Result<(), RestoreError> {
+fn check_suitable(source: &Source<'_>, interrupt: &Interrupt) -> Result<(), VerifyError> {
     // What the rerun does not read may be damaged as well, such as the summary at the end.
-    if let Some(damage) = source.damage(interrupt)? {
+    if let Some(damage) = ReadablePart::of(source.recording, interrupt)?.damage {
         return Err(damage.into());
     }
+    source.reject_part()?;
     let provenance = source.recording.provenance();
-    let path = shown_path(source.path());
-    match provenance.stored {
-        StoredFrames::Keyframes(_) => {}
-        StoredFrames::All => {
-            let what = format!("{path} has all frames\nhelp: there is nothing to fill");
-            return Err(RestoreError::Arguments(what));
-        }
-        StoredFrames::From(_) => {
-            let what =
-                format!("{path} is a part of a run\nhelp: name the recording of the whole run");
-            return Err(RestoreError::Arguments(what));
-        }
+    let path = shown_path(source.recording.path());
+    if provenance.stored == StoredFrames::All {
+        let what = format!("{path} has all frames\nhelp: there is nothing to fill");
+        return Err(VerifyError::Arguments(what));
     }
     match provenance.outcome {
         Some(Outcome::Complete | Outcome::Fault(_)) => Ok(()),
-        Some(Outcome::Interrupted) | None => Err(RestoreError::Unsuitable(format!(
+        Some(Outcome::Interrupted) | None => Err(VerifyError::Unsuitable(format!(
             "{path} is not finished or damaged at its end\nhelp: run its manifest again to finish it"
         ))),
     }
 }
 
 /// The name that the recording of all frames has: the run key at the end of the name is replaced.
-fn default_output(source: &Source, key: &str) -> PathBuf {
-    let own = &source.recording.provenance().run_key;
-    let stem = source.path().file_stem().unwrap_or_default().to_string_lossy();
+fn default_output(source: &Source<'_>, key: &str) -> PathBuf {
+    let (path, own) = (source.recording.path(), &source.recording.provenance().run_key);
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let renamed = RunKey::from_hex(key).and_then(|key| key.in_place_of(own, &stem));
     let stem = renamed.unwrap_or_else(|| format!("{stem}.full"));
-    source.path().with_file_name(format!("{stem}.mcap"))
+    path.with_file_name(format!("{stem}.mcap"))
 }

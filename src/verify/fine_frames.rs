@@ -2,7 +2,8 @@
 
 use crate::run::prepared::Prepared;
 use crate::run::schedule::Schedule;
-use crate::verify::restore::{RestoreError, Source};
+use crate::verify::error::VerifyError;
+use crate::verify::source::Source;
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::quantity::Positive;
 use kinetoscope_manifest::record::RecordInterval;
@@ -38,9 +39,9 @@ pub(crate) struct FineFrames {
 
 impl FineFrames {
     /// The multiples of `every` in the interval, and the end of the run if it is in the interval.
-    pub(crate) fn new(start: &Prepared, interval: &Interval) -> Result<Self, RestoreError> {
+    pub(crate) fn new(start: &Prepared, interval: &Interval) -> Result<Self, VerifyError> {
         let &Interval { from, to, every } = interval;
-        let refused = |what: String| Err(RestoreError::Arguments(what));
+        let refused = |what: String| Err(VerifyError::Arguments(what));
         let extent = start.model.extent();
         let (end, unit) = match extent {
             Extent::Steps { total, step } => (total as f64 * step, start.header.time_unit),
@@ -117,7 +118,7 @@ impl FineFrames {
     }
 
     /// The manifest of a run with these frames.
-    pub(crate) fn manifest(&self, source: &Source) -> RunManifest {
+    pub(crate) fn manifest(&self, source: &Source<'_>) -> RunManifest {
         let mut manifest = source.manifest.with_all_frames();
         manifest.record.interval = self.interval;
         manifest
@@ -126,9 +127,9 @@ impl FineFrames {
     /// A model with this schedule.
     pub(crate) fn prepared(
         &self,
-        source: &Source,
+        source: &Source<'_>,
         model: Box<dyn Model>,
-    ) -> Result<Prepared, RestoreError> {
+    ) -> Result<Prepared, VerifyError> {
         let manifest = self.manifest(source);
         let (canonical, key) = source.identity(&manifest);
         Ok(Prepared::of(model, &manifest, &canonical, &key)?)

@@ -2,8 +2,9 @@
 
 use crate::run::prepared::Prepared;
 use crate::run::schedule::is_at_or_before;
+use crate::verify::error::VerifyError;
 use crate::verify::rerun_check::keyframe_of;
-use crate::verify::restore::{RestoreError, Source};
+use crate::verify::source::Source;
 use kinetoscope_physics::model::Target;
 use kinetoscope_physics::restore;
 
@@ -22,10 +23,10 @@ pub(crate) struct Base {
 /// # Errors
 /// A recording that cannot be opened, or a run that does not start.
 pub(crate) fn nearest(
-    source: &Source,
+    source: &Source<'_>,
     start: &Prepared,
     before: Target,
-) -> Result<Base, RestoreError> {
+) -> Result<Base, VerifyError> {
     let mut notes = Vec::new();
     let mut found: Vec<(u64, Vec<u8>)> = Vec::new();
     for frame in source.recording.frames()? {
@@ -64,5 +65,5 @@ pub(crate) fn nearest(
         }
         notes.push(format!("the keyframe of frame {frame} is damaged: the one before it is used"));
     }
-    Ok(Base { prepared: source.start()?, frame: 0, notes })
+    Ok(Base { prepared: source.prepared_with_all_frames()?, frame: 0, notes })
 }

@@ -1,37 +1,22 @@
 //! One recording of several runs, for a viewer.
 
-use crate::plan::restart_files::StartFiles;
-use crate::run::prepared::Prepared;
 use crate::run::recording;
+use crate::verify::error::VerifyError;
+use crate::verify::restored_file::unwritten;
+use crate::verify::source::Source;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::atomic_file::{NewFile, replace};
-use kinetoscope_files::folder::folder_of;
 use kinetoscope_files::output_file;
-use kinetoscope_manifest::{differing_keys, manifest_values, parse_run};
-use kinetoscope_recording::error::{ReadError, RecordError};
+use kinetoscope_manifest::{differing_keys, manifest_values};
+use kinetoscope_recording::error::RecordError;
 use kinetoscope_recording::layout::layout_json;
 use kinetoscope_recording::merged::{MAX_RUNS, MergeError, MergedRun, merge};
 use kinetoscope_recording::merged_layout::merged_layout_json;
 use kinetoscope_recording::reader::Recording;
 use std::io;
 use std::path::{Path, PathBuf};
-use thiserror::Error;
 
-/// The reason why recordings were not merged.
-#[derive(Debug, Error)]
-pub enum MergeFailure {
-    /// They cannot be merged, or not into this file.
-    #[error("{0}")]
-    Usage(String),
-    /// One of them cannot be read to its end.
-    #[error(transparent)]
-    Read(#[from] ReadError),
-    /// The file cannot be written.
-    #[error(transparent)]
-    Write(#[from] RecordError),
-}
-
-impl From<MergeError> for MergeFailure {
+impl From<MergeError> for VerifyError {
     fn from(error: MergeError) -> Self {
         match error {
             MergeError::Read(error) => Self::Read(error),
@@ -44,8 +29,8 @@ impl From<MergeError> for MergeFailure {
 ///
 /// # Errors
 /// More recordings than colors, a name without `.mcap`, an existing file or layout, or one that cannot be written.
-pub fn check_merge(count: usize, file: &Path) -> Result<(), MergeFailure> {
-    let usage = |text: String| Err(MergeFailure::Usage(text));
+pub fn check_merge(count: usize, file: &Path) -> Result<(), VerifyError> {
+    let usage = |text: String| Err(VerifyError::Arguments(text));
     if count > MAX_RUNS {
         return usage(format!("{count} recordings; at most {MAX_RUNS} can be told apart in one"));
     }
@@ -59,22 +44,16 @@ pub fn check_merge(count: usize, file: &Path) -> Result<(), MergeFailure> {
             return usage(format!("{path} already exists. Delete it, or name a new file"));
         }
     }
-    output_file::check(file).or_else(|error| {
-        let what = format!("{} cannot be written: {error}", shown_path(file));
-        if output_file::is_of_path(&error) {
-            return usage(format!("{what}\nhelp: name another file with --mcap"));
-        }
-        Err(MergeFailure::Write(RecordError::Io(io::Error::new(error.kind(), what))))
-    })
+    output_file::check(file).map_err(|error| unwritten(file, &error, "--mcap"))
 }
 
 /// Merges recordings of one model into a new file, writes a layout next to it, and returns what was written.
 ///
 /// # Errors
 /// As [`check_merge`], different models, or a recording that cannot be read.
-pub fn merge_recordings(paths: &[&Path], file: &Path) -> Result<Vec<String>, MergeFailure> {
+pub fn merge_recordings(paths: &[&Path], file: &Path) -> Result<Vec<String>, VerifyError> {
     check_merge(paths.len(), file)?;
-    let usage = |text: String| Err(MergeFailure::Usage(text));
+    let usage = |text: String| Err(VerifyError::Arguments(text));
     let recordings =
         paths.iter().map(|path| recording::open(path)).collect::<Result<Vec<_>, _>>()?;
     let model = |recording: &Recording| recording.provenance().model.clone();
@@ -91,16 +70,19 @@ pub fn merge_recordings(paths: &[&Path], file: &Path) -> Result<Vec<String>, Mer
         runs.map(|(recording, label)| MergedRun { recording, label }).collect();
     let written = |source: io::Error| {
         let named = io::Error::new(source.kind(), format!("{}: {source}", shown_path(file)));
-        MergeFailure::Write(RecordError::Io(named))
+        VerifyError::Write(RecordError::Io(named))
     };
     let new = merge(&runs, NewFile::create(file).map_err(written)?)?;
     new.finish().map_err(written)?;
     let mut lines = vec![format!("{}: {} runs", shown_path(file), runs.len())];
-    let layout = recordings.first().and_then(layout);
-    if let Some(layout) = layout.and_then(|layout| merged_layout_json(&layout, &labels).ok()) {
-        let path = layout_path(file);
-        replace(&path, layout.as_bytes()).map_err(written)?;
-        lines.push(format!("layout: {}", shown_path(&path)));
+    match layout(&recordings[0]) {
+        Ok(layout) => {
+            let path = layout_path(file);
+            let layout = merged_layout_json(&layout, &labels)?;
+            replace(&path, layout.as_bytes()).map_err(written)?;
+            lines.push(format!("layout: {}", shown_path(&path)));
+        }
+        Err(error) => lines.push(format!("no layout: {error}")),
     }
     Ok(lines)
 }
@@ -110,14 +92,12 @@ fn layout_path(file: &Path) -> PathBuf {
     file.with_extension("layout.json")
 }
 
-/// The layout of a run; `None` for one that this program cannot start.
-fn layout(recording: &Recording) -> Option<String> {
-    let mut manifest = parse_run(recording.manifest()).ok()?;
-    let starts = StartFiles::relative_to(folder_of(recording.path()));
-    manifest.model.read_start(&|name: &str| starts.read(name)).ok()?;
-    let key = &recording.provenance().run_key;
-    let start = Prepared::new(&manifest, recording.manifest(), key).ok()?;
-    layout_json(&start.header).ok()
+/// The layout of a run.
+///
+/// # Errors
+/// A run that this program cannot start.
+fn layout(recording: &Recording) -> Result<String, VerifyError> {
+    Ok(layout_json(&Source::of(recording)?.prepared()?.header)?)
 }
 
 /// What tells the runs apart: the values of the manifest's keys that are not the same in all of them, or a number.

@@ -5,25 +5,22 @@
 
 use crate::interrupt::Interrupt;
 use crate::run::schedule::is_at_or_before;
-use crate::run::{RunState, encoded, record_frames, record_start};
-use crate::verify::check_thread::CheckThread;
+use crate::run::{encoded, recording};
+use crate::verify::error::VerifyError;
 use crate::verify::fine_frames::{FineFrames, Interval};
 use crate::verify::keyframe_search::{Base, nearest};
+use crate::verify::rerun::{Rerun, Stopped, advance};
 use crate::verify::rerun_check::RerunCheck;
-use crate::verify::restore::{RestoreError, Restored, Source, written};
-use kinetoscope_console::text::shown_path;
-use kinetoscope_physics::model::{Model, Progress, Target};
+use crate::verify::restored_file::{Restored, check_output, written};
+use crate::verify::source::{ReadablePart, Source};
+use kinetoscope_physics::model::{Model, Target};
 use kinetoscope_physics::restore;
-use kinetoscope_recording::background::FrameWriter;
 use kinetoscope_recording::channels::TRAIL;
 use kinetoscope_recording::file::RecordingFile;
 use kinetoscope_recording::reader::{Outcome, StoredFrames};
-use kinetoscope_recording::recorder::{Compression, Recorder};
+use kinetoscope_recording::recorder::Compression;
 use std::io;
 use std::path::Path;
-
-/// Steps of one call, after which an interrupt is noticed.
-const BUDGET: u64 = 10_000;
 
 /// Recomputes an interval and records it to `output`, by default a file next to the recording.
 ///
@@ -35,17 +32,13 @@ pub fn zoom(
     interval: Interval,
     output: Option<&Path>,
     interrupt: &Interrupt,
-) -> Result<Restored, RestoreError> {
-    let source = Source::open(path)?;
-    if let StoredFrames::From(_) = source.recording.provenance().stored {
-        let what = format!(
-            "{} is a part of a run\nhelp: name the recording of the whole run",
-            shown_path(path)
-        );
-        return Err(RestoreError::Arguments(what));
-    }
-    let damage = source.damage(interrupt)?;
-    let start = source.start()?;
+) -> Result<Restored, VerifyError> {
+    let recording = recording::open(path)?;
+    let source = Source::of(&recording)?;
+    source.reject_other_physics()?;
+    source.reject_part()?;
+    let damage = ReadablePart::of(&recording, interrupt)?.damage;
+    let start = source.prepared_with_all_frames()?;
     let fine = FineFrames::new(&start, &interval)?;
     let output = match output {
         Some(output) => output.to_owned(),
@@ -55,7 +48,7 @@ pub fn zoom(
             path.with_file_name(format!("{stem}.zoom_{from}_{to}.mcap"))
         }
     };
-    source.check_output(&output, &source.identity(&fine.manifest(&source)).1)?;
+    check_output(&source, &output, &source.identity(&fine.manifest(&source)).1)?;
     let before = fine.target(fine.first.saturating_sub(1));
     let base = nearest(&source, &start, before)?;
     let passed = check(&source, base, before, fine.target(fine.last), interrupt)?;
@@ -78,26 +71,25 @@ struct Passed {
 
 /// Executes the run from a base past the interval, and compares the recorded frames.
 fn check(
-    source: &Source,
+    source: &Source<'_>,
     base: Base,
     before: Target,
     end: Target,
     interrupt: &Interrupt,
-) -> Result<Passed, RestoreError> {
+) -> Result<Passed, VerifyError> {
     let Base { prepared: mut start, frame: base, mut notes } = base;
     let mut model = encoded(&*start.model)?;
     start.header.compression = Compression::None;
-    let stop = interrupt.with_own_stop();
-    let mut recorder = Recorder::create(io::sink(), &start.header)?;
+    let (frames, schedule, header) =
+        (start.schedule.frames(), start.schedule.clone(), start.header.clone());
+    let mut rerun = Rerun::new(start, interrupt);
     // The paths so far begin before the first frame of the rerun.
     let left_out = Some(TRAIL);
-    let (check, findings) = RerunCheck::new(&source.recording, base + 1, left_out, &stop)?;
-    recorder.show_to(Box::new(CheckThread::new(check)))?;
-    let recorder = recorder.at_frame(base + 1);
-    let (frames, schedule) = (start.schedule.frames(), start.schedule.clone());
-    let mut state = RunState::new(start, FrameWriter::start(recorder), base + 1);
-    let mut kept = base;
-    let outcome = record_frames(&mut state, &stop, &|_, _| {}, |state, _| {
+    let (check, observer) =
+        RerunCheck::start(source.recording, &header, base + 1, left_out, &rerun.stop)?;
+    (rerun.first, rerun.observer) = (base + 1, Some(observer));
+    let (mut kept, stop) = (base, rerun.stop.clone());
+    rerun.record(io::sink(), &|_, _| {}, |state| {
         let last = state.next - 1;
         if last > kept && is_at_or_before(schedule.target(last), before) {
             (kept, model) = (last, encoded(&*state.model)?);
@@ -107,12 +99,7 @@ fn check(
         }
         Ok(())
     })?;
-    state.recorder.finish(&outcome)?;
-    if let Some(code) = interrupt.exit_code() {
-        return Err(RestoreError::Interrupted(code));
-    }
-    let mut findings = findings.take();
-    source.differences(&mut findings)?;
+    let findings = check.findings()?;
     if findings.unreadable.is_some() {
         notes.push("frames after the damage were not compared".to_owned());
     }
@@ -121,54 +108,36 @@ fn check(
 
 /// Records the fine frames.
 fn record(
-    source: &Source,
+    source: &Source<'_>,
     model: &[u8],
     fine: &FineFrames,
     file: RecordingFile,
     interrupt: &Interrupt,
-) -> Result<Outcome, RestoreError> {
-    let stop = interrupt.with_own_stop();
+) -> Result<Outcome, VerifyError> {
     let mut start = fine.prepared(source, restored(source, model)?)?;
     start.header.stored = StoredFrames::From(fine.first);
-    let recorder = Recorder::create(file, &start.header)?;
-    let mut state = if fine.first == 0 {
-        record_start(start, recorder)?
-    } else {
-        advance(&mut *start.model, fine.target(fine.first - 1), interrupt)?;
-        RunState::new(start, FrameWriter::start(recorder), fine.first)
-    };
-    if fine.last == 0 {
-        stop.stop();
+    if fine.first > 0 {
+        advance_to(&mut *start.model, fine.target(fine.first - 1), interrupt)?;
     }
-    let on_frame = |done, _| {
-        if done == fine.last {
-            stop.stop();
-        }
-    };
-    let mut outcome = record_frames(&mut state, &stop, &on_frame, |_, _| Ok(()))?;
-    if outcome == Outcome::Interrupted && interrupt.exit_code().is_none() {
-        outcome = Outcome::Complete;
-    }
-    let file = state.recorder.finish(&outcome)?;
-    if let Some(code) = interrupt.exit_code() {
-        return Err(RestoreError::Interrupted(code));
-    }
-    file.commit()?;
-    Ok(outcome)
+    let mut rerun = Rerun::new(start, interrupt);
+    (rerun.first, rerun.last) = (fine.first, Some((fine.last, Outcome::Complete)));
+    let recorded = rerun.record(file, &|_, _| {}, |_| Ok(()))?;
+    recorded.sink.commit()?;
+    Ok(recorded.outcome)
 }
 
-fn restored(source: &Source, model: &[u8]) -> Result<Box<dyn Model>, RestoreError> {
+fn restored(source: &Source<'_>, model: &[u8]) -> Result<Box<dyn Model>, VerifyError> {
     restore(&source.manifest.model, model).ok_or_else(|| {
-        RestoreError::Unsuitable("the state of the run cannot be restored: report this".to_owned())
+        VerifyError::Unsuitable("the state of the run cannot be restored: report this".to_owned())
     })
 }
 
 /// Advances to a target, unless the model is there.
-fn advance(
+fn advance_to(
     model: &mut dyn Model,
     target: Target,
     interrupt: &Interrupt,
-) -> Result<(), RestoreError> {
+) -> Result<(), VerifyError> {
     let is_there = match target {
         Target::Count(count) => model.count() == count,
         Target::Time(time) => model.time().to_bits() == time.to_bits(),
@@ -176,20 +145,11 @@ fn advance(
     if is_there {
         return Ok(());
     }
-    loop {
-        match model.advance(target, BUDGET) {
-            Ok(Progress::Reached) => return Ok(()),
-            Ok(Progress::Working) => {}
-            Err(fault) => {
-                let what = format!(
-                    "the run failed before the interval: {}\nhelp: name an earlier interval",
-                    fault.0
-                );
-                return Err(RestoreError::Arguments(what));
-            }
-        }
-        if let Some(code) = interrupt.exit_code() {
-            return Err(RestoreError::Interrupted(code));
-        }
+    match advance(model, target, interrupt) {
+        Ok(()) => Ok(()),
+        Err(Stopped::Signal(code)) => Err(VerifyError::Interrupted(code)),
+        Err(Stopped::Fault(fault)) => Err(VerifyError::Arguments(format!(
+            "the run failed before the interval: {fault}\nhelp: name an earlier interval"
+        ))),
     }
 }

@@ -87,8 +87,7 @@ fn results(prefix: &str) -> Vec<(i32, String, Vec<String>)> {
     let prefix = if prefix == "/" { &absolute } else { prefix };
     let call = |arguments: &str| {
         let words = arguments.split(' ').map(|word| word.replace('@', prefix));
-        let called: Called =
-            command().current_dir(&here).args(words).output().unwrap().into();
+        let called: Called = command().current_dir(&here).args(words).output().unwrap().into();
         let text = called.out + &called.err;
         (called.code.unwrap(), text.replace(&absolute, "").replace("./", ""), names(&here))
     };
@@ -122,7 +121,6 @@ fn control_step_is_not_found_without_the_start() {
     fs::remove_dir_all(bench.path("start")).unwrap();
     let here = bench.path("here");
     let arguments = ["compare", "--find-step", "b.mcap", "c.mcap"];
-    let called: Called =
-        command().current_dir(here).args(arguments).output().unwrap().into();
+    let called: Called = command().current_dir(here).args(arguments).output().unwrap().into();
     assert!(called.out.contains("a run cannot be repeated by this program"), "{}", called.out);
 }

@@ -1,0 +1,70 @@
+//! What the commands that execute a recorded run again share: signals, progress, and their errors.
+
+use crate::messages::Failure;
+use crate::progress::{ProgressDisplay, Verbosity};
+use crate::result_arguments::ResultArguments;
+use kinetoscope::executor::observer::ExecutionObserver as _;
+use kinetoscope::interrupt::Interrupt;
+use kinetoscope::verify::error::VerifyError;
+use kinetoscope_console::Exit;
+use kinetoscope_console::text::shown_path;
+use kinetoscope_console::with_help;
+use kinetoscope_recording::error::RecordError;
+use std::path::Path;
+
+/// Listens to Ctrl-C and other signals from now on.
+pub(crate) fn listen() -> Result<Interrupt, Failure> {
+    Interrupt::listen()
+        .map_err(|error| Failure::new(Exit::Retryable, format!("cannot listen to Ctrl-C: {error}")))
+}
+
+/// Executes a run again with a progress bar.
+pub(crate) fn with_progress<T>(
+    recording: &Path,
+    result: &ResultArguments,
+    rerun: impl FnOnce(&Interrupt, &(dyn Fn(u64, u64) + Sync)) -> T,
+) -> Result<T, Failure> {
+    let interrupt = listen()?;
+    let is_silent = result.quiet || result.json;
+    let verbosity = if is_silent { Verbosity::Quiet } else { Verbosity::Normal };
+    let progress = ProgressDisplay::new(1, verbosity);
+    let bar = progress.start_run(&shown_path(recording));
+    let done = rerun(&interrupt, &|frame, of| bar.frame(frame, of));
+    progress.close();
+    Ok(done)
+}
+
+/// The exit code of an error.
+pub(crate) fn exit_of(error: &VerifyError) -> Exit {
+    match error {
+        VerifyError::Arguments(_) => Exit::BadManifest,
+        VerifyError::Differs { .. } | VerifyError::Write(RecordError::Differs { .. }) => {
+            Exit::Differs
+        }
+        VerifyError::Read(_)
+        | VerifyError::Manifest(_)
+        | VerifyError::Start(_)
+        | VerifyError::OtherPhysics { .. }
+        | VerifyError::Unsuitable(_)
+        | VerifyError::Setup(_) => Exit::Unreadable,
+        VerifyError::Temporary(_) => Exit::Retryable,
+        VerifyError::Write(error) if error.is_retryable() => Exit::Retryable,
+        VerifyError::Write(_) => Exit::RunFailed,
+        VerifyError::Interrupted(code) => Exit::Signal(*code),
+    }
+}
+
+/// The text of an error, with its remedy on a line of its own.
+pub(crate) fn text_of(error: &VerifyError) -> String {
+    match error {
+        // The errors of the manifest are complete.
+        VerifyError::Manifest(_) => error.to_string(),
+        _ => with_help(&error.to_string()),
+    }
+}
+
+impl From<VerifyError> for Failure {
+    fn from(error: VerifyError) -> Self {
+        Self::new(exit_of(&error), text_of(&error))
+    }
+}

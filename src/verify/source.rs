@@ -1,0 +1,106 @@
+//! A recording and what it takes to execute its run again.
+
+use crate::interrupt::Interrupt;
+use crate::plan::restart_files::StartFiles;
+use crate::run::prepared::Prepared;
+use crate::verify::error::VerifyError;
+use kinetoscope_console::text::shown_path;
+use kinetoscope_files::folder::folder_of;
+use kinetoscope_manifest::{RunManifest, parse_run, run_key};
+use kinetoscope_physics::kind_of;
+use kinetoscope_recording::channels::SCHEMA_VERSION;
+use kinetoscope_recording::error::ReadError;
+use kinetoscope_recording::reader::{Recording, StoredFrames};
+
+/// A recording whose run this program can execute again.
+pub(crate) struct Source<'a> {
+    pub(crate) recording: &'a Recording,
+    /// The run, with the same record, and with the state from which it started.
+    pub(crate) manifest: RunManifest,
+}
+
+impl<'a> Source<'a> {
+    /// Reads the manifest of a recording, and the recording from which its run started.
+    pub(crate) fn of(recording: &'a Recording) -> Result<Self, VerifyError> {
+        let mut manifest = parse_run(recording.manifest())
+            .map_err(|diagnostics| VerifyError::Manifest(diagnostics.render(false)))?;
+        let starts = StartFiles::relative_to(folder_of(recording.path()));
+        manifest.model.read_start(&|name: &str| starts.read(name)).map_err(VerifyError::Start)?;
+        Ok(Self { recording, manifest })
+    }
+
+    /// The physics version that this program has for the model of the run.
+    pub(crate) fn own_physics_version(&self) -> u32 {
+        kind_of(&self.manifest.model).physics_version
+    }
+
+    /// Rejects a recording of another physics, whose frames this program cannot restore.
+    pub(crate) fn reject_other_physics(&self) -> Result<(), VerifyError> {
+        let provenance = self.recording.provenance();
+        let (recorded, own) = (provenance.physics_version, self.own_physics_version());
+        if recorded == own {
+            return Ok(());
+        }
+        let (path, model) = (self.recording.path().to_owned(), provenance.model.clone());
+        Err(VerifyError::OtherPhysics { path, model, recorded, own })
+    }
+
+    /// Rejects a recording that has only a part of its run.
+    pub(crate) fn reject_part(&self) -> Result<(), VerifyError> {
+        let StoredFrames::From(_) = self.recording.provenance().stored else { return Ok(()) };
+        Err(VerifyError::Arguments(format!(
+            "{} is a part of a run\nhelp: name the recording of the whole run",
+            shown_path(self.recording.path())
+        )))
+    }
+
+    /// The start of the run, with the frames and the run key of the recording.
+    pub(crate) fn prepared(&self) -> Result<Prepared, VerifyError> {
+        let run_key = &self.recording.provenance().run_key;
+        Ok(Prepared::new(&self.manifest, self.recording.manifest(), run_key)?)
+    }
+
+    /// The start of the run, with all frames recorded.
+    pub(crate) fn prepared_with_all_frames(&self) -> Result<Prepared, VerifyError> {
+        let manifest = self.manifest.with_all_frames();
+        let (canonical, key) = self.identity(&manifest);
+        Ok(Prepared::new(&manifest, &canonical, &key)?)
+    }
+
+    /// The canonical text of a manifest of this run, and its run key.
+    pub(crate) fn identity(&self, manifest: &RunManifest) -> (String, String) {
+        let canonical = manifest.canonical();
+        let key = run_key(&canonical, self.own_physics_version(), SCHEMA_VERSION);
+        (canonical, key.as_str().to_owned())
+    }
+}
+
+/// The readable part of a recording.
+pub(crate) struct ReadablePart {
+    /// Number of frames.
+    pub(crate) frames: u64,
+    /// Index of the last frame.
+    pub(crate) last: u64,
+    /// Why the rest cannot be read.
+    pub(crate) damage: Option<ReadError>,
+}
+
+impl ReadablePart {
+    /// Reads a recording to its end.
+    pub(crate) fn of(recording: &Recording, interrupt: &Interrupt) -> Result<Self, VerifyError> {
+        let mut part = Self { frames: 0, last: 0, damage: None };
+        for frame in recording.frames()? {
+            if let Some(code) = interrupt.exit_code() {
+                return Err(VerifyError::Interrupted(code));
+            }
+            match frame {
+                Ok(frame) => (part.frames, part.last) = (part.frames + 1, frame.clock.frame),
+                Err(error) => {
+                    part.damage = Some(error);
+                    break;
+                }
+            }
+        }
+        Ok(part)
+    }
+}
