@@ -1,10 +1,10 @@
 //! One experiment from its manifest to its recordings: the plan, the execution, and the errors of the runs.
 
-use crate::checked;
 use crate::executor::{Executor, MAX_THREADS, TaskOptions};
 use crate::exit;
 use crate::messages::{Failure, bad, complain, describe, disk_shortage, plural, summary};
-use crate::planner::{Planned, Planner};
+use crate::planning::plan_report;
+use crate::planning::planner::{Planned, Planner};
 use crate::progress::ProgressDisplay;
 use crate::results::{self, RunResult};
 use crate::run_arguments::RunArguments;
@@ -127,7 +127,7 @@ impl Execution<'_> {
     }
 
     fn dry_run(&self, planned: &Planned, rerun: Option<&Planned>) -> Executed {
-        let checked = checked::Checked::new(self.manifest, self.experiment, planned, rerun);
+        let checked = plan_report::PlanReport::new(self.manifest, self.experiment, planned, rerun);
         self.say(&checked.text());
         let listed = self.arguments.execution.prune.then(|| self.prune(&planned.plan));
         let exit = match listed {

@@ -1,10 +1,10 @@
 //! `run`: executes the experiments of one or several manifests, each after those that it starts from.
 
-use crate::checked;
 use crate::experiment::{Executed, Execution};
 use crate::manifests::{ManifestReader, NoRecording, canonical, expand};
 use crate::messages::{Failure, bad, plural, word};
 use crate::pipeline;
+use crate::planning::plan_report;
 use crate::program_name::ProgramName;
 pub(crate) use crate::run_arguments::RunArguments;
 use crate::step::Step;
@@ -151,7 +151,9 @@ impl Session<'_> {
             Reading::Read(experiment) => *experiment,
             Reading::Pending if is_dry => {
                 let why = self.reader.missing_start(step);
-                if let Some(text) = why.map(|why| checked::not_planned(step, why)).transpose()? {
+                if let Some(text) =
+                    why.map(|why| plan_report::not_planned(step, why)).transpose()?
+                {
                     self.arguments.messages.say(&text);
                 }
                 return Ok(Exit::Done);

@@ -4,7 +4,7 @@ use crate::executor::{ExecutorArguments, thread_count};
 use crate::live::LiveArguments;
 use crate::manifests::ManifestArguments;
 use crate::output::OutputArguments;
-use crate::planner::Planner;
+use crate::planning::planner::Planner;
 use crate::progress::Verbosity;
 use crate::result_arguments::ResultArguments;
 use clap::Args;

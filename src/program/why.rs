@@ -1,11 +1,11 @@
 //! `why`: reports for each run whether it would be executed, and what differs from the nearest recording.
 
-use crate::checked::not_planned;
 use crate::manifests::{ManifestArguments, ManifestReader};
 use crate::messages::{Failure, bad, name_of};
 use crate::output::OutputArguments;
 use crate::pipeline;
-use crate::planner::Planner;
+use crate::planning::plan_report::not_planned;
+use crate::planning::planner::Planner;
 use crate::result_arguments::ResultArguments;
 use clap::Args;
 use kinetoscope::plan::Status;

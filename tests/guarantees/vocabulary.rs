@@ -88,7 +88,14 @@ const LITERALS: &[&str] = &[
     "analysis/src/sweep",
 ];
 /// Folders whose `clap` types become help texts.
-const HELP: &[&str] = &["src/program", "analysis/src/cli", "analysis/src/export"];
+const HELP: &[&str] = &[
+    "src/program",
+    "src/program/comparison",
+    "src/program/locking",
+    "src/program/planning",
+    "analysis/src/cli",
+    "analysis/src/export",
+];
 
 fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))

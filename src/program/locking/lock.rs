@@ -1,9 +1,9 @@
 //! `lock`: runs manifests and writes what they gave into a lock file.
 
 use crate::exit;
+use crate::locking::locked_runs::{Parallel, RerunExperiment, Reruns};
 use crate::manifests::{canonical, expand};
 use crate::messages::{Failure, bad, complain, plural};
-use crate::rerun::{Parallel, RerunExperiment, Reruns};
 use crate::result_arguments::ResultArguments;
 use clap::Args;
 use kinetoscope::run::recording;

@@ -1,15 +1,15 @@
 //! `check`: reads manifests and reports the plan with its steps, memory and expected time, without executing a run.
 
-use crate::checked::{Checked, not_planned};
 use crate::executor::thread_count;
-use crate::lock;
-use crate::locked::LockedCheck;
+use crate::locking::lock;
+use crate::locking::locked_check::LockedCheck;
+use crate::locking::locked_runs::Parallel;
 use crate::manifests::{ManifestArguments, ManifestReader, expand};
 use crate::messages::Failure;
 use crate::output::OutputArguments;
 use crate::pipeline;
-use crate::planner::Planner;
-use crate::rerun::Parallel;
+use crate::planning::plan_report::{PlanReport, not_planned};
+use crate::planning::planner::Planner;
 use crate::result_arguments::ResultArguments;
 use crate::step::Step;
 use clap::Args;
@@ -113,7 +113,7 @@ impl CheckArguments {
         let planned = planner.plan(&experiment)?;
         planned.reject_invalid_starts(&experiment)?;
         let rerun = planner.rerun(&experiment, &planned)?;
-        let checked = Checked::new(&step.manifest, &experiment, &planned, rerun.as_ref());
+        let checked = PlanReport::new(&step.manifest, &experiment, &planned, rerun.as_ref());
         self.result.say(&checked.text());
         Ok(checked.json())
     }

@@ -1,7 +1,7 @@
 //! `verify` and `compare`: recordings against a rerun and against each other.
 
+use crate::comparison::rerun::{exit_of, listen, text_of, with_progress};
 use crate::messages::Failure;
-use crate::rerun_errors::{exit_of, listen, text_of, with_progress};
 use crate::result_arguments::ResultArguments;
 use clap::Args;
 use kinetoscope::verify::compare::{RecordingComparison, compare_recordings};

@@ -3,7 +3,7 @@
 use crate::expected_time;
 use crate::manifests::NoRecording;
 use crate::messages::{Failure, bad, counted, describe, plural};
-use crate::planner::Planned;
+use crate::planning::planner::Planned;
 use crate::progress::size;
 use crate::step::Step;
 use kinetoscope::run::estimate::Estimate;
@@ -35,8 +35,8 @@ pub(crate) fn not_planned(step: &Step, why: NoRecording) -> Result<String, Failu
     }
 }
 
-/// A manifest that was checked.
-pub(crate) struct Checked<'a> {
+/// The plan of a manifest, as `check` reports it.
+pub(crate) struct PlanReport<'a> {
     manifest: &'a Path,
     experiment: &'a Experiment,
     planned: &'a Planned,
@@ -45,7 +45,7 @@ pub(crate) struct Checked<'a> {
     seconds: Option<f64>,
 }
 
-impl<'a> Checked<'a> {
+impl<'a> PlanReport<'a> {
     /// Checks the plan of an experiment. `rerun` is the plan of its rerun if all runs are finished.
     pub(crate) fn new(
         manifest: &'a Path,

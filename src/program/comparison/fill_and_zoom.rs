@@ -1,7 +1,7 @@
 //! `fill` and `zoom`: frames that a recording does not hold, recomputed from its keyframes.
 
+use crate::comparison::rerun::{listen, with_progress};
 use crate::messages::{Failure, plural};
-use crate::rerun_errors::{listen, with_progress};
 use crate::result_arguments::ResultArguments;
 use clap::Args;
 use kinetoscope::verify::fill::fill;

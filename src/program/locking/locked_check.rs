@@ -1,11 +1,11 @@
 //! `check --locked`: compares the runs of a lock file's manifests with it and names the first difference of each.
 
-use crate::lock::{
+use crate::locking::lock::{
     locked_recording, manifest_of, metrics_of, physics_version, relative_to, unreadable,
 };
+use crate::locking::locked_runs::{Parallel, RerunExperiment, RerunRun, Reruns};
 use crate::manifests::expand;
 use crate::messages::{Failure, bad, plural, word};
-use crate::rerun::{Parallel, RerunExperiment, RerunRun, Reruns};
 use crate::result_arguments::ResultArguments;
 use kinetoscope::verify::diff::compare_messages;
 use kinetoscope::verify::fingerprint::{Fingerprint, FirstDifference, FrameTags};

@@ -1,10 +1,10 @@
 //! Runs of manifests from which lock files are derived: fresh ones in a temporary folder, or the finished ones of a folder.
 
+use crate::comparison::rerun::listen;
 use crate::executor::thread_count;
 use crate::manifests::ManifestReader;
 use crate::messages::{Failure, name_of};
 use crate::program_name::ProgramName;
-use crate::rerun_errors::listen;
 use crate::run::RunArguments;
 use clap::{Args, Parser};
 use kinetoscope::interrupt::Interrupt;

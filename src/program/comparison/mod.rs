@@ -1,0 +1,5 @@
+//! Recordings against reruns and against each other: `verify` and `compare`, `fill` and `zoom`.
+
+pub(crate) mod fill_and_zoom;
+pub(crate) mod rerun;
+pub(crate) mod verify_and_compare;

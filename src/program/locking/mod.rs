@@ -1,0 +1,5 @@
+//! Lock files: `lock` writes what runs gave, and `check --locked` compares with it.
+
+pub(crate) mod lock;
+pub(crate) mod locked_check;
+pub(crate) mod locked_runs;
