@@ -89,7 +89,9 @@ fn results(prefix: &str) -> Vec<(i32, String, Vec<String>)> {
         let words = arguments.split(' ').map(|word| word.replace('@', prefix));
         let called: Called = command().current_dir(&here).args(words).output().unwrap().into();
         let text = called.out + &called.err;
-        (called.code.unwrap(), text.replace(&absolute, "").replace("./", ""), names(&here))
+        // The folder itself is shown as well, such as that of an analysis.
+        let text = text.replace(&absolute, "").replace(absolute.trim_end_matches('/'), ".");
+        (called.code.unwrap(), text.replace("./", ""), names(&here))
     };
     COMMANDS.iter().map(|(arguments, _)| call(arguments)).collect()
 }
