@@ -2,8 +2,8 @@
 //!
 //!     cargo run --example add_a_model -- FOLDER
 //!
-//! The files of the new model are in `examples/add_a_model/files`: a folder in physics, a folder in the analysis, its table of the
-//! manifest, its starter manifest and an experiment. [`EDITS`] lists every line that existing files need. Afterward, in FOLDER:
+//! The files of the new model are in `examples/add_a_model/files`: a folder each in physics, in the analysis and in the manifest
+//! (its table and its starter), and an experiment. [`EDITS`] lists every line that existing files need. Afterward, in FOLDER:
 //!
 //!     cargo run --release -- experiments/oscillator.toml
 //!     cargo run --release --bin analyze-recordings -- recordings/oscillator
@@ -16,11 +16,7 @@ use std::{env, fs};
 /// The additions to existing files: the file, a text that occurs once in it, and the text to insert after it.
 const EDITS: &[(&str, &str, &str)] = &[
     ("src/manifest/model/mod.rs", "\nmod orbit;", "\nmod oscillator;"),
-    (
-        "src/manifest/model/mod.rs",
-        "\npub use gas_walls::ThermalWall;",
-        "\npub use oscillator::OscillatorConfig;",
-    ),
+    ("src/manifest/model/mod.rs", "\npub use orbit::*;", "\npub use oscillator::*;"),
     (
         "src/manifest/model/mod.rs",
         "\n        state discs walls legend velocity trail energy orbit conserved closest_approach log\n    ],",

@@ -110,7 +110,7 @@ pub fn starts() -> Vec<Vec<u8>> {
 }
 
 fn start(number: u8, model: &str) -> Vec<u8> {
-    let starter = Path::new("../src/manifest/starter").join(format!("{model}.toml"));
+    let starter = Path::new("../src/manifest/model").join(model).join("starter.toml");
     let text = std::fs::read_to_string(starter).unwrap();
     let experiment = kinetoscope_manifest::parse(&text, "starter.toml", &[]).unwrap();
     let config = &experiment.runs[0].manifest.model;

@@ -20,8 +20,8 @@ type Scene = (&'static str, String);
 /// The scenes, each with this number of seeds.
 fn scenes(seeds: u32) -> Vec<Scene> {
     let starter = |text: &str| text.replace("replicates = 1 ", &format!("replicates = {seeds} "));
-    let gas = include_str!("../../src/manifest/starter/gas.toml");
-    let packing = include_str!("../../src/manifest/starter/packing.toml");
+    let gas = include_str!("../../src/manifest/model/gas/starter.toml");
+    let packing = include_str!("../../src/manifest/model/packing/starter.toml");
     let of_discs = format!(
         r#"
         replicates = {seeds}

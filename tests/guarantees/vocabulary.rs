@@ -218,7 +218,10 @@ fn texts() -> BTreeMap<String, Text> {
         ("book/src/use", "md"),
         ("book/src/physics", "md"),
         ("experiments", "toml"),
-        ("src/manifest/starter", "toml"),
+        ("src/manifest/model/dem", "toml"),
+        ("src/manifest/model/gas", "toml"),
+        ("src/manifest/model/orbit", "toml"),
+        ("src/manifest/model/packing", "toml"),
     ];
     let named = named.into_iter().chain([("src/recording/layouts", "json")]);
     let others = named.flat_map(|(folder, extension)| files(folder, extension));

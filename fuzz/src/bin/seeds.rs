@@ -22,7 +22,7 @@ fn main() {
     let hostile = [&b"\x89MCAP0\r\n"[..], &header, &[0x06], &u64::MAX.to_le_bytes()].concat();
     put("reader", "hostile_length", &hostile);
     for model in ["dem", "gas", "packing", "orbit"] {
-        let starter = fs::read(Path::new("../src/manifest/starter").join(format!("{model}.toml")));
+        let starter = fs::read(Path::new("../src/manifest/model").join(model).join("starter.toml"));
         put("manifest", &format!("starter_{model}"), &starter.unwrap());
     }
     for experiment in fs::read_dir("../experiments").unwrap() {

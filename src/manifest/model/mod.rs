@@ -1,49 +1,23 @@
 //! The models: one type per model with all its physics and its duration, every value in range.
 //!
-//! A new model needs a file here, with a type that implements `contract::Model`, its `mod` line, and one line in `models!`.
+//! A new model needs a folder here, with a type that implements `contract::Model` and a starter manifest, its `mod` and `use` lines,
+//! and one line in `models!`.
 
 mod contract;
 mod dem;
-mod dem_insertion;
-mod dem_materials;
-mod dem_radius;
-mod dem_rules;
-mod dem_walls;
 mod gas;
-mod gas_gravity_rules;
-mod gas_partition;
-mod gas_rules;
-mod gas_start;
-mod gas_walls;
 mod metric_names;
 mod orbit;
-mod orbit_rules;
 mod packing;
 mod sizes;
 mod start;
 mod start_from;
 
 pub use contract::MAX_STEPS;
-pub use dem::{
-    DemConfig, DemDashpot, DemIntegrator, Dissipation, PeriodicSides, StepLength, TimeStep,
-    UnstableTimeStep,
-};
-pub use dem_insertion::DemInsertion;
-pub use dem_materials::{DISC, DemContactConstants, DemContactPair, DemMaterial, WALL};
-pub use dem_radius::DiscRadius;
-pub use dem_walls::{DemWall, DemWallShape};
-pub use gas::{GasConfig, Propagation};
-pub use gas_partition::{Partition, PartitionSide};
-pub use gas_start::{
-    BoltzmannConstant, GasPlacement, PositionDistribution, SpeedDistribution, SpeedScale,
-    TemperatureDefinition,
-};
-pub use gas_walls::ThermalWall;
-pub use orbit::{OrbitBody, OrbitConfig, OrbitIntegrator, OrbitStart, OrbitState, OrbitSummation};
-pub use packing::{
-    Boundary, CollapseGuard, InitialVelocities, PERIODIC_DIAMETERS, PackingConfig,
-    PackingPlacement, PackingState, RunLength,
-};
+pub use dem::*;
+pub use gas::*;
+pub use orbit::*;
+pub use packing::*;
 pub use start::{GivenState, Placement};
 pub use start_from::{RecordedState, Recordings, StartFrom};
 
@@ -143,7 +117,7 @@ macro_rules! models {
         pub fn starter(model: &str) -> Option<&'static str> {
             match model {
                 $(stringify!($name) => {
-                    Some(include_str!(concat!("../starter/", stringify!($name), ".toml")))
+                    Some(include_str!(concat!(stringify!($name), "/starter.toml")))
                 })+
                 _ => None,
             }

@@ -1,9 +1,9 @@
 //! `[model.orbit]`: rules for states and for several bodies.
 
-use super::orbit::{OrbitBody, OrbitConfig, OrbitState};
-use super::sizes::{LARGEST, SMALLEST, length, nearest_size};
+use super::{OrbitBody, OrbitConfig, OrbitState};
 use crate::diagnostics::Diagnostic;
 use crate::keys::{Reader, rules};
+use crate::model::sizes::{LARGEST, SMALLEST, length, nearest_size};
 use crate::quantity::Finite;
 use crate::tree::{Span, Value};
 use std::collections::HashMap;

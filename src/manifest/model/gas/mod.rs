@@ -1,13 +1,20 @@
 //! `[model.gas]`: point particles in a circular container.
 
-use super::contract::{Model, check_steps};
-use super::gas_partition::Partition;
-use super::gas_start::{
+mod gravity_rules;
+mod partition;
+mod rules;
+mod start;
+mod walls;
+
+pub use partition::{Partition, PartitionSide};
+pub use start::{
     BoltzmannConstant, GasPlacement, PositionDistribution, SpeedDistribution, SpeedScale,
     TemperatureDefinition,
 };
-use super::gas_walls::ThermalWall;
+pub use walls::ThermalWall;
+
 use crate::keys::{HasKeys, Keys, Reader};
+use crate::model::contract::{Model, check_steps};
 use crate::quantity::{Finite, NonNegative, Positive};
 use crate::table::table;
 use crate::value::{count, words};

@@ -1,13 +1,20 @@
 //! `[model.dem]`: discs with spring–dashpot contacts in a box.
 
-use super::contract::{Model, SAMPLE_DIAMETERS, check_steps};
-use super::dem_insertion::DemInsertion;
-use super::dem_materials::{DemContactPair, DemMaterial};
-use super::dem_radius::DiscRadius;
-use super::dem_walls::DemWall;
-use super::start::Placement;
+mod insertion;
+mod materials;
+mod radius;
+mod rules;
+mod walls;
+
+pub use insertion::DemInsertion;
+pub use materials::{DISC, DemContactConstants, DemContactPair, DemMaterial, WALL};
+pub use radius::DiscRadius;
+pub use walls::{DemWall, DemWallShape};
+
 use crate::diagnostics::Errors;
 use crate::keys::Reader;
+use crate::model::contract::{Model, SAMPLE_DIAMETERS, check_steps};
+use crate::model::start::Placement;
 use crate::quantity::{Finite, Fraction, NonNegative, Positive};
 use crate::table::{choice, table};
 use crate::tree::{Node, Value};

@@ -1,6 +1,6 @@
 //! `[model.oscillator]`: a body on a spring.
 
-use super::contract::{Model, check_steps};
+use crate::model::contract::{Model, check_steps};
 use crate::keys::Reader;
 use crate::quantity::Positive;
 use crate::table::table;

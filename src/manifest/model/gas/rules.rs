@@ -1,9 +1,9 @@
 //! The rules between the keys of `[model.gas]`: start, speeds, wall, collisions.
 
-use super::gas::{GasConfig, Propagation};
-use super::gas_start::{GasPlacement, PositionDistribution, SpeedDistribution, SpeedScale};
-use super::sizes::{LARGEST, SMALLEST, length, nearest_size, rounded_down};
+use super::start::{GasPlacement, PositionDistribution, SpeedDistribution, SpeedScale};
+use super::{GasConfig, Propagation};
 use crate::keys::{Reader, rules};
+use crate::model::sizes::{LARGEST, SMALLEST, length, nearest_size, rounded_down};
 use crate::tree::Value;
 use crate::value::number;
 

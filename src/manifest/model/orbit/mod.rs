@@ -1,11 +1,13 @@
 //! `[model.orbit]`: the Earth around the Sun, in AU and days.
 
-use super::contract::{Model, check_first_step};
-use super::start::starts;
-use super::start_from::{MayBeRecorded as _, StartFrom};
+mod rules;
+
 use crate::diagnostics::Errors;
 use crate::inline::{self, inline_enum, inline_table};
 use crate::keys::{Reader, rules};
+use crate::model::contract::{Model, check_first_step};
+use crate::model::start::starts;
+use crate::model::start_from::{MayBeRecorded as _, StartFrom};
 use crate::quantity::{Finite, NonNegative, Positive, StepTolerance};
 use crate::table::table;
 use crate::tree::Node;

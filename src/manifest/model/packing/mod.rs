@@ -1,10 +1,10 @@
 //! `[model.packing]`: event-driven hard discs. Lengths and times are dimensionless, and a disc has mass 1.
 
-use super::contract::{Model, SAMPLE_DIAMETERS};
-use super::sizes::rounded_down;
-use super::start::{check_lengths, starts};
 use crate::inline::inline_table;
 use crate::keys::{Reader, rules};
+use crate::model::contract::{Model, SAMPLE_DIAMETERS};
+use crate::model::sizes::rounded_down;
+use crate::model::start::{check_lengths, starts};
 use crate::quantity::{BoxSide, Finite, Fraction, NonNegative, Positive};
 use crate::table::{choice, table};
 use crate::value::{count, words};

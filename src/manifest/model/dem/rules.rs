@@ -1,11 +1,11 @@
 //! The rules between the keys of a DEM scene: sizes, walls, regions, materials, insertion.
 
-use super::dem::{DemConfig, DemDashpot, Dissipation};
-use super::dem_materials::{DISC, MOST_MATERIALS, WALL};
-use super::dem_radius::MOST_RADIUS_RATIO;
-use super::dem_walls::{DemWall, DemWallShape};
-use super::start::Placement;
+use super::materials::{DISC, MOST_MATERIALS, WALL};
+use super::radius::MOST_RADIUS_RATIO;
+use super::walls::{DemWall, DemWallShape};
+use super::{DemConfig, DemDashpot, Dissipation};
 use crate::keys::{Reader, rules};
+use crate::model::start::Placement;
 use crate::quantity::Finite;
 
 impl DemConfig {

@@ -1,9 +1,9 @@
 //! `[model.gas]`: rules for uniform gravity and for a partition.
 
-use super::gas::GasConfig;
-use super::gas_partition::PartitionSide;
-use super::gas_rules::BOLTZMANN_J_PER_K;
-use super::gas_start::{
+use super::GasConfig;
+use super::partition::PartitionSide;
+use super::rules::BOLTZMANN_J_PER_K;
+use super::start::{
     GasPlacement, PositionDistribution, SpeedDistribution, SpeedScale, TemperatureDefinition,
 };
 use crate::keys::{Reader, rules};

@@ -1,6 +1,6 @@
 //! `[model.gas]`: positions and speeds at the start, and the temperature that they define.
 
-use super::start::{GivenState, starts};
+use crate::model::start::{GivenState, starts};
 use crate::quantity::NonNegative;
 use crate::table::choice;
 use crate::value::words;
