@@ -3,7 +3,6 @@
 use crate::diagnostics::{Diagnostic, Errors, nearest};
 use crate::tree::{Node, Table, Value};
 use serde_json::{Value as Json, json};
-use std::fmt;
 use std::num::{NonZeroU32, NonZeroU64};
 
 /// A type of value in the manifest.
@@ -108,38 +107,7 @@ pub(crate) fn quoted(text: &str) -> String {
     quoted
 }
 
-/// Defines types of whole numbers from 1 to a maximum.
-macro_rules! counts {
-    ($($(#[$doc:meta])* $visible:vis $name:ident up to $maximum:literal;)+) => {$(
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        $visible struct $name(u32);
-
-        impl $name {
-            /// The number, at least 1.
-            #[must_use]
-            $visible const fn get(self) -> u32 {
-                self.0
-            }
-        }
-
-        impl TryFrom<u32> for $name {
-            type Error = ();
-
-            fn try_from(count: u32) -> Result<Self, ()> {
-                if (1..=$maximum).contains(&count) { Ok(Self(count)) } else { Err(()) }
-            }
-        }
-
-        impl fmt::Display for $name {
-            fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-                self.0.fmt(formatter)
-            }
-        }
-
-        whole_values!($name: 1..=$maximum, through u32);
-    )+};
-}
+/// Reads whole numbers: each line gives a type, its range, and the type that converts to it.
 macro_rules! whole_values {
     ($($name:ty: $minimum:literal..=$maximum:literal, through $bits:ty);* $(;)?) => {$(
         impl TomlValue for $name {
@@ -168,13 +136,49 @@ whole_values!(
     NonZeroU32: 1..=4_294_967_295, through u32;
     NonZeroU64: 1..=18_446_744_073_709_551_615, through u64;
 );
-counts! {
-    /// Number of replicates of an experiment.
-    pub(crate) ReplicateCount up to 100_000;
-    /// Frames per decade of time, steps or collisions.
-    pub FramesPerDecade up to 1000;
-    /// Decades that a run's frames reach back from its end; with a thousand frames per decade, the list is still short.
-    pub Decades up to 15;
+
+/// A whole number from 1 to a maximum.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Count<const MAXIMUM: u32>(u32);
+
+/// Number of replicates of an experiment.
+pub(crate) type ReplicateCount = Count<100_000>;
+/// Frames per decade of time, steps or collisions.
+pub type FramesPerDecade = Count<1000>;
+/// Decades that a run's frames reach back from its end; with a thousand frames per decade, the list is still short.
+pub type Decades = Count<15>;
+
+impl<const MAXIMUM: u32> Count<MAXIMUM> {
+    /// The number, at least 1.
+    #[must_use]
+    pub const fn get(self) -> u32 {
+        self.0
+    }
+}
+
+impl<const MAXIMUM: u32> TryFrom<u32> for Count<MAXIMUM> {
+    type Error = ();
+
+    fn try_from(count: u32) -> Result<Self, ()> {
+        if (1..=MAXIMUM).contains(&count) { Ok(Self(count)) } else { Err(()) }
+    }
+}
+
+impl<const MAXIMUM: u32> TomlValue for Count<MAXIMUM> {
+    fn read(node: &Node, name: &str, errors: &mut Errors) -> Option<Self> {
+        let count = whole_number(node).and_then(|whole| u32::try_from(whole).ok());
+        count
+            .and_then(|count| Self::try_from(count).ok())
+            .or_else(|| refuse(node, name, &format!("a whole number from 1 to {MAXIMUM}"), errors))
+    }
+
+    fn write(&self) -> String {
+        self.0.to_string()
+    }
+
+    fn schema() -> Json {
+        json!({ "type": "integer", "minimum": 1, "maximum": MAXIMUM })
+    }
 }
 
 impl Decades {
