@@ -5,6 +5,7 @@
 // A test may panic.
 #![allow(clippy::unwrap_used)]
 
+use crate::verdicts::{errors, experiment};
 use kinetoscope_manifest::{ExperimentRecord, parse, parse_checks, parse_run, starter};
 
 const MANIFEST: &str = r#"# ü: a manifest with one of everything
@@ -69,10 +70,10 @@ fn read(text: &str) -> usize {
 #[test]
 fn control_undamaged_manifest_has_one_known_error() {
     // `discs` of the table contradicts the given placement: a true error, and the only one.
-    let errors = parse(MANIFEST, "m.toml", &[]).unwrap_err();
+    let errors = errors(MANIFEST);
     assert!(errors.to_string().contains("`discs` is 10, but 1 are placed"), "{errors}");
     assert_eq!(errors.len(), 1, "{errors}");
-    assert_eq!(parse(&MANIFEST.replace("discs = 1e1", ""), "m.toml", &[]).unwrap().runs.len(), 4);
+    assert_eq!(experiment(&MANIFEST.replace("discs = 1e1", "")).runs.len(), 4);
 }
 
 #[test]

@@ -3,9 +3,8 @@
 // A test may panic.
 #![allow(clippy::unwrap_used)]
 
-use kinetoscope_manifest::{
-    Bound, Check, Coordinate, ExperimentRecord, parse, parse_checks, run_key,
-};
+use crate::verdicts::{accepted, errors, experiment, rejected};
+use kinetoscope_manifest::{Bound, Check, Coordinate, ExperimentRecord, parse_checks, run_key};
 
 const CHECKS: &str = r#"
 [[checks]]
@@ -31,7 +30,7 @@ fn record() -> ExperimentRecord {
         "# Why? Expected: \"so\".\n#\n# Second <part>\ndescription = \"two\\nlines, \\\"quoted\\\", \\\\ and \\u0007\"\nreplicates = 2\n[model.gas]\n[sweep]\n\
          model.gas.temperature_k = [200, 300]\n[[sweep.variants]]\nname = \"a\"\n[[sweep.variants]]\nname = \"b \\\"quoted\\\"\"\n{CHECKS}{BASELINE}"
     );
-    let experiment = parse(&text, "pressure.toml", &[]).unwrap_or_else(|errors| panic!("{errors}"));
+    let experiment = experiment(&text);
     let files = experiment.runs.iter().map(|run| {
         let key = run_key(&run.manifest.canonical(), 1, 1);
         (format!("{}.mcap", run.file_stem(&experiment.name, &key, experiment.replicates)), key)
@@ -56,7 +55,7 @@ fn record_is_read_back() {
 #[test]
 fn comment_at_the_start_is_kept() {
     assert_eq!(record().comment, "Why? Expected: \"so\".\n\nSecond <part>");
-    let comment = |text: &str| parse(text, "gas.toml", &[]).unwrap().comment;
+    let comment = |text: &str| experiment(text).comment;
     assert_eq!(comment("seed = 1\n# later\n[model.gas]\n"), "");
     assert_eq!(comment("#one\r\n\r\n# two\r\n[model.gas]\r\n"), "one");
     let long = format!("# first\n# {}\n[model.gas]\n", "x".repeat(3000));
@@ -88,14 +87,14 @@ fn unknown_metrics_are_rejected_with_the_nearest_name() {
     let check = "[[checks]]\nmetric = \"pressure.mesured\"\nminimum = 0\n";
     for errors in [
         parse_checks(check, "c.toml").unwrap_err().to_string(),
-        parse(&format!("[model.gas]\n{check}"), "c.toml", &[]).unwrap_err().to_string(),
+        errors(&format!("[model.gas]\n{check}")).to_string(),
     ] {
         assert!(errors.contains("`pressure.mesured` is not a metric"), "{errors}");
         assert!(errors.contains("did you mean `pressure.measured`?"), "{errors}");
     }
     // The metric of another model is not one of the gas, but a file of checks has no model.
     let other = check.replace("pressure.mesured", "bed.height");
-    assert!(parse(&format!("[model.gas]\n{other}"), "c.toml", &[]).is_err());
+    rejected(&format!("[model.gas]\n{other}"), "`bed.height` is not a metric");
     assert!(parse_checks(&other, "c.toml").is_ok());
 }
 
@@ -124,15 +123,11 @@ fn damaged_record_is_reported() {
 /// The tolerance of an unknown metric is an error with the nearest name; so are two tolerances of one metric, and none.
 #[test]
 fn baseline_tolerances_are_checked() {
-    let rejected = |text: &str, expected: &str| {
-        let errors =
-            parse(&format!("[model.gas]\n{text}"), "gas.toml", &[]).unwrap_err().to_string();
-        assert!(errors.contains(expected), "{expected} in {errors}");
-    };
+    let rejected = |text: &str, expected: &str| rejected(&format!("[model.gas]\n{text}"), expected);
     rejected(&BASELINE.replace("mean_speed", "mean_sped"), "did you mean `mean_speed`?");
     rejected(&BASELINE.repeat(2), "one tolerance for each metric");
     rejected("[[baseline]]\nmetric = \"mean_speed\"\n", "needs `relative_tolerance`");
     rejected("[[baseline]]\nrelative_tolerance = 1\n", "needs `metric`");
     rejected(&BASELINE.replace("0.01", "-1"), "relative_tolerance");
-    assert!(parse(&format!("[model.gas]\n{BASELINE}"), "gas.toml", &[]).is_ok());
+    accepted(&format!("[model.gas]\n{BASELINE}"));
 }

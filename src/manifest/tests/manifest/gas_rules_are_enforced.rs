@@ -5,9 +5,8 @@
 // A test may panic.
 #![allow(clippy::unwrap_used)]
 
-use crate::verdicts::{accepted, rejected};
+use crate::verdicts::{accepted, errors, rejected};
 use kinetoscope_manifest::model::{ModelConfig, SpeedScale};
-use kinetoscope_manifest::parse;
 
 #[test]
 fn gas_speeds_and_steps_must_be_consistent() {
@@ -52,7 +51,7 @@ fn gas_sizes_are_rejected_with_the_nearest_value_all_at_once() {
     }
     let text = "[model.gas]\nmass_kg = 1e-60\nradius_m = 1e-60\ncenter_m = [1e80, 0.0]\n\
         temperature_schedule = [[0.2, 300.0]]";
-    let errors = parse(text, "m.toml", &[]).map(|_| ()).unwrap_err();
+    let errors = errors(text);
     assert_eq!(errors.len(), 4, "all at once: {errors}");
     accepted("[model.gas]\nmass_kg = 1e-50\nradius_m = 1e50\nduration_s = 1e20");
 }
@@ -175,7 +174,7 @@ fn gas_gravity_partition_and_walls_can_be_combined() {
 #[test]
 fn all_errors_of_the_temperature_schedule_are_reported_at_their_pairs() {
     let text = "[model.gas]\ntemperature_schedule = [\n[0.05, 300],\n[0.02, -1],\n[0.3, 300],\n[0.04, 200],\n]\n";
-    let errors = parse(text, "m.toml", &[]).map(|_| ()).unwrap_err();
+    let errors = errors(text);
     let rendered = errors.to_string();
     for (line, part) in [
         (4, "`model.gas.temperature_schedule[1]` is -1"),
@@ -228,7 +227,7 @@ fn nearest_values_of_gravity_and_partition_work() {
 
 /// The value that the error of a manifest suggests after these words.
 fn suggested(text: &str, words: &str) -> String {
-    let rendered = parse(text, "m.toml", &[]).map(|_| ()).unwrap_err().to_string();
+    let rendered = errors(text).to_string();
     let (_, value) = rendered.split_once(words).unwrap_or_else(|| panic!("{rendered}"));
     value.split([';', '\n']).next().unwrap().to_owned()
 }

@@ -5,7 +5,7 @@
 // A test may panic.
 #![allow(clippy::unwrap_used)]
 
-use crate::verdicts::{accepted, rejected};
+use crate::verdicts::{accepted, errors, rejected};
 
 #[test]
 fn elements_that_describe_no_ellipse_are_rejected_with_the_nearest_value() {
@@ -137,7 +137,7 @@ fn sizes_at_which_the_motion_overflows_are_rejected_with_the_nearest_value() {
     rejected(&vectors("1e-160", "1"), "must be at least 1e-50 AU away");
     accepted(&vectors("1e50", "1e-50"));
     let both = "[model.orbit]\nstart = { semi_major_axis_au = 1e300, eccentricity = 2, mean_anomaly_rad = 1e3 }";
-    let errors = kinetoscope_manifest::parse(both, "m.toml", &[]).unwrap_err();
+    let errors = errors(both);
     assert_eq!(errors.len(), 3, "all at once: {errors}");
 }
 
@@ -183,10 +183,7 @@ fn bodies_without_a_motion_are_rejected_at_their_lines() {
 
 #[test]
 fn misspelled_elements_are_compared_with_elements() {
-    let errors = |start: &str| {
-        let text = format!("[model.orbit]\nstart = {{ {start} }}");
-        kinetoscope_manifest::parse(&text, "m.toml", &[]).unwrap_err().to_string()
-    };
+    let errors = |start: &str| errors(&format!("[model.orbit]\nstart = {{ {start} }}")).to_string();
     let similar = errors("semi_major_axis = 1, excentricity = 0.5");
     for meant in ["did you mean `semi_major_axis_au`?", "did you mean `eccentricity`?"] {
         assert!(similar.contains(meant), "{similar}");
@@ -194,12 +191,6 @@ fn misspelled_elements_are_compared_with_elements() {
     let unlike = errors("a = 1, e = 0.5");
     assert!(unlike.contains("known keys: semi_major_axis_au, eccentricity"), "{unlike}");
     assert!(unlike.contains("position_au, velocity_au_per_day"), "{unlike}");
-}
-
-/// The errors of a manifest, as text, and their number.
-fn errors(text: &str) -> (String, usize) {
-    let errors = kinetoscope_manifest::parse(text, "m.toml", &[]).unwrap_err();
-    (errors.to_string(), errors.len())
 }
 
 /// Control: before, an unreadable key of a body hid every rule for its other keys.
@@ -237,16 +228,18 @@ fn all_errors_of_one_body_are_reported_at_once() {
             &["the nearest value is 1e50", "must be an array of 3 numbers", "must be at most 1e50"],
         ),
     ] {
-        let (text, number) = errors(&format!("[model.orbit]\nbodies = [{SUN}, {{ {body} }}]"));
+        let errors = errors(&format!("[model.orbit]\nbodies = [{SUN}, {{ {body} }}]"));
+        let text = errors.to_string();
         for part in parts {
             assert!(text.contains(part), "{part}\n{text}");
         }
-        assert_eq!(number, parts.len(), "{text}");
+        assert_eq!(errors.len(), parts.len(), "{text}");
     }
     let first = "{ gm_au3_per_day2 = -1, semi_major_axis_au = 1, eccentricity = 0 }";
-    let (text, number) = errors(&format!("[model.orbit]\nbodies = [{first}, {SUN}]"));
+    let errors = errors(&format!("[model.orbit]\nbodies = [{first}, {SUN}]"));
+    let text = errors.to_string();
     assert!(text.contains("give the first body by `position_au`"), "{text}");
-    assert_eq!(number, 2, "{text}");
+    assert_eq!(errors.len(), 2, "{text}");
 }
 
 /// Control: before, a second error called the bodies coinciding, though a first body with elements has no position.

@@ -4,6 +4,7 @@
 // A test may panic.
 #![allow(clippy::unwrap_used)]
 
+use crate::verdicts::{experiment, rejected};
 use kinetoscope_manifest::{
     ExperimentRecord, Override, PlotAxis, PlotRequest, parse, parse_run, run_key,
 };
@@ -13,17 +14,7 @@ const SWEEP: &str = "[model.gas]\n[record]\nchannels = [\"state\", \"pressure\"]
 
 /// The plots of a manifest with a sweep over a number and a word.
 fn accepted(plots: &str) -> Vec<PlotRequest> {
-    parse(&format!("{SWEEP}{plots}"), "m.toml", &[]).unwrap_or_else(|why| panic!("{why}")).plots
-}
-
-/// The manifest has exactly one error, in the line with `# <-`.
-fn rejected(manifest: &str, message: &str) {
-    let line = 1 + manifest.lines().position(|line| line.contains("# <-")).unwrap();
-    let errors = parse(manifest, "m.toml", &[]).unwrap_err();
-    let text = errors.to_string();
-    assert!(text.contains(message), "expected: {message}\n{text}");
-    assert!(text.contains(&format!("--> m.toml:{line}:")), "expected line {line}\n{text}");
-    assert_eq!(errors.len(), 1, "{text}");
+    experiment(&format!("{SWEEP}{plots}")).plots
 }
 
 #[test]
@@ -86,7 +77,7 @@ fn wrong_names_of_a_plot_are_reported_with_the_nearest() {
     // Control: the second key of a pair is not an axis of its own.
     let paired = "[model.gas]\n[sweep]\nzip = [[\"model.gas.temperature_k\", \"model.gas.radius_m\"]]\n\
         model.gas.temperature_k = [1, 2]\nmodel.gas.radius_m = [1, 2]\n[[plots]]\ny = \"mean_speed\"\n";
-    let x = parse(paired, "m.toml", &[]).unwrap().plots[0].x.clone();
+    let x = experiment(paired).plots[0].x.clone();
     assert_eq!(x.as_deref(), Some("model.gas.temperature_k"));
 }
 
@@ -97,7 +88,7 @@ fn metric_is_plotted_over_words() {
     assert_eq!(plots[0].x.as_deref(), Some("model.gas.speed_distribution"));
     let words = "[model.gas]\n[sweep]\nmodel.gas.speed_distribution = [\"maxwell\", \"equal\"]\n\
         [[plots]]\ny = \"mean_speed\"\n";
-    let plots = parse(words, "m.toml", &[]).unwrap().plots;
+    let plots = experiment(words).plots;
     assert_eq!(plots[0].x.as_deref(), Some("model.gas.speed_distribution"));
 }
 
@@ -115,7 +106,7 @@ fn plots_do_not_affect_the_run_key_and_cannot_be_set() {
 fn record_of_an_experiment_contains_its_plots() {
     let plots = "[[plots]]\ny = \"/pressure.window_s\"\ntitle = \"a \\\"b\\\" <c>\"\nlog = []\n\
         [[plots]]\ny = \"mean_speed\"\nlog = [\"x\", \"y\"]\nwhere = { temperature_k = 200 }\n";
-    let experiment = parse(&format!("{SWEEP}{plots}"), "m.toml", &[]).unwrap();
+    let experiment = experiment(&format!("{SWEEP}{plots}"));
     let text = ExperimentRecord::new(&experiment, []).to_toml();
     let back = ExperimentRecord::from_toml(&text, "experiment.toml").unwrap();
     let without_lines = |plots: &[PlotRequest]| -> Vec<PlotRequest> {

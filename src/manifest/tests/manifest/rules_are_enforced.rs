@@ -5,7 +5,7 @@
 // A test may panic.
 #![allow(clippy::unwrap_used)]
 
-use crate::verdicts::{accepted, rejected};
+use crate::verdicts::{accepted, errors, experiment, rejected};
 use kinetoscope_manifest::model::{ModelConfig, PackingPlacement, SpeedScale};
 use kinetoscope_manifest::{Override, parse, parse_run};
 
@@ -297,12 +297,7 @@ fn run_manifest_must_describe_one_run() {
 
 #[test]
 fn invalid_toml_line_hides_only_itself() {
-    let errors = parse(
-        "[model.gas]\nparticles = \nradius_m = -1\nmass_kg = -1\nmass_kg = 3\n",
-        "m.toml",
-        &[],
-    )
-    .unwrap_err();
+    let errors = errors("[model.gas]\nparticles = \nradius_m = -1\nmass_kg = -1\nmass_kg = 3\n");
     let text = errors.to_string();
     assert!(
         text.contains("m.toml:2:13")
@@ -313,8 +308,7 @@ fn invalid_toml_line_hides_only_itself() {
     assert!(text.contains("duplicate key"), "{text}");
     assert_eq!(errors.len(), 4, "{text}");
     // After an invalid header, the table of the following keys is unknown.
-    let errors = parse("[model.gas\nparticles = 0\n", "m.toml", &[]).unwrap_err();
-    assert_eq!(errors.len(), 1, "{errors}");
+    rejected("[model.gas\nparticles = 0\n", "");
 }
 
 #[test]
@@ -322,21 +316,21 @@ fn long_error_list_is_truncated() {
     let wrong = vec!["[nan, 0]"; 1000].join(", ");
     let text =
         format!("[model.packing]\nplacement = {{ positions = [{wrong}], velocities = [{wrong}] }}");
-    let errors = parse(&text, "m.toml", &[]).unwrap_err();
-    assert_eq!(errors.len(), 2000);
-    assert!(errors.to_string().ends_with("error: and 1900 more errors"));
+    let many = errors(&text);
+    assert_eq!(many.len(), 2000);
+    assert!(many.to_string().ends_with("error: and 1900 more errors"));
     let unknown: String = (0..3000).map(|key| format!("k{key} = 1\n")).collect();
-    let errors = parse(&unknown, "m.toml", &[]).unwrap_err();
+    let many = errors(&unknown);
     // The last one is the missing model.
-    assert_eq!(errors.len(), 3001);
-    assert!(errors.to_string().ends_with("error: and 2901 more errors"));
+    assert_eq!(many.len(), 3001);
+    assert!(many.to_string().ends_with("error: and 2901 more errors"));
 }
 
 #[test]
 fn lines_of_many_checks_are_exact() {
     let check = "[[checks]]\nmetric = \"mean_speed\"\nminimum = 0\n# a line\n";
     let text = format!("[model.gas]\n{}", check.repeat(200));
-    let checks = parse(&text, "m.toml", &[]).unwrap().checks;
+    let checks = experiment(&text).checks;
     let lines: Vec<u32> = checks.iter().map(|check| check.line).collect();
     assert_eq!(lines, (0..200).map(|number| 2 + 4 * number).collect::<Vec<_>>());
 }

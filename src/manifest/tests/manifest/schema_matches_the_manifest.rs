@@ -3,6 +3,7 @@
 // A test may panic.
 #![allow(clippy::unwrap_used)]
 
+use crate::verdicts::errors;
 use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_manifest::record::{CHANNELS, RecordConfig};
 use kinetoscope_manifest::{json_schema, parse, parse_run, starter};
@@ -35,7 +36,7 @@ fn with_line(table: &str, line: &str) -> String {
 
 /// The known keys that the parser lists for an unknown key.
 fn known_keys(manifest: &str) -> BTreeSet<String> {
-    let errors = parse(manifest, "m.toml", &[]).unwrap_err().to_string();
+    let errors = errors(manifest).to_string();
     let (_, known) = errors.split_once("known keys: ").expect("the error must list the known keys");
     known.lines().next().unwrap().split(", ").map(str::to_owned).collect()
 }
