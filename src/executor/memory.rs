@@ -1,6 +1,6 @@
 //! The memory budget of parallel runs: a run starts when its estimated memory is free.
 
-use crate::run::memory::available_bytes;
+use crate::run::resources::memory::available_bytes;
 use std::sync::{Condvar, Mutex, PoisonError};
 
 /// A number of bytes shared by the runs.

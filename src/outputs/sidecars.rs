@@ -2,7 +2,7 @@
 
 use crate::plan::Plan;
 use crate::run::RunReport;
-use crate::run::memory::memory_bytes;
+use crate::run::resources::memory::memory_bytes;
 use kinetoscope_console::text::one_line;
 use kinetoscope_files::atomic_file::{remove_if_exists, replace, replace_unsynced};
 use kinetoscope_files::regular_file::{

@@ -2,23 +2,23 @@
 
 pub mod prune;
 pub mod restart_files;
+mod totals;
 pub mod why;
 
 use crate::run::RunSpec;
-use crate::run::estimate::Estimate;
-use crate::run::memory::{self, PROGRAM_BYTES};
 use crate::run::prepared::Prepared;
+use crate::run::resources::Estimate;
+use crate::run::resources::memory::{self, PROGRAM_BYTES};
+use crate::run::resources::sample::sample_of;
 use kinetoscope_manifest::{Experiment, Run, RunKey, RunManifest, run_key};
 use kinetoscope_physics::kind_of;
 use kinetoscope_physics::model::SetupError;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
-use kinetoscope_recording::file;
 use kinetoscope_recording::layout::{layout_json, without_time_scale};
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::recorder::Outcome;
 use rayon::prelude::*;
 use std::collections::HashSet;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
@@ -91,9 +91,8 @@ impl Starts {
         canonical: &str,
         run_key: &RunKey,
     ) -> Result<(Estimate, Option<Prepared>), SetupError> {
-        if let (Self::Sampled, Some(model)) = (self, manifest.model.sample()) {
+        if let (Self::Sampled, Some(sample)) = (self, sample_of(manifest)) {
             memory::check(manifest)?;
-            let sample = RunManifest { model, ..manifest.clone() };
             let start = Prepared::new(&sample, canonical, run_key.as_str());
             // If there is no sample, the start itself tells why.
             if let Ok(start) = start {
@@ -254,27 +253,6 @@ impl Plan {
         let runs = self.runs.iter().filter(is_unrestored);
         runs.map(|run| self.folder.join(run.file_name())).collect()
     }
-
-    /// Upper estimate of the bytes still to be written.
-    #[must_use]
-    pub fn bytes_to_write(&self) -> u64 {
-        let estimates = self.runs.iter().filter_map(PlannedRun::estimate);
-        estimates.map(|estimate| estimate.bytes).fold(0, u64::saturating_add)
-    }
-
-    /// Upper estimate of the bytes that the `jobs` largest recordings still need. The part of an interrupted run on the disk is
-    /// subtracted.
-    #[must_use]
-    pub fn bytes_at_once(&self, jobs: usize) -> u64 {
-        let needed = |run: &PlannedRun| {
-            let left = fs::metadata(file::partial_path(&self.folder, &run.stem));
-            let there = left.map_or(0, |file| file.len());
-            run.estimate().map(|estimate| estimate.bytes.saturating_sub(there))
-        };
-        let mut bytes: Vec<u64> = self.runs.iter().filter_map(needed).collect();
-        bytes.sort_unstable_by(|one, other| other.cmp(one));
-        bytes.into_iter().take(jobs).fold(0, u64::saturating_add)
-    }
 }
 
 impl PlannedRun {
@@ -365,26 +343,12 @@ mod tests {
             let text = format!("seed = 1\n{model}[record]\nframes = 60\n");
             let experiment = kinetoscope_manifest::parse(&text, "large.toml", &[]).unwrap();
             let run = &experiment.runs[0].manifest;
-            assert!(run.model.sample().is_some(), "{model} has no sample");
+            assert!(sample_of(run).is_some(), "{model} has no sample");
             let plan = Plan::new(&experiment, output.path(), false);
             let outline = Plan::outline(&experiment, output.path(), false);
             assert!(plan.runs[0].estimate().is_some(), "{model}: {:?}", plan.runs[0].status);
             assert_eq!(outline.runs[0].estimate(), plan.runs[0].estimate(), "{model}");
             assert!(plan.runs[0].take_start().is_some() && outline.runs[0].take_start().is_none());
         }
-    }
-
-    /// A disk with exactly the missing space must suffice after it was full.
-    #[test]
-    fn partial_recording_reduces_the_space_needed() {
-        let output = tempfile::tempdir().unwrap();
-        let experiment =
-            kinetoscope_manifest::parse("seed = 1\n[model.gas]\n", "kept.toml", &[]).unwrap();
-        let plan = Plan::new(&experiment, output.path(), false);
-        let whole = plan.bytes_at_once(1);
-        fs::create_dir_all(&plan.folder).unwrap();
-        let partial = file::partial_path(&plan.folder, &plan.runs[0].stem);
-        fs::write(partial, [0; 1000]).unwrap();
-        assert_eq!(plan.bytes_at_once(1), whole - 1000);
     }
 }

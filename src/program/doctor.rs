@@ -4,7 +4,7 @@ use crate::messages::{Failure, existing_ancestor};
 use crate::progress::size;
 use crate::result_arguments::ResultArguments;
 use clap::Args;
-use kinetoscope::run::memory::memory_bytes;
+use kinetoscope::run::resources::memory::memory_bytes;
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_physics::kinds;

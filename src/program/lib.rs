@@ -10,7 +10,6 @@ mod comparison;
 mod doctor;
 mod executor;
 mod exit;
-mod expected_time;
 mod experiment;
 mod heartbeat;
 mod info;

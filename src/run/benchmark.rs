@@ -4,8 +4,8 @@
 //! Runs that differ in a key with two values are executed alternately (A B A B …), so that other load on the machine affects
 //! their ratio as little as possible.
 
-use crate::run::memory;
 use crate::run::published_times::published_s;
+use crate::run::resources::memory;
 use kinetoscope_files::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
 use kinetoscope_manifest::{
     Coordinate, Experiment, Run, RunManifest, TimingComparison, TimingPoint, TimingRatio,

@@ -1,7 +1,7 @@
 //! Checkpoints by the clock. A run resumes from its last checkpoint, and the recording shows no trace of it.
 
 use crate::run::frame_loop::RunState;
-use crate::run::memory::{available_bytes, needed_memory_bytes};
+use crate::run::resources::memory::{available_bytes, needed_memory_bytes};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::checkpoint;
 use kinetoscope_recording::error::RecordError;

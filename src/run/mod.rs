@@ -6,16 +6,15 @@
 pub mod benchmark;
 #[cfg(not(target_family = "wasm"))]
 pub mod checkpoint;
-pub mod estimate;
 mod frame_loop;
 pub mod in_memory;
-pub mod memory;
 #[cfg(not(target_family = "wasm"))]
 mod on_disk;
 pub mod prepared;
 #[cfg(not(target_family = "wasm"))]
 mod published_times;
 pub mod recording;
+pub mod resources;
 pub mod schedule;
 
 pub(crate) use frame_loop::encoded;

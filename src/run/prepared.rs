@@ -1,6 +1,6 @@
 //! A run that is ready to be recorded: its model, the schedule of its frames and the header of its recording, built once.
 
-use crate::run::memory;
+use crate::run::resources::memory;
 use crate::run::schedule::Schedule;
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::record::{Compression, RecordConfig};

@@ -2,7 +2,6 @@
 
 mod active_tasks;
 mod engine_command;
-pub mod expected_time;
 mod hyperqueue;
 pub mod queue;
 pub mod scheduler;

@@ -4,7 +4,6 @@
 //! are not submitted again, lost tasks are.
 
 use crate::executor::cluster::active_tasks::ActiveTasks;
-use crate::executor::cluster::expected_time;
 use crate::executor::cluster::scheduler::Engine;
 use crate::executor::cluster::silence::Silence;
 use crate::executor::cluster::submission::Resources;
@@ -29,6 +28,11 @@ use std::time::{Duration, Instant};
 const MAX_FRUITLESS_SUBMISSIONS: u32 = 5;
 /// Default number of tasks per plan.
 const DEFAULT_TASKS: usize = 200;
+/// Minimum time limit of a task in minutes, for its start and slow file systems.
+const MIN_LIMIT_MIN: u64 = 15;
+/// Ratio of a task's time limit to the expected time. A wrong estimate loses no work: a run that reaches the limit resumes from its
+/// checkpoint in the next task.
+const TIME_MARGIN: f64 = 3.0;
 /// Interval at which Ctrl-C is checked.
 const INTERRUPT_INTERVAL: Duration = Duration::from_millis(100);
 
@@ -215,7 +219,7 @@ impl Watch<'_> {
         let memory_mib = needed.max().unwrap_or_default().div_ceil(1 << 20);
         for array in tasks.chunks(self.options.engine.most_tasks()) {
             let expected: Option<Vec<u64>> =
-                array.iter().map(|runs| expected_time::time_limit_min(runs)).collect();
+                array.iter().map(|runs| time_limit_min(runs)).collect();
             let longest = expected.and_then(|minutes| minutes.into_iter().max());
             let resources = Resources {
                 processors: self.options.command.threads,
@@ -260,4 +264,11 @@ impl Watch<'_> {
             }
         }
     }
+}
+
+/// Time limit of a task in minutes; `None` if it cannot be estimated.
+fn time_limit_min(runs: &[&PlannedRun]) -> Option<u64> {
+    let seconds = runs.iter().map(|run| run.estimate()?.seconds_on_slow_processor);
+    let minutes = (TIME_MARGIN * seconds.sum::<Option<f64>>()? / 60.0).ceil() as u64;
+    Some(minutes.max(MIN_LIMIT_MIN))
 }

@@ -14,7 +14,7 @@ pub(crate) trait Model: HasKeys + Default {
     fn particles(&self) -> u64;
 
     /// The same physics with so many particles at the same density; `None` if the start depends on more than that.
-    fn sample(&self, particles: NonZeroU32) -> Option<Self> {
+    fn with_particles(&self, particles: NonZeroU32) -> Option<Self> {
         let _ = particles;
         None
     }
@@ -23,8 +23,8 @@ pub(crate) trait Model: HasKeys + Default {
     fn check(&mut self, table: &mut Reader<'_>);
 }
 
-/// Width of a sample's box in diameters of the largest disc, so that discs at its walls are few.
-pub(super) const SAMPLE_DIAMETERS: f64 = 20.0;
+/// Minimum width of a box with fewer particles, in diameters of the largest disc, so that discs at its walls are few.
+pub(super) const MIN_WIDTH_DIAMETERS: f64 = 20.0;
 
 /// Maximum number of steps: integers up to 2^53 are exact.
 pub const MAX_STEPS: f64 = 9_007_199_254_740_992.0;

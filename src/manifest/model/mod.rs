@@ -29,11 +29,6 @@ use contract::Model;
 use start_from::MayBeRecorded as _;
 use std::num::NonZeroU32;
 
-/// Particles of a sample: its start is built in some hundredths of a second.
-const SAMPLE: NonZeroU32 = NonZeroU32::new(50_000).expect("not zero");
-/// Particles from which a run is estimated by its sample.
-const SAMPLED_FROM: u64 = 200_000;
-
 /// Defines [`ModelConfig`] and [`CHANNELS`] from the list of models: each with its name, its variant, its type, the key of
 /// `[record]` for an interval of simulated time, its metrics, its channels and, if a run can start from a recording, the field of its
 /// start.
@@ -86,15 +81,11 @@ macro_rules! models {
                 }
             }
 
-            /// The same physics with fewer particles at the same density, for an estimate of what a large run takes without its
-            /// start. `None` for a small run, and for one whose start depends on more than the density.
+            /// The same physics with so many particles at the same density; `None` if the start depends on more than the density.
             #[must_use]
-            pub fn sample(&self) -> Option<Self> {
-                if self.particles() < SAMPLED_FROM {
-                    return None;
-                }
+            pub fn with_particles(&self, particles: NonZeroU32) -> Option<Self> {
                 match self {
-                    $(Self::$variant(model) => model.sample(SAMPLE).map(Self::$variant),)+
+                    $(Self::$variant(model) => model.with_particles(particles).map(Self::$variant),)+
                 }
             }
 

@@ -1,12 +1,11 @@
 //! The plan of an experiment as text and JSON: runs, steps, disk space, memory and expected time.
 
-use crate::expected_time;
 use crate::manifests::NoRecording;
 use crate::messages::{Failure, bad, counted, describe, plural};
 use crate::planning::planner::Planned;
 use crate::progress::size;
 use crate::step::Step;
-use kinetoscope::run::estimate::Estimate;
+use kinetoscope::run::resources::Estimate;
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_manifest::Experiment;
@@ -54,7 +53,7 @@ impl<'a> PlanReport<'a> {
         rerun: Option<&'a Planned>,
     ) -> Self {
         let costs = rerun.unwrap_or(planned);
-        let seconds = expected_time::expected_seconds(&costs.plan, costs.jobs);
+        let seconds = costs.plan.expected_seconds(costs.jobs);
         Self { manifest, experiment, planned, costs, seconds }
     }
 
@@ -63,11 +62,8 @@ impl<'a> PlanReport<'a> {
     }
 
     /// Memory of the runs that execute in parallel.
-    fn memory(&self) -> u64 {
-        let mut memory: Vec<u64> =
-            self.estimates().iter().map(|estimate| estimate.memory_bytes).collect();
-        memory.sort_unstable_by(|one, other| other.cmp(one));
-        memory.into_iter().take(self.costs.jobs).fold(0, u64::saturating_add)
+    fn memory_bytes(&self) -> u64 {
+        self.costs.plan.memory_at_once(self.costs.jobs)
     }
 
     /// The plan as text.
@@ -84,11 +80,11 @@ impl<'a> PlanReport<'a> {
             }
         }
         if !estimates.is_empty() {
-            text += &format!("\n  memory: at most {}", size(self.memory()));
+            text += &format!("\n  memory: at most {}", size(self.memory_bytes()));
             text += &match self.seconds {
                 Some(seconds) => {
                     let of_rerun = if plan.to_do().is_empty() { " for a rerun" } else { "" };
-                    let time = expected_time::text(seconds);
+                    let time = duration(seconds);
                     format!("\n  time: {time}{of_rerun} on this machine")
                 }
                 None => "\n  time: unknown".to_owned(),
@@ -126,7 +122,7 @@ impl<'a> PlanReport<'a> {
             "steps": counts(&|estimate| steps(estimate.extent)),
             "events": counts(&|estimate| events(estimate.extent)),
             "bytes": plan.bytes_to_write(),
-            "memory_bytes": self.memory(),
+            "memory_bytes": self.memory_bytes(),
             "expected_s": self.seconds,
             "checks": self.experiment.checks.len(),
             "plots": self.experiment.plots.len(),
@@ -145,5 +141,16 @@ const fn events(extent: Extent) -> Option<u64> {
     match extent {
         Extent::Events(total) => Some(total),
         Extent::Steps { .. } | Extent::Time(_) => None,
+    }
+}
+
+/// Formats a time, such as "about 2 min".
+fn duration(seconds: f64) -> String {
+    match seconds {
+        seconds if seconds < 1.0 => "less than 1 s".to_owned(),
+        seconds if seconds < 120.0 => format!("about {seconds:.0} s"),
+        seconds if seconds < 7200.0 => format!("about {:.0} min", seconds / 60.0),
+        seconds if seconds < 172_800.0 => format!("about {:.0} h", seconds / 3600.0),
+        seconds => format!("about {:.0} days", seconds / 86_400.0),
     }
 }

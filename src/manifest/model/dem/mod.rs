@@ -13,7 +13,7 @@ pub use walls::{DemWall, DemWallShape};
 
 use crate::diagnostics::Errors;
 use crate::keys::Reader;
-use crate::model::contract::{Model, SAMPLE_DIAMETERS, check_steps};
+use crate::model::contract::{MIN_WIDTH_DIAMETERS, Model, check_steps};
 use crate::model::start::Placement;
 use crate::quantity::{Finite, Fraction, NonNegative, Positive};
 use crate::table::{choice, table};
@@ -218,7 +218,7 @@ impl Model for DemConfig {
         u64::from(self.discs.get()) + u64::from(inserted)
     }
 
-    fn sample(&self, discs: NonZeroU32) -> Option<Self> {
+    fn with_particles(&self, discs: NonZeroU32) -> Option<Self> {
         let is_uniform = matches!(self.placement, Placement::Random | Placement::Lattice)
             && self.placement_region_m.is_none()
             && self.walls.is_empty()
@@ -233,7 +233,7 @@ impl Model for DemConfig {
         let mut sides = [self.width_m, self.height_m];
         let fraction = f64::from(discs.get()) / f64::from(self.discs.get());
         sides[across] = Positive::new(fraction * sides[across].get())?;
-        let is_wide = sides[across].get() >= SAMPLE_DIAMETERS * 2.0 * self.radius_m.range().1;
+        let is_wide = sides[across].get() >= MIN_WIDTH_DIAMETERS * 2.0 * self.radius_m.range().1;
         let [width_m, height_m] = sides;
         (is_uniform && is_wide).then(|| Self { discs, width_m, height_m, ..self.clone() })
     }

@@ -191,7 +191,7 @@ impl Model for GasConfig {
         u64::from(self.particles.get())
     }
 
-    fn sample(&self, particles: NonZeroU32) -> Option<Self> {
+    fn with_particles(&self, particles: NonZeroU32) -> Option<Self> {
         let is_drawn = self.placement == GasPlacement::Random
             && self.speeds_m_per_s.is_empty()
             && self.disc_radius_m.is_none()

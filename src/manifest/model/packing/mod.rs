@@ -2,7 +2,7 @@
 
 use crate::inline::inline_table;
 use crate::keys::{Reader, rules};
-use crate::model::contract::{Model, SAMPLE_DIAMETERS};
+use crate::model::contract::{MIN_WIDTH_DIAMETERS, Model};
 use crate::model::sizes::rounded_down;
 use crate::model::start::{check_lengths, starts};
 use crate::quantity::{BoxSide, Finite, Fraction, NonNegative, Positive};
@@ -157,7 +157,7 @@ impl Model for PackingConfig {
         u64::from(self.discs.get())
     }
 
-    fn sample(&self, discs: NonZeroU32) -> Option<Self> {
+    fn with_particles(&self, discs: NonZeroU32) -> Option<Self> {
         let is_uniform = matches!(
             self.placement,
             PackingPlacement::Random | PackingPlacement::Lattice | PackingPlacement::Compressed
@@ -167,7 +167,7 @@ impl Model for PackingConfig {
         let (width, height) = (side(self.width)?, side(self.height)?);
         // With variance 1/n, speeds depend on the number of discs.
         let keeps_speeds = self.initial_velocities == InitialVelocities::UnitVariance;
-        let least = SAMPLE_DIAMETERS * 2.0 * self.largest_radius();
+        let least = MIN_WIDTH_DIAMETERS * 2.0 * self.largest_radius();
         let is_wide = width.get() >= least && height.get() >= least;
         (is_uniform && keeps_speeds && is_wide).then(|| Self {
             discs,

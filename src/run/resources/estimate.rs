@@ -1,18 +1,16 @@
 //! What a run will take: frames, disk space, memory and relative cost, estimated from its start or, if it is large, from that of a sample.
 
-use crate::run::memory::{DRAWN_BYTES, PROGRAM_BYTES};
 use crate::run::prepared::{Prepared, wants_opt_in};
+use crate::run::resources::memory::{bytes_of_particles, upper_memory_bytes};
 use crate::run::schedule::Schedule;
 use kinetoscope_manifest::RunManifest;
+use kinetoscope_manifest::model::{ModelConfig, RunLength};
 use kinetoscope_physics::kind_of;
 use kinetoscope_physics::model::{Extent, Model, ModelKind, SetupError};
 use kinetoscope_recording::frame::Frame;
 
 /// Schemas, manifest, index and summary of a recording: 16 to 20 KiB with all channels.
 const BYTES_BESIDE_FRAMES: u64 = 24 << 10;
-/// Memory of a model, its neighbors or events and its recorder's queue, as a number of recorded frames. The maximum measured
-/// with 10^6 particles is 3.5, for a bed that starts from a recording; it is 3.3 with recorded contact forces.
-const FRAMES_IN_MEMORY: u64 = 8;
 
 /// The resources that a run needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,6 +29,8 @@ pub struct Estimate {
     pub relative_cost: f64,
     /// Upper estimate of the memory.
     pub memory_bytes: u64,
+    /// Time on a slow processor; `None` if the work is not known before the run.
+    pub seconds_on_slow_processor: Option<f64>,
 }
 
 impl Estimate {
@@ -66,16 +66,17 @@ impl Estimate {
         let kind = kind_of(&manifest.model);
         let frames = frames.saturating_add(1);
         let bytes_per_frame = bytes_per_frame(&start.frame, particles, kind);
+        let relative_cost = relative_cost(extent, particles);
         Self {
             frames,
             particles,
             extent,
             bytes: frames.saturating_mul(bytes_per_frame).saturating_add(BYTES_BESIDE_FRAMES),
             has_series_on_request: wants_opt_in(kind, &manifest.record),
-            relative_cost: relative_cost(extent, particles),
-            memory_bytes: FRAMES_IN_MEMORY
-                .saturating_mul(bytes_per_frame)
-                .saturating_add(PROGRAM_BYTES),
+            relative_cost,
+            memory_bytes: upper_memory_bytes(bytes_per_frame),
+            seconds_on_slow_processor: work_per_second(&manifest.model)
+                .map(|rate| relative_cost / rate),
         }
     }
 }
@@ -104,9 +105,8 @@ fn relative_cost(extent: Extent, particles: u64) -> f64 {
     }
 }
 
-/// The uncompressed state, the drawing at its measured compressed size (about 50 bytes per disc), and the message headers.
+/// State and drawing of the particles, the other messages, and the message headers.
 fn bytes_per_frame(frame: &Frame, particles: u64, kind: &ModelKind) -> u64 {
-    let state = particles * (kind.state_columns.len() * size_of::<f64>()) as u64;
     let on_request =
         |topic| kind.channels.iter().any(|channel| channel.opt_in && channel.topic == topic);
     let scalars: Vec<u64> = frame
@@ -115,5 +115,18 @@ fn bytes_per_frame(frame: &Frame, particles: u64, kind: &ModelKind) -> u64 {
         .map(|message| message.payload.len() as u64)
         .collect();
     let headers = 100 * (scalars.len() as u64 + 4);
-    state + DRAWN_BYTES * particles + scalars.iter().sum::<u64>() + headers
+    bytes_of_particles(particles, kind) + scalars.iter().sum::<u64>() + headers
+}
+
+/// Work per second of a slow processor, 1/10 of one core of a server of 2024: steps times particles, or events. `None` for
+/// models whose work is not known from the plan.
+fn work_per_second(model: &ModelConfig) -> Option<f64> {
+    match model {
+        ModelConfig::Gas(config) => config.propagation.time_step_s().map(|_| 1e7),
+        ModelConfig::Packing(config) => match config.length {
+            RunLength::EventsPerDisc(_) => Some(2e5),
+            RunLength::Duration(_) => None,
+        },
+        _ => Some(1e6),
+    }
 }

@@ -1,8 +1,10 @@
-//! Expected time of a plan on this machine, from the start of its costliest run, executed for a fraction of a second.
+//! The time of a run on this machine, from its start executed for a fraction of a second.
 //!
 //! A large run is measured by its sample, whose steps cost less per particle where the run does not fit into the cache.
 
-use kinetoscope::plan::{Plan, PlannedRun};
+use crate::run::prepared::Prepared;
+use crate::run::resources::sample::sample_of;
+use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_physics::model::{Extent, Model, Progress, Target};
 use kinetoscope_physics::random::Seed;
@@ -15,31 +17,19 @@ const FIRST_FRACTION: f64 = 1e-4;
 /// Steps or events per call, so that a slow run cannot exceed the measured time by much.
 const STEPS_PER_CALL: u64 = 64;
 
-/// Seconds that the runs of a plan take with `jobs` in parallel and without recording; `None` if nothing could be measured.
-pub(crate) fn expected_seconds(plan: &Plan, jobs: usize) -> Option<f64> {
-    let runs = plan.to_do_by_cost();
-    let costliest = runs.first()?;
-    let longest = seconds_of_run(costliest)?;
-    let cost = |run: &PlannedRun| run.estimate().map_or(0.0, |estimate| estimate.relative_cost);
-    let total: f64 = runs.iter().map(|run| cost(run)).sum();
-    let of_all = longest * total / cost(costliest);
-    let in_parallel = of_all / jobs as f64;
-    let seconds = if in_parallel > longest { in_parallel } else { longest };
-    seconds.is_finite().then_some(seconds)
-}
-
-/// Measured from the start that the plan has kept. A large run's is that of its sample.
-fn seconds_of_run(run: &PlannedRun) -> Option<f64> {
-    if let Some(mut start) = run.take_start() {
+/// Seconds that a run takes on this machine without recording, measured from its start if that was built already; `None` if
+/// nothing could be measured.
+#[must_use]
+pub fn measured_seconds(manifest: &RunManifest, start: Option<Prepared>) -> Option<f64> {
+    if let Some(mut start) = start {
         return measure(start.model.as_mut());
     }
-    let manifest = &run.run.manifest;
     let seed = Seed { seed: manifest.seed, replicate: manifest.replicate };
     let prepare = |model: &ModelConfig| kinetoscope_physics::prepare(model, seed, false).ok();
-    if let Some(sample) = manifest.model.sample()
-        && let Some(mut start) = prepare(&sample)
+    if let Some(sample) = sample_of(manifest)
+        && let Some(mut start) = prepare(&sample.model)
     {
-        let particles = manifest.model.particles() as f64 / sample.particles() as f64;
+        let particles = manifest.model.particles() as f64 / sample.model.particles() as f64;
         return Some(particles * measure(start.as_mut())?);
     }
     measure(prepare(&manifest.model)?.as_mut())
@@ -71,16 +61,5 @@ fn measure(model: &mut dyn Model) -> Option<f64> {
             return Some(started.elapsed().as_secs_f64() / fraction);
         }
         fraction = if fraction < 0.5 { 2.0 * fraction } else { 1.0 };
-    }
-}
-
-/// Formats a time, such as "about 2 min".
-pub(crate) fn text(seconds: f64) -> String {
-    match seconds {
-        seconds if seconds < 1.0 => "less than 1 s".to_owned(),
-        seconds if seconds < 120.0 => format!("about {seconds:.0} s"),
-        seconds if seconds < 7200.0 => format!("about {:.0} min", seconds / 60.0),
-        seconds if seconds < 172_800.0 => format!("about {:.0} h", seconds / 3600.0),
-        seconds => format!("about {:.0} days", seconds / 86_400.0),
     }
 }
