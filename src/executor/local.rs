@@ -1,6 +1,6 @@
 //! Execution of the plan on this machine, with several runs in parallel.
 
-use crate::executor::memory::MemoryBudget;
+use crate::executor::memory_budget::MemoryBudget;
 use crate::executor::observer::ExecutionObserver;
 use crate::outputs::sidecars;
 use crate::plan::PlannedRun;

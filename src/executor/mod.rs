@@ -4,5 +4,5 @@
 
 pub mod cluster;
 pub mod local;
-pub mod memory;
+pub mod memory_budget;
 pub mod observer;
