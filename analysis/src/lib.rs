@@ -25,6 +25,7 @@ mod write_file;
 
 pub use input::UnreadableRecording;
 pub use metric::{Definition, Law, Measurement, Theory};
+pub use models::metric_names;
 pub use report::metrics_reference;
 pub use run::{RunAnalysis, RunStatus};
 pub use statistics::{Entries, Estimate, MissingError};

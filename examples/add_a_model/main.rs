@@ -20,13 +20,8 @@ const EDITS: &[(&str, &str, &str)] = &[
     (
         "src/manifest/model/mod.rs",
         "\n        state discs walls legend velocity trail energy orbit conserved closest_approach log\n    ],",
-        "\n    /// A body on a spring.\n    oscillator: Oscillator(OscillatorConfig) every every_s metrics OSCILLATOR [\
+        "\n    /// A body on a spring.\n    oscillator: Oscillator(OscillatorConfig) every every_s [\
          \n        state discs walls legend velocity trail energy log\n    ],",
-    ),
-    (
-        "src/manifest/model/metric_names.rs",
-        "before the run. A test of the analysis compares\n//! them with the definitions of the metrics.\n",
-        "\n/// Metrics of oscillator runs.\npub(super) const OSCILLATOR: &[&str] = &[\"energy.max_error_relative\"];\n",
     ),
     ("src/physics/lib.rs", "\npub mod orbit;", "\npub mod oscillator;"),
     (

@@ -20,7 +20,7 @@ fuzz_target!(|text: &str| {
     }
     for errors in [
         parse_run(text).err(),
-        parse_checks(text, "fuzz.toml").err(),
+        parse_checks(text, "fuzz.toml", None).err(),
         ExperimentRecord::from_toml(text, "fuzz.toml").err(),
     ] {
         errors.iter().for_each(show);

@@ -29,7 +29,7 @@ table! {
     }
 }
 
-/// Reads all tolerances; `metrics` are those of the model, or `None` if the model is not known.
+/// Reads all tolerances; `metrics` are those of the model, or `None` if they are not known.
 pub(crate) fn read(
     node: &Node,
     metrics: Option<&[&'static str]>,

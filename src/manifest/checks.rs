@@ -2,7 +2,7 @@
 
 use crate::diagnostics::{Diagnostic, Diagnostics, Errors, nearest};
 use crate::keys::{HasKeys as _, Reader, Writer, rules};
-use crate::model::METRICS;
+use crate::model::ModelConfig;
 use crate::quantity::{Finite, NonNegative};
 use crate::sweep::{Axis, Coordinate, VARIANT, text};
 use crate::syntax::{LineCounter, parse_toml};
@@ -10,6 +10,9 @@ use crate::table::table;
 use crate::tree::{Entry, Node, Table};
 use crate::value::{quoted, refuse_type, tables, words};
 use std::collections::HashSet;
+
+/// The names of the metrics of a model's runs and of sweeps over them, which the analysis defines.
+pub type MetricNames = fn(model: &str) -> Vec<&'static str>;
 
 /// A condition on a metric.
 #[derive(Clone, Debug, PartialEq)]
@@ -93,11 +96,15 @@ fn names(written: &str, key: &str) -> bool {
     written == key || key.rsplit('.').next() == Some(written)
 }
 
-/// Reads a file that contains only `[[checks]]`.
+/// Reads a file that contains only `[[checks]]`. They may name the metrics of any model, and any name without `metrics`.
 ///
 /// # Errors
 /// Everything that is wrong with it, each error with its place.
-pub fn parse_checks(source: &str, origin: &str) -> Result<Vec<Check>, Diagnostics> {
+pub fn parse_checks(
+    source: &str,
+    origin: &str,
+    metrics: Option<MetricNames>,
+) -> Result<Vec<Check>, Diagnostics> {
     let mut diagnostics = Diagnostics::default();
     let (mut root, syntax) = parse_toml(source, origin, &mut diagnostics);
     if syntax.hides_tables {
@@ -105,8 +112,8 @@ pub fn parse_checks(source: &str, origin: &str) -> Result<Vec<Check>, Diagnostic
     }
     let mut errors = syntax.errors;
     let checks = root.take("checks");
-    let metrics: Vec<&str> = METRICS.iter().flat_map(|(_, names)| *names).copied().collect();
-    let file = CheckedManifest { source, axes: None, metrics: Some(&metrics) };
+    let metrics = metrics.map(|metrics| ModelConfig::NAMES.map(metrics).concat());
+    let file = CheckedManifest { source, axes: None, metrics: metrics.as_deref() };
     let read =
         checks.as_ref().map_or_else(Vec::new, |checks| read(&checks.node, Some(file), &mut errors));
     let mut reader = Reader::new("", &root, &mut errors);
@@ -159,7 +166,7 @@ pub(crate) struct CheckedManifest<'a> {
     pub(crate) source: &'a str,
     /// The sweep's axes, which `where` must name; `None` if they are not known.
     pub(crate) axes: Option<&'a [Axis]>,
-    /// The metrics of the model, or of all models; `None` if the model is not known.
+    /// The metrics of the model, or of all models; `None` if they are not known.
     pub(crate) metrics: Option<&'a [&'static str]>,
 }
 

@@ -2,7 +2,7 @@
 
 use crate::baseline::{self, BaselineTolerance};
 use crate::canonical::{RunKey, RunManifest};
-use crate::checks::{self, Check, CheckedManifest};
+use crate::checks::{self, Check, CheckedManifest, MetricNames};
 use crate::diagnostics::{Diagnostic, Diagnostics, Errors};
 use crate::head::{ExpectedOutcome, Head, NAME_RULE, is_name};
 use crate::keys::{HasKeys as _, Reader};
@@ -71,6 +71,15 @@ const ENOUGH_ERRORS: usize = 200;
 /// Maximum length of a file stem before its run key; file systems allow 255 bytes.
 const LONGEST_STEM: usize = 160;
 
+/// What a manifest may refer to, looked up by the caller.
+#[derive(Clone, Copy, Default)]
+pub struct Lookup<'a> {
+    /// Finds the recordings that runs start from. Without it, a start from a recording remains a name.
+    pub recordings: Option<Recordings<'a>>,
+    /// The metrics that checks and plots may name. Without it, any name is accepted.
+    pub metrics: Option<MetricNames>,
+}
+
 /// Reads a manifest. `origin` is the file's name, for messages and for the default of `name`.
 ///
 /// # Errors
@@ -80,20 +89,20 @@ pub fn parse(
     origin: &str,
     overrides: &[Override],
 ) -> Result<Experiment, Diagnostics> {
-    experiment(read_document(source, origin, overrides, None), source, origin)
+    parse_with(source, origin, overrides, Lookup::default())
 }
 
-/// Reads a manifest whose runs may start from recordings, which `recordings` finds. Otherwise as [`parse`].
+/// Reads a manifest as [`parse`], and looks up what it refers to.
 ///
 /// # Errors
-/// As [`parse`], and each recording that no run can start from.
-pub fn parse_with_recordings(
+/// As [`parse`], each recording that no run can start from, and each name that is not a metric of the model.
+pub fn parse_with(
     source: &str,
     origin: &str,
     overrides: &[Override],
-    recordings: Recordings<'_>,
+    lookup: Lookup<'_>,
 ) -> Result<Experiment, Diagnostics> {
-    experiment(read_document(source, origin, overrides, Some(recordings)), source, origin)
+    experiment(read_document(source, origin, overrides, lookup), source, origin)
 }
 
 /// Reads the canonical text of a run, or any manifest of exactly one run.
@@ -101,7 +110,7 @@ pub fn parse_with_recordings(
 /// # Errors
 /// All errors of the text.
 pub fn parse_run(text: &str) -> Result<RunManifest, Diagnostics> {
-    let (document, diagnostics) = read_document(text, "run manifest", &[], None);
+    let (document, diagnostics) = read_document(text, "run manifest", &[], Lookup::default());
     let mut runs = document.runs;
     if diagnostics.is_empty() && runs.len() != 1 {
         let title = format!("expected one run, found an experiment of {}", runs.len());
@@ -225,13 +234,13 @@ pub(crate) fn read_document(
     source: &str,
     origin: &str,
     overrides: &[Override],
-    recordings: Option<Recordings<'_>>,
+    lookup: Lookup<'_>,
 ) -> (Document, Diagnostics) {
     let mut diagnostics = Diagnostics::default();
     let (mut root, syntax) = parse_toml(source, origin, &mut diagnostics);
     let mut errors = Errors::default();
     let set = read_overrides(overrides, &mut diagnostics, &mut errors);
-    let document = read_root(source, &mut root, set, recordings, &mut errors);
+    let document = read_root(source, &mut root, set, lookup, &mut errors);
     if !syntax.hides_tables {
         errors.retain(|error| !syntax.explains(source, error));
         errors.append(syntax.errors);
@@ -276,7 +285,7 @@ fn read_root(
     source: &str,
     root: &mut Table,
     sets: Vec<Setting>,
-    recordings: Option<Recordings<'_>>,
+    lookup: Lookup<'_>,
     errors: &mut Errors,
 ) -> Document {
     let sweep = root.take("sweep");
@@ -314,9 +323,11 @@ fn read_root(
     reader.also_known(&["model", "record", "sweep", "checks", "plots", "baseline"]);
     reader.suggest_keys_of(&base);
     reader.finish();
-    let runs = expand(&head, &base, &axes, recordings, errors);
+    let runs = expand(&head, &base, &axes, lookup.recordings, errors);
     let axes: Vec<Axis> = axes.into_iter().map(|points| points.axis).collect();
-    let metrics = runs.first().map(|run| run.manifest.model.metrics());
+    let model = runs.first().map(|run| run.manifest.model.name());
+    let metrics = model.zip(lookup.metrics).map(|(model, metrics)| metrics(model));
+    let metrics = metrics.as_deref();
     let manifest = CheckedManifest { source, axes: Some(&axes), metrics };
     let checks =
         checks.map_or_else(Vec::new, |checks| checks::read(&checks.node, Some(manifest), errors));

@@ -32,11 +32,11 @@ mod timing;
 
 pub use baseline::BaselineTolerance;
 pub use canonical::{RunKey, RunManifest, run_key};
-pub use checks::{Bound, Check, IfUndecided, parse_checks};
+pub use checks::{Bound, Check, IfUndecided, MetricNames, parse_checks};
 pub use comparison::{KeyDifference, differing_keys, differing_values, manifest_values};
 pub use describe::unit_of_key;
 pub use diagnostics::{Diagnostics, nearest};
-pub use experiment::{Experiment, Override, Run, parse, parse_run, parse_with_recordings};
+pub use experiment::{Experiment, Lookup, Override, Run, parse, parse_run, parse_with};
 pub use head::ExpectedOutcome;
 pub use model::starter;
 pub use places::line_of_key_in_message;

@@ -152,7 +152,7 @@ fn check_y(
     reader: &mut Reader<'_>,
 ) {
     let metrics = known.and_then(|known| known.manifest.metrics);
-    let is_metric = metrics.is_some_and(|metrics| metrics.contains(&plot.y.as_str()));
+    let is_metric = metrics.is_none_or(|metrics| metrics.contains(&plot.y.as_str()));
     let channel = plot.y.split('.').next().unwrap_or_default();
     let is_channel = known.is_some_and(|known| known.channels.contains(&channel));
     let is_near =

@@ -6,11 +6,14 @@ use crate::step::Step;
 use clap::Args;
 use kinetoscope::plan::restart_files::StartFiles;
 use kinetoscope::plan::{Plan, Status};
+use kinetoscope_analysis::metric_names;
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::folder::folder_of;
 use kinetoscope_files::regular_file::{self, MAX_MANIFEST_BYTES, read_text};
-use kinetoscope_manifest::{Experiment, ExperimentRecord, Override, is_manifest_name, nearest};
+use kinetoscope_manifest::{
+    Experiment, ExperimentRecord, Lookup, Override, is_manifest_name, nearest, parse_with,
+};
 use kinetoscope_recording::recorder::Outcome;
 use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
@@ -229,7 +232,8 @@ impl<'a> ManifestReader<'a> {
             })?;
             starts.read(&canonical(&recording).to_string_lossy())
         };
-        kinetoscope_manifest::parse_with_recordings(source, &origin, overrides, &recordings)
+        let lookup = Lookup { recordings: Some(&recordings), metrics: Some(metric_names) };
+        parse_with(source, &origin, overrides, lookup)
     }
 
     /// Why a run that a step starts from has no recording; `None` if all have one.

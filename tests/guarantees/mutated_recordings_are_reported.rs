@@ -25,7 +25,7 @@ use kinetoscope::verify::fill::fill;
 use kinetoscope::verify::fine_frames::Interval;
 use kinetoscope::verify::verify;
 use kinetoscope::verify::zoom::zoom;
-use kinetoscope_manifest::parse_with_recordings;
+use kinetoscope_manifest::{Lookup, parse_with};
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -183,7 +183,8 @@ impl Findings {
                 let starts = StartFiles::relative_to(file.parent().unwrap());
                 let read = |name: &str| starts.read(name);
                 let text = start(name);
-                if let Ok(experiment) = parse_with_recordings(&text, "a.toml", &[], &read) {
+                let lookup = Lookup { recordings: Some(&read), metrics: None };
+                if let Ok(experiment) = parse_with(&text, "a.toml", &[], lookup) {
                     drop(run_interruptibly(&experiment.runs[0], interrupt));
                 }
             });

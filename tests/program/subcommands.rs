@@ -86,6 +86,8 @@ fn check_reports_steps_memory_time_and_unknown_metrics() {
         assert_eq!(typo.code, Some(2), "{}", typo.err);
         assert!(typo.err.contains("`pressure.ideal_ga` is not a metric"), "{}", typo.err);
         assert!(typo.err.contains("did you mean `pressure.ideal_gas`?"), "{}", typo.err);
+        let line = 2 + GAS.lines().count();
+        assert!(typo.err.contains(&format!(" --> typo.toml:{line}:10")), "{}", typo.err);
     }
     assert!(!bench.path("recordings").exists(), "nothing is written");
 }

@@ -15,6 +15,7 @@ use crate::checks::baseline::{Baseline, BaselineComparison};
 use crate::checks::ci_formats::{self, ExperimentChecks};
 use crate::export::{self, Export, ExportFormat};
 use crate::input::{self, RecordingFolder};
+use crate::models::metric_names;
 use crate::report::table::{Style, Terminal};
 use crate::report::{self, AnalysisOptions, AnalysisReport, analyze};
 use crate::report::{files, metric_files};
@@ -408,7 +409,8 @@ fn with_remedy(why: &str) -> String {
 
 fn read_checks(path: &Path) -> Result<Vec<Check>, String> {
     let text = read_argument(path, "checks file", "a TOML file of [[checks]]")?;
-    parse_checks(&text, &path.to_string_lossy()).map_err(|diagnostics| diagnostics.to_string())
+    parse_checks(&text, &path.to_string_lossy(), Some(metric_names))
+        .map_err(|diagnostics| diagnostics.to_string())
 }
 
 fn read_baseline(path: &Path) -> Result<Baseline, String> {

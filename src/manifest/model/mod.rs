@@ -6,7 +6,6 @@
 mod contract;
 mod dem;
 mod gas;
-mod metric_names;
 mod orbit;
 mod packing;
 mod sizes;
@@ -30,12 +29,12 @@ use start_from::MayBeRecorded as _;
 use std::num::NonZeroU32;
 
 /// Defines [`ModelConfig`] and [`CHANNELS`] from the list of models: each with its name, its variant, its type, the key of
-/// `[record]` for an interval of simulated time, its metrics, its channels and, if a run can start from a recording, the field of its
+/// `[record]` for an interval of simulated time, its channels and, if a run can start from a recording, the field of its
 /// start.
 macro_rules! models {
     ($(
         $(#[$meta:meta])*
-        $name:ident: $variant:ident($config:ty) $(from $start:ident)? every $time_key:ident metrics $metrics:ident [$($channel:ident)+],
+        $name:ident: $variant:ident($config:ty) $(from $start:ident)? every $time_key:ident [$($channel:ident)+],
     )+) => {
         /// The table `[model.<NAME>]`: which model, and its values.
         #[derive(Clone, Debug, PartialEq)]
@@ -46,10 +45,6 @@ macro_rules! models {
         /// The channels that each model can record, without the leading slash; `/frame` is always recorded.
         pub const CHANNELS: [(&str, &[&str]); ModelConfig::NAMES.len()] =
             [$((stringify!($name), &[$(stringify!($channel)),+])),+];
-
-        /// The metrics of each model's runs, and of sweeps over them.
-        pub const METRICS: [(&str, &[&str]); ModelConfig::NAMES.len()] =
-            [$((stringify!($name), metric_names::$metrics)),+];
 
         impl ModelConfig {
             /// The names of all models.
@@ -127,20 +122,20 @@ macro_rules! models {
 
 models! {
     /// Spring–dashpot discs in a box.
-    dem: Dem(DemConfig) from placement every every_s metrics DEM [
+    dem: Dem(DemConfig) from placement every every_s [
         state discs walls legend velocity force_chains energy energy_percent contact_statistics wall_forces temperature
         contact_forces disc_forces log
     ],
     /// Point particles in a circular container.
-    gas: Gas(GasConfig) from placement every every_s metrics GAS [
+    gas: Gas(GasConfig) from placement every every_s [
         state discs walls legend velocity pressure temperature energy energy_balance collisions speeds log
     ],
     /// Event-driven hard discs.
-    packing: Packing(PackingConfig) from placement every every_time metrics PACKING [
+    packing: Packing(PackingConfig) from placement every every_time [
         state discs walls legend velocity temperature collisions pressure per_collision log
     ],
     /// The Earth around the Sun.
-    orbit: Orbit(OrbitConfig) from start every every_days metrics ORBIT [
+    orbit: Orbit(OrbitConfig) from start every every_days [
         state discs walls legend velocity trail energy orbit conserved closest_approach log
     ],
 }
@@ -176,11 +171,6 @@ impl ModelConfig {
     /// The channels that the model can record.
     pub(crate) fn channels(&self) -> &'static [&'static str] {
         CHANNELS.iter().find(|(name, _)| *name == self.name()).map_or(&[], |(_, own)| own)
-    }
-
-    /// The metrics that runs of the model, or a sweep over them, can have.
-    pub(crate) fn metrics(&self) -> &'static [&'static str] {
-        METRICS.iter().find(|(name, _)| *name == self.name()).map_or(&[], |(_, own)| own)
     }
 
     /// Reads the table `[model]`, which holds exactly one model. `None` if no model can be identified. Without

@@ -18,10 +18,10 @@ pub(crate) use significance::Significance;
 use crate::checks::{CheckKind, CheckResult, digits};
 use crate::metric::deviation::ROUNDING_FRACTION;
 use crate::metric::{Metric, SCHEMA};
+use crate::models::metric_names;
 use crate::report::metric_files::{Document, MetricEntry};
 use kinetoscope_console::text::plural;
 use kinetoscope_manifest::BaselineTolerance;
-use kinetoscope_manifest::model::METRICS;
 use relation::{Place, Relation, Relations};
 use serde_json::json;
 use significance::{FAMILY_LEVEL, Sample, holm};
@@ -116,8 +116,7 @@ impl Baseline {
             }
         }
         let relations = Relations::between(old, new, allowed);
-        let known = METRICS.iter().find(|(model, _)| *model == old.model);
-        let known = known.map_or(&[][..], |(_, names)| names);
+        let known = metric_names(&old.model);
         let mut now: BTreeMap<(&str, Place), (&MetricEntry, &Metric)> = new
             .metrics
             .iter()

@@ -5,8 +5,10 @@
 // A test may panic.
 #![allow(clippy::unwrap_used)]
 
-use crate::verdicts::{errors, experiment};
-use kinetoscope_manifest::{ExperimentRecord, parse, parse_checks, parse_run, starter};
+use crate::verdicts::{errors, experiment, metrics};
+use kinetoscope_manifest::{
+    ExperimentRecord, Lookup, parse_checks, parse_run, parse_with, starter,
+};
 
 const MANIFEST: &str = r#"# ü: a manifest with one of everything
 name = "everything"
@@ -53,13 +55,14 @@ title = "λ"
 /// Parses a text with every entry point, formats the errors and returns their number.
 fn read(text: &str) -> usize {
     let mut length = 0;
-    if let Err(errors) = parse(text, "m.toml", &[]) {
+    let lookup = Lookup { metrics: Some(metrics), ..Lookup::default() };
+    if let Err(errors) = parse_with(text, "m.toml", &[], lookup) {
         assert!(!errors.is_empty(), "an error list is empty\n{text}");
         length += errors.to_string().len() + errors.render(true).len();
     }
     for errors in [
         parse_run(text).err(),
-        parse_checks(text, "c.toml").err(),
+        parse_checks(text, "c.toml", Some(metrics)).err(),
         ExperimentRecord::from_toml(text, "e.toml").err(),
     ] {
         length += errors.map_or(0, |errors| errors.to_string().len());

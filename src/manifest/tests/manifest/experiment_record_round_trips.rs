@@ -3,8 +3,10 @@
 // A test may panic.
 #![allow(clippy::unwrap_used)]
 
-use crate::verdicts::{accepted, errors, experiment, rejected};
-use kinetoscope_manifest::{Bound, Check, Coordinate, ExperimentRecord, parse_checks, run_key};
+use crate::verdicts::{accepted, errors, experiment, metrics, rejected};
+use kinetoscope_manifest::{
+    Bound, Check, Coordinate, ExperimentRecord, parse, parse_checks, run_key,
+};
 
 const CHECKS: &str = r#"
 [[checks]]
@@ -64,7 +66,7 @@ fn comment_at_the_start_is_kept() {
 
 #[test]
 fn checks_are_read_from_a_separate_file() {
-    let checks = parse_checks(CHECKS, "checks.toml").unwrap();
+    let checks = parse_checks(CHECKS, "checks.toml", Some(metrics)).unwrap();
     let without_lines = |checks: &[Check]| -> Vec<Check> {
         checks.iter().map(|check| Check { line: 0, ..check.clone() }).collect()
     };
@@ -77,16 +79,17 @@ fn checks_are_read_from_a_separate_file() {
         Bound::WithinStandardErrors { expected: None, standard_errors: 4.0 }
     );
     assert_eq!(checks[3].bound, Bound::Range { minimum: None, maximum: Some(1.0) });
-    let other = parse_checks("seed = 1\n[[checks]]\nmetric = \"a2\"\n", "c.toml").unwrap_err();
+    let other =
+        parse_checks("seed = 1\n[[checks]]\nmetric = \"a2\"\n", "c.toml", None).unwrap_err();
     assert_eq!(other.len(), 2, "{other}");
-    assert!(parse_checks("", "c.toml").unwrap_err().to_string().contains("no [[checks]]"));
+    assert!(parse_checks("", "c.toml", None).unwrap_err().to_string().contains("no [[checks]]"));
 }
 
 #[test]
 fn unknown_metrics_are_rejected_with_the_nearest_name() {
     let check = "[[checks]]\nmetric = \"pressure.mesured\"\nminimum = 0\n";
     for errors in [
-        parse_checks(check, "c.toml").unwrap_err().to_string(),
+        parse_checks(check, "c.toml", Some(metrics)).unwrap_err().to_string(),
         errors(&format!("[model.gas]\n{check}")).to_string(),
     ] {
         assert!(errors.contains("`pressure.mesured` is not a metric"), "{errors}");
@@ -95,7 +98,10 @@ fn unknown_metrics_are_rejected_with_the_nearest_name() {
     // The metric of another model is not one of the gas, but a file of checks has no model.
     let other = check.replace("pressure.mesured", "bed.height");
     rejected(&format!("[model.gas]\n{other}"), "`bed.height` is not a metric");
-    assert!(parse_checks(&other, "c.toml").is_ok());
+    assert!(parse_checks(&other, "c.toml", Some(metrics)).is_ok());
+    // Control: where the metrics are not known, the analysis compares the names.
+    assert!(parse_checks(check, "c.toml", None).is_ok());
+    assert!(parse(&format!("[model.gas]\n{check}"), "c.toml", &[]).is_ok());
 }
 
 #[test]
