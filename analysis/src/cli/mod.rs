@@ -16,9 +16,9 @@ use crate::checks::ci_formats::{self, ExperimentChecks};
 use crate::export::{self, Export, ExportFormat};
 use crate::input::{self, RecordingFolder};
 use crate::models::metric_names;
+use crate::report::files;
 use crate::report::table::{Style, Terminal};
 use crate::report::{self, AnalysisOptions, AnalysisReport, analyze};
-use crate::report::{files, metric_files};
 use crate::run::cache::AnalysisCache;
 use crate::write_file::{self, WriteError};
 use exit::CommandError;
@@ -236,7 +236,7 @@ fn analysis_options(arguments: &AnalyzeArguments, folder: &Path) -> AnalysisOpti
 /// Metrics and checks of all experiments, as one JSON document.
 fn json(analyzed: &[Analyzed], exit: Exit) -> String {
     let experiments = analyzed.iter().map(|Analyzed { results: folder, report, .. }| {
-        let metrics = serde_json::to_value(metric_files::Document::of(report)).ok();
+        let metrics = serde_json::to_value(report.document()).ok();
         let checks = report.check_results.iter().map(|result| {
             json!({ "subject": result.subject, "passed": result.passed, "finding": result.finding })
         });

@@ -2,8 +2,8 @@
 //! scripts that play the particles and their velocities.
 
 use super::exporter::{ExportedRun, Exporter, WrittenFile};
+use crate::number_text::short_number;
 use crate::plot::drawing::segments_of;
-use crate::plot::short_number;
 use crate::plot::velocity_field::ArrowScale;
 use crate::write_file::{WriteError, replace_unsynced};
 use kinetoscope_recording::reader::RecordedFrame;

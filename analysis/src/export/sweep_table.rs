@@ -3,7 +3,7 @@
 
 use crate::input::coordinates;
 use crate::metric::{Metric, MetricScope, RunScope};
-use crate::report::metric_table::MetricTable;
+use crate::metric_files::table::MetricTable;
 use crate::table::parquet::ParquetTable;
 use crate::write_file::WriteError;
 use kinetoscope_files::atomic_file::NewFile;

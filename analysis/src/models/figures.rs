@@ -1,7 +1,8 @@
 //! Plots of a run, and what the models' plots share.
 
 use crate::models::snapshots::Snapshots;
-use crate::plot::{Axis, Picture, Plot, PlotContent, Point, short_number, thinned};
+use crate::number_text::short_number;
+use crate::plot::{Axis, Picture, Plot, PlotContent, Point, thinned};
 use kinetoscope_recording::plot_list::is_plot_name;
 use serde::{Deserialize, Serialize};
 

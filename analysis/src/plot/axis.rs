@@ -1,5 +1,6 @@
 //! Axes: range, readable ticks, and a caption with the unit.
 
+use crate::number_text::{power_text, short_number};
 use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -264,53 +265,6 @@ pub(crate) fn extremes(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> 
         None => Some((value, value)),
         Some((least, greatest)) => Some((value.min(least), value.max(greatest))),
     })
-}
-
-/// Formats a number in few characters, with a power of ten if it is very large or small.
-pub(crate) fn short_number(value: f64) -> String {
-    if value == 0.0 {
-        return "0".to_owned();
-    }
-    let exponent = libm::log10(value.abs() * (1.0 + 1e-12)).floor() as i32;
-    if (-2..=4).contains(&exponent) {
-        let digits = format!("{value:.*}", usize::try_from(4 - exponent).unwrap_or(0));
-        return trim_zeros(&digits).replace('-', "−");
-    }
-    let mantissa = trim_zeros(&format!("{:.3}", value / power_of_ten(exponent))).replace('-', "−");
-    let power = power_text(exponent);
-    if mantissa == "1" { power } else { format!("{mantissa}·{power}") }
-}
-
-/// Formats a number with three digits.
-pub(crate) fn three_digits(value: f64) -> String {
-    short_number(format!("{value:.2e}").parse().unwrap_or(value))
-}
-
-fn trim_zeros(digits: &str) -> String {
-    if digits.contains('.') {
-        digits.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        digits.to_owned()
-    }
-}
-
-/// Formats a power of ten, such as 10⁻¹⁸.
-pub(crate) fn power_text(exponent: i32) -> String {
-    let digits: String = exponent
-        .to_string()
-        .chars()
-        .map(|character| match character {
-            '-' => '⁻',
-            '1' => '¹',
-            '2' => '²',
-            '3' => '³',
-            digit => {
-                let offset = digit.to_digit(10).unwrap_or(0);
-                char::from_u32(0x2070 + offset).unwrap_or(digit)
-            }
-        })
-        .collect();
-    format!("10{digits}")
 }
 
 #[cfg(test)]

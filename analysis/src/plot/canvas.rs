@@ -1,10 +1,14 @@
 //! The canvas of plots: size, colors, text, and the legend above the axes.
 
-use super::DrawingError;
 use super::palette::ON_WHITE;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+/// A plot that could not be drawn, with the message of the drawing library.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub(crate) struct DrawingError(pub(crate) String);
 
 /// Enlargement of the drawing, because the drawing library rounds to whole pixels; the document is shown smaller by the
 /// same factor.

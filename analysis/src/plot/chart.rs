@@ -1,11 +1,11 @@
 //! Charts: curves, points with error bars, and theory lines over two axes.
 
-use super::DrawingError;
 use super::axis::{Axis, FLAT_RELATIVE, Layout, extremes};
 use super::canvas::{
-    Canvas, INK, PALE, curve_color, draw, failure, fine, stroke, text_style, text_width,
+    Canvas, DrawingError, INK, PALE, curve_color, draw, failure, fine, stroke, text_style,
+    text_width,
 };
-use super::chart_size::ChartSize;
+use super::chart_size::{ChartSize, WIDTH};
 use super::word_labels::draw_words;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -99,7 +99,6 @@ pub(crate) struct Chart {
     pub(crate) remark: String,
 }
 
-pub(super) const WIDTH: i32 = 640;
 const PLOT_HEIGHT: i32 = 360;
 const TITLE_HEIGHT: i32 = 40;
 const LEGEND_ROW_HEIGHT: i32 = 22;

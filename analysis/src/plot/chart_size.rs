@@ -1,8 +1,9 @@
 //! Size of a chart on request: pixels, and the size of its letters.
 
-use super::DrawingError;
-use super::chart::WIDTH;
+use super::canvas::DrawingError;
 
+/// Width of the report's charts, px.
+pub(super) const WIDTH: i32 = 640;
 /// Letters of legend and captions in the report, px: a chart with larger ones is laid out on a smaller canvas and enlarged.
 const REPORT_FONT_PX: f64 = 16.0;
 /// Height of the report's charts, with one row of the legend, over their width.

@@ -23,18 +23,14 @@ pub(crate) mod shapes_svg;
 pub(crate) mod velocity_field;
 mod word_labels;
 
-pub(crate) use axis::{Axis, Scale, extremes, power_text, short_number, three_digits};
+pub(crate) use axis::{Axis, Scale, extremes};
+use canvas::DrawingError;
 pub(crate) use chart::{Chart, Curve, CurveStyle, Point, thinned};
 pub(crate) use chart_size::ChartSize;
 pub(crate) use picture::Picture;
 
 use kinetoscope_console::text::visible;
 use serde::{Deserialize, Serialize};
-
-/// A plot that could not be drawn, with the message of the drawing library.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub(crate) struct DrawingError(pub(crate) String);
 
 /// A plot with its title and its file name without the extension.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

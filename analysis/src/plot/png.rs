@@ -1,6 +1,6 @@
 //! Charts as PNG: the SVG document is drawn with the program's own font, so that the pixels do not depend on installed fonts.
 
-use super::DrawingError;
+use super::canvas::DrawingError;
 use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
 use std::sync::Arc;

@@ -1,7 +1,7 @@
 //! The velocity field of a state: one arrow per particle, to scale, with a key.
 
 use super::drawing::{Drawing, segments_of};
-use super::short_number;
+use crate::number_text::short_number;
 use kinetoscope_recording::drawing::{Rgb, Shape};
 
 /// Maximum number of arrows; of more particles, every k-th has one.

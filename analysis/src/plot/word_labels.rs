@@ -1,8 +1,7 @@
 //! The words below an axis that has words in place of numbers: in letters that fit, and in two lines where one is too long.
 
-use super::DrawingError;
 use super::axis::Layout;
-use super::canvas::{Canvas, failure, fine, text_style, text_width};
+use super::canvas::{Canvas, DrawingError, failure, fine, text_style, text_width};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 

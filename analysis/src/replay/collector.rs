@@ -1,12 +1,12 @@
 //! Collects evenly spaced frames of a run in bounded memory, and makes the replay of them.
 
 use super::encoding::{
-    ABSENT, LARGEST, append_series, append_speeds, best_order, deflated, quantized,
+    ABSENT, LARGEST, append_series, append_speeds, base64_bytes, best_order, deflated, quantized,
 };
+use super::film::{Film, Replay};
 use super::lines::{Lines, styles};
 use super::speeds::{Speeds, Velocities};
 use super::view::View;
-use super::{Film, Replay, base64_bytes};
 use crate::input::recording::OpenRun;
 use crate::models;
 use crate::models::contract::Extent;

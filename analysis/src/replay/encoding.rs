@@ -77,10 +77,14 @@ pub(super) fn base64(bytes: &[u8]) -> String {
     STANDARD.encode(bytes)
 }
 
+/// Bytes that base64 makes of so many.
+pub(super) const fn base64_bytes(bytes: usize) -> usize {
+    bytes.div_ceil(3) * 4
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::replay::base64_bytes;
 
     /// Decodes a series as the script of the report does.
     fn series(bytes: &[u8], width: usize, order: u8) -> Vec<u16> {

@@ -1,6 +1,7 @@
 //! Links of `report.html` to the files in its folder.
 
 use super::AnalysisReport;
+use super::markup::breakable;
 use maud::{Markup, html};
 use std::path::Path;
 
@@ -61,7 +62,7 @@ fn kind(one: &str, many: &str, files: &[String]) -> Markup {
 }
 
 fn link(file: &str) -> Markup {
-    html! { a href=(address(file)) { (super::html::breakable(file)) } }
+    html! { a href=(address(file)) { (breakable(file)) } }
 }
 
 /// The address of a file in the page's folder. Every byte that has a meaning in an address is encoded.

@@ -1,8 +1,11 @@
 //! Writes the files of an analysis.
 
+use crate::metric_files::table::to_csv;
+#[cfg(feature = "parquet")]
+use crate::metric_files::table::to_parquet;
 use crate::report::file_links::FileLinks;
 use crate::report::plot_section::DrawnPlot;
-use crate::report::{AnalysisReport, html, metric_files};
+use crate::report::{AnalysisReport, html};
 use crate::write_file::{WriteError, create_folder, replace};
 use kinetoscope_recording::plot_list::{PLOT_LIST, is_plot_name, listed_plots};
 use std::path::Path;
@@ -20,16 +23,14 @@ pub(crate) const INDEX: &str = "index.html";
 pub(crate) fn write(report: &AnalysisReport, folder: &Path) -> Result<usize, WriteError> {
     create_folder(folder)?;
     let failed = |name: &str, why: String| WriteError::new(&folder.join(name), why);
-    let json = metric_files::Document::of(report)
-        .to_json()
-        .map_err(|error| failed("metrics.json", error.to_string()))?;
+    let json =
+        report.document().to_json().map_err(|error| failed("metrics.json", error.to_string()))?;
     replace(&folder.join("metrics.json"), &json)?;
-    let csv = metric_files::to_csv(&report.metrics)
-        .map_err(|error| failed("metrics.csv", error.to_string()))?;
+    let csv = to_csv(&report.metrics).map_err(|error| failed("metrics.csv", error.to_string()))?;
     replace(&folder.join("metrics.csv"), &csv)?;
     #[cfg(feature = "parquet")]
     {
-        let parquet = metric_files::to_parquet(&report.metrics)
+        let parquet = to_parquet(&report.metrics)
             .map_err(|error| failed("metrics.parquet", error.to_string()))?;
         replace(&folder.join("metrics.parquet"), parquet)?;
     }

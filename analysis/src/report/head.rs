@@ -2,11 +2,12 @@
 
 use super::AnalysisReport;
 use super::file_links::FileLinks;
-use super::html::{breakable, typographic};
-use super::table::{OUT_OF_RANGE, deviation_text, six_digits, theory_text, value_text, with_error};
+use super::markup::{breakable, typographic};
+use super::table::{OUT_OF_RANGE, deviation_text, theory_text, value_text};
 use crate::checks::{CheckKind, CheckResult, subject};
 use crate::input::host_file::utc;
 use crate::metric::Metric;
+use crate::number_text::{six_digits, with_error};
 use kinetoscope_manifest::TimingComparison;
 use maud::{Markup, html};
 use std::collections::BTreeSet;

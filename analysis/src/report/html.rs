@@ -4,12 +4,12 @@
 //! and the data of replays in base64 are inserted as they are.
 
 use super::file_links::FileLinks;
+use super::markup::{breakable, typographic};
 use super::plot_section::DrawnPlot;
-use super::table::six_digits;
 use super::{AnalysisReport, head, numbers, plot_section, replay_section, timing_section};
 use crate::checks::baseline::BaselineComparison;
 use crate::checks::{CheckKind, CheckResult};
-use crate::metric::Law;
+use crate::number_text::six_digits;
 use crate::plot::palette;
 use kinetoscope_console::text::visible;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -169,31 +169,6 @@ fn baseline(comparison: &BaselineComparison) -> Markup {
     }
 }
 
-/// Numbers with minus signs in place of the hyphens that terminals and files contain, so that no line ends within a number; hyphens
-/// within words stay.
-pub(super) fn typographic(text: &str) -> String {
-    let mut signed = String::with_capacity(text.len());
-    let mut before = [' '; 2];
-    for character in text.chars() {
-        let is_exponent = before[0].is_ascii_digit() && before[1] == 'e';
-        let is_sign = is_exponent || !before[1].is_alphanumeric();
-        signed.push(if character == '-' && is_sign { '−' } else { character });
-        before = [before[1], character];
-    }
-    signed
-}
-
-/// A law with its source, range and accuracy.
-pub(super) fn law_text(law: &Law) -> String {
-    let range =
-        if law.range.is_empty() { String::new() } else { format!("; range: {}", law.range) };
-    let accuracy = match law.relative_accuracy {
-        0.0 => String::new(),
-        accuracy => format!("; accuracy: {accuracy} of the value"),
-    };
-    format!("{law}{range}{accuracy}")
-}
-
 fn manifest(report: &AnalysisReport) -> Markup {
     let title = if report.runs.len() == 1 { "Manifest" } else { "Manifest of the first run" };
     html! {
@@ -209,26 +184,9 @@ fn manifest(report: &AnalysisReport) -> Markup {
     }
 }
 
-/// Text that may break after its dots and underscores, so that long names fit a phone; numbers stay whole.
-pub(super) fn breakable(text: &str) -> Markup {
-    let mut parts: Vec<(&str, bool)> = Vec::new();
-    let mut rest = text;
-    while let Some(at) = rest.find(['_', '.']) {
-        let (part, after) = rest.split_at(at + 1);
-        let is_decimal_point =
-            part.ends_with('.') && after.starts_with(|next: char| next.is_ascii_digit());
-        parts.push((part, !is_decimal_point));
-        rest = after;
-    }
-    html! {
-        @for (part, can_break) in parts { (part) @if can_break { wbr; } }
-        (rest)
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{SCRIPT, STYLE_SHEET, breakable, typographic};
+    use super::{SCRIPT, STYLE_SHEET};
 
     #[test]
     fn script_and_style_are_small() {
@@ -239,21 +197,6 @@ mod tests {
             // The ends of the elements that contain them.
             assert!(!text.contains("</script") && !text.contains("</style"));
         }
-    }
-
-    #[test]
-    fn hyphens_of_words_are_no_minus_signs() {
-        assert_eq!(typographic("-1.5e-3 to -2"), "−1.5e−3 to −2");
-        for text in ["within round-off", "the time-step", "run__1c-2.mcap", "2026-11-24"] {
-            assert_eq!(typographic(text), text);
-        }
-    }
-
-    #[test]
-    fn names_break_and_numbers_do_not() {
-        let metric = "pressure.measured at temperature_k = 373.15 <";
-        let broken = "pressure.<wbr>measured at temperature_<wbr>k = 373.15 &lt;";
-        assert_eq!(breakable(metric).into_string(), broken);
     }
 
     /// Guarantee: a page printed from a dark theme has no color of it left.

@@ -3,7 +3,8 @@
 
 use super::file_links::address;
 use super::head::{checks_summary, question, result};
-use super::html::{breakable, page_head};
+use super::html::page_head;
+use super::markup::breakable;
 use super::{AnalysisReport, files};
 use crate::input::host_file::utc;
 use crate::thumbnail::{ThumbnailFormat, ThumbnailOptions, thumbnail};

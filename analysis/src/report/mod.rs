@@ -6,8 +6,7 @@ pub(crate) mod files;
 mod head;
 pub(crate) mod html;
 pub(crate) mod index;
-pub(crate) mod metric_files;
-pub(crate) mod metric_table;
+mod markup;
 mod metrics_reference;
 mod numbers;
 mod plot_data;
@@ -30,8 +29,9 @@ use crate::input::coordinates;
 use crate::input::host_file::HostFile;
 use crate::input::recording::OpenRun;
 use crate::metric::{Metric, MetricScope};
+use crate::metric_files::document::Document;
+use crate::number_text::six_digits;
 use crate::plot::Plot;
-use crate::report::table::six_digits;
 use crate::run::cache::AnalysisCache;
 use crate::run::{self, RunAnalysis, RunOptions, RunStatus};
 use crate::sweep;
@@ -361,11 +361,6 @@ fn timing_beside(source: &RecordingFolder, notes: &mut Vec<String>) -> Option<Ti
 }
 
 impl AnalysisReport {
-    /// Name of the model, or of the first one; empty if no run could be read.
-    pub(crate) fn model(&self) -> &str {
-        self.runs.first().map_or("", |run| run.model().name())
-    }
-
     /// The model and the number of its runs, or those of each model.
     pub(crate) fn models_and_runs(&self) -> String {
         let counted = |(model, runs): (&str, usize)| match runs {
@@ -401,6 +396,11 @@ impl AnalysisReport {
         }
     }
 
+    /// The contents of `metrics.json`.
+    pub(crate) fn document(&self) -> Document {
+        Document::of(&self.name, &self.runs, &self.metrics)
+    }
+
     /// Compares the metrics with those of an earlier analysis. Keys that are `allowed` may differ.
     ///
     /// # Errors
@@ -410,7 +410,7 @@ impl AnalysisReport {
         baseline: &Baseline,
         allowed: &[String],
     ) -> Result<(), String> {
-        let document = metric_files::Document::of(self);
+        let document = self.document();
         let comparison = baseline.compare(&self.metrics, &document, &self.tolerances, allowed)?;
         self.check_results.extend(comparison.check_results());
         self.baseline = Some(comparison);

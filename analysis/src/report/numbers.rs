@@ -2,7 +2,7 @@
 //! the definitions behind them.
 
 use super::AnalysisReport;
-use super::html::{breakable, law_text, typographic};
+use super::markup::{breakable, law_text, typographic};
 use super::table::{deviation_text, reasons, theory_text, value_text};
 use crate::checks::{CheckKind, CheckResult, subject};
 use crate::metric::{Definition, Metric, symbols};

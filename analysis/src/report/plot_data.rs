@@ -1,6 +1,5 @@
 //! The data of a chart for the script of `report.html`: numbers rounded to what is visible, also after zooming in.
 
-use super::plot_section::CurveRun;
 use crate::plot::{Axis, Chart, Curve, CurveStyle, Point, Scale, extremes};
 use serde::Serialize;
 
@@ -47,6 +46,15 @@ struct CurveData<'a> {
     /// Standard errors of y; empty without any.
     e: Vec<Option<f64>>,
     run: Option<CurveRun>,
+}
+
+/// A run that a curve shows.
+#[derive(Serialize)]
+pub(super) struct CurveRun {
+    /// The recording.
+    pub(super) file: String,
+    /// The run's place in the sweep, or its file.
+    pub(super) name: String,
 }
 
 /// The abscissas of a curve, or the index of an earlier curve with the same ones.

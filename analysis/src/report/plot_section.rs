@@ -2,7 +2,7 @@
 //! its data is embedded once.
 
 use super::AnalysisReport;
-use super::plot_data::ChartData;
+use super::plot_data::{ChartData, CurveRun};
 use super::sweep_data::SweepData;
 use crate::input::coordinates::label;
 use crate::models::figures::Figures;
@@ -116,15 +116,6 @@ fn labeled_svg(title: &str, svg: &str) -> Markup {
     let title = html! { (title) }.into_string();
     let opening = format!("<svg role=\"img\" aria-label=\"{title}\"");
     PreEscaped(svg.replacen("<svg", &opening, 1).trim_end().to_owned())
-}
-
-/// A run that a curve shows.
-#[derive(Serialize)]
-pub(super) struct CurveRun {
-    /// The recording.
-    pub(super) file: String,
-    /// The run's place in the sweep, or its file.
-    pub(super) name: String,
 }
 
 fn has_figures(run: &RunAnalysis) -> bool {

@@ -6,7 +6,8 @@ use crate::models::figures::Figures;
 use crate::plot::Plot;
 use crate::run::RunAnalysis;
 use crate::sweep;
-use crate::sweep::requested::{PlotData, RejectedPlot};
+use crate::sweep::rejected_plot::RejectedPlot;
+use crate::sweep::requested::PlotData;
 use kinetoscope_manifest::PlotRequest;
 
 /// All plots, those on request first. Other plots without information are omitted. A request that cannot be drawn adds a note.

@@ -1,7 +1,7 @@
 //! Tables and numbers for the terminal.
 
 use crate::metric::{Deviation, Metric};
-use crate::plot::{power_text, three_digits};
+use crate::number_text::{six_digits, three_digits, two_digits, with_error};
 use kinetoscope_console::text::visible;
 use kinetoscope_console::wrapped_line;
 
@@ -56,57 +56,6 @@ impl Terminal {
             lines.push(wrapped_line(paragraph, self.width, indent));
         }
         lines.join("\n")
-    }
-}
-
-/// Relative differences below this are rounding errors.
-const ROUNDING: f64 = 1e-9;
-
-/// Formats a number with its standard error in the last digits, such as 1.3182(13)·10⁻¹⁸; with six digits if the error
-/// is unknown.
-pub(crate) fn with_error(value: f64, standard_error: Option<f64>) -> String {
-    if !value.is_finite() {
-        return value.to_string();
-    }
-    let error = standard_error.filter(|error| {
-        error.is_finite() && *error > ROUNDING * value.abs() && *error > f64::MIN_POSITIVE
-    });
-    let Some(error) = error else { return six_digits(value) };
-    let size = value.abs().max(error);
-    let exponent = decimal_exponent(size);
-    // Errors of more than two digits before the decimal point are written with a power of ten as well.
-    let plain = (-2..=4).contains(&exponent) && decimal_exponent(error) < 2;
-    let unit = if plain { 1.0 } else { 10.0_f64.powi(exponent) };
-    let (value, error) = (value / unit, error / unit);
-    // Two digits of the error, which is below 100.
-    let decimals = (1 - decimal_exponent(error)).max(0);
-    let digits = (error * 10.0_f64.powi(decimals)).round();
-    let text = format!("{value:.*}({digits})", decimals as usize);
-    if plain { text } else { format!("{text}·{}", power_text(exponent)) }
-}
-
-fn decimal_exponent(value: f64) -> i32 {
-    libm::log10(value).floor() as i32
-}
-
-/// Formats a number with six digits.
-pub(crate) fn six_digits(value: f64) -> String {
-    if value == 0.0 {
-        return "0".to_owned();
-    }
-    let exponent = decimal_exponent(value.abs());
-    if (-3..=5).contains(&exponent) {
-        let text = format!("{value:.*}", usize::try_from(5 - exponent).unwrap_or(0));
-        if text.contains('.') {
-            text.trim_end_matches('0').trim_end_matches('.').to_owned()
-        } else {
-            text
-        }
-    } else {
-        let unit = 10.0_f64.powi(exponent);
-        let text = format!("{:.5}", value / unit);
-        let mantissa = text.trim_end_matches('0').trim_end_matches('.');
-        format!("{mantissa}·{}", power_text(exponent))
     }
 }
 
@@ -215,17 +164,6 @@ fn signed(difference: f64) -> String {
     format!("{sign}{}", two_digits(difference))
 }
 
-/// Formats a number with two digits.
-fn two_digits(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return value.to_string();
-    }
-    let exponent = decimal_exponent(value.abs());
-    let unit = 10.0_f64.powi(exponent - 1);
-    // A power of ten below 1e-300 and its inverse are not both exact.
-    six_digits(if exponent > -300 { (value / unit).round() * unit } else { value })
-}
-
 /// The reasons why values, errors or deviations are missing, each once with the metrics that it concerns.
 pub(crate) fn reasons(metrics: &[&Metric]) -> Vec<String> {
     let mut reasons: Vec<(String, Vec<&str>)> = Vec::new();
@@ -248,20 +186,6 @@ mod tests {
     use crate::metric::theory::{Expected, ExpectedValue};
     use crate::metric::{MetricScope, SweepScope};
     use crate::statistics::Estimate;
-
-    #[test]
-    fn numbers_carry_their_error_in_the_last_digits() {
-        assert_eq!(with_error(1.318_24e-18, Some(1.3e-21)), "1.3182(13)·10⁻¹⁸");
-        assert_eq!(with_error(-0.019_61, Some(0.000_73)), "-0.01961(73)");
-        assert_eq!(with_error(912.3456, Some(0.123)), "912.35(12)");
-        assert_eq!(with_error(12_345.0, Some(25.0)), "12345(25)");
-        assert_eq!(with_error(47_400.0, Some(7218.0)), "4.74(72)·10⁴");
-        assert_eq!(with_error(47.4, Some(7218.0)), "0.0(72)·10³");
-        assert_eq!(with_error(0.000_4, Some(0.02)), "0.000(20)");
-        assert_eq!(with_error(0.000_1, None), "10⁻⁴".replace("10⁻⁴", "1·10⁻⁴"));
-        assert_eq!(with_error(0.5, None), "0.5");
-        assert_eq!(with_error(f64::NAN, None), "NaN");
-    }
 
     const LENGTH: &Definition =
         &Definition { name: "length", unit: "m", how: "", laws: &[], rounding: 1e-12 };

@@ -1,8 +1,8 @@
 //! The section of `report.html` with run times, which no metric contains.
 
-use super::html::breakable;
-use super::table::{six_digits, with_error};
+use super::markup::breakable;
 use crate::input::coordinates::label;
+use crate::number_text::{six_digits, with_error};
 use kinetoscope_manifest::{Coordinate, TimingPoint, TimingTable};
 use maud::{Markup, html};
 

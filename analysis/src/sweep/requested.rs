@@ -1,31 +1,18 @@
 //! Plots that a manifest or a command line requests: a metric over a swept key, or a field of a channel over time.
 
+use super::rejected_plot::RejectedPlot;
 use super::swept_key::{position, swept_key, words};
 use crate::input::coordinates::{self, grouped, last_part, without};
 use crate::metric::{Definition, Metric, MetricScope};
 use crate::models::MODELS;
+use crate::number_text::{six_digits, with_error};
 use crate::plot::{Axis, Curve, CurveStyle, Plot, Point, Scale, extremes};
-use crate::report::table::{six_digits, with_error};
 use crate::run::{RunAnalysis, RunStatus};
 use crate::statistics::Estimate;
 use crate::sweep::figures::{MAX_CURVES, capitalized, stem_of, words_and_unit};
 use crate::sweep::{SHARED_STREAMS, SweepPoint, share_random_streams};
 use kinetoscope_console::text::{one_line, plural};
 use kinetoscope_manifest::{Axis as SweptAxis, Coordinate, PlotAxis, PlotRequest, TIME};
-
-/// A plot that cannot be drawn: what is wrong, and what to do.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{what}\nhelp: {help}")]
-pub(crate) struct RejectedPlot {
-    pub(crate) what: String,
-    pub(crate) help: String,
-}
-
-impl RejectedPlot {
-    pub(crate) fn new(what: impl Into<String>, help: impl Into<String>) -> Self {
-        Self { what: what.into(), help: help.into() }
-    }
-}
 
 /// The results that plots show.
 #[derive(Clone, Copy)]

@@ -1,6 +1,6 @@
 //! The horizontal axis of a plot over a swept key: numbers, or words in the order of the sweep.
 
-use super::requested::RejectedPlot;
+use super::rejected_plot::RejectedPlot;
 use crate::input::coordinates::{self, CoordinateValue, last_part, shown_value, value_of};
 use kinetoscope_console::text::one_line;
 use kinetoscope_manifest::{Axis as SweptAxis, Coordinate, nearest};

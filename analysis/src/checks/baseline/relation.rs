@@ -1,6 +1,6 @@
 //! In what the runs of two analyses differ, which decides how their metrics are compared.
 
-use crate::report::metric_files::{Coordinates, Document, MetricEntry, RunEntry, ScopeEntry};
+use crate::metric_files::document::{Coordinates, Document, MetricEntry, RunEntry, ScopeEntry};
 use kinetoscope_manifest::{KeyDifference, differing_values};
 use std::collections::BTreeMap;
 

@@ -1,12 +1,13 @@
 //! Plots of a gas run: pressure over time, speed histogram with its distributions, snapshots.
 
-use super::boxes::entropy_at_equilibrium;
+use super::box_entropy::entropy_at_equilibrium;
 use super::laws as law;
 use super::layers::{BarometricLaw, LAYERS, counts, relative_density};
 use super::observe::GasRun;
 use crate::models::contract::PlottedObserver;
 use crate::models::figures::{Figures, pictures};
-use crate::plot::{Axis, Curve, CurveStyle, Plot, short_number};
+use crate::number_text::short_number;
+use crate::plot::{Axis, Curve, CurveStyle, Plot};
 use kinetoscope_recording::channels::GasSpeeds;
 
 impl PlottedObserver for GasRun {

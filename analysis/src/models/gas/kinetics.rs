@@ -5,11 +5,10 @@ use super::laws as ideal;
 use super::metrics as metric;
 use super::observe::GasRun;
 use super::scatter::StartScatter;
+use super::state::{fraction_within_half_radius, squares_of};
 use crate::metric::Measurements;
 use crate::models::hard_discs::fixed_energy_speed;
 use crate::statistics::{Estimate, mean};
-use kinetoscope_manifest::model::GasConfig;
-use kinetoscope_recording::reader::StateTable;
 use std::f64::consts::PI;
 
 /// Collisions per disc after which the initial speeds are forgotten. The deviation of the fourth moment from Maxwell's
@@ -183,25 +182,4 @@ fn a2_scatter(particles: f64) -> f64 {
     let n = particles;
     let variance = n * n * (n - 1.0) / ((n + 1.0) * (n + 1.0) * (n + 2.0) * (n + 3.0));
     variance.sqrt()
-}
-
-/// Squared speed of each particle; `None` without velocities.
-fn squares_of(state: &StateTable) -> Option<Vec<f64>> {
-    Some(state.column("vx")?.zip(state.column("vy")?).map(|(x, y)| x * x + y * y).collect())
-}
-
-/// Fraction of the particles within half the radius; `None` without positions, or if the container changes its size or
-/// loses particles.
-pub(super) fn fraction_within_half_radius(state: &StateTable, config: &GasConfig) -> Option<f64> {
-    if config.wall_speed_m_per_s.get() != 0.0 || config.orifice_width_m.is_some() {
-        return None;
-    }
-    let [cx, cy] = config.center_m.map(|component| component.get());
-    let half = config.radius_m.get() / 2.0;
-    let inside = state
-        .column("x")?
-        .zip(state.column("y")?)
-        .filter(|(x, y)| (x - cx) * (x - cx) + (y - cy) * (y - cy) < half * half)
-        .count();
-    Some(inside as f64 / state.rows() as f64)
 }

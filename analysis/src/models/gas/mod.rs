@@ -1,5 +1,6 @@
 //! Analysis of gas runs: wall pressure, speeds, collisions and conserved quantities.
 
+mod box_entropy;
 mod boxes;
 mod chi_square;
 mod figures;
@@ -10,6 +11,7 @@ mod layers;
 mod metrics;
 mod observe;
 mod scatter;
+mod state;
 mod sweep;
 mod wall_collisions;
 

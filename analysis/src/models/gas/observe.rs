@@ -1,35 +1,25 @@
 //! Observer of gas runs: wall pressure, speed moments, wall collisions, conserved quantities.
 
-use super::boxes::box_entropy;
+use super::box_entropy::box_entropy;
 use super::chi_square::ChiSquare;
-use super::kinetics::fraction_within_half_radius;
 use super::kinetics_laws as kinetics;
 use super::laws as law;
 use super::metrics as metric;
 use super::scatter::StartScatter;
-use super::wall_collisions::{OwnRates, own_rates};
+use super::state::{OwnRates, SpeedMeans, fraction_within_half_radius, own_rates, speeds_of};
 use crate::metric::Measurements;
 use crate::metric::theory::ExpectedValue;
 use crate::models::contract::Observer;
 use crate::models::series::Series;
 use crate::models::snapshots::{Snapshots, StateStyle};
 use crate::models::{max_or_nan, relative_change};
-use crate::statistics::{Estimate, MissingError, mean};
+use crate::statistics::{Estimate, MissingError};
 use kinetoscope_manifest::model::{GasConfig, PositionDistribution, SpeedScale};
 use kinetoscope_recording::channels::{
     GasCollisions, GasEnergyBalance, GasInvariants, GasPressure, GasSpeeds, GasTemperature,
 };
 use kinetoscope_recording::error::ReadError;
-use kinetoscope_recording::reader::{RecordedFrame, StateTable};
-
-/// Moments of the speeds at one instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct SpeedMeans {
-    mean_m_per_s: f64,
-    mean_square_m2_per_s2: f64,
-    /// |`<v>`|, m/s.
-    drift_m_per_s: f64,
-}
+use kinetoscope_recording::reader::RecordedFrame;
 
 /// Observer of one gas run.
 #[derive(Clone, Debug, Default)]
@@ -384,17 +374,4 @@ impl Observer for GasRun {
 /// A value with its relative scatter over seeds; a value that all seeds share has no error.
 fn scattered(value: f64, relative: f64) -> Estimate {
     Estimate::new(value, (relative > 0.0).then_some(value.abs() * relative))
-}
-
-/// Speed moments of a state; `None` without velocities.
-fn speeds_of(state: &StateTable) -> Option<SpeedMeans> {
-    let (vx, vy): (Vec<f64>, Vec<f64>) =
-        (state.column("vx")?.collect(), state.column("vy")?.collect());
-    let squares: Vec<f64> = vx.iter().zip(&vy).map(|(x, y)| x * x + y * y).collect();
-    let lengths: Vec<f64> = squares.iter().map(|square| square.sqrt()).collect();
-    Some(SpeedMeans {
-        mean_m_per_s: mean(&lengths)?,
-        mean_square_m2_per_s2: mean(&squares)?,
-        drift_m_per_s: libm::hypot(mean(&vx)?, mean(&vy)?),
-    })
 }

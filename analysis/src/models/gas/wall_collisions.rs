@@ -5,29 +5,7 @@ use super::observe::GasRun;
 use super::scatter::StartScatter;
 use crate::statistics::{Blocking, Entries, Estimate};
 use kinetoscope_manifest::model::{GasConfig, PositionDistribution};
-use kinetoscope_recording::reader::StateTable;
 use std::f64::consts::PI;
-
-/// Wall collision rate (1/s) and speed (m/s) of each particle at the start.
-pub(super) type OwnRates = Vec<[f64; 2]>;
-
-/// Wall collision rate of each particle: its speed over its chord 2 sqrt(R^2 - d^2), d its distance of closest
-/// approach.
-pub(super) fn own_rates(state: &StateTable, config: &GasConfig) -> OwnRates {
-    let places = ["x", "y", "vx", "vy"].map(|name| state.index(name));
-    let [Some(x), Some(y), Some(vx), Some(vy)] = places else { return Vec::new() };
-    let [center_x, center_y] = config.center_m.map(|component| component.get());
-    let radius = config.radius_m.get();
-    (0..state.rows())
-        .map(|particle| {
-            let row = state.row(particle);
-            let moment = (row[x] - center_x) * row[vy] - (row[y] - center_y) * row[vx];
-            let square = row[vx] * row[vx] + row[vy] * row[vy];
-            let chord = 2.0 * (radius * radius - moment * moment / square).sqrt();
-            if square > 0.0 { [square.sqrt() / chord, square.sqrt()] } else { [0.0; 2] }
-        })
-        .collect()
-}
 
 /// Variance of the sum of the particles' constant rates for given speeds, 1/s^2: that of their inverse chords.
 ///

@@ -5,7 +5,8 @@ use super::observe::{PackingRun, VelocityMoments};
 use crate::models::contract::PlottedObserver;
 use crate::models::figures::{Figures, SharedCurve, box_text, pictures};
 use crate::models::series::Series;
-use crate::plot::{Axis, Curve, Plot, short_number};
+use crate::number_text::short_number;
+use crate::plot::{Axis, Curve, Plot};
 
 impl PlottedObserver for PackingRun {
     fn figures(&self) -> Figures {

@@ -1,5 +1,6 @@
 //! Analysis of packing runs: temperature, velocity moments, collision rates, pressure and structure.
 
+mod diffusion_windows;
 mod displacement;
 mod equilibrium;
 mod figures;

@@ -1,10 +1,10 @@
 //! Observer of packing runs: temperature, a2, collision rates, pressure and structure.
 
+use super::diffusion_windows::DiffusionWindows;
 use super::displacement::Displacement;
 use super::equilibrium::{self, Equilibrium};
 use super::laws as law;
 use super::metrics as metric;
-use super::self_diffusion::SelfDiffusion;
 use super::structure::Structure;
 use crate::metric::theory::{Expected, ExpectedValue};
 use crate::metric::{Law, Measurements};
@@ -60,7 +60,7 @@ pub(crate) struct PackingRun {
     pub(crate) snapshots: Snapshots,
     pub(crate) structure: Structure,
     pub(crate) displacement: Displacement,
-    pub(super) self_diffusion: Option<SelfDiffusion>,
+    pub(super) self_diffusion: Option<DiffusionWindows>,
     last_of_collisions: Option<VelocityMoments>,
     a2_by_collisions: Blocking,
     a2_by_model: Blocking,

@@ -1,10 +1,8 @@
-//! `metrics.json`, `metrics.csv` and `metrics.parquet`.
+//! The contents of `metrics.json`.
 
 use crate::input::coordinates::{AxisNames, CoordinateValue, value_of};
 use crate::metric::deviation::ROUNDING_FRACTION;
 use crate::metric::{Metric, MetricScope, SCHEMA};
-use crate::report::AnalysisReport;
-use crate::report::metric_table::MetricTable;
 use crate::run::RunAnalysis;
 use kinetoscope_manifest::{Coordinate, manifest_values, unit_of_key};
 use serde::{Deserialize, Serialize};
@@ -102,18 +100,16 @@ pub(crate) struct CoordinateEntry {
 }
 
 impl Document {
-    /// The contents for a report.
-    pub(crate) fn of(report: &AnalysisReport) -> Self {
-        let names = AxisNames::of(report.runs.iter().map(|run| run.coordinates.as_slice()));
-        let runs = report.runs.iter().map(|run| RunEntry::of(run, &names)).collect();
-        let metrics = report.metrics.iter().map(|metric| MetricEntry::of(metric, &names)).collect();
+    /// The contents for the runs and the metrics of an experiment. The model is that of the first run; empty without a run.
+    pub(crate) fn of(experiment: &str, runs: &[RunAnalysis], metrics: &[Metric]) -> Self {
+        let names = AxisNames::of(runs.iter().map(|run| run.coordinates.as_slice()));
         Self {
             schema: SCHEMA,
-            experiment: report.name.clone(),
-            model: report.model().to_owned(),
+            experiment: experiment.to_owned(),
+            model: runs.first().map_or("", |run| run.model().name()).to_owned(),
             analysis_version: env!("CARGO_PKG_VERSION").to_owned(),
-            runs,
-            metrics,
+            runs: runs.iter().map(|run| RunEntry::of(run, &names)).collect(),
+            metrics: metrics.iter().map(|metric| MetricEntry::of(metric, &names)).collect(),
         }
     }
 
@@ -214,31 +210,4 @@ fn entries(coordinates: &[Coordinate], names: &AxisNames) -> Coordinates {
     };
     let named = coordinates.iter().map(|it| (names.name(&it.key).to_owned(), entry(it)));
     named.collect()
-}
-
-/// The text of `metrics.csv`: one line per metric.
-///
-/// # Errors
-/// Errors of the writer; none is expected.
-pub(crate) fn to_csv(metrics: &[Metric]) -> Result<String, csv::Error> {
-    let table = MetricTable::new(metrics);
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(table.columns(&[]).iter().map(|column| column.name.as_str()))?;
-    for row in table.rows(&[]) {
-        writer.write_record(row.iter().map(|cell| cell.text()))?;
-    }
-    let bytes = writer.into_inner().map_err(|error| csv::Error::from(error.into_error()))?;
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
-}
-
-/// The bytes of `metrics.parquet`: the table of `metrics.csv`.
-///
-/// # Errors
-/// Errors of the writer; none is expected.
-#[cfg(feature = "parquet")]
-pub(crate) fn to_parquet(metrics: &[Metric]) -> Result<Vec<u8>, parquet::errors::ParquetError> {
-    let table = MetricTable::new(metrics);
-    let mut file = crate::table::parquet::ParquetTable::new(Vec::new(), &table.columns(&[]))?;
-    table.rows(&[]).try_for_each(|row| file.row(row))?;
-    file.finish()
 }

@@ -1,4 +1,4 @@
-//! The columns of all tables of metrics: one list for `metrics.csv`, `metrics.parquet` and the table of a sweep.
+//! Tables of metrics: one list of columns for `metrics.csv`, `metrics.parquet` and the table of a sweep.
 
 use crate::input::coordinates::{AxisNames, CoordinateValue, value_of};
 use crate::metric::{Metric, MetricScope, RunScope, SweepScope};
@@ -112,4 +112,31 @@ impl<'a> MetricTable<'a> {
     fn axes(&self, without: &[String]) -> impl Iterator<Item = &(String, Column)> {
         self.axes.iter().filter(move |(key, _)| !without.contains(key))
     }
+}
+
+/// The text of `metrics.csv`: one line per metric.
+///
+/// # Errors
+/// Errors of the writer; none is expected.
+pub(crate) fn to_csv(metrics: &[Metric]) -> Result<String, csv::Error> {
+    let table = MetricTable::new(metrics);
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(table.columns(&[]).iter().map(|column| column.name.as_str()))?;
+    for row in table.rows(&[]) {
+        writer.write_record(row.iter().map(|cell| cell.text()))?;
+    }
+    let bytes = writer.into_inner().map_err(|error| csv::Error::from(error.into_error()))?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+/// The bytes of `metrics.parquet`: the table of `metrics.csv`.
+///
+/// # Errors
+/// Errors of the writer; none is expected.
+#[cfg(feature = "parquet")]
+pub(crate) fn to_parquet(metrics: &[Metric]) -> Result<Vec<u8>, parquet::errors::ParquetError> {
+    let table = MetricTable::new(metrics);
+    let mut file = crate::table::parquet::ParquetTable::new(Vec::new(), &table.columns(&[]))?;
+    table.rows(&[]).try_for_each(|row| file.row(row))?;
+    file.finish()
 }

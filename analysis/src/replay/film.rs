@@ -1,0 +1,104 @@
+//! The encoded frames of a replay, and their description for the script of the report.
+
+use super::encoding::base64;
+use super::lines::LineStyle;
+use super::view::View;
+use crate::number_text::three_digits;
+use kinetoscope_console::text::visible;
+use kinetoscope_recording::drawing::SPEED_COLORS;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+/// The replay of one run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Replay {
+    /// What is shown and what was left out, in whole sentences.
+    pub(crate) note: String,
+    /// The pictures; `None` if nothing can be drawn, for the reason in the note.
+    pub(crate) film: Option<Film>,
+}
+
+/// The frames of a replay, encoded. Lengths are in the unit of the state.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Film {
+    /// Number of frames.
+    pub(crate) frames: usize,
+    /// Number of particles; one that is absent from a frame has no position there.
+    pub(crate) particles: usize,
+    /// Each particle stands for the ones before the next one: particle `i` is number `i * every_particle` of the state.
+    pub(super) every_particle: u64,
+    /// The region that is shown.
+    pub(super) view: View,
+    /// Position of the coordinates 0, and the length of one step of a coordinate.
+    pub(super) origin: [f64; 2],
+    pub(super) step: f64,
+    /// The orders of the differences in time that x and y are stored as.
+    pub(super) orders: [u8; 2],
+    /// Length of one step of a radius.
+    pub(super) radius_step: f64,
+    /// Whether radii are stored for each frame rather than once.
+    pub(super) has_growing_particles: bool,
+    /// Speed of the largest stored value, and the speed at the upper end of the color scale.
+    pub(super) speed_max: f64,
+    pub(super) speed_top: f64,
+    /// The largest component of a velocity, and the length of one step of a component; 0 without velocities.
+    pub(super) velocity_top: f64,
+    pub(super) velocity_step: f64,
+    /// Number of ends of wall segments, two per segment, and whether they are stored for each frame.
+    pub(super) wall_points: usize,
+    pub(super) has_moving_walls: bool,
+    /// How the segments are drawn.
+    pub(super) line_styles: Vec<LineStyle>,
+    /// Bodies at rest: x, y and radius.
+    pub(super) bodies: Vec<[f64; 3]>,
+    /// Texts with their middles.
+    pub(super) labels: Vec<([f64; 2], String)>,
+    /// Whether the path of each particle is drawn.
+    pub(super) has_trails: bool,
+    /// Frames per second of the replay at normal speed.
+    pub(super) fps: f64,
+    /// Units of length, speed and time; empty for dimensionless ones.
+    pub(super) units: [String; 3],
+    /// The numbers: raw DEFLATE of the layout in `encoding`.
+    pub(super) data: Vec<u8>,
+}
+
+impl Film {
+    /// What the script needs to decode and draw the data, as JSON.
+    pub(crate) fn description(&self) -> String {
+        let colors = SPEED_COLORS.map(|[r, g, b]| format!("#{r:02x}{g:02x}{b:02x}"));
+        let [low, high] = self.view.corners;
+        let labels: Vec<_> = self.labels.iter().map(|(at, text)| (at, visible(text))).collect();
+        json!({
+            "frames": self.frames,
+            "particles": self.particles,
+            "every": self.every_particle,
+            "view": [low[0], low[1], high[0], high[1]],
+            "origin": self.origin,
+            "step": self.step,
+            "orders": self.orders,
+            "radiusStep": self.radius_step,
+            "growing": self.has_growing_particles,
+            "speedMax": self.speed_max,
+            "speedTop": self.speed_top,
+            "speedTopText": three_digits(self.speed_top),
+            "velocityTop": self.velocity_top,
+            "velocityStep": self.velocity_step,
+            "wallPoints": self.wall_points,
+            "movingWalls": self.has_moving_walls,
+            "lineStyles": self.line_styles.iter().map(LineStyle::described).collect::<Vec<_>>(),
+            "bodies": self.bodies,
+            "labels": labels,
+            "trails": self.has_trails,
+            "fps": self.fps,
+            "units": self.units,
+            "colors": colors,
+        })
+        .to_string()
+    }
+
+    /// The data as base64.
+    pub(crate) fn base64(&self) -> String {
+        base64(&self.data)
+    }
+}
