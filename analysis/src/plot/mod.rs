@@ -18,7 +18,6 @@ pub(crate) mod png {
         Err(super::DrawingError("this build cannot write .png\nhelp: name a .svg".to_owned()))
     }
 }
-mod resemblance;
 pub(crate) mod shapes_svg;
 pub(crate) mod velocity_field;
 mod word_labels;

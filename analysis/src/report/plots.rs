@@ -32,9 +32,9 @@ pub(super) fn plots(
     let drawn: Vec<&RunAnalysis> =
         runs.iter().filter(|run| run.figures != Figures::default()).collect();
     others.extend(sweep::figures::comparisons(&drawn));
-    let (plots, repeated) = plots_of_runs(drawn.iter().take(MAX_RUNS_DRAWN).copied());
-    others.extend(plots);
-    notes.extend(note_on(&repeated));
+    for run in drawn.iter().take(MAX_RUNS_DRAWN) {
+        others.extend(run.figures.plots.iter().map(|plot| named(plot, run)));
+    }
     if drawn.len() > MAX_RUNS_DRAWN {
         notes.push(format!(
             "the first {MAX_RUNS_DRAWN} points of the sweep have plots of their own; plots of several runs show the first {}",
@@ -44,35 +44,6 @@ pub(super) fn plots(
     others.retain(Plot::is_informative);
     requested.append(&mut others);
     uniquely_named(requested)
-}
-
-/// The informative plots of these runs, and the titles of those that look like the same plot of an earlier run.
-fn plots_of_runs<'a>(runs: impl Iterator<Item = &'a RunAnalysis>) -> (Vec<Plot>, Vec<String>) {
-    let mut earlier: Vec<&Plot> = Vec::new();
-    let (mut plots, mut repeated) = (Vec::new(), Vec::new());
-    for run in runs {
-        for plot in run.figures.plots.iter().filter(|plot| plot.is_informative()) {
-            let named = named(plot, run);
-            if earlier.iter().any(|other| other.stem == plot.stem && plot.resembles(other)) {
-                repeated.push(named.title);
-            } else {
-                earlier.push(plot);
-                plots.push(named);
-            }
-        }
-    }
-    (plots, repeated)
-}
-
-/// Which plots were omitted.
-fn note_on(repeated: &[String]) -> Option<String> {
-    let (first, others) = repeated.split_first()?;
-    Some(match others.len() {
-        0 => format!("the plot \"{first}\" is omitted: it looks like that of an earlier run"),
-        number => format!(
-            "the plot \"{first}\" and {number} more are omitted: each looks like that of an earlier run"
-        ),
-    })
 }
 
 /// The plot of one run, named by its place in the sweep.
