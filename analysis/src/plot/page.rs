@@ -66,7 +66,7 @@ impl PageLayout {
     }
 
     /// Position of a point from the upper left corner, px.
-    pub(crate) fn position(&self, point: [f64; 2]) -> [f64; 2] {
+    pub(super) fn position(&self, point: [f64; 2]) -> [f64; 2] {
         [(point[0] - self.left) * self.scale, (self.top - point[1]) * self.scale]
     }
 
@@ -81,17 +81,17 @@ impl PageLayout {
     }
 
     /// Converts a length to px.
-    pub(crate) fn length(&self, length: f64) -> f64 {
+    pub(super) fn length(&self, length: f64) -> f64 {
         length * self.scale
     }
 
     /// Converts a line width to px.
-    pub(crate) fn line_width(&self, width_px: f64) -> f64 {
+    pub(super) fn line_width(&self, width_px: f64) -> f64 {
         (width_px * f64::from(self.width) / PANEL_WIDTH).max(1.0)
     }
 
     /// Height of letters, px.
-    pub(crate) fn text_height(&self) -> f64 {
+    pub(super) fn text_height(&self) -> f64 {
         TEXT_HEIGHT * f64::from(self.width)
     }
 }

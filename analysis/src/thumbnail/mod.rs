@@ -1,15 +1,13 @@
 //! Thumbnails of a recording, static or animated, drawn from the recorded scenes with their colors.
 
-mod glyphs;
 mod png_file;
-mod raster;
 
 use crate::plot::drawing::{Drawing, InvalidScene};
 use crate::plot::page::PageLayout;
+use crate::plot::png::SvgRenderer;
 use crate::plot::shapes_svg;
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::Recording;
-use raster::Raster;
 use std::num::NonZeroU32;
 use std::path::Path;
 
@@ -97,8 +95,10 @@ pub(crate) fn thumbnail(
             Ok(shapes_svg::document(&page, last).into_bytes())
         }
         ThumbnailFormat::Png { .. } => {
-            let rasters: Vec<Raster> =
-                drawings.iter().map(|drawing| Raster::of(&page, drawing)).collect();
+            let renderer = SvgRenderer::new();
+            let draw = |drawing| renderer.raster(&shapes_svg::document(&page, drawing), 1.0);
+            let rasters = drawings.iter().map(draw).collect::<Result<Vec<_>, _>>();
+            let rasters = rasters.map_err(|error| ThumbnailError::NotDrawn(error.to_string()))?;
             // Keyframes are played as fast as the run that they are of.
             let played = indices.map_or(0, |[first, last]| last.saturating_sub(first)) as f64 + 1.0;
             let seconds = played / playback_fps / rasters.len() as f64;

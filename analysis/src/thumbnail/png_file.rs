@@ -1,6 +1,6 @@
 //! Rasters as a PNG file, or several as an APNG, with at most 256 colors, which makes files five times smaller.
 
-use super::raster::Raster;
+use crate::plot::png::Raster;
 use kinetoscope_recording::drawing::Rgb;
 use std::collections::HashMap;
 
