@@ -8,7 +8,7 @@ use crate::metric::Measurements;
 use crate::models::contract::Observer;
 use crate::models::series::Series;
 use crate::models::{max_or_nan, relative_change};
-use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator};
+use kinetoscope_manifest::model::{IntegratorSteps, OrbitConfig};
 use kinetoscope_recording::channels::{OrbitClosestApproach, OrbitConserved};
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::{RecordedFrame, StateTable};
@@ -48,7 +48,7 @@ impl BodiesRun {
         let bodies = config.bodies.iter().flatten();
         let gravitational_parameters: Vec<f64> =
             bodies.map(|body| body.gm_au3_per_day2.get()).collect();
-        let has_fixed_steps = config.integrator != OrbitIntegrator::Dop853;
+        let has_fixed_steps = config.integrator.properties().steps != IntegratorSteps::Adaptive;
         Self {
             gravitational_parameters,
             time_step: has_fixed_steps.then(|| config.time_step_days.get()),

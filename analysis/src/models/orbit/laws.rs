@@ -1,7 +1,7 @@
 //! Laws of an orbit around a fixed Sun: exact, and as modified by integrators.
 
 use crate::metric::law::laws;
-use kinetoscope_manifest::model::{ModelConfig, OrbitIntegrator};
+use kinetoscope_manifest::model::{IntegratorSteps, ModelConfig, OrbitConfig};
 use std::f64::consts::{PI, TAU};
 
 /// Gravitational constant times the Sun's mass, AU^3/day^2 (orbit exercise 14to4).
@@ -21,33 +21,26 @@ laws! {
     ENERGY_CONVERGENCE: "largest energy error proportional to Δt^order", "order of the method; 5 for RK4: its error of order Δt^4 only shifts the phase of a nearly circular orbit, while the radius shrinks by (ω Δt)^6/144 per step, which is Δt^5 per unit of time";
 }
 
-/// Order of an integrator's position error; `None` for the exact solution and for adaptive steps, whose errors are
-/// dominated by rounding.
-pub(crate) const fn order(integrator: OrbitIntegrator) -> Option<f64> {
-    match integrator {
-        OrbitIntegrator::ExplicitEuler | OrbitIntegrator::SemiImplicitEuler => Some(1.0),
-        OrbitIntegrator::VelocityVerlet => Some(2.0),
-        OrbitIntegrator::Rk4 | OrbitIntegrator::Yoshida4 => Some(4.0),
-        OrbitIntegrator::Dop853 | OrbitIntegrator::Kepler => None,
-    }
+/// Order of the position error of a run around the Sun; `None` without one.
+pub(crate) fn position_order(model: &ModelConfig) -> Option<f64> {
+    orders(model).map(|[position, _]| position)
 }
 
-/// Order of an integrator's energy error; `None` where [`order`] is `None`.
-pub(crate) const fn energy_order(integrator: OrbitIntegrator) -> Option<f64> {
-    match integrator {
-        OrbitIntegrator::Rk4 => Some(5.0),
-        other => order(other),
-    }
+/// Order of the energy error of a run around the Sun; `None` without one.
+pub(crate) fn energy_order(model: &ModelConfig) -> Option<f64> {
+    orders(model).map(|[_, energy]| energy)
 }
 
-/// One of the orders above for a model; `None` unless it is an orbit around the Sun.
-pub(crate) fn model_order(
-    model: &ModelConfig,
-    order: fn(OrbitIntegrator) -> Option<f64>,
-) -> Option<f64> {
-    match model {
-        ModelConfig::Orbit(config) if config.bodies.is_none() => order(config.integrator),
-        _ => None,
+/// Orders of the errors of position and energy; `None` for the exact solution, for adaptive steps, and for several bodies.
+fn orders(model: &ModelConfig) -> Option<[f64; 2]> {
+    let ModelConfig::Orbit(OrbitConfig { bodies: None, integrator, .. }) = model else {
+        return None;
+    };
+    match integrator.properties().steps {
+        IntegratorSteps::Fixed { position_order, energy_order } => {
+            Some([position_order, energy_order])
+        }
+        IntegratorSteps::Adaptive | IntegratorSteps::Exact => None,
     }
 }
 

@@ -9,7 +9,7 @@ use crate::metric::theory::{Expected, ExpectedValue};
 use crate::models::contract::Observer;
 use crate::models::series::Series;
 use crate::models::{max_or_nan, relative_change};
-use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator};
+use kinetoscope_manifest::model::{IntegratorSteps, OrbitConfig, OrbitIntegrator};
 use kinetoscope_recording::channels::OrbitElements;
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::{RecordedFrame, StateTable};
@@ -50,6 +50,10 @@ impl OrbitRun {
     /// Creates an observer without frames.
     pub(super) fn new(config: OrbitConfig) -> Self {
         Self { config, ..Self::default() }
+    }
+
+    fn is_exact(&self) -> bool {
+        self.config.integrator.properties().steps == IntegratorSteps::Exact
     }
 
     fn begin(&mut self, position: [f64; 3], velocity: [f64; 3]) {
@@ -165,10 +169,10 @@ impl OrbitRun {
                 let drift = self.averaged_over_revolutions(drift, orbit, last.time_days);
                 (law::EULER_ANGULAR_MOMENTUM, Some(drift))
             }
-            (OrbitIntegrator::ExplicitEuler | OrbitIntegrator::Rk4, _) => {
-                (law::ANGULAR_MOMENTUM, None)
+            (integrator, _) => {
+                let is_constant = integrator.properties().conserves_angular_momentum;
+                (law::ANGULAR_MOMENTUM, is_constant.then_some(0.0).expected())
             }
-            _ => (law::ANGULAR_MOMENTUM, 0.0.expected()),
         };
         found.compare_with(metric::ANGULAR_MOMENTUM_DRIFT, drift, law, theory);
     }
@@ -190,7 +194,7 @@ impl OrbitRun {
         let [least, greatest] = [elements.min_radius_au, elements.max_radius_au];
         found.add(metric::MIN_RADIUS, least);
         found.add(metric::MAX_RADIUS, greatest);
-        let theory = (self.config.integrator == OrbitIntegrator::Kepler).then_some(0.0);
+        let theory = self.is_exact().then_some(0.0);
         found.compare(metric::PHASE_ERROR, self.phase_error_rad(last, elements), theory);
         let Some(orbit) = &self.exact else { return };
         if elements.completed_revolutions == 0 {
@@ -243,8 +247,7 @@ impl Observer for OrbitRun {
         let (Some(first), Some(last)) = (self.points.first(), self.points.last()) else { return };
         self.measure_energy(first, last, found);
         self.measure_angular_momentum(first, last, found);
-        let exact = self.config.integrator == OrbitIntegrator::Kepler;
-        let theory = exact.then_some(0.0);
+        let theory = self.is_exact().then_some(0.0);
         if self.exact.is_some() {
             found.compare(metric::POSITION_ERROR, last.position_error_au, theory);
         } else {

@@ -1,6 +1,6 @@
 //! Fits and plots of orbit runs along an axis of a sweep.
 
-use super::laws::{self, model_order};
+use super::laws;
 use crate::metric::definition::definitions;
 use crate::models::contract::{AsymptoticRange, Fit, FitShape, OrderInKey, Ordinate, TradeOff};
 use kinetoscope_manifest::model::{
@@ -43,7 +43,7 @@ fn position_rounding(model: &ModelConfig, end_days: f64) -> f64 {
 /// Fits along an axis of a sweep.
 pub(crate) const FITS: &[Fit] = &[
     Fit {
-        theory: |model| model_order(model, laws::order),
+        theory: laws::position_order,
         asymptotic_range: Some(AsymptoticRange {
             phase_error: PHASE_ERROR,
             rounding: position_rounding,
@@ -51,7 +51,7 @@ pub(crate) const FITS: &[Fit] = &[
         ..Fit::new(TIME_STEP, "position_error.final", FitShape::PowerLaw, &[CONVERGENCE_ORDER])
     },
     Fit {
-        theory: |model| model_order(model, laws::energy_order),
+        theory: laws::energy_order,
         asymptotic_range: Some(AsymptoticRange {
             phase_error: PHASE_ERROR,
             rounding: energy_rounding,
@@ -69,15 +69,12 @@ pub(crate) const FITS: &[Fit] = &[
 pub(crate) const ORDINATES: &[Ordinate] = &[
     Ordinate {
         is_power_law: true,
-        order: Some(OrderInKey { key: TIME_STEP, order: |model| model_order(model, laws::order) }),
+        order: Some(OrderInKey { key: TIME_STEP, order: laws::position_order }),
         ..Ordinate::new("position_error.final", "position error")
     },
     Ordinate {
         is_power_law: true,
-        order: Some(OrderInKey {
-            key: TIME_STEP,
-            order: |model| model_order(model, laws::energy_order),
-        }),
+        order: Some(OrderInKey { key: TIME_STEP, order: laws::energy_order }),
         ..Ordinate::new("energy.max_error_relative", "largest |E − E₀| / |E₀|")
     },
 ];

@@ -1,6 +1,9 @@
 //! `[model.orbit]`: the Earth around the Sun, in AU and days.
 
+mod integrator;
 mod rules;
+
+pub use integrator::{IntegratorProperties, IntegratorSteps, OrbitIntegrator};
 
 use crate::diagnostics::Errors;
 use crate::inline::{self, inline_enum, inline_table};
@@ -48,27 +51,6 @@ starts! {
         /// The same day relative to the Sun.
         Heliocentric = "heliocentric",
         | OrbitState
-    }
-}
-
-words! {
-    /// Time-stepping scheme of the orbit.
-    #[derive(PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
-    pub enum OrbitIntegrator {
-        /// The orbit exercise's equations (15) and (16).
-        ExplicitEuler = "explicit-euler",
-        /// Kick, then drift.
-        SemiImplicitEuler = "semi-implicit-euler",
-        /// Half kick, drift, half kick.
-        VelocityVerlet = "velocity-verlet",
-        /// The classical fourth-order Runge–Kutta method.
-        Rk4 = "rk4",
-        /// Yoshida's fourth-order symplectic composition.
-        Yoshida4 = "yoshida4",
-        /// Dormand and Prince's method of order 8 with adaptive steps.
-        Dop853 = "dop853",
-        /// The exact solution of the two-body problem.
-        Kepler = "kepler",
     }
 }
 
