@@ -39,9 +39,7 @@ struct Earlier {
 impl Earlier {
     fn new(rest: &str) -> Self {
         let folder = Folder::write(&manifest(1, rest), frames(10.0));
-        folder.metrics();
-        let file = folder.path().join("baseline.json");
-        fs::copy(folder.path().join("metrics.json"), &file).unwrap();
+        let file = folder.baseline();
         Self { folder, file }
     }
 
@@ -171,9 +169,7 @@ fn comparison_of_nothing_fails() {
         })
     };
     let folder = one(1, "");
-    folder.metrics();
-    let file = folder.path().join("baseline.json");
-    fs::copy(folder.path().join("metrics.json"), &file).unwrap();
+    let file = folder.baseline();
     let single = Earlier { folder, file };
     // Neither seed has an error, and no metric of these frames has an exact law.
     let other = single.compare_folder(&one(2, ""), &[]);
@@ -214,9 +210,7 @@ fn lost_conservation_fails_for_another_seed() {
         })
     };
     let folder = with_final_speed(1, 1.0);
-    folder.metrics();
-    let file = folder.path().join("baseline.json");
-    fs::copy(folder.path().join("metrics.json"), &file).unwrap();
+    let file = folder.baseline();
     let earlier = Earlier { folder, file };
     let kept = earlier.compare_folder(&with_final_speed(2, 1.0), &[]);
     assert_eq!(kept.code, 0, "{}", kept.text);
@@ -292,7 +286,7 @@ fn report_lists_all_metrics_worst_first() {
     let now = Folder::write(&manifest(2, ""), frames(110.0));
     let output = earlier.compare_folder(&now, &[]);
     assert_eq!(output.code, 3, "{}", output.text);
-    let report = fs::read_to_string(now.path().join("report.html")).unwrap();
+    let report = now.page();
     let section =
         report.split("Against the baseline").nth(1).unwrap().split("</section>").next().unwrap();
     let rows: Vec<&str> = section.split("<tr>").skip(2).collect();
@@ -333,9 +327,7 @@ fn violations_of_conservation_laws_are_not_compared_by_scatter() {
     };
     let earlier = |loss: f64| {
         let folder = write(1, loss, "");
-        folder.metrics();
-        let file = folder.path().join("baseline.json");
-        fs::copy(folder.path().join("metrics.json"), &file).unwrap();
+        let file = folder.baseline();
         Earlier { folder, file }
     };
     let row_of = |output: &AnalysisOutput| {

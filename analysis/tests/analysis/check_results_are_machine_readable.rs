@@ -45,8 +45,8 @@ fn junit_and_github_report_failed_checks() {
     fs::write(folder.file(3), "no recording, but <&> \"this\"").unwrap();
     let file = folder.path().join("verdicts.xml");
     let output =
-        analyze(&["--github-annotations", "--junit", file.to_str().unwrap(), folder.name()]);
-    assert_eq!(output.code, 3, "{}", output.text);
+        analyze(&["--github-annotations", "--junit", file.to_str().unwrap(), folder.name()])
+            .exited_with(3);
     let annotation = "::error file=synthetic.toml,line=14,title=gas%3A pressure.mean_square_formula::measured 2 N/m, expected at most 1";
     assert!(output.text.contains(annotation), "{}", output.text);
     assert!(
@@ -99,8 +99,7 @@ fn unchanged_recording_is_not_read_again() {
     bytes[frames_end.min(middle)] ^= 0xff;
     fs::write(&recording, &bytes).unwrap();
     fs::File::options().write(true).open(&recording).unwrap().set_modified(changed).unwrap();
-    let again = analyze(&[folder.name()]);
-    assert_eq!(again.code, 0, "{}", again.text);
+    analyze(&[folder.name()]).exited_with(0);
     assert!(first == fs::read(folder.path().join("metrics.json")).unwrap());
     assert!(report == fs::read(folder.path().join("report.html")).unwrap());
     assert_eq!(analyze(&["--no-cache", folder.name()]).code, 5);

@@ -45,8 +45,7 @@ fn frames(run: &RunManifest) -> Frames {
 #[test]
 fn passing_checks_exit_with_zero() {
     let folder = Folder::write(MANIFEST, frames);
-    let output = analyze(&[folder.path().to_str().unwrap()]);
-    assert_eq!(output.code, 0, "{}", output.text);
+    let output = analyze(&[folder.name()]).exited_with(0);
     let line =
         "ok pressure.measured at temperature_k = 100: measured 100.5 N/m, expected 100.5 ± 0.6";
     assert!(flat(&output.text).contains(line), "{}", output.text);
@@ -55,8 +54,7 @@ fn passing_checks_exit_with_zero() {
 #[test]
 fn failed_check_states_measured_expected_and_tolerance() {
     let folder = Folder::write(&MANIFEST.replace("100.5", "99.0"), frames);
-    let output = analyze(&[folder.path().to_str().unwrap()]);
-    assert_eq!(output.code, 3, "{}", output.text);
+    let output = analyze(&[folder.name()]).exited_with(3);
     let line =
         "FAILED pressure.measured at temperature_k = 100: measured 100.5 N/m, expected 99 ± 0.6";
     assert!(flat(&output.text).contains(line), "{}", output.text);
@@ -69,7 +67,7 @@ fn checks_of_a_file_are_applied_and_a_missing_metric_fails() {
     let checks = folder.path().join("more.toml");
     let analyzed_with = |text: &str| {
         fs::write(&checks, text).unwrap();
-        analyze(&["--checks", checks.to_str().unwrap(), folder.path().to_str().unwrap()])
+        analyze(&["--checks", checks.to_str().unwrap(), folder.name()])
     };
     let output =
         analyzed_with("[[checks]]\nmetric = \"pressure.measured\"\nminimum = 100\nmaximum = 301\n");
@@ -86,16 +84,14 @@ fn checks_of_a_file_are_applied_and_a_missing_metric_fails() {
     assert_eq!(output.code, 3, "{}", output.text);
     assert_eq!(analyzed_with("[[checks]]\nmetric = 3\n").code, 2);
     let missing = folder.path().join("nothing.toml");
-    let output = analyze(&["--checks", missing.to_str().unwrap(), folder.path().to_str().unwrap()]);
-    assert_eq!(output.code, 2, "{}", output.text);
+    analyze(&["--checks", missing.to_str().unwrap(), folder.name()]).exited_with(2);
 }
 
 /// The checks of an experiment do not apply to a part of it.
 #[test]
 fn checks_of_the_experiment_do_not_apply_to_single_files() {
     let folder = Folder::write(&MANIFEST.replace("100.5", "99.0"), frames);
-    let output = analyze(&[folder.file(0).to_str().unwrap()]);
-    assert_eq!(output.code, 0, "{}", output.text);
+    analyze(&[folder.file(0).to_str().unwrap()]).exited_with(0);
 }
 
 #[test]
@@ -116,8 +112,8 @@ fn results_do_not_depend_on_the_folder() {
         files.sort();
         files
     };
-    let first = output(&[folder.path().to_str().unwrap()]);
-    assert_eq!(first, output(&[folder.path().to_str().unwrap()]));
+    let first = output(&[folder.name()]);
+    assert_eq!(first, output(&[folder.name()]));
     let moved = tempfile::TempDir::new().unwrap();
     let elsewhere = moved.path().join("elsewhere");
     fs::create_dir(&elsewhere).unwrap();

@@ -62,8 +62,7 @@ fn sweep(integrators: &[&str], days: f64) -> Folder {
 #[test]
 fn orders_over_ten_years_are_exact_or_absent() {
     let folder = sweep(&["explicit-euler", "velocity-verlet", "rk4", "yoshida4"], 3652.0);
-    let output = analyze(&[folder.name()]);
-    assert_eq!(output.code, 0, "{}", output.text);
+    let output = analyze(&[folder.name()]).exited_with(0);
     let metrics = folder.written();
     let orders = metrics.all("convergence.order");
     for order in &orders {

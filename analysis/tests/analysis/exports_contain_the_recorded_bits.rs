@@ -46,8 +46,7 @@ fn frames(_: &RunManifest) -> Frames {
 /// The folder with the exports of the recording.
 fn exported(form: &str) -> (Folder, PathBuf) {
     let folder = Folder::write(MANIFEST, frames);
-    let output = analyze(&["--export", form, folder.path().to_str().unwrap()]);
-    assert_eq!(output.code, 0, "{}", output.text);
+    analyze(&["--export", form, folder.name()]).exited_with(0);
     let stem = folder.files[0].trim_end_matches(".mcap");
     let path = folder.path().join("export").join(stem);
     (folder, path)
@@ -146,8 +145,7 @@ fn csv_contains_every_number_bitwise() {
 fn control_program_without_parquet_names_what_to_do() {
     let folder = Folder::write(MANIFEST, frames);
     for asked in [["--export", "csv,parquet"].as_slice(), &["--metrics-table"]] {
-        let output = analyze(&[asked, &[folder.name()]].concat());
-        assert_eq!(output.code, 2, "{}", output.text);
+        let output = analyze(&[asked, &[folder.name()]].concat()).exited_with(2);
         for remedy in ["write CSV", "pip install kinetoscope", "--features parquet"] {
             assert!(output.text.contains(remedy), "{remedy}: {}", output.text);
         }
@@ -234,8 +232,7 @@ fn duckdb_and_polars_read_the_table_of_a_sweep() {
     let sweep = sweep.replace("name =", "replicates = 2\nname =");
     let folder = Folder::write(&sweep, frames);
     for _ in 0..2 {
-        let output = analyze(&["--metrics-table", folder.path().to_str().unwrap()]);
-        assert_eq!(output.code, 0, "{}", output.text);
+        analyze(&["--metrics-table", folder.name()]).exited_with(0);
     }
     let part = "export/metrics/restitution=0.25/boundary=walls/metrics.parquet";
     assert!(folder.path().join(part).exists());

@@ -4,14 +4,12 @@
 //! Control: an energy balance that contradicts the state is found.
 #![allow(clippy::disallowed_methods, missing_docs, reason = "closed forms need std's maths")]
 
-use crate::synthetic::{Folder, Frames, analyze};
+use crate::synthetic::{Folder, Frames, analyze, frames_of};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::model::{ModelConfig, SpeedScale};
 use kinetoscope_recording::channels::{
     DemContactStatistics, DemEnergy, DemTemperature, GasCollisions, GasInvariants, GasPressure,
 };
-use kinetoscope_recording::frame::Frame;
-use kinetoscope_recording::recorder::Clock;
 use std::f64::consts::PI;
 
 const GAS_SWEEP: &str = r#"
@@ -38,33 +36,28 @@ fn gas_frames(run: &RunManifest) -> Frames {
     let replicate = f64::from(run.replicate);
     let pressure = (2.0 + replicate) * temperature + 10.0 * replicate;
     let speed = temperature.sqrt();
-    (0..2)
-        .map(|index| {
-            let time = 2.0 * f64::from(index);
-            let mut frame = Frame::new();
-            // d = 0 and d = 0.6 of the radius: chords of 2 and 1.6.
-            frame.push_state(&[0.0, 0.0, speed, 0.0]);
-            frame.push_state(&[0.6, 0.0, 0.0, 3.0 * speed]);
-            frame.push(&GasPressure {
-                measured_since_start_n_per_m: pressure * time / 2.0,
-                mean_speed_formula_n_per_m: 3.0 * temperature,
-                mean_square_formula_n_per_m: 4.0 * temperature,
-                ideal_gas_n_per_m: 4.0 * temperature,
-                ..GasPressure::default()
-            });
-            frame.push(&GasInvariants {
-                kinetic_j: 5.0 * (1.0 + 1e-3 * time),
-                max_speed_change_relative: 1e-12 * (2.0 - time),
-                particles_outside: 1 - index as u64,
-                ..GasInvariants::default()
-            });
-            frame.push(&GasCollisions {
-                wall_collisions: 7 * index as u64,
-                ..GasCollisions::default()
-            });
-            (Clock { count: index as u64, time }, frame)
-        })
-        .collect()
+    frames_of(0..2, |index, frame| {
+        let time = 2.0 * f64::from(index);
+        // d = 0 and d = 0.6 of the radius: chords of 2 and 1.6.
+        frame.push_state(&[0.0, 0.0, speed, 0.0]);
+        frame.push_state(&[0.6, 0.0, 0.0, 3.0 * speed]);
+        frame.push(&GasPressure {
+            measured_since_start_n_per_m: pressure * time / 2.0,
+            mean_speed_formula_n_per_m: 3.0 * temperature,
+            mean_square_formula_n_per_m: 4.0 * temperature,
+            ideal_gas_n_per_m: 4.0 * temperature,
+            ..GasPressure::default()
+        });
+        frame.push(&GasInvariants {
+            kinetic_j: 5.0 * (1.0 + 1e-3 * time),
+            max_speed_change_relative: 1e-12 * (2.0 - time),
+            particles_outside: 1 - index as u64,
+            ..GasInvariants::default()
+        });
+        frame
+            .push(&GasCollisions { wall_collisions: 7 * index as u64, ..GasCollisions::default() });
+        time
+    })
 }
 
 #[test]
@@ -202,39 +195,36 @@ pub(crate) fn drop_frames(_: &RunManifest) -> Frames {
     const GRAVITY: f64 = 9.81;
     let energy_at = |flight: i32| 1e-3 * GRAVITY * 0.1 * 0.64_f64.powi(flight);
     let fall = (0.2_f64 / GRAVITY).sqrt();
-    (0..=300)
-        .map(|index| {
-            let time = 0.6 * f64::from(index) / 300.0;
-            let (mut flight, mut start) = (0, -fall);
-            let speed_after = |flight: i32| (2.0 * GRAVITY * 0.1).sqrt() * 0.8_f64.powi(flight);
-            while time > start + 2.0 * speed_after(flight) / GRAVITY {
-                start += 2.0 * speed_after(flight) / GRAVITY;
-                flight += 1;
-            }
-            let since = time - start;
-            let gap = speed_after(flight) * since - GRAVITY * since * since / 2.0;
-            let velocity = speed_after(flight) - GRAVITY * since;
-            let kinetic = 1e-3 * velocity * velocity / 2.0;
-            let mut frame = Frame::new();
-            frame.push_state(&[0.005, 5e-4 + gap, 0.0, velocity]);
-            frame.push(&DemEnergy {
-                kinetic_j: kinetic,
-                gravitational_j: 1e-3 * GRAVITY * (gap + 5e-4),
-                dissipated_j: energy_at(0) - energy_at(flight) + 1e-6 * time,
-                ..DemEnergy::default()
-            });
-            frame.push(&DemContactStatistics {
-                max_overlap_over_radius: if flight == 1 { 0.2 } else { 0.1 },
-                coordination_number: 0.5,
-                ..DemContactStatistics::default()
-            });
-            frame.push(&DemTemperature {
-                granular_temperature_m2_per_s2: time,
-                ..DemTemperature::default()
-            });
-            (Clock { count: index as u64, time }, frame)
-        })
-        .collect()
+    frames_of(0..=300, |index, frame| {
+        let time = 0.6 * f64::from(index) / 300.0;
+        let (mut flight, mut start) = (0, -fall);
+        let speed_after = |flight: i32| (2.0 * GRAVITY * 0.1).sqrt() * 0.8_f64.powi(flight);
+        while time > start + 2.0 * speed_after(flight) / GRAVITY {
+            start += 2.0 * speed_after(flight) / GRAVITY;
+            flight += 1;
+        }
+        let since = time - start;
+        let gap = speed_after(flight) * since - GRAVITY * since * since / 2.0;
+        let velocity = speed_after(flight) - GRAVITY * since;
+        let kinetic = 1e-3 * velocity * velocity / 2.0;
+        frame.push_state(&[0.005, 5e-4 + gap, 0.0, velocity]);
+        frame.push(&DemEnergy {
+            kinetic_j: kinetic,
+            gravitational_j: 1e-3 * GRAVITY * (gap + 5e-4),
+            dissipated_j: energy_at(0) - energy_at(flight) + 1e-6 * time,
+            ..DemEnergy::default()
+        });
+        frame.push(&DemContactStatistics {
+            max_overlap_over_radius: if flight == 1 { 0.2 } else { 0.1 },
+            coordination_number: 0.5,
+            ..DemContactStatistics::default()
+        });
+        frame.push(&DemTemperature {
+            granular_temperature_m2_per_s2: time,
+            ..DemTemperature::default()
+        });
+        time
+    })
 }
 
 #[test]

@@ -11,7 +11,7 @@ fn result(manifest: &str) -> Vec<String> {
     let folder = Folder::write(manifest, drop_frames);
     let output = analyze(&[folder.name()]);
     assert!([0, 3].contains(&output.code), "{}", output.text);
-    let page = fs::read_to_string(folder.path().join("report.html")).unwrap();
+    let page = folder.page();
     let (_, result) = page.split_once("<p class=\"result\">").unwrap();
     let result = result.split("</p>").next().unwrap().replace("<br>", "").replace("<wbr>", "");
     let text: String =

@@ -46,8 +46,7 @@ fn index(folder: &Path) -> String {
 #[test]
 fn index_names_question_result_and_report_of_each_experiment() {
     let all = two_experiments();
-    let output = analyze(&[all.path().to_str().unwrap()]);
-    assert_eq!(output.code, 3, "{}", output.text);
+    let output = analyze(&[all.path().to_str().unwrap()]).exited_with(3);
     assert!(output.text.contains("index.html"), "{}", output.text);
     let page = index(all.path());
     for part in [
@@ -148,8 +147,8 @@ fn experiments_of_one_name_have_no_common_folder_of_results() {
         fs::copy(entry.path(), below.join(entry.file_name())).unwrap();
     }
     let output =
-        analyze(&[all.path().to_str().unwrap(), "--output", results.path().to_str().unwrap()]);
-    assert_eq!(output.code, 2, "{}", output.text);
+        analyze(&[all.path().to_str().unwrap(), "--output", results.path().to_str().unwrap()])
+            .exited_with(2);
     assert!(output.text.contains("have the same name"), "{}", output.text);
     assert_eq!(fs::read_dir(results.path()).unwrap().count(), 0);
 }

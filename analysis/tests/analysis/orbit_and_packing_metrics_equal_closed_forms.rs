@@ -98,7 +98,7 @@ fn convergence_orders_are_one_and_two() {
 fn convergence_requires_equal_end_times() {
     let manifest = CONVERGENCE.replace("0.0625]", "0.0626]");
     let folder = Folder::write(&manifest, orbit_frames);
-    let output = crate::synthetic::analyze(&[folder.path().to_str().unwrap()]);
+    let output = crate::synthetic::analyze(&[folder.name()]);
     assert_eq!(output.code, 0);
     assert!(
         output.text.replace("\n  ", " ").contains("runs end at different times"),

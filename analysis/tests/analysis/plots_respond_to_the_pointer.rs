@@ -6,11 +6,9 @@
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
 use crate::report_opens_in_a_browser::{dumped, with_script};
-use crate::synthetic::{Folder, Frames, analyze};
+use crate::synthetic::{Folder, Frames, analyze, frames_of};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::{DemContactStatistics, DemEnergy, DemTemperature};
-use kinetoscope_recording::frame::Frame;
-use kinetoscope_recording::recorder::Clock;
 use std::fs;
 use std::path::Path;
 
@@ -30,26 +28,23 @@ y = "/contact_statistics.coordination_number"
 
 /// Discs whose kinetic energy is 1e-4 J at the time 0.5 s, which alone has a coordination number.
 fn frames(_: &RunManifest) -> Frames {
-    (0..=20)
-        .map(|index| {
-            let time = f64::from(index) / 20.0;
-            let mut frame = Frame::new();
-            for disc in 0..2 {
-                frame.push_state(&[0.01 * f64::from(disc + 1), 0.02 * (1.0 - time), 0.0, -0.01]);
-            }
-            frame.push(&DemEnergy {
-                kinetic_j: 2e-4 * time,
-                gravitational_j: 3e-4 - 1e-4 * time,
-                ..DemEnergy::default()
-            });
-            frame.push(&DemContactStatistics {
-                coordination_number: if index == 10 { 1.0 } else { f64::NAN },
-                ..DemContactStatistics::default()
-            });
-            frame.push(&DemTemperature::default());
-            (Clock { count: index as u64, time }, frame)
-        })
-        .collect()
+    frames_of(0..=20, |index, frame| {
+        let time = f64::from(index) / 20.0;
+        for disc in 0..2 {
+            frame.push_state(&[0.01 * f64::from(disc + 1), 0.02 * (1.0 - time), 0.0, -0.01]);
+        }
+        frame.push(&DemEnergy {
+            kinetic_j: 2e-4 * time,
+            gravitational_j: 3e-4 - 1e-4 * time,
+            ..DemEnergy::default()
+        });
+        frame.push(&DemContactStatistics {
+            coordination_number: if index == 10 { 1.0 } else { f64::NAN },
+            ..DemContactStatistics::default()
+        });
+        frame.push(&DemTemperature::default());
+        time
+    })
 }
 
 /// Appended to the page: uses each plot as a reader does, and writes what does not respond.
@@ -188,8 +183,7 @@ fn use_plots(page: &Path) -> Result<String, String> {
 #[ignore = "needs chromium"]
 fn plots_respond_and_share_the_time_of_the_replay() {
     let folder = Folder::write(MANIFEST, frames);
-    let output = analyze(&[folder.path().to_str().unwrap()]);
-    assert_eq!(output.code, 0, "{}", output.text);
+    analyze(&[folder.name()]).exited_with(0);
     let page = folder.path().join("report.html");
     let counts = use_plots(&page).unwrap();
     let count = |name: &str| -> u32 {
@@ -244,8 +238,7 @@ fn every_curve_of_a_sweep_has_its_own_look() {
     let values: Vec<String> = (1..=16).map(|value| format!("{value}e4")).collect();
     let other = format!("\n\"model.dem.stiffness_n_per_m\" = [{}]\n[[plots]]", values.join(", "));
     let folder = Folder::write(&MANIFEST.replace("\n[[plots]]", &other), frames);
-    let output = analyze(&[folder.name()]);
-    assert_eq!(output.code, 0, "{}", output.text);
+    analyze(&[folder.name()]).exited_with(0);
     let page = folder.path().join("report.html");
     let text = fs::read_to_string(&page).unwrap();
     fs::write(&page, with_script(&text, LOOKS)).unwrap();
@@ -259,9 +252,8 @@ fn every_curve_of_a_sweep_has_its_own_look() {
 #[test]
 fn head_and_numbers_name_question_result_and_files() {
     let folder = Folder::write(MANIFEST, frames);
-    let output = analyze(&[folder.path().to_str().unwrap()]);
-    assert_eq!(output.code, 0, "{}", output.text);
-    let text = fs::read_to_string(folder.path().join("report.html")).unwrap();
+    analyze(&[folder.name()]).exited_with(0);
+    let text = folder.page();
     for shown in [
         "<p class=\"question\">Do &lt;discs&gt; fall?</p>",
         "Expected: </span>&quot;yes&quot; &amp; no.",
@@ -279,14 +271,14 @@ fn head_and_numbers_name_question_result_and_files() {
     assert!(!text.contains("class=\"machine"), "there is no host file");
     let host = r#"{"host":"<lab>","operating_system":"linux","architecture":"x86_64","finished_unix_time_s":951782400,"wall_time_s":1.5}"#;
     fs::write(folder.path().join("falling__000.host.json"), host).unwrap();
-    assert_eq!(analyze(&[folder.path().to_str().unwrap()]).code, 0);
-    let text = fs::read_to_string(folder.path().join("report.html")).unwrap();
+    assert_eq!(analyze(&[folder.name()]).code, 0);
+    let text = folder.page();
     let machine = "recorded 2000-02-29 00:00 UTC, on &lt;lab&gt; (linux x86_64); wall time of the runs with a host file 1.5 s";
     assert!(text.contains(machine), "the report lacks {machine}");
     // Results in another folder have no links to recordings.
     let elsewhere = tempfile::TempDir::new().unwrap();
     let output = elsewhere.path().to_str().unwrap();
-    assert_eq!(analyze(&["--output", output, folder.path().to_str().unwrap()]).code, 0);
+    assert_eq!(analyze(&["--output", output, folder.name()]).code, 0);
     let text = fs::read_to_string(elsewhere.path().join("report.html")).unwrap();
     assert!(text.contains("href=\"./metrics.csv\"") && !text.contains(".mcap\">"));
 }

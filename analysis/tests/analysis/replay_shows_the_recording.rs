@@ -155,9 +155,8 @@ fn film(element: &str) -> Film {
 }
 
 fn page(folder: &Folder, arguments: &[&str]) -> String {
-    let output = analyze(&[arguments, &[folder.name()]].concat());
-    assert_eq!(output.code, 0, "{}", output.text);
-    fs::read_to_string(folder.path().join("report.html")).unwrap()
+    analyze(&[arguments, &[folder.name()]].concat()).exited_with(0);
+    folder.page()
 }
 
 #[test]
@@ -230,8 +229,7 @@ fn frames_are_thinned_to_the_budget_and_the_page_states_it() {
         assert_eq!(thinned.positions.len(), frames);
     }
     // Control: a budget that is no size.
-    let output = analyze(&["--replay-budget", "0", folder.name()]);
-    assert_eq!(output.code, 2, "{}", output.text);
+    analyze(&["--replay-budget", "0", folder.name()]).exited_with(2);
 }
 
 #[test]

@@ -5,7 +5,7 @@
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
 use crate::report_opens_in_a_browser::{dumped, with_script};
-use crate::synthetic::{Folder, Frames, analyze, two_frames};
+use crate::synthetic::{Folder, Frames, analyze, frames_of, two_frames};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::GasPressure;
 use kinetoscope_recording::frame::Frame;
@@ -43,7 +43,7 @@ const DRAWN: &str =
 
 /// The console of the browser while it shows the report, and the document that its script makes.
 fn shown(folder: &Folder) -> (String, String) {
-    let text = fs::read_to_string(folder.path().join("report.html")).unwrap();
+    let text = folder.page();
     let probed = folder.path().join("probed.html");
     fs::write(&probed, with_script(&text, DRAWN)).unwrap();
     let (document, console) = dumped(&probed, 1300, false);
@@ -56,17 +56,14 @@ fn console(folder: &Folder) -> String {
 
 /// As many particles as given, at two times.
 fn crowd(particles: u32) -> Frames {
-    (0..2_u8)
-        .map(|index| {
-            let mut frame = Frame::new();
-            for particle in 0..particles {
-                let place = f64::from(particle % 1000) * 0.0018 - 0.9;
-                frame.push_state(&[place, -place, 1.0, 0.0]);
-            }
-            frame.push(&pressure(1.0));
-            (Clock { count: u64::from(index), time: f64::from(index) }, frame)
-        })
-        .collect()
+    frames_of(0..2, |index, frame| {
+        for particle in 0..particles {
+            let place = f64::from(particle % 1000) * 0.0018 - 0.9;
+            frame.push_state(&[place, -place, 1.0, 0.0]);
+        }
+        frame.push(&pressure(1.0));
+        f64::from(index)
+    })
 }
 
 /// A pressure per frame, of a particle with this speed.
@@ -154,8 +151,7 @@ fn a_million_particles_are_thinned_and_the_page_states_it() {
 #[test]
 fn a_recording_without_frames_is_named_as_such() {
     let folder = Folder::write(MANIFEST, |_| Vec::new());
-    let output = analyze(&[folder.name()]);
-    assert_eq!(output.code, 5, "{}", output.text);
+    let output = analyze(&[folder.name()]).exited_with(5);
     assert!(output.text.contains("holds no frame\nhelp: "), "{}", output.text);
 }
 
@@ -224,7 +220,7 @@ fn many_passed_checks_are_collapsed_and_failed_ones_are_not() {
 #[test]
 fn report_of_an_earlier_analysis_is_named_when_no_recording_can_be_read() {
     let folder = Folder::write(MANIFEST, ordinary);
-    let name = folder.path().to_str().unwrap();
+    let name = folder.name();
     assert_eq!(analyze(&[name]).code, 0);
     let files = || {
         let mut names: Vec<_> =
@@ -234,8 +230,7 @@ fn report_of_an_earlier_analysis_is_named_when_no_recording_can_be_read() {
     };
     let before = files();
     fs::write(folder.path().join(&folder.files[0]), "spoiled").unwrap();
-    let output = analyze(&[name]);
-    assert_eq!(output.code, 5, "{}", output.text);
+    let output = analyze(&[name]).exited_with(5);
     assert!(output.text.contains("report.html is of an earlier analysis"), "{}", output.text);
     assert_eq!(files(), before);
 }

@@ -4,11 +4,9 @@
 //! Setup: headless Chromium. Control: a page with an error, a page that is too wide, and small text are found.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
-use crate::synthetic::{Folder, Frames, analyze};
+use crate::synthetic::{Folder, Frames, analyze, frames_of};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::{DemContactStatistics, DemEnergy, DemTemperature};
-use kinetoscope_recording::frame::Frame;
-use kinetoscope_recording::recorder::Clock;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -33,31 +31,28 @@ maximum = 1e-3
 "#;
 
 fn frames(_: &RunManifest) -> Frames {
-    (0..=20)
-        .map(|index| {
-            let time = f64::from(index) / 20.0;
-            let mut frame = Frame::new();
-            for disc in 0..3 {
-                frame.push_state(&[
-                    0.01 * f64::from(disc + 1),
-                    0.001 + 0.01 * (1.0 - time),
-                    0.0,
-                    -0.01,
-                ]);
-            }
-            frame.push(&DemEnergy {
-                kinetic_j: 1e-4 * time,
-                gravitational_j: 1e-4 * (1.0 - time),
-                ..DemEnergy::default()
-            });
-            frame.push(&DemContactStatistics {
-                coordination_number: 2.0,
-                ..DemContactStatistics::default()
-            });
-            frame.push(&DemTemperature::default());
-            (Clock { count: index as u64, time }, frame)
-        })
-        .collect()
+    frames_of(0..=20, |index, frame| {
+        let time = f64::from(index) / 20.0;
+        for disc in 0..3 {
+            frame.push_state(&[
+                0.01 * f64::from(disc + 1),
+                0.001 + 0.01 * (1.0 - time),
+                0.0,
+                -0.01,
+            ]);
+        }
+        frame.push(&DemEnergy {
+            kinetic_j: 1e-4 * time,
+            gravitational_j: 1e-4 * (1.0 - time),
+            ..DemEnergy::default()
+        });
+        frame.push(&DemContactStatistics {
+            coordination_number: 2.0,
+            ..DemContactStatistics::default()
+        });
+        frame.push(&DemTemperature::default());
+        time
+    })
 }
 
 /// Appended to the page: writes the results of the browser to its end.
@@ -195,8 +190,7 @@ addEventListener("message", (message) => { document.title = message.data; });
 #[ignore = "needs chromium"]
 fn report_opens_without_errors_on_a_screen_and_on_a_phone() {
     let folder = Folder::write(MANIFEST, frames);
-    let output = analyze(&["--snapshots-at", "0.5", folder.path().to_str().unwrap()]);
-    assert_eq!(output.code, 0, "{}", output.text);
+    analyze(&["--snapshots-at", "0.5", folder.name()]).exited_with(0);
     let page = folder.path().join("report.html");
     let text = fs::read_to_string(&page).unwrap();
     assert!(

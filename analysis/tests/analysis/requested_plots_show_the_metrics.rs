@@ -34,9 +34,8 @@ fn requested_plots_come_first() {
             ..GasPressure::default()
         })
     });
-    let output = analyze(&[folder.name()]);
-    assert_eq!(output.code, 0, "{}", output.text);
-    let html = fs::read_to_string(folder.path().join("report.html")).unwrap();
+    analyze(&[folder.name()]).exited_with(0);
+    let html = folder.page();
     let labels: Vec<&str> = html.split("<svg role=\"img\" aria-label=\"").skip(1).collect();
     assert!(labels[0].starts_with("First &lt;of&gt; all\""), "{}", &labels[0][..80]);
     assert!(labels[1].starts_with("Pressure against temperature\""), "{}", &labels[1][..80]);
@@ -47,7 +46,7 @@ fn requested_plots_come_first() {
     assert!(!folder.path().join("pressure_vs_temperature_2.svg").exists());
     // Unchanged recordings are not read again, and give the same page.
     assert_eq!(analyze(&[folder.name()]).code, 0);
-    assert_eq!(fs::read_to_string(folder.path().join("report.html")).unwrap(), html);
+    assert_eq!(folder.page(), html);
 }
 
 /// Setup: NaN in the middle of a series and at its end. Control: without NaN, the line is one.
@@ -56,8 +55,7 @@ fn value_that_is_not_a_number_is_a_gap() {
     let plots = "[model.gas]\nparticles = 1\n[[plots]]\ny = \"/pressure.measured_n_per_m\"\n";
     let lines = |values: &[f64]| {
         let folder = Folder::write(plots, |_| pressures(values));
-        let output = analyze(&[folder.name()]);
-        assert_eq!(output.code, 0, "{}", output.text);
+        analyze(&[folder.name()]).exited_with(0);
         let path = folder.path().join("pressure_measured_n_per_m_vs_time.svg");
         let svg = fs::read_to_string(path).unwrap();
         let curves =
@@ -74,8 +72,7 @@ fn plot_that_cannot_be_drawn_is_noted() {
         [[plots]]\ny = \"/pressure.no_field\"\n";
     let pressure = GasPressure { measured_since_start_n_per_m: 1.0, ..GasPressure::default() };
     let folder = Folder::write(&format!("{SWEEP}{plots}"), |_| two_frames(&pressure));
-    let output = analyze(&[folder.name()]);
-    assert_eq!(output.code, 0, "{}", output.text);
+    let output = analyze(&[folder.name()]).exited_with(0);
     let text = flat(&output.text);
     for name in ["effusion_rate", "/collisions.wall_collisions", "/pressure.no_field"] {
         assert!(text.contains(&format!("the plot of `{name}` was not drawn: no")), "{text}");

@@ -57,8 +57,7 @@ impl Folder {
 
     /// Analyzes the folder and reads `metrics.json`.
     pub(crate) fn metrics(&self) -> Metrics {
-        let output = analyze(&[self.name()]);
-        assert_eq!(output.code, 0, "{}", output.text);
+        analyze(&[self.name()]).exited_with(0);
         self.written()
     }
 
@@ -67,18 +66,41 @@ impl Folder {
         let text = std::fs::read_to_string(self.path().join("metrics.json")).unwrap();
         Metrics(serde_json::from_str(&text).unwrap())
     }
+
+    /// The text of `report.html`.
+    pub(crate) fn page(&self) -> String {
+        std::fs::read_to_string(self.path().join("report.html")).unwrap()
+    }
+
+    /// Analyzes the folder and keeps a copy of its `metrics.json` as a baseline.
+    pub(crate) fn baseline(&self) -> PathBuf {
+        self.metrics();
+        let file = self.path().join("baseline.json");
+        std::fs::copy(self.path().join("metrics.json"), &file).unwrap();
+        file
+    }
+}
+
+/// One frame per index; `fill` adds its state and messages, and returns its time.
+pub(crate) fn frames_of(
+    indices: impl IntoIterator<Item = u32>,
+    fill: impl Fn(u32, &mut Frame) -> f64,
+) -> Frames {
+    let frame = |index: u32| {
+        let mut frame = Frame::new();
+        let time = fill(index, &mut frame);
+        (Clock { count: u64::from(index), time }, frame)
+    };
+    indices.into_iter().map(frame).collect()
 }
 
 /// Two frames of one gas particle that starts at the center, with the same pressure.
 pub(crate) fn two_frames(pressure: &GasPressure) -> Frames {
-    (0..2_u8)
-        .map(|index| {
-            let mut frame = Frame::new();
-            frame.push_state(&[0.0, 0.0, 1.0, 0.0]);
-            frame.push(pressure);
-            (Clock { count: u64::from(index), time: f64::from(index) }, frame)
-        })
-        .collect()
+    frames_of(0..2, |index, frame| {
+        frame.push_state(&[0.0, 0.0, 1.0, 0.0]);
+        frame.push(pressure);
+        f64::from(index)
+    })
 }
 
 /// The text without its line breaks.
@@ -198,6 +220,15 @@ fn channels_of(model: &str) -> &'static [ChannelDeclaration] {
 pub(crate) struct AnalysisOutput {
     pub(crate) code: i32,
     pub(crate) text: String,
+}
+
+impl AnalysisOutput {
+    /// The same output, after a comparison of its exit code.
+    #[track_caller]
+    pub(crate) fn exited_with(self, code: i32) -> Self {
+        assert_eq!(self.code, code, "{}", self.text);
+        self
+    }
 }
 
 /// Runs `analyze-recordings`.

@@ -256,7 +256,7 @@ fn plots_show_theory_within_its_range_only() {
         ) + "[sweep]\n\"model.dem.mass_kg\" = [1e-3, 2e-3]\n[[plots]]\ny = \"restitution.measured\"\n[[checks]]\nmetric = \"restitution.measured\"\nminimum = 0\n";
         let folder = Folder::write(&manifest, drop_frames);
         let _ = folder.metrics();
-        let page = std::fs::read_to_string(folder.path().join("report.html")).expect("a page");
+        let page = folder.page();
         let svg = std::fs::read_to_string(folder.path().join("restitution_measured_vs_mass.svg"))
             .expect("a plot");
         let data = page.split("class=\"sweep\">").nth(1).expect("data of the sweep");

@@ -46,14 +46,13 @@ fn foreign_and_empty_files_are_named_and_the_rest_is_analyzed() {
     let folder = Folder::write(MANIFEST, frames);
     fs::write(folder.file(0), b"not a recording").unwrap();
     fs::write(folder.file(1), b"").unwrap();
-    let output = analyze(&[folder.name()]);
-    assert_eq!(output.code, 5, "{}", output.text);
+    let output = analyze(&[folder.name()]).exited_with(5);
     for index in [0, 1] {
         assert!(flat(&output.text).contains(&folder.files[index]), "{}", output.text);
     }
     let error = "is not an MCAP file\nhelp: name a recording (*.mcap)\n";
     assert!(output.text.contains(error), "{}", output.text);
-    let page = fs::read_to_string(folder.path().join("report.html")).unwrap();
+    let page = folder.page();
     let (head, _) = page.split_once("</header>").unwrap();
     assert!(head.contains("<strong class=\"bad\">2 files unreadable</strong>"), "{head}");
     let metrics = folder.written();
@@ -70,8 +69,7 @@ fn links_to_missing_recordings_are_named() {
     fs::remove_file(folder.file(1)).unwrap();
     assert_eq!(analyze(&[folder.name()]).code, 0);
     std::os::unix::fs::symlink("missing", folder.file(1)).unwrap();
-    let output = analyze(&[folder.name()]);
-    assert_eq!(output.code, 5, "{}", output.text);
+    let output = analyze(&[folder.name()]).exited_with(5);
     assert!(flat(&output.text).contains(&folder.files[1]), "{}", output.text);
 }
 
@@ -80,8 +78,7 @@ fn intact_part_of_a_torn_recording_is_analyzed_without_means() {
     let folder = Folder::write(MANIFEST, frames);
     let bytes = fs::read(folder.file(1)).unwrap();
     fs::write(folder.file(1), &bytes[..bytes.len() * 2 / 3]).unwrap();
-    let output = analyze(&[folder.name()]);
-    assert_eq!(output.code, 5, "{}", output.text);
+    let output = analyze(&[folder.name()]).exited_with(5);
     assert!(flat(&output.text).contains("are intact"), "{}", output.text);
     let metrics = folder.written();
     let found = metrics.all("pressure.measured");
@@ -98,8 +95,7 @@ fn no_readable_input_is_an_error_without_output() {
     for index in 0..3 {
         fs::write(folder.file(index), b"\x89MCAP0\r\n").unwrap();
     }
-    let output = analyze(&[folder.file(0).to_str().unwrap()]);
-    assert_eq!(output.code, 5, "{}", output.text);
+    analyze(&[folder.file(0).to_str().unwrap()]).exited_with(5);
     assert!(!folder.path().join("metrics.json").exists());
     // For the whole folder, the check fails because its metric is missing.
     assert_eq!(analyze(&[folder.name()]).code, 3);
@@ -111,8 +107,8 @@ fn folder_of_results_is_checked_before_the_analysis() {
     let file = folder.path().join("file");
     fs::write(&file, "").unwrap();
     for destination in [file.clone(), file.join("below")] {
-        let output = analyze(&["--output", destination.to_str().unwrap(), folder.name()]);
-        assert_eq!(output.code, 2, "{}", output.text);
+        let output =
+            analyze(&["--output", destination.to_str().unwrap(), folder.name()]).exited_with(2);
         assert!(flat(&output.text).contains("remove the file in the way"), "{}", output.text);
         assert!(!output.text.contains("pressure"), "analyzed in vain: {}", output.text);
     }
@@ -125,8 +121,7 @@ fn partial_files_are_read_only_when_named() {
     let partial = folder.path().join(folder.files[2].replace(".mcap", ".partial.mcap"));
     fs::write(&partial, &bytes[..bytes.len() * 2 / 3]).unwrap();
     fs::remove_file(folder.file(2)).unwrap();
-    let output = analyze(&[folder.name()]);
-    assert_eq!(output.code, 0, "{}", output.text);
+    let output = analyze(&[folder.name()]).exited_with(0);
     assert!(
         flat(&output.text).contains("1 of 3 runs have no finished recording yet"),
         "{}",
@@ -135,8 +130,8 @@ fn partial_files_are_read_only_when_named() {
     assert_eq!(folder.written().all("pressure.measured").len(), 3);
     // The run that is named is not complete, so a CI system must not see success.
     let file = folder.path().join("results.xml");
-    let output = analyze(&["--junit", file.to_str().unwrap(), partial.to_str().unwrap()]);
-    assert_eq!(output.code, 3, "{}", output.text);
+    let output =
+        analyze(&["--junit", file.to_str().unwrap(), partial.to_str().unwrap()]).exited_with(3);
     assert!(flat(&output.text).contains("FAILED: 1 of 1 runs unfinished"), "{}", output.text);
     assert!(flat(&output.text).contains(" s; not part of means and fits"), "{}", output.text);
     let xml = fs::read_to_string(file).unwrap();
@@ -155,8 +150,7 @@ fn interrupted_runs_fail_and_are_excluded_from_means() {
         let experiment = parse(&manifest, "gas.toml", &[]).unwrap();
         let run = &experiment.runs[1];
         write_run(&folder.file(1), run, &frames(&run.manifest), &Outcome::Interrupted);
-        let output = analyze(&[folder.name()]);
-        assert_eq!(output.code, 3, "{}", output.text);
+        let output = analyze(&[folder.name()]).exited_with(3);
         assert!(flat(&output.text).contains("1 of 3 runs unfinished"), "{}", output.text);
         assert_eq!(folder.written().first("pressure.measured")["sweep"]["replicates"], 2);
     }
@@ -168,8 +162,7 @@ fn stale_recordings_are_omitted_and_named() {
     fs::copy(folder.file(0), folder.path().join("old.mcap")).unwrap();
     // The file has a listed name, but its run key belongs to another run.
     fs::copy(folder.file(0), folder.file(1)).unwrap();
-    let output = analyze(&[folder.name()]);
-    assert_eq!(output.code, 0, "{}", output.text);
+    let output = analyze(&[folder.name()]).exited_with(0);
     assert!(flat(&output.text).contains("old.mcap is stale"), "{}", output.text);
     assert!(
         flat(&output.text).contains(&format!("{} is stale", folder.files[1])),
@@ -187,8 +180,7 @@ fn recordings_without_sidecars_are_analyzed() {
     fs::remove_file(folder.path().join("experiment.toml")).unwrap();
     // A copy is no further replicate.
     fs::copy(folder.file(0), folder.path().join("a_copy.mcap")).unwrap();
-    let output = analyze(&[folder.name()]);
-    assert_eq!(output.code, 0, "{}", output.text);
+    let output = analyze(&[folder.name()]).exited_with(0);
     let note = format!("{} is of the same run as a_copy.mcap; left out", folder.files[0]);
     assert!(flat(&output.text).contains(&note), "{}", output.text);
     let metrics = folder.written();
@@ -200,8 +192,7 @@ fn recordings_without_sidecars_are_analyzed() {
 fn damaged_sidecar_is_named_and_the_recordings_are_read() {
     let folder = Folder::write(MANIFEST, frames);
     fs::write(folder.path().join("experiment.toml"), "name = ").unwrap();
-    let output = analyze(&[folder.name()]);
-    assert_eq!(output.code, 5, "{}", output.text);
+    let output = analyze(&[folder.name()]).exited_with(5);
     assert!(output.text.contains("experiment.toml"), "{}", output.text);
     folder.written().assert_near("pressure.measured", 2.0, 0.0);
 }
@@ -216,8 +207,7 @@ fn mixed_models_are_analyzed_separately() {
     let file = folder.path().join("orbit.mcap");
     write_run(&file, &orbit.runs[0], &start, &Outcome::Complete);
     fs::remove_file(folder.path().join("experiment.toml")).unwrap();
-    let output = analyze(&[folder.name()]);
-    assert_eq!(output.code, 0, "{}", output.text);
+    analyze(&[folder.name()]).exited_with(0);
     let metrics = folder.written();
     assert_eq!(metrics.all("radius.min").len(), 1);
     assert_eq!(metrics.first("pressure.measured")["sweep"]["replicates"], 3);
@@ -230,13 +220,12 @@ fn fault_is_reported_and_excluded_from_means() {
     let outcome = Outcome::Fault("the gas blew up".to_owned());
     let run = &experiment.runs[1];
     write_run(&folder.file(1), run, &frames(&run.manifest), &outcome);
-    let output = analyze(&[folder.name()]);
-    assert_eq!(output.code, 3, "{}", output.text);
+    let output = analyze(&[folder.name()]).exited_with(3);
     let headline =
         "FAILED: 1 of 3 runs without the expected outcome: gas__001.mcap: failed: the gas blew up";
     assert!(flat(&output.text).contains(headline), "{}", output.text);
     assert_eq!(folder.written().first("pressure.measured")["sweep"]["replicates"], 2);
-    let report = fs::read_to_string(folder.path().join("report.html")).unwrap();
+    let report = folder.page();
     assert!(report.contains(headline), "{report}");
 }
 
@@ -246,15 +235,13 @@ fn expected_fault_passes_and_completion_fails() {
     let expecting = format!("expected_outcome = \"fault\"\n{MANIFEST}");
     let folder = Folder::write(&expecting, frames);
     let experiment = parse(&expecting, "gas.toml", &[]).unwrap();
-    let output = analyze(&[folder.name()]);
-    assert_eq!(output.code, 3, "{}", output.text);
+    let output = analyze(&[folder.name()]).exited_with(3);
     assert!(flat(&output.text).contains("the manifest expects a fault"), "{}", output.text);
     for (index, run) in experiment.runs.iter().enumerate() {
         let outcome = Outcome::Fault("numerical blow-up".to_owned());
         write_run(&folder.file(index), run, &frames(&run.manifest), &outcome);
     }
-    let output = analyze(&["--no-cache", folder.name()]);
-    assert_eq!(output.code, 0, "{}", output.text);
+    analyze(&["--no-cache", folder.name()]).exited_with(0);
 }
 
 /// A CI system finds a JUnit file with an error where there is nothing to analyze.
@@ -262,9 +249,8 @@ fn expected_fault_passes_and_completion_fails() {
 fn junit_reports_missing_recordings() {
     let empty = tempfile::TempDir::new().unwrap();
     let file = empty.path().join("results.xml");
-    let output =
-        analyze(&["--junit", file.to_str().unwrap(), empty.path().join("none").to_str().unwrap()]);
-    assert_eq!(output.code, 2, "{}", output.text);
+    analyze(&["--junit", file.to_str().unwrap(), empty.path().join("none").to_str().unwrap()])
+        .exited_with(2);
     let xml = fs::read_to_string(file).unwrap();
     assert!(xml.contains("errors=\"1\"") && xml.contains("does not exist"), "{xml}");
 }
@@ -274,8 +260,7 @@ fn missing_paths_are_rejected_as_arguments() {
     let empty = tempfile::TempDir::new().unwrap();
     let missing = empty.path().join("nothing");
     for path in [empty.path(), missing.as_path()] {
-        let output = analyze(&[path.to_str().unwrap()]);
-        assert_eq!(output.code, 2, "{}", output.text);
+        let output = analyze(&[path.to_str().unwrap()]).exited_with(2);
         assert!(output.text.starts_with("error: "), "{}", output.text);
     }
     assert_eq!(analyze(&[]).code, 2);
@@ -317,8 +302,7 @@ fn contact_forces_with_unequal_columns_are_damage_and_the_rest_is_analyzed() {
         });
         vec![(Clock { count: 1, time: 1.0 }, frame)]
     });
-    let output = analyze(&[folder.name()]);
-    assert_eq!(output.code, 5, "{}", output.text);
+    let output = analyze(&[folder.name()]).exited_with(5);
     let text = flat(&output.text);
     assert!(text.contains("/contact_forces: its columns have different lengths"), "{text}");
     assert!(!folder.written().all("bed.packing_fraction").is_empty());
