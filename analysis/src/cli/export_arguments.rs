@@ -1,15 +1,15 @@
 //! The command `kinetoscope export`: recordings in the formats of other programs, or as a small picture.
 
 use super::exit::CommandError;
-use super::{Exit, complain_unreadable, concluded, export_all, with_remedy};
-use crate::export::{self, ExportFormat};
+use super::messages::{complain_unreadable, concluded, terminal, with_remedy};
+use crate::export::{self, Export, ExportFormat};
 use crate::input::recording::with_frame_limit;
 use crate::input::{self, RecordingFolder};
 use crate::thumbnail::{ThumbnailFormat, ThumbnailOptions, thumbnail};
 use crate::write_file;
 use clap::ValueEnum as _;
-use kinetoscope_console::StandardOutput;
-use kinetoscope_console::text::shown_path;
+use kinetoscope_console::text::{plural, shown_path};
+use kinetoscope_console::{Exit, StandardOutput};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::num::NonZeroU32;
@@ -171,4 +171,25 @@ fn written(path: &Path, rows: Option<u64>) -> Value {
 fn width(text: &str) -> Result<NonZeroU32, String> {
     let width = text.parse().ok().filter(|width: &NonZeroU32| (64..=4096).contains(&width.get()));
     width.ok_or_else(|| "must be a number from 64 to 4096".to_owned())
+}
+
+/// Exports the recordings in all requested formats to a folder, and passes one line per format to `say`. `unreadable` receives
+/// what cannot be read.
+pub(super) fn export_all(
+    source: &RecordingFolder,
+    formats: &[ExportFormat],
+    folder: &Path,
+    say: impl Fn(&str),
+    unreadable: &mut BTreeSet<String>,
+) -> Result<Vec<Export>, CommandError> {
+    let mut all = Vec::new();
+    for format in formats {
+        let mut exports = export::export(source, *format, folder, unreadable)?;
+        let count = exports.iter().filter(|export| !export.files.is_empty()).count();
+        let recordings = plural(count as u64, "recording");
+        let line = format!("exported: {recordings} to {}", shown_path(folder));
+        say(&format!("{}\n", terminal().wrapped(&line, 2)));
+        all.append(&mut exports);
+    }
+    Ok(all)
 }

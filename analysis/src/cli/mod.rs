@@ -3,6 +3,7 @@
 mod arguments;
 mod exit;
 mod export_arguments;
+mod messages;
 mod pages;
 mod plot_arguments;
 
@@ -13,7 +14,7 @@ pub use plot_arguments::PlotArguments;
 use crate::checks::CheckKind;
 use crate::checks::baseline::{Baseline, BaselineComparison};
 use crate::checks::ci_formats::{self, ExperimentChecks};
-use crate::export::{self, Export, ExportFormat};
+use crate::export::{self, ExportFormat};
 use crate::input::{self, RecordingFolder};
 use crate::models::metric_names;
 use crate::report::files;
@@ -22,17 +23,15 @@ use crate::report::{self, AnalysisOptions, AnalysisReport, analyze};
 use crate::run::cache::AnalysisCache;
 use crate::write_file::{self, WriteError};
 use exit::CommandError;
+use export_arguments::export_all;
 use kinetoscope_console::text::{plural, shown_path};
-use kinetoscope_console::{Exit, StandardOutput, complain, with_help};
+use kinetoscope_console::{Exit, complain, with_help};
 use kinetoscope_files::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
 use kinetoscope_manifest::{Check, parse_checks};
+use messages::{complain_unreadable, concluded, terminal};
 use serde_json::json;
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
-
-/// Width of a table that is written to a file or a pipe.
-const PLAIN_WIDTH: usize = 100;
 
 /// An experiment with its analysis.
 struct Analyzed {
@@ -62,29 +61,6 @@ impl AnalyzeArguments {
         if !self.quiet && !self.json {
             self.standard_output.print_styled(text);
         }
-    }
-}
-
-/// Prints the error of a command or of its output, and returns the exit code. A finding weighs more than output that cannot be
-/// written.
-fn concluded(result: Result<Exit, CommandError>, output: &StandardOutput, is_json: bool) -> Exit {
-    let exit = result.unwrap_or_else(|CommandError { exit, message }| {
-        // The errors of a checks file begin with the word already.
-        let message = message.trim_end();
-        let text = format!("error: {}", message.strip_prefix("error: ").unwrap_or(message));
-        complain(&text, false);
-        if is_json {
-            let document = json!({ "exit_code": exit.code(), "errors": [text] });
-            output.print_json(&format!("{document:#}\n"));
-        }
-        exit
-    });
-    match output.failure() {
-        Some(failure) => {
-            complain(&failure, false);
-            if exit == Exit::Done { Exit::Retryable } else { exit }
-        }
-        None => exit,
     }
 }
 
@@ -265,27 +241,6 @@ fn fill_caches(
     errors
 }
 
-/// Exports the recordings in all requested formats to a folder, and passes one line per format to `say`. `unreadable` receives
-/// what cannot be read.
-fn export_all(
-    source: &RecordingFolder,
-    formats: &[ExportFormat],
-    folder: &Path,
-    say: impl Fn(&str),
-    unreadable: &mut BTreeSet<String>,
-) -> Result<Vec<Export>, CommandError> {
-    let mut all = Vec::new();
-    for format in formats {
-        let mut exports = export::export(source, *format, folder, unreadable)?;
-        let count = exports.iter().filter(|export| !export.files.is_empty()).count();
-        let recordings = plural(count as u64, "recording");
-        let line = format!("exported: {recordings} to {}", shown_path(folder));
-        say(&format!("{}\n", terminal().wrapped(&line, 2)));
-        all.append(&mut exports);
-    }
-    Ok(all)
-}
-
 /// Writes all files and prints which.
 fn write(
     arguments: &AnalyzeArguments,
@@ -396,17 +351,6 @@ fn conclude(analyzed: &[Analyzed], terminal: Terminal) -> Exit {
     if unreadable.is_empty() { Exit::Done } else { Exit::Unreadable }
 }
 
-/// Prints why an input cannot be read, and what to do. The first line ends with the remedy; the errors of a manifest may follow.
-fn complain_unreadable(why: &str) {
-    complain(&format!("error: {}", with_remedy(why)), false);
-}
-
-/// Why a recording is unreadable, with the remedy in the first line as help.
-fn with_remedy(why: &str) -> String {
-    let (what, details) = why.split_at(why.find('\n').unwrap_or(why.len()));
-    format!("{}{details}", with_help(what))
-}
-
 fn read_checks(path: &Path) -> Result<Vec<Check>, String> {
     let text = read_argument(path, "checks file", "a TOML file of [[checks]]")?;
     parse_checks(&text, &path.to_string_lossy(), Some(metric_names))
@@ -427,13 +371,4 @@ fn read_argument(path: &Path, what: &str, expected: &str) -> Result<String, Stri
         };
         format!("the {what} {} cannot be read: {error}\nhelp: {help}", shown_path(path))
     })
-}
-
-fn terminal() -> Terminal {
-    let interactive = std::io::stdout().is_terminal();
-    let size = terminal_size::terminal_size().filter(|_| interactive);
-    let columns = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
-    let width = size.map(|(width, _)| usize::from(width.0)).or(columns).unwrap_or(PLAIN_WIDTH);
-    let colors = interactive && std::env::var_os("NO_COLOR").is_none();
-    Terminal { width: width.max(40), colors }
 }

@@ -1,7 +1,7 @@
 //! The command `kinetoscope plot`: one plot from the recordings of an experiment, as SVG or PNG.
 
 use super::exit::CommandError;
-use super::{Exit, complain_unreadable, concluded, with_remedy};
+use super::messages::{complain_unreadable, concluded, with_remedy};
 use crate::input::coordinates::{keys_of, last_part};
 use crate::input::recording::{self, OpenRun};
 use crate::input::{self, OpenedRuns, RecordingFolder, UnreadableRecording};
@@ -17,7 +17,7 @@ use crate::sweep::swept_key::swept_key;
 use crate::sweep::{fits, points};
 use crate::write_file;
 use kinetoscope_console::text::{plural, shown_path};
-use kinetoscope_console::{StandardOutput, complain};
+use kinetoscope_console::{Exit, StandardOutput, complain};
 use kinetoscope_files::folder::folder_of;
 use kinetoscope_manifest::{Coordinate, PlotAxis, PlotRequest, nearest};
 use rayon::iter::{IndexedParallelIterator as _, IntoParallelIterator as _, ParallelIterator as _};
