@@ -1,7 +1,7 @@
 //! Guarantee: folders import only from lower layers, no two folders import each other, and no file exceeds 500 lines.
 //!
-//! The test reads every `use` below `src/`, so that a newcomer can rely on the order of layers in ARCHITECTURE.md. An import
-//! cycle inside a folder is an error unless [`KNOWN_CYCLES`] names it with its reason.
+//! The test reads every `use` below `src/` and `analysis/src/`, so that a newcomer can rely on the order of layers in
+//! ARCHITECTURE.md. An import cycle inside a folder is an error unless [`KNOWN_CYCLES`] names it with its reason.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -10,7 +10,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The layers from the lowest to the highest. An entry imports only from lower layers and from itself.
-const LAYERS: &[&[&str]] = &[
+type Layers = [&'static [&'static str]];
+
+/// The layers of `src/`, and of the analysis as a whole.
+const LAYERS: &Layers = &[
     &["console"],
     &["files"],
     &["manifest", "recording", "interrupt.rs"],
@@ -18,12 +21,26 @@ const LAYERS: &[&[&str]] = &[
     &["run"],
     &["plan"],
     &["outputs"],
-    &["executor", "verify"],
+    &["executor", "verify", "analysis"],
     &["lib.rs"],
     &["program"],
 ];
-/// Packages below `src/`: the name in `use`, and the folder.
+/// The layers of `analysis/src/`.
+const ANALYSIS_LAYERS: &Layers = &[
+    &["number_text.rs", "statistics", "table", "write_file.rs"],
+    &["metric", "plot"],
+    &["input", "models"],
+    &["replay"],
+    &["run"],
+    &["metric_files", "sweep"],
+    &["checks", "export", "thumbnail"],
+    &["report"],
+    &["cli"],
+    &["lib.rs"],
+];
+/// Packages of the sources: the name in `use`, and the folder below `src/`.
 const PACKAGES: &[(&str, &str)] = &[
+    ("kinetoscope_analysis", "analysis"),
     ("kinetoscope_console", "console"),
     ("kinetoscope_files", "files"),
     ("kinetoscope_manifest", "manifest"),
@@ -45,9 +62,12 @@ const MAX_TOP_LEVEL_ENTRIES: usize = 16;
 
 type Graph = BTreeMap<String, BTreeSet<String>>;
 
-/// All source files below `src/`, by their paths relative to it.
-fn files() -> BTreeMap<String, String> {
-    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("src");
+/// The analysis is a package outside `src/`. In the graph, its files are below this prefix.
+const ANALYSIS: &str = "analysis/";
+
+/// All source files below a folder of the repository, by their paths relative to it.
+fn files_below(folder: &str) -> BTreeMap<String, String> {
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join(folder);
     let (mut files, mut folders) = (BTreeMap::new(), vec![root.clone()]);
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(folder).unwrap() {
@@ -60,28 +80,15 @@ fn files() -> BTreeMap<String, String> {
             }
         }
     }
-    assert!(files.len() > 100, "the sources were not found");
+    assert!(files.len() > 50, "the sources in {folder} were not found");
     files
 }
 
-/// All source files of the analysis, by their paths.
-fn analysis_files() -> Vec<(String, String)> {
-    let (mut files, mut folders) = (Vec::new(), vec![PathBuf::from("analysis")]);
-    while let Some(folder) = folders.pop() {
-        for entry in
-            fs::read_dir(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join(&folder))
-                .unwrap()
-        {
-            let path = entry.unwrap().path();
-            let name = folder.join(path.file_name().unwrap());
-            if path.is_dir() {
-                folders.push(name);
-            } else if path.extension().is_some_and(|extension| extension == "rs") {
-                files.push((name.display().to_string(), fs::read_to_string(&path).unwrap()));
-            }
-        }
-    }
-    files
+/// The files of `src/` and `analysis/src/`.
+fn files() -> BTreeMap<String, String> {
+    let analysis = files_below("analysis/src");
+    let prefixed = analysis.into_iter().map(|(file, source)| (format!("{ANALYSIS}{file}"), source));
+    files_below("src").into_iter().chain(prefixed).collect()
 }
 
 /// Whether a file belongs to a library or a program, not to a package's tests or benches.
@@ -242,23 +249,23 @@ fn cycles(graph: &Graph) -> BTreeSet<BTreeSet<String>> {
     cycles
 }
 
-fn layer_of(file: &str) -> Option<usize> {
-    let entry = file.split('/').next()?;
-    LAYERS.iter().position(|layer| layer.contains(&entry))
-}
-
-/// Imports that lead to the same or a higher layer, and entries without a layer.
-fn layer_violations(graph: &Graph) -> Vec<String> {
+/// Imports below `folder` that lead to the same or a higher layer of it, and entries without a layer.
+fn layer_violations(graph: &Graph, folder: &str, layers: &Layers) -> Vec<String> {
+    let entry = |file: &str| -> Option<String> {
+        Some(file.strip_prefix(folder)?.split('/').next()?.to_owned())
+    };
+    let layer_of = |entry: &String| layers.iter().position(|layer| layer.contains(&entry.as_str()));
     let mut violations = Vec::new();
-    let entry = |file: &str| file.split('/').next().unwrap_or_default().to_owned();
     for (file, targets) in graph {
-        let Some(layer) = layer_of(file) else {
-            violations.push(format!("src/{file}: its folder has no layer; add it to LAYERS"));
+        let Some(own) = entry(file) else { continue };
+        let Some(layer) = layer_of(&own) else {
+            violations.push(format!("{file}: its folder has no layer"));
             continue;
         };
-        for target in targets.iter().filter(|target| entry(target) != entry(file)) {
-            if layer_of(target).is_none_or(|below| below >= layer) {
-                violations.push(format!("src/{file} imports src/{target}, which is not below it"));
+        for target in targets {
+            let Some(other) = entry(target).filter(|other| *other != own) else { continue };
+            if layer_of(&other).is_none_or(|below| below >= layer) {
+                violations.push(format!("{file} imports {target}, which is not below it"));
             }
         }
     }
@@ -282,7 +289,9 @@ fn folder_graph(graph: &Graph, folder: &str) -> Graph {
 
 #[test]
 fn folders_import_only_from_lower_layers() {
-    let violations = layer_violations(&imports(&files()));
+    let graph = imports(&files());
+    let mut violations = layer_violations(&graph, "", LAYERS);
+    violations.extend(layer_violations(&graph, ANALYSIS, ANALYSIS_LAYERS));
     assert!(violations.is_empty(), "{}", violations.join("\n"));
 }
 
@@ -300,7 +309,7 @@ fn folders_do_not_import_each_other() {
         .collect();
     for parent in parents {
         let cycles = cycles(&folder_graph(&graph, &parent));
-        assert!(cycles.is_empty(), "below src/{parent}: {cycles:?} import each other");
+        assert!(cycles.is_empty(), "below {parent:?}: {cycles:?} import each other");
     }
 }
 
@@ -325,17 +334,13 @@ fn files_do_not_import_each_other() {
 
 #[test]
 fn no_file_exceeds_the_line_limit() {
-    for (file, source) in files() {
-        let lines = source.lines().count();
-        let is_named = LONG_FILES.iter().any(|(named, _)| *named == file);
-        assert!(lines <= MAX_LINES || is_named, "src/{file} has {lines} lines, limit {MAX_LINES}");
-        assert!(lines > MAX_LINES || !is_named, "src/{file}: remove from LONG_FILES");
-    }
-    let analysis = analysis_files();
-    assert!(analysis.len() > 50, "the sources of the analysis were not found");
-    for (file, source) in analysis {
-        let lines = source.lines().count();
-        assert!(lines <= MAX_LINES, "{file} has {lines} lines, limit {MAX_LINES}");
+    for folder in ["src", "analysis"] {
+        for (file, source) in files_below(folder) {
+            let (path, lines) = (format!("{folder}/{file}"), source.lines().count());
+            let is_named = LONG_FILES.iter().any(|(named, _)| *named == path);
+            assert!(lines <= MAX_LINES || is_named, "{path} has {lines} lines, limit {MAX_LINES}");
+            assert!(lines > MAX_LINES || !is_named, "{path}: remove from LONG_FILES");
+        }
     }
 }
 
@@ -360,6 +365,9 @@ fn control_forbidden_imports_are_found() {
         source("physics/gas/mod.rs", "mod wall;\nuse wall::Wall;\n"),
         source("physics/gas/wall.rs", "use crate::dem::Dem;\n"),
         source("physics/model.rs", ""),
+        source("analysis/plot/mod.rs", "use crate::report::Report;\n"),
+        source("analysis/report/mod.rs", ""),
+        source("manifest/plots.rs", "use kinetoscope_analysis::plot::Plot;\n"),
     ]);
     let graph = imports(&files);
     let of = |file: &str| graph[file].iter().map(String::as_str).collect::<Vec<_>>();
@@ -367,9 +375,13 @@ fn control_forbidden_imports_are_found() {
     assert_eq!(of("plan/mod.rs"), ["physics/dem/mod.rs"]);
     assert_eq!(of("physics/dem/mod.rs"), ["physics/gas/wall.rs", "physics/model.rs"]);
     assert_eq!(of("physics/gas/mod.rs"), ["physics/gas/wall.rs"]);
-    let violations = layer_violations(&graph);
-    assert_eq!(violations.len(), 2, "{violations:?}");
-    assert!(violations.iter().all(|text| text.starts_with("src/run/mod.rs imports src/plan/")));
+    let violations = layer_violations(&graph, "", LAYERS);
+    let upward = ["manifest/plots.rs imports analysis/", "run/mod.rs imports plan/"];
+    assert_eq!(violations.len(), 3, "{violations:?}");
+    assert!(violations.iter().all(|text| upward.iter().any(|start| text.starts_with(start))));
+    let violations = layer_violations(&graph, ANALYSIS, ANALYSIS_LAYERS);
+    let upward = "analysis/plot/mod.rs imports analysis/report/mod.rs, which is not below it";
+    assert_eq!(violations, [upward]);
     assert_eq!(cycles(&folder_graph(&graph, "physics/")).len(), 1);
     assert_eq!(cycles(&folder_graph(&graph, "")).len(), 1);
     let files: Vec<usize> = cycles(&graph).iter().map(BTreeSet::len).collect();
