@@ -21,7 +21,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The folder `examples` has four programs: `run_in_memory`, `read_recording`, `add_a_model` and, as a package of its own,
+//! The folder `examples` has four programs: `run_in_memory`, `read_recording`, `extend` and, as a package of its own,
 //! `lock_in_memory`. On `wasm32`, the library has what needs neither threads nor files: a run in memory, with the same bits. The
 //! modules are internal to the programs `run-experiment` and `kinetoscope`: they may change in every version.
 
