@@ -4,7 +4,6 @@
 
 use crate::gas_and_dem_metrics_equal_closed_forms::{DROP, drop_frames};
 use crate::synthetic::{Folder, analyze};
-use std::fs;
 
 /// The clauses of the result, without markup.
 fn result(manifest: &str) -> Vec<String> {

@@ -4,6 +4,8 @@
 
 // Recordings with known numbers, written without physics.
 mod synthetic;
+// Pages in a browser.
+mod browser;
 // The orbit exercise, integrated without the physics package.
 mod orbit_exercise;
 

@@ -5,7 +5,7 @@
 //! Setup: headless Chromium with synthetic events. Control: the same checks fail on a page whose script does not handle them.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
-use crate::report_opens_in_a_browser::{dumped, with_script};
+use crate::browser::{element, examined};
 use crate::synthetic::{Folder, Frames, analyze, frames_of};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::{DemContactStatistics, DemEnergy, DemTemperature};
@@ -163,16 +163,11 @@ held((async () => {
 
 /// The counts of what responded, or what did not.
 fn use_plots(page: &Path) -> Result<String, String> {
-    let probed = page.with_file_name("probed_plots.html");
-    let text = fs::read_to_string(page).unwrap();
-    fs::write(&probed, with_script(&text, PROBE)).unwrap();
-    let (dom, console) = dumped(&probed, 1280, false);
-    fs::remove_file(&probed).unwrap();
+    let (document, console) = examined(page, PROBE, false);
     if !console.is_empty() {
         return Err(console);
     }
-    let title = dom.split("<title>").nth(1).and_then(|rest| rest.split("</title>").next());
-    let title = title.unwrap_or_default();
+    let title = element(&document, "title");
     match title.split_once("; faults ") {
         Some((counts, "[]")) => Ok(counts.to_owned()),
         _ => Err(title.to_owned()),
@@ -239,12 +234,9 @@ fn every_curve_of_a_sweep_has_its_own_look() {
     let other = format!("\n\"model.dem.stiffness_n_per_m\" = [{}]\n[[plots]]", values.join(", "));
     let folder = Folder::write(&MANIFEST.replace("\n[[plots]]", &other), frames);
     analyze(&[folder.name()]).exited_with(0);
-    let page = folder.path().join("report.html");
-    let text = fs::read_to_string(&page).unwrap();
-    fs::write(&page, with_script(&text, LOOKS)).unwrap();
-    let (dom, console) = dumped(&page, 1280, false);
+    let (document, console) = examined(&folder.path().join("report.html"), LOOKS, false);
     assert_eq!(console, "");
-    let title = dom.split("<title>").nth(1).unwrap().split("</title>").next().unwrap();
+    let title = element(&document, "title");
     let (curves, looks) = title.split_once(" curves, ").unwrap();
     assert!(looks.starts_with(&format!("{curves} looks: the first 14 of 16 curves")), "{title}");
 }

@@ -7,7 +7,7 @@
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 #![allow(clippy::disallowed_methods, reason = "positions of a test need no fixed bits")]
 
-use crate::report_opens_in_a_browser::{dumped, with_script};
+use crate::browser::{dumped, examined, with_script};
 use crate::synthetic::{Folder, Frames, analyze};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::DemTemperature;
@@ -367,10 +367,7 @@ fn recorded(path: &Path, number: u64) -> BTreeMap<u64, [f64; 2]> {
 /// Compares the drawn positions of a report with its recordings, `shift` frames away; returns the number of frames compared.
 fn compare(report: &Path, shift: u64) -> Result<usize, String> {
     let text = fs::read_to_string(report).unwrap();
-    let probed = report.with_file_name("probed_replay.html");
-    fs::write(&probed, with_script(&text, PROBE)).unwrap();
-    let (dom, console) = dumped(&probed, 1280, false);
-    fs::remove_file(&probed).unwrap();
+    let (dom, console) = examined(report, PROBE, false);
     if !console.is_empty() {
         return Err(console);
     }

@@ -4,7 +4,7 @@
 //! Setup: headless Chromium; axe-core is added to a copy of the page. Control: a page with pale text and an unlabeled button is found.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
-use crate::report_opens_in_a_browser::{dumped, with_script};
+use crate::browser::{element, examined};
 use std::fs;
 use std::path::Path;
 
@@ -38,17 +38,12 @@ held((async () => {
 fn violations(page: &Path) -> Vec<String> {
     let axe = std::env::var("AXE").expect("AXE must name axe.min.js of axe-core");
     let axe = fs::read_to_string(axe).unwrap();
-    let probed = page.with_file_name("accessible.html");
-    let text = fs::read_to_string(page).unwrap();
     let script = format!("<script>{axe}</script>{PROBE}");
-    fs::write(&probed, with_script(&text, &script)).unwrap();
     let titles = [false, true].map(|dark| {
-        let (dom, console) = dumped(&probed, 1300, dark);
+        let (document, console) = examined(page, &script, dark);
         assert_eq!(console, "", "{}", page.display());
-        let title = dom.split("<title>").nth(1).and_then(|rest| rest.split("</title>").next());
-        title.unwrap_or_default().to_owned()
+        element(&document, "title").to_owned()
     });
-    fs::remove_file(&probed).unwrap();
     for title in &titles {
         assert!(title.starts_with("rules "), "axe-core did not run on {}: {title}", page.display());
     }

@@ -4,7 +4,7 @@
 //! Setup: recordings written by hand, in headless Chromium. Control: markup that is inserted into a page is found.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
-use crate::report_opens_in_a_browser::{dumped, with_script};
+use crate::browser::examined;
 use crate::synthetic::{Folder, Frames, analyze, frames_of, two_frames};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::GasPressure;
@@ -43,10 +43,7 @@ const DRAWN: &str =
 
 /// The console of the browser while it shows the report, and the document that its script makes.
 fn shown(folder: &Folder) -> (String, String) {
-    let text = folder.page();
-    let probed = folder.path().join("probed.html");
-    fs::write(&probed, with_script(&text, DRAWN)).unwrap();
-    let (document, console) = dumped(&probed, 1300, false);
+    let (document, console) = examined(&folder.path().join("report.html"), DRAWN, false);
     (console, document)
 }
 

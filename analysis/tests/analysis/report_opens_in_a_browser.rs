@@ -4,12 +4,12 @@
 //! Setup: headless Chromium. Control: a page with an error, a page that is too wide, and small text are found.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
+use crate::browser::{dumped, element, with_script};
 use crate::synthetic::{Folder, Frames, analyze, frames_of};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::{DemContactStatistics, DemEnergy, DemTemperature};
 use std::fs;
 use std::path::Path;
-use std::process::Command;
 
 const MANIFEST: &str = r#"
 name = "discs_with_a_rather_long_name_that_must_break_on_a_phone"
@@ -110,51 +110,7 @@ held((async () => {
 /// The title of a page after the probe, and the console of the browser, at a given width.
 fn open_page(page: &Path, width: u32, dark: bool) -> (String, String) {
     let (dom, console) = dumped(page, width, dark);
-    let title = dom.split("<title>").nth(1).and_then(|rest| rest.split("</title>").next());
-    (title.unwrap_or_default().to_owned(), console)
-}
-
-/// The document of a page after its scripts, and the console of the browser.
-pub(crate) fn dumped(page: &Path, width: u32, dark: bool) -> (String, String) {
-    let mut chromium = Command::new("chromium");
-    chromium.args(["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr"]);
-    if dark {
-        chromium.arg("--force-dark-mode");
-    }
-    let output = chromium
-        .arg(format!("--window-size={width},2000"))
-        .args(["--disable-quic", "--no-first-run", "--disable-background-networking"])
-        .args(["--disable-component-update", "--disable-sync"])
-        .arg("--dump-dom")
-        .arg(format!("file://{}", page.display()))
-        .output()
-        .expect("chromium must be installed");
-    let dom = String::from_utf8_lossy(&output.stdout).into_owned();
-    let log = String::from_utf8_lossy(&output.stderr);
-    let console: Vec<&str> = log.lines().filter(|line| line.contains("CONSOLE")).collect();
-    (dom, console.join("\n"))
-}
-
-/// Precedes a script that is appended to a page: a frame that is not loaded holds the page's event `load`, at which the browser writes
-/// the document, until an asynchronous function has ended, for at most two minutes. `until` waits for a condition, such as that another
-/// run is decoded.
-const HOLD: &str = r"<script>
-function held(promise) {
-  const frame = document.createElement('iframe');
-  frame.hidden = true;
-  document.body.append(frame);
-  frame.contentDocument.open();
-  const release = () => frame.contentDocument?.close();
-  setTimeout(release, 120000);
-  promise.finally(release);
-}
-const nextFrames = async (count) => { while (count--) await new Promise(requestAnimationFrame); };
-const until = async (holds) => { for (const end = performance.now() + 15000; !holds() && performance.now() < end;) await nextFrames(1); };
-</script>";
-
-/// The page with a script at its end.
-pub(crate) fn with_script(page: &str, script: &str) -> String {
-    page.replace("</body>", &format!("{HOLD}{script}</body>"))
+    (element(&dom, "title").to_owned(), console)
 }
 
 fn check_page(page: &Path) -> Result<(), String> {

@@ -112,33 +112,18 @@ fn key_of(run: &Run) -> kinetoscope_manifest::RunKey {
     run_key(&run.manifest.canonical(), 1, channels::SCHEMA_VERSION)
 }
 
-/// Writes one recording.
-pub(crate) fn write_run(path: &Path, run: &Run, frames: &Frames, outcome: &Outcome) {
-    let model = run.manifest.model.name();
-    let names = &run.manifest.record.channels;
-    let header = Header {
-        manifest: run.manifest.canonical(),
-        run_key: key_of(run).to_string(),
+/// The header of a recording without channels, in a view from -1 to 1.
+pub(crate) fn header(model: &'static str) -> Header {
+    Header {
+        manifest: String::new(),
+        run_key: String::new(),
         model,
         physics_version: 1,
         program_version: "0".to_owned(),
-        time_unit: match model {
-            "orbit" => "d",
-            "packing" => "",
-            _ => "s",
-        },
-        state_columns: if model == "orbit" { SPACE } else { PLANE },
-        channels: channels_of(model),
-        selection: Selection::Named(
-            ["state"]
-                .into_iter()
-                .filter(|state| {
-                    names.as_ref().is_none_or(|names| names.iter().any(|name| name == state))
-                })
-                .chain(channels_of(model).iter().map(|channel| &channel.topic[1..]))
-                .map(str::to_owned)
-                .collect(),
-        ),
+        time_unit: "s",
+        state_columns: PLANE,
+        channels: &[],
+        selection: Selection::Named(Vec::new()),
         scenery: Scenery {
             walls: Vec::new(),
             view: [[-1.0, -1.0], [1.0, 1.0]],
@@ -158,6 +143,34 @@ pub(crate) fn write_run(path: &Path, run: &Run, frames: &Frames, outcome: &Outco
         stored: kinetoscope_recording::recorder::StoredFrames::All,
         frames_expected: None,
         model_time: None,
+    }
+}
+
+/// Writes one recording.
+pub(crate) fn write_run(path: &Path, run: &Run, frames: &Frames, outcome: &Outcome) {
+    let model = run.manifest.model.name();
+    let names = &run.manifest.record.channels;
+    let header = Header {
+        manifest: run.manifest.canonical(),
+        run_key: key_of(run).to_string(),
+        time_unit: match model {
+            "orbit" => "d",
+            "packing" => "",
+            _ => "s",
+        },
+        state_columns: if model == "orbit" { SPACE } else { PLANE },
+        channels: channels_of(model),
+        selection: Selection::Named(
+            ["state"]
+                .into_iter()
+                .filter(|state| {
+                    names.as_ref().is_none_or(|names| names.iter().any(|name| name == state))
+                })
+                .chain(channels_of(model).iter().map(|channel| &channel.topic[1..]))
+                .map(str::to_owned)
+                .collect(),
+        ),
+        ..header(model)
     };
     let mut recorder = Recorder::create(std::fs::File::create(path).unwrap(), &header).unwrap();
     for (clock, frame) in frames {

@@ -2,12 +2,12 @@
 //! last frame. The same recording gives the same bytes.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
+use crate::synthetic::header;
 use kinetoscope_recording::frame::{Frame, StateColumn};
-use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recorder, Selection};
+use kinetoscope_recording::recorder::{Clock, Header, Outcome, Recorder, Selection};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};
 use std::fs::{self, File};
 use std::io::Cursor;
-use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use tempfile::TempDir;
@@ -34,35 +34,19 @@ fn position_of_the_fast_disc(frame: u32) -> [f64; 2] {
 
 /// A recording of a disc that moves to the right and one at rest above it.
 fn recording(folder: &Path, channels: &[&str]) -> PathBuf {
+    let bare = header("dem");
     let header = Header {
-        manifest: String::new(),
-        run_key: String::new(),
-        model: "dem",
-        physics_version: 1,
-        program_version: "0".to_owned(),
-        time_unit: "s",
         state_columns: COLUMNS,
-        channels: &[],
         selection: Selection::Named(channels.iter().map(ToString::to_string).collect()),
         scenery: Scenery {
             walls: vec![Wall::Rectangle { min: [0.0, 0.0], max: [4.0, 4.0] }],
             view: [[0.0, 0.0], [4.0, 4.0]],
             drawn_radius: DrawnRadius::Fixed(0.25),
-            speed_range_top: 1.0,
             speed_unit: "m/s",
-            arrows: false,
-            force_range_top: None,
-            trail: false,
-            unused_fields: Vec::new(),
-            names: Vec::new(),
-            central_particle: None,
+            ..bare.scenery
         },
-        playback_fps: 25.0,
-        max_drawn_particles: NonZeroU32::new(2).unwrap(),
-        compression: Compression::Zstd,
-        stored: kinetoscope_recording::recorder::StoredFrames::All,
         frames_expected: Some(u64::from(FRAMES)),
-        model_time: None,
+        ..bare
     };
     let path = folder.join("discs.mcap");
     let mut recorder = Recorder::create(File::create(&path).unwrap(), &header).unwrap();

@@ -7,14 +7,13 @@
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 #![allow(clippy::disallowed_methods, reason = "positions of a test need no fixed bits")]
 
-use crate::report_opens_in_a_browser::{dumped, with_script};
+use crate::browser::examined;
 use crate::synthetic::{Folder, Frames, analyze};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::DemTemperature;
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::recorder::Clock;
 use serde_json::Value;
-use std::fs;
 
 const MANIFEST: &str = r#"
 name = "two"
@@ -106,10 +105,7 @@ fn shows(positions: &Value, run: usize, time: f64) -> bool {
 fn second_run_follows_the_clock_of_the_first_one() {
     let folder = Folder::write(&format!("{MANIFEST}{SWEEP}"), frames);
     analyze(&[folder.name()]).exited_with(0);
-    let report = folder.path().join("report.html");
-    let text = fs::read_to_string(&report).unwrap();
-    fs::write(&report, with_script(&text, PROBE)).unwrap();
-    let (dom, console) = dumped(&report, 1280, false);
+    let (dom, console) = examined(&folder.path().join("report.html"), PROBE, false);
     assert!(console.is_empty(), "{console}");
     let found = dom.split("<pre id=\"found\">").nth(1).expect("the script must end");
     let found: Vec<Value> =
