@@ -11,13 +11,8 @@ mod picture;
 #[cfg(feature = "png")]
 pub(crate) mod png;
 #[cfg(not(feature = "png"))]
-pub(crate) mod png {
-    //! Builds without the feature `png` have no charts as PNG.
-
-    pub(crate) fn png(_: &str, _: f64) -> Result<Vec<u8>, super::DrawingError> {
-        Err(super::DrawingError("this build cannot write .png\nhelp: name a .svg".to_owned()))
-    }
-}
+#[path = "no_png.rs"]
+pub(crate) mod png;
 pub(crate) mod shapes_svg;
 pub(crate) mod velocity_field;
 mod word_labels;
