@@ -17,9 +17,10 @@ use std::str::FromStr;
 use std::time::Duration;
 
 /// What executes the runs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Executor {
     /// This process
+    #[default]
     Local,
     /// Slurm job arrays; Ctrl-C detaches, and the same command attaches again
     Slurm,
@@ -41,7 +42,7 @@ impl Executor {
 }
 
 /// What executes the runs, and which runs.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Cluster")]
 pub(crate) struct ExecutorArguments {
     /// Execute the runs with

@@ -13,7 +13,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 /// Whether and where viewers can connect.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Live view")]
 pub(crate) struct LiveArguments {
     /// Serve the runs to Foxglove or Lichtblick by WebSocket, one run at a time, without changing or delaying them. Port

@@ -22,7 +22,7 @@ use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 
 /// Changes to the manifests of the command line.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Manifest")]
 pub(crate) struct ManifestArguments {
     /// Override a key of the manifest, such as model.gas.particles=5000

@@ -19,7 +19,7 @@ pub(crate) struct OutputArguments {
     #[arg(long, value_name = "DIR")]
     output: Option<PathBuf>,
     /// Local folder of recordings on their way to s3://; each is removed after its upload
-    #[arg(long, value_name = "DIR", default_value = "spool")]
+    #[arg(long, value_name = "DIR", default_value = SPOOL)]
     spool: PathBuf,
     /// Keep uploaded recordings in the spool folder
     #[arg(long)]
@@ -28,8 +28,15 @@ pub(crate) struct OutputArguments {
 
 /// The default folder of recordings.
 const USUAL: &str = "recordings";
+/// The default folder of recordings on their way to object storage.
+const SPOOL: &str = "spool";
 
 impl OutputArguments {
+    /// Recordings below a folder of this machine.
+    pub(crate) fn below(folder: &Path) -> Self {
+        Self { output: Some(folder.to_owned()), spool: PathBuf::from(SPOOL), keep_local: false }
+    }
+
     fn output(&self) -> &Path {
         self.output.as_deref().unwrap_or(Path::new(USUAL))
     }

@@ -2,12 +2,11 @@
 
 use crate::messages::{self, Failure};
 use clap::Args;
-use kinetoscope_console::Exit;
-use kinetoscope_console::StandardOutput;
+use kinetoscope_console::{Exit, StandardOutput};
 use serde_json::json;
 
 /// How a command prints its result.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Messages")]
 pub(crate) struct ResultArguments {
     /// Print errors only
@@ -21,6 +20,11 @@ pub(crate) struct ResultArguments {
 }
 
 impl ResultArguments {
+    /// Errors only.
+    pub(crate) fn errors_only() -> Self {
+        Self { quiet: true, ..Self::default() }
+    }
+
     /// Prints the result as text or as JSON.
     pub(crate) fn print(&self, text: &str, json: impl FnOnce() -> serde_json::Value) {
         if self.json {

@@ -9,7 +9,7 @@ use crate::progress::Verbosity;
 use crate::result_arguments::ResultArguments;
 use clap::Args;
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Run the experiments of manifests: one MCAP recording per run, with every frame.
@@ -60,7 +60,36 @@ pub(crate) struct ExecutionArguments {
     pub(crate) dry_run: bool,
 }
 
+/// The default of `--checkpoint-every`.
+const CHECKPOINT_EVERY: Duration = Duration::from_secs(5);
+
 impl RunArguments {
+    /// Executes the runs of a manifest on this machine, below a folder, and prints errors only.
+    pub(crate) fn of_manifest(
+        manifest: &Path,
+        folder: &Path,
+        jobs: Option<NonZeroUsize>,
+        threads: Option<NonZeroUsize>,
+    ) -> Self {
+        Self {
+            manifests: vec![manifest.to_owned()],
+            manifest: ManifestArguments::default(),
+            output: OutputArguments::below(folder),
+            execution: ExecutionArguments {
+                jobs,
+                threads,
+                force: false,
+                checkpoint_every: CHECKPOINT_EVERY,
+                prune: false,
+                dry_run: false,
+            },
+            executor: ExecutorArguments::default(),
+            live: LiveArguments::default(),
+            messages: ResultArguments::errors_only(),
+            verbose: false,
+        }
+    }
+
     pub(crate) fn verbosity(&self) -> Verbosity {
         match (self.messages.quiet, self.verbose) {
             (true, _) => Verbosity::Quiet,
@@ -84,4 +113,28 @@ impl RunArguments {
 fn seconds(text: &str) -> Result<Duration, String> {
     let seconds = text.parse().map_err(|_| "write a number of seconds, such as 5".to_owned())?;
     Duration::try_from_secs_f64(seconds).map_err(|error| error.to_string())
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may panic")]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Debug, Parser)]
+    struct Command {
+        #[command(flatten)]
+        run: RunArguments,
+    }
+
+    /// Defaults of options are texts for clap and values for callers in this program.
+    #[test]
+    fn arguments_of_a_manifest_are_those_of_the_command_line() {
+        let words = ["run", "--quiet", "--output", "folder", "--jobs", "2", "exp.toml"];
+        let parsed = Command::try_parse_from(words).unwrap().run;
+        let jobs = NonZeroUsize::new(2);
+        let given =
+            RunArguments::of_manifest(Path::new("exp.toml"), Path::new("folder"), jobs, None);
+        assert_eq!(format!("{given:?}"), format!("{parsed:?}"));
+    }
 }

@@ -6,25 +6,17 @@ use crate::manifests::ManifestReader;
 use crate::messages::{Failure, name_of};
 use crate::program_name::ProgramName;
 use crate::run::RunArguments;
-use clap::{Args, Parser};
+use clap::Args;
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope::verify::fingerprint::{Fingerprint, fingerprint};
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_manifest::Experiment;
 use kinetoscope_recording::reader::Recording;
-use std::ffi::OsString;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use tempfile::TempDir;
-
-/// The arguments of `run`, parsed as a user writes them.
-#[derive(Debug, Parser)]
-struct RunCommand {
-    #[command(flatten)]
-    run: RunArguments,
-}
 
 /// Executes manifests below a folder.
 pub(crate) struct Reruns {
@@ -107,18 +99,8 @@ impl Reruns {
 
     /// Executes the runs of a manifest.
     pub(crate) fn execute(&self, manifest: &Path) -> Result<RerunExperiment, Failure> {
-        let mut words: Vec<OsString> =
-            vec!["run".into(), "--quiet".into(), "--output".into(), self.folder.path().into()];
         let Parallel { jobs, threads } = self.parallel;
-        for (option, number) in [("--jobs", jobs), ("--threads", threads)] {
-            if let Some(number) = number {
-                words.extend([option.into(), number.to_string().into()]);
-            }
-        }
-        words.extend(["--".into(), manifest.into()]);
-        let parsed = RunCommand::try_parse_from(words);
-        let RunCommand { run } =
-            parsed.map_err(|error| Failure::rendered(Exit::BadManifest, error.to_string()))?;
+        let run = RunArguments::of_manifest(manifest, self.folder.path(), jobs, threads);
         self.stop_if_interrupted()?;
         let start = Instant::now();
         let exit = run.execute(ProgramName::Kinetoscope);
