@@ -7,7 +7,6 @@ use super::observe::GasRun;
 use crate::metric::Measurements;
 use crate::metric::theory::ExpectedValue;
 use crate::statistics::Estimate;
-use kinetoscope_manifest::model::GasPlacement;
 
 /// Container crossings at the rms speed after which the gas has filled the container.
 const CROSSINGS_TO_FILL: f64 = 50.0;
