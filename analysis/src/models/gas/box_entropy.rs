@@ -78,17 +78,21 @@ fn starts(config: &GasConfig) -> Option<Vec<[f64; 2]>> {
     Some((0..species).map(start).filter(|[members, _]| *members > 0.0).collect())
 }
 
-/// The entropy of a uniform gas on both sides, as measured by boxes; `None` where the start is given.
+/// The entropy of a uniform gas on both sides, as measured by boxes; `None` where the start is given, and in gravity.
 pub(super) fn entropy_at_equilibrium(config: &GasConfig) -> Option<f64> {
     let [start, _, change, _] = expected(config)?;
-    (config.placement == GasPlacement::Random).then_some(start + change)
+    Some(start + change)
 }
 
 /// Expected entropy per particle over k_B at the start and its standard deviation, then the expected change and its standard deviation.
 ///
-/// The change is the sum of x_s ln(A/A_s): ln(A/A_s) for free expansion, and -sum of x_s ln x_s for mixing at equal density. A species in
+/// `None` where the start is given, in gravity, and where particles leave. The change is the sum of x_s ln(A/A_s): ln(A/A_s) for free expansion, and -sum of x_s ln x_s for mixing at equal density. A species in
 /// B boxes adds -(B - 1)/(2N) on average with a standard deviation of sqrt(2 (B - 1))/(2N) (Wilks 1938).
 pub(super) fn expected(config: &GasConfig) -> Option<[f64; 4]> {
+    let is_uniform = config.gravity_m_per_s2.get() == 0.0 && config.orifice_width_m.is_none();
+    if config.placement != GasPlacement::Random || !is_uniform {
+        return None;
+    }
     let particles = f64::from(config.particles.get());
     let [few, all] = [BOXES_PER_SIDE as f64 - 1.0, 2.0 * BOXES_PER_SIDE as f64 - 1.0];
     let (mut start, mut change, mut species) = (0.0, 0.0, 0.0);
