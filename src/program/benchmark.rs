@@ -1,10 +1,10 @@
 //! `benchmark`: the time of each run without recording, as a table.
 
-use crate::exit;
+use crate::manifests::pipeline;
 use crate::manifests::{ManifestArguments, ManifestReader};
+use crate::messages::exit;
+use crate::messages::result_arguments::ResultArguments;
 use crate::messages::{Failure, bad};
-use crate::pipeline;
-use crate::result_arguments::ResultArguments;
 use clap::Args;
 use kinetoscope::outputs::sidecars;
 use kinetoscope::run::benchmark::{self, TimingError, time_table};

@@ -1,8 +1,8 @@
 //! `doctor`: reports the versions, the machine and what is missing for a run, with the remedy.
 
+use crate::messages::progress::size;
+use crate::messages::result_arguments::ResultArguments;
 use crate::messages::{Failure, existing_ancestor};
-use crate::progress::size;
-use crate::result_arguments::ResultArguments;
 use clap::Args;
 use kinetoscope::run::resources::memory::memory_bytes;
 use kinetoscope_console::Exit;

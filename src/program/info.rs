@@ -1,8 +1,8 @@
 //! `info`: reports what a file is; for a recording, its experiment, key, seed, versions, channels, frames and outcome.
 
+use crate::messages::progress::size;
+use crate::messages::result_arguments::ResultArguments;
 use crate::messages::{Failure, plural};
-use crate::progress::size;
-use crate::result_arguments::ResultArguments;
 use clap::Args;
 use kinetoscope::run::recording;
 use kinetoscope_console::Exit;

@@ -1,36 +1,21 @@
 //! The program under its three names: `kinetoscope` with every subcommand, `run-experiment` for its `run`, and `analyze-recordings`
 //! for its `analyze`. Arguments in, text and an exit code out.
 //!
-//! Start reading at [`run`]. Invariant: every other package returns values; only this one prints results.
+//! Start reading at [`running`]. Invariant: every other package returns values; only this one prints results.
 
 mod allocator;
-mod argument_errors;
 mod benchmark;
 mod comparison;
 mod doctor;
 mod executor;
-mod exit;
-mod experiment;
-mod heartbeat;
 mod info;
-mod live;
 mod locking;
 mod manifests;
 mod messages;
-mod next_command;
 mod output;
-mod pipeline;
 mod planning;
-mod plotted_fields;
 mod program_name;
-mod progress;
-mod result_arguments;
-mod results;
-mod run;
-mod run_arguments;
-mod starter;
-mod step;
-mod suggestion;
+mod running;
 mod view;
 mod why;
 
@@ -40,7 +25,6 @@ use clap_complete::Shell;
 use comparison::fill_and_zoom::{FillArguments, ZoomArguments};
 use comparison::verify_and_compare::{CompareArguments, VerifyArguments};
 use doctor::DoctorArguments;
-use exit::{OF_RUN, exit_codes};
 use info::InfoArguments;
 use kinetoscope_analysis::cli::{
     self as analysis, AnalyzeArguments, ExportArguments, PlotArguments,
@@ -48,14 +32,16 @@ use kinetoscope_analysis::cli::{
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::shown_path;
 use locking::lock::LockArguments;
+use manifests::starter::{NewArguments, print_schema};
 use messages::Failure;
+use messages::argument_errors;
+use messages::exit::{self, OF_RUN, exit_codes};
+use messages::suggestion::with_nearest_subcommand;
 use planning::check::CheckArguments;
 use program_name::ProgramName;
-use run::RunArguments;
-use starter::{NewArguments, print_schema};
+use running::RunArguments;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use suggestion::with_nearest_subcommand;
 use view::ViewArguments;
 use why::WhyArguments;
 

@@ -1,12 +1,12 @@
 //! `why`: reports for each run whether it would be executed, and what differs from the nearest recording.
 
+use crate::manifests::pipeline;
 use crate::manifests::{ManifestArguments, ManifestReader};
+use crate::messages::result_arguments::ResultArguments;
 use crate::messages::{Failure, bad, name_of};
 use crate::output::OutputArguments;
-use crate::pipeline;
 use crate::planning::plan_report::not_planned;
 use crate::planning::planner::Planner;
-use crate::result_arguments::ResultArguments;
 use clap::Args;
 use kinetoscope::plan::Status;
 use kinetoscope::plan::why::Earlier;

@@ -160,7 +160,7 @@ fn external_packages_are_used_in_one_folder() {
     let homes = [
         ("mcap::", "src/recording"),
         ("rand_chacha::", "src/physics/random.rs"),
-        ("indicatif::", "src/program/progress.rs"),
+        ("indicatif::", "src/program/messages/progress.rs"),
         ("tungstenite::", "src/live"),
         ("object_store::", "src/object_storage"),
         ("axum::", "src/program/view"),

@@ -1,8 +1,8 @@
 //! `fill` and `zoom`: frames that a recording does not hold, recomputed from its keyframes.
 
 use crate::comparison::rerun::{listen, with_progress};
+use crate::messages::result_arguments::ResultArguments;
 use crate::messages::{Failure, plural};
-use crate::result_arguments::ResultArguments;
 use clap::Args;
 use kinetoscope::verify::fill::fill;
 use kinetoscope::verify::fine_frames::Interval;

@@ -1,8 +1,8 @@
 //! What the commands that execute a recorded run again share: signals, progress, and their errors.
 
 use crate::messages::Failure;
-use crate::progress::{ProgressDisplay, Verbosity};
-use crate::result_arguments::ResultArguments;
+use crate::messages::progress::{ProgressDisplay, Verbosity};
+use crate::messages::result_arguments::ResultArguments;
 use kinetoscope::executor::observer::ExecutionObserver as _;
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope::verify::error::VerifyError;

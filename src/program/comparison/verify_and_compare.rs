@@ -2,7 +2,7 @@
 
 use crate::comparison::rerun::{exit_of, listen, text_of, with_progress};
 use crate::messages::Failure;
-use crate::result_arguments::ResultArguments;
+use crate::messages::result_arguments::ResultArguments;
 use clap::Args;
 use kinetoscope::verify::compare::{RecordingComparison, compare_recordings};
 use kinetoscope::verify::diff::Comparison;

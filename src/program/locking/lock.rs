@@ -1,10 +1,10 @@
 //! `lock`: runs manifests and writes what they gave into a lock file.
 
-use crate::exit;
 use crate::locking::locked_runs::{Parallel, RerunExperiment, Reruns};
 use crate::manifests::{canonical, expand};
+use crate::messages::exit;
+use crate::messages::result_arguments::ResultArguments;
 use crate::messages::{Failure, bad, complain, plural};
-use crate::result_arguments::ResultArguments;
 use clap::Args;
 use kinetoscope::run::recording;
 use kinetoscope::verify::fingerprint::fingerprint;

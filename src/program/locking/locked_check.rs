@@ -5,8 +5,8 @@ use crate::locking::lock::{
 };
 use crate::locking::locked_runs::{Parallel, RerunExperiment, RerunRun, Reruns};
 use crate::manifests::expand;
+use crate::messages::result_arguments::ResultArguments;
 use crate::messages::{Failure, bad, plural, word};
-use crate::result_arguments::ResultArguments;
 use kinetoscope::verify::diff::compare_messages;
 use kinetoscope::verify::fingerprint::{Fingerprint, FirstDifference, FrameTags};
 use kinetoscope::verify::lock_file::{LockError, LockFile, LockedExperiment};

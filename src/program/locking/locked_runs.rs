@@ -5,7 +5,7 @@ use crate::executor::thread_count;
 use crate::manifests::ManifestReader;
 use crate::messages::{Failure, name_of};
 use crate::program_name::ProgramName;
-use crate::run::RunArguments;
+use crate::running::RunArguments;
 use clap::Args;
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope::verify::fingerprint::{Fingerprint, fingerprint};

@@ -1,10 +1,10 @@
 //! The plan of an experiment as text and JSON: runs, steps, disk space, memory and expected time.
 
 use crate::manifests::NoRecording;
+use crate::manifests::step::Step;
+use crate::messages::progress::size;
 use crate::messages::{Failure, bad, counted, describe, plural};
 use crate::planning::planner::Planned;
-use crate::progress::size;
-use crate::step::Step;
 use kinetoscope::run::resources::Estimate;
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::shown_path;

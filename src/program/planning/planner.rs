@@ -1,6 +1,6 @@
 //! The plan of an experiment for the arguments of a command, and where its recordings go.
 
-use crate::exit;
+use crate::messages::exit;
 use crate::messages::{Failure, bad, name_of};
 use crate::output::OutputArguments;
 use kinetoscope::outputs::upload::Uploader;

@@ -1,8 +1,8 @@
 //! Pipelines of experiments: a manifest that `start_from` names runs before the manifest that names it.
 
+use crate::manifests::step::Step;
 use crate::manifests::{MAX_STARTS, ManifestReader, base_of, canonical};
 use crate::messages::{Failure, bad};
-use crate::step::Step;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::regular_file::{MAX_MANIFEST_BYTES, read_text};
 use kinetoscope_manifest::{Override, StartManifest, is_manifest_name, start_manifests};

@@ -1,12 +1,12 @@
 //! Arguments of `run`.
 
 use crate::executor::{ExecutorArguments, thread_count};
-use crate::live::LiveArguments;
 use crate::manifests::ManifestArguments;
+use crate::messages::progress::Verbosity;
+use crate::messages::result_arguments::ResultArguments;
 use crate::output::OutputArguments;
 use crate::planning::planner::Planner;
-use crate::progress::Verbosity;
-use crate::result_arguments::ResultArguments;
+use crate::running::live::LiveArguments;
 use clap::Args;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! Options for live viewers, and the message that invites them.
 
-use crate::exit;
 use crate::messages::Failure;
+use crate::messages::exit;
 use clap::Args;
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope::live::{self, Admission, GnuplotLoop, LiveServer};

@@ -1,13 +1,19 @@
 //! `run`: executes the experiments of one or several manifests, each after those that it starts from.
 
-use crate::experiment::{Executed, Execution};
+mod arguments;
+mod experiment;
+mod live;
+mod next_command;
+mod results;
+
+use crate::manifests::pipeline;
+use crate::manifests::step::Step;
 use crate::manifests::{ManifestReader, NoRecording, canonical, expand};
 use crate::messages::{Failure, bad, plural, word};
-use crate::pipeline;
 use crate::planning::plan_report;
 use crate::program_name::ProgramName;
-pub(crate) use crate::run_arguments::RunArguments;
-use crate::step::Step;
+pub(crate) use crate::running::arguments::RunArguments;
+use crate::running::experiment::{Executed, Execution};
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::shown_path;

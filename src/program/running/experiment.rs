@@ -1,13 +1,13 @@
 //! One experiment from its manifest to its recordings: the plan, the execution, and the errors of the runs.
 
 use crate::executor::{Executor, MAX_THREADS, TaskOptions};
-use crate::exit;
+use crate::messages::exit;
+use crate::messages::progress::ProgressDisplay;
 use crate::messages::{Failure, bad, complain, describe, disk_shortage, plural, summary};
 use crate::planning::plan_report;
 use crate::planning::planner::{Planned, Planner};
-use crate::progress::ProgressDisplay;
-use crate::results::{self, RunResult};
-use crate::run_arguments::RunArguments;
+use crate::running::arguments::RunArguments;
+use crate::running::results::{self, RunResult};
 use kinetoscope::executor::cluster::queue;
 use kinetoscope::executor::cluster::scheduler::Engine;
 use kinetoscope::executor::local::{self, LocalPool};

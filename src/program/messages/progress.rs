@@ -1,7 +1,7 @@
 //! The progress display: on a terminal, one bar per run in progress and one in total; otherwise, one line per finished run, and one
 //! every ten seconds about those in progress.
 
-use crate::heartbeat::{Activity, Heartbeat};
+use crate::messages::heartbeat::{Activity, Heartbeat};
 use indicatif::{HumanBytes, MultiProgress, ProgressBar, ProgressState, ProgressStyle};
 use kinetoscope::executor::observer::{ExecutionObserver, RunObserver};
 use kinetoscope::run::{RunError, RunReport, RunStart};

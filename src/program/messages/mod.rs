@@ -1,6 +1,13 @@
 //! Messages of the programs: the plan before the runs, the summary after them, errors and the next command.
 
-use crate::progress::size;
+pub(crate) mod argument_errors;
+pub(crate) mod exit;
+mod heartbeat;
+pub(crate) mod progress;
+pub(crate) mod result_arguments;
+pub(crate) mod suggestion;
+
+use crate::messages::progress::size;
 use kinetoscope::executor::cluster::task::quoted;
 use kinetoscope::plan::{Plan, PlannedRun};
 use kinetoscope::run::RunReport;

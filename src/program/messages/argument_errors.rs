@@ -119,7 +119,7 @@ fn best_text(value: &ContextValue) -> Option<String> {
 #[allow(clippy::unwrap_used, reason = "a test may panic")]
 mod tests {
     use super::message;
-    use crate::suggestion::with_nearest_subcommand;
+    use crate::messages::suggestion::with_nearest_subcommand;
     use clap::{Arg, ArgAction, Command};
 
     fn error(arguments: &[&str]) -> String {

@@ -1,8 +1,13 @@
 //! Reads the manifests of the command line: files, folders, and the manifests that `start_from` names.
 
+pub(crate) mod pipeline;
+mod plotted_fields;
+pub(crate) mod starter;
+pub(crate) mod step;
+
+use crate::manifests::plotted_fields;
+use crate::manifests::step::Step;
 use crate::messages::{Failure, bad, has_colors};
-use crate::plotted_fields;
-use crate::step::Step;
 use clap::Args;
 use kinetoscope::plan::restart_files::StartFiles;
 use kinetoscope::plan::{Plan, Status};
