@@ -5,7 +5,6 @@ mod plotted_fields;
 pub(crate) mod starter;
 pub(crate) mod step;
 
-use crate::manifests::plotted_fields;
 use crate::manifests::step::Step;
 use crate::messages::{Failure, bad, has_colors};
 use clap::Args;
