@@ -5,6 +5,7 @@
 
 mod allocator;
 mod benchmark;
+mod check;
 mod comparison;
 mod doctor;
 mod executor;
@@ -20,6 +21,7 @@ mod view;
 mod why;
 
 use benchmark::BenchmarkArguments;
+use check::CheckArguments;
 use clap::{CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
 use comparison::fill_and_zoom::{FillArguments, ZoomArguments};
@@ -37,7 +39,6 @@ use messages::Failure;
 use messages::argument_errors;
 use messages::exit::{self, OF_RUN, exit_codes};
 use messages::suggestion::with_nearest_subcommand;
-use planning::check::CheckArguments;
 use program_name::ProgramName;
 use running::RunArguments;
 use std::path::{Path, PathBuf};

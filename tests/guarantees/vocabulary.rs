@@ -92,6 +92,8 @@ const HELP: &[&str] = &[
     "src/program",
     "src/program/comparison",
     "src/program/locking",
+    "src/program/manifests",
+    "src/program/running",
     "src/program/planning",
     "analysis/src/cli",
     "analysis/src/export",

@@ -73,7 +73,6 @@ fn impact_of_another_law_follows_its_closed_form() {
         [duration * speed / overlap / 2.9433 - 1.0, deepest / overlap - 1.0].map(f64::abs)
     };
     let ([duration, deepest], other) = (error(Law::HertzContact(HERTZ)), error(linear));
-    println!("errors {duration:e} and {deepest:e}; linear spring {other:?}");
     assert!(duration < 2e-3 && deepest < 1e-3);
     assert!(other.into_iter().all(|error| error > 0.02), "control");
 }
@@ -81,7 +80,6 @@ fn impact_of_another_law_follows_its_closed_form() {
 #[test]
 fn dashpot_of_another_law_gives_one_restitution_at_every_speed() {
     let [slow, fast] = [0.02, 0.1].map(|speed| impact(Law::HertzContact(HERTZ), speed, 0.7)[2]);
-    println!("restitution {slow} and {fast}");
     assert!((slow / fast - 1.0).abs() < 2e-3 && (0.5..0.9).contains(&fast));
 }
 
@@ -113,7 +111,6 @@ fn energy_of_another_law_is_conserved_to_second_order() {
     let bed = "discs = 40\nwidth_m = 0.02\nheight_m = 0.02\nrestitution = 1.0\ntime_step_s = 2e-6\nplacement = \"lattice\"\n\
         velocity_std_m_per_s = 0.05\n";
     let bed = energy_error(&config(bed), 0.04);
-    println!("energy error {coarse:e} and {fine:e}, of a bed {bed:e}");
     assert!(coarse < 1e-3 && bed < 1e-3);
     assert!((3.0..5.0).contains(&(coarse / fine)), "{}", coarse / fine);
 }
