@@ -177,6 +177,12 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
     ),
 ];
 
+/// The manifest of a name in [`MANIFESTS`].
+pub(crate) fn manifest(name: &str) -> &'static str {
+    let named = MANIFESTS.iter().find(|(known, _)| *known == name);
+    named.unwrap_or_else(|| panic!("no small experiment is named {name}")).1
+}
+
 /// The only run of a manifest.
 pub(crate) fn run_of(name: &str, manifest: &str) -> RunManifest {
     let experiment = kinetoscope_manifest::parse(manifest, &format!("{name}.toml"), &[])

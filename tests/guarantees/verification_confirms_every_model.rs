@@ -6,7 +6,7 @@
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
 use crate::forged_recording::{Forgery, kinetoscope, record, stderr, stdout};
-use crate::small_experiments::MANIFESTS;
+use crate::small_experiments::{MANIFESTS, manifest};
 use kinetoscope_recording::reader::{Outcome, Recording};
 use std::collections::BTreeMap;
 use std::fs;
@@ -69,7 +69,7 @@ fn rerun_ends_in_the_recorded_fault() {
 #[test]
 fn equal_messages_in_other_bytes_are_reported() {
     let folder = tempfile::tempdir().unwrap();
-    let recording = record(folder.path(), "packing", MANIFESTS[5].1);
+    let recording = record(folder.path(), "packing", manifest("packing"));
     let other = folder.path().join("other.mcap");
     Forgery::default().write(&recording, &other);
     assert_ne!(fs::read(&recording).unwrap(), fs::read(&other).unwrap());
@@ -82,7 +82,7 @@ fn equal_messages_in_other_bytes_are_reported() {
 #[test]
 fn recordings_of_other_versions_are_compared() {
     let folder = tempfile::tempdir().unwrap();
-    let recording = record(folder.path(), "gas", MANIFESTS[3].1);
+    let recording = record(folder.path(), "gas", manifest("gas_exact"));
     let opened = Recording::open(&recording).unwrap();
     let physics = opened.provenance().physics_version + 1;
     let key = kinetoscope_manifest::run_key(
@@ -108,7 +108,7 @@ fn recordings_of_other_versions_are_compared() {
 #[test]
 fn differences_of_manifests_of_other_versions_are_reported() {
     let folder = tempfile::tempdir().unwrap();
-    let recording = record(folder.path(), "gas", MANIFESTS[3].1);
+    let recording = record(folder.path(), "gas", manifest("gas_exact"));
     let opened = Recording::open(&recording).unwrap();
     let provenance = opened.provenance();
     let other = folder.path().join("other.mcap");

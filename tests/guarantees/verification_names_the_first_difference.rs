@@ -6,7 +6,7 @@
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
 use crate::forged_recording::{Forgery, MessageChange, kinetoscope, record, stderr, stdout};
-use crate::small_experiments::MANIFESTS;
+use crate::small_experiments::manifest;
 use kinetoscope_recording::channels::{Channel, PackingTemperature};
 use kinetoscope_recording::reader::{RecordedFrame, Recording};
 use prost::Message as _;
@@ -28,7 +28,7 @@ struct Packing {
 impl Packing {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let recording = record(folder.path(), "packing", MANIFESTS[5].1);
+        let recording = record(folder.path(), "packing", manifest("packing"));
         Self { folder, recording }
     }
 
