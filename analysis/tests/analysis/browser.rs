@@ -4,6 +4,7 @@
 use std::fs;
 use std::path::Path;
 use std::process::Command;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// The document of a page after its scripts, and the console of the browser.
 pub(crate) fn dumped(page: &Path, width: u32, dark: bool) -> (String, String) {
@@ -48,9 +49,12 @@ pub(crate) fn with_script(page: &str, script: &str) -> String {
     page.replace("</body>", &format!("{HOLD}{script}</body>"))
 }
 
-/// The document of a page and the console of the browser, after a script at the end of the page. The page stays as it is.
+/// The document of a page and the console of the browser, after a script at the end of the page. The page stays as it is. Several tests
+/// may examine one page at the same time.
 pub(crate) fn examined(page: &Path, script: &str, dark: bool) -> (String, String) {
-    let probed = page.with_file_name("examined.html");
+    static EXAMINED: AtomicU32 = AtomicU32::new(0);
+    let number = EXAMINED.fetch_add(1, Ordering::Relaxed);
+    let probed = page.with_file_name(format!("examined_{}_{number}.html", std::process::id()));
     fs::write(&probed, with_script(&fs::read_to_string(page).unwrap(), script)).unwrap();
     let found = dumped(&probed, 1280, dark);
     fs::remove_file(&probed).unwrap();
