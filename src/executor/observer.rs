@@ -1,4 +1,4 @@
-//! What an executor tells about the runs in progress. The program draws it.
+//! The progress of runs, as an executor reports it. The program draws it.
 
 use crate::run::{RunError, RunReport};
 

@@ -42,7 +42,7 @@ fn link_does_what_its_name_says() {
             let run = called(&bench, name, &["run", "--quiet", "gas.toml"]);
             assert_eq!(run.code, Some(0), "{binary} as {name}: {}", run.err);
         }
-        // Control: the names are told apart.
+        // Control: the names are distinguished.
         let control = called(&bench, "./run-experiment", &["info", recording]);
         assert_eq!(control.code, Some(2), "{index}: {}", control.out);
     }

@@ -1,7 +1,7 @@
 //! Windows of a run in which its self-diffusion coefficient is measured: Green–Kubo integral of the velocity autocorrelation, and growth of the mean square displacement.
 //!
 //! The run is divided into windows of ten mean free times, each with an origin of its own. Only the current origin is in memory, so
-//! memory does not grow with the number of frames, and the values of different windows enter the blocking analysis one by one.
+//! memory does not grow with the number of frames, and the values of different windows enter the blocking analysis separately.
 
 use super::displacement::Displacement;
 use crate::statistics::{Blocking, Entries, Estimate};
