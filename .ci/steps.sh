@@ -10,7 +10,7 @@ ci=$PWD/target/ci
 recordings=$ci/recordings
 programs=$PWD/target/release
 mkdir -p "$ci"
-rows=() failed=0
+rows=() failed=0 beside='' beside_job=''
 
 # States that a part of this step is not done, and why.
 skip() {
@@ -44,11 +44,37 @@ run_step() {
     esac
     printf '== %s: %s after %d s\n' "$name" "$result" $((SECONDS - started))
     rows+=("$(printf '%6d s  %-8s %s' $((SECONDS - started)) "$result" "$name")")
+    [ "$name" != "$beside" ] || echo "${rows[-1]}" > "$ci/beside.row"
     [ ! -e "$ci/skipped" ] || while read -r reason; do rows+=("          skipped: $reason"); done < "$ci/skipped"
 }
 
+# Starts a step that goes on beside the next ones, in a group of processes of its own.
+start_beside() {
+    printf '\n== %s: goes on beside the next steps\n' "$1"
+    set -m
+    run_step "$1" > "$ci/beside.txt" 2>&1 &
+    beside_job=$!
+    set +m
+}
+
+# Its output and its row, or its end if another step has failed.
+finish_beside() {
+    [ -n "$beside_job" ] || return 0
+    if [ "$failed" = 1 ] && [ "$keep_going" = 0 ]; then
+        kill -- "-$beside_job" 2> /dev/null || true
+        wait "$beside_job" 2> /dev/null || true
+        rows+=("$(printf '%8s  %-8s %s' '' 'stopped' "$beside")")
+    else
+        wait "$beside_job"
+        cat "$ci/beside.txt"
+        rows+=("$(cat "$ci/beside.row")")
+        ! grep -q FAILED "$ci/beside.row" || failed=1
+    fi
+}
+
 # `steps` has one line per step: its name and what it checks. Arguments: names of steps (all if there are none), or --list.
-# With `keep_going=1`, the steps after a failed one are executed as well.
+# With `keep_going=1`, the steps after a failed one are executed as well. If there are no arguments, the step `beside` does not hold up
+# the next ones.
 run_steps() {
     local name wanted=("$@")
     local names=() known=()
@@ -68,10 +94,13 @@ run_steps() {
     for name in "${names[@]}"; do
         if [ "$failed" = 1 ] && [ "$keep_going" = 0 ]; then
             rows+=("$(printf '%8s  %-8s %s' '' 'not run' "$name")")
+        elif [ "$name" = "$beside" ] && [ $# = 0 ]; then
+            start_beside "$name"
         else
             run_step "$name"
         fi
     done
+    finish_beside
     printf '\n== %s of %s: %d s\n' "${0##*/}" "$(git rev-parse --short HEAD)$(git diff --quiet HEAD || echo ', changed')" "$SECONDS"
     printf '%s\n' "${rows[@]}"
     exit "$failed"
