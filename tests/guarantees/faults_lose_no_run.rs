@@ -15,9 +15,9 @@ use std::time::Duration;
 /// Three chunks of frames, recorded in a tenth of a second.
 const SHORT: &str =
     "seed = 1\n[model.gas]\nparticles = 500\nduration_s = 0.02\n[record]\nframes = 80\n";
-/// Tens of chunks, recorded in about a second.
+/// More than ten chunks. A checkpoint, which waits for the disk, follows each frame.
 const MEDIUM: &str =
-    "seed = 1\n[model.gas]\nparticles = 500\nduration_s = 0.2\n[record]\nframes = 1600\n";
+    "seed = 1\n[model.gas]\nparticles = 500\nduration_s = 0.2\n[record]\nframes = 400\n";
 /// Takes half a minute at least; no test waits for its end.
 const LONG: &str =
     "seed = 2\n[model.dem]\ndiscs = 1000\nduration_s = 10.0\n[record]\nframes = 2000\n";

@@ -125,8 +125,8 @@ fn forge_and_resume(count: usize, seed: u64) -> usize {
 
 #[test]
 fn forged_checkpoints_neither_panic_nor_hang() {
-    let rejected = forge_and_resume(6, 1);
-    assert!(rejected > 10, "{rejected} of {} are rejected", 6 * MANIFESTS.len());
+    let rejected = forge_and_resume(3, 1);
+    assert!(rejected > 5, "{rejected} of {} are rejected", 3 * MANIFESTS.len());
 }
 
 #[test]

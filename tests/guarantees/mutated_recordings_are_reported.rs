@@ -452,7 +452,7 @@ fn assert_none(findings: &[String]) {
 #[test]
 fn mutated_recordings_neither_panic_nor_exhaust_the_machine() {
     let kept = tempfile::tempdir().unwrap();
-    assert_none(&mutate([200, 100], 10, 1, kept.path()));
+    assert_none(&mutate([60, 40], 10, 1, kept.path()));
 }
 
 #[test]

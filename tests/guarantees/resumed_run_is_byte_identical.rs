@@ -112,10 +112,11 @@ impl Workspace {
         Self { folder, name }
     }
 
+    /// Checkpoints are frequent, but the runs do not spend most of their time waiting for the disk.
     fn command(&self, output: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_run-experiment"));
         command
-            .args(["--checkpoint-every", "0", "--output"])
+            .args(["--checkpoint-every", "0.02", "--output"])
             .arg(self.folder.path().join(output))
             .arg(self.folder.path().join(format!("{}.toml", self.name)))
             .stdout(Stdio::null())

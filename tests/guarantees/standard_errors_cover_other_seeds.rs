@@ -198,6 +198,7 @@ fn standard_errors_cover_forty_seeds() {
 
 /// Tolerance: as above.
 #[test]
+#[ignore = "200 runs"]
 fn standard_errors_cover_forty_seeds_of_further_scenes() {
     let (table, rejected) = coverage(further_scenes(40), [0.55, 1.5], [0.55, 1.5]);
     println!("{table}");
