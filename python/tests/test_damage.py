@@ -185,5 +185,5 @@ def test_changed_records_are_errors_or_what_other_readers_find(
     assert original.unchanged() == small.read_bytes()
     tally = Tally(small, tmp_path / "changed.mcap", programs)
     for seed in range(CHANGED_PER_MODEL):
-        tally.read(original.changed(random.Random(seed)), f"seed {seed}")
+        tally.read(original.changed(random.Random(f"{small.stem} {seed}")), f"seed {seed}")
     tally.check()
