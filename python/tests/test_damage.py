@@ -59,7 +59,8 @@ def contents(path: Path) -> Dict[str, Any]:
             raise
         except k.KinetoscopeError as error:
             # A drawing, or a log.
-            assert "not numbers" in str(error)
+            if "not numbers" not in str(error):
+                raise
             continue
         found[topic] = (frames.columns, tuple(frames.units.items()), [frame.tobytes() for frame in frames])
     return found
