@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # Checks the Python package with the programs of a release build: types, doctests, tests, notebooks, and the benchmark in short.
+# With DAMAGE=full, the tests read every damaged summary and 5,000 changed recordings instead of a sample.
 # Usage: python/check.sh PROGRAMS [VENV]     (the folder of the program kinetoscope; the folder of a new environment)
 set -euo pipefail
 programs=$(realpath "$1")

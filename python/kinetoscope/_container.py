@@ -1,53 +1,43 @@
-"""The MCAP container of a recording: what it contains, and its messages chunk by chunk."""
+"""The MCAP container of a recording: what it contains without its messages."""
 
 from __future__ import annotations
 
 import os
 import stat
-import struct
-import zlib
 from dataclasses import dataclass, field
-from io import BytesIO
 from pathlib import Path
-from typing import BinaryIO, Dict, Iterator, List, NamedTuple, Optional, Tuple
+from typing import BinaryIO, Dict, List, NamedTuple, Optional, Tuple
 
-import lz4.frame
-import zstandard
-from mcap.data_stream import ReadDataStream
-from mcap.exceptions import InvalidMagic
 from mcap.opcode import Opcode
-from mcap.reader import SeekingReader
-from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
+from mcap.records import Channel, Header, Schema
 
-from ._errors import RecordingError
+from ._chunks import ChunkSpan, Descriptions, Layout, Messages, check_content, read_chunk
+from ._errors import RecordingError, damaged
+from ._provenance import (
+    MERGED,
+    OUTCOME,
+    PROVENANCE,
+    check_provenance,
+    outcome_of,
+    playback_rate,
+    stored_frames,
+)
+from ._records import MAGIC, Place, attachment_of, body_of, checksum, metadata_of, parsed, place_at
+from ._summary import Summary, read_summary
 
-# Layout of recordings that this package reads; `SCHEMA_VERSION` of the recorder.
-SCHEMA_VERSION = 3
-MAGIC = b"\x89MCAP0\r\n"
-# Limits of the recorder for the size that a chunk claims, as in `src/recording/limits.rs`.
-ANY_RATIO_BYTES = 256 << 20
-UNPACKED_RATIO = 192
-MAX_RECORD_BYTES = 4 << 30
-
-_RECORD = struct.Struct("<BQ")
-_MESSAGE = struct.Struct("<HIQQ")
-
-
-class ChunkSpan(NamedTuple):
-    """Place of a chunk in the file, the log time of its first message, and the size of its content."""
-
-    offset: int
-    start_time: int
-    size: int
+MANIFEST = "manifest.toml"
+# A file up to this size is compared with its checksum when it is opened, a larger one when all of it is read.
+MAX_CHECKED_BYTES = 16 << 20
 
 
-class Payload(NamedTuple):
-    """A message within the bytes of its chunk."""
+class Head(NamedTuple):
+    """What precedes the first chunk."""
 
-    channel: int
-    log_time: int
-    start: int
+    manifest: str
+    provenance: Dict[str, str]
     end: int
+    metadata: List[Tuple[Place, str]]
+    attachments: List[Tuple[Place, str]]
 
 
 @dataclass
@@ -55,22 +45,32 @@ class Container:
     """Contents of a recording without its messages."""
 
     path: Path
-    is_finished: bool
+    layout: Layout
+    descriptions: Descriptions
+    manifest: str
+    metadata: Dict[str, Dict[str, str]]
     chunks: List[ChunkSpan] = field(default_factory=list)
-    channels: Dict[int, Channel] = field(default_factory=dict)
-    schemas: Dict[int, Schema] = field(default_factory=dict)
     message_counts: Dict[int, int] = field(default_factory=dict)
-    metadata: Dict[str, Dict[str, str]] = field(default_factory=dict)
-    manifest: str = ""
+    # Of a finished recording: place and value of the checksum of the data, if it has not been compared yet.
+    data_end: int = 0
+    data_checksum: Optional[int] = None
+    is_finished: bool = False
+
+    @property
+    def schemas(self) -> Dict[int, Schema]:
+        """The schemas by their numbers."""
+        return self.descriptions.schemas
 
     def topics(self) -> Dict[str, int]:
         """The topics with their numbers of messages, in alphabetical order."""
-        counts = {channel.topic: self.message_counts.get(id, 0) for id, channel in self.channels.items()}
+        channels = self.descriptions.channels
+        counts = {channel.topic: self.message_counts.get(id, 0) for id, channel in channels.items()}
         return dict(sorted(counts.items()))
 
     def channel(self, topic: str) -> Optional[Channel]:
         """The channel of a topic."""
-        return next((channel for channel in self.channels.values() if channel.topic == topic), None)
+        number = self.descriptions.number_of(topic)
+        return None if number is None else self.descriptions.channels[number]
 
 
 def load(path: Path, allow_torn: bool) -> Container:
@@ -79,36 +79,30 @@ def load(path: Path, allow_torn: bool) -> Container:
         size = os.fstat(stream.fileno()).st_size
         stream.seek(max(0, size - len(MAGIC)))
         is_whole = stream.read() == MAGIC and size > len(MAGIC)
-        stream.seek(0)
+        header = _header(path, stream, size)
         try:
-            if stream.read(len(MAGIC)) != MAGIC:
-                raise InvalidMagic(())
-            stream.seek(0)
-            reader = SeekingReader(stream, validate_crcs=True)
-            library = reader.get_header().library
-        except Exception as error:
-            raise RecordingError(f"{path} is not an MCAP file", "pass a recording (*.mcap)") from error
-        if library != "kinetoscope":
-            raise RecordingError(
-                f"{path} was written by `{library}`, not by Kinetoscope",
-                "read it with the package `mcap`",
-            )
+            head = _head(path, stream, size)
+        except RecordingError as error:
+            if header.profile != "" or not header.library.startswith("kinetoscope"):
+                raise RecordingError(
+                    f"{path} was written by `{header.library}`, not by Kinetoscope",
+                    "read it with the package `mcap`",
+                ) from error
+            if is_whole or allow_torn:
+                raise
+            raise _without_end(path) from error
         if is_whole:
             try:
-                container = _from_summary(path, reader)
+                summary = read_summary(path, stream, size, head.end)
+                if summary is not None:
+                    return _from_summary(path, stream, head, summary)
             except RecordingError:
-                raise
-            except Exception as error:
-                raise damaged(path, f"its index cannot be read ({error!r})") from error
-            if container is not None:
-                return container
+                # The frames before the damage can still be read.
+                if not allow_torn:
+                    raise
         if not allow_torn:
-            raise RecordingError(
-                f"{path} has no end: the file is torn, or its run is in progress or was interrupted",
-                "run the same experiment again to complete it, or read its intact frames with "
-                "`kinetoscope.Run(path, allow_torn=True)`",
-            )
-        return _from_records(path, stream, size)
+            raise _without_end(path)
+        return _from_records(path, stream, head, size)
 
 
 def open_file(path: Path) -> BinaryIO:
@@ -123,162 +117,128 @@ def open_file(path: Path) -> BinaryIO:
         ) from error
 
 
-def damaged(path: Path, what: str) -> RecordingError:
-    """The error for bytes that differ from the recorded ones."""
+def _without_end(path: Path) -> RecordingError:
     return RecordingError(
-        f"{path} is damaged: {what}",
-        "`kinetoscope verify FILE` reports what is intact; `kinetoscope run --force` records it again",
+        f"{path} has no end: the file is torn, or its run is in progress or was interrupted",
+        "run the same experiment again to complete it, or read its intact frames with "
+        "`kinetoscope.Run(path, allow_torn=True)`",
     )
 
 
-def check_schema(path: Path, metadata: Dict[str, Dict[str, str]]) -> None:
-    """Rejects a recording of another schema version, with both versions."""
-    provenance = metadata.get("kinetoscope")
-    if provenance is None or "schema_version" not in provenance:
-        raise damaged(path, "it has no provenance")
-    version = provenance["schema_version"]
-    if version == str(SCHEMA_VERSION):
-        return
-    is_newer = version.isdecimal() and int(version) > SCHEMA_VERSION
-    written_by = provenance.get("program_version", "an unknown version")
-    raise RecordingError(
-        f"{path} has schema version {version} (written by Kinetoscope {written_by}); "
-        f"this package reads version {SCHEMA_VERSION}",
-        "upgrade: `pip install --upgrade kinetoscope`" if is_newer else "record it again",
-    )
+def _header(path: Path, stream: BinaryIO, size: int) -> Header:
+    """The first record, which names the writer."""
+    try:
+        stream.seek(0)
+        is_mcap = stream.read(len(MAGIC)) == MAGIC
+        place = place_at(path, stream, len(MAGIC), size)
+        if is_mcap and place.kind == Opcode.HEADER:
+            header: Header = parsed(path, body_of(stream, place), Header.read)
+            return header
+    except RecordingError:
+        pass
+    raise RecordingError(f"{path} is not an MCAP file", "pass a recording (*.mcap)")
 
 
-def _from_summary(path: Path, reader: SeekingReader) -> Optional[Container]:
-    summary = reader.get_summary()
-    if summary is None:
-        return None
-    container = Container(path, is_finished=True)
-    container.metadata = {record.name: record.metadata for record in reader.iter_metadata()}
-    check_schema(path, container.metadata)
-    for attachment in reader.iter_attachments():
-        _keep_manifest(container, attachment)
-    container.channels, container.schemas = summary.channels, summary.schemas
-    if summary.statistics is not None:
-        container.message_counts = summary.statistics.channel_message_counts
-    container.chunks = [
-        ChunkSpan(chunk.chunk_start_offset, chunk.message_start_time, chunk.uncompressed_size)
-        for chunk in summary.chunk_indexes
-    ]
+def _head(path: Path, stream: BinaryIO, size: int) -> Head:
+    """The manifest and the provenance, which precede the first chunk."""
+    at, manifest, provenance = len(MAGIC), None, None
+    metadata: List[Tuple[Place, str]] = []
+    attachments: List[Tuple[Place, str]] = []
+    while manifest is None or provenance is None:
+        place = place_at(path, stream, at, size)
+        if place.kind == Opcode.ATTACHMENT:
+            name, content = attachment_of(path, stream, place)
+            attachments.append((place, name))
+            if name == MANIFEST:
+                manifest = _text(path, content)
+        elif place.kind == Opcode.METADATA:
+            name, entries = metadata_of(path, stream, place)
+            metadata.append((place, name))
+            if name == MERGED:
+                raise RecordingError(
+                    f"{path} holds several runs, merged for a viewer", "pass the recording of one run"
+                )
+            if name == PROVENANCE:
+                check_provenance(path, entries)
+                provenance = entries
+        elif place.kind != Opcode.HEADER:
+            raise damaged(path, "it has no provenance")
+        at = place.end
+    return Head(manifest, provenance, at, metadata, attachments)
+
+
+def _text(path: Path, content: bytes) -> str:
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise damaged(path, "its manifest is not UTF-8") from error
+
+
+def _of_head(path: Path, head: Head) -> Container:
+    layout = Layout(path, playback_rate(path, head.provenance), stored_frames(path, head.provenance))
+    return Container(path, layout, Descriptions(path), head.manifest, {PROVENANCE: head.provenance})
+
+
+def _from_summary(path: Path, stream: BinaryIO, head: Head, summary: Summary) -> Container:
+    container = _of_head(path, head)
+    summary.check_places(head.metadata, head.attachments)
+    summary.check_frames(container.layout)
+    container.is_finished = True
+    container.metadata[OUTCOME] = summary.outcome
+    container.descriptions = summary.descriptions
+    container.message_counts = summary.statistics.channel_message_counts
+    container.chunks = summary.chunks
+    container.data_end, container.data_checksum = summary.data_end, summary.data_checksum
+    if summary.data_end <= MAX_CHECKED_BYTES:
+        check_data(container, checksum(stream, 0, summary.data_end))
     return container
 
 
-def _keep_manifest(container: Container, attachment: Attachment) -> None:
-    if attachment.name == "manifest.toml":
-        container.manifest = attachment.data.decode("utf-8")
+def check_data(container: Container, value: int) -> None:
+    """Compares the checksum of all bytes before the end of the data."""
+    if value != container.data_checksum:
+        raise damaged(container.path, "its bytes do not match their checksum")
+    container.data_checksum = None
 
 
-def _from_records(path: Path, stream: BinaryIO, size: int) -> Container:
+def _from_records(path: Path, stream: BinaryIO, head: Head, size: int) -> Container:
     """Reads a file without an index up to its first record that is not intact."""
-    container = Container(path, is_finished=False)
-    at = len(MAGIC)
-    while at + _RECORD.size <= size:
-        stream.seek(at)
-        opcode, length = _RECORD.unpack(stream.read(_RECORD.size))
-        end = at + _RECORD.size + length
-        if end > size or opcode in (0, Opcode.DATA_END, Opcode.FOOTER):
-            break
+    container = _of_head(path, head)
+    at = head.end
+    while True:
         try:
-            _keep_record(container, stream, opcode, at)
-        except Exception:
-            break
-        at = end
-    check_schema(path, container.metadata)
-    return container
+            at = _keep_record(container, stream, at, size)
+        except RecordingError:
+            return container
+        if at == size:
+            return container
 
 
-def _keep_record(container: Container, stream: BinaryIO, opcode: int, at: int) -> None:
-    source = ReadDataStream(stream)
-    if opcode == Opcode.METADATA:
-        record = Metadata.read(source)
-        container.metadata[record.name] = record.metadata
-    elif opcode == Opcode.ATTACHMENT:
-        _keep_manifest(container, Attachment.read(source))
-    elif opcode == Opcode.CHUNK:
-        chunk, content = unpack_chunk(container.path, stream, at)
-        check_content(container.path, chunk, content)
-        counts: Dict[int, int] = {}
-        for kind, start, end in _records(container.path, content):
-            if kind == Opcode.MESSAGE:
-                channel_id = _MESSAGE.unpack_from(content, start)[0]
-                counts[channel_id] = counts.get(channel_id, 0) + 1
-            else:
-                _keep_description(container, kind, content[start:end])
-        # A chunk counts once all of it is intact.
-        for channel_id, count in counts.items():
-            container.message_counts[channel_id] = container.message_counts.get(channel_id, 0) + count
-        container.chunks.append(ChunkSpan(at, chunk.message_start_time, chunk.uncompressed_size))
-
-
-def _keep_description(container: Container, kind: int, body: bytes) -> None:
-    source = ReadDataStream(BytesIO(body))
-    if kind == Opcode.SCHEMA:
-        schema = Schema.read(source)
-        container.schemas[schema.id] = schema
-    elif kind == Opcode.CHANNEL:
-        channel = Channel.read(source)
-        container.channels[channel.id] = channel
-
-
-def unpack_chunk(path: Path, stream: BinaryIO, offset: int) -> Tuple[Chunk, bytes]:
-    """A chunk and its decompressed content, whose checksum has not been compared yet."""
-    stream.seek(offset)
-    opcode, length = _RECORD.unpack(stream.read(_RECORD.size))
-    if opcode != Opcode.CHUNK or length > MAX_RECORD_BYTES:
-        raise damaged(path, f"there is no chunk at byte {offset}")
-    chunk = Chunk.read(ReadDataStream(stream))
-    return chunk, _unpacked(path, chunk, offset)
-
-
-def check_content(path: Path, chunk: Chunk, content: bytes) -> None:
-    """Compares the checksum of a chunk's content."""
-    if chunk.uncompressed_crc != 0 and zlib.crc32(content) != chunk.uncompressed_crc:
-        raise damaged(path, "wrong checksum of a chunk")
-
-
-def _unpacked(path: Path, chunk: Chunk, offset: int) -> bytes:
-    size = chunk.uncompressed_size
-    if size > max(ANY_RATIO_BYTES, UNPACKED_RATIO * len(chunk.data)):
-        raise damaged(path, f"the chunk at byte {offset} claims {size} bytes")
-    if chunk.compression == "zstd":
-        # The library allocates what the compressed data claim, whatever limit it is given.
-        claimed = zstandard.frame_content_size(chunk.data)
-        if claimed not in (-1, size):
-            raise damaged(path, f"the chunk at byte {offset} claims {claimed} bytes")
-        content = zstandard.ZstdDecompressor().decompress(chunk.data, max_output_size=size)
-    elif chunk.compression == "lz4":
-        content = lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, max_length=size)
-    elif chunk.compression == "":
-        content = chunk.data
-    else:
-        raise damaged(path, f"unknown compression `{chunk.compression}`")
-    if len(content) != size:
-        raise damaged(path, f"the chunk at byte {offset} has {len(content)} bytes instead of {size}")
-    return content
-
-
-def _records(path: Path, content: bytes) -> Iterator[Tuple[int, int, int]]:
-    """Kind, start and end of each record of a chunk."""
-    at, size = 0, len(content)
-    while at < size:
-        if at + _RECORD.size > size:
-            raise damaged(path, "a chunk ends inside a record")
-        kind, length = _RECORD.unpack_from(content, at)
-        start = at + _RECORD.size
-        at = start + length
-        if at > size or (kind == Opcode.MESSAGE and length < _MESSAGE.size):
-            raise damaged(path, "a chunk ends inside a record")
-        yield kind, start, at
-
-
-def payloads(path: Path, content: bytes, channel_id: int) -> Iterator[Payload]:
-    """The messages of a channel in the content of a chunk."""
-    for kind, start, end in _records(path, content):
-        if kind == Opcode.MESSAGE:
-            channel, _, log_time, _ = _MESSAGE.unpack_from(content, start)
-            if channel == channel_id:
-                yield Payload(channel, log_time, start + _MESSAGE.size, end)
+def _keep_record(container: Container, stream: BinaryIO, at: int, size: int) -> int:
+    """Reads a record, and returns its end."""
+    path = container.path
+    stream.seek(at)
+    if stream.read(1) != bytes([Opcode.CHUNK]):
+        place = place_at(path, stream, at, size)
+        if place.kind in (Opcode.DATA_END, Opcode.FOOTER):
+            return size
+        if place.kind == Opcode.METADATA:
+            name, entries = metadata_of(path, stream, place)
+            if name == OUTCOME:
+                outcome_of(path, entries)
+            container.metadata.setdefault(name, entries)
+        return place.end
+    content = read_chunk(path, stream, at, size)
+    check_content(path, content)
+    descriptions = container.descriptions.copy()
+    messages = Messages(container.layout, descriptions, None)
+    messages.scan(content.data, container.chunks[-1].end_time if container.chunks else None)
+    # A chunk counts once all of it is intact.
+    container.descriptions = descriptions
+    for channel, count in messages.counts.items():
+        container.message_counts[channel] = container.message_counts.get(channel, 0) + count
+    end = at + len(content.head) + len(content.packed)
+    if messages.first_time is not None and messages.last_time is not None:
+        span = ChunkSpan(at, end, messages.first_time, messages.last_time, len(content.data))
+        container.chunks.append(span)
+    return end

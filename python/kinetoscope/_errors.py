@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from pathlib import Path
 from typing import Iterable, Optional
 
 
@@ -60,3 +61,11 @@ class UnknownNameError(KinetoscopeError, KeyError):
         else:
             help = f"there is no {kind}"
         return cls(f"unknown {kind} `{name}`", help)
+
+
+def damaged(path: Path, what: str) -> RecordingError:
+    """The error for bytes that differ from the recorded ones."""
+    return RecordingError(
+        f"{path} is damaged: {what}",
+        "`kinetoscope verify FILE` reports what is intact; `kinetoscope run --force` records it again",
+    )

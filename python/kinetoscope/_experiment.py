@@ -11,8 +11,7 @@ from pathlib import Path
 from typing import Any, Dict, Iterator, List, Mapping, Optional, Tuple
 
 from . import _player, _programs, _tables, _toml
-from ._container import damaged
-from ._errors import KinetoscopeError, RecordingError, UnknownNameError
+from ._errors import KinetoscopeError, RecordingError, UnknownNameError, damaged
 from ._run import Run
 
 # Layout of `metrics.json` that this package reads.

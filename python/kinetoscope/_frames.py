@@ -5,16 +5,16 @@ from __future__ import annotations
 from bisect import bisect_right
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
-from fractions import Fraction
 from typing import Any, BinaryIO, Dict, Iterator, List, Mapping, Optional, Tuple, Union, overload
 
 import numpy as np
 import numpy.typing as npt
-from mcap.records import Chunk
 
-from ._container import Container, check_content, damaged, open_file, payloads, unpack_chunk
+from ._chunks import Content, DataChecksum, Descriptions, Messages, check_content, read_chunk
+from ._container import Container, check_data, open_file
 from ._decoding import Decoder, Table, decoder_of
-from ._errors import KinetoscopeError, UnknownNameError
+from ._errors import KinetoscopeError, RecordingError, UnknownNameError, damaged
+from ._records import checksum, or_damaged, places
 
 
 class Frames:
@@ -41,7 +41,6 @@ class Frames:
             raise UnknownNameError.of("topic", topic, topics)
         self._channel = channel
         provenance = container.metadata["kinetoscope"]
-        self._rate = Fraction(float(provenance["playback_fps"]))
         columns = provenance["state_columns"].split(",")
         self._state_units = dict(zip(columns, provenance["state_units"].split(",")))
         self._state_columns = columns
@@ -135,12 +134,11 @@ class Frames:
         return dataset if index is None else dataset.isel(frame=0)
 
     def _decoder(self) -> Decoder:
-        return decoder_of(self.topic, self._container.schemas[self._channel.schema_id], self._state_columns)
-
-    def _log_time(self, frame: int) -> int:
-        """Frame index over playback rate in ns, rounded to the nearest as the recorder does."""
-        scaled = 2 * frame * 10**9 * self._rate.denominator
-        return (scaled + self._rate.numerator) // (2 * self._rate.numerator)
+        try:
+            return decoder_of(self.topic, self._container.schemas[self._channel.schema_id], self._state_columns)
+        except Exception as error:
+            what = f"the schema of {self.topic} cannot be read"
+            raise or_damaged(self._container.path, what, error) from error
 
     def _read(self, selection: range) -> Iterator[Table]:
         if len(selection) == 0:
@@ -153,10 +151,12 @@ class Frames:
                 _keep_freed_memory()
                 places.read_ahead = stack.enter_context(ThreadPoolExecutor(1))
             for frame in selection:
-                content, start, end = places.find(frame, self._log_time(frame))
+                content, start, end = places.find(frame, self._container.layout.log_time(frame))
                 try:
                     table = decode(content, start, end)
-                except (ValueError, IndexError) as error:
+                except MemoryError:
+                    raise
+                except Exception as error:
                     raise damaged(self._container.path, f"frame {frame} of {self.topic}: {error}") from error
                 yield table
 
@@ -173,7 +173,8 @@ def _keep_freed_memory() -> None:
 class _Places:
     """The messages of a channel in the chunk that was read last.
 
-    While its frames are used, a thread decompresses the next chunk. Chunks with one large frame are not read ahead.
+    While its frames are used, a thread decompresses the next chunk. Chunks with one large frame are not read ahead. When all
+    chunks were read in order, the file is compared with its statistics and its checksum.
     """
 
     MAX_AHEAD_BYTES = 16 << 20
@@ -185,9 +186,12 @@ class _Places:
         self._stream = stream
         self._starts: List[int] = [chunk.start_time for chunk in container.chunks]
         self._chunk = -1
-        self._next: Optional[Tuple[int, "Future[Tuple[Chunk, bytes]]"]] = None
+        self._next: Optional[Tuple[int, "Future[Content]"]] = None
         self._content = b""
         self._messages: Dict[int, Tuple[int, int]] = {}
+        self._counts: Dict[int, int] = {}
+        self._in_order = 0
+        self._checksum = DataChecksum(stream)
 
     def find(self, frame: int, log_time: int) -> Tuple[bytes, int, int]:
         """The content of the chunk with a frame, and the place of the frame's message in it."""
@@ -196,6 +200,11 @@ class _Places:
             self._read(bisect_right(self._starts, log_time) - 1)
             place = self._messages.get(log_time)
         if place is None:
+            if self._container.layout.stored != (0, 1):
+                raise RecordingError(
+                    f"{self._container.path} does not have frame {frame}: it keeps a part of the frames",
+                    "`kinetoscope fill FILE` restores all frames of a recording that keeps only keyframes",
+                )
             raise damaged(self._container.path, f"frame {frame} is missing")
         return self._content, place[0], place[1]
 
@@ -204,31 +213,76 @@ class _Places:
             return
         # The last chunk is released before the next one is decompressed.
         self._content, self._messages, self._chunk = b"", {}, number
-        path = self._container.path
+        container = self._container
         try:
-            chunk, self._content = self._unpacked(number)
-            check_content(path, chunk, self._content)
-        except KinetoscopeError:
+            content = self._unpacked(number)
+            check_content(container.path, content)
+            messages = self._scanned(number, content)
+        except MemoryError:
             raise
         except Exception as error:
-            raise damaged(path, f"chunk {number} cannot be read ({error!r})") from error
-        self._messages = {
-            message.log_time: (message.start, message.end)
-            for message in payloads(path, self._content, self._channel_id)
-        }
+            raise or_damaged(container.path, f"chunk {number} cannot be read", error) from error
+        self._content, self._messages = content.data, messages.places
+        if number == self._in_order:
+            self._count(messages.counts)
 
-    def _unpacked(self, number: int) -> Tuple[Chunk, bytes]:
+    def _scanned(self, number: int, content: Content) -> Messages:
+        """The messages of a chunk, which agree with the index."""
+        container = self._container
+        span = container.chunks[number]
+        # The first chunk describes all channels.
+        descriptions = Descriptions(container.path) if number == 0 else container.descriptions.copy()
+        messages = Messages(container.layout, descriptions, self._channel_id)
+        messages.scan(content.data, container.chunks[number - 1].end_time if number > 0 else None)
+        if (content.start_time, content.end_time) != (messages.first_time, messages.last_time) or (
+            content.start_time,
+            content.end_time,
+            len(content.data),
+        ) != span[2:]:
+            raise damaged(container.path, f"chunk {number} is not that of the index")
+        same = descriptions.channels == container.descriptions.channels
+        if not same or descriptions.schemas != container.schemas:
+            raise damaged(container.path, f"chunk {number} has other channels than the index")
+        return messages
+
+    def _count(self, counts: Dict[int, int]) -> None:
+        """Counts the messages of chunks that are read in order."""
+        container = self._container
+        for channel, count in counts.items():
+            self._counts[channel] = self._counts.get(channel, 0) + count
+        self._in_order += 1
+        if self._in_order == len(container.chunks) and container.is_finished:
+            counted = {channel: count for channel, count in container.message_counts.items() if count > 0}
+            if self._counts != counted:
+                raise damaged(container.path, "it has other numbers of messages than its statistics")
+
+    def _unpacked(self, number: int) -> Content:
         chunks = self._container.chunks
-
-        def unpack(number: int) -> Tuple[Chunk, bytes]:
-            return unpack_chunk(self._container.path, self._stream, chunks[number].offset)
-
         if self.read_ahead is None:
-            return unpack(number)
+            return self._unpack(number)
         # The thread is the only one that reads the file.
         ready, self._next = self._next, None
-        future = ready[1] if ready and ready[0] == number else self.read_ahead.submit(unpack, number)
+        future = ready[1] if ready and ready[0] == number else self.read_ahead.submit(self._unpack, number)
         is_sequential = ready is None or ready[0] == number
         if is_sequential and number + 1 < len(chunks) and chunks[number + 1].size <= self.MAX_AHEAD_BYTES:
-            self._next = (number + 1, self.read_ahead.submit(unpack, number + 1))
+            self._next = (number + 1, self.read_ahead.submit(self._unpack, number + 1))
         return future.result()
+
+    def _unpack(self, number: int) -> Content:
+        container = self._container
+        span = container.chunks[number]
+        content = read_chunk(container.path, self._stream, span.offset, span.end)
+        if span.offset + len(content.head) + len(content.packed) != span.end:
+            raise damaged(container.path, f"chunk {number} is not that of the index")
+        if container.data_checksum is not None and self._checksum.chunks == number:
+            self._checksum.add(container.path, span.offset, content)
+            if self._checksum.chunks == len(container.chunks):
+                self._check_data()
+        return content
+
+    def _check_data(self) -> None:
+        """Compares the checksum of a file that was read in order."""
+        container, end = self._container, self._container.data_end
+        for _ in places(container.path, self._stream, self._checksum.at, end):
+            pass
+        check_data(container, checksum(self._stream, self._checksum.at, end, self._checksum.value))

@@ -11,8 +11,8 @@ from typing import Any, Dict, List, Optional, Tuple
 import numpy as np
 
 from . import _player, _programs, _tables, _toml
-from ._container import damaged, load
-from ._errors import RecordingError
+from ._container import load
+from ._errors import RecordingError, damaged
 from ._frames import Frames
 
 
@@ -92,7 +92,7 @@ class Run:
         """The complete manifest of this run, with defaults, as it is in the recording."""
         try:
             return _toml.parsed(self._container.manifest)
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise damaged(self.path, "its manifest is not TOML") from error
 
     @property
@@ -103,7 +103,10 @@ class Run:
     @property
     def seed(self) -> int:
         """The seed of the run's random streams."""
-        return int(self.manifest["seed"])
+        seed = self.manifest.get("seed")
+        if not isinstance(seed, int):
+            raise damaged(self.path, "its manifest has no seed")
+        return seed
 
     @property
     def run_key(self) -> str:

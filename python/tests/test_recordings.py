@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
+from mutated_recording import CHUNK, MutatedRecording, encoded
 
 import kinetoscope as k
 
@@ -208,12 +209,11 @@ def test_newer_schema_is_rejected_with_both_versions(recording: k.Run, tmp_path:
 
 
 def test_a_chunk_that_claims_too_much_is_rejected(recording: k.Run, tmp_path: Path) -> None:
-    data = bytearray(recording.path.read_bytes())
-    chunk = recording._container.chunks[0].offset
-    # Kind and length of the record, two log times, then the size of the content.
-    struct.pack_into("<Q", data, chunk + 9 + 16, 1 << 40)
+    records = MutatedRecording(recording.path.read_bytes()).records
+    # The size of the content, after two log times.
+    next(record for record in records if record.kind == CHUNK).fields[2] = 1 << 40
     bomb = tmp_path / "bomb.mcap"
-    bomb.write_bytes(data)
+    bomb.write_bytes(encoded(records, True, True))
     with pytest.raises(k.RecordingError, match=f"claims {1 << 40} bytes"):
         list(k.Run(bomb)["/state"])
 

@@ -1,0 +1,189 @@
+"""The index at the end of a finished recording, which is used only if it agrees with its checksum, with itself and with the file."""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import BinaryIO, Dict, List, Optional, Tuple
+
+from mcap.opcode import Opcode
+from mcap.records import AttachmentIndex, ChunkIndex, MetadataIndex, Statistics
+
+from ._chunks import CLOCK, LOG, ChunkSpan, Descriptions, Layout
+from ._errors import damaged
+from ._provenance import check_end
+from ._records import MAGIC, PREFIX, Place, attachment_of, body_of, checksum, metadata_of, parsed, place_at, places
+
+_FOOTER = struct.Struct("<QQI")
+_DATA_END = struct.Struct("<BQI")
+# Kind, length, channel, sequence and two times.
+_MIN_MESSAGE_BYTES = 31
+
+
+@dataclass
+class Summary:
+    """The index, and the records after the head and between the chunks."""
+
+    path: Path
+    descriptions: Descriptions
+    data_end: int
+    data_checksum: int
+    statistics: Statistics
+    indexes: List[ChunkIndex]
+    metadata_indexes: List[MetadataIndex]
+    attachment_indexes: List[AttachmentIndex]
+    chunks: List[ChunkSpan] = field(default_factory=list)
+    outcome: Dict[str, str] = field(default_factory=dict)
+    metadata: List[Tuple[Place, str]] = field(default_factory=list)
+    attachments: List[Tuple[Place, str]] = field(default_factory=list)
+
+    def read_places(self, stream: BinaryIO, head_end: int) -> None:
+        """The chunks, and what is between them: no byte of the data is left out, and no chunk is missing in the index."""
+        at, entries = head_end, []
+        for index in sorted(self.indexes, key=lambda index: index.chunk_start_offset):
+            span = self._span(index, at)
+            entries += self._between(stream, at, span.offset)
+            self.chunks.append(span)
+            at = span.end + index.message_index_length
+            if at > self.data_end:
+                raise damaged(self.path, "its index describes chunks beyond the end of the data")
+        entries += self._between(stream, at, self.data_end)
+        check_end(self.path, [name for _, name in self.metadata], entries)
+        self.outcome = entries[-1]
+
+    def _span(self, index: ChunkIndex, at: int) -> ChunkSpan:
+        start, end = index.message_start_time, index.message_end_time
+        offset, after = index.chunk_start_offset, index.chunk_start_offset + index.chunk_length
+        if offset < at or index.chunk_length < PREFIX.size or start > end:
+            raise damaged(self.path, "its index describes chunks that overlap")
+        # Only a last line of the log has the time of a frame in the chunk before.
+        previous = self.chunks[-1].end_time if self.chunks else None
+        if previous is not None and start <= previous and (start, end) != (previous, previous):
+            raise damaged(self.path, "its index describes chunks that are not in order")
+        ends = (after, after + index.message_index_length)
+        for channel, place in index.message_index_offsets.items():
+            if channel not in self.descriptions.channels or not ends[0] <= place < ends[1]:
+                raise damaged(self.path, "its index describes messages that are not in the chunk")
+        return ChunkSpan(offset, after, start, end, index.uncompressed_size)
+
+    def _between(self, stream: BinaryIO, at: int, end: int) -> List[Dict[str, str]]:
+        """Reads records between chunks, and returns the entries of the metadata among them."""
+        found = []
+        for place in places(self.path, stream, at, end):
+            if place.kind == Opcode.METADATA:
+                name, entries = metadata_of(self.path, stream, place)
+                self.metadata.append((place, name))
+                found.append(entries)
+            elif place.kind == Opcode.ATTACHMENT:
+                self.attachments.append((place, attachment_of(self.path, stream, place)[0]))
+            elif place.kind in (Opcode.FOOTER, Opcode.DATA_END):
+                raise damaged(self.path, f"the record at byte {place.start} is at a wrong place")
+        return found
+
+    def check_places(self, metadata: List[Tuple[Place, str]], attachments: List[Tuple[Place, str]]) -> None:
+        """Compares the indexes and the statistics with the records, of which those of the head are given."""
+        for indexes, found in (
+            (self.metadata_indexes, metadata + self.metadata),
+            (self.attachment_indexes, attachments + self.attachments),
+        ):
+            listed = sorted((index.offset, index.offset + index.length, index.name) for index in indexes)
+            if listed != sorted((place.start, place.end, name) for place, name in found):
+                raise damaged(self.path, "its index does not list its records")
+        statistics, descriptions = self.statistics, self.descriptions
+        counted = (
+            statistics.metadata_count,
+            statistics.attachment_count,
+            statistics.chunk_count,
+            statistics.channel_count,
+            statistics.schema_count,
+        )
+        found_counts = (
+            len(self.metadata_indexes),
+            len(self.attachment_indexes),
+            len(self.chunks),
+            len(descriptions.channels),
+            len(descriptions.schemas),
+        )
+        if counted != found_counts:
+            raise damaged(self.path, f"its statistics {counted} are not those of its index {found_counts}")
+
+    def check_frames(self, layout: Layout) -> None:
+        """Compares the numbers of messages with the chunks, and the number of frames with their times."""
+        statistics, counts = self.statistics, self.statistics.channel_message_counts
+        times = (self.chunks[0].start_time, self.chunks[-1].end_time) if self.chunks else (0, 0)
+        content = sum(chunk.size for chunk in self.chunks)
+        indexed = {channel for index in self.indexes for channel in index.message_index_offsets}
+        if (
+            statistics.message_count != sum(counts.values())
+            or (statistics.message_start_time, statistics.message_end_time) != times
+            or statistics.message_count * _MIN_MESSAGE_BYTES > content
+            or indexed != {channel for channel, count in counts.items() if count > 0}
+        ):
+            raise damaged(self.path, "its statistics do not count the messages of its chunks")
+        clock, log = self.descriptions.number_of(CLOCK), self.descriptions.number_of(LOG)
+        frames = 0 if clock is None else counts.get(clock, 0)
+        if any(count > frames for channel, count in counts.items() if channel != log):
+            raise damaged(self.path, "its statistics count more messages than frames")
+        if frames > 0 and times != (layout.log_time(layout.stored.first), _end_time(layout, frames, times[1])):
+            raise damaged(self.path, f"its {frames} frames do not fill the time of the recording")
+
+
+def _end_time(layout: Layout, frames: int, end_time: int) -> Optional[int]:
+    """Log time of the last one of so many frames; as keyframes, they may have the given time."""
+    first, distance = layout.stored
+    if distance == 1:
+        return layout.log_time(first + frames - 1)
+    last = round(end_time * layout.rate / 10**9)
+    # Every frame at the distance, and the last one.
+    return layout.log_time(last) if frames == 1 + -(-last // distance) else None
+
+
+def read_summary(path: Path, stream: BinaryIO, size: int, head_end: int) -> Optional[Summary]:
+    """Reads and checks the index; none if the file has none."""
+    tail = size - len(MAGIC) - PREFIX.size - _FOOTER.size
+    footer = place_at(path, stream, max(tail, 0), size - len(MAGIC))
+    if footer.kind != Opcode.FOOTER or footer.end != size - len(MAGIC):
+        raise damaged(path, "it does not end like an MCAP file")
+    start, _, expected = _FOOTER.unpack(body_of(stream, footer))
+    if start == 0:
+        return None
+    # The end of the data precedes the index; what does not is not read.
+    data_end = start - _DATA_END.size
+    if not head_end <= data_end < tail:
+        raise damaged(path, "its index is not where its footer says")
+    stream.seek(data_end)
+    kind, length, data_checksum = _DATA_END.unpack(stream.read(_DATA_END.size))
+    if (kind, length) != (Opcode.DATA_END, 4):
+        raise damaged(path, "its index is not where its footer says")
+    if checksum(stream, start, size - len(MAGIC) - 4) != expected:
+        raise damaged(path, "wrong checksum of its index")
+    summary = _parsed_summary(path, stream, start, tail, data_checksum)
+    summary.read_places(stream, head_end)
+    return summary
+
+
+def _parsed_summary(path: Path, stream: BinaryIO, start: int, end: int, data_checksum: int) -> Summary:
+    statistics: List[Statistics] = []
+    indexes: List[ChunkIndex] = []
+    metadata: List[MetadataIndex] = []
+    attachments: List[AttachmentIndex] = []
+    descriptions = Descriptions(path)
+    for place in places(path, stream, start, end):
+        body = body_of(stream, place)
+        if place.kind in (Opcode.SCHEMA, Opcode.CHANNEL):
+            descriptions.add(place.kind, body)
+        elif place.kind == Opcode.STATISTICS:
+            statistics.append(parsed(path, body, Statistics.read))
+        elif place.kind == Opcode.CHUNK_INDEX:
+            indexes.append(parsed(path, body, ChunkIndex.read))
+        elif place.kind == Opcode.METADATA_INDEX:
+            metadata.append(parsed(path, body, MetadataIndex.read))
+        elif place.kind == Opcode.ATTACHMENT_INDEX:
+            attachments.append(parsed(path, body, AttachmentIndex.read))
+        elif place.kind == Opcode.FOOTER:
+            raise damaged(path, "it has two ends")
+    if len(statistics) != 1:
+        raise damaged(path, f"its index has {len(statistics)} records of statistics")
+    data_end = start - _DATA_END.size
+    return Summary(path, descriptions, data_end, data_checksum, statistics[0], indexes, metadata, attachments)
