@@ -214,7 +214,8 @@ impl Diagnostics {
                 AnnotationKind::Context
             };
             let range = whole(span.start) - begin..whole(span.end) - begin;
-            snippet = snippet.annotation(kind.span(range).label(&**label));
+            // A title and a source are escaped by the renderer, a label is not: it may name what the manifest contains.
+            snippet = snippet.annotation(kind.span(range).label(one_line(label)));
         }
         snippet
     }

@@ -1,13 +1,54 @@
 //! Guarantee: text that a file contains reaches the terminal, the files of CI systems, SVG and HTML without control and
 //! bidirectional characters, and no line of the output is a command of a CI system. XML and SVG files are well-formed.
 
+use crate::forged_recording::Forgery;
 use crate::subcommand_bench::{Bench, Called};
 use std::fs;
+use std::ops::Range;
 use std::path::Path;
 
-/// Escape sequences of a terminal, a bell, a carriage return, marks that reverse text (Unicode Technical Report 36), a
-/// character that XML 1.0 does not allow, and workflow commands at the start of a line.
-const HOSTILE: &str = r"::error::forged\u001b[2J\u0007\r\u202E\u2066\uFFFE\u009b<&>\n::stop-commands::x\n##[error]forged";
+/// Escape sequences of a terminal (one of them a style, which the program never uses: text that cannot be seen), a bell, a carriage
+/// return, marks that reverse text (Unicode Technical Report 36), a character that XML 1.0 does not allow, and workflow commands at
+/// the start of a line.
+const HOSTILE: &str = r"::error::forged\u001b[8m\u001b[2J\u0007\r\u202E\u2066\uFFFE\u009b<&>\n::stop-commands::x\n##[error]forged";
+/// The escape sequences in it that a terminal must not receive, whatever styles the program uses.
+const SEQUENCES: [&str; 4] = ["\u{1b}[8m", "\u{1b}[2J", "\u{7}", "\u{202e}"];
+
+/// A manifest with every kind of text: names, words of a list, metrics, and points of the sweep.
+const TEXTS: &str = r#"name = "texts"
+description = "about"
+seed = 1
+[model.dem]
+discs = 3
+width_m = 1.0
+height_m = 1.0
+radius_m = 0.1
+duration_s = 0.01
+placement = "lattice"
+dashpot = "implicit"
+on_unstable_time_step = "warn"
+[record]
+frames = 4
+channels = ["state", "energy"]
+keep = "keyframes"
+compression = "zstd"
+[[sweep.variants]]
+name = "smooth"
+"model.dem.gravity_m_per_s2" = [0.0, -9.0]
+[[sweep.variants]]
+name = "rough"
+"model.dem.gravity_m_per_s2" = [0.0, -8.0]
+[[checks]]
+metric = "energy.kinetic"
+minimum = 0.0
+where = { variant = "smooth" }
+[[plots]]
+y = "energy.kinetic"
+x = "variant"
+title = "all"
+log = ["y"]
+where = { variant = "rough" }
+"#;
 
 /// Two variants with hostile names; the check fails, and with `is_faulty` each run fails as well.
 fn manifest(is_faulty: bool) -> String {
@@ -108,6 +149,142 @@ fn text_of_manifests_is_escaped_in_every_command() {
         let junit = fs::read_to_string(bench.path("checks.xml")).unwrap();
         assert_safe(&junit, "the JUnit file");
         assert_well_formed(&junit, "the JUnit file");
+    }
+}
+
+/// The texts between quotes, and the words before `=`: their bytes in the manifest.
+fn places(manifest: &str) -> Vec<Range<usize>> {
+    let mut places = Vec::new();
+    let mut quotes = manifest.match_indices('"').map(|(at, _)| at);
+    while let (Some(start), Some(end)) = (quotes.next(), quotes.next()) {
+        places.push(start..end + 1);
+    }
+    for (equal, _) in manifest.match_indices(" = ") {
+        let start = manifest[..equal].rfind(['\n', ' ']).map_or(0, |before| before + 1);
+        if !manifest[start..equal].ends_with('"') {
+            places.push(start..equal);
+        }
+    }
+    places
+}
+
+/// Each text and each key of a manifest in turn. Control: without a change, the manifest is accepted.
+#[test]
+fn each_text_of_a_manifest_is_escaped_in_errors_and_results() {
+    let bench = Bench::new();
+    bench.write("m.toml", TEXTS);
+    assert_eq!(bench.call(&["check", "m.toml"]).code, Some(0));
+    let mut rejected = 0;
+    for place in places(TEXTS) {
+        let mut text = TEXTS.to_owned();
+        text.replace_range(place.clone(), &format!("\"{HOSTILE}\""));
+        bench.write("m.toml", &text);
+        let what = &TEXTS[place];
+        let called = bench.call(&["check", "m.toml"]);
+        assert_output_is_safe(&called, what);
+        if called.code != Some(0) {
+            assert_eq!(called.code, Some(2), "{what}: {}", called.err);
+            rejected += 1;
+            continue;
+        }
+        for command in ["run", "why", "benchmark"] {
+            assert_output_is_safe(&bench.call(&[command, "m.toml"]), what);
+        }
+    }
+    assert!(rejected > 20, "{rejected}");
+}
+
+/// Terminals receive styles of the program, and none of a manifest.
+#[cfg(target_os = "linux")]
+#[test]
+fn styles_of_a_manifest_reach_no_terminal() {
+    let bench = Bench::new();
+    let on_terminal = |arguments: &str| {
+        let program = env!("CARGO_BIN_EXE_kinetoscope");
+        let mut script = std::process::Command::new("script");
+        script.args(["-qec", &format!("'{program}' {arguments}"), "/dev/null"]);
+        script
+            .current_dir(bench.path(""))
+            .env_remove("NO_COLOR")
+            .stdin(std::process::Stdio::null());
+        let called = Called::from(script.output().unwrap());
+        for sequence in SEQUENCES {
+            assert!(!called.out.contains(sequence), "{arguments}: {}", called.out);
+        }
+        called.out
+    };
+    bench.write("wrong.toml", &TEXTS.replacen("\"smooth\"", &format!("\"{HOSTILE}\""), 1));
+    assert!(on_terminal("check wrong.toml").contains("\u{1b}["), "errors are styled");
+    bench.write("dem.toml", &manifest(false));
+    for arguments in ["check dem.toml", "run dem.toml", "why dem.toml"] {
+        on_terminal(arguments);
+    }
+    assert!(on_terminal("analyze recordings/dem").contains("\u{1b}["), "tables are styled");
+}
+
+/// Each value of the metadata in turn, and the line of the log. Control: without a change, all commands succeed.
+#[test]
+fn each_text_of_a_recording_is_escaped_in_every_command() {
+    let bench = Bench::new();
+    let recording = bench.recording();
+    let plain = recording.to_str().unwrap();
+    // As the manifest's text is after it was read.
+    let hostile: String = toml::from_str::<toml::Table>(&format!("text = \"{HOSTILE}\"")).unwrap()
+        ["text"]
+        .as_str()
+        .unwrap()
+        .to_owned();
+    let in_log = |topic: &str, _: u64, payload: &mut Vec<u8>| {
+        let place = payload.windows(8).position(|part| part == b"playback");
+        if let ("/log", Some(place)) = (topic, place) {
+            payload[place..place + 8].copy_from_slice(b"\x1b[8m\x1b[2J");
+        }
+        true
+    };
+    let keys = [
+        "program",
+        "program_version",
+        "model",
+        "physics_version",
+        "schema_version",
+        "run_key",
+        "time_unit",
+        "playback_fps",
+        "state_columns",
+        "state_units",
+        "outcome",
+        "outcome_detail",
+    ];
+    let mut forgeries =
+        vec![Forgery::default(), Forgery { message: Some(&in_log), ..Forgery::default() }];
+    for key in keys {
+        let metadata = [(key.to_owned(), hostile.clone())].into();
+        forgeries.push(Forgery { metadata, ..Forgery::default() });
+    }
+    let fault = [("outcome", "fault"), ("outcome_detail", &hostile)];
+    let metadata = fault.map(|(key, value)| (key.to_owned(), value.to_owned())).into();
+    forgeries.push(Forgery { metadata, ..Forgery::default() });
+    for (number, forgery) in forgeries.iter().enumerate() {
+        forgery.write(&recording, &bench.path("forged.mcap"));
+        let zoom = ["--from", "0", "--to", "0.001", "--every", "1e-4", "-o", "out.mcap"];
+        for arguments in [
+            &["info", "forged.mcap"][..],
+            &["verify", "forged.mcap"],
+            &["compare", plain, "forged.mcap"],
+            &["compare", plain, "forged.mcap", "--mcap", "both.mcap"],
+            &[&["zoom", "forged.mcap"][..], &zoom].concat(),
+            &["fill", "forged.mcap", "-o", "out.mcap"],
+            &["analyze", "forged.mcap"],
+            &["export", "--format", "csv", "forged.mcap"],
+            &["plot", "--y", "/energy.total_j", "forged.mcap"],
+        ] {
+            let called = bench.call(arguments);
+            assert_output_is_safe(&called, &format!("{number}: {arguments:?}"));
+            assert!(!called.err.contains("panicked"), "{number}: {arguments:?}: {}", called.err);
+            if number == 0 && matches!(arguments[0], "info" | "compare" | "zoom" | "analyze") {
+                assert_eq!(called.code, Some(0), "{arguments:?}: {}", called.err);
+            }
+        }
     }
 }
 
