@@ -63,6 +63,19 @@ pub fn plural(count: u64, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
+/// What is repeated at a distance, such as "every frame", "every 2nd frame" or "every 11th frame".
+#[must_use]
+pub fn every(distance: u64, what: &str) -> String {
+    let ending = match (distance % 100, distance % 10) {
+        (11..=13, _) => "th",
+        (_, 1) => "st",
+        (_, 2) => "nd",
+        (_, 3) => "rd",
+        _ => "th",
+    };
+    if distance == 1 { format!("every {what}") } else { format!("every {distance}{ending} {what}") }
+}
+
 /// A path as messages show it: within its line, because a folder's name may contain a line feed and after it anything.
 #[must_use]
 pub fn shown_path(path: &Path) -> String {
@@ -181,6 +194,22 @@ mod tests {
         assert_eq!(xml(HOSTILE), ESCAPED);
         assert_eq!(output(HOSTILE, false), ESCAPED);
         assert_eq!(visible("μ = 3 · 10⁻⁴ Å\n\t✓ 你好 עברית"), "μ = 3 · 10⁻⁴ Å\n\t✓ 你好 עברית");
+    }
+
+    #[test]
+    fn distances_are_ordinal_numbers() {
+        for (distance, expected) in [
+            (1, "every frame"),
+            (2, "every 2nd frame"),
+            (3, "every 3rd frame"),
+            (7, "every 7th frame"),
+            (11, "every 11th frame"),
+            (21, "every 21st frame"),
+            (100, "every 100th frame"),
+            (112, "every 112th frame"),
+        ] {
+            assert_eq!(every(distance, "frame"), expected);
+        }
     }
 
     #[test]

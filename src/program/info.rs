@@ -6,7 +6,7 @@ use crate::messages::{Failure, plural};
 use clap::Args;
 use kinetoscope::run::recording;
 use kinetoscope_console::Exit;
-use kinetoscope_console::text::{one_line, shown_path};
+use kinetoscope_console::text::{every, one_line, shown_path};
 use kinetoscope_files::regular_file::{self, MAX_EXPERIMENT_RECORD_BYTES};
 use kinetoscope_manifest::{ExperimentRecord, parse_run};
 use kinetoscope_recording::error::{ReadError, ReadFault};
@@ -235,7 +235,7 @@ impl Report<'_> {
         let kept = match provenance.stored {
             StoredFrames::All => String::new(),
             StoredFrames::Keyframes(distance) => {
-                format!(" (keyframes: every {distance}th frame of the run)")
+                format!(" (keyframes: {} of the run)", every(distance.get(), "frame"))
             }
             StoredFrames::From(first) => format!(" (a part of a run, from frame {first} on)"),
         };

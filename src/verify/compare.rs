@@ -19,8 +19,8 @@ pub struct RecordingComparison {
     pub versions: Vec<(&'static str, [String; 2])>,
     /// Comparison of the messages.
     pub messages: Comparison,
-    /// Whether the files are byte-identical.
-    pub same_bytes: bool,
+    /// Whether the files are byte-identical; not known of files that cannot be read to their end.
+    pub same_bytes: Option<bool>,
     /// Where the states of the particles differ for the first time; `None` if the recordings keep different frames.
     pub divergence: Option<Divergence>,
 }
@@ -60,11 +60,17 @@ pub fn compare_recordings(
         return Err(VerifyError::Interrupted(code));
     }
     let messages = compare_messages(&left_recording, &right_recording)?;
+    // Behind the damage, a file of a few bytes may claim any size.
+    let same_bytes = match (&messages.difference, &messages.unreadable) {
+        (None, None) => Some(same_bytes(left, right)?),
+        (Some(_), _) => Some(false),
+        (None, Some(_)) => None,
+    };
     Ok(RecordingComparison {
         divergence,
         keys,
         versions: versions(&left_recording, &right_recording),
-        same_bytes: messages.difference.is_none() && same_bytes(left, right)?,
+        same_bytes,
         messages,
     })
 }

@@ -423,4 +423,11 @@ fn analysis_names_fill_for_keyframes() {
     expect(&called, 5);
     expect(&bench.call(&["fill", keys.to_str().unwrap(), "-o", "filled.mcap"]), 0);
     expect(&bench.call(&["analyze", "filled.mcap"]), 0);
+    let record = "frames = 4\nkeep = \"keyframes\"\nkeyframe_distance = 2";
+    let keys = recorded(&bench, "twos", MODELS[3].1, record);
+    for command in ["info", "analyze"] {
+        let called = bench.call(&[command, keys.to_str().unwrap()]);
+        let text = called.out + &called.err;
+        assert!(text.contains("every 2nd frame"), "{command}: {text}");
+    }
 }

@@ -14,6 +14,7 @@ const CLAIMED: u64 = 60_000_000_000;
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 const ATTACHMENT: u8 = 0x09;
 const CHUNK: u8 = 0x06;
+const MESSAGE_INDEX: u8 = 0x07;
 
 /// Calls `kinetoscope` with 2 GiB of address space. A call that blocks is ended after two minutes.
 fn call(bench: &Bench, arguments: &[&str]) -> Called {
@@ -108,6 +109,22 @@ fn side_file_without_end_is_rejected() {
     File::create(&place).unwrap().set_len(CLAIMED).unwrap();
     let called = call(&bench, &["analyze", folder.to_str().unwrap()]);
     assert_error(&called, 5, "it is larger than 64 MiB", "a sparse file");
+}
+
+/// Two files with the same frames before a hole. Control: the recording without a hole has the same bytes as itself.
+#[test]
+fn recordings_are_not_compared_behind_their_damage() {
+    let bench = Bench::new();
+    let recording = bench.recording();
+    let bytes = fs::read(&recording).unwrap();
+    let frames = &bytes[..position_of(&bytes, MESSAGE_INDEX)];
+    write_claim(&bench.path("zeros.mcap"), frames, 0);
+    let called = call(&bench, &["compare", "zeros.mcap", "zeros.mcap"]);
+    assert_error(&called, 5, "5 frames: equal in every message", "two sparse files");
+    assert!(!called.out.contains("byte"), "{}", called.out);
+    assert!(called.err.contains("is damaged at byte"), "{}", called.err);
+    let whole = recording.to_str().unwrap();
+    assert_error(&call(&bench, &["compare", whole, whole]), 0, "equal in every byte", "no hole");
 }
 
 #[test]

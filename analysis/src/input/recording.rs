@@ -2,7 +2,7 @@
 
 use crate::input::error::UnreadableRecording;
 use crate::metric::RunOrigin;
-use kinetoscope_console::text::shown_path;
+use kinetoscope_console::text::{every, shown_path};
 use kinetoscope_manifest::{RunKey, RunManifest, parse_run, run_key};
 use kinetoscope_recording::reader::{Provenance, Recording, StoredFrames};
 use std::path::{Path, PathBuf};
@@ -82,8 +82,9 @@ fn check_all_frames(recording: &Recording) -> Result<(), UnreadableRecording> {
     match recording.provenance().stored {
         StoredFrames::All => Ok(()),
         StoredFrames::Keyframes(distance) => Err(UnreadableRecording(format!(
-            "{path}: it keeps only keyframes (every {distance}th frame), and metrics need all frames; no frame was read. Restore \
-             them with `kinetoscope fill {path}`"
+            "{path}: it keeps only keyframes ({}), and metrics need all frames; no frame was read. Restore them with \
+             `kinetoscope fill {path}`",
+            every(distance.get(), "frame")
         ))),
         StoredFrames::From(_) => Err(UnreadableRecording(format!(
             "{path}: it is a part of a run, and metrics need all frames; no frame was read. Name the recording of the whole run"

@@ -235,10 +235,12 @@ fn compared(comparison: &RecordingComparison, paths: [&Path; 2], find_step: bool
     if let Some(divergence) = &comparison.divergence {
         lines.extend(cause(divergence, comparison.has_other_physics(), find_step));
     }
-    if comparison.same_bytes {
-        lines.push(format!("{frames}: equal in every byte"));
-    } else if comparison.messages.difference.is_none() {
-        lines.push(format!("{frames}: equal in every message, not in every byte"));
+    if comparison.messages.difference.is_none() {
+        lines.push(match comparison.same_bytes {
+            Some(true) => format!("{frames}: equal in every byte"),
+            Some(false) => format!("{frames}: equal in every message, not in every byte"),
+            None => format!("{frames}: equal in every message"),
+        });
     }
     Report { lines, ..messages(&comparison.messages, &left, &right) }
 }
