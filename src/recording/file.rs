@@ -7,9 +7,13 @@ use kinetoscope_files::regular_file;
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
+use std::thread::sleep;
+use std::time::Duration;
 
-/// Number of attempts to open a file that another process may rename meanwhile.
+/// Number of attempts to open a file that another process may rename, or lock for an instant, meanwhile.
 const LOCK_TRIALS: u32 = 8;
+/// Time before the next attempt, if it is locked.
+const BETWEEN_TRIALS: Duration = Duration::from_millis(5);
 /// Number of bytes between two syncs, so that the last sync at the end of a run is short.
 const SYNCED_EVERY: u64 = 16 << 20;
 /// Size of the parts in which two files are compared.
@@ -238,8 +242,10 @@ pub(crate) fn locked(partial: &Path) -> Result<File, RecordError> {
             regular_file::open_or_create(partial).map_err(|error| at(partial, &error))?;
         match file.try_lock() {
             Ok(()) => {}
+            // Possibly by [`is_being_written`].
             Err(TryLockError::WouldBlock) => {
-                return Err(RecordError::Locked { path: partial.to_owned() });
+                sleep(BETWEEN_TRIALS);
+                continue;
             }
             Err(TryLockError::Error(error)) => return Err(at(partial, &error)),
         }
@@ -252,6 +258,13 @@ pub(crate) fn locked(partial: &Path) -> Result<File, RecordError> {
         fs::remove_file(partial).map_err(|error| at(partial, &error))?;
     }
     Err(RecordError::Locked { path: partial.to_owned() })
+}
+
+/// Whether another process is writing a recording. Its lock is tried for an instant, which a writer that starts then waits for.
+#[must_use]
+pub fn is_being_written(path: &Path) -> bool {
+    regular_file::open(path)
+        .is_ok_and(|(file, _)| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
 }
 
 #[cfg(unix)]

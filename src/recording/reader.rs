@@ -156,13 +156,14 @@ impl Recording {
         self.frames_on(if cores < MOST_THREADS { cores } else { MOST_THREADS })
     }
 
-    /// The frames from the start. Up to `threads` threads decompress chunks in addition to the caller's thread; with 1, only
+    /// The frames from the start, of the bytes that the file had when it was opened. Up to `threads` threads decompress chunks in addition to the caller's thread; with 1, only
     /// the caller's thread does. Frames and errors do not depend on the number.
     ///
     /// # Errors
     /// A file that cannot be opened.
     pub fn frames_on(&self, threads: NonZeroUsize) -> Result<Frames, ReadError> {
         let Opened { input, bytes, .. } = opened(self.storage.as_ref(), &self.path)?;
+        let bytes = bytes.min(self.bytes);
         let chunks = ChunkLimits::new(self.max_particles, self.state_columns.len());
         let data = DataSection::new(Records::new(BufReader::new(input), 0, bytes), threads, chunks);
         let (path, columns) = (Arc::clone(&self.path), Arc::clone(&self.state_columns));

@@ -2,7 +2,6 @@
 
 use crate::interrupt::Interrupt;
 use crate::run::prepared::Prepared;
-use crate::run::recording;
 use crate::verify::error::VerifyError;
 use crate::verify::rerun::Rerun;
 use crate::verify::rerun_check::RerunCheck;
@@ -25,8 +24,7 @@ pub fn fill(
     interrupt: &Interrupt,
     on_frame: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<Restored, VerifyError> {
-    let recording = recording::open(path)?;
-    let source = Source::of(&recording)?;
+    let source = Source::open(path)?;
     source.reject_other_physics()?;
     check_suitable(&source, interrupt)?;
     let start = source.prepared_with_all_frames()?;
@@ -42,7 +40,7 @@ pub fn fill(
 
 /// Executes the run and records it; returns the number of frames, and of those that were compared.
 fn record(
-    source: &Source<'_>,
+    source: &Source,
     start: Prepared,
     file: RecordingFile,
     interrupt: &Interrupt,
@@ -50,7 +48,7 @@ fn record(
 ) -> Result<(u64, u64), VerifyError> {
     let header = start.header.clone();
     let mut rerun = Rerun::new(start, interrupt);
-    let (check, observer) = RerunCheck::start(source.recording, &header, 0, None, &rerun.stop)?;
+    let (check, observer) = RerunCheck::start(&source.recording, &header, 0, None, &rerun.stop)?;
     rerun.observer = Some(observer);
     let recorded = rerun.record(file, on_frame, |_| Ok(()))?;
     let (frames, findings) = (recorded.frames, check.findings()?);
@@ -72,9 +70,9 @@ fn record(
     Ok((frames, findings.equal_frames))
 }
 
-fn check_suitable(source: &Source<'_>, interrupt: &Interrupt) -> Result<(), VerifyError> {
+fn check_suitable(source: &Source, interrupt: &Interrupt) -> Result<(), VerifyError> {
     // What the rerun does not read may be damaged as well, such as the summary at the end.
-    if let Some(damage) = ReadablePart::of(source.recording, interrupt)?.damage {
+    if let Some(damage) = ReadablePart::of(source, interrupt)?.damage {
         return Err(damage.into());
     }
     source.reject_part()?;
@@ -93,7 +91,7 @@ fn check_suitable(source: &Source<'_>, interrupt: &Interrupt) -> Result<(), Veri
 }
 
 /// The name that the recording of all frames has: the run key at the end of the name is replaced.
-fn default_output(source: &Source<'_>, key: &str) -> PathBuf {
+fn default_output(source: &Source, key: &str) -> PathBuf {
     let (path, own) = (source.recording.path(), &source.recording.provenance().run_key);
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let renamed = RunKey::from_hex(key).and_then(|key| key.in_place_of(own, &stem));

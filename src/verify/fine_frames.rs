@@ -118,7 +118,7 @@ impl FineFrames {
     }
 
     /// The manifest of a run with these frames.
-    pub(crate) fn manifest(&self, source: &Source<'_>) -> RunManifest {
+    pub(crate) fn manifest(&self, source: &Source) -> RunManifest {
         let mut manifest = source.manifest.with_all_frames();
         manifest.record.interval = self.interval;
         manifest
@@ -127,7 +127,7 @@ impl FineFrames {
     /// A model with this schedule.
     pub(crate) fn prepared(
         &self,
-        source: &Source<'_>,
+        source: &Source,
         model: Box<dyn Model>,
     ) -> Result<Prepared, VerifyError> {
         let manifest = self.manifest(source);

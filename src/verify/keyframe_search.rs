@@ -23,7 +23,7 @@ pub(crate) struct Base {
 /// # Errors
 /// A recording that cannot be opened, or a run that does not start.
 pub(crate) fn nearest(
-    source: &Source<'_>,
+    source: &Source,
     start: &Prepared,
     before: Target,
 ) -> Result<Base, VerifyError> {

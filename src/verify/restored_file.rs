@@ -28,7 +28,7 @@ pub struct Restored {
 }
 
 /// Rejects a file that cannot be written, or exists and is not the result of an earlier call, before the run is executed.
-pub(crate) fn check_output(source: &Source<'_>, path: &Path, key: &str) -> Result<(), VerifyError> {
+pub(crate) fn check_output(source: &Source, path: &Path, key: &str) -> Result<(), VerifyError> {
     let shown = shown_path(path);
     if path.is_dir() || stem_of(path).is_none() {
         return Err(VerifyError::Arguments(format!(

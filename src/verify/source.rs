@@ -3,6 +3,7 @@
 use crate::interrupt::Interrupt;
 use crate::plan::restart_files::StartFiles;
 use crate::run::prepared::Prepared;
+use crate::run::recording;
 use crate::verify::error::VerifyError;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::folder::folder_of;
@@ -10,23 +11,42 @@ use kinetoscope_manifest::{RunManifest, parse_run, run_key};
 use kinetoscope_physics::kind_of;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
 use kinetoscope_recording::error::ReadError;
+use kinetoscope_recording::file::is_being_written;
 use kinetoscope_recording::reader::{Recording, StoredFrames};
+use std::path::Path;
 
 /// A recording whose run this program can execute again.
-pub(crate) struct Source<'a> {
-    pub(crate) recording: &'a Recording,
+pub(crate) struct Source {
+    pub(crate) recording: Recording,
     /// The run, with the same record, and with the state from which it started.
     pub(crate) manifest: RunManifest,
 }
 
-impl<'a> Source<'a> {
+impl Source {
+    /// Opens a recording that no process is writing.
+    pub(crate) fn open(path: &Path) -> Result<Self, VerifyError> {
+        let source = Self::of(&recording::open(path)?)?;
+        source.reject_growing()?;
+        Ok(source)
+    }
+
     /// Reads the manifest of a recording, and the recording from which its run started.
-    pub(crate) fn of(recording: &'a Recording) -> Result<Self, VerifyError> {
+    pub(crate) fn of(recording: &Recording) -> Result<Self, VerifyError> {
         let mut manifest = parse_run(recording.manifest())
             .map_err(|diagnostics| VerifyError::Manifest(diagnostics.render(false)))?;
         let starts = StartFiles::relative_to(folder_of(recording.path()));
         manifest.model.read_start(&|name: &str| starts.read(name)).map_err(VerifyError::Start)?;
-        Ok(Self { recording, manifest })
+        Ok(Self { recording: recording.clone(), manifest })
+    }
+
+    /// Rejects a recording that another process is writing: what is missing would be taken for a difference.
+    fn reject_growing(&self) -> Result<(), VerifyError> {
+        let path = self.recording.path();
+        if self.recording.provenance().outcome.is_some() || !is_being_written(path) {
+            return Ok(());
+        }
+        let what = format!("{} is being written by another process", shown_path(path));
+        Err(VerifyError::Unsuitable(format!("{what}\nhelp: wait for the end of its run")))
     }
 
     /// The physics version that this program has for the model of the run.
@@ -75,7 +95,7 @@ impl<'a> Source<'a> {
     }
 }
 
-/// The readable part of a recording.
+/// The readable part of a recording, whose file may be damaged behind it.
 pub(crate) struct ReadablePart {
     /// Number of frames.
     pub(crate) frames: u64,
@@ -87,15 +107,17 @@ pub(crate) struct ReadablePart {
 
 impl ReadablePart {
     /// Reads a recording to its end.
-    pub(crate) fn of(recording: &Recording, interrupt: &Interrupt) -> Result<Self, VerifyError> {
+    pub(crate) fn of(source: &Source, interrupt: &Interrupt) -> Result<Self, VerifyError> {
         let mut part = Self { frames: 0, last: 0, damage: None };
-        for frame in recording.frames()? {
+        for frame in source.recording.frames()? {
             if let Some(code) = interrupt.exit_code() {
                 return Err(VerifyError::Interrupted(code));
             }
             match frame {
                 Ok(frame) => (part.frames, part.last) = (part.frames + 1, frame.clock.frame),
                 Err(error) => {
+                    // A run may have been resumed meanwhile.
+                    source.reject_growing()?;
                     part.damage = Some(error);
                     break;
                 }

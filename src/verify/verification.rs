@@ -1,7 +1,6 @@
 //! `verify`: the run of a recording is executed again from the embedded manifest, and the bytes or messages are compared.
 
 use crate::interrupt::Interrupt;
-use crate::run::recording;
 use crate::verify::diff::{Comparison, compare_messages};
 use crate::verify::error::VerifyError;
 use crate::verify::rerun::Rerun;
@@ -56,8 +55,8 @@ pub fn verify(
     interrupt: &Interrupt,
     on_frame: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<Verification, VerifyError> {
-    let recording = recording::open(path)?;
-    let provenance = recording.provenance();
+    let source = Source::open(path)?;
+    let provenance = source.recording.provenance();
     if let StoredFrames::From(_) = provenance.stored {
         let what = format!(
             "{} is a part of a run: verify the recording of the whole run",
@@ -65,8 +64,7 @@ pub fn verify(
         );
         return Err(VerifyError::Unsuitable(what));
     }
-    let source = Source::of(&recording)?;
-    let readable = readable_part(&recording, interrupt)?;
+    let readable = readable_part(&source, interrupt)?;
     let (frames, is_damaged) = (readable.frames, readable.damage.is_some());
     let is_unfinished = is_damaged || provenance.outcome == Some(Outcome::Interrupted);
     let rerun = || -> Result<Rerun<'_>, VerifyError> {
@@ -82,28 +80,26 @@ pub fn verify(
     let finding = if !is_damaged && has_same_versions && has_same_bytes(rerun()?, path, on_frame)? {
         Finding::SameBytes { frames }
     } else {
-        Finding::Messages(Box::new(compare_with_rerun(&recording, rerun()?, on_frame)?))
+        Finding::Messages(Box::new(compare_with_rerun(&source.recording, rerun()?, on_frame)?))
     };
+    let manifest = source.recording.manifest();
     Ok(Verification {
         physics_version,
-        key_fits: run_key(recording.manifest(), physics, schema).as_str() == provenance.run_key,
-        reinterpreted: differing_keys(recording.manifest(), &source.manifest.canonical()),
+        key_fits: run_key(manifest, physics, schema).as_str() == provenance.run_key,
+        reinterpreted: differing_keys(manifest, &source.manifest.canonical()),
         finding,
-        recording,
+        recording: source.recording,
     })
 }
 
 /// The readable part of a recording, which has a frame.
-fn readable_part(
-    recording: &Recording,
-    interrupt: &Interrupt,
-) -> Result<ReadablePart, VerifyError> {
-    let readable = ReadablePart::of(recording, interrupt)?;
+fn readable_part(source: &Source, interrupt: &Interrupt) -> Result<ReadablePart, VerifyError> {
+    let readable = ReadablePart::of(source, interrupt)?;
     match readable.damage {
         Some(error) if readable.frames == 0 => Err(error.into()),
         None if readable.frames == 0 => {
             let fault = ReadFault::Damaged { byte: 0, what: "it has no frame".to_owned() };
-            Err(unreadable(recording.path(), fault))
+            Err(unreadable(source.recording.path(), fault))
         }
         _ => Ok(readable),
     }

@@ -4,8 +4,8 @@
 //! messages are compared, then with the fine frames, which are those of a run recorded at this resolution.
 
 use crate::interrupt::Interrupt;
+use crate::run::encoded;
 use crate::run::schedule::is_at_or_before;
-use crate::run::{encoded, recording};
 use crate::verify::error::VerifyError;
 use crate::verify::fine_frames::{FineFrames, Interval};
 use crate::verify::keyframe_search::{Base, nearest};
@@ -33,11 +33,10 @@ pub fn zoom(
     output: Option<&Path>,
     interrupt: &Interrupt,
 ) -> Result<Restored, VerifyError> {
-    let recording = recording::open(path)?;
-    let source = Source::of(&recording)?;
+    let source = Source::open(path)?;
     source.reject_other_physics()?;
     source.reject_part()?;
-    let damage = ReadablePart::of(&recording, interrupt)?.damage;
+    let damage = ReadablePart::of(&source, interrupt)?.damage;
     let start = source.prepared_with_all_frames()?;
     let fine = FineFrames::new(&start, &interval)?;
     let output = match output {
@@ -71,7 +70,7 @@ struct Passed {
 
 /// Executes the run from a base past the interval, and compares the recorded frames.
 fn check(
-    source: &Source<'_>,
+    source: &Source,
     base: Base,
     before: Target,
     end: Target,
@@ -86,7 +85,7 @@ fn check(
     // The paths so far begin before the first frame of the rerun.
     let left_out = Some(TRAIL);
     let (check, observer) =
-        RerunCheck::start(source.recording, &header, base + 1, left_out, &rerun.stop)?;
+        RerunCheck::start(&source.recording, &header, base + 1, left_out, &rerun.stop)?;
     (rerun.first, rerun.observer) = (base + 1, Some(observer));
     let (mut kept, stop) = (base, rerun.stop.clone());
     rerun.record(io::sink(), &|_, _| {}, |state| {
@@ -108,7 +107,7 @@ fn check(
 
 /// Records the fine frames.
 fn record(
-    source: &Source<'_>,
+    source: &Source,
     model: &[u8],
     fine: &FineFrames,
     file: RecordingFile,
@@ -126,7 +125,7 @@ fn record(
     Ok(recorded.outcome)
 }
 
-fn restored(source: &Source<'_>, model: &[u8]) -> Result<Box<dyn Model>, VerifyError> {
+fn restored(source: &Source, model: &[u8]) -> Result<Box<dyn Model>, VerifyError> {
     restore(&source.manifest.model, model).ok_or_else(|| {
         VerifyError::Unsuitable("the state of the run cannot be restored: report this".to_owned())
     })

@@ -3,6 +3,7 @@
 
 #![cfg(target_os = "linux")]
 
+use crate::keyframes::{MODELS, keyframes};
 use crate::subcommand_bench::{Bench, Called, recordings};
 use std::fs::{self, File};
 use std::os::unix::fs::{PermissionsExt as _, chown, symlink};
@@ -56,6 +57,32 @@ fn pruning_keeps_all_files_of_a_run_that_another_process_writes() {
     assert_eq!(recordings(&folder).len(), 1);
     let stem = old.file_stem().unwrap().to_str().unwrap();
     assert!(!names(&folder).iter().any(|name| name.starts_with(stem)), "{:?}", names(&folder));
+}
+
+/// The lock stands for a process that writes the recording. Control: without it, the recording is cut off.
+#[test]
+fn recording_that_another_process_writes_is_not_compared_with_its_run() {
+    let bench = Bench::new();
+    let keys = keyframes(&bench, MODELS[0].1);
+    let bytes = fs::read(&keys).unwrap();
+    let place = bench.write("growing.partial.mcap", "");
+    fs::write(&place, &bytes[..bytes.len() * 3 / 4]).unwrap();
+    let interval = ["--from", "0.001", "--to", "0.002", "--every", "1e-4", "-o", "out.mcap"];
+    let verify = ["verify", "growing.partial.mcap"];
+    let fill = ["fill", "growing.partial.mcap", "-o", "out.mcap"];
+    let zoom = [&["zoom", "growing.partial.mcap"], &interval[..]].concat();
+    let writer = File::open(&place).unwrap();
+    writer.try_lock().unwrap();
+    for arguments in [&verify[..], &fill, &zoom] {
+        let called = call(&bench, arguments);
+        assert_eq!(called.code, Some(5), "{arguments:?}: {}{}", called.out, called.err);
+        let expected = "is being written by another process\nhelp: wait for the end of its run";
+        assert!(called.err.contains(expected), "{arguments:?}: {}", called.err);
+    }
+    drop(writer);
+    let called = call(&bench, &verify);
+    assert_eq!(called.code, Some(5), "{}{}", called.out, called.err);
+    assert!(called.err.contains("is cut off"), "{}", called.err);
 }
 
 #[test]

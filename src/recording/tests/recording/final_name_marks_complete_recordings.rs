@@ -6,7 +6,7 @@
 use crate::sample::{fill, header, read_file, record};
 use kinetoscope_recording::checkpoint;
 use kinetoscope_recording::error::RecordError;
-use kinetoscope_recording::file::{Committed, RecordingFile};
+use kinetoscope_recording::file::{Committed, RecordingFile, is_being_written};
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::recorder::{Clock, Compression, Outcome, Recorder};
@@ -92,6 +92,44 @@ fn second_writer_of_a_recording_is_rejected() {
     assert!(matches!(error, RecordError::Locked { .. }) && error.is_retryable(), "{error}");
     drop(first);
     assert!(RecordingFile::create(folder.path(), "run").is_ok());
+}
+
+/// A reader asks whether a recording is being written; a run that starts at this instant waits for it. Control: a lock that stays is
+/// found by the reader and rejects the run.
+#[test]
+fn lock_of_an_instant_rejects_no_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let partial = folder.path().join("run.partial.mcap");
+    assert!(!is_being_written(&partial));
+    let first = RecordingFile::create(folder.path(), "run").unwrap();
+    assert!(is_being_written(&partial));
+    drop(first);
+    assert!(!is_being_written(&partial));
+    let reader = std::fs::File::open(&partial).unwrap();
+    reader.try_lock_shared().unwrap();
+    let writer = std::thread::spawn(move || RecordingFile::create(folder.path(), "run").is_ok());
+    std::thread::sleep(std::time::Duration::from_millis(2));
+    drop(reader);
+    assert!(writer.join().unwrap());
+}
+
+/// A verification reads a recording several times, and another process may write it meanwhile. Control: opened again, it has all
+/// frames.
+#[test]
+fn frames_are_those_of_the_file_when_it_was_opened() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("growing.mcap");
+    let whole = record(&header(Compression::Zstd), 30, 3000);
+    std::fs::write(&path, &whole[..whole.len() / 2]).unwrap();
+    let recording = Recording::open(&path).unwrap();
+    let frames = || {
+        let read: Vec<_> = recording.frames().unwrap().collect();
+        (read.len(), read.last().unwrap().as_ref().unwrap_err().to_string())
+    };
+    let before = frames();
+    std::fs::write(&path, &whole).unwrap();
+    assert_eq!(frames(), before);
+    assert_eq!(Recording::open(&path).unwrap().frames().unwrap().flatten().count(), 30);
 }
 
 /// Another process may prune the folder at any time.
