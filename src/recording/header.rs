@@ -7,6 +7,7 @@ use crate::keyframe::KEYFRAME;
 use crate::playback::{log_time_ns, simulated_per_second};
 use crate::provenance::Provenance;
 use crate::scenery::Scenery;
+use crate::schema::schema_of;
 use crate::stored_frames::StoredFrames;
 use kinetoscope_files::regular_file::MAX_MANIFEST_BYTES;
 use std::num::NonZeroU32;
@@ -83,6 +84,12 @@ impl Header {
         topics.extend([channels::WALLS, channels::LEGEND, channels::LOG]);
         topics.extend(matches!(self.stored, StoredFrames::Keyframes(_)).then_some(KEYFRAME));
         topics
+    }
+
+    /// Full name of the schema of a topic; `None` if it has none.
+    #[must_use]
+    pub fn schema_name(&self, topic: &str) -> Option<String> {
+        schema_of(topic, self.channels).ok().map(|schema| schema.name)
     }
 
     /// Whether a topic, with its leading slash, is recorded.

@@ -32,6 +32,12 @@ impl Keyframe {
     pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
         Self::decode(bytes).ok()
     }
+
+    /// Whether these are the bytes that a recorder writes for this keyframe. Other bytes may be decoded to the same values.
+    #[must_use]
+    pub fn is_written_as(&self, bytes: &[u8]) -> bool {
+        self.encode_to_vec() == bytes
+    }
 }
 
 /// The schema as a serialized `FileDescriptorSet`.

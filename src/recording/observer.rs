@@ -51,6 +51,9 @@ pub trait FrameObserver: Send {
     /// Called for each recorded message.
     fn message(&mut self, topic: &'static str, log_time_ns: u64, payload: &[u8]);
 
+    /// Called before the end of a frame for which the run has encoded the state of its model, such as a keyframe.
+    fn model_state(&mut self, _state: &[u8]) {}
+
     /// Called after the last message of a frame. A line of the log may still follow.
     fn end_of_frame(&mut self);
 }

@@ -45,7 +45,7 @@ pub struct RunState<W: Write = RecordingFile> {
     pub next: u64,
     /// Shown each frame.
     pub(crate) viewer: Option<FrameViewer>,
-    /// Which frames are stored, and the number of all.
+    /// The frames of which the state of the model is encoded: those of [`StoredFrames::Keyframes`], and the number of all frames.
     stored: (StoredFrames, Option<u64>),
 }
 
@@ -54,6 +54,12 @@ impl<W: Write> RunState<W> {
         let Prepared { model, schedule, header } = prepared;
         let stored = (header.stored, header.frames_expected);
         Self { model, schedule, recorder, next, viewer: None, stored }
+    }
+
+    /// Encodes the state of the model at the keyframes of another recording of this run, for an observer.
+    pub(crate) fn with_keyframes_of(mut self, stored: StoredFrames) -> Self {
+        self.stored.0 = stored;
+        self
     }
 
     /// The encoded state of the model, if the next frame to write is a keyframe.
@@ -106,7 +112,13 @@ pub fn record_start<W: Write + Send + 'static>(
     Ok(state)
 }
 
-fn record_now<W: Write + Send + 'static>(state: &mut RunState<W>) -> Result<(), RecordError> {
+/// Records the frame at which the model is.
+///
+/// # Errors
+/// A sink that fails.
+pub(crate) fn record_now<W: Write + Send + 'static>(
+    state: &mut RunState<W>,
+) -> Result<(), RecordError> {
     let keyframe = state.keyframe()?;
     let RunState { model, viewer, .. } = state;
     let clock = Clock { count: model.count(), time: model.time() };

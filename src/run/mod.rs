@@ -17,7 +17,7 @@ pub mod recording;
 pub mod resources;
 pub mod schedule;
 
-pub(crate) use frame_loop::encoded;
 pub use frame_loop::{RunError, RunSpec, RunState, record_frames, record_start};
+pub(crate) use frame_loop::{encoded, record_now};
 #[cfg(not(target_family = "wasm"))]
 pub use on_disk::{RunContext, RunReport, RunStart, execute};

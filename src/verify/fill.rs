@@ -46,10 +46,8 @@ fn record(
     interrupt: &Interrupt,
     on_frame: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<(u64, u64), VerifyError> {
-    let header = start.header.clone();
     let mut rerun = Rerun::new(start, interrupt);
-    let (check, observer) = RerunCheck::start(&source.recording, &header, 0, None, &rerun.stop)?;
-    rerun.observer = Some(observer);
+    let check = RerunCheck::start(&source.recording, &mut rerun)?;
     let recorded = rerun.record(file, on_frame, |_| Ok(()))?;
     let (frames, findings) = (recorded.frames, check.findings()?);
     if let Some(error) = findings.unreadable {

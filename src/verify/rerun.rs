@@ -2,13 +2,13 @@
 
 use crate::interrupt::Interrupt;
 use crate::run::prepared::Prepared;
-use crate::run::{RunState, record_frames, record_start};
+use crate::run::{RunState, record_frames, record_now};
 use crate::verify::error::VerifyError;
 use kinetoscope_physics::model::{Model, Progress, Target};
 use kinetoscope_recording::background::FrameWriter;
 use kinetoscope_recording::error::RecordError;
 use kinetoscope_recording::observer::FrameObserver;
-use kinetoscope_recording::reader::Outcome;
+use kinetoscope_recording::reader::{Outcome, StoredFrames};
 use kinetoscope_recording::recorder::Recorder;
 use std::io::Write;
 
@@ -18,7 +18,7 @@ const BUDGET: u64 = 10_000;
 /// A run that is executed again and recorded.
 pub(crate) struct Rerun<'a> {
     /// The model and the header of the recording.
-    start: Prepared,
+    pub(crate) start: Prepared,
     interrupt: &'a Interrupt,
     /// Ends this rerun without a signal.
     pub(crate) stop: Interrupt,
@@ -26,8 +26,9 @@ pub(crate) struct Rerun<'a> {
     pub(crate) first: u64,
     /// The frame after which the rerun ends, and its outcome then. Without it, the rerun ends with the run.
     pub(crate) last: Option<(u64, Outcome)>,
-    /// Receives the messages.
+    /// Receives the messages, and the state of the model at the keyframes of `keyframes_of`.
     pub(crate) observer: Option<Box<dyn FrameObserver>>,
+    pub(crate) keyframes_of: StoredFrames,
 }
 
 /// What a rerun has recorded.
@@ -41,7 +42,8 @@ impl<'a> Rerun<'a> {
     /// The whole run.
     pub(crate) fn new(start: Prepared, interrupt: &'a Interrupt) -> Self {
         let stop = interrupt.with_own_stop();
-        Self { start, interrupt, stop, first: 0, last: None, observer: None }
+        let keyframes_of = start.header.stored;
+        Self { start, interrupt, stop, first: 0, last: None, observer: None, keyframes_of }
     }
 
     /// Executes and records the run. `between` is called between two parts of the work.
@@ -68,7 +70,7 @@ impl<'a> Rerun<'a> {
         on_frame: &(dyn Fn(u64, u64) + Sync),
         mut between: impl FnMut(&RunState<W>) -> Result<(), RecordError>,
     ) -> Result<Recorded<W>, RecordError> {
-        let Self { start, first, stop, last, observer, .. } = self;
+        let Self { start, first, stop, last, observer, keyframes_of, .. } = self;
         let stop_after = |frame| {
             if last.as_ref().is_some_and(|(last, _)| *last == frame) {
                 stop.stop();
@@ -79,10 +81,12 @@ impl<'a> Rerun<'a> {
         if let Some(observer) = observer {
             recorder.show_to(observer)?;
         }
-        let mut state = match first {
-            0 => record_start(start, recorder)?,
-            _ => RunState::new(start, FrameWriter::start(recorder.at_frame(first)), first),
-        };
+        let writer = FrameWriter::start(recorder.at_frame(first));
+        let next = if first == 0 { 1 } else { first };
+        let mut state = RunState::new(start, writer, next).with_keyframes_of(keyframes_of);
+        if first == 0 {
+            record_now(&mut state)?;
+        }
         let on_frame = |frame, of| {
             stop_after(frame);
             on_frame(frame, of);

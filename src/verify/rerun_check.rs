@@ -4,11 +4,12 @@
 
 use crate::interrupt::Interrupt;
 use crate::verify::error::VerifyError;
+use crate::verify::rerun::Rerun;
+use kinetoscope_recording::channels::TRAIL;
 use kinetoscope_recording::error::{ReadError, ReadFault};
 use kinetoscope_recording::keyframe::{FrameHashes, KEYFRAME, Keyframe, MessageHash};
 use kinetoscope_recording::observer::{ChannelList, FrameObserver};
-use kinetoscope_recording::reader::{Frames, RecordedFrame, Recording};
-use kinetoscope_recording::recorder::Header;
+use kinetoscope_recording::reader::{Frames, RecordedFrame, RecordedMessage, Recording};
 use std::mem::replace;
 use std::ops::Range;
 use std::panic::resume_unwind;
@@ -18,6 +19,8 @@ use std::thread::{Builder, JoinHandle};
 
 /// Frames that wait for the check. Memory holds two more: the one that is checked and the one that is filled.
 const WAITING: usize = 2;
+/// The place of a difference that is not in a channel.
+const NUMBER_OF_FRAMES: &str = "number of frames";
 
 /// What a check has found.
 #[derive(Debug, Default)]
@@ -37,31 +40,28 @@ pub(crate) struct RerunCheck {
 }
 
 impl RerunCheck {
-    /// Starts a check of the messages that the returned observer receives, from frame `first` on. It stops the rerun at the first
-    /// difference. `left_out` is a topic that depends on frames before the first one of this rerun.
+    /// Starts a check of all messages of a rerun, and of the states of its model at the keyframes of the recording. It stops the rerun
+    /// at the first difference. The recording must end with a rerun that begins at the start of the run; if one begins later, the
+    /// paths of the particles are not compared, because they depend on the frames before.
     ///
     /// # Errors
     /// A recording that cannot be opened, or a system without another thread.
-    pub(crate) fn start(
-        recording: &Recording,
-        rerun: &Header,
-        first: u64,
-        left_out: Option<&'static str>,
-        stop: &Interrupt,
-    ) -> Result<(Self, Box<dyn FrameObserver>), VerifyError> {
-        let topics: Vec<&'static str> =
-            rerun.topics().into_iter().filter(|topic| rerun.wants(topic)).collect();
-        let left_out = topics.iter().position(|topic| Some(*topic) == left_out);
-        let expected = ExpectedHashes::of(recording, topics)?;
-        let mut comparison = HashComparison { expected, left_out };
+    pub(crate) fn start(recording: &Recording, rerun: &mut Rerun<'_>) -> Result<Self, VerifyError> {
+        let (header, first) = (&rerun.start.header, rerun.first);
+        let topics = header.topics().into_iter().filter(|topic| header.wants(topic));
+        let topics = topics.map(|topic| (topic, header.schema_name(topic))).collect();
+        let expected = ExpectedMessages::of(recording, topics)?;
+        let mut comparison = MessageComparison { expected, first };
         let (sender, frames) = sync_channel(WAITING);
-        let stop = stop.clone();
+        let stop = rerun.stop.clone();
         let thread = Builder::new()
             .name("check".to_owned())
-            .spawn(move || comparison.compare_all(first, &frames, &stop))
+            .spawn(move || comparison.compare_all(&frames, &stop))
             .map_err(|error| VerifyError::Write(error.into()))?;
-        let check = Self { path: recording.path().to_owned(), thread };
-        Ok((check, Box::new(MessageSender { frame: Messages::default(), frames: sender })))
+        rerun.observer =
+            Some(Box::new(MessageSender { frame: Messages::default(), frames: sender }));
+        rerun.keyframes_of = recording.provenance().stored;
+        Ok(Self { path: recording.path().to_owned(), thread })
     }
 
     /// Waits for the end of the check, which comes when the rerun has dropped the observer.
@@ -83,6 +83,8 @@ struct Messages {
     /// Topic, log time in ns, and place of the payload in `bytes`.
     list: Vec<(&'static str, u64, Range<usize>)>,
     bytes: Vec<u8>,
+    /// The state of the model, if the frame is a keyframe of the recording.
+    model: Option<Vec<u8>>,
 }
 
 /// Sends the messages of each frame to the check.
@@ -100,38 +102,76 @@ impl FrameObserver for MessageSender {
         self.frame.list.push((topic, log_time_ns, start..self.frame.bytes.len()));
     }
 
+    fn model_state(&mut self, state: &[u8]) {
+        self.frame.model = Some(state.to_vec());
+    }
+
     fn end_of_frame(&mut self) {
-        let (messages, bytes) = (self.frame.list.len(), self.frame.bytes.len());
-        let next =
-            Messages { list: Vec::with_capacity(messages), bytes: Vec::with_capacity(bytes) };
+        let (list, bytes) = (self.frame.list.len(), self.frame.bytes.len());
+        let next = Messages {
+            list: Vec::with_capacity(list),
+            bytes: Vec::with_capacity(bytes),
+            model: None,
+        };
         // An error means that the check has ended.
         drop(self.frames.send(replace(&mut self.frame, next)));
     }
 }
 
-/// The keyframe of a frame; `None` if it has none, or a damaged one.
-pub(crate) fn keyframe_of(frame: &RecordedFrame) -> Option<Keyframe> {
-    let message = frame.messages().iter().find(|message| message.topic() == KEYFRAME)?;
-    Keyframe::from_bytes(message.payload())
+fn keyframe_message(frame: &RecordedFrame) -> Option<&RecordedMessage> {
+    frame.messages().iter().find(|message| message.topic() == KEYFRAME)
 }
 
-/// The hashes of a recording's frames, in order.
-struct ExpectedHashes {
+/// The keyframe of a frame; `None` if it has none, or a damaged one.
+pub(crate) fn keyframe_of(frame: &RecordedFrame) -> Option<Keyframe> {
+    Keyframe::from_bytes(keyframe_message(frame)?.payload())
+}
+
+/// What a recording keeps of a frame.
+#[derive(Default)]
+struct Expected {
+    hashes: Vec<MessageHash>,
+    keyframe: Option<RecordedMessage>,
+    /// A topic whose schema is not that of the rerun.
+    other_schema: Option<&'static str>,
+}
+
+impl Expected {
+    /// Whether the frame has the keyframe of a state, or none if there is no state. The hashes in it are those of the frames before,
+    /// with which they are compared.
+    fn has_keyframe_of(&self, model: Option<Vec<u8>>) -> bool {
+        match (&self.keyframe, model) {
+            (Some(message), Some(model)) => {
+                Keyframe::from_bytes(message.payload()).is_some_and(|recorded| {
+                    Keyframe { model, ..recorded }.is_written_as(message.payload())
+                })
+            }
+            (None, None) => true,
+            _ => false,
+        }
+    }
+}
+
+/// What a recording keeps of its frames, in order.
+struct ExpectedMessages {
     path: PathBuf,
     frames: Frames,
-    /// The topics of the rerun; a message is hashed with the position of its topic.
-    topics: Vec<&'static str>,
+    /// The topics of the rerun with their schemas; a message is hashed with the position of its topic.
+    topics: Vec<(&'static str, Option<String>)>,
     /// The hashes of frames that are not stored, before the frame of `stored`.
     hashes: FrameHashes,
-    /// The hashes of the messages of the stored frame that was read last.
-    stored: Option<Vec<MessageHash>>,
-    /// The frame after the last one whose hashes were returned.
+    /// The stored frame that was read last.
+    stored: Option<Expected>,
+    /// The frame after the last one that was returned.
     next: u64,
     at_end: bool,
 }
 
-impl ExpectedHashes {
-    fn of(recording: &Recording, topics: Vec<&'static str>) -> Result<Self, ReadError> {
+impl ExpectedMessages {
+    fn of(
+        recording: &Recording,
+        topics: Vec<(&'static str, Option<String>)>,
+    ) -> Result<Self, ReadError> {
         Ok(Self {
             path: recording.path().to_path_buf(),
             frames: recording.frames()?,
@@ -148,29 +188,31 @@ impl ExpectedHashes {
         ReadError { path: self.path.clone(), intact_frames: self.next, fault }
     }
 
-    /// The hashes of a frame; `None` if the recording ends before it.
-    fn of_frame(&mut self, frame: u64) -> Result<Option<Vec<MessageHash>>, ReadError> {
-        while let Some((index, hashes)) = self.next()? {
-            if index >= frame {
-                return Ok(Some(hashes));
+    fn position(&self, topic: &str) -> Option<usize> {
+        self.topics.iter().position(|(known, _)| *known == topic)
+    }
+
+    /// A frame; `None` if the recording ends before it.
+    fn of_frame(&mut self, frame: u64) -> Result<Option<Expected>, ReadError> {
+        while let Some(expected) = self.next()? {
+            if self.next > frame {
+                return Ok(Some(expected));
             }
         }
         Ok(None)
     }
 
-    /// The next frame and its hashes; `None` at the end.
-    fn next(&mut self) -> Result<Option<(u64, Vec<MessageHash>)>, ReadError> {
+    /// The next frame; `None` at the end.
+    fn next(&mut self) -> Result<Option<Expected>, ReadError> {
         loop {
-            let next = match (self.hashes.next(), self.stored.take()) {
-                (Some(hashes), stored) => {
-                    self.stored = stored;
-                    Some(hashes.map_err(|_| self.damaged("the hashes of its frames"))?)
-                }
-                (None, stored) => stored,
+            let next = match self.hashes.next() {
+                Some(Ok(hashes)) => Some(Expected { hashes, ..Expected::default() }),
+                Some(Err(_)) => return Err(self.damaged("the hashes of its frames")),
+                None => self.stored.take(),
             };
-            if let Some(hashes) = next {
+            if next.is_some() {
                 self.next += 1;
-                return Ok(Some((self.next - 1, hashes)));
+                return Ok(next);
             }
             if self.at_end {
                 return Ok(None);
@@ -193,72 +235,87 @@ impl ExpectedHashes {
             return Err(self.damaged("hashes of frames are missing"));
         }
         self.hashes = FrameHashes::new(hashes);
-        let mut own = Vec::new();
+        let keyframe = keyframe_message(frame).cloned();
+        let mut stored = Expected { keyframe, ..Expected::default() };
         for message in frame.messages().iter().filter(|message| message.topic() != KEYFRAME) {
-            let channel = self.topics.iter().position(|topic| *topic == message.topic());
+            let channel = self.position(message.topic());
             let channel = channel.ok_or_else(|| self.damaged("a channel that no run has"))?;
+            let (topic, schema) = &self.topics[channel];
+            if schema.as_deref() != Some(message.schema()) {
+                stored.other_schema.get_or_insert(topic);
+            }
             let hash = MessageHash::of(channel, message.log_time_ns(), message.payload());
-            own.push(hash.map_err(|error| self.damaged(&error.to_string()))?);
+            stored.hashes.push(hash.map_err(|error| self.damaged(&error.to_string()))?);
         }
-        self.stored = Some(own);
+        self.stored = Some(stored);
         Ok(())
     }
 }
 
-/// Compares the hashes of a rerun's messages with the expected ones.
-struct HashComparison {
-    expected: ExpectedHashes,
-    /// The position of the topic that is not compared.
-    left_out: Option<usize>,
+/// Compares the messages of a rerun with the expected ones.
+struct MessageComparison {
+    expected: ExpectedMessages,
+    /// The first frame of the rerun.
+    first: u64,
 }
 
-impl HashComparison {
+impl MessageComparison {
     /// Compares all frames up to the first difference.
-    fn compare_all(
-        &mut self,
-        first: u64,
-        frames: &Receiver<Messages>,
-        stop: &Interrupt,
-    ) -> Findings {
+    fn compare_all(&mut self, frames: &Receiver<Messages>, stop: &Interrupt) -> Findings {
         let mut findings = Findings::default();
-        for (frame, messages) in (first..).zip(frames) {
-            match self.difference(frame, &messages) {
+        for (frame, messages) in (self.first..).zip(frames) {
+            match self.difference(frame, messages) {
                 Ok(None) => findings.equal_frames += 1,
                 Ok(Some(channel)) => {
                     findings.mismatch = Some((frame, channel));
                     stop.stop();
-                    break;
+                    return findings;
                 }
                 Err(error) => {
                     findings.unreadable = Some(error);
-                    break;
+                    return findings;
                 }
+            }
+        }
+        if self.first == 0 {
+            match self.expected.next() {
+                Ok(None) => {}
+                Ok(Some(_)) => {
+                    let frame = findings.equal_frames;
+                    findings.mismatch = Some((frame, NUMBER_OF_FRAMES.to_owned()));
+                }
+                Err(error) => findings.unreadable = Some(error),
             }
         }
         findings
     }
 
     /// The first channel of a frame that differs.
-    fn difference(&mut self, frame: u64, messages: &Messages) -> Result<Option<String>, ReadError> {
+    fn difference(&mut self, frame: u64, messages: Messages) -> Result<Option<String>, ReadError> {
         let Some(mut expected) = self.expected.of_frame(frame)? else {
-            return Ok(Some("number of frames".to_owned()));
+            return Ok(Some(NUMBER_OF_FRAMES.to_owned()));
         };
-        let (topics, mut found) = (&self.expected.topics, Vec::new());
+        if let Some(topic) = expected.other_schema {
+            return Ok(Some(topic.to_owned()));
+        }
+        let mut found = Vec::new();
         for (topic, log_time_ns, payload) in &messages.list {
-            let channel = topics.iter().position(|known| known == topic);
+            let channel = self.expected.position(topic);
             // A channel that is missing from the list gives a difference.
             let payload = &messages.bytes[payload.clone()];
             found.extend(MessageHash::of(channel.unwrap_or(0), *log_time_ns, payload));
         }
-        for hashes in [&mut expected, &mut found] {
-            hashes.retain(|hash| Some(usize::from(hash.channel)) != self.left_out);
+        let left_out = self.expected.position(TRAIL).filter(|_| self.first > 0);
+        for hashes in [&mut expected.hashes, &mut found] {
+            hashes.retain(|hash| Some(usize::from(hash.channel)) != left_out);
         }
-        let length = expected.len().max(found.len());
-        let differing = (0..length).find(|&index| expected.get(index) != found.get(index));
-        Ok(differing.map(|index| {
-            let hash = expected.get(index).or(found.get(index));
-            let topic = hash.and_then(|hash| topics.get(usize::from(hash.channel)));
-            topic.map_or("number of frames", |topic| *topic).to_owned()
-        }))
+        let length = expected.hashes.len().max(found.len());
+        let differing = (0..length).find(|&index| expected.hashes.get(index) != found.get(index));
+        if let Some(index) = differing {
+            let hash = expected.hashes.get(index).or(found.get(index));
+            let topic = hash.and_then(|hash| self.expected.topics.get(usize::from(hash.channel)));
+            return Ok(Some(topic.map_or(NUMBER_OF_FRAMES, |(topic, _)| *topic).to_owned()));
+        }
+        Ok((!expected.has_keyframe_of(messages.model)).then(|| KEYFRAME.to_owned()))
     }
 }

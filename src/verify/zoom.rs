@@ -15,7 +15,6 @@ use crate::verify::restored_file::{Restored, check_output, written};
 use crate::verify::source::{ReadablePart, Source};
 use kinetoscope_physics::model::{Model, Target};
 use kinetoscope_physics::restore;
-use kinetoscope_recording::channels::TRAIL;
 use kinetoscope_recording::file::RecordingFile;
 use kinetoscope_recording::reader::{Outcome, StoredFrames};
 use kinetoscope_recording::recorder::Compression;
@@ -79,14 +78,10 @@ fn check(
     let Base { prepared: mut start, frame: base, mut notes } = base;
     let mut model = encoded(&*start.model)?;
     start.header.compression = Compression::None;
-    let (frames, schedule, header) =
-        (start.schedule.frames(), start.schedule.clone(), start.header.clone());
+    let (frames, schedule) = (start.schedule.frames(), start.schedule.clone());
     let mut rerun = Rerun::new(start, interrupt);
-    // The paths so far begin before the first frame of the rerun.
-    let left_out = Some(TRAIL);
-    let (check, observer) =
-        RerunCheck::start(&source.recording, &header, base + 1, left_out, &rerun.stop)?;
-    (rerun.first, rerun.observer) = (base + 1, Some(observer));
+    rerun.first = base + 1;
+    let check = RerunCheck::start(&source.recording, &mut rerun)?;
     let (mut kept, stop) = (base, rerun.stop.clone());
     rerun.record(io::sink(), &|_, _| {}, |state| {
         let last = state.next - 1;

@@ -1,8 +1,10 @@
 //! Guarantee: a recording that keeps only keyframes is filled to the bytes of the full one, and an interval of it is recomputed to the
 //! frames of a run that is recorded at that resolution; what does not agree is reported, and the original is never changed.
 
+use crate::forged_recording::Forgery;
 use crate::subcommand_bench::{Bench, Called, command, recordings};
 use kinetoscope::Recording;
+use kinetoscope_recording::keyframe::{KEYFRAME, Keyframe};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -339,6 +341,59 @@ fn correct_attachment(path: &Path) {
         at = end;
     }
     fs::write(path, bytes).unwrap();
+}
+
+/// Bits of the states at the start, in the middle and at the end of a run, behind correct checksums. Control: the same file without a
+/// change gives all frames.
+#[test]
+fn changed_keyframe_is_found() {
+    for (name, model, [from, to, every, _]) in MODELS {
+        let bench = Bench::new();
+        let keys = keyframes(&bench, model);
+        let forge = |changed: u64, place: Option<usize>| {
+            let message = |topic: &str, frame: u64, payload: &mut Vec<u8>| {
+                if let (KEYFRAME, Some(place), true) = (topic, place, frame == changed) {
+                    let state = Keyframe::from_bytes(payload).unwrap().model;
+                    let start = payload.windows(state.len()).position(|part| part == state);
+                    payload[start.unwrap() + (state.len() - 1) * place / 4] ^= 1 << place;
+                }
+                true
+            };
+            let forgery = Forgery { message: Some(&message), ..Forgery::default() };
+            forgery.write(&keys, &bench.path("forged.mcap"));
+        };
+        let fill = || bench.call(&["fill", "forged.mcap", "-o", "out.mcap"]);
+        // Of the frames 0, 7, …, 35, 40.
+        for keyframe in [0, 2, 6] {
+            for place in 0..5 {
+                forge(keyframe, Some(place));
+                let filled = fill();
+                assert_eq!(filled.code, Some(4), "{name}: {}{}", filled.out, filled.err);
+                assert!(filled.err.contains("/keyframe"), "{name}: {}", filled.err);
+                assert!(!bench.path("out.mcap").exists());
+            }
+        }
+        // The interval is after the second keyframe, and the third one is in it or next to it.
+        forge(2, Some(2));
+        let zoomed = zoom(&bench, &bench.path("forged.mcap"), [from, to, every], "out.mcap");
+        assert!(zoomed.code != Some(0), "{name}: {}{}", zoomed.out, zoomed.err);
+        forge(0, None);
+        expect(&fill(), 0);
+    }
+}
+
+/// A recording of more frames than its manifest requests, each of which is a frame of the run.
+#[test]
+fn frames_after_the_end_of_the_run_are_found() {
+    let bench = Bench::new();
+    let record = "every_s = 0.001\nkeep = \"keyframes\"\nkeyframe_distance = 5";
+    let keys = recorded(&bench, "keys", MODELS[1].1, record);
+    let copy = edited(&keys, b"duration_s = 0.02\n", b"duration_s = 0.01\n");
+    correct_attachment(&copy);
+    let called = bench.call(&["fill", copy.to_str().unwrap(), "-o", "out.mcap"]);
+    expect(&called, 4);
+    assert!(called.err.contains("in frame 11, number of frames"), "{}", called.err);
+    assert!(!bench.path("out.mcap").exists());
 }
 
 /// A manifest with another coefficient under the frames of this one.

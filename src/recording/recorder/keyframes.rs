@@ -64,12 +64,15 @@ impl<W: Write> Recorder<W> {
         Ok(())
     }
 
-    /// Ends a frame: its hashes, or the message of a keyframe.
+    /// Ends a frame: its hashes, or the message of a keyframe. An observer receives the state of the model as well.
     pub(super) fn write_keyframe(
         &mut self,
         model: &mut Vec<u8>,
         log_time: u64,
     ) -> Result<(), RecordError> {
+        if let Some(observer) = self.observer.as_mut().filter(|_| !model.is_empty()) {
+            observer.model_state(model);
+        }
         if self.unstored.is_now {
             end_frame(&mut self.unstored.hashes);
         } else if matches!(self.header.stored, StoredFrames::Keyframes(_)) {
