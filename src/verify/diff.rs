@@ -5,7 +5,9 @@ use kinetoscope_recording::channels::{self, FrameClock};
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::fields::{FieldValue, FieldValues, read_fields};
 use kinetoscope_recording::paired_frames::PairedFrames;
-use kinetoscope_recording::reader::{Outcome, RecordedFrame, RecordedMessage, Recording};
+use kinetoscope_recording::reader::{
+    Outcome, RecordedFrame, RecordedMessage, Recording, StoredFrames,
+};
 
 /// Length up to which a value is shown.
 const LONGEST_VALUE: usize = 2000;
@@ -74,10 +76,10 @@ fn compare_pairs(left: &Recording, right: &Recording, mut pairs: PairedFrames) -
                 comparison.equal_frames += u64::from(comparison.difference.is_none());
             }
             [None, None] => {
-                let [one, other] = [left, right].map(outcome);
-                let place = "outcome".to_owned();
-                comparison.difference =
-                    (one != other).then(|| Difference { place, found: values(one, other) });
+                match between_ends(left, right) {
+                    Ok(difference) => comparison.difference = difference,
+                    Err(error) => comparison.unreadable = Some(error),
+                }
                 break;
             }
             [rest, _] => {
@@ -111,6 +113,31 @@ fn between_headers(left: &Recording, right: &Recording) -> Option<Difference> {
         place: place.to_owned(),
         found: values(quoted(&one), quoted(&other)),
     })
+}
+
+/// Compares what follows the last frame: the outcome, and the hashes of the frames after the last keyframe of a run that failed.
+fn between_ends(left: &Recording, right: &Recording) -> Result<Option<Difference>, ReadError> {
+    let [one, other] = [left, right].map(outcome);
+    if one != other {
+        return Ok(Some(Difference { place: "outcome".to_owned(), found: values(one, other) }));
+    }
+    if !matches!(left.provenance().outcome, Some(Outcome::Fault(_)))
+        || remaining_hashes(left)? == remaining_hashes(right)?
+    {
+        return Ok(None);
+    }
+    let place = "frames after the last keyframe".to_owned();
+    Ok(Some(Difference { place, found: Found::Text("their hashes differ".to_owned()) }))
+}
+
+/// The hashes of the frames that are not stored after the last keyframe.
+fn remaining_hashes(recording: &Recording) -> Result<Vec<u8>, ReadError> {
+    if !matches!(recording.provenance().stored, StoredFrames::Keyframes(_)) {
+        return Ok(Vec::new());
+    }
+    let mut frames = recording.frames()?;
+    frames.by_ref().try_for_each(|frame| frame.map(drop))?;
+    Ok(frames.remaining_hashes().to_vec())
 }
 
 fn between_frames(left: &RecordedFrame, right: &RecordedFrame) -> Option<Difference> {

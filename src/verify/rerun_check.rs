@@ -5,11 +5,12 @@
 use crate::interrupt::Interrupt;
 use crate::verify::error::VerifyError;
 use crate::verify::rerun::Rerun;
-use kinetoscope_recording::channels::TRAIL;
+use kinetoscope_recording::channels::{LOG, TRAIL};
 use kinetoscope_recording::error::{ReadError, ReadFault};
+use kinetoscope_recording::frame::LogLine;
 use kinetoscope_recording::keyframe::{FrameHashes, KEYFRAME, Keyframe, MessageHash};
 use kinetoscope_recording::observer::{ChannelList, FrameObserver};
-use kinetoscope_recording::reader::{Frames, RecordedFrame, RecordedMessage, Recording};
+use kinetoscope_recording::reader::{Frames, Outcome, RecordedFrame, RecordedMessage, Recording};
 use std::mem::replace;
 use std::ops::Range;
 use std::panic::resume_unwind;
@@ -162,6 +163,8 @@ struct ExpectedMessages {
     hashes: FrameHashes,
     /// The stored frame that was read last.
     stored: Option<Expected>,
+    /// Why the run failed.
+    fault: Option<String>,
     /// The frame after the last one that was returned.
     next: u64,
     at_end: bool,
@@ -178,6 +181,10 @@ impl ExpectedMessages {
             topics,
             hashes: FrameHashes::default(),
             stored: None,
+            fault: match &recording.provenance().outcome {
+                Some(Outcome::Fault(fault)) => Some(fault.clone()),
+                _ => None,
+            },
             next: recording.provenance().stored.first(),
             at_end: false,
         })
@@ -227,6 +234,19 @@ impl ExpectedMessages {
         }
     }
 
+    /// The messages of a frame without the line about the end of the run, which was added to its last frame later. The outcome, which is
+    /// compared, has the same text.
+    fn without_remark<'a>(&self, frame: &'a RecordedFrame) -> &'a [RecordedMessage] {
+        let is_remark = |line: &LogLine| {
+            let fault = self.fault.as_deref().map(|fault| fault.trim_end_matches('…'));
+            fault.is_some_and(|fault| line.text.starts_with(fault))
+        };
+        match (frame.messages().split_last(), frame.log_lines().last()) {
+            (Some((last, others)), Some(line)) if last.topic() == LOG && is_remark(line) => others,
+            _ => frame.messages(),
+        }
+    }
+
     /// Reads a stored frame, and the hashes of the frames before it.
     fn read(&mut self, frame: &RecordedFrame) -> Result<(), ReadError> {
         let hashes = keyframe_of(frame).map(|keyframe| keyframe.hashes).unwrap_or_default();
@@ -237,7 +257,8 @@ impl ExpectedMessages {
         self.hashes = FrameHashes::new(hashes);
         let keyframe = keyframe_message(frame).cloned();
         let mut stored = Expected { keyframe, ..Expected::default() };
-        for message in frame.messages().iter().filter(|message| message.topic() != KEYFRAME) {
+        let messages = self.without_remark(frame).iter();
+        for message in messages.filter(|message| message.topic() != KEYFRAME) {
             let channel = self.position(message.topic());
             let channel = channel.ok_or_else(|| self.damaged("a channel that no run has"))?;
             let (topic, schema) = &self.topics[channel];

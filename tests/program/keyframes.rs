@@ -365,7 +365,7 @@ fn changed_keyframe_is_found() {
         let fill = || bench.call(&["fill", "forged.mcap", "-o", "out.mcap"]);
         // Of the frames 0, 7, …, 35, 40.
         for keyframe in [0, 2, 6] {
-            for place in 0..5 {
+            for place in [0, 2, 4] {
                 forge(keyframe, Some(place));
                 let filled = fill();
                 assert_eq!(filled.code, Some(4), "{name}: {}{}", filled.out, filled.err);
@@ -380,20 +380,6 @@ fn changed_keyframe_is_found() {
         forge(0, None);
         expect(&fill(), 0);
     }
-}
-
-/// A recording of more frames than its manifest requests, each of which is a frame of the run.
-#[test]
-fn frames_after_the_end_of_the_run_are_found() {
-    let bench = Bench::new();
-    let record = "every_s = 0.001\nkeep = \"keyframes\"\nkeyframe_distance = 5";
-    let keys = recorded(&bench, "keys", MODELS[1].1, record);
-    let copy = edited(&keys, b"duration_s = 0.02\n", b"duration_s = 0.01\n");
-    correct_attachment(&copy);
-    let called = bench.call(&["fill", copy.to_str().unwrap(), "-o", "out.mcap"]);
-    expect(&called, 4);
-    assert!(called.err.contains("in frame 11, number of frames"), "{}", called.err);
-    assert!(!bench.path("out.mcap").exists());
 }
 
 /// A manifest with another coefficient under the frames of this one.

@@ -1,6 +1,7 @@
 //! Guarantee: what `fill` and `zoom` write takes the place of no other file, and the run that `fill` restored takes that of its keyframes:
 //! it is analyzed, and `--prune` keeps it.
 
+use crate::forged_recording::Forgery;
 use crate::keyframes::{MODELS, expect, keyframes, recorded, zoom};
 use crate::subcommand_bench::{Bench, recordings};
 use std::fs;
@@ -52,6 +53,62 @@ fn partial_files_of_others_are_kept() {
         assert!(!bench.path("out.partial.mcap").exists());
         fs::remove_file(bench.path("out.mcap")).unwrap();
     }
+}
+
+/// A run that fails after its last keyframe, by inelastic collapse, is filled and recomputed up to the failure. Control: a changed hash of
+/// the frames after the last keyframe, or one more frame, is found by every command that compares them, and a changed line about the failure by `zoom`.
+#[test]
+fn failed_run_is_restored_and_compared_to_its_end() {
+    let bench = Bench::new();
+    let model = "[model.packing]\ndiscs = 40\nrestitution = 0.5\nevents_per_disc = 2000\n";
+    let record = "frames = 40\nkeep = \"keyframes\"\nkeyframe_distance = 7\n";
+    bench.write("m.toml", &format!("name = \"m\"\nseed = 1\n{model}[record]\n{record}"));
+    expect(&bench.call(&["run", "--quiet", "--output", "keys", "m.toml"]), 1);
+    let keys = recordings(&bench.path("keys/m")).remove(0);
+    let path = keys.to_str().unwrap();
+    expect(&bench.call(&["fill", path, "-o", "full.mcap"]), 0);
+    let interval = ["50000", "79990", "100"];
+    let full = bench.path("full.mcap");
+    for recording in [&keys, &full] {
+        let zoomed = zoom(&bench, recording, interval, "fine.mcap");
+        expect(&zoomed, 0);
+        assert!(zoomed.out.contains("the run failed in this interval"), "{}", zoomed.out);
+    }
+    let hashes = hashes_after_the_last_keyframe(&keys);
+    let digit = if hashes.ends_with("0ff") { "1ff" } else { "0ff" };
+    // Of the last message, and of a frame without a message that follows.
+    for changed in [hashes[..hashes.len() - 3].to_owned() + digit, hashes.clone() + "ff"] {
+        let metadata = [("hashes".to_owned(), changed)].into();
+        Forgery { metadata, ..Forgery::default() }.write(&keys, &bench.path("forged.mcap"));
+        for arguments in [
+            &["fill", "forged.mcap", "-o", "out.mcap"][..],
+            &["verify", "forged.mcap"],
+            &["compare", path, "forged.mcap"],
+        ] {
+            expect(&bench.call(arguments), 4);
+        }
+    }
+    let other_line = |topic: &str, _: u64, payload: &mut Vec<u8>| {
+        let place = payload.windows(8).position(|part| part == b"collapse");
+        if let ("/log", Some(place)) = (topic, place) {
+            payload[place] = b'C';
+        }
+        true
+    };
+    let forgery = Forgery { message: Some(&other_line), ..Forgery::default() };
+    forgery.write(&full, &bench.path("forged.mcap"));
+    expect(&zoom(&bench, &bench.path("forged.mcap"), interval, "out.mcap"), 4);
+}
+
+/// The hashes of the frames after the last keyframe, in hexadecimal digits. Each frame ends with `ff`.
+fn hashes_after_the_last_keyframe(recording: &Path) -> String {
+    let bytes = fs::read(recording).unwrap();
+    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    let mut records = summary.metadata_indexes.iter();
+    let found = records.find_map(|index| {
+        mcap::read::metadata(&bytes, index).unwrap().metadata.get("hashes").cloned()
+    });
+    found.unwrap()
 }
 
 /// Control: without `fill`, the analysis names it.
