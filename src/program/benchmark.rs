@@ -54,7 +54,7 @@ impl BenchmarkArguments {
             check_results_folder(&results).map_err(|error| unwritten(folder, &error))?;
         }
         let table = time_table(&experiment).map_err(|error| match error {
-            TimingError::Setup(refusal) => Failure::with_remedy(Exit::BadManifest, refusal),
+            TimingError::Setup(refusal) => Failure::with_remedy(Exit::BadInput, refusal),
             TimingError::Fault(fault) => Failure::with_remedy(Exit::RunFailed, fault),
         })?;
         self.result.print(benchmark::text(&table).trim_end(), || json(&table));

@@ -15,7 +15,7 @@ pub(super) struct CommandError {
 
 impl CommandError {
     pub(super) fn usage(message: impl std::fmt::Display) -> Self {
-        Self { exit: Exit::BadManifest, message: message.to_string() }
+        Self { exit: Exit::BadInput, message: message.to_string() }
     }
 
     pub(super) fn unreadable(error: impl std::fmt::Display) -> Self {
@@ -25,7 +25,7 @@ impl CommandError {
 
 impl From<WriteError> for CommandError {
     fn from(error: WriteError) -> Self {
-        let exit = if error.is_of_path { Exit::BadManifest } else { Exit::Retryable };
+        let exit = if error.is_of_path { Exit::BadInput } else { Exit::Retryable };
         Self { exit, message: kinetoscope_console::with_help(&error.to_string()) }
     }
 }
@@ -41,7 +41,7 @@ impl From<ExportError> for CommandError {
 
 impl From<InvalidPath> for CommandError {
     fn from(error: InvalidPath) -> Self {
-        let exit = if error.is_retryable { Exit::Retryable } else { Exit::BadManifest };
+        let exit = if error.is_retryable { Exit::Retryable } else { Exit::BadInput };
         Self { exit, message: kinetoscope_console::with_help(&error.reason) }
     }
 }

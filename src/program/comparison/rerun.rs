@@ -37,7 +37,7 @@ pub(crate) fn with_progress<T>(
 /// The exit code of an error.
 pub(crate) fn exit_of(error: &VerifyError) -> Exit {
     match error {
-        VerifyError::Arguments(_) => Exit::BadManifest,
+        VerifyError::Arguments(_) => Exit::BadInput,
         VerifyError::Differs { .. } | VerifyError::Write(RecordError::Differs { .. }) => {
             Exit::Differs
         }

@@ -208,7 +208,7 @@ impl<'a> ManifestReader<'a> {
         let start_folder = self.start_folder(manifest);
         let parsed = self.parse(&source, manifest, overrides, start_folder, &Cell::new(None));
         let experiment = parsed.map_err(|diagnostics| {
-            Failure::rendered(Exit::BadManifest, diagnostics.render(has_colors()))
+            Failure::rendered(Exit::BadInput, diagnostics.render(has_colors()))
         })?;
         plotted_fields::reject_unknown(&experiment)?;
         Ok(experiment)

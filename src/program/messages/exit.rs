@@ -36,12 +36,12 @@ pub(crate) const OF_RUN: &[u8] = &[1, 129, 130, 143];
 
 /// The exit code of a failed access to object storage.
 pub(crate) fn of_storage(is_retryable: bool) -> Exit {
-    if is_retryable { Exit::Retryable } else { Exit::BadManifest }
+    if is_retryable { Exit::Retryable } else { Exit::BadInput }
 }
 
 /// The exit code of an output that cannot be written.
 pub(crate) fn of_output(error: &io::Error) -> Exit {
-    if is_of_path(error) { Exit::BadManifest } else { Exit::Retryable }
+    if is_of_path(error) { Exit::BadInput } else { Exit::Retryable }
 }
 
 /// The exit code of the uploads of an experiment.

@@ -83,7 +83,7 @@ impl Failure {
 
 /// An error in the arguments.
 pub(crate) fn bad(what: impl Display) -> Failure {
-    Failure::new(Exit::BadManifest, what)
+    Failure::new(Exit::BadInput, what)
 }
 
 /// Prints a text of the program's own to standard output, as the result of a command.

@@ -81,7 +81,7 @@ impl Planned {
                 (format!("{}: {text}", name_of(run, experiment)), reason)
             })
             .map(|(error, reason)| {
-                let failure = Failure::with_remedy(Exit::BadManifest, error);
+                let failure = Failure::with_remedy(Exit::BadInput, error);
                 match place_of_reason(experiment, &reason.to_string()) {
                     Some(place) => failure.at(&place).text().to_owned(),
                     None => failure.text().to_owned(),
@@ -91,7 +91,7 @@ impl Planned {
         if refused.is_empty() {
             return Ok(());
         }
-        Err(Failure::rendered(Exit::BadManifest, refused.join("\n")))
+        Err(Failure::rendered(Exit::BadInput, refused.join("\n")))
     }
 
     /// Where the recordings are written, as the plan states it.

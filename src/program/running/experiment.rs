@@ -385,7 +385,7 @@ impl Execution<'_> {
 fn unwritten_commands(file: &Path, error: &io::Error) -> Failure {
     let what = format!("cannot write the commands to {}: {error}", shown_path(file));
     match exit::of_output(error) {
-        exit @ Exit::BadManifest if error.kind() != io::ErrorKind::InvalidInput => {
+        exit @ Exit::BadInput if error.kind() != io::ErrorKind::InvalidInput => {
             Failure::new(exit, what).help("name another file with --export-commands FILE")
         }
         _ => task_failure(error, what),

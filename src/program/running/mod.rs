@@ -120,7 +120,7 @@ impl RunArguments {
         if errors.is_empty() {
             return Ok(readings);
         }
-        Err(Failure::rendered(Exit::BadManifest, errors.join("\n\n")))
+        Err(Failure::rendered(Exit::BadInput, errors.join("\n\n")))
     }
 }
 
