@@ -4,6 +4,7 @@ use crate::interrupt::Interrupt;
 use crate::plan::restart_files::StartFiles;
 use crate::run::prepared::Prepared;
 use crate::verify::error::VerifyError;
+use kinetoscope_console::Message;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::folder::folder_of;
 use kinetoscope_manifest::{RunManifest, parse_run, run_key};
@@ -48,9 +49,9 @@ impl<'a> Source<'a> {
     /// Rejects a recording that has only a part of its run.
     pub(crate) fn reject_part(&self) -> Result<(), VerifyError> {
         let StoredFrames::From(_) = self.recording.provenance().stored else { return Ok(()) };
-        Err(VerifyError::Arguments(format!(
-            "{} is a part of a run\nhelp: name the recording of the whole run",
-            shown_path(self.recording.path())
+        Err(VerifyError::Arguments(Message::new(
+            format!("{} is a part of a run", shown_path(self.recording.path())),
+            "name the recording of the whole run",
         )))
     }
 

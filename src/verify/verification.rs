@@ -6,6 +6,7 @@ use crate::verify::diff::{Comparison, compare_messages};
 use crate::verify::error::VerifyError;
 use crate::verify::rerun::Rerun;
 use crate::verify::source::{ReadablePart, Source};
+use kinetoscope_console::Message;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::regular_file;
 use kinetoscope_manifest::{KeyDifference, differing_keys, run_key};
@@ -59,11 +60,9 @@ pub fn verify(
     let recording = recording::open(path)?;
     let provenance = recording.provenance();
     if let StoredFrames::From(_) = provenance.stored {
-        let what = format!(
-            "{} is a part of a run: verify the recording of the whole run",
-            shown_path(path)
-        );
-        return Err(VerifyError::Unsuitable(what));
+        let what = format!("{} is a part of a run", shown_path(path));
+        let help = "verify the recording of the whole run";
+        return Err(VerifyError::Unsuitable(Message::new(what, help)));
     }
     let source = Source::of(&recording)?;
     let readable = readable_part(&recording, interrupt)?;

@@ -25,7 +25,7 @@ use crate::write_file::{self, WriteError};
 use exit::CommandError;
 use export_arguments::export_all;
 use kinetoscope_console::text::{plural, shown_path};
-use kinetoscope_console::{Exit, complain, with_help};
+use kinetoscope_console::{Exit, Message, complain};
 use kinetoscope_files::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
 use kinetoscope_manifest::{Check, parse_checks};
 use messages::{complain_unreadable, concluded, terminal};
@@ -69,12 +69,13 @@ impl AnalyzeArguments {
 /// # Errors
 /// The reasons why not all recordings were analyzed.
 pub fn cache(recordings: &[PathBuf]) -> Result<(), String> {
-    let sources = input::sources(recordings).map_err(|error| error.reason)?;
+    let sources = input::sources(recordings).map_err(|error| error.message.clause())?;
     let errors = fill_caches(sources, |folder| AnalysisOptions {
         cache: AnalysisCache::in_folder(folder),
         replay_bytes: Some(arguments::REPLAY_BYTES),
         ..AnalysisOptions::default()
     });
+    let errors: Vec<String> = errors.iter().map(Message::clause).collect();
     if errors.is_empty() { Ok(()) } else { Err(errors.join("; ")) }
 }
 
@@ -86,7 +87,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<Exit, CommandError> {
     let wants_parquet =
         arguments.metrics_table || arguments.export.contains(&ExportFormat::Parquet);
     if wants_parquet && cfg!(not(feature = "parquet")) {
-        return Err(CommandError::usage(export::NEEDS_PARQUET));
+        return Err(CommandError::usage(export::needs_parquet()));
     }
     let checks = arguments.checks.as_deref().map_or_else(|| Ok(Vec::new()), read_checks);
     let checks = checks.map_err(CommandError::usage)?;
@@ -96,7 +97,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<Exit, CommandError> {
     reject_other_baselines(&baselines, &sources)?;
     if arguments.cache_only {
         let errors = fill_caches(sources, |folder| analysis_options(arguments, folder));
-        errors.iter().for_each(|why| complain_unreadable(why));
+        errors.iter().for_each(complain_unreadable);
         let exit = if errors.is_empty() { Exit::Done } else { Exit::Unreadable };
         return Ok(exit);
     }
@@ -132,9 +133,9 @@ fn run(arguments: &AnalyzeArguments) -> Result<Exit, CommandError> {
         analyzed.push(Analyzed { recordings: source.folder, results: folder, report });
     }
     if let Some(unused) = baselines.first() {
-        return Err(CommandError::usage(format!(
-            "there are two baselines of the experiment {}\nhelp: name one of them",
-            unused.experiment()
+        return Err(CommandError::usage(Message::new(
+            format!("there are two baselines of the experiment {}", unused.experiment()),
+            "name one of them",
         )));
     }
     write(arguments, &analyzed, terminal)?;
@@ -150,7 +151,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<Exit, CommandError> {
 }
 
 fn read_baselines(paths: &[PathBuf]) -> Result<Vec<Baseline>, CommandError> {
-    let baselines: Result<Vec<Baseline>, String> =
+    let baselines: Result<Vec<Baseline>, Message> =
         paths.iter().map(|path| read_baseline(path)).collect();
     baselines.map_err(CommandError::usage)
 }
@@ -162,9 +163,12 @@ fn reject_other_baselines(
 ) -> Result<(), CommandError> {
     let is_among = |old: &&Baseline| sources.iter().any(|source| source.name == old.experiment());
     match baselines.iter().find(|old| !is_among(old)) {
-        Some(old) => Err(CommandError::usage(format!(
-            "the baseline is of the experiment {}, which is not among the recordings\nhelp: name its recordings as well, or omit --baseline",
-            old.experiment()
+        Some(old) => Err(CommandError::usage(Message::new(
+            format!(
+                "the baseline is of the experiment {}, which is not among the recordings",
+                old.experiment()
+            ),
+            "name its recordings as well, or omit --baseline",
         ))),
         None => Ok(()),
     }
@@ -176,8 +180,11 @@ fn reject_equal_names(sources: &[RecordingFolder]) -> Result<(), CommandError> {
     for source in sources.iter().filter(|source| !source.files.is_empty()) {
         if let Some(other) = folders.insert(&source.name, &source.folder) {
             let (one, other) = (shown_path(&source.folder), shown_path(other));
-            return Err(CommandError::usage(format!(
-                "{other} and {one} have the same name, so their results would be in one folder\nhelp: analyze each with its own --output, or omit --output"
+            return Err(CommandError::usage(Message::new(
+                format!(
+                    "{other} and {one} have the same name, so their results would be in one folder"
+                ),
+                "analyze each with its own --output, or omit --output",
             )));
         }
     }
@@ -221,7 +228,7 @@ fn json(analyzed: &[Analyzed], exit: Exit) -> String {
             "analysis": metrics,
             "checks": checks.collect::<Vec<_>>(),
             "baseline": report.baseline.as_ref().map(BaselineComparison::json),
-            "unreadable": report.unreadable,
+            "unreadable": report.unreadable.iter().map(Message::clause).collect::<Vec<_>>(),
         })
     });
     let experiments: Vec<_> = experiments.collect();
@@ -232,7 +239,7 @@ fn json(analyzed: &[Analyzed], exit: Exit) -> String {
 fn fill_caches(
     sources: Vec<RecordingFolder>,
     options: impl Fn(&Path) -> AnalysisOptions,
-) -> Vec<String> {
+) -> Vec<Message> {
     let mut errors = Vec::new();
     for mut source in sources {
         let options = options(&source.folder);
@@ -269,7 +276,7 @@ fn sources(arguments: &AnalyzeArguments) -> Result<Vec<RecordingFolder>, Command
     let sources = match input::sources(&arguments.paths) {
         Ok(sources) => sources,
         Err(error) => {
-            write_unread(arguments, &error.reason)?;
+            write_unread(arguments, &error.message)?;
             return Err(error.into());
         }
     };
@@ -277,16 +284,17 @@ fn sources(arguments: &AnalyzeArguments) -> Result<Vec<RecordingFolder>, Command
         && let Some(remote) = sources.iter().find(|source| source.is_remote())
     {
         let folder = shown_path(&remote.folder);
-        return Err(CommandError::usage(format!(
-            "{folder} is not on this machine\nhelp: name a folder for the results with --output DIR"
+        return Err(CommandError::usage(Message::new(
+            format!("{folder} is not on this machine"),
+            "name a folder for the results with --output DIR",
         )));
     }
     Ok(sources)
 }
 
 /// Writes that nothing could be analyzed, where a CI system expects the results.
-fn write_unread(arguments: &AnalyzeArguments, reason: &str) -> Result<(), WriteError> {
-    let unreadable = [reason.to_owned()];
+fn write_unread(arguments: &AnalyzeArguments, reason: &Message) -> Result<(), WriteError> {
+    let unreadable = [reason.clone()];
     let nothing = ExperimentChecks {
         name: "recordings",
         manifest: None,
@@ -332,7 +340,8 @@ fn conclude(analyzed: &[Analyzed], terminal: Terminal) -> Exit {
         let all = analyzed.iter().flat_map(|one| &one.report.check_results);
         all.filter(move |result| (result.kind == CheckKind::Outcome) == of_outcomes)
     };
-    let unreadable: Vec<&String> = analyzed.iter().flat_map(|one| &one.report.unreadable).collect();
+    let unreadable: Vec<&Message> =
+        analyzed.iter().flat_map(|one| &one.report.unreadable).collect();
     unreadable.iter().for_each(|why| complain_unreadable(why));
     let mut has_failed = false;
     for (of_outcomes, what) in
@@ -351,24 +360,27 @@ fn conclude(analyzed: &[Analyzed], terminal: Terminal) -> Exit {
     if unreadable.is_empty() { Exit::Done } else { Exit::Unreadable }
 }
 
-fn read_checks(path: &Path) -> Result<Vec<Check>, String> {
+fn read_checks(path: &Path) -> Result<Vec<Check>, Message> {
     let text = read_argument(path, "checks file", "a TOML file of [[checks]]")?;
     parse_checks(&text, &path.to_string_lossy(), Some(metric_names))
-        .map_err(|diagnostics| diagnostics.to_string())
+        .map_err(|diagnostics| diagnostics.to_string().trim_end().into())
 }
 
-fn read_baseline(path: &Path) -> Result<Baseline, String> {
+fn read_baseline(path: &Path) -> Result<Baseline, Message> {
     let text = read_argument(path, "baseline", "the metrics.json of an earlier analysis")?;
-    Baseline::read(&text).map_err(|why| with_help(&format!("{} {why}", shown_path(path))))
+    Baseline::read(&text).map_err(|why| {
+        let help = "write it again with this version of analyze-recordings";
+        Message::new(format!("{} {why}", shown_path(path)), help)
+    })
 }
 
 /// Reads a file of the command line; `expected` says what it should be.
-fn read_argument(path: &Path, what: &str, expected: &str) -> Result<String, String> {
+fn read_argument(path: &Path, what: &str, expected: &str) -> Result<String, Message> {
     read_text(path, MAX_SIDE_FILE_BYTES).map_err(|error| {
         let help = match error.kind() {
             std::io::ErrorKind::NotFound => "check the path".to_owned(),
             _ => format!("name {expected}"),
         };
-        format!("the {what} {} cannot be read: {error}\nhelp: {help}", shown_path(path))
+        Message::new(format!("the {what} {} cannot be read: {error}", shown_path(path)), help)
     })
 }

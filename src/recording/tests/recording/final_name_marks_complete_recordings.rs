@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
 use crate::sample::{fill, header, read_file, record};
+use kinetoscope_console::Explained as _;
 use kinetoscope_recording::checkpoint;
 use kinetoscope_recording::error::RecordError;
 use kinetoscope_recording::file::{Committed, RecordingFile};
@@ -181,7 +182,7 @@ fn full_disk_is_retryable_and_leaves_the_start_of_the_recording() {
         });
         let error = result.unwrap_err();
         assert!(error.is_retryable(), "{room} bytes: {error}");
-        assert!(error.to_string().contains("Free space"), "{room} bytes: {error}");
+        assert!(error.help().unwrap().contains("free space"), "{room} bytes: {error}");
         assert!(whole.starts_with(&bytes), "{room} bytes");
     }
 }
