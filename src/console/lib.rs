@@ -12,4 +12,5 @@ pub use exit::Exit;
 pub use internal_error::{INTERNAL_ERROR, catch_internal_errors};
 pub use message::{Explained, Message};
 pub use standard_output::{StandardOutput, complain};
+pub use threads::{ON_MISSING_THREAD, can_start_thread, start_threads};
 pub use wrap::{without_styles, wrapped_line};

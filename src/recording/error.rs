@@ -1,8 +1,8 @@
 //! The errors of recording and reading, with the user's next step.
 
 use crate::channels::SCHEMA_VERSION;
-use kinetoscope_console::Explained;
 use kinetoscope_console::text::shown_path;
+use kinetoscope_console::{Explained, ON_MISSING_THREAD};
 use kinetoscope_files::regular_file::MAX_MANIFEST_BYTES;
 use std::io;
 use std::path::PathBuf;
@@ -14,6 +14,9 @@ pub enum RecordError {
     /// The disk or another sink failed. The message names the path.
     #[error("{0}")]
     Io(#[from] io::Error),
+    /// The system starts no thread for the recorder or for a check.
+    #[error("a thread cannot be started: {0}")]
+    Thread(io::Error),
     /// Another process writes the same recording.
     #[error("{} is being written by another process", shown_path(path))]
     Locked {
@@ -83,6 +86,7 @@ impl Explained for RecordError {
             Self::Io(_) => {
                 "check the disk and the folder's permissions, then run the same command again"
             }
+            Self::Thread(_) => ON_MISSING_THREAD,
             Self::Locked { .. } => "wait for it to end, then run the same command again",
             Self::Differs { .. } => "compare the two, then delete one of them",
             Self::NotContinued { .. } => "delete it to start the run again",
@@ -102,10 +106,10 @@ impl Explained for RecordError {
 }
 
 impl RecordError {
-    /// Whether the same command may succeed later: disk, lock and I/O.
+    /// Whether the same command may succeed later: disk, threads, lock and I/O.
     #[must_use]
     pub fn is_retryable(&self) -> bool {
-        matches!(self, Self::Io(_) | Self::Locked { .. })
+        matches!(self, Self::Io(_) | Self::Thread(_) | Self::Locked { .. })
     }
 }
 

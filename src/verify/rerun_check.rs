@@ -4,6 +4,7 @@
 
 use crate::interrupt::Interrupt;
 use crate::verify::error::VerifyError;
+use kinetoscope_recording::error::RecordError;
 use kinetoscope_recording::error::{ReadError, ReadFault};
 use kinetoscope_recording::keyframe::{FrameHashes, KEYFRAME, Keyframe, MessageHash};
 use kinetoscope_recording::observer::{ChannelList, FrameObserver};
@@ -59,7 +60,7 @@ impl RerunCheck {
         let thread = Builder::new()
             .name("check".to_owned())
             .spawn(move || comparison.compare_all(first, &frames, &stop))
-            .map_err(|error| VerifyError::Write(error.into()))?;
+            .map_err(|error| VerifyError::Write(RecordError::Thread(error)))?;
         let check = Self { path: recording.path().to_owned(), thread };
         Ok((check, Box::new(MessageSender { frame: Messages::default(), frames: sender })))
     }
