@@ -26,6 +26,7 @@ use exit::CommandError;
 use export_arguments::export_all;
 use kinetoscope_console::text::{plural, shown_path};
 use kinetoscope_console::{Exit, Message, complain};
+use kinetoscope_files::regular_file::is_of_file;
 use kinetoscope_files::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
 use kinetoscope_manifest::{Check, parse_checks};
 use messages::{complain_unreadable, concluded, terminal};
@@ -89,8 +90,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<Exit, CommandError> {
     if wants_parquet && cfg!(not(feature = "parquet")) {
         return Err(CommandError::usage(export::needs_parquet()));
     }
-    let checks = arguments.checks.as_deref().map_or_else(|| Ok(Vec::new()), read_checks);
-    let checks = checks.map_err(CommandError::usage)?;
+    let checks = arguments.checks.as_deref().map_or_else(|| Ok(Vec::new()), read_checks)?;
     let mut baselines = read_baselines(&arguments.baseline)?;
     arguments.junit.as_deref().map_or(Ok(()), write_file::check)?;
     let sources = sources(arguments)?;
@@ -151,9 +151,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<Exit, CommandError> {
 }
 
 fn read_baselines(paths: &[PathBuf]) -> Result<Vec<Baseline>, CommandError> {
-    let baselines: Result<Vec<Baseline>, Message> =
-        paths.iter().map(|path| read_baseline(path)).collect();
-    baselines.map_err(CommandError::usage)
+    paths.iter().map(|path| read_baseline(path)).collect()
 }
 
 /// Rejects a baseline of an experiment that is not among the recordings.
@@ -360,27 +358,29 @@ fn conclude(analyzed: &[Analyzed], terminal: Terminal) -> Exit {
     if unreadable.is_empty() { Exit::Done } else { Exit::Unreadable }
 }
 
-fn read_checks(path: &Path) -> Result<Vec<Check>, Message> {
+fn read_checks(path: &Path) -> Result<Vec<Check>, CommandError> {
     let text = read_argument(path, "checks file", "a TOML file of [[checks]]")?;
     parse_checks(&text, &path.to_string_lossy(), Some(metric_names))
-        .map_err(|diagnostics| diagnostics.to_string().trim_end().into())
+        .map_err(|diagnostics| CommandError::usage(diagnostics.to_string().trim_end()))
 }
 
-fn read_baseline(path: &Path) -> Result<Baseline, Message> {
+fn read_baseline(path: &Path) -> Result<Baseline, CommandError> {
     let text = read_argument(path, "baseline", "the metrics.json of an earlier analysis")?;
     Baseline::read(&text).map_err(|why| {
         let help = "write it again with this version of analyze-recordings";
-        Message::new(format!("{} {why}", shown_path(path)), help)
+        CommandError::usage(Message::new(format!("{} {why}", shown_path(path)), help))
     })
 }
 
 /// Reads a file of the command line; `expected` says what it should be.
-fn read_argument(path: &Path, what: &str, expected: &str) -> Result<String, Message> {
+fn read_argument(path: &Path, what: &str, expected: &str) -> Result<String, CommandError> {
     read_text(path, MAX_SIDE_FILE_BYTES).map_err(|error| {
-        let help = match error.kind() {
-            std::io::ErrorKind::NotFound => "check the path".to_owned(),
-            _ => format!("name {expected}"),
+        let (exit, help) = match error.kind() {
+            std::io::ErrorKind::NotFound => (Exit::BadInput, "check the path".to_owned()),
+            _ if is_of_file(&error) => (Exit::BadInput, format!("name {expected}")),
+            _ => (Exit::Retryable, "check the disk, then run the same command again".to_owned()),
         };
-        Message::new(format!("the {what} {} cannot be read: {error}", shown_path(path)), help)
+        let what = format!("the {what} {} cannot be read: {error}", shown_path(path));
+        CommandError { exit, message: Message::new(what, help) }
     })
 }
