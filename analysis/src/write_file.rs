@@ -1,5 +1,6 @@
 //! Writes whole files, so that no reader sees half of one.
 
+use kinetoscope_console::Explained;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::atomic_file::{self, NewFile};
 use kinetoscope_files::output_file;
@@ -8,10 +9,11 @@ use std::path::{Path, PathBuf};
 
 /// A file or folder that cannot be written, with the user's next step.
 #[derive(Debug, thiserror::Error)]
-#[error("{} cannot be written: {reason}. {remedy}, or name another {instead}", shown_path(path))]
+#[error("{} cannot be written: {reason}", shown_path(path))]
 pub(crate) struct WriteError {
     path: PathBuf,
     reason: String,
+    /// What the user may do to the path.
     remedy: &'static str,
     /// What the user may name in its place.
     instead: &'static str,
@@ -19,9 +21,15 @@ pub(crate) struct WriteError {
     pub(crate) is_of_path: bool,
 }
 
+impl Explained for WriteError {
+    fn help(&self) -> Option<String> {
+        Some(format!("{}, or name another {}", self.remedy, self.instead))
+    }
+}
+
 impl WriteError {
     pub(crate) fn new(path: &Path, reason: impl std::fmt::Display) -> Self {
-        let (remedy, instead) = ("Make room or make it writable", "folder with --output DIR");
+        let (remedy, instead) = ("make room or make it writable", "folder with --output DIR");
         let (path, reason) = (path.to_path_buf(), reason.to_string());
         Self { path, reason, remedy, instead, is_of_path: false }
     }
@@ -30,9 +38,9 @@ impl WriteError {
         let is_of_path = output_file::is_of_path(error);
         let new = Self { is_of_path, ..Self::new(path, error) };
         match error.kind() {
-            io::ErrorKind::NotFound => Self { remedy: "Create the folder", ..new },
+            io::ErrorKind::NotFound => Self { remedy: "create the folder", ..new },
             io::ErrorKind::NotADirectory | io::ErrorKind::AlreadyExists => {
-                Self { remedy: "Remove the file in the way", ..new }
+                Self { remedy: "remove the file in the way", ..new }
             }
             _ => new,
         }

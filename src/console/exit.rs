@@ -9,8 +9,8 @@ pub enum Exit {
     Done,
     /// A run failed and would fail again.
     RunFailed,
-    /// The manifest or the arguments are wrong.
-    BadManifest,
+    /// The manifest, the arguments, or a path that they name are wrong: the same command fails again.
+    BadInput,
     /// A run ended otherwise than expected, a check failed or its metric is missing, or a metric differs from the baseline.
     CheckFailed,
     /// The compared recordings differ.
@@ -30,7 +30,7 @@ impl Exit {
         match self {
             Self::Done => 0,
             Self::RunFailed => 1,
-            Self::BadManifest => 2,
+            Self::BadInput => 2,
             Self::CheckFailed => 3,
             Self::Differs => 4,
             Self::Unreadable => 5,
@@ -49,7 +49,7 @@ impl Exit {
         match self {
             Self::Done => 0,
             Self::Retryable => 1,
-            Self::BadManifest => 2,
+            Self::BadInput => 2,
             Self::Unreadable => 3,
             Self::CheckFailed => 4,
             Self::Differs => 5,
@@ -71,7 +71,7 @@ mod tests {
 
     #[test]
     fn worst_exit_code_does_not_depend_on_the_order() {
-        let ascending = [Exit::Done, Exit::Retryable, Exit::BadManifest, Exit::RunFailed];
+        let ascending = [Exit::Done, Exit::Retryable, Exit::BadInput, Exit::RunFailed];
         for (index, &low) in ascending.iter().enumerate() {
             for &high in &ascending[index..] {
                 assert_eq!((low.worst(high), high.worst(low)), (high, high));

@@ -1,7 +1,6 @@
 //! Internal errors: a panic or a failed allocation ends a program with a message and exit code 70.
 
 use crate::standard_output::complain;
-use crate::threads::limit_threads;
 use std::any::Any;
 use std::backtrace::{Backtrace, BacktraceStatus};
 use std::panic::{self, PanicHookInfo, UnwindSafe};
@@ -15,7 +14,6 @@ pub const INTERNAL_ERROR: u8 = 70;
 /// library reports the size and aborts.
 pub fn catch_internal_errors(main: impl FnOnce() -> ExitCode + UnwindSafe) -> ExitCode {
     end_aborts();
-    limit_threads();
     panic::set_hook(Box::new(report_panic));
     panic::catch_unwind(main).unwrap_or_else(|_| ExitCode::from(INTERNAL_ERROR))
 }

@@ -2,7 +2,7 @@
 
 mod exit;
 mod internal_error;
-mod remedy;
+mod message;
 mod standard_output;
 pub mod text;
 mod threads;
@@ -10,6 +10,7 @@ mod wrap;
 
 pub use exit::Exit;
 pub use internal_error::{INTERNAL_ERROR, catch_internal_errors};
-pub use remedy::{uncapitalized, with_help};
+pub use message::{Explained, Message};
 pub use standard_output::{StandardOutput, complain};
+pub use threads::{ON_MISSING_THREAD, can_start_thread, start_threads};
 pub use wrap::{without_styles, wrapped_line};

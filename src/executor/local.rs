@@ -11,7 +11,7 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
+use std::thread::{self, Builder};
 
 /// The number of threads. It does not change a byte of a recording.
 #[derive(Clone, Copy, Debug)]
@@ -39,35 +39,38 @@ pub fn run_all<'a>(
     let next = AtomicUsize::new(0);
     let memory = MemoryBudget::of_this_machine();
     let finished = Mutex::new(Vec::with_capacity(runs.len()));
+    let work = || {
+        let pool = ThreadPoolBuilder::new().num_threads(pool_size.threads.get()).build();
+        while !context.interrupt.is_raised() {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(run) = runs.get(index) else { break };
+            let needed = run.estimate().map_or(0, |estimate| estimate.memory_bytes);
+            let _memory = memory.take(needed);
+            let bar = progress.start_run(&run.stem);
+            let on_frame = |done, of| bar.frame(done, of);
+            let context = RunContext { on_frame: &on_frame, ..context };
+            let run_it = || execute(run.spec(folder), run.take_start(), context);
+            // If the pool cannot be built, the run uses the global one.
+            let report = pool.as_ref().map_or_else(|_| run_it(), |pool| pool.install(run_it));
+            bar.finish(&report);
+            if let Ok(report) = &report
+                && report.outcome != Outcome::Interrupted
+            {
+                keep_timing(run, folder, report, pool_size.jobs);
+                after(run);
+            }
+            finished
+                .lock()
+                .unwrap_or_else(std::sync::PoisonError::into_inner)
+                .push((index, report));
+        }
+    };
     thread::scope(|scope| {
-        for _ in 0..pool_size.jobs.get().min(runs.len()) {
-            scope.spawn(|| {
-                let pool = ThreadPoolBuilder::new().num_threads(pool_size.threads.get()).build();
-                while !context.interrupt.is_raised() {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(run) = runs.get(index) else { break };
-                    let needed = run.estimate().map_or(0, |estimate| estimate.memory_bytes);
-                    let _memory = memory.take(needed);
-                    let bar = progress.start_run(&run.stem);
-                    let on_frame = |done, of| bar.frame(done, of);
-                    let context = RunContext { on_frame: &on_frame, ..context };
-                    let run_it = || execute(run.spec(folder), run.take_start(), context);
-                    // If the pool cannot be built, the run uses the global one.
-                    let report =
-                        pool.as_ref().map_or_else(|_| run_it(), |pool| pool.install(run_it));
-                    bar.finish(&report);
-                    if let Ok(report) = &report
-                        && report.outcome != Outcome::Interrupted
-                    {
-                        keep_timing(run, folder, report, pool_size.jobs);
-                        after(run);
-                    }
-                    finished
-                        .lock()
-                        .unwrap_or_else(std::sync::PoisonError::into_inner)
-                        .push((index, report));
-                }
-            });
+        let jobs = 0..pool_size.jobs.get().min(runs.len());
+        let started = jobs.filter(|_| Builder::new().spawn_scoped(scope, &work).is_ok()).count();
+        // If the system starts no thread, the runs are executed on this one.
+        if started == 0 {
+            work();
         }
     });
     let finished = finished.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);

@@ -156,6 +156,34 @@ pub fn read_text(path: &Path, max_bytes: u64) -> io::Result<String> {
         .map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "it is not a text in UTF-8"))
 }
 
+/// Whether an error of reading follows from the path or from the content of the file, so that the same command fails again. Any other is
+/// one of the machine, such as a disk that fails.
+#[must_use]
+pub fn is_of_file(error: &io::Error) -> bool {
+    use io::ErrorKind as Kind;
+    matches!(
+        error.kind(),
+        Kind::NotFound
+            | Kind::PermissionDenied
+            | Kind::NotADirectory
+            | Kind::IsADirectory
+            | Kind::InvalidFilename
+            | Kind::InvalidInput
+            | Kind::InvalidData
+            | Kind::FileTooLarge
+    ) || is_loop_of_links(error)
+}
+
+#[cfg(unix)]
+fn is_loop_of_links(error: &io::Error) -> bool {
+    error.raw_os_error() == Some(rustix::io::Errno::LOOP.raw_os_error())
+}
+
+#[cfg(not(unix))]
+fn is_loop_of_links(_: &io::Error) -> bool {
+    false
+}
+
 /// Opens a regular file for reading and writing, and creates it if it does not exist. A symbolic link is not followed, because
 /// it could lead to any file of the user.
 ///

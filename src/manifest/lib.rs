@@ -45,5 +45,5 @@ pub use schema::json_schema;
 pub use sidecar::{ExperimentRecord, RunRecord};
 pub use start_manifests::{StartManifest, is_manifest_name, start_manifests};
 pub use sweep::{Axis, Coordinate};
-pub use syntax::excess_of_toml;
+pub use syntax::{excess_of_toml, toml_error};
 pub use timing::{TimingComparison, TimingPoint, TimingRatio, TimingTable};

@@ -39,6 +39,22 @@ impl SyntaxErrors {
     }
 }
 
+/// The error of a TOML text that is not a manifest, shown with its line as those of a manifest are.
+#[must_use]
+pub fn toml_error(text: &str, origin: &str, title: &str, error: &toml::de::Error) -> Diagnostics {
+    let mut diagnostics = Diagnostics::default();
+    let source = diagnostics.source(origin, text);
+    let Some(range) = error.span() else {
+        let title = format!("{title}: {}", error.message());
+        return diagnostics.with(Errors::of(Diagnostic::new(title)));
+    };
+    let start = text.floor_char_boundary(range.start);
+    let end_of_line = text[start..].find('\n').map_or(text.len(), |length| start + length);
+    // A table without a key is marked at its first line.
+    let span = Span { source, start, end: range.end.min(end_of_line) };
+    diagnostics.with(Errors::of(Diagnostic::new(title).at(span, error.message())))
+}
+
 /// Counts the lines of a text up to places in it. Places in ascending order take one pass over the text together.
 pub(crate) struct LineCounter<'a> {
     text: &'a [u8],

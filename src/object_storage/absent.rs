@@ -3,6 +3,7 @@
 use crate::address::Address;
 use crate::error::StoreError;
 use crate::object::{Object, Put, Upload};
+use kinetoscope_console::Message;
 use kinetoscope_recording::storage::{Opened, Storage};
 use std::convert::Infallible;
 use std::io;
@@ -16,10 +17,10 @@ impl Store {
     /// # Errors
     /// Always: how to build a program that opens it.
     pub fn open(address: &Address) -> Result<Self, StoreError> {
-        Err(StoreError::permanent(format!(
-            "{address}: this program was built without object storage\n\
-             help: use a folder of this machine, or build it with `cargo build --release --features object-storage` in a clone; \
-             released programs do not include it"
+        Err(StoreError::permanent(Message::new(
+            format!("{address}: this program was built without object storage"),
+            "use a folder of this machine, or build it with `cargo build --release --features object-storage` in a clone; \
+             released programs do not include it",
         )))
     }
 

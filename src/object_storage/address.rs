@@ -1,6 +1,7 @@
 //! An address on object storage: a bucket and the prefix of the objects' names.
 
 use crate::error::StoreError;
+use kinetoscope_console::Message;
 use std::fmt;
 use std::path::Path;
 
@@ -26,8 +27,12 @@ impl Address {
     /// # Errors
     /// An address without a bucket, or with a part that cannot be the name of a folder: empty, `.` or `..`.
     pub fn parse(text: &str) -> Result<Self, StoreError> {
-        let wrong =
-            |why: &str| StoreError::permanent(format!("{text}: {why}; write s3://BUCKET/PREFIX"));
+        let wrong = |why: &str| {
+            StoreError::permanent(Message::new(
+                format!("{text}: {why}"),
+                "write s3://BUCKET/PREFIX",
+            ))
+        };
         let location =
             text.strip_prefix(SCHEME).ok_or_else(|| wrong("not an address of object storage"))?;
         let location = location.strip_suffix('/').unwrap_or(location);

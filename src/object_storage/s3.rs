@@ -4,6 +4,7 @@ use crate::address::Address;
 use crate::error::StoreError;
 use crate::object::{Object, Put, Upload};
 use crate::ranged_input::RangedInput;
+use kinetoscope_console::Message;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::regular_file;
 use kinetoscope_recording::storage::{Opened, Storage};
@@ -146,9 +147,12 @@ impl Store {
         match self.0.fingerprint(&key, upload.stop)? {
             Some(remote) if remote == local => Ok(put),
             Some(_) if put == Put::Same => Ok(Put::Differs),
-            Some(_) | None => Err(StoreError::retryable(format!(
-                "{}/{} differs from the uploaded file. The file was kept: run the same command again",
-                self.0.address, upload.name
+            Some(_) | None => Err(StoreError::retryable(Message::new(
+                format!(
+                    "{}/{} differs from the uploaded file, which was kept",
+                    self.0.address, upload.name
+                ),
+                "run the same command again",
             ))),
         }
     }
@@ -308,22 +312,24 @@ impl Location {
         let (address, bucket) = (&self.address, self.address.bucket());
         let message = error.to_string();
         if message.contains("NoSuchBucket") {
-            return StoreError::permanent(format!(
-                "{address}: the bucket {bucket} does not exist. Create it, or name another one"
+            return StoreError::permanent(Message::new(
+                format!("{address}: the bucket {bucket} does not exist"),
+                "create it, or name another one",
             ));
         }
         // Servers answer with several lines of XML.
         let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
         let step = match error {
             Error::PermissionDenied { .. } | Error::Unauthenticated { .. } => {
-                "Check AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, AWS_SESSION_TOKEN and their permissions"
+                "check AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, AWS_SESSION_TOKEN and their permissions"
             }
             _ => {
-                "Check the network, AWS_ENDPOINT_URL (http:// needs AWS_ALLOW_HTTP=true), AWS_REGION and the credentials"
+                "check the network, AWS_ENDPOINT_URL (http:// needs AWS_ALLOW_HTTP=true), AWS_REGION and the credentials"
             }
         };
-        StoreError::retryable(format!(
-            "{address}: {message}\n{step}, then run the same command again"
+        StoreError::retryable(Message::new(
+            format!("{address}: {message}"),
+            format!("{step}, then run the same command again"),
         ))
     }
 }

@@ -3,6 +3,7 @@
 use crate::plan::Plan;
 use crate::run::RunReport;
 use crate::run::resources::memory::memory_bytes;
+use kinetoscope_console::Message;
 use kinetoscope_console::text::one_line;
 use kinetoscope_files::atomic_file::{remove_if_exists, replace, replace_unsynced};
 use kinetoscope_files::regular_file::{
@@ -135,14 +136,18 @@ pub fn write_host(folder: &Path, stem: &str, report: &RunReport, jobs: usize) ->
     replace_unsynced(&folder.join(format!("{stem}.host.json")), text.as_bytes())
 }
 
-/// A run without a recording, as its task reports it in `STEM.failed.txt`: the class of the exit code, then the reason.
+/// A run without a recording, as its task reports it in `STEM.failed.txt`: the class of the exit code, the reason, and on
+/// the last line, after `help: `, the next step.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Failure {
     /// Whether the same run may succeed later.
     pub is_retryable: bool,
-    /// The reason, for the user.
-    pub message: String,
+    /// The reason and the next step, for the user.
+    pub message: Message,
 }
+
+/// What divides the reason from the next step in a task's failure report, as a [`Message`] is formatted.
+const START_OF_HELP: &str = "\nhelp: ";
 
 /// File name of a task's failure report.
 #[must_use]
@@ -164,8 +169,12 @@ pub fn write_failure(folder: &Path, stem: &str, failure: &Failure) -> io::Result
 #[must_use]
 pub fn read_failure(folder: &Path, stem: &str) -> Option<Failure> {
     let text = read_text(&folder.join(failure_name(stem)), MAX_SIDE_FILE_BYTES).ok()?;
-    let (class, message) = text.split_once('\n')?;
-    Some(Failure { is_retryable: class == "retryable", message: message.trim_end().to_owned() })
+    let (class, text) = text.trim_end().split_once('\n')?;
+    let message = match text.rsplit_once(START_OF_HELP) {
+        Some((what, help)) => Message::new(what, help),
+        None => text.into(),
+    };
+    Some(Failure { is_retryable: class == "retryable", message })
 }
 
 /// Removes `STEM.failed.txt` of an earlier attempt.

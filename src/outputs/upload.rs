@@ -4,6 +4,7 @@
 use crate::outputs::sidecars::layout_name;
 use crate::plan::{Plan, PlannedRun, Status};
 use kinetoscope_console::text::shown_path;
+use kinetoscope_console::{Explained, Message};
 use kinetoscope_files::atomic_file::remove_if_exists;
 use kinetoscope_object_storage::address::Address;
 use kinetoscope_object_storage::error::StoreError;
@@ -46,7 +47,7 @@ struct State {
     /// Number of recordings uploaded by this process.
     put: usize,
     /// Messages about recordings whose names are taken by other bytes.
-    conflicts: Vec<String>,
+    conflicts: Vec<Message>,
     /// The last failed upload and its time.
     failure: Option<(StoreError, Instant)>,
 }
@@ -56,8 +57,8 @@ struct State {
 pub struct UploadReport {
     /// Number of uploaded recordings.
     pub put: usize,
-    /// Messages for the user: what failed, with the remedy.
-    pub complaints: Vec<String>,
+    /// What failed.
+    pub complaints: Vec<Message>,
     /// The last failed upload, if a recording is still to be uploaded.
     pub failure: Option<StoreError>,
     /// Whether a recording was rejected because its name is taken by other bytes.
@@ -81,6 +82,15 @@ pub enum LookupError {
     /// The header of a recording could not be read.
     #[error(transparent)]
     Read(#[from] ReadError),
+}
+
+impl Explained for LookupError {
+    fn help(&self) -> Option<String> {
+        match self {
+            Self::Store(error) => error.help(),
+            Self::Read(error) => error.help(),
+        }
+    }
 }
 
 impl LookupError {
@@ -199,7 +209,9 @@ impl Uploader {
         match self.store.put_once(Upload { file: &file, name: &name, stop }) {
             Ok(put @ (Put::Created | Put::Same)) => {
                 self.put_host_file(run, folder, stop);
-                if !self.keep_local && let Err(error) = remove_if_exists(&file) {
+                if !self.keep_local
+                    && let Err(error) = remove_if_exists(&file)
+                {
                     let file = shown_path(&file);
                     let warning = format!(
                         "warning: {file} is uploaded, but the local file cannot be removed: {error}"
@@ -210,11 +222,13 @@ impl Uploader {
                 state.put += usize::from(put == Put::Created);
                 state.uploaded.insert(name);
             }
-            Ok(Put::Differs) => self.state().conflicts.push(format!(
-                "{}/{name} already exists with other bytes than {}. Both were kept: download it, compare the two with \
-                 `kinetoscope compare`, and remove one of them",
-                self.address(),
-                shown_path(&file)
+            Ok(Put::Differs) => self.state().conflicts.push(Message::new(
+                format!(
+                    "{}/{name} already exists with other bytes than {}; both were kept",
+                    self.address(),
+                    shown_path(&file)
+                ),
+                "download it, compare the two with `kinetoscope compare`, and remove one of them",
             )),
             Err(error) => self.fail(error),
         }
@@ -257,9 +271,14 @@ impl Uploader {
                 1 => "1 recording is".to_owned(),
                 left => format!("{left} recordings are"),
             };
-            report.complaints.push(format!(
-                "{error}\n{left} still in {}: run the same command again to upload without rerunning",
-                shown_path(&plan.folder)
+            let message = error.message();
+            let first = message.help.map_or_else(String::new, |help| format!("{help}. "));
+            report.complaints.push(Message::new(
+                message.what,
+                format!(
+                    "{first}{left} still in {}: run the same command again to upload without rerunning",
+                    shown_path(&plan.folder)
+                ),
             ));
             report.failure = Some(error.clone());
         }

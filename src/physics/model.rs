@@ -1,6 +1,7 @@
 //! The boundary between physics and the rest of the program: what every model implements.
 
 use crate::random::Seed;
+use kinetoscope_console::{Explained, Message};
 use kinetoscope_recording::channels::ChannelDeclaration;
 use kinetoscope_recording::checkpoint::Content;
 use kinetoscope_recording::frame::{Frame, StateColumn};
@@ -55,13 +56,68 @@ pub enum Progress {
 
 /// A start that cannot be run: what is wrong and what to change, for the user.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[error("{0}")]
-pub struct SetupError(pub String);
+#[error("{}", .0.what)]
+pub struct SetupError(pub Message);
 
-/// A physical failure of a running simulation (a blow-up, a collapse): a result, not a crash.
+impl SetupError {
+    /// What is wrong with the start, and what to change.
+    pub fn new(what: impl Into<String>, help: impl Into<String>) -> Self {
+        Self(Message::new(what, help))
+    }
+}
+
+impl Explained for SetupError {
+    fn help(&self) -> Option<String> {
+        self.0.help.clone()
+    }
+}
+
+/// A physical failure of a running simulation (a blow-up, a collapse): a result, not a crash. Boxed, because each step returns one
+/// or none.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[error("{0}")]
-pub struct SimulationFault(pub String);
+#[error("{}", .0.message.what)]
+pub struct SimulationFault(Box<FaultText>);
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct FaultText {
+    message: Message,
+    /// Part of the recording: its bytes change only with the version of the physics.
+    recorded: String,
+}
+
+impl SimulationFault {
+    /// What failed, and what to change; recorded as two clauses.
+    #[must_use]
+    pub fn new(what: impl Into<String>, help: impl Into<String>) -> Self {
+        let message = Message::new(what, help);
+        let recorded = message.clause();
+        Self::recorded_as(message, recorded)
+    }
+
+    /// A request that the contract of [`Model::advance`] excludes: no manifest leads to it.
+    #[must_use]
+    pub(crate) fn of_caller(what: String) -> Self {
+        Self::recorded_as(what.clone().into(), what)
+    }
+
+    /// A failure that is recorded in other words.
+    #[must_use]
+    pub fn recorded_as(message: Message, recorded: String) -> Self {
+        Self(Box::new(FaultText { message, recorded }))
+    }
+
+    /// The text in the recording: what failed, and what to change.
+    #[must_use]
+    pub fn recorded(&self) -> &str {
+        &self.0.recorded
+    }
+}
+
+impl Explained for SimulationFault {
+    fn help(&self) -> Option<String> {
+        self.0.message.help.clone()
+    }
+}
 
 /// The properties that all runs of a model share.
 #[derive(Clone, Copy, Debug)]

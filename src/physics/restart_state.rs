@@ -12,16 +12,18 @@ pub(crate) fn rows<const N: usize>(
     names: [&str; N],
 ) -> Result<Vec<[f64; N]>, SetupError> {
     let StartFrom::Read(state) = start else {
-        return Err(SetupError(
-            "the recording of start_from was not read: run the manifest with run-experiment"
-                .to_owned(),
+        return Err(SetupError::new(
+            "the recording of start_from was not read",
+            "run the manifest with run-experiment",
         ));
     };
     state.columns(names).ok_or_else(|| {
-        SetupError(format!(
-            "start_from: expected a recording with the state columns {}, found one without some of them: record it again with this \
-             version",
-            names.join(", ")
-        ))
+        SetupError::new(
+            format!(
+                "start_from: expected a recording with the state columns {}, found one without some of them",
+                names.join(", ")
+            ),
+            "record it again with this version",
+        )
     })
 }

@@ -1,6 +1,7 @@
 //! Recordings from which other runs start: found by path or by the identity in a canonical manifest, and read once.
 
 use crate::run::recording;
+use kinetoscope_console::Explained as _;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_manifest::model::RecordedState;
 use kinetoscope_recording::reader::Outcome;
@@ -82,7 +83,7 @@ fn entries(folder: &Path) -> Vec<PathBuf> {
 
 /// The state in the last frame of a finished recording. The whole recording is read, so that any damage is found.
 fn last_state(path: &Path) -> Result<RecordedState, String> {
-    let recording = recording::open(path).map_err(|error| error.to_string())?;
+    let recording = recording::open(path).map_err(|error| error.message().clause())?;
     let provenance = recording.provenance();
     match &provenance.outcome {
         Some(Outcome::Complete) => {}
@@ -94,8 +95,8 @@ fn last_state(path: &Path) -> Result<RecordedState, String> {
         }
     }
     let mut last = None;
-    for frame in recording.frames().map_err(|error| error.to_string())? {
-        last = frame.map_err(|error| error.to_string())?.take_state();
+    for frame in recording.frames().map_err(|error| error.message().clause())? {
+        last = frame.map_err(|error| error.message().clause())?.take_state();
     }
     let Some(table) = last else {
         let path = shown_path(path);

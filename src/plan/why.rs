@@ -1,6 +1,7 @@
 //! The reason why a run is to be executed: how it differs from the most similar existing recording.
 
 use crate::plan::{PlannedRun, Status};
+use kinetoscope_console::Explained as _;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_manifest::differing_keys;
 use kinetoscope_physics::kind_of;
@@ -75,7 +76,7 @@ impl Earlier {
                 format!("finished; it failed ({fault}), --force reruns it")
             }
             Status::Done(_) => "finished".to_owned(),
-            Status::Rejected(error) => format!("rejected: {error}"),
+            Status::Rejected(error) => format!("rejected: {}", error.message().clause()),
             Status::ToDo(_) => format!("to do: {}", self.reason_to_execute(run, folder)),
         }
     }
@@ -113,7 +114,7 @@ fn unusable(path: &Path) -> Option<String> {
         return None;
     }
     match Recording::open(path) {
-        Err(error) => Some(error.to_string()),
+        Err(error) => Some(error.message().clause()),
         Ok(recording) => Some(match recording.provenance().outcome {
             None => format!("{} has no end", shown_path(path)),
             Some(Outcome::Interrupted) => format!("{} was interrupted", shown_path(path)),

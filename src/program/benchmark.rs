@@ -9,6 +9,7 @@ use clap::Args;
 use kinetoscope::outputs::sidecars;
 use kinetoscope::run::benchmark::{self, TimingError, time_table};
 use kinetoscope_console::Exit;
+use kinetoscope_console::Explained as _;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::output_file::check_results_folder;
 use kinetoscope_manifest::TimingTable;
@@ -53,9 +54,12 @@ impl BenchmarkArguments {
             let results = folder.join(&experiment.name);
             check_results_folder(&results).map_err(|error| unwritten(folder, &error))?;
         }
-        let table = time_table(&experiment).map_err(|error| match error {
-            TimingError::Setup(refusal) => Failure::with_remedy(Exit::BadManifest, refusal),
-            TimingError::Fault(fault) => Failure::with_remedy(Exit::RunFailed, fault),
+        let table = time_table(&experiment).map_err(|error| {
+            let exit = match error {
+                TimingError::Setup(_) => Exit::BadInput,
+                TimingError::Fault(_) => Exit::RunFailed,
+            };
+            Failure::of(exit, error.message())
         })?;
         self.result.print(benchmark::text(&table).trim_end(), || json(&table));
         let Some(folder) = &self.output else { return Ok(Exit::Done) };

@@ -66,7 +66,7 @@ impl DoctorArguments {
         let json = features.iter().map(|(name, is_built)| ((*name).to_owned(), json!(is_built)));
         findings.add("features", list.join(", "), Json::Object(json.collect()));
         cluster(&mut findings);
-        let problems: Vec<&str> = findings.problems.iter().map(Failure::text).collect();
+        let problems: Vec<String> = findings.problems.iter().map(Failure::text).collect();
         findings.json.insert("problems".to_owned(), json!(problems));
         let lines: Vec<String> =
             findings.lines.iter().map(|(name, text)| format!("{name:<10} {text}")).collect();

@@ -31,8 +31,8 @@ use info::InfoArguments;
 use kinetoscope_analysis::cli::{
     self as analysis, AnalyzeArguments, ExportArguments, PlotArguments,
 };
-use kinetoscope_console::Exit;
 use kinetoscope_console::text::shown_path;
+use kinetoscope_console::{Exit, start_threads};
 use locking::lock::LockArguments;
 use manifests::starter::{NewArguments, print_schema};
 use messages::Failure;
@@ -141,16 +141,24 @@ pub fn main() -> ExitCode {
         allocator::keep_little();
         let name = ProgramName::called();
         let exit = match name {
-            ProgramName::Kinetoscope => Arguments::try_parse().map(|arguments| execute(&arguments)),
-            ProgramName::RunExperiment => {
-                RunExperiment::try_parse().map(|arguments| arguments.run.execute(name))
+            ProgramName::Kinetoscope => {
+                Arguments::try_parse().map(|arguments| with_threads(|| execute(&arguments)))
             }
-            ProgramName::AnalyzeRecordings => {
-                AnalyzeRecordings::try_parse().map(|arguments| arguments.analyze.execute())
-            }
+            ProgramName::RunExperiment => RunExperiment::try_parse()
+                .map(|arguments| with_threads(|| arguments.run.execute(name))),
+            ProgramName::AnalyzeRecordings => AnalyzeRecordings::try_parse()
+                .map(|arguments| with_threads(|| arguments.analyze.execute())),
         };
         exit.unwrap_or_else(|error| reject(name, error)).into()
     })
+}
+
+/// Executes a command for whose threads the system has room.
+fn with_threads(command: impl FnOnce() -> Exit) -> Exit {
+    match start_threads() {
+        Ok(()) => command(),
+        Err(message) => Failure::of(Exit::Retryable, message).report(),
+    }
 }
 
 /// Executes a subcommand.

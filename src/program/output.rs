@@ -1,9 +1,10 @@
 //! Options for where recordings are written: a folder, or object storage through a spool folder.
 
-use crate::messages::{Failure, bad};
+use crate::messages::{Failure, bad, exit};
 use clap::Args;
 use kinetoscope::executor::cluster::task::quoted;
 use kinetoscope::outputs::upload::Uploader;
+use kinetoscope_console::Explained as _;
 use kinetoscope_object_storage::address::Address;
 use std::ffi::OsStr;
 use std::fs;
@@ -64,7 +65,10 @@ impl OutputArguments {
     /// An invalid address, or a program that was built without object storage.
     pub(crate) fn depot(&self, experiment: &str) -> Result<Option<Uploader>, Failure> {
         let address = self.address()?.map(|address| address.below(experiment));
-        address.map(|address| Uploader::open(&address, self.keep_local)).transpose().map_err(bad)
+        address
+            .map(|address| Uploader::open(&address, self.keep_local))
+            .transpose()
+            .map_err(|error| Failure::of(exit::of_storage(error.is_retryable), error.message()))
     }
 
     /// Whether recordings are written to object storage.

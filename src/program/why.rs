@@ -78,6 +78,6 @@ impl WhyArguments {
             &lines.join("\n"),
             || json!({ "experiment": experiment.name, "folder": plan.folder, "runs": runs }),
         );
-        Ok(if plan.rejected().next().is_some() { Exit::BadManifest } else { Exit::Done })
+        Ok(if plan.rejected().next().is_some() { Exit::BadInput } else { Exit::Done })
     }
 }

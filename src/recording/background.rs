@@ -8,7 +8,7 @@ use crate::frame::{Frame, LogLine};
 use crate::recorder::{Clock, Outcome, Recorder, RecorderState};
 use std::io::Write;
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::thread::{self, JoinHandle};
+use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
 /// Bytes of frames that are handed to the thread together: waking it for each small frame would cost more than writing them. The thread
@@ -282,24 +282,26 @@ impl<W: Write + Send + 'static> Background<W> {
     }
 
     fn send(&mut self, task: Task<W>) -> Result<(), RecordError> {
-        self.start();
+        self.start()?;
         match &self.worker {
             Worker::Running { tasks, .. } => tasks.send(task).map_err(|_| self.failure()),
             Worker::Waiting(_) | Worker::Failed => Err(stopped()),
         }
     }
 
-    fn start(&mut self) {
+    fn start(&mut self) -> Result<(), RecordError> {
         self.worker = match std::mem::replace(&mut self.worker, Worker::Failed) {
             Worker::Waiting(recorder) => {
                 // The batches in memory are a bound for both.
                 let (tasks, to_do) = channel();
                 let (give_back, used) = channel();
-                let thread = thread::spawn(move || work(*recorder, &to_do, &give_back));
+                let work = move || work(*recorder, &to_do, &give_back);
+                let thread = Builder::new().spawn(work).map_err(RecordError::Thread)?;
                 Worker::Running { tasks, used, thread }
             }
             worker => worker,
         };
+        Ok(())
     }
 
     /// Waits until the thread has finished all requests and returns the recorder.

@@ -19,6 +19,8 @@ const MAGIC: [u8; 8] = *b"\x89KINCKP\n";
 const VERSION: u32 = 2;
 const CHECKSUM_BYTES: usize = 4;
 const DAMAGED: &str = "the checkpoint is damaged";
+/// The content of an intact file that cannot be decoded: a part has another layout, or the file was forged.
+const OTHER_LAYOUT: &str = "the checkpoint is of another version of the program, whose state has another layout, or damaged";
 /// Bytes that go to the disk at once.
 const PIECE: usize = 1 << 20;
 
@@ -91,7 +93,7 @@ pub fn write(
 }
 
 /// Reads a checkpoint of at most `max_bytes`; `None` if there is none. `decode` makes a value of the content's bytes, `None` if
-/// they are damaged.
+/// they have another layout or are damaged.
 ///
 /// # Errors
 /// A checkpoint that cannot be read, is too large, is damaged, or belongs to another run or version.
@@ -109,7 +111,7 @@ pub fn read<C>(
         Err(error) => return Err(at(&path, &error)),
     };
     content(&bytes, identity)
-        .and_then(|content| decode(content).ok_or(DAMAGED))
+        .and_then(|content| decode(content).ok_or(OTHER_LAYOUT))
         .map(Some)
         .map_err(|what| RecordError::NotContinued { path, what: what.to_owned() })
 }

@@ -1,7 +1,8 @@
-//! The errors of recording and reading, with the remedy for the user.
+//! The errors of recording and reading, with the user's next step.
 
 use crate::channels::SCHEMA_VERSION;
 use kinetoscope_console::text::shown_path;
+use kinetoscope_console::{Explained, ON_MISSING_THREAD};
 use kinetoscope_files::regular_file::MAX_MANIFEST_BYTES;
 use std::io;
 use std::path::PathBuf;
@@ -11,21 +12,20 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 pub enum RecordError {
     /// The disk or another sink failed. The message names the path.
-    #[error("{source}. {remedy}", source = .0, remedy = remedy(.0))]
+    #[error("{0}")]
     Io(#[from] io::Error),
+    /// The system starts no thread for the recorder or for a check.
+    #[error("a thread cannot be started: {0}")]
+    Thread(io::Error),
     /// Another process writes the same recording.
-    #[error(
-        "{} is being written by another process. Wait for it to end, then run the same command again",
-        shown_path(path)
-    )]
+    #[error("{} is being written by another process", shown_path(path))]
     Locked {
         /// The partial file.
         path: PathBuf,
     },
     /// A finished recording of the same name has other bytes.
     #[error(
-        "{} already exists with other bytes than the new recording {}. Both were kept: compare the two, \
-         then delete one of them",
+        "{} already exists with other bytes than the new recording {}; both were kept",
         shown_path(existing),
         shown_path(partial)
     )]
@@ -36,7 +36,7 @@ pub enum RecordError {
         partial: PathBuf,
     },
     /// A killed run cannot be resumed from its files.
-    #[error("{} cannot be resumed: {what}. Delete it to start the run again", shown_path(path))]
+    #[error("{} cannot be resumed: {what}", shown_path(path))]
     NotContinued {
         /// The partial file or the checkpoint.
         path: PathBuf,
@@ -45,15 +45,14 @@ pub enum RecordError {
     },
     /// The canonical text of the manifest is longer than the reader accepts.
     #[error(
-        "the run's manifest has {bytes} bytes with all its keys; must be at most {MAX_MANIFEST_BYTES}. Start from a recording \
-         (start_from) instead of a state that is written out"
+        "the run's manifest has {bytes} bytes with all its keys; must be at most {MAX_MANIFEST_BYTES}"
     )]
     LongManifest {
         /// Its size.
         bytes: u64,
     },
     /// The manifest names a channel that the model does not have.
-    #[error("this model has no channel \"{name}\". Name some of: {}", known.join(", "))]
+    #[error("this model has no channel \"{name}\"")]
     UnknownTopic {
         /// The name, without the leading slash.
         name: String,
@@ -62,8 +61,7 @@ pub enum RecordError {
     },
     /// The playback rate is out of range, or the playback would be too long for the viewers.
     #[error(
-        "frame {frame} cannot be played at {rate} frames per second: viewers support up to 50 per second and 93 days in total. \
-         Record fewer frames, or change `record.playback_fps`"
+        "frame {frame} cannot be played at {rate} frames per second: viewers support up to 50 per second and 93 days in total"
     )]
     Playback {
         /// Frame that has no log time.
@@ -72,28 +70,46 @@ pub enum RecordError {
         rate: f64,
     },
     /// The model broke its declaration: a defect of the program.
-    #[error("{0}. This is a defect of the program: please report it")]
+    #[error("{0}")]
     Declaration(String),
     /// The container rejected its input: a defect of the program.
-    #[error(
-        "the MCAP writer rejected a record: {0}. This is a defect of the program: please report it"
-    )]
+    #[error("the MCAP writer rejected a record: {0}")]
     Container(String),
 }
 
-/// What the user can do about a failed disk.
-fn remedy(source: &io::Error) -> &'static str {
-    match source.kind() {
-        io::ErrorKind::StorageFull => "Free space on this disk, then run the same command again",
-        _ => "Check the disk and the folder's permissions, then run the same command again",
+impl Explained for RecordError {
+    fn help(&self) -> Option<String> {
+        let help = match self {
+            Self::Io(source) if source.kind() == io::ErrorKind::StorageFull => {
+                "free space on this disk, then run the same command again"
+            }
+            Self::Io(_) => {
+                "check the disk and the folder's permissions, then run the same command again"
+            }
+            Self::Thread(_) => ON_MISSING_THREAD,
+            Self::Locked { .. } => "wait for it to end, then run the same command again",
+            Self::Differs { .. } => "compare the two, then delete one of them",
+            Self::NotContinued { .. } => "delete it to start the run again",
+            Self::LongManifest { .. } => {
+                "start from a recording (start_from) instead of a state that is written out"
+            }
+            Self::UnknownTopic { known, .. } => {
+                return Some(format!("name some of: {}", known.join(", ")));
+            }
+            Self::Playback { .. } => "record fewer frames, or change `record.playback_fps`",
+            Self::Declaration(_) | Self::Container(_) => {
+                "this is a defect of the program: please report it"
+            }
+        };
+        Some(help.to_owned())
     }
 }
 
 impl RecordError {
-    /// Whether the same command may succeed later: disk, lock and I/O.
+    /// Whether the same command may succeed later: disk, threads, lock and I/O.
     #[must_use]
     pub fn is_retryable(&self) -> bool {
-        matches!(self, Self::Io(_) | Self::Locked { .. })
+        matches!(self, Self::Io(_) | Self::Thread(_) | Self::Locked { .. })
     }
 }
 
@@ -108,7 +124,7 @@ impl From<mcap::McapError> for RecordError {
 
 /// The reason why a recording, or the rest of it, cannot be read.
 #[derive(Debug, Error)]
-#[error("{}{fault}{}. {}", shown_path(path), self.intact_part(), fault.remedy())]
+#[error("{}{fault}{}", shown_path(path), self.intact_part())]
 pub struct ReadError {
     /// The file.
     pub path: PathBuf,
@@ -118,7 +134,7 @@ pub struct ReadError {
     pub fault: ReadFault,
 }
 
-/// A defect of a recording. The text follows the path; the remedy follows it.
+/// A defect of a recording. The text follows the path.
 #[derive(Debug, Error)]
 pub enum ReadFault {
     /// The file cannot be opened or read.
@@ -157,21 +173,27 @@ pub enum ReadFault {
     },
 }
 
-impl ReadFault {
-    /// What the user can do.
-    fn remedy(&self) -> &'static str {
-        match self {
-            Self::Io(error) if error.kind() == io::ErrorKind::InvalidInput => {
-                "Name a recording: a regular file *.mcap"
+impl Explained for ReadError {
+    fn help(&self) -> Option<String> {
+        let help = match &self.fault {
+            ReadFault::Io(error) if error.kind() == io::ErrorKind::InvalidInput => {
+                "name a recording: a regular file *.mcap"
             }
-            Self::Io(_) => "Check that the file exists and may be read, and the disk",
-            Self::NotMcap => "Name a recording (*.mcap)",
-            Self::Foreign => "Name a recording that run-experiment wrote",
-            Self::Merged => "Name a recording of one run; keep merged recordings in another folder",
-            Self::OtherSchema { .. } => "Run its manifest again, or use the program that wrote it",
-            Self::Torn { .. } => "Run its manifest again, or copy the file again",
-            Self::Damaged { .. } => "Copy the file again, or run its manifest again with --force",
-        }
+            ReadFault::Io(_) => "check that the file exists and may be read, and the disk",
+            ReadFault::NotMcap => "name a recording (*.mcap)",
+            ReadFault::Foreign => "name a recording that run-experiment wrote",
+            ReadFault::Merged => {
+                "name a recording of one run; keep merged recordings in another folder"
+            }
+            ReadFault::OtherSchema { .. } => {
+                "run its manifest again, or use the program that wrote it"
+            }
+            ReadFault::Torn { .. } => "run its manifest again, or copy the file again",
+            ReadFault::Damaged { .. } => {
+                "copy the file again, or run its manifest again with --force"
+            }
+        };
+        Some(help.to_owned())
     }
 }
 

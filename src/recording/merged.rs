@@ -12,6 +12,7 @@ use crate::recorder::write_options;
 use crate::schema::schema_of;
 use crate::sink::CountingSink;
 use crate::table::StateTable;
+use kinetoscope_console::Explained;
 use mcap::records::{MessageHeader, Metadata};
 use prost::Message as _;
 use std::borrow::Cow;
@@ -103,6 +104,15 @@ pub enum MergeError {
     /// The new recording cannot be written.
     #[error(transparent)]
     Write(#[from] RecordError),
+}
+
+impl Explained for MergeError {
+    fn help(&self) -> Option<String> {
+        match self {
+            Self::Read(error) => error.help(),
+            Self::Write(error) => error.help(),
+        }
+    }
 }
 
 /// The prefix of the topics of a run; the first run has index 0.

@@ -6,6 +6,7 @@
 
 use crate::run::published_times::published_s;
 use crate::run::resources::memory;
+use kinetoscope_console::Explained;
 use kinetoscope_files::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
 use kinetoscope_manifest::{
     Coordinate, Experiment, Run, RunManifest, TimingComparison, TimingPoint, TimingRatio,
@@ -27,6 +28,15 @@ pub enum TimingError {
     /// The simulation failed.
     #[error(transparent)]
     Fault(#[from] SimulationFault),
+}
+
+impl Explained for TimingError {
+    fn help(&self) -> Option<String> {
+        match self {
+            Self::Setup(error) => error.help(),
+            Self::Fault(error) => error.help(),
+        }
+    }
 }
 
 /// The replicates of one point of the sweep, in order.

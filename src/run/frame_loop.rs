@@ -3,8 +3,9 @@
 use crate::interrupt::Interrupt;
 use crate::run::prepared::Prepared;
 use crate::run::schedule::Schedule;
+use kinetoscope_console::Explained;
 use kinetoscope_manifest::RunManifest;
-use kinetoscope_physics::model::{Model, Progress, SetupError};
+use kinetoscope_physics::model::{Model, Progress, SetupError, SimulationFault};
 use kinetoscope_recording::background::FrameWriter;
 use kinetoscope_recording::error::{ReadError, RecordError};
 use kinetoscope_recording::file::RecordingFile;
@@ -45,6 +46,8 @@ pub struct RunState<W: Write = RecordingFile> {
     pub next: u64,
     /// Shown each frame.
     pub(crate) viewer: Option<FrameViewer>,
+    /// The failure that ended the run.
+    pub(crate) fault: Option<SimulationFault>,
     /// The frames of which the state of the model is encoded: those of [`StoredFrames::Keyframes`], and the number of all frames.
     stored: (StoredFrames, Option<u64>),
 }
@@ -53,7 +56,7 @@ impl<W: Write> RunState<W> {
     pub(crate) fn new(prepared: Prepared, recorder: FrameWriter<W>, next: u64) -> Self {
         let Prepared { model, schedule, header } = prepared;
         let stored = (header.stored, header.frames_expected);
-        Self { model, schedule, recorder, next, viewer: None, stored }
+        Self { model, schedule, recorder, next, viewer: None, fault: None, stored }
     }
 
     /// Encodes the state of the model at the keyframes of another recording of this run, for an observer.
@@ -97,6 +100,16 @@ pub enum RunError {
     /// The recording in memory could not be read.
     #[error(transparent)]
     Read(#[from] ReadError),
+}
+
+impl Explained for RunError {
+    fn help(&self) -> Option<String> {
+        match self {
+            Self::Setup(error) => error.help(),
+            Self::Record(error) => error.help(),
+            Self::Read(error) => error.help(),
+        }
+    }
 }
 
 /// Records the first frame of a run.
@@ -162,9 +175,10 @@ pub fn record_frames<W: Write + Send + 'static>(
                 state.next += 1;
             }
             Err(fault) => {
-                let line = LogLine { level: Level::Error, text: fault.0.clone() };
-                state.recorder.remark(line)?;
-                return Ok(Outcome::Fault(fault.0));
+                let recorded = fault.recorded().to_owned();
+                state.recorder.remark(LogLine { level: Level::Error, text: recorded.clone() })?;
+                state.fault = Some(fault);
+                return Ok(Outcome::Fault(recorded));
             }
         }
         save(state, false)?;

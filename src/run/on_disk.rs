@@ -5,6 +5,7 @@ use crate::live::{GnuplotLoop, LiveServer};
 use crate::run::checkpoint::{Checkpointer, max_checkpoint_bytes};
 use crate::run::frame_loop::{RunError, RunSpec, RunState, record_frames, record_start};
 use crate::run::prepared::Prepared;
+use kinetoscope_console::{Explained, Message};
 use kinetoscope_physics::{kind_of, restore};
 use kinetoscope_recording::background::FrameWriter;
 use kinetoscope_recording::checkpoint::{self as checkpoint_file, decode_head};
@@ -21,6 +22,8 @@ use std::time::{Duration, Instant};
 pub struct RunReport {
     /// Complete, failed, or interrupted.
     pub outcome: Outcome,
+    /// What failed, and what to change, if the physics failed.
+    pub fault: Option<Message>,
     /// Whether the run resumed from a checkpoint.
     pub start: RunStart,
     /// Path of the recording.
@@ -109,6 +112,7 @@ pub fn execute(
     };
     Ok(RunReport {
         outcome,
+        fault: state.fault.as_ref().map(Explained::message),
         start,
         bytes: fs::metadata(&path).map(|file| file.len()).unwrap_or_default(),
         path,

@@ -2,6 +2,7 @@
 
 use crate::run::resources::memory;
 use crate::run::schedule::Schedule;
+use kinetoscope_console::Explained as _;
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::record::{Compression, RecordConfig};
 use kinetoscope_physics::model::{Extent, Model, ModelKind, SetupError, Target};
@@ -42,7 +43,7 @@ impl Prepared {
         let opt_in = wants_opt_in(kind_of(&manifest.model), &manifest.record);
         let model = prepare(&manifest.model, seed, opt_in)?;
         let prepared = Self::of(model, manifest, canonical, run_key)?;
-        prepared.header.check().map_err(|error| SetupError(error.to_string()))?;
+        prepared.header.check().map_err(|error| SetupError(error.message()))?;
         Ok(prepared)
     }
 

@@ -47,17 +47,15 @@ impl Schedule {
                 listed.len() as u64
             }
             (RecordInterval::EveryTime(_), Events(_)) => {
-                return Err(SetupError(
-                    "[record] requests frames by time, but the run's length is in events: \
-                     use frames or every_collisions, or give the model a duration"
-                        .to_owned(),
+                return Err(SetupError::new(
+                    "[record] requests frames by time, but the run's length is in events",
+                    "use frames or every_collisions, or give the model a duration",
                 ));
             }
             (RecordInterval::EverySteps(_) | RecordInterval::EveryCollisions(_), Time(_)) => {
-                return Err(SetupError(
-                    "[record] requests frames by steps or collisions, but the run's length is a time: \
-                     use frames, or an interval of time"
-                        .to_owned(),
+                return Err(SetupError::new(
+                    "[record] requests frames by steps or collisions, but the run's length is a time",
+                    "use frames, or an interval of time",
                 ));
             }
         };
@@ -123,9 +121,12 @@ fn nearest_step(time: f64, step: f64) -> u64 {
 
 fn frames_every_time(every: f64, step: f64, total: u64) -> Result<u64, SetupError> {
     if every < step {
-        return Err(SetupError(format!(
-            "[record] requests a frame every {every:e}, less than the time step of {step:e}: set at least {step:e}"
-        )));
+        return Err(SetupError::new(
+            format!(
+                "[record] requests a frame every {every:e}, less than the time step of {step:e}"
+            ),
+            format!("set at least {step:e}"),
+        ));
     }
     let frames = (total as f64 * step / every - SAME_INSTANT).ceil() as u64;
     let last_but_one = nearest_step(frames.saturating_sub(1) as f64 * every, step);
@@ -144,10 +145,10 @@ fn too_many_frames(frames: NonZeroU64, extent: Extent, total: u64) -> SetupError
     let is_default = RecordConfig::default().interval == RecordInterval::Frames(frames);
     // A manifest may also state the default.
     let default = if is_default { ", the default" } else { "" };
-    SetupError(format!(
-        "[record] frames is {frames}{default}, but the run has only {total} {what}. \
-         Set frames to at most {total} in [record], or make the run longer"
-    ))
+    SetupError::new(
+        format!("[record] frames is {frames}{default}, but the run has only {total} {what}"),
+        format!("set frames to at most {total} in [record], or make the run longer"),
+    )
 }
 
 /// Frames at the fractions 10^(-j/p) of the run's length, p per decade; the last one is its end. Counts are rounded, and equal
@@ -252,6 +253,6 @@ mod tests {
     fn more_frames_than_steps_are_rejected_with_the_maximum() {
         let interval = RecordInterval::Frames(NonZeroU64::new(11).unwrap());
         let error = Schedule::new(interval, Extent::Steps { total: 10, step: 0.1 }).unwrap_err();
-        assert!(error.0.contains("frames to at most 10"), "{error}");
+        assert!(error.0.to_string().contains("frames to at most 10"), "{error}");
     }
 }

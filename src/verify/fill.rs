@@ -7,6 +7,7 @@ use crate::verify::rerun::Rerun;
 use crate::verify::rerun_check::RerunCheck;
 use crate::verify::restored_file::{Restored, check_output, written};
 use crate::verify::source::{ReadablePart, Source};
+use kinetoscope_console::Message;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_manifest::RunKey;
 use kinetoscope_recording::file::RecordingFile;
@@ -56,12 +57,15 @@ fn record(
     let path = shown_path(source.recording.path());
     if findings.equal_frames != frames {
         let compared = findings.equal_frames;
-        let what = format!("only {compared} of {frames} frames were compared: report this");
-        return Err(VerifyError::Unsuitable(what));
+        return Err(VerifyError::Unsuitable(Message::new(
+            format!("only {compared} of {frames} frames were compared"),
+            "this is a defect of the program: please report it",
+        )));
     }
     if source.recording.provenance().outcome.as_ref() != Some(&recorded.outcome) {
-        return Err(VerifyError::Unsuitable(format!(
-            "{path}: the rerun ends in another way\nhelp: compare versions with `kinetoscope info`"
+        return Err(VerifyError::Unsuitable(Message::new(
+            format!("{path}: the rerun ends in another way"),
+            "compare versions with `kinetoscope info`",
         )));
     }
     recorded.sink.commit()?;
@@ -77,13 +81,14 @@ fn check_suitable(source: &Source, interrupt: &Interrupt) -> Result<(), VerifyEr
     let provenance = source.recording.provenance();
     let path = shown_path(source.recording.path());
     if provenance.stored == StoredFrames::All {
-        let what = format!("{path} has all frames\nhelp: there is nothing to fill");
-        return Err(VerifyError::Arguments(what));
+        let what = format!("{path} has all frames");
+        return Err(VerifyError::Arguments(Message::new(what, "there is nothing to fill")));
     }
     match provenance.outcome {
         Some(Outcome::Complete | Outcome::Fault(_)) => Ok(()),
-        Some(Outcome::Interrupted) | None => Err(VerifyError::Unsuitable(format!(
-            "{path} is not finished or damaged at its end\nhelp: run its manifest again to finish it"
+        Some(Outcome::Interrupted) | None => Err(VerifyError::Unsuitable(Message::new(
+            format!("{path} is not finished or damaged at its end"),
+            "run its manifest again to finish it",
         ))),
     }
 }

@@ -4,6 +4,7 @@ use crate::run::prepared::Prepared;
 use crate::run::schedule::Schedule;
 use crate::verify::error::VerifyError;
 use crate::verify::source::Source;
+use kinetoscope_console::Message;
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::quantity::Positive;
 use kinetoscope_manifest::record::RecordInterval;
@@ -11,7 +12,7 @@ use kinetoscope_physics::model::{Extent, Model, Target};
 use std::num::NonZeroU64;
 
 /// What `--every` can be.
-const AN_INTERVAL: &str = "\nhelp: write the time between two frames, such as 0.001";
+const AN_INTERVAL: &str = "write the time between two frames, such as 0.001";
 /// Tolerance of the bounds, in frames.
 const SAME_FRAME: f64 = 1e-9;
 
@@ -41,7 +42,8 @@ impl FineFrames {
     /// The multiples of `every` in the interval, and the end of the run if it is in the interval.
     pub(crate) fn new(start: &Prepared, interval: &Interval) -> Result<Self, VerifyError> {
         let &Interval { from, to, every } = interval;
-        let refused = |what: String| Err(VerifyError::Arguments(what));
+        let refused =
+            |what: String, help: &str| Err(VerifyError::Arguments(Message::new(what, help)));
         let extent = start.model.extent();
         let (end, unit) = match extent {
             Extent::Steps { total, step } => (total as f64 * step, start.header.time_unit),
@@ -57,25 +59,20 @@ impl FineFrames {
         // The duration of a manifest need not be a whole number of steps: the run ends less than a step before or after it.
         let rest = if let Extent::Steps { step, .. } = extent { step } else { 0.0 };
         if !(from >= 0.0 && from <= to && to <= end + rest + slack) {
-            let what = format!(
-                "--from {from:?} --to {to:?} is not an interval of the run\nhelp: {length}"
-            );
-            return refused(what);
+            let what = format!("--from {from:?} --to {to:?} is not an interval of the run");
+            return refused(what, &length);
         }
         if !(every > 0.0 && every.is_finite()) {
-            return refused(format!("--every {every} must be above 0{AN_INTERVAL}"));
+            return refused(format!("--every {every} must be above 0"), AN_INTERVAL);
         }
         match extent {
             Extent::Steps { step, .. } if every < step * (1.0 - SAME_FRAME) => {
-                return refused(format!(
-                    "--every {every:?} is less than one time step\nhelp: the step of {} is the limit",
-                    shown(step)
-                ));
+                let what = format!("--every {every:?} is less than one time step");
+                return refused(what, &format!("the step of {} is the limit", shown(step)));
             }
             Extent::Events(_) if every < 1.0 || every.fract() != 0.0 => {
-                return refused(format!(
-                    "--every {every} is not a whole number of collisions\nhelp: write a whole number, such as 10"
-                ));
+                let what = format!("--every {every} is not a whole number of collisions");
+                return refused(what, "write a whole number, such as 10");
             }
             _ => {}
         }
@@ -86,14 +83,15 @@ impl FineFrames {
                 RecordInterval::EverySteps(NonZeroU64::MIN)
             }
             (_, Some(every), _) => RecordInterval::EveryTime(every),
-            _ => return refused(format!("--every {every} must be above 0{AN_INTERVAL}")),
+            _ => return refused(format!("--every {every} must be above 0"), AN_INTERVAL),
         };
         let schedule = Schedule::new(interval, extent)?;
         if !start.header.can_be_played(schedule.frames()) {
             let frames = schedule.frames();
-            return refused(format!(
-                "--every {every:?} divides the run into {frames} frames, more than a viewer can play\nhelp: take a longer time"
-            ));
+            let what = format!(
+                "--every {every:?} divides the run into {frames} frames, more than a viewer can play"
+            );
+            return refused(what, "take a longer time");
         }
         // Relative to quotients below 1, so that a start above 0 is not the frame at 0.
         let frames_before = from / every;
@@ -104,10 +102,8 @@ impl FineFrames {
         let last = if reaches_end { schedule.frames() } else { last.min(schedule.frames()) };
         let first = if reaches_end { first.min(last) } else { first };
         if first > last {
-            return refused(format!(
-                "no multiple of {} is from {from} to {to}\nhelp: change --every or the interval",
-                shown(every)
-            ));
+            let what = format!("no multiple of {} is from {from} to {to}", shown(every));
+            return refused(what, "change --every or the interval");
         }
         Ok(Self { interval, schedule, first, last })
     }

@@ -5,7 +5,7 @@ use data_encoding::BASE64_NOPAD;
 use kinetoscope_console::text::one_line;
 use kinetoscope_files::output_file;
 use kinetoscope_files::regular_file::{MAX_LOCK_FILE_BYTES, read_text};
-use kinetoscope_manifest::excess_of_toml;
+use kinetoscope_manifest::{Diagnostics, excess_of_toml, toml_error};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io;
@@ -18,8 +18,6 @@ const VERSION: u32 = 3;
 pub const QUICK_S: u64 = 5;
 const HEAD: &str =
     "# Written by `kinetoscope lock`, compared by `kinetoscope check --locked`. Do not edit.\n";
-/// Maximum number of characters that an error shows of a line.
-const MAX_SHOWN: usize = 100;
 /// The last line begins with it, and states how many entries the file has: a file that was cut between two of them is valid TOML.
 const END: &str = "# End of the file: ";
 
@@ -72,6 +70,9 @@ pub enum LockError {
     /// The file is damaged.
     #[error("{0}")]
     Damaged(String),
+    /// The file is not the TOML of a lock file: the line and what is wrong there.
+    #[error("{0}")]
+    Syntax(Diagnostics),
 }
 
 impl LockFile {
@@ -98,8 +99,10 @@ impl LockFile {
         if let Some(excess) = excess_of_toml(&text) {
             return Err(LockError::Damaged(excess));
         }
-        let damaged =
-            |error: toml::de::Error| LockError::Damaged(starts_of_lines(&error.to_string()));
+        let damaged = |error: toml::de::Error| {
+            let title = "this is not a lock file, or it is damaged";
+            LockError::Syntax(toml_error(&text, &path.to_string_lossy(), title, &error))
+        };
         let Version { version } = toml::from_str(&text).map_err(damaged)?;
         if version != u64::from(VERSION) {
             return Err(LockError::OtherVersion(version));
@@ -239,11 +242,4 @@ impl LockedExperiment {
     pub fn run_line(run_key: &str, messages: &str) -> String {
         format!("{} {messages}", &run_key[..16.min(run_key.len())])
     }
-}
-
-/// The start of each line of an error, which contains lines of the file.
-fn starts_of_lines(text: &str) -> String {
-    let lines = text.lines().filter(|line| !line.trim().is_empty());
-    let starts = lines.map(|line| line.chars().take(MAX_SHOWN).collect::<String>());
-    starts.collect::<Vec<_>>().join("; ")
 }

@@ -4,6 +4,7 @@ use crate::run::recording;
 use crate::verify::error::VerifyError;
 use crate::verify::restored_file::unwritten;
 use crate::verify::source::Source;
+use kinetoscope_console::Message;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::atomic_file::{NewFile, replace};
 use kinetoscope_files::output_file;
@@ -30,18 +31,19 @@ impl From<MergeError> for VerifyError {
 /// # Errors
 /// More recordings than colors, a name without `.mcap`, an existing file or layout, or one that cannot be written.
 pub fn check_merge(count: usize, file: &Path) -> Result<(), VerifyError> {
-    let usage = |text: String| Err(VerifyError::Arguments(text));
+    let usage = |what: String, help: &str| Err(VerifyError::Arguments(Message::new(what, help)));
     if count > MAX_RUNS {
-        return usage(format!("{count} recordings; at most {MAX_RUNS} can be told apart in one"));
+        let what = format!("{count} recordings are too many to be told apart in one");
+        return usage(what, &format!("name at most {MAX_RUNS}"));
     }
     if file.extension().is_none_or(|ending| ending != "mcap") {
         let what = format!("{} is not the name of a file that ends in .mcap", shown_path(file));
-        return usage(format!("{what}\nhelp: name one, such as --mcap both.mcap"));
+        return usage(what, "name one, such as --mcap both.mcap");
     }
     for path in [file, &layout_path(file)] {
         if path.symlink_metadata().is_ok() {
-            let path = shown_path(path);
-            return usage(format!("{path} already exists. Delete it, or name a new file"));
+            let what = format!("{} already exists", shown_path(path));
+            return usage(what, "delete it, or name a new file");
         }
     }
     output_file::check(file).map_err(|error| unwritten(file, &error, "--mcap"))
@@ -53,16 +55,15 @@ pub fn check_merge(count: usize, file: &Path) -> Result<(), VerifyError> {
 /// As [`check_merge`], different models, or a recording that cannot be read.
 pub fn merge_recordings(paths: &[&Path], file: &Path) -> Result<Vec<String>, VerifyError> {
     check_merge(paths.len(), file)?;
-    let usage = |text: String| Err(VerifyError::Arguments(text));
+    let usage = |what: String, help: &str| Err(VerifyError::Arguments(Message::new(what, help)));
     let recordings =
         paths.iter().map(|path| recording::open(path)).collect::<Result<Vec<_>, _>>()?;
     let model = |recording: &Recording| recording.provenance().model.clone();
     let models: Vec<String> = recordings.iter().map(model).collect();
     if let Some(other) = models.iter().find(|model| **model != models[0]) {
         let first = &models[0];
-        return usage(format!(
-            "the recordings are of different models: {first} and {other}. Name recordings of one model"
-        ));
+        let what = format!("the recordings are of different models: {first} and {other}");
+        return usage(what, "name recordings of one model");
     }
     let labels = labels(&recordings);
     let runs = recordings.iter().zip(&labels);

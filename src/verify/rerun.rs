@@ -4,7 +4,7 @@ use crate::interrupt::Interrupt;
 use crate::run::prepared::Prepared;
 use crate::run::{RunState, record_frames, record_now};
 use crate::verify::error::VerifyError;
-use kinetoscope_physics::model::{Model, Progress, Target};
+use kinetoscope_physics::model::{Model, Progress, SimulationFault, Target};
 use kinetoscope_recording::background::FrameWriter;
 use kinetoscope_recording::error::RecordError;
 use kinetoscope_recording::observer::FrameObserver;
@@ -106,7 +106,7 @@ pub(crate) enum Stopped {
     /// The program received a signal.
     Signal(u8),
     /// The physics failed.
-    Fault(String),
+    Fault(SimulationFault),
 }
 
 /// Advances a model to a target.
@@ -122,7 +122,7 @@ pub(crate) fn advance(
         match model.advance(target, BUDGET) {
             Ok(Progress::Reached) => return Ok(()),
             Ok(Progress::Working) => {}
-            Err(fault) => return Err(Stopped::Fault(fault.0)),
+            Err(fault) => return Err(Stopped::Fault(fault)),
         }
         if let Some(code) = interrupt.exit_code() {
             return Err(Stopped::Signal(code));

@@ -6,7 +6,7 @@ use crate::interrupt::Interrupt;
 use crate::verify::error::VerifyError;
 use crate::verify::rerun::Rerun;
 use kinetoscope_recording::channels::{LOG, TRAIL};
-use kinetoscope_recording::error::{ReadError, ReadFault};
+use kinetoscope_recording::error::{ReadError, ReadFault, RecordError};
 use kinetoscope_recording::frame::LogLine;
 use kinetoscope_recording::keyframe::{FrameHashes, KEYFRAME, Keyframe, MessageHash};
 use kinetoscope_recording::observer::{ChannelList, FrameObserver};
@@ -58,7 +58,7 @@ impl RerunCheck {
         let thread = Builder::new()
             .name("check".to_owned())
             .spawn(move || comparison.compare_all(&frames, &stop))
-            .map_err(|error| VerifyError::Write(error.into()))?;
+            .map_err(|error| VerifyError::Write(RecordError::Thread(error)))?;
         rerun.observer =
             Some(Box::new(MessageSender { frame: Messages::default(), frames: sender }));
         rerun.keyframes_of = recording.provenance().stored;

@@ -3,6 +3,7 @@
 use crate::run::recording;
 use crate::verify::error::VerifyError;
 use crate::verify::source::Source;
+use kinetoscope_console::Message;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::folder::folder_of;
 use kinetoscope_files::output_file;
@@ -31,8 +32,9 @@ pub struct Restored {
 pub(crate) fn check_output(source: &Source, path: &Path, key: &str) -> Result<(), VerifyError> {
     let shown = shown_path(path);
     if path.is_dir() || stem_of(path).is_none() {
-        return Err(VerifyError::Arguments(format!(
-            "{shown} is not the name of a file that ends in .mcap\nhelp: name one, such as --output all.mcap"
+        return Err(VerifyError::Arguments(Message::new(
+            format!("{shown} is not the name of a file that ends in .mcap"),
+            "name one, such as --output all.mcap",
         )));
     }
     let is_result =
@@ -42,8 +44,9 @@ pub(crate) fn check_output(source: &Source, path: &Path, key: &str) -> Result<()
     }
     let is_source = same_file(path, source.recording.path());
     let own = if is_source { "the recording itself" } else { "another file" };
-    Err(VerifyError::Arguments(format!(
-        "{shown} exists, and is {own}\nhelp: name a new file with --output"
+    Err(VerifyError::Arguments(Message::new(
+        format!("{shown} exists, and is {own}"),
+        "name a new file with --output",
     )))
 }
 
@@ -55,7 +58,8 @@ fn same_file(one: &Path, other: &Path) -> bool {
 pub(crate) fn unwritten(path: &Path, error: &io::Error, option: &str) -> VerifyError {
     let what = format!("{} cannot be written: {error}", shown_path(path));
     if output_file::is_of_path(error) {
-        return VerifyError::Arguments(format!("{what}\nhelp: name another file with {option}"));
+        let help = format!("name another file with {option}");
+        return VerifyError::Arguments(Message::new(what, help));
     }
     VerifyError::Write(RecordError::Io(io::Error::new(error.kind(), what)))
 }
@@ -83,9 +87,9 @@ pub(crate) fn written<T>(
             let _ = fs::remove_file(&partial);
             error
         }
-        _ if kept > 0 && is_other_content(&error) => VerifyError::Arguments(format!(
-            "{} exists, and is not the beginning of the result\nhelp: remove it, or name a new file with --output",
-            shown_path(&partial)
+        _ if kept > 0 && is_other_content(&error) => VerifyError::Arguments(Message::new(
+            format!("{} exists, and is not the beginning of the result", shown_path(&partial)),
+            "remove it, or name a new file with --output",
         )),
         error => error,
     })

@@ -5,6 +5,7 @@ use crate::plan::restart_files::StartFiles;
 use crate::run::prepared::Prepared;
 use crate::run::recording;
 use crate::verify::error::VerifyError;
+use kinetoscope_console::Message;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::folder::folder_of;
 use kinetoscope_manifest::{RunManifest, parse_run, run_key};
@@ -46,7 +47,7 @@ impl Source {
             return Ok(());
         }
         let what = format!("{} is being written by another process", shown_path(path));
-        Err(VerifyError::Unsuitable(format!("{what}\nhelp: wait for the end of its run")))
+        Err(VerifyError::Unsuitable(Message::new(what, "wait for the end of its run")))
     }
 
     /// The physics version that this program has for the model of the run.
@@ -68,9 +69,9 @@ impl Source {
     /// Rejects a recording that has only a part of its run.
     pub(crate) fn reject_part(&self) -> Result<(), VerifyError> {
         let StoredFrames::From(_) = self.recording.provenance().stored else { return Ok(()) };
-        Err(VerifyError::Arguments(format!(
-            "{} is a part of a run\nhelp: name the recording of the whole run",
-            shown_path(self.recording.path())
+        Err(VerifyError::Arguments(Message::new(
+            format!("{} is a part of a run", shown_path(self.recording.path())),
+            "name the recording of the whole run",
         )))
     }
 

@@ -5,6 +5,7 @@ use crate::verify::diff::{Comparison, compare_messages};
 use crate::verify::error::VerifyError;
 use crate::verify::rerun::Rerun;
 use crate::verify::source::{ReadablePart, Source};
+use kinetoscope_console::Message;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::regular_file;
 use kinetoscope_manifest::{KeyDifference, differing_keys, run_key};
@@ -58,11 +59,9 @@ pub fn verify(
     let source = Source::open(path)?;
     let provenance = source.recording.provenance();
     if let StoredFrames::From(_) = provenance.stored {
-        let what = format!(
-            "{} is a part of a run: verify the recording of the whole run",
-            shown_path(path)
-        );
-        return Err(VerifyError::Unsuitable(what));
+        let what = format!("{} is a part of a run", shown_path(path));
+        let help = "verify the recording of the whole run";
+        return Err(VerifyError::Unsuitable(Message::new(what, help)));
     }
     let readable = readable_part(&source, interrupt)?;
     let (frames, is_damaged) = (readable.frames, readable.damage.is_some());

@@ -13,6 +13,7 @@ use crate::verify::rerun::{Rerun, Stopped, advance};
 use crate::verify::rerun_check::RerunCheck;
 use crate::verify::restored_file::{Restored, check_output, written};
 use crate::verify::source::{ReadablePart, Source};
+use kinetoscope_console::Message;
 use kinetoscope_physics::model::{Model, Target};
 use kinetoscope_physics::restore;
 use kinetoscope_recording::file::RecordingFile;
@@ -122,7 +123,10 @@ fn record(
 
 fn restored(source: &Source, model: &[u8]) -> Result<Box<dyn Model>, VerifyError> {
     restore(&source.manifest.model, model).ok_or_else(|| {
-        VerifyError::Unsuitable("the state of the run cannot be restored: report this".to_owned())
+        VerifyError::Unsuitable(Message::new(
+            "the state of the run cannot be restored",
+            "this is a defect of the program: please report it",
+        ))
     })
 }
 
@@ -142,8 +146,9 @@ fn advance_to(
     match advance(model, target, interrupt) {
         Ok(()) => Ok(()),
         Err(Stopped::Signal(code)) => Err(VerifyError::Interrupted(code)),
-        Err(Stopped::Fault(fault)) => Err(VerifyError::Arguments(format!(
-            "the run failed before the interval: {fault}\nhelp: name an earlier interval"
+        Err(Stopped::Fault(fault)) => Err(VerifyError::Arguments(Message::new(
+            format!("the run failed before the interval: {fault}"),
+            "name an earlier interval",
         ))),
     }
 }

@@ -16,7 +16,7 @@ use std::num::NonZeroU32;
 
 /// Message of the rejection.
 fn rejection(config: &DemConfig) -> String {
-    Dem::prepare(config, SEED, false).expect_err("rejected").0
+    Dem::prepare(config, SEED, false).expect_err("rejected").0.to_string()
 }
 
 fn crowd(count: u32, placement: Placement, radius: DiscRadius) -> DemConfig {
@@ -107,9 +107,9 @@ fn invalid_given_states_are_rejected_and_touching_discs_accepted() {
         let discs: Vec<_> = positions.iter().map(|&position| (position, at_rest)).collect();
         given(DemConfig::default(), &discs)
     };
-    assert!(rejection(&start(&[[0.01, 0.01], [0.0109, 0.01]])).contains("Discs 0 and 1"));
-    assert!(rejection(&start(&[[0.01, 0.01], [0.0399, 0.01]])).contains("Disc 1"));
-    assert!(rejection(&start(&[[0.01, 0.0004]])).contains("Disc 0"));
+    assert!(rejection(&start(&[[0.01, 0.01], [0.0109, 0.01]])).contains("discs 0 and 1"));
+    assert!(rejection(&start(&[[0.01, 0.01], [0.0399, 0.01]])).contains("disc 1"));
+    assert!(rejection(&start(&[[0.01, 0.0004]])).contains("disc 0"));
     let mismatch = DemConfig {
         discs: NonZeroU32::new(3).expect("not zero"),
         ..start(&[[0.01, 0.01], [0.02, 0.01]])

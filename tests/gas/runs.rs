@@ -23,7 +23,7 @@ pub(crate) fn gas(config: &GasConfig, seed: u64) -> Gas {
 
 /// Returns the message that rejects a configuration.
 pub(crate) fn rejection(config: &GasConfig) -> String {
-    Gas::prepare(config, Seed { seed: 1, replicate: 0 }, false).unwrap_err().0
+    Gas::prepare(config, Seed { seed: 1, replicate: 0 }, false).unwrap_err().0.to_string()
 }
 
 /// Advances to a target in one call.

@@ -23,9 +23,9 @@ use std::num::NonZeroU32;
 
 /// Message of the rejection.
 fn rejection(config: &PackingConfig) -> String {
-    let SetupError(text) =
+    let SetupError(message) =
         Packing::prepare(config, Seed { seed: 1, replicate: 0 }, false).err().unwrap();
-    text
+    message.to_string()
 }
 
 fn on_lattice(config: PackingConfig) -> PackingConfig {

@@ -118,13 +118,14 @@ fn compression_ends_at_the_configured_pressure() {
 
 #[test]
 fn impossible_compression_is_rejected() {
-    let SetupError(text) = Packing::prepare(
+    let SetupError(message) = Packing::prepare(
         &placed(at_fraction(100, 0.905), PackingPlacement::Compressed),
         Seed { seed: 1, replicate: 0 },
         false,
     )
     .err()
     .unwrap();
+    let text = message.to_string();
     println!("{text}");
     assert!(text.contains("compression reached") && text.contains("smaller radius"), "{text}");
 }

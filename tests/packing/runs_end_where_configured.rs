@@ -94,7 +94,7 @@ fn discs_at_rest_stay_at_rest_and_a_missing_event_is_a_fault() {
     let temperature = message::<PackingTemperature>(&packing);
     assert_eq!((temperature.temperature, temperature.a2), (0.0, 0.0));
     let fault = packing.advance(Target::Count(1), u64::MAX).unwrap_err();
-    assert!(fault.0.contains("event 1 cannot be reached"), "{fault}");
+    assert!(fault.recorded().contains("event 1 cannot be reached"), "{fault}");
     assert!(packing.scenery().speed_range_top > 0.0);
 }
 

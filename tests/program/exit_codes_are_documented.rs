@@ -1,7 +1,7 @@
-//! Guarantee: every exit code is one of the help text, whatever the machine lacks.
+//! Guarantee: every exit code is one of the help text, whatever the machine lacks. What another attempt may repair gives 75 and a next step.
 //!
-//! Setup: the program in an address space that does not suffice for its start, its threads or its run. Before codes of their own,
-//! panics gave 101 and failed allocations signal 6, which a shell reports as 134.
+//! Setup: the program in an address space that does not suffice for its start, its threads or its run; inputs whose disk fails. Before
+//! codes of their own, panics gave 101 and failed allocations signal 6, which a shell reports as 134.
 
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
@@ -23,7 +23,7 @@ fn program_without_memory_ends_with_a_documented_code() {
     let folder = tempfile::tempdir().unwrap();
     let manifest = folder.path().join("run.toml");
     fs::write(&manifest, RUN).unwrap();
-    let mut found = Vec::new();
+    let (mut found, mut without_threads) = (Vec::new(), 0);
     let limited = |limit: u32, arguments: &str| {
         let command = format!("ulimit -v {limit}; exec '{program}' {arguments}");
         Command::new("sh").args(["-c", &command]).output().unwrap()
@@ -36,9 +36,14 @@ fn program_without_memory_ends_with_a_documented_code() {
         folder.path().join("recordings").display(),
         manifest.display()
     );
-    // From hardly enough for the program itself to enough for a part of the particles.
-    for further in [0, 30_000, 70_000, 120_000, 170_000, 270_000, 370_000] {
-        let limit = loaded + further;
+    // From hardly enough for the program itself, in steps of half the memory of a thread, to enough for a part of the particles.
+    let near = (0..20).map(|step| loaded - 10_000 + 1_000 * step);
+    let far = [30_000, 70_000, 120_000, 170_000, 270_000, 370_000].map(|further| loaded + further);
+    for limit in near.chain(far) {
+        // The system may not load the program, which then says nothing.
+        if !limited(limit, "--version").status.success() {
+            continue;
+        }
         let ended = limited(limit, &run);
         let said = String::from_utf8_lossy(&ended.stderr);
         let code = ended.status.code();
@@ -46,8 +51,60 @@ fn program_without_memory_ends_with_a_documented_code() {
             code.is_some_and(|code| codes.contains(&code)),
             "{code:?} with {limit} KiB: {said}"
         );
+        // A thread that cannot be started is no defect of the program.
+        assert!(!said.contains("internal error"), "{limit} KiB: {said}");
+        if said.contains("a thread cannot be started") {
+            assert_eq!(code, Some(75), "{limit} KiB: {said}");
+            assert!(said.contains("\nhelp: end other programs"), "{limit} KiB: {said}");
+            without_threads += 1;
+        }
         found.push(code.unwrap());
     }
+    assert!(without_threads > 0, "no limit leaves too little room for the threads");
     println!("exit codes: {found:?}");
     assert!(found.iter().any(|&code| code != 0), "every limit suffices, so nothing was tested");
+}
+
+/// The memory of a process is a regular file whose first page cannot be read: Linux answers with EIO (`proc_pid_mem(5)`).
+#[test]
+fn failing_disk_under_an_input_gives_75_and_the_next_step() {
+    let folder = tempfile::tempdir().unwrap();
+    let called = |arguments: &str, input: &str| {
+        let arguments = arguments.replace("INPUT", input);
+        let program = env!("CARGO_BIN_EXE_kinetoscope");
+        let ended = Command::new(program)
+            .args(arguments.split(' '))
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        (ended.status.code(), String::from_utf8(ended.stderr).unwrap())
+    };
+    fs::write(folder.path().join("start.toml"), "[model.gas]\nstart_from = \"failing.toml\"\n")
+        .unwrap();
+    std::os::unix::fs::symlink("/proc/self/mem", folder.path().join("failing.toml")).unwrap();
+    let short = "[model.orbit]\nduration_days = 1.0\n[record]\nframes = 1\n";
+    fs::write(folder.path().join("run.toml"), short).unwrap();
+    for arguments in [
+        "run INPUT",
+        "check INPUT",
+        "why INPUT",
+        "benchmark INPUT",
+        "run start.toml",
+        "check --locked --lock-file INPUT",
+        "analyze . --checks INPUT",
+        "analyze . --baseline INPUT",
+    ] {
+        let (code, said) = called(arguments, "failing.toml");
+        assert_eq!(code, Some(75), "{arguments}: {said}");
+        assert!(said.contains("Input/output error"), "{arguments}: {said}");
+        let help = "\nhelp: check the disk, then run the same command again";
+        assert!(said.contains(help), "{arguments}: {said}");
+    }
+    for arguments in ["run INPUT", "check INPUT", "analyze . --checks INPUT"] {
+        // Control: a path that is wrong stays wrong.
+        for input in ["absent.toml", "/dev/null"] {
+            let (code, said) = called(arguments, input);
+            assert_eq!(code, Some(2), "{arguments} {input}: {said}");
+        }
+    }
 }

@@ -281,6 +281,26 @@ fn cut_lock_files_are_damaged() {
     }
 }
 
+/// A lock file that is not TOML, or has an unknown key, is shown with its line and a mark, as a manifest is.
+#[test]
+fn damaged_lock_files_are_shown_with_their_line() {
+    let bench = locked();
+    let whole = fs::read_to_string(bench.path("kinetoscope.lock")).unwrap();
+    let damages = [("[[experiment]]", "[[experiment"), ("\nframes = ", "\nspeed = 1\nframes = ")];
+    for (intact, damaged) in damages {
+        let text = whole.replacen(intact, damaged, 1);
+        assert_ne!(text, whole);
+        let line = 1 + text[..text.find(damaged.trim_start()).unwrap()].matches('\n').count();
+        bench.write("kinetoscope.lock", &text);
+        let called = bench.call(&["check", "--locked"]);
+        expect(&called, 5);
+        let err = &called.err;
+        assert!(err.contains(&format!("kinetoscope.lock:{line}:")), "{err}");
+        assert!(err.contains(&format!("\n{line} | ")) && err.contains("^"), "{err}");
+        assert!(!err.contains("; ") && err.contains("\nhelp: restore the file"), "{err}");
+    }
+}
+
 /// A stranger's lock file reads no file elsewhere, whose lines an error would show; neither does one whose entry became a link.
 #[test]
 fn lock_file_names_only_manifests_of_its_folder() {

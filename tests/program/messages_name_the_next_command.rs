@@ -35,6 +35,36 @@ fn next_command_belongs_to_the_same_installation() {
     assert!(by_path.contains(&next), "{by_path}");
 }
 
+/// A link `run-experiment` to the program, without and with a link `analyze-recordings` next to it: the command that is printed can be
+/// executed.
+#[cfg(unix)]
+#[test]
+fn next_command_of_a_lone_link_exists() {
+    use std::os::unix::fs::symlink;
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path().canonicalize().unwrap();
+    let manifest = folder.join("short.toml");
+    fs::write(&manifest, "[model.orbit]\nduration_days = 1.0\n[record]\nframes = 1\n").unwrap();
+    let output = folder.join("out");
+    let arguments = [manifest.to_str().unwrap(), "--output", output.to_str().unwrap()];
+    let [program, links] = [folder.join("kinetoscope"), folder.join("bin")];
+    fs::copy(PROGRAM, &program).unwrap();
+    fs::create_dir(&links).unwrap();
+    symlink(&program, links.join("run-experiment")).unwrap();
+    let next_command = || {
+        let called = output_of(&links.join("run-experiment"), &arguments);
+        let (_, next) = called.split_once("\nNext:\n").unwrap_or_else(|| panic!("{called}"));
+        next.trim().to_owned()
+    };
+    let lone = next_command();
+    let place = output.join("short");
+    assert_eq!(lone, format!("{} analyze {}", program.display(), place.display()));
+    assert!(Command::new("sh").args(["-c", &lone]).output().unwrap().status.success(), "{lone}");
+    symlink(&program, links.join("analyze-recordings")).unwrap();
+    let analysis = links.join("analyze-recordings");
+    assert_eq!(next_command(), format!("{} {}", analysis.display(), place.display()));
+}
+
 #[test]
 fn invalid_counts_are_rejected_with_the_allowed_range() {
     for option in ["--jobs", "--threads", "--runs-per-task", "--time-limit"] {

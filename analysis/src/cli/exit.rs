@@ -1,32 +1,32 @@
 //! The errors of the analysis, with the exit codes to which they lead.
 
-use crate::export::ExportError;
+use crate::export::{ExportError, needs_parquet};
 use crate::input::InvalidPath;
 use crate::write_file::WriteError;
-use kinetoscope_console::Exit;
+use kinetoscope_console::{Exit, Explained as _, Message};
 
 /// Why the command ended early, with its exit code.
 #[derive(Debug, thiserror::Error)]
-#[error("{message}")]
+#[error("{}", message.what)]
 pub(super) struct CommandError {
     pub(super) exit: Exit,
-    pub(super) message: String,
+    pub(super) message: Message,
 }
 
 impl CommandError {
-    pub(super) fn usage(message: impl std::fmt::Display) -> Self {
-        Self { exit: Exit::BadManifest, message: message.to_string() }
+    pub(super) fn usage(message: impl Into<Message>) -> Self {
+        Self { exit: Exit::BadInput, message: message.into() }
     }
 
-    pub(super) fn unreadable(error: impl std::fmt::Display) -> Self {
-        Self { exit: Exit::Unreadable, message: error.to_string() }
+    pub(super) fn unreadable(message: impl Into<Message>) -> Self {
+        Self { exit: Exit::Unreadable, message: message.into() }
     }
 }
 
 impl From<WriteError> for CommandError {
     fn from(error: WriteError) -> Self {
-        let exit = if error.is_of_path { Exit::BadManifest } else { Exit::Retryable };
-        Self { exit, message: kinetoscope_console::with_help(&error.to_string()) }
+        let exit = if error.is_of_path { Exit::BadInput } else { Exit::Retryable };
+        Self { exit, message: error.message() }
     }
 }
 
@@ -34,14 +34,14 @@ impl From<ExportError> for CommandError {
     fn from(error: ExportError) -> Self {
         match error {
             ExportError::Write(error) => error.into(),
-            ExportError::NotBuiltIn => Self::usage(error),
+            ExportError::NotBuiltIn => Self::usage(needs_parquet()),
         }
     }
 }
 
 impl From<InvalidPath> for CommandError {
     fn from(error: InvalidPath) -> Self {
-        let exit = if error.is_retryable { Exit::Retryable } else { Exit::BadManifest };
-        Self { exit, message: kinetoscope_console::with_help(&error.reason) }
+        let exit = if error.is_retryable { Exit::Retryable } else { Exit::BadInput };
+        Self { exit, message: error.message }
     }
 }

@@ -1,7 +1,7 @@
 //! The command `kinetoscope export`: recordings in the formats of other programs, or as a small picture.
 
 use super::exit::CommandError;
-use super::messages::{complain_unreadable, concluded, terminal, with_remedy};
+use super::messages::{complain_unreadable, concluded, terminal};
 use crate::export::{self, Export, ExportFormat};
 use crate::input::recording::with_frame_limit;
 use crate::input::{self, RecordingFolder};
@@ -10,6 +10,7 @@ use crate::write_file;
 use clap::ValueEnum as _;
 use kinetoscope_console::text::{plural, shown_path};
 use kinetoscope_console::{Exit, StandardOutput};
+use kinetoscope_console::{Explained as _, Message};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::num::NonZeroU32;
@@ -85,7 +86,7 @@ impl ExportArguments {
 
     fn export(&self) -> Result<Exit, CommandError> {
         if self.format.contains(&ExportFormat::Parquet) && cfg!(not(feature = "parquet")) {
-            return Err(CommandError::usage(export::NEEDS_PARQUET));
+            return Err(CommandError::usage(export::needs_parquet()));
         }
         let sources = input::sources(&self.paths)?;
         let several = input::are_several(&sources);
@@ -99,8 +100,9 @@ impl ExportArguments {
                 Some(output) => output.clone(),
                 None if source.is_remote() => {
                     let folder = shown_path(&source.folder);
-                    return Err(CommandError::usage(format!(
-                        "{folder} is not on this machine\nhelp: name a folder with --output DIR"
+                    return Err(CommandError::usage(Message::new(
+                        format!("{folder} is not on this machine"),
+                        "name a folder with --output DIR",
                     )));
                 }
                 None => source.folder.join("export"),
@@ -108,7 +110,7 @@ impl ExportArguments {
             let say = |line: &str| self.say(line);
             exports.extend(export_all(source, &self.format, &folder, say, &mut unreadable)?);
         }
-        unreadable.iter().for_each(|why| complain_unreadable(why));
+        unreadable.iter().for_each(complain_unreadable);
         let exit = if unreadable.is_empty() { Exit::Done } else { Exit::Unreadable };
         self.print_json(
             exit,
@@ -136,14 +138,17 @@ impl ExportArguments {
             .flat_map(|source| source.files.iter().map(move |path| (source, path)))
             .collect();
         let [(source, path)] = recordings.as_slice() else {
-            return Err(CommandError::usage(
-                "a thumbnail shows one recording\nhelp: name its file",
-            ));
+            return Err(CommandError::usage(Message::new(
+                "a thumbnail shows one recording",
+                "name its file",
+            )));
         };
-        let recording = source.recording(path).map_err(unreadable)?;
+        let recording =
+            source.recording(path).map_err(|error| CommandError::unreadable(error.message()))?;
         let recording = with_frame_limit(recording);
         let options = ThumbnailOptions { format, width: self.thumbnail_width };
-        let drawn = thumbnail(&recording, options).map_err(unreadable)?;
+        let drawn = thumbnail(&recording, options)
+            .map_err(|error| CommandError::unreadable(error.message()))?;
         let size = drawn.len().div_ceil(1000);
         write_file::write(file, drawn)?;
         self.say(&format!("written: {} ({size} kB)\n", shown_path(file)));
@@ -154,11 +159,6 @@ impl ExportArguments {
         );
         Ok(Exit::Done)
     }
-}
-
-/// The error of a recording that cannot be drawn, whose text ends with its remedy.
-fn unreadable(error: impl std::fmt::Display) -> CommandError {
-    CommandError::unreadable(with_remedy(&error.to_string()))
 }
 
 /// A written file, with its number of rows if it is a table.
@@ -180,7 +180,7 @@ pub(super) fn export_all(
     formats: &[ExportFormat],
     folder: &Path,
     say: impl Fn(&str),
-    unreadable: &mut BTreeSet<String>,
+    unreadable: &mut BTreeSet<Message>,
 ) -> Result<Vec<Export>, CommandError> {
     let mut all = Vec::new();
     for format in formats {

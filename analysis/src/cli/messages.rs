@@ -2,7 +2,7 @@
 
 use super::exit::CommandError;
 use crate::report::table::Terminal;
-use kinetoscope_console::{Exit, StandardOutput, complain, with_help};
+use kinetoscope_console::{Exit, Message, StandardOutput, complain};
 use serde_json::json;
 use std::io::IsTerminal;
 
@@ -18,8 +18,8 @@ pub(super) fn concluded(
 ) -> Exit {
     let exit = result.unwrap_or_else(|CommandError { exit, message }| {
         // The errors of a checks file begin with the word already.
-        let message = message.trim_end();
-        let text = format!("error: {}", message.strip_prefix("error: ").unwrap_or(message));
+        let message = message.to_string();
+        let text = format!("error: {}", message.strip_prefix("error: ").unwrap_or(&message));
         complain(&text, false);
         if is_json {
             let document = json!({ "exit_code": exit.code(), "errors": [text] });
@@ -36,15 +36,9 @@ pub(super) fn concluded(
     }
 }
 
-/// Prints why an input cannot be read, and what to do. The first line ends with the remedy; the errors of a manifest may follow.
-pub(super) fn complain_unreadable(why: &str) {
-    complain(&format!("error: {}", with_remedy(why)), false);
-}
-
-/// Why a recording is unreadable, with the remedy in the first line as help.
-pub(super) fn with_remedy(why: &str) -> String {
-    let (what, details) = why.split_at(why.find('\n').unwrap_or(why.len()));
-    format!("{}{details}", with_help(what))
+/// Prints why an input cannot be read, and what to do.
+pub(super) fn complain_unreadable(why: &Message) {
+    complain(&format!("error: {why}"), false);
 }
 
 pub(super) fn terminal() -> Terminal {

@@ -25,7 +25,8 @@ use crate::write_file::{self, WriteError};
 use exit::CommandError;
 use export_arguments::export_all;
 use kinetoscope_console::text::{plural, shown_path};
-use kinetoscope_console::{Exit, complain, with_help};
+use kinetoscope_console::{Exit, Message, complain};
+use kinetoscope_files::regular_file::is_of_file;
 use kinetoscope_files::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
 use kinetoscope_manifest::{Check, parse_checks};
 use messages::{complain_unreadable, concluded, terminal};
@@ -69,12 +70,13 @@ impl AnalyzeArguments {
 /// # Errors
 /// The reasons why not all recordings were analyzed.
 pub fn cache(recordings: &[PathBuf]) -> Result<(), String> {
-    let sources = input::sources(recordings).map_err(|error| error.reason)?;
+    let sources = input::sources(recordings).map_err(|error| error.message.clause())?;
     let errors = fill_caches(sources, |folder| AnalysisOptions {
         cache: AnalysisCache::in_folder(folder),
         replay_bytes: Some(arguments::REPLAY_BYTES),
         ..AnalysisOptions::default()
     });
+    let errors: Vec<String> = errors.iter().map(Message::clause).collect();
     if errors.is_empty() { Ok(()) } else { Err(errors.join("; ")) }
 }
 
@@ -86,17 +88,16 @@ fn run(arguments: &AnalyzeArguments) -> Result<Exit, CommandError> {
     let wants_parquet =
         arguments.metrics_table || arguments.export.contains(&ExportFormat::Parquet);
     if wants_parquet && cfg!(not(feature = "parquet")) {
-        return Err(CommandError::usage(export::NEEDS_PARQUET));
+        return Err(CommandError::usage(export::needs_parquet()));
     }
-    let checks = arguments.checks.as_deref().map_or_else(|| Ok(Vec::new()), read_checks);
-    let checks = checks.map_err(CommandError::usage)?;
+    let checks = arguments.checks.as_deref().map_or_else(|| Ok(Vec::new()), read_checks)?;
     let mut baselines = read_baselines(&arguments.baseline)?;
     arguments.junit.as_deref().map_or(Ok(()), write_file::check)?;
     let sources = sources(arguments)?;
     reject_other_baselines(&baselines, &sources)?;
     if arguments.cache_only {
         let errors = fill_caches(sources, |folder| analysis_options(arguments, folder));
-        errors.iter().for_each(|why| complain_unreadable(why));
+        errors.iter().for_each(complain_unreadable);
         let exit = if errors.is_empty() { Exit::Done } else { Exit::Unreadable };
         return Ok(exit);
     }
@@ -132,9 +133,9 @@ fn run(arguments: &AnalyzeArguments) -> Result<Exit, CommandError> {
         analyzed.push(Analyzed { recordings: source.folder, results: folder, report });
     }
     if let Some(unused) = baselines.first() {
-        return Err(CommandError::usage(format!(
-            "there are two baselines of the experiment {}\nhelp: name one of them",
-            unused.experiment()
+        return Err(CommandError::usage(Message::new(
+            format!("there are two baselines of the experiment {}", unused.experiment()),
+            "name one of them",
         )));
     }
     write(arguments, &analyzed, terminal)?;
@@ -150,9 +151,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<Exit, CommandError> {
 }
 
 fn read_baselines(paths: &[PathBuf]) -> Result<Vec<Baseline>, CommandError> {
-    let baselines: Result<Vec<Baseline>, String> =
-        paths.iter().map(|path| read_baseline(path)).collect();
-    baselines.map_err(CommandError::usage)
+    paths.iter().map(|path| read_baseline(path)).collect()
 }
 
 /// Rejects a baseline of an experiment that is not among the recordings.
@@ -162,9 +161,12 @@ fn reject_other_baselines(
 ) -> Result<(), CommandError> {
     let is_among = |old: &&Baseline| sources.iter().any(|source| source.name == old.experiment());
     match baselines.iter().find(|old| !is_among(old)) {
-        Some(old) => Err(CommandError::usage(format!(
-            "the baseline is of the experiment {}, which is not among the recordings\nhelp: name its recordings as well, or omit --baseline",
-            old.experiment()
+        Some(old) => Err(CommandError::usage(Message::new(
+            format!(
+                "the baseline is of the experiment {}, which is not among the recordings",
+                old.experiment()
+            ),
+            "name its recordings as well, or omit --baseline",
         ))),
         None => Ok(()),
     }
@@ -176,8 +178,11 @@ fn reject_equal_names(sources: &[RecordingFolder]) -> Result<(), CommandError> {
     for source in sources.iter().filter(|source| !source.files.is_empty()) {
         if let Some(other) = folders.insert(&source.name, &source.folder) {
             let (one, other) = (shown_path(&source.folder), shown_path(other));
-            return Err(CommandError::usage(format!(
-                "{other} and {one} have the same name, so their results would be in one folder\nhelp: analyze each with its own --output, or omit --output"
+            return Err(CommandError::usage(Message::new(
+                format!(
+                    "{other} and {one} have the same name, so their results would be in one folder"
+                ),
+                "analyze each with its own --output, or omit --output",
             )));
         }
     }
@@ -221,7 +226,7 @@ fn json(analyzed: &[Analyzed], exit: Exit) -> String {
             "analysis": metrics,
             "checks": checks.collect::<Vec<_>>(),
             "baseline": report.baseline.as_ref().map(BaselineComparison::json),
-            "unreadable": report.unreadable,
+            "unreadable": report.unreadable.iter().map(Message::clause).collect::<Vec<_>>(),
         })
     });
     let experiments: Vec<_> = experiments.collect();
@@ -232,7 +237,7 @@ fn json(analyzed: &[Analyzed], exit: Exit) -> String {
 fn fill_caches(
     sources: Vec<RecordingFolder>,
     options: impl Fn(&Path) -> AnalysisOptions,
-) -> Vec<String> {
+) -> Vec<Message> {
     let mut errors = Vec::new();
     for mut source in sources {
         let options = options(&source.folder);
@@ -269,7 +274,7 @@ fn sources(arguments: &AnalyzeArguments) -> Result<Vec<RecordingFolder>, Command
     let sources = match input::sources(&arguments.paths) {
         Ok(sources) => sources,
         Err(error) => {
-            write_unread(arguments, &error.reason)?;
+            write_unread(arguments, &error.message)?;
             return Err(error.into());
         }
     };
@@ -277,16 +282,17 @@ fn sources(arguments: &AnalyzeArguments) -> Result<Vec<RecordingFolder>, Command
         && let Some(remote) = sources.iter().find(|source| source.is_remote())
     {
         let folder = shown_path(&remote.folder);
-        return Err(CommandError::usage(format!(
-            "{folder} is not on this machine\nhelp: name a folder for the results with --output DIR"
+        return Err(CommandError::usage(Message::new(
+            format!("{folder} is not on this machine"),
+            "name a folder for the results with --output DIR",
         )));
     }
     Ok(sources)
 }
 
 /// Writes that nothing could be analyzed, where a CI system expects the results.
-fn write_unread(arguments: &AnalyzeArguments, reason: &str) -> Result<(), WriteError> {
-    let unreadable = [reason.to_owned()];
+fn write_unread(arguments: &AnalyzeArguments, reason: &Message) -> Result<(), WriteError> {
+    let unreadable = [reason.clone()];
     let nothing = ExperimentChecks {
         name: "recordings",
         manifest: None,
@@ -332,7 +338,8 @@ fn conclude(analyzed: &[Analyzed], terminal: Terminal) -> Exit {
         let all = analyzed.iter().flat_map(|one| &one.report.check_results);
         all.filter(move |result| (result.kind == CheckKind::Outcome) == of_outcomes)
     };
-    let unreadable: Vec<&String> = analyzed.iter().flat_map(|one| &one.report.unreadable).collect();
+    let unreadable: Vec<&Message> =
+        analyzed.iter().flat_map(|one| &one.report.unreadable).collect();
     unreadable.iter().for_each(|why| complain_unreadable(why));
     let mut has_failed = false;
     for (of_outcomes, what) in
@@ -351,24 +358,29 @@ fn conclude(analyzed: &[Analyzed], terminal: Terminal) -> Exit {
     if unreadable.is_empty() { Exit::Done } else { Exit::Unreadable }
 }
 
-fn read_checks(path: &Path) -> Result<Vec<Check>, String> {
+fn read_checks(path: &Path) -> Result<Vec<Check>, CommandError> {
     let text = read_argument(path, "checks file", "a TOML file of [[checks]]")?;
     parse_checks(&text, &path.to_string_lossy(), Some(metric_names))
-        .map_err(|diagnostics| diagnostics.to_string())
+        .map_err(|diagnostics| CommandError::usage(diagnostics.to_string().trim_end()))
 }
 
-fn read_baseline(path: &Path) -> Result<Baseline, String> {
+fn read_baseline(path: &Path) -> Result<Baseline, CommandError> {
     let text = read_argument(path, "baseline", "the metrics.json of an earlier analysis")?;
-    Baseline::read(&text).map_err(|why| with_help(&format!("{} {why}", shown_path(path))))
+    Baseline::read(&text).map_err(|why| {
+        let help = "write it again with this version of analyze-recordings";
+        CommandError::usage(Message::new(format!("{} {why}", shown_path(path)), help))
+    })
 }
 
 /// Reads a file of the command line; `expected` says what it should be.
-fn read_argument(path: &Path, what: &str, expected: &str) -> Result<String, String> {
+fn read_argument(path: &Path, what: &str, expected: &str) -> Result<String, CommandError> {
     read_text(path, MAX_SIDE_FILE_BYTES).map_err(|error| {
-        let help = match error.kind() {
-            std::io::ErrorKind::NotFound => "check the path".to_owned(),
-            _ => format!("name {expected}"),
+        let (exit, help) = match error.kind() {
+            std::io::ErrorKind::NotFound => (Exit::BadInput, "check the path".to_owned()),
+            _ if is_of_file(&error) => (Exit::BadInput, format!("name {expected}")),
+            _ => (Exit::Retryable, "check the disk, then run the same command again".to_owned()),
         };
-        format!("the {what} {} cannot be read: {error}\nhelp: {help}", shown_path(path))
+        let what = format!("the {what} {} cannot be read: {error}", shown_path(path));
+        CommandError { exit, message: Message::new(what, help) }
     })
 }

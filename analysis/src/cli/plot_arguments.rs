@@ -1,7 +1,7 @@
 //! The command `kinetoscope plot`: one plot from the recordings of an experiment, as SVG or PNG.
 
 use super::exit::CommandError;
-use super::messages::{complain_unreadable, concluded, with_remedy};
+use super::messages::{complain_unreadable, concluded};
 use crate::input::coordinates::{keys_of, last_part};
 use crate::input::recording::{self, OpenRun};
 use crate::input::{self, OpenedRuns, RecordingFolder, UnreadableRecording};
@@ -11,11 +11,11 @@ use crate::plot::{ChartSize, CurveStyle, Plot, PlotContent, Point};
 use crate::run::cache::AnalysisCache;
 use crate::run::fields::names;
 use crate::run::{self, RunAnalysis, RunOptions, RunStatus};
-use crate::sweep::rejected_plot::RejectedPlot;
 use crate::sweep::requested::{PlotData, fields_to_read};
 use crate::sweep::swept_key::swept_key;
 use crate::sweep::{fits, points};
 use crate::write_file;
+use kinetoscope_console::Message;
 use kinetoscope_console::text::{plural, shown_path};
 use kinetoscope_console::{Exit, StandardOutput, complain};
 use kinetoscope_files::folder::folder_of;
@@ -101,25 +101,28 @@ impl PlotArguments {
         let size = size.map_err(CommandError::usage)?;
         let scale = self.scale.unwrap_or(1.0);
         if format == Format::Png && size.pixels(scale) > MAX_PIXELS {
-            return Err(CommandError::usage(format!(
-                "the image has {:.0} million pixels; must be at most {:.0} million\nhelp: reduce --width, --height or --scale",
-                size.pixels(scale) / 1e6,
-                MAX_PIXELS / 1e6
+            return Err(CommandError::usage(Message::new(
+                format!(
+                    "the image has {:.0} million pixels; must be at most {:.0} million",
+                    size.pixels(scale) / 1e6,
+                    MAX_PIXELS / 1e6
+                ),
+                "reduce --width, --height or --scale",
             )));
         }
         let source = self.source()?;
         let (plot, mut unreadable) = self.plot(&source)?;
-        let svg = plot.svg_of(Some(size)).map_err(CommandError::usage)?;
+        let svg = plot.svg_of(Some(size)).map_err(|error| CommandError::usage(error.0))?;
         let svg = svg.ok_or_else(|| CommandError::usage("there is no point to draw"))?;
         match (&self.output, format) {
             (None, _) => self.standard_output.print_exactly(&svg),
             (Some(file), Format::Svg) => self.write(file, svg.as_bytes())?,
             (Some(file), Format::Png) => {
-                self.write(file, &png(&svg, scale).map_err(CommandError::usage)?)?;
+                self.write(file, &png(&svg, scale).map_err(|error| CommandError::usage(error.0))?)?;
             }
         }
         unreadable.dedup();
-        unreadable.iter().for_each(|why| complain_unreadable(why));
+        unreadable.iter().for_each(complain_unreadable);
         let exit = if unreadable.is_empty() { Exit::Done } else { Exit::Unreadable };
         if self.json {
             let document = json!({ "exit_code": exit.code(), "plot": self.described(&plot) });
@@ -131,15 +134,15 @@ impl PlotArguments {
     fn format(&self) -> Result<Format, CommandError> {
         let Some(file) = &self.output else { return self.svg() };
         match file.extension().and_then(|end| end.to_str()).map(str::to_lowercase).as_deref() {
-            _ if !is_in_a_folder(file) => Err(CommandError::usage(format!(
-                "{} is in a folder that does not exist\nhelp: create the folder, or name another file with --output",
-                shown_path(file)
+            _ if !is_in_a_folder(file) => Err(CommandError::usage(Message::new(
+                format!("{} is in a folder that does not exist", shown_path(file)),
+                "create the folder, or name another file with --output",
             ))),
             Some("png") => Ok(Format::Png),
             Some("svg") => self.svg(),
-            _ => Err(CommandError::usage(format!(
-                "{} is neither a .svg nor a .png\nhelp: name a file with one of these endings",
-                shown_path(file)
+            _ => Err(CommandError::usage(Message::new(
+                format!("{} is neither a .svg nor a .png", shown_path(file)),
+                "name a file with one of these endings",
             ))),
         }
     }
@@ -147,9 +150,10 @@ impl PlotArguments {
     /// The format SVG, which has no pixels.
     fn svg(&self) -> Result<Format, CommandError> {
         if self.scale.is_some() {
-            return Err(CommandError::usage(
-                "`--scale` applies to a .png\nhelp: name one with --output, or use --width and --font-size",
-            ));
+            return Err(CommandError::usage(Message::new(
+                "`--scale` applies to a .png",
+                "name one with --output, or use --width and --font-size",
+            )));
         }
         Ok(Format::Svg)
     }
@@ -167,7 +171,7 @@ impl PlotArguments {
     fn source(&self) -> Result<RecordingFolder, CommandError> {
         let (mut sources, unlisted): (Vec<_>, Vec<_>) =
             input::sources(&self.paths)?.into_iter().partition(|source| !source.files.is_empty());
-        let unlisted: Vec<String> =
+        let unlisted: Vec<Message> =
             unlisted.into_iter().flat_map(|folder| folder.unreadable).collect();
         match (sources.pop(), sources.as_slice()) {
             (Some(mut only), []) => {
@@ -178,17 +182,19 @@ impl PlotArguments {
             (last, others) => {
                 let folders = others.iter().chain(&last).map(|it| shown_path(&it.folder));
                 let folders: Vec<String> = folders.take(5).collect();
-                Err(CommandError::usage(format!(
-                    "a plot shows the recordings of one folder; found {}\nhelp: name one of: {}",
-                    others.len() + usize::from(last.is_some()),
-                    folders.join(", ")
+                Err(CommandError::usage(Message::new(
+                    format!(
+                        "a plot shows the recordings of one folder; found {}",
+                        others.len() + usize::from(last.is_some())
+                    ),
+                    format!("name one of: {}", folders.join(", ")),
                 )))
             }
         }
     }
 
     /// The plot, and what could not be read.
-    fn plot(&self, source: &RecordingFolder) -> Result<(Plot, Vec<String>), CommandError> {
+    fn plot(&self, source: &RecordingFolder) -> Result<(Plot, Vec<Message>), CommandError> {
         let OpenedRuns { runs: opened, unreadable: unopened, .. } =
             source.opened(recording::opened);
         let mut unreadable = [source.unreadable.as_slice(), &unopened].concat();
@@ -199,18 +205,20 @@ impl PlotArguments {
         let model = first.manifest.model.name();
         if let Some((other, _)) = opened.iter().find(|(run, _)| run.manifest.model.name() != model)
         {
-            return Err(CommandError::usage(format!(
-                "the recordings are of two models, {model} and {}\nhelp: name the recordings of one",
-                other.manifest.model.name()
+            return Err(CommandError::usage(Message::new(
+                format!(
+                    "the recordings are of two models, {model} and {}",
+                    other.manifest.model.name()
+                ),
+                "name the recordings of one",
             )));
         }
-        let rejected = |why: RejectedPlot| CommandError::usage(why);
-        check_name(&request, model, first).map_err(rejected)?;
+        check_name(&request, model, first).map_err(CommandError::usage)?;
         let places: Vec<Vec<Coordinate>> = opened.iter().map(|(_, place)| place.clone()).collect();
-        check_places(&request, &places).map_err(rejected)?;
+        check_places(&request, &places).map_err(CommandError::usage)?;
         let axes = source.record.as_ref().map_or(&[][..], |record| &record.axes);
         if !request.is_of_channel() {
-            swept_key(request.x.as_deref(), &places, axes).map_err(rejected)?;
+            swept_key(request.x.as_deref(), &places, axes).map_err(CommandError::usage)?;
         }
         let fields = fields_to_read(std::slice::from_ref(&request), &places);
         let tasks = opened.into_iter().zip(fields).filter(|((_, coordinates), fields)| {
@@ -232,12 +240,12 @@ impl PlotArguments {
             Ok(plot) => Ok((plot, unreadable)),
             // What could not be read may be the cause.
             Err(_) if !unreadable.is_empty() => Err(all_unreadable(&unreadable)),
-            Err(why) => Err(rejected(why)),
+            Err(why) => Err(CommandError::usage(why)),
         }
     }
 
     /// Prints which runs a plot of a metric omits.
-    fn say_about(&self, runs: &[RunAnalysis], unreadable: &mut Vec<String>) {
+    fn say_about(&self, runs: &[RunAnalysis], unreadable: &mut Vec<Message>) {
         for run in runs {
             match &run.ending {
                 RunStatus::Complete => {}
@@ -300,8 +308,8 @@ impl PlotArguments {
 type Task = ((OpenRun, Vec<Coordinate>), Vec<String>);
 
 /// The error of a command that can read none of its recordings.
-fn all_unreadable(reasons: &[String]) -> CommandError {
-    let reasons: Vec<String> = reasons.iter().map(|why| with_remedy(why)).collect();
+fn all_unreadable(reasons: &[Message]) -> CommandError {
+    let reasons: Vec<String> = reasons.iter().map(Message::to_string).collect();
     CommandError::unreadable(reasons.join("\nerror: "))
 }
 
@@ -321,7 +329,7 @@ fn read_all(tasks: Vec<Task>, folder: &Path) -> Vec<Result<RunAnalysis, Unreadab
 }
 
 /// Rejects a name that is neither a metric of the model nor a field of its recordings.
-fn check_name(request: &PlotRequest, model: &str, run: &OpenRun) -> Result<(), RejectedPlot> {
+fn check_name(request: &PlotRequest, model: &str, run: &OpenRun) -> Result<(), Message> {
     let y = request.y.as_str();
     let of_sweeps = MODELS.iter().filter(|it| it.name == model).flat_map(|it| it.sweep_metrics);
     let metrics: Vec<&str> =
@@ -353,11 +361,11 @@ fn check_name(request: &PlotRequest, model: &str, run: &OpenRun) -> Result<(), R
     };
     let kind =
         if request.is_of_channel() { "recorded field" } else { "metric of these recordings" };
-    Err(RejectedPlot::new(format!("`{y}` is not a {kind}"), help))
+    Err(Message::new(format!("`{y}` is not a {kind}"), help))
 }
 
 /// Rejects a place that no recording has.
-fn check_places(request: &PlotRequest, runs: &[Vec<Coordinate>]) -> Result<(), RejectedPlot> {
+fn check_places(request: &PlotRequest, runs: &[Vec<Coordinate>]) -> Result<(), Message> {
     let keys = keys_of(runs.iter().map(Vec::as_slice));
     for (key, value) in &request.at {
         let is_named = |other: &&String| *other == key || last_part(other) == key;
@@ -366,7 +374,7 @@ fn check_places(request: &PlotRequest, runs: &[Vec<Coordinate>]) -> Result<(), R
                 Some(meant) => format!("did you mean `{meant}`?"),
                 None => "name a key in which the recordings differ".to_owned(),
             };
-            return Err(RejectedPlot::new(format!("`{key}` is not swept"), help));
+            return Err(Message::new(format!("`{key}` is not swept"), help));
         };
         let mut values: Vec<&str> = Vec::new();
         for place in runs.iter().flatten().filter(|place| place.key == *full) {
@@ -384,13 +392,13 @@ fn check_places(request: &PlotRequest, runs: &[Vec<Coordinate>]) -> Result<(), R
                 || format!("values: {}", values.join(", ")),
                 |meant| format!("did you mean `{meant}`?"),
             );
-            return Err(RejectedPlot::new(what, help));
+            return Err(Message::new(what, help));
         }
     }
     if runs.iter().any(|run| request.selects(run)) {
         return Ok(());
     }
-    Err(RejectedPlot::new("no recording is at all these points", "leave out one of them"))
+    Err(Message::new("no recording is at all these points", "leave out one of them"))
 }
 
 /// Whether the folder of a file exists.
@@ -439,9 +447,9 @@ mod tests {
             let request = PlotRequest { at, ..PlotRequest::default() };
             check_places(&request, &runs).unwrap_err().help
         };
-        assert_eq!(help("variant", "rogh"), "did you mean `rough`?");
-        assert_eq!(help("variant", "unknown"), "values: smooth, rough, steep");
+        assert_eq!(help("variant", "rogh").as_deref(), Some("did you mean `rough`?"));
+        assert_eq!(help("variant", "unknown").as_deref(), Some("values: smooth, rough, steep"));
         // A near number is not a misspelled one.
-        assert_eq!(help("temperature_k", "201"), "values: 200, 300");
+        assert_eq!(help("temperature_k", "201").as_deref(), Some("values: 200, 300"));
     }
 }

@@ -15,6 +15,7 @@ use crate::input::{OpenedRuns, RecordingFolder};
 use crate::models;
 use crate::write_file::{WriteError, create_folder};
 use exporter::{ExportedRun, Exporter, WrittenFile};
+use kinetoscope_console::{Explained as _, Message};
 use kinetoscope_files::atomic_file::leftovers;
 use kinetoscope_recording::error::ReadError;
 use std::collections::BTreeSet;
@@ -44,9 +45,13 @@ impl ExportFormat {
 }
 
 /// The error message for Parquet in a program without it.
-pub(crate) const NEEDS_PARQUET: &str = "this program was built without Parquet\n\
-    help: write CSV instead, use a released program (`pip install kinetoscope`), \
-    or build with `cargo build --release --features parquet` in a clone";
+pub(crate) fn needs_parquet() -> Message {
+    Message::new(
+        "this program was built without Parquet",
+        "write CSV instead, use a released program (`pip install kinetoscope`), or build with \
+         `cargo build --release --features parquet` in a clone",
+    )
+}
 
 /// Why a recording was not exported as a whole.
 #[derive(Debug, thiserror::Error)]
@@ -55,7 +60,7 @@ pub(crate) enum ExportError {
     #[error(transparent)]
     Write(#[from] WriteError),
     /// This program was built without the format.
-    #[error("{NEEDS_PARQUET}")]
+    #[error("{}", needs_parquet().what)]
     #[cfg_attr(
         feature = "parquet",
         allow(dead_code, reason = "the error of a build without the feature")
@@ -76,7 +81,7 @@ pub(crate) fn export(
     source: &RecordingFolder,
     format: ExportFormat,
     folder: &Path,
-    unreadable: &mut BTreeSet<String>,
+    unreadable: &mut BTreeSet<Message>,
 ) -> Result<Vec<Export>, ExportError> {
     let mut exports = Vec::new();
     let OpenedRuns { runs, unreadable: unread, .. } = source.opened(opened_with_its_frames);
@@ -106,7 +111,7 @@ pub(crate) fn export(
         };
         let mut exporter = exporter(format, run, folder)?;
         let mut reported = |error: ReadError| {
-            unreadable.insert(error.to_string());
+            unreadable.insert(error.message());
         };
         // The intact frames of a damaged recording are exported.
         match recording.frames() {

@@ -11,6 +11,7 @@ pub use error::UnreadableRecording;
 
 use crate::input::recording::{OpenRun, is_partial, restored_file};
 use kinetoscope_console::text::shown_path;
+use kinetoscope_console::{Explained as _, Message};
 use kinetoscope_files::folder::folder_of;
 use kinetoscope_files::regular_file::{MAX_EXPERIMENT_RECORD_BYTES, read_opened};
 use kinetoscope_manifest::{Coordinate, ExperimentRecord};
@@ -50,7 +51,7 @@ pub(crate) struct RecordingFolder {
     /// Notes for the user.
     pub(crate) notes: Vec<String>,
     /// What could not be read, with reasons.
-    pub(crate) unreadable: Vec<String>,
+    pub(crate) unreadable: Vec<Message>,
 }
 
 /// The open recordings of a folder.
@@ -60,7 +61,7 @@ pub(crate) struct OpenedRuns {
     /// Notes for the user.
     notes: Vec<String>,
     /// What could not be read, with reasons.
-    pub(crate) unreadable: Vec<String>,
+    pub(crate) unreadable: Vec<Message>,
 }
 
 /// Finds the recordings behind paths and addresses (`s3://BUCKET/PREFIX`): one entry per folder, in the order of the
@@ -87,10 +88,10 @@ pub(crate) fn sources(paths: &[PathBuf]) -> Result<Vec<RecordingFolder>, Invalid
         } else if is_remote || path.exists() {
             named.entry(folder_of(path).to_path_buf()).or_default().push(path.clone());
         } else {
-            return Err(InvalidPath::new(format!(
-                "{} does not exist. Check the path, or run the experiment first",
-                shown_path(path)
-            )));
+            return Err(InvalidPath::new(
+                format!("{} does not exist", shown_path(path)),
+                "check the path, or run the experiment first",
+            ));
         }
     }
     for (folder, mut files) in named {
@@ -136,9 +137,10 @@ fn search(folder: &Path, found: &mut Vec<RecordingFolder>) {
                 true,
             );
             let shown = shown_path(folder);
-            unlisted
-                .unreadable
-                .push(format!("{shown} cannot be listed: {error}. Check its permissions"));
+            unlisted.unreadable.push(Message::new(
+                format!("{shown} cannot be listed: {error}"),
+                "check its permissions",
+            ));
             found.push(unlisted);
             return;
         }
@@ -220,9 +222,9 @@ impl RecordingFolder {
             Ok(text) => text,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return,
             Err(error) => {
-                self.unreadable.push(format!(
-                    "{}: {error}; its recordings are read without it. Run the experiment again to write it again",
-                    shown_path(&path)
+                self.unreadable.push(Message::new(
+                    format!("{}: {error}; its recordings are read without it", shown_path(&path)),
+                    "run the experiment again to write it again",
                 ));
                 return;
             }
@@ -231,8 +233,13 @@ impl RecordingFolder {
             Ok(record) => self.sort_by(record),
             Err(diagnostics) => {
                 let path = shown_path(&path);
-                self.unreadable.push(format!(
-                    "{path} cannot be read: its recordings are analyzed without it, and its checks are not evaluated. Run the experiment again to write it again\n{diagnostics}"
+                let errors = diagnostics.to_string();
+                self.unreadable.push(Message::new(
+                    format!(
+                        "{path} cannot be read: its recordings are analyzed without it, and its checks are not evaluated\n{}",
+                        errors.trim_end()
+                    ),
+                    "run the experiment again to write it again",
                 ));
             }
         }
@@ -268,7 +275,7 @@ impl RecordingFolder {
                     "{} is stale: the experiment as run last has no such run; left out",
                     file_name(path)
                 )),
-                Err(error) => self.unreadable.push(error.to_string()),
+                Err(error) => self.unreadable.push(error.message()),
             }
         }
         self.files = files;
@@ -325,7 +332,7 @@ impl RecordingFolder {
         let (mut opened, mut notes, mut unreadable) = (Vec::new(), Vec::new(), Vec::new());
         let are_several = self.whole && self.files.len() > 1;
         for path in &self.files {
-            let recording = self.recording(path).map_err(UnreadableRecording::new);
+            let recording = self.recording(path).map_err(UnreadableRecording::from);
             if are_several && recording.as_ref().is_ok_and(is_part) {
                 notes.push(part_note(path));
                 continue;

@@ -42,7 +42,7 @@ impl OpenRun {
 /// # Errors
 /// A file that is not a Kinetoscope recording, or an invalid manifest.
 pub fn open(path: &Path) -> Result<OpenRun, UnreadableRecording> {
-    opened(Recording::open(path).map_err(UnreadableRecording::new)?)
+    opened(Recording::open(path).map_err(UnreadableRecording::from)?)
 }
 
 /// Reads the manifest of an open recording.
@@ -63,9 +63,14 @@ pub(crate) fn opened_with_its_frames(recording: Recording) -> Result<OpenRun, Un
     let path = recording.path();
     let manifest = parse_run(&canonical).map_err(|diagnostics| {
         let path = shown_path(path);
-        UnreadableRecording(format!(
-            "{path}: its manifest is not one that this version reads; no frame was read. Use the program that wrote it\n{diagnostics}"
-        ))
+        let errors = diagnostics.to_string();
+        UnreadableRecording::new(
+            format!(
+                "{path}: its manifest is not one that this version reads; no frame was read\n{}",
+                errors.trim_end()
+            ),
+            "use the program that wrote it",
+        )
     })?;
     let file = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into());
     let run_key = recording.provenance().run_key.clone();
@@ -81,14 +86,19 @@ fn check_all_frames(recording: &Recording) -> Result<(), UnreadableRecording> {
     let path = shown_path(recording.path());
     match recording.provenance().stored {
         StoredFrames::All => Ok(()),
-        StoredFrames::Keyframes(distance) => Err(UnreadableRecording(format!(
-            "{path}: it keeps only keyframes ({}), and metrics need all frames; no frame was read. Restore them with \
-             `kinetoscope fill {path}`",
-            every(distance.get(), "frame")
-        ))),
-        StoredFrames::From(_) => Err(UnreadableRecording(format!(
-            "{path}: it is a part of a run, and metrics need all frames; no frame was read. Name the recording of the whole run"
-        ))),
+        StoredFrames::Keyframes(distance) => Err(UnreadableRecording::new(
+            format!(
+                "{path}: it keeps only keyframes ({}), and metrics need all frames; no frame was read",
+                every(distance.get(), "frame")
+            ),
+            format!("restore them with `kinetoscope fill {path}`"),
+        )),
+        StoredFrames::From(_) => Err(UnreadableRecording::new(
+            format!(
+                "{path}: it is a part of a run, and metrics need all frames; no frame was read"
+            ),
+            "name the recording of the whole run",
+        )),
     }
 }
 

@@ -133,7 +133,7 @@ impl RunEntry {
             program_version: run.origin.program_version.clone(),
             physics_version: run.origin.physics_version,
             outcome: run.ending.word().to_owned(),
-            outcome_detail: run.ending.detail().map(str::to_owned),
+            outcome_detail: run.ending.detail(),
             frames: run.frames,
             manifest: manifest_values(&run.manifest.canonical()).into_iter().collect(),
         }

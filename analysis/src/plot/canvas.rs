@@ -1,14 +1,15 @@
 //! The canvas of plots: size, colors, text, and the legend above the axes.
 
 use super::palette::ON_WHITE;
+use kinetoscope_console::Message;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// A plot that could not be drawn, with the message of the drawing library.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub(crate) struct DrawingError(pub(crate) String);
+#[error("{}", .0.what)]
+pub(crate) struct DrawingError(pub(crate) Message);
 
 /// Enlargement of the drawing, because the drawing library rounds to whole pixels; the document is shown smaller by the
 /// same factor.
@@ -70,5 +71,5 @@ where
 
 /// Converts an error of the drawing library.
 pub(super) fn failure<E: std::error::Error>(error: E) -> DrawingError {
-    DrawingError(error.to_string())
+    DrawingError(error.to_string().into())
 }

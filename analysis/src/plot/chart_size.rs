@@ -1,6 +1,7 @@
 //! Size of a chart on request: pixels, and the size of its letters.
 
 use super::canvas::DrawingError;
+use kinetoscope_console::Message;
 
 /// Width of the report's charts, px.
 pub(super) const WIDTH: i32 = 640;
@@ -31,13 +32,16 @@ impl ChartSize {
         width_px: Option<u32>,
         height_px: Option<u32>,
         font_px: Option<f64>,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, Message> {
         let width_px = width_px.unwrap_or(WIDTH.unsigned_abs());
         let font_px = font_px.unwrap_or(REPORT_FONT_PX);
         let min = (MIN_WIDTH_OVER_FONT * font_px).ceil();
         if f64::from(width_px) < min {
-            return Err(format!(
-                "a width of {width_px} px is too small for letters of {font_px} px; must be at least {min} px\nhelp: increase --width or reduce --font-size"
+            return Err(Message::new(
+                format!(
+                    "a width of {width_px} px is too small for letters of {font_px} px; must be at least {min} px"
+                ),
+                "increase --width or reduce --font-size",
             ));
         }
         Ok(Self { width_px, height_px, font_px })
@@ -73,9 +77,12 @@ impl ChartSize {
         let Some(height_px) = self.height_px else { return Ok(plot_height.max(min)) };
         if plot_height < min {
             let min = (f64::from(around + min) * self.font_px / REPORT_FONT_PX).ceil();
-            return Err(DrawingError(format!(
-                "a height of {height_px} px is too small for title, legend and letters of {} px; must be at least {min} px\nhelp: increase --height or reduce --font-size",
-                self.font_px
+            return Err(DrawingError(Message::new(
+                format!(
+                    "a height of {height_px} px is too small for title, legend and letters of {} px; must be at least {min} px",
+                    self.font_px
+                ),
+                "increase --height or reduce --font-size",
             )));
         }
         Ok(plot_height)

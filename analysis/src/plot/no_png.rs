@@ -1,6 +1,7 @@
 //! Builds without the feature `png` draw no pixels.
 
 use super::canvas::DrawingError;
+use kinetoscope_console::Message;
 use kinetoscope_recording::drawing::Rgb;
 
 /// A picture, which such a build does not draw.
@@ -21,7 +22,7 @@ impl SvgRenderer {
 
     #[expect(clippy::unused_self, reason = "the signature is that of the other build")]
     pub(crate) fn raster(&self, _: &str, _: f64) -> Result<Raster, DrawingError> {
-        Err(DrawingError("this build cannot write .png\nhelp: name a .svg".to_owned()))
+        Err(DrawingError(Message::new("this build cannot write .png", "name a .svg")))
     }
 }
 

@@ -45,8 +45,9 @@ impl SvgRenderer {
         let size = tree.size();
         let side = |length: f32| (f64::from(length) * scale).round() as u32;
         let (width, height) = (side(size.width()), side(size.height()));
-        let mut pixels = Pixmap::new(width, height)
-            .ok_or_else(|| DrawingError(format!("there is no image of {width} × {height} px")))?;
+        let mut pixels = Pixmap::new(width, height).ok_or_else(|| {
+            DrawingError(format!("there is no image of {width} × {height} px").into())
+        })?;
         pixels.fill(Color::WHITE);
         let scaled =
             Transform::from_scale(width as f32 / size.width(), height as f32 / size.height());
@@ -77,5 +78,5 @@ fn encoded(raster: &Raster) -> Result<Vec<u8>, DrawingError> {
 }
 
 fn failure(error: impl std::fmt::Display) -> DrawingError {
-    DrawingError(error.to_string())
+    DrawingError(error.to_string().into())
 }

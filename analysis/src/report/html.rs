@@ -11,6 +11,7 @@ use crate::checks::baseline::BaselineComparison;
 use crate::checks::{CheckKind, CheckResult};
 use crate::number_text::six_digits;
 use crate::plot::palette;
+use kinetoscope_console::Message;
 use kinetoscope_console::text::visible;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -40,6 +41,7 @@ pub(super) fn page_head(title: &str, style_sheet: &str) -> Markup {
 pub(crate) fn page(report: &AnalysisReport, plots: &[DrawnPlot<'_>], links: &FileLinks) -> String {
     let outcomes = report.check_results.iter().filter(|result| result.kind == CheckKind::Outcome);
     let outcomes: Vec<&CheckResult> = outcomes.collect();
+    let unreadable: Vec<String> = report.unreadable.iter().map(Message::clause).collect();
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -48,7 +50,7 @@ pub(crate) fn page(report: &AnalysisReport, plots: &[DrawnPlot<'_>], links: &Fil
                 main {
                     (head::heading(report, links))
                     (replay_section::section(report))
-                    (remarks("Unreadable", "bad", &report.unreadable))
+                    (remarks("Unreadable", "bad", &unreadable))
                     (remarks("Notes", "", &report.notes))
                     @if report.headline().is_some() { (check_table(&outcomes, "Outcomes")) }
                     (other_checks(&numbers::checks_without_row(report)))

@@ -36,6 +36,7 @@ use crate::run::cache::AnalysisCache;
 use crate::run::{self, RunAnalysis, RunOptions, RunStatus};
 use crate::sweep;
 use crate::sweep::requested::{self, PlotData};
+use kinetoscope_console::Message;
 use kinetoscope_console::text::{plural, shown_path};
 use kinetoscope_files::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
 use kinetoscope_manifest::{
@@ -79,7 +80,7 @@ pub(crate) struct AnalysisReport {
     /// Notes for the user.
     pub(crate) notes: Vec<String>,
     /// What could not be read, with reasons.
-    pub(crate) unreadable: Vec<String>,
+    pub(crate) unreadable: Vec<Message>,
     /// The run times, if `timing.json` is next to the recordings.
     pub(crate) timing: Option<TimingTable>,
 }
@@ -172,7 +173,7 @@ fn analyze_all(
 
 /// Analyzes the recordings of one folder and caches the results, with plots where the analysis of the whole experiment
 /// draws them. Returns what could not be read, with reasons.
-pub(crate) fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions) -> Vec<String> {
+pub(crate) fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions) -> Vec<Message> {
     let drawn = source.record.as_ref().map(drawn_files);
     let fields = source.record.as_ref().map(fields_of_files).unwrap_or_default();
     let tasks: Vec<AnalysisTask> = source
@@ -289,7 +290,7 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
 }
 
 /// Notes the runs that are not complete, and reports damaged files.
-fn add_endings(runs: &[RunAnalysis], notes: &mut Vec<String>, unreadable: &mut Vec<String>) {
+fn add_endings(runs: &[RunAnalysis], notes: &mut Vec<String>, unreadable: &mut Vec<Message>) {
     for run in runs {
         match &run.ending {
             RunStatus::Complete => {}

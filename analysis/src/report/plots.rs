@@ -6,7 +6,6 @@ use crate::models::figures::Figures;
 use crate::plot::Plot;
 use crate::run::RunAnalysis;
 use crate::sweep;
-use crate::sweep::rejected_plot::RejectedPlot;
 use crate::sweep::requested::PlotData;
 use kinetoscope_manifest::PlotRequest;
 
@@ -21,8 +20,8 @@ pub(super) fn plots(
     for request in requests {
         match data.draw(request) {
             Ok(plot) => requested.push(plot),
-            Err(RejectedPlot { what, help }) => {
-                notes.push(format!("the plot of `{}` was not drawn: {what}; {help}", request.y));
+            Err(why) => {
+                notes.push(format!("the plot of `{}` was not drawn: {}", request.y, why.clause()));
             }
         }
     }

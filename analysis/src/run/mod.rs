@@ -11,6 +11,7 @@ use crate::models::figures::Figures;
 use crate::replay::{Replay, ReplayCollector};
 use crate::run::fields::{FieldCollector, RecordedField};
 use kinetoscope_console::text::shown_path;
+use kinetoscope_console::{Explained as _, Message};
 use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_manifest::{Coordinate, RunManifest};
 use kinetoscope_recording::error::{ReadError, ReadFault};
@@ -30,7 +31,7 @@ pub enum RunStatus {
     /// The run was interrupted or is still in progress.
     Unfinished,
     /// The file is damaged after the frames that were read.
-    Damaged(String),
+    Damaged(Message),
 }
 
 impl RunStatus {
@@ -45,10 +46,11 @@ impl RunStatus {
     }
 
     /// What failed in the run or in its file.
-    pub(crate) fn detail(&self) -> Option<&str> {
+    pub(crate) fn detail(&self) -> Option<String> {
         match self {
             Self::Complete | Self::Unfinished => None,
-            Self::Fault(what) | Self::Damaged(what) => Some(what),
+            Self::Fault(what) => Some(what.clone()),
+            Self::Damaged(why) => Some(why.clause()),
         }
     }
 }
@@ -148,7 +150,7 @@ pub fn analyze(
     let mut replay = options.replay_bytes.map(|bytes| ReplayCollector::new(bytes, run));
     let mut fields = FieldCollector::new(options.fields);
     let (mut frames, mut end_time, mut failure) = (0, 0.0, None);
-    for frame in run.recording().frames_on(threads).map_err(UnreadableRecording::new)? {
+    for frame in run.recording().frames_on(threads)? {
         let observed = frame.and_then(|frame| {
             let time = frame.clock.time;
             if let Some(replay) = &mut replay {
@@ -169,16 +171,19 @@ pub fn analyze(
         }
     }
     let ending = match (&failure, &run.recording().provenance().outcome) {
-        (Some(error), _) if frames == 0 => return Err(UnreadableRecording::new(error)),
+        (Some(error), _) if frames == 0 => return Err(error.into()),
         (Some(error), _) if is_under_way(&run.file, error) => RunStatus::Unfinished,
-        (Some(error), _) => RunStatus::Damaged(error.to_string()),
+        (Some(error), _) => RunStatus::Damaged(error.message()),
         (None, Some(Outcome::Complete)) => RunStatus::Complete,
         (None, Some(Outcome::Fault(what))) => RunStatus::Fault(what.clone()),
         (None, Some(Outcome::Interrupted) | None) => RunStatus::Unfinished,
     };
     if frames == 0 {
         let path = shown_path(run.recording().path());
-        return Err(UnreadableRecording(format!("{path} holds no frame. Run its manifest again")));
+        return Err(UnreadableRecording::new(
+            format!("{path} holds no frame"),
+            "run its manifest again",
+        ));
     }
     let mut measurements = Measurements::default();
     observer.measure(&mut measurements);
@@ -208,10 +213,13 @@ pub(crate) fn catch_defect<T>(
 ) -> Result<T, UnreadableRecording> {
     // A panic leaves nothing behind that is used again: the recording was only read.
     catch_unwind(AssertUnwindSafe(analyze)).unwrap_or_else(|_| {
-        Err(UnreadableRecording(format!(
-            "{} cannot be analyzed: a defect of the program, which is described above. Please report it with this recording",
-            shown_path(recording)
-        )))
+        Err(UnreadableRecording::new(
+            format!(
+                "{} cannot be analyzed: a defect of the program, which is described above",
+                shown_path(recording)
+            ),
+            "please report it with this recording",
+        ))
     })
 }
 
@@ -229,7 +237,7 @@ mod tests {
         let path = Path::new("one.mcap");
         let panicked: Result<(), _> = catch_defect(path, || panic!("a defect, on purpose"));
         let Err(UnreadableRecording(why)) = panicked else { panic!("the panic was lost") };
-        assert!(why.contains("one.mcap") && why.contains("defect"), "{why}");
+        assert!(why.what.contains("one.mcap") && why.what.contains("defect"), "{why}");
         assert_eq!(catch_defect(path, || Ok(7)), Ok(7));
     }
 }

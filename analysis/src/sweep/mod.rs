@@ -3,7 +3,6 @@
 mod asymptotic_range;
 pub(crate) mod figures;
 pub(crate) mod fits;
-pub(crate) mod rejected_plot;
 pub(crate) mod requested;
 pub(crate) mod swept_key;
 

@@ -1,6 +1,5 @@
 //! Plots that a manifest or a command line requests: a metric over a swept key, or a field of a channel over time.
 
-use super::rejected_plot::RejectedPlot;
 use super::swept_key::{position, swept_key, words};
 use crate::input::coordinates::{self, grouped, last_part, without};
 use crate::metric::{Definition, Metric, MetricScope};
@@ -11,6 +10,7 @@ use crate::run::{RunAnalysis, RunStatus};
 use crate::statistics::Estimate;
 use crate::sweep::figures::{MAX_CURVES, capitalized, stem_of, words_and_unit};
 use crate::sweep::{SHARED_STREAMS, SweepPoint, share_random_streams};
+use kinetoscope_console::Message;
 use kinetoscope_console::text::{one_line, plural};
 use kinetoscope_manifest::{Axis as SweptAxis, Coordinate, PlotAxis, PlotRequest, TIME};
 
@@ -34,7 +34,7 @@ impl PlotData<'_> {
     ///
     /// # Errors
     /// A request that these results cannot satisfy.
-    pub(crate) fn draw(&self, request: &PlotRequest) -> Result<Plot, RejectedPlot> {
+    pub(crate) fn draw(&self, request: &PlotRequest) -> Result<Plot, Message> {
         let mut plot = if request.is_of_channel() {
             self.field_over_time(request)?
         } else {
@@ -47,10 +47,10 @@ impl PlotData<'_> {
         Ok(plot)
     }
 
-    fn metric_over_key(&self, request: &PlotRequest) -> Result<Plot, RejectedPlot> {
+    fn metric_over_key(&self, request: &PlotRequest) -> Result<Plot, Message> {
         let y = request.y.as_str();
         let definition = definition(y).ok_or_else(|| {
-            RejectedPlot::new(format!("`{y}` is not a metric"), "name a metric of metrics.json")
+            Message::new(format!("`{y}` is not a metric"), "name a metric of metrics.json")
         })?;
         let key = swept_key(request.x.as_deref(), self.places, self.axes)?;
         let words = words(&key, self.places);
@@ -135,7 +135,7 @@ impl PlotData<'_> {
     }
 
     /// Why a metric has no value at any selected point.
-    fn without_values(&self, request: &PlotRequest) -> RejectedPlot {
+    fn without_values(&self, request: &PlotRequest) -> Message {
         let y = &request.y;
         if !self.points.iter().any(|point| request.selects(&point.coordinates)) {
             return self.no_run_selected(request);
@@ -145,30 +145,30 @@ impl PlotData<'_> {
                 "name another key as the horizontal axis: each value is a fit along `{}`",
                 last_part(along)
             );
-            return RejectedPlot::new(format!("`{y}` has no value at a single point"), help);
+            return Message::new(format!("`{y}` has no value at a single point"), help);
         }
         let mut measurements = self.runs.iter().flat_map(|run| &run.measurements);
         let reason = measurements
             .find(|found| found.name() == y)
             .and_then(|found| found.reason.as_ref().map(ToString::to_string));
         let why = reason.map_or_else(String::new, |reason| format!(": {reason}"));
-        RejectedPlot::new(
+        Message::new(
             format!("no finished run has a value of `{y}`{why}"),
             "`kinetoscope analyze` reports the metrics of these recordings",
         )
     }
 
-    fn no_run_selected(&self, request: &PlotRequest) -> RejectedPlot {
+    fn no_run_selected(&self, request: &PlotRequest) -> Message {
         let place = coordinates::text(&places(&request.at));
         let place = if place.is_empty() { place } else { format!(" at {place}") };
         let mut selected = self.runs.iter().filter(|run| request.selects(&run.coordinates));
         if selected.any(|run| matches!(run.ending, RunStatus::Fault(_))) {
-            return RejectedPlot::new(
+            return Message::new(
                 format!("the run{place} failed, so it has no metrics"),
                 "plot a field of a channel, such as `/energy.kinetic_j`; `kinetoscope analyze` states the failure",
             );
         }
-        RejectedPlot::new(
+        Message::new(
             format!("no recording{place} is finished"),
             "run the experiment again to resume it",
         )
@@ -185,12 +185,12 @@ impl PlotData<'_> {
         })
     }
 
-    fn field_over_time(&self, request: &PlotRequest) -> Result<Plot, RejectedPlot> {
+    fn field_over_time(&self, request: &PlotRequest) -> Result<Plot, Message> {
         let y = request.y.as_str();
         let (topic, field) = request.channel_field().unwrap_or((y, ""));
         if request.x.as_deref().is_some_and(|x| x != TIME) {
             let what = format!("`{y}` can be plotted over time only");
-            return Err(RejectedPlot::new(what, "leave out the horizontal axis, or name `time`"));
+            return Err(Message::new(what, "leave out the horizontal axis, or name `time`"));
         }
         let mut shown: Vec<&RunAnalysis> = Vec::new();
         for run in self.runs.iter().filter(|run| request.selects(&run.coordinates)) {
@@ -219,7 +219,7 @@ impl PlotData<'_> {
         if curves.is_empty() {
             let what = format!("no recording has a value of `{y}`");
             let help = "`kinetoscope info` lists the channels of a recording";
-            return Err(RejectedPlot::new(what, help));
+            return Err(Message::new(what, help));
         }
         let (words, unit) = words_and_unit(field);
         let channel = topic.trim_start_matches('/');
@@ -367,7 +367,7 @@ fn scales(
     curves: &[Curve],
     is_power_law: bool,
     has_words: bool,
-) -> Result<[Scale; 2], RejectedPlot> {
+) -> Result<[Scale; 2], Message> {
     let values = |of: fn(&Point) -> f64| curves.iter().flat_map(|curve| &curve.points).map(of);
     let is_steep = |of: fn(&Point) -> f64| {
         extremes(values(of)).is_some_and(|(low, high)| low > 0.0 && high > STEEP * low)
@@ -381,12 +381,12 @@ fn scales(
     };
     if has_words && is_log[0] {
         let what = "the values of the horizontal axis are words, which have no logarithms";
-        return Err(RejectedPlot::new(what, "use a linear horizontal axis"));
+        return Err(Message::new(what, "use a linear horizontal axis"));
     }
     let scales = is_log.map(|is_log| if is_log { Scale::Logarithmic } else { Scale::Linear });
     if !curves.iter().flat_map(|curve| &curve.points).any(|point| can_show(scales, point)) {
         let what = format!("no point of `{}` is above zero on its logarithmic axis", request.y);
-        return Err(RejectedPlot::new(what, "use a linear axis"));
+        return Err(Message::new(what, "use a linear axis"));
     }
     Ok(scales)
 }

@@ -1,7 +1,7 @@
 //! The horizontal axis of a plot over a swept key: numbers, or words in the order of the sweep.
 
-use super::rejected_plot::RejectedPlot;
 use crate::input::coordinates::{self, CoordinateValue, last_part, shown_value, value_of};
+use kinetoscope_console::Message;
 use kinetoscope_console::text::one_line;
 use kinetoscope_manifest::{Axis as SweptAxis, Coordinate, nearest};
 
@@ -13,7 +13,7 @@ pub(crate) fn swept_key(
     requested: Option<&str>,
     places: &[Vec<Coordinate>],
     axes: &[SweptAxis],
-) -> Result<String, RejectedPlot> {
+) -> Result<String, Message> {
     let keys = coordinates::keys_of(places.iter().map(Vec::as_slice));
     let listed =
         |keys: &[&str]| keys.iter().map(|key| last_part(key)).collect::<Vec<_>>().join(", ");
@@ -25,7 +25,7 @@ pub(crate) fn swept_key(
         let (kind, eligible) = if numeric.is_empty() { ("", all) } else { ("numeric ", numeric) };
         let axis_of = |key: &str| axes.iter().position(|axis| axis.keys.iter().any(|it| it == key));
         return match eligible.as_slice() {
-            [] => Err(RejectedPlot::new(
+            [] => Err(Message::new(
                 "a plot of a metric needs recordings of a sweep",
                 "name a field of a channel, such as `/energy.kinetic_j`, which is plotted over time",
             )),
@@ -36,7 +36,7 @@ pub(crate) fn swept_key(
             {
                 Ok((*first).to_owned())
             }
-            _ => Err(RejectedPlot::new(
+            _ => Err(Message::new(
                 format!("the recordings differ in {} {kind}keys", eligible.len()),
                 format!("name the horizontal axis, one of: {}", listed(&eligible)),
             )),
@@ -49,7 +49,7 @@ pub(crate) fn swept_key(
             None if all.is_empty() => "the recordings differ in no key".to_owned(),
             None => format!("name one of: {}", listed(&all)),
         };
-        return Err(RejectedPlot::new(format!("`{x}` is not swept"), help));
+        return Err(Message::new(format!("`{x}` is not swept"), help));
     };
     Ok(key.clone())
 }

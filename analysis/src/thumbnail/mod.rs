@@ -6,6 +6,7 @@ use crate::plot::drawing::{Drawing, InvalidScene};
 use crate::plot::page::PageLayout;
 use crate::plot::png::SvgRenderer;
 use crate::plot::shapes_svg;
+use kinetoscope_console::{Explained, Message};
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::Recording;
 use std::num::NonZeroU32;
@@ -28,15 +29,18 @@ impl ThumbnailFormat {
     ///
     /// # Errors
     /// An unsupported combination, with the reason.
-    pub(crate) fn of(path: &Path, frames: NonZeroU32) -> Result<Self, &'static str> {
+    pub(crate) fn of(path: &Path, frames: NonZeroU32) -> Result<Self, Message> {
         let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
         match ending.to_ascii_lowercase().as_str() {
             "svg" if frames == NonZeroU32::MIN => Ok(Self::Svg),
-            "svg" => Err("an SVG does not move\nhelp: write a .png, or ask for one frame"),
+            "svg" => {
+                Err(Message::new("an SVG does not move", "write a .png, or ask for one frame"))
+            }
             "png" | "apng" => Ok(Self::Png { frames }),
-            _ => Err(
-                "the name of a thumbnail ends in neither .png nor .svg\nhelp: write `--thumbnail NAME.png`",
-            ),
+            _ => Err(Message::new(
+                "the name of a thumbnail ends in neither .png nor .svg",
+                "write `--thumbnail NAME.png`",
+            )),
         }
     }
 }
@@ -60,8 +64,18 @@ pub(crate) enum ThumbnailError {
     #[error(transparent)]
     Scene(#[from] InvalidScene),
     /// It cannot be drawn, with the reason.
-    #[error("{0}")]
-    NotDrawn(String),
+    #[error("{}", .0.what)]
+    NotDrawn(Message),
+}
+
+impl Explained for ThumbnailError {
+    fn help(&self) -> Option<String> {
+        match self {
+            Self::Read(error) => error.help(),
+            Self::Scene(_) => None,
+            Self::NotDrawn(message) => message.help.clone(),
+        }
+    }
 }
 
 /// Draws a recording and returns the bytes of the file; equal recordings and options give equal bytes.
@@ -86,7 +100,10 @@ pub(crate) fn thumbnail(
     };
     let drawings = drawings(recording, &chosen(frames, u64::from(wanted.get())))?;
     let undrawn = || {
-        ThumbnailError::NotDrawn("the recording has no drawing: record \"discs\" too".to_owned())
+        ThumbnailError::NotDrawn(Message::new(
+            "the recording has no drawing",
+            "record \"discs\" too",
+        ))
     };
     let page = PageLayout::new(&drawings, options.width).ok_or_else(undrawn)?;
     match options.format {
@@ -98,11 +115,11 @@ pub(crate) fn thumbnail(
             let renderer = SvgRenderer::new();
             let draw = |drawing| renderer.raster(&shapes_svg::document(&page, drawing), 1.0);
             let rasters = drawings.iter().map(draw).collect::<Result<Vec<_>, _>>();
-            let rasters = rasters.map_err(|error| ThumbnailError::NotDrawn(error.to_string()))?;
+            let rasters = rasters.map_err(|error| ThumbnailError::NotDrawn(error.0))?;
             // Keyframes are played as fast as the run that they are of.
             let played = indices.map_or(0, |[first, last]| last.saturating_sub(first)) as f64 + 1.0;
             let seconds = played / playback_fps / rasters.len() as f64;
-            png_file::file(&rasters, seconds).map_err(ThumbnailError::NotDrawn)
+            png_file::file(&rasters, seconds).map_err(|why| ThumbnailError::NotDrawn(why.into()))
         }
     }
 }

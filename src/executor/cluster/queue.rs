@@ -12,6 +12,7 @@ use crate::executor::observer::ExecutionObserver;
 use crate::interrupt::Interrupt;
 use crate::outputs::sidecars::{self, Failure};
 use crate::plan::{Plan, PlannedRun};
+use kinetoscope_console::Message;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_recording::checkpoint;
 use kinetoscope_recording::file::partial_path;
@@ -255,10 +256,14 @@ impl Watch<'_> {
                 let failure = sidecars::read_failure(self.folder, &run.stem);
                 *end = Some(Err(failure.unwrap_or_else(|| Failure {
                     is_retryable: true,
-                    message: format!(
-                        "its task ended {MAX_FRUITLESS_SUBMISSIONS} times without a recording. \
-                         Look at the logs in {}, then run the same command again",
-                        shown_path(&self.folder.join(".tasks"))
+                    message: Message::new(
+                        format!(
+                            "its task ended {MAX_FRUITLESS_SUBMISSIONS} times without a recording"
+                        ),
+                        format!(
+                            "look at the logs in {}, then run the same command again",
+                            shown_path(&self.folder.join(".tasks"))
+                        ),
                     ),
                 })));
             }

@@ -134,11 +134,10 @@ impl Model for Dem {
         let diagnosis = Diagnosis::of(config);
         let mut warnings = Vec::new();
         if diagnosis.is_rejected() {
-            let [problems, remedies] = messages::rejection(config, &diagnosis);
             if config.on_unstable_time_step == UnstableTimeStep::Error || !diagnosis.is_countable {
-                return Err(SetupError(format!("{problems}\nhelp: {remedies}")));
+                return Err(messages::rejection(config, &diagnosis));
             }
-            warnings.push(format!("{problems} {remedies}"));
+            warnings.push(messages::warning(config, &diagnosis));
         }
         warnings.extend(diagnosis.warnings());
         let parameters = Parameters { records_forces: forces, ..Parameters::new(config) };

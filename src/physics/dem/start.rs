@@ -29,11 +29,13 @@ pub(super) fn place(
     let radii: &Vec<f64> = &drawn.iter().map(|disc| disc.radius).collect();
     let (_, largest) = parameters.radius_range;
     if 2.0 * largest > parameters.sides[0] || 2.0 * largest > parameters.sides[1] {
-        return Err(SetupError(format!(
-            "A disc of radius {largest:e} m has no room in a box of {:e} m x {:e} m: take a smaller radius_m or a larger \
-             box.",
-            parameters.sides[0], parameters.sides[1]
-        )));
+        return Err(SetupError::new(
+            format!(
+                "a disc of radius {largest:e} m has no room in a box of {:e} m x {:e} m",
+                parameters.sides[0], parameters.sides[1]
+            ),
+            "take a smaller radius_m or a larger box",
+        ));
     }
     let rectangle = match config.placement_region_m {
         Some([low, high]) => {
@@ -59,12 +61,14 @@ pub(super) fn place(
     };
     for (disc, (&center, &radius)) in positions.iter().zip(radii).enumerate() {
         if let Some(wall) = overlapped_wall(&walls, center, radius) {
-            return Err(SetupError(format!(
-                "Disc {disc} (counted from 0) at [{:e}, {:e}] m with radius {radius:e} m overlaps wall {wall} at the \
-                 start (the box's own are counted first): move it in positions_m, choose another placement_region_m, or \
-                 placement = \"random\", which leaves walls free.",
-                center[0], center[1]
-            )));
+            return Err(SetupError::new(
+                format!(
+                    "disc {disc} (counted from 0) at [{:e}, {:e}] m with radius {radius:e} m overlaps wall {wall} at the \
+                     start (the box's own are counted first)",
+                    center[0], center[1]
+                ),
+                "move it in positions_m, choose another placement_region_m, or placement = \"random\", which leaves walls free",
+            ));
         }
     }
     let velocities = match &config.placement {
@@ -162,12 +166,15 @@ fn normal_radius(mean: f64, deviation: f64, generator: &mut Generator) -> f64 {
 }
 
 fn no_room(config: &DemConfig, parameters: &Parameters, radii: &[f64], found: &str) -> SetupError {
-    SetupError(format!(
-        "{} discs cannot be placed without overlap: {found}. They would cover {:.1} % of the box; random placement \
-         reaches about 54 %, and placement = \"lattice\" 78 %. Use fewer discs, a smaller radius_m or a larger box.",
-        config.discs,
-        100.0 * packing_fraction(radii, parameters.sides)
-    ))
+    SetupError::new(
+        format!(
+            "{} discs cannot be placed without overlap: {found}. They would cover {:.1} % of the box; random placement \
+             reaches about 54 %, and placement = \"lattice\" 78 %",
+            config.discs,
+            100.0 * packing_fraction(radii, parameters.sides)
+        ),
+        "use fewer discs, a smaller radius_m or a larger box",
+    )
 }
 
 fn given_positions(
@@ -176,12 +183,15 @@ fn given_positions(
     radii: &[f64],
 ) -> Result<Vec<[f64; 2]>, SetupError> {
     if given.positions_m.len() != radii.len() || given.velocities_m_per_s.len() != radii.len() {
-        return Err(SetupError(format!(
-            "discs = {}, but positions_m has {} entries and velocities_m_per_s {}: make them equal.",
-            radii.len(),
-            given.positions_m.len(),
-            given.velocities_m_per_s.len()
-        )));
+        return Err(SetupError::new(
+            format!(
+                "discs = {}, but positions_m has {} entries and velocities_m_per_s {}",
+                radii.len(),
+                given.positions_m.len(),
+                given.velocities_m_per_s.len()
+            ),
+            "make them equal",
+        ));
     }
     let positions: Vec<[f64; 2]> =
         given.positions_m.iter().map(|position| position.map(|x| x.get())).collect();
@@ -193,18 +203,22 @@ fn given_positions(
             position[axis] >= room(axis) && parameters.sides[axis] - position[axis] >= room(axis)
         };
         if !is_inside(0) || !is_inside(1) {
-            return Err(SetupError(format!(
-                "Disc {disc} (counted from 0) at [{:e}, {:e}] m with radius {radius:e} m reaches outside the box: \
-                 move its entry in positions_m inwards.",
-                position[0], position[1]
-            )));
+            return Err(SetupError::new(
+                format!(
+                    "disc {disc} (counted from 0) at [{:e}, {:e}] m with radius {radius:e} m reaches outside the box",
+                    position[0], position[1]
+                ),
+                "move its entry in positions_m inwards",
+            ));
         }
     }
     match first_overlap(&positions, radii, parameters) {
-        Some((first, second, overlap)) => Err(SetupError(format!(
-            "Discs {first} and {second} (counted from 0) overlap at the start by {overlap:e} m: move their entries in \
-             positions_m apart, or take a smaller radius_m."
-        ))),
+        Some((first, second, overlap)) => Err(SetupError::new(
+            format!(
+                "discs {first} and {second} (counted from 0) overlap at the start by {overlap:e} m"
+            ),
+            "move their entries in positions_m apart, or take a smaller radius_m",
+        )),
         None => Ok(positions),
     }
 }
@@ -259,9 +273,9 @@ fn recorded_discs(
     drawn: Vec<Disc>,
 ) -> Result<Discs, SetupError> {
     if config.materials.len() > 1 {
-        return Err(SetupError(
-            "A recording does not say which disc is of which material: with start_from, give one material at most."
-                .to_owned(),
+        return Err(SetupError::new(
+            "a recording does not say which disc is of which material",
+            "with start_from, give one material at most",
         ));
     }
     let rows = restart_state::rows(start, ["x", "y", "vx_step", "vy_step", "radius", "spin"])?;
@@ -289,20 +303,25 @@ fn check_recorded(
     let walls = parameters.walls_at(0);
     for (disc, &[x, y, _, _, radius, _]) in rows.iter().enumerate() {
         if radius < smallest * (1.0 - TOUCHING) || radius > largest * (1.0 + TOUCHING) {
-            return Err(SetupError(format!(
-                "Disc {disc} (counted from 0) of the recording in start_from has the radius {radius:e} m, which radius_m \
-                 does not allow: write the radius_m of the recording's manifest."
-            )));
+            return Err(SetupError::new(
+                format!(
+                    "disc {disc} (counted from 0) of the recording in start_from has the radius {radius:e} m, which radius_m \
+                     does not allow"
+                ),
+                "write the radius_m of the recording's manifest",
+            ));
         }
         let [width, height] = parameters.sides;
         let is_inside = (0.0..=width).contains(&x) && (0.0..=height).contains(&y);
         let within = wall_within(&walls, [x, y], radius * (1.0 - MAX_WALL_OVERLAP));
         if !is_inside || within.is_some() {
-            return Err(SetupError(format!(
-                "Disc {disc} (counted from 0) of the recording in start_from is at [{x:e}, {y:e}] m, outside of this \
-                 run's box or within one of its walls: keep width_m, height_m and walls as they were, or move the walls \
-                 to where there is no disc."
-            )));
+            return Err(SetupError::new(
+                format!(
+                    "disc {disc} (counted from 0) of the recording in start_from is at [{x:e}, {y:e}] m, outside of this \
+                     run's box or within one of its walls"
+                ),
+                "keep width_m, height_m and walls as they were, or move the walls to where there is no disc",
+            ));
         }
     }
     Ok(())

@@ -43,7 +43,7 @@ impl Clock {
                 (target_s, target_s < *time_s)
             }
             (Self::Continuous { .. }, Target::Count(_)) => {
-                return Err(SimulationFault(
+                return Err(SimulationFault::of_caller(
                     "exact propagation has no steps: frames must be requested by time".to_owned(),
                 ));
             }
@@ -53,7 +53,7 @@ impl Clock {
             }
         };
         if is_past {
-            return Err(SimulationFault(format!(
+            return Err(SimulationFault::of_caller(format!(
                 "frames must be requested in order of time: expected a time from {} s, found {time_s} s",
                 self.time_s()
             )));

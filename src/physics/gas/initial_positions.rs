@@ -15,10 +15,10 @@ pub(super) fn draw_special(
     if let Some(partition) = config.partition {
         let x = (partition.x_m.get() - config.center_m[0].get()) / radius;
         if x.abs() >= 1.0 {
-            return Err(SetupError(format!(
-                "partition_x_m is {}, outside the container: must be within radius_m of the center",
-                partition.x_m.get()
-            )));
+            return Err(SetupError::new(
+                format!("partition_x_m is {}, outside the container", partition.x_m.get()),
+                "set it to less than radius_m from the center",
+            ));
         }
         let is_right =
             |id| partition.side == Some(PartitionSide::ByMass) && config.species_of(id) > 0;
@@ -34,8 +34,9 @@ pub(super) fn draw_special(
         return Ok(None);
     }
     let SpeedScale::Temperature(temperature) = config.speed_scale else {
-        return Err(SetupError(
-            "a barometric start needs a temperature: give temperature_k".to_owned(),
+        return Err(SetupError::new(
+            "a barometric start needs a temperature",
+            "give temperature_k",
         ));
     };
     let Substance { mass_kg, mass_ratios, boltzmann_j_per_k, .. } = Substance::new(config);

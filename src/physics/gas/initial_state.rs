@@ -66,9 +66,12 @@ fn factor_to_temperature(
     let moments = SpeedMoments::of(particles.iter().copied().zip(mass_ratios.iter().copied()));
     let present = moments.squared_speed(*definition).sqrt();
     if target > 0.0 && !(present > 0.0 && present.is_finite()) {
-        return Err(SetupError(format!(
-            "velocities with a mean of {present} m/s cannot be scaled to {temperature_k} K: give some particle a finite velocity, or set temperature_k = 0"
-        )));
+        return Err(SetupError::new(
+            format!(
+                "velocities with a mean of {present} m/s cannot be scaled to {temperature_k} K"
+            ),
+            "give some particle a finite velocity, or set temperature_k = 0",
+        ));
     }
     Ok(if target > 0.0 { target / present } else { 0.0 })
 }
@@ -103,15 +106,15 @@ fn draw(config: &GasConfig, seed: Seed) -> Result<InitialState, SetupError> {
             InitialSpeeds::Given
         }
         (_, SpeedScale::Given) => {
-            return Err(SetupError(
-                "random speeds must have a scale: give temperature_k or max_speed_m_per_s"
-                    .to_owned(),
+            return Err(SetupError::new(
+                "random speeds must have a scale",
+                "give temperature_k or max_speed_m_per_s",
             ));
         }
         (SpeedDistribution::Maxwell, SpeedScale::MaxSpeed(_)) => {
-            return Err(SetupError(
-                "the Maxwell distribution has no upper bound: give temperature_k instead of max_speed_m_per_s"
-                    .to_owned(),
+            return Err(SetupError::new(
+                "the Maxwell distribution has no upper bound",
+                "give temperature_k instead of max_speed_m_per_s",
             ));
         }
         (SpeedDistribution::Uniform, _) => InitialSpeeds::Uniform { max_speed: 1.0 },
@@ -168,12 +171,14 @@ fn draw_positions(config: &GasConfig, seed: Seed) -> Result<Vec<[f64; 2]>, Setup
     let center_limit = radius - disc_radius;
     let is_inside = |[x, y]: [f64; 2], _: f64| x * x + y * y <= center_limit * center_limit;
     let radii = vec![disc_radius; count as usize];
-    random_sequential_addition(square, Boundary::Walls, &radii, &mut draws, is_inside).map_err(|jammed| {
-        SetupError(format!(
-            "only {} of {count} discs fit without overlap: reduce particles or disc_radius_m, or increase radius_m",
-            jammed.placed
-        ))
-    })
+    random_sequential_addition(square, Boundary::Walls, &radii, &mut draws, is_inside).map_err(
+        |jammed| {
+            SetupError::new(
+                format!("only {} of {count} discs fit without overlap", jammed.placed),
+                "reduce particles or disc_radius_m, or increase radius_m",
+            )
+        },
+    )
 }
 
 fn from_polar(length: f64, angle: f64) -> [f64; 2] {
@@ -184,18 +189,20 @@ fn from_polar(length: f64, angle: f64) -> [f64; 2] {
 /// Particles given in the manifest: x, y in m, vx, vy in m/s.
 fn given_rows(config: &GasConfig, state: &GivenState) -> Result<Vec<[f64; 4]>, SetupError> {
     if let SpeedScale::MaxSpeed(_) = config.speed_scale {
-        return Err(SetupError(
-            "max_speed_m_per_s cannot be used with given velocities: remove it, or rescale the velocities by temperature_k"
-                .to_owned(),
+        return Err(SetupError::new(
+            "max_speed_m_per_s cannot be used with given velocities",
+            "remove it, or rescale the velocities by temperature_k",
         ));
     }
     let (count, positions, velocities) =
         (config.particles.get() as usize, state.positions_m.len(), state.velocities_m_per_s.len());
     if positions != count || velocities != count {
-        return Err(SetupError(format!(
-            "expected {count} positions and velocities (particles = {count}), found {positions} positions and {velocities} velocities: \
-             the three numbers must agree"
-        )));
+        return Err(SetupError::new(
+            format!(
+                "expected {count} positions and velocities (particles = {count}), found {positions} positions and {velocities} velocities"
+            ),
+            "make the three numbers equal",
+        ));
     }
     let rows = state.positions_m.iter().zip(&state.velocities_m_per_s);
     Ok(rows.map(|([x, y], [vx, vy])| [x, y, vx, vy].map(|value| value.get())).collect())
@@ -211,10 +218,12 @@ fn from_rows(config: &GasConfig, rows: &[[f64; 4]]) -> Result<InitialState, Setu
         let mut position = [x - center[0], y - center[1]];
         let distance = libm::hypot(position[0], position[1]);
         if distance > radius * (1.0 + ON_WALL_TOLERANCE) {
-            return Err(SetupError(format!(
-                "{key}: particle {index} (counted from 0) at [{x}, {y}] is {distance} m from the center, outside the wall at {radius} m: \
-                 move it inside or increase radius_m to {distance}"
-            )));
+            return Err(SetupError::new(
+                format!(
+                    "{key}: particle {index} (counted from 0) at [{x}, {y}] is {distance} m from the center, outside the wall at {radius} m"
+                ),
+                format!("move it inside or increase radius_m to {distance}"),
+            ));
         }
         if distance > radius {
             position = position.map(|component| component * (radius / distance));

@@ -256,10 +256,13 @@ impl Gas {
         let present = moments.squared_speed(definition).sqrt();
         let target = speed_at(temperature_k, mass_kg, boltzmann_j_per_k);
         if target > 0.0 && present == 0.0 {
-            return Err(SimulationFault(format!(
-                "all particles are at rest at {} s: no factor scales them to {temperature_k} K; remove 0 K from temperature_schedule",
-                self.time()
-            )));
+            return Err(SimulationFault::new(
+                format!(
+                    "all particles are at rest at {} s: no factor scales them to {temperature_k} K",
+                    self.time()
+                ),
+                "remove 0 K from temperature_schedule",
+            ));
         }
         let factor = if target > 0.0 { target / present } else { 0.0 };
         let added = (factor * factor - 1.0) * moments.reduced_mean_square * moments.count / 2.0;

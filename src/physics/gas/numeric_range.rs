@@ -27,19 +27,22 @@ pub(super) fn check(config: &GasConfig, particles: &[Particle]) -> Result<(), Se
     let fastest =
         if gravity > 0.0 { (fastest * fastest + 4.0 * gravity * radius).sqrt() } else { fastest };
     if fastest > 0.0 && !(1.0 / MAX_SPEED..=MAX_SPEED).contains(&fastest) {
-        return Err(SetupError(format!(
-            "{cause} gives the fastest particle {fastest:e} m/s; must be between {:e} and {MAX_SPEED:e}, so that products do not overflow: \
-             choose another scale",
-            1.0 / MAX_SPEED
-        )));
+        return Err(SetupError::new(
+            format!(
+                "{cause} gives the fastest particle {fastest:e} m/s; must be between {:e} and {MAX_SPEED:e}, so that products do not overflow",
+                1.0 / MAX_SPEED
+            ),
+            "choose another scale",
+        ));
     }
     let path = fastest * duration / radius;
     if path > MAX_PATH_IN_RADII {
-        return Err(SetupError(format!(
-            "duration_s is {duration:e}, in which the fastest particle (from {cause}) would travel {path:e} radii, and its position would have less than six digits: \
-             shorten duration_s to at most {:e}",
-            MAX_PATH_IN_RADII * radius / fastest
-        )));
+        return Err(SetupError::new(
+            format!(
+                "duration_s is {duration:e}, in which the fastest particle (from {cause}) would travel {path:e} radii, and its position would have less than six digits"
+            ),
+            format!("shorten duration_s to at most {:e}", MAX_PATH_IN_RADII * radius / fastest),
+        ));
     }
     check_collisions(config, fastest)
 }
@@ -61,11 +64,14 @@ fn check_collisions(config: &GasConfig, fastest: f64) -> Result<(), SetupError> 
     let path = fastest * config.duration_s.get();
     let path = if path > config.radius_m.get() { path } else { config.radius_m.get() };
     if path > MAX_PATH_IN_DISC_RADII * disc_radius {
-        return Err(SetupError(format!(
-            "disc_radius_m is {disc_radius}; must be at least {:e} of the path of the fastest disc and of the container radius ({path:e} m), \
-             so that contacts have six digits: shorten duration_s or increase disc_radius_m",
-            1.0 / MAX_PATH_IN_DISC_RADII
-        )));
+        return Err(SetupError::new(
+            format!(
+                "disc_radius_m is {disc_radius}; must be at least {:e} of the path of the fastest disc and of the container radius ({path:e} m), \
+                 so that contacts have six digits",
+                1.0 / MAX_PATH_IN_DISC_RADII
+            ),
+            "shorten duration_s or increase disc_radius_m",
+        ));
     }
     Ok(())
 }

@@ -283,7 +283,7 @@ fn check_start(
     phase: &Phase<Vec<f64>>,
 ) -> Result<(), SetupError> {
     let energy = start.energy();
-    let (reason, remedy) = if let Some([one, other]) = Encounters::of(force).coinciding(phase) {
+    let (reason, help) = if let Some([one, other]) = Encounters::of(force).coinciding(phase) {
         (
             format!("bodies {one} and {other} are at the same position"),
             "change position_au or mean_anomaly_rad of one of them",
@@ -303,5 +303,5 @@ fn check_start(
         let reason = "no body moves relative to the others";
         (reason.to_owned(), "change velocity_au_per_day of one of them")
     };
-    Err(SetupError(format!("bodies: no motion to follow, because {reason}: {remedy}")))
+    Err(SetupError::new(format!("bodies: no motion to follow, because {reason}"), help))
 }

@@ -213,18 +213,19 @@ impl Orbit {
             System::Planet(_) => "the body passed too close to the Sun",
             System::Bodies(_) => "two bodies came too close to each other",
         };
-        let remedy = match (&self.system, self.discretization.integrator) {
-            (System::Planet(_), _) => "reduce time_step_days, or set integrator = \"kepler\"",
+        let (reason, help) = match (&self.system, self.discretization.integrator) {
+            (System::Planet(_), _) => ("", "reduce time_step_days, or set integrator = \"kepler\""),
             (_, OrbitIntegrator::Dop853) => {
-                "colliding points have no further motion; reduce duration_days"
+                ("; colliding points have no further motion", "reduce duration_days")
             }
-            _ => "reduce time_step_days, or set integrator = \"dop853\"",
+            _ => ("", "reduce time_step_days, or set integrator = \"dop853\""),
         };
-        SimulationFault(format!(
-            "the step after {} d gives no finite position: {cause} for steps of {} d; {remedy}",
+        let what = format!(
+            "the step after {} d gives no finite position: {cause} for steps of {} d{reason}",
             self.time(),
             self.discretization.step
-        ))
+        );
+        SimulationFault::new(what, help)
     }
 
     /// Explains steps of a day or more: any length is allowed, and the error depends on the method.
@@ -293,15 +294,20 @@ fn whole_steps(duration: f64, step: f64) -> u64 {
 fn check_step(step: f64, duration: f64, least: f64) -> Result<(), SetupError> {
     let countable = duration / MAX_STEPS;
     let shortest = if least > countable { least } else { countable };
-    let reason = if duration < least {
+    let (what, help) = if duration < least {
         let longer = if step > least { step } else { least };
-        format!(
-            "duration_days is {duration:e}, in which no position changes by its last digit: increase it to at least {longer:e}, and \
-             time_step_days to at least {least:e}"
+        (
+            format!(
+                "duration_days is {duration:e}, in which no position changes by its last digit"
+            ),
+            format!("increase it to at least {longer:e}, and time_step_days to at least {least:e}"),
         )
     } else if whole_steps(duration, step) == 0 {
-        format!(
-            "time_step_days is {step:e}, longer than the run: reduce it to at most {duration:e}, or increase duration_days to at least {step:e}"
+        (
+            format!("time_step_days is {step:e}, longer than the run"),
+            format!(
+                "reduce it to at most {duration:e}, or increase duration_days to at least {step:e}"
+            ),
         )
     } else if step < shortest {
         let why = if step < least {
@@ -309,9 +315,12 @@ fn check_step(step: f64, duration: f64, least: f64) -> Result<(), SetupError> {
         } else {
             "which gives more steps than can be counted"
         };
-        format!("time_step_days is {step:e}, {why}: increase it to at least {shortest:e}")
+        (
+            format!("time_step_days is {step:e}, {why}"),
+            format!("increase it to at least {shortest:e}"),
+        )
     } else {
         return Ok(());
     };
-    Err(SetupError(reason))
+    Err(SetupError::new(what, help))
 }

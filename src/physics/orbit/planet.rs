@@ -65,10 +65,13 @@ impl Planet {
             OrbitStart::Recorded(start) => {
                 let rows = restart_state::rows(start, ["x", "y", "z", "vx", "vy", "vz"])?;
                 let [[x, y, z, vx, vy, vz]] = rows[..] else {
-                    return Err(SetupError(format!(
-                        "start_from: expected a recording of one body, found {} bodies: give them as bodies",
-                        rows.len()
-                    )));
+                    return Err(SetupError::new(
+                        format!(
+                            "start_from: expected a recording of one body, found {} bodies",
+                            rows.len()
+                        ),
+                        "give them as bodies",
+                    ));
                 };
                 let state = State { position: [x, y, z], velocity: [vx, vy, vz] };
                 ("the end of the recording", state)
@@ -252,23 +255,23 @@ fn check_start(start: State) -> Result<(), SetupError> {
     if !motion::acceleration_over_position(start.position).is_normal()
         || !elements.energy.is_finite()
     {
-        return Err(SetupError(format!(
-            "start: the equation of motion overflows at a distance of {distance} AU and a speed of {speed} AU/day. \
-             Give a position away from the Sun (the origin) in AU and a velocity in AU/day."
-        )));
+        return Err(SetupError::new(
+            format!(
+                "start: the equation of motion overflows at a distance of {distance} AU and a speed of {speed} AU/day"
+            ),
+            "give a position away from the Sun (the origin) in AU and a velocity in AU/day",
+        ));
     }
     if elements.angular_momentum <= MAX_RADIAL_SINE * distance * speed {
-        return Err(SetupError(
-            "start: the velocity is zero or parallel to the position, so the path is a straight line through the Sun. \
-             velocity_au_per_day must have a component perpendicular to position_au: sqrt(GM / r) for a circle, 0.0172 AU/day at 1 AU."
-                .to_owned(),
+        return Err(SetupError::new(
+            "start: the velocity is zero or parallel to the position, so the path is a straight line through the Sun",
+            "give velocity_au_per_day a component perpendicular to position_au: sqrt(GM / r) for a circle, 0.0172 AU/day at 1 AU",
         ));
     }
     if elements.energy == 0.0 {
-        return Err(SetupError(
-            "start: the energy is exactly zero (a parabola), so its relative drift is not defined. \
-             Change the last digit of the velocity."
-                .to_owned(),
+        return Err(SetupError::new(
+            "start: the energy is exactly zero (a parabola), so its relative drift is not defined",
+            "change the last digit of the velocity",
         ));
     }
     Ok(())

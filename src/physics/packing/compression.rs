@@ -51,10 +51,12 @@ pub(super) fn compress(
         && fraction >= HEXAGONAL_FRACTION
         && config.target_reduced_pressure.is_none()
     {
-        return Err(SetupError(format!(
-            "packing fraction {fraction:.4}: equal discs reach {HEXAGONAL_FRACTION} at most; use fewer discs, a smaller \
-             radius, a larger box, or a target_reduced_pressure"
-        )));
+        return Err(SetupError::new(
+            format!(
+                "packing fraction {fraction:.4}: equal discs reach {HEXAGONAL_FRACTION} at most"
+            ),
+            "use fewer discs, a smaller radius, a larger box, or a target_reduced_pressure",
+        ));
     }
     let initial = if fraction > 2.0 * INITIAL_FRACTION { INITIAL_FRACTION } else { 0.5 * fraction };
     let scale = (initial / fraction).sqrt();
@@ -106,8 +108,9 @@ fn grow(
     let mut result = GrowthResult { scale: 1.0, collisions: 0, reduced_pressure: 1.0 };
     let (mut virial, mut window_start) = (0.0, 0.0);
     loop {
-        let outcome =
-            engine.step::<1>(end).map_err(|fault| jammed(config, engine.scale(), &fault.0))?;
+        let outcome = engine
+            .step::<1>(end)
+            .map_err(|fault| jammed(config, engine.scale(), &fault.to_string()))?;
         let collision = match outcome {
             StepOutcome::Collision(collision) => collision,
             StepOutcome::Bookkeeping => continue,
@@ -140,12 +143,12 @@ fn grow(
 }
 
 fn jammed(config: &PackingConfig, scale: f64, reason: &str) -> SetupError {
-    SetupError(format!(
-        "compression reached a packing fraction of only {:.4}: {reason}; use fewer discs, a smaller radius, a smaller \
-         compression_rate, a target_reduced_pressure, or placement = \"lattice\"",
-        packing_fraction(config, &[config.radius.get()])
-            * f64::from(config.discs.get())
-            * scale
-            * scale
-    ))
+    let fraction = packing_fraction(config, &[config.radius.get()])
+        * f64::from(config.discs.get())
+        * scale
+        * scale;
+    SetupError::new(
+        format!("compression reached a packing fraction of only {fraction:.4}: {reason}"),
+        "use fewer discs, a smaller radius, a smaller compression_rate, a target_reduced_pressure, or placement = \"lattice\"",
+    )
 }

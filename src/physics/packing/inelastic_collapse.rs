@@ -70,11 +70,14 @@ impl CollapseDetector {
             let count = self.counts.entry(disc).or_insert(0);
             *count += 1;
             if *count >= COLLAPSE_COUNT {
-                return Err(SimulationFault(format!(
-                    "inelastic collapse at time {now}: disc {disc} collided {COLLAPSE_COUNT} times in a row while almost no time \
-                     passed; use a restitution closer to 1, a contact_time or cutoff_velocity, a shorter run, or a start that \
-                     is not jammed"
-                )));
+                return Err(SimulationFault::new(
+                    format!(
+                        "inelastic collapse at time {now}: disc {disc} collided {COLLAPSE_COUNT} times in a row while almost no \
+                         time passed"
+                    ),
+                    "use a restitution closer to 1, a contact_time or cutoff_velocity, a shorter run, or a start that is not \
+                     jammed",
+                ));
             }
         }
         Ok(())

@@ -280,12 +280,14 @@ impl Packing {
     fn reach(&mut self, target: Target) -> Result<(), SimulationFault> {
         match target {
             Target::Count(events) => {
-                return Err(SimulationFault(format!(
-                    "event {events} cannot be reached: after {} events at time {} no disc approaches a disc or a wall; \
-                     give the discs velocities, or set a duration",
-                    self.statistics.collision_count(),
-                    self.time
-                )));
+                return Err(SimulationFault::new(
+                    format!(
+                        "event {events} cannot be reached: after {} events at time {} no disc approaches a disc or a wall",
+                        self.statistics.collision_count(),
+                        self.time
+                    ),
+                    "give the discs velocities, or set a duration",
+                ));
             }
             Target::Time(time) => {
                 self.engine.advance_clock_to(time);

@@ -10,6 +10,10 @@ use kinetoscope_manifest::model::{InitialVelocities, PackingConfig};
 /// saturates at 0.547 (Feder, J. Theor. Biol. 87 (1980) 237).
 const RANDOM_PLACEMENT_LIMIT: f64 = 0.5;
 
+/// What to do if random placement finds no room.
+const OTHER_PLACEMENTS: &str =
+    "use placement = \"lattice\" or \"compressed\", fewer discs or a smaller radius";
+
 /// The box as a rectangle.
 pub(super) fn rectangle(config: &PackingConfig) -> Rectangle {
     let [x, y] = [0.5 * config.width.get(), 0.5 * config.height.get()];
@@ -43,10 +47,12 @@ pub(super) fn check_random_placement(
 ) -> Result<(), SetupError> {
     let fraction = packing_fraction(config, radii);
     if radii.len() > 1 && fraction >= RANDOM_PLACEMENT_LIMIT {
-        return Err(SetupError(format!(
-            "packing fraction {fraction:.4}: random placement needs a fraction below {RANDOM_PLACEMENT_LIMIT}; \
-             use placement = \"lattice\" or \"compressed\", fewer discs or a smaller radius"
-        )));
+        return Err(SetupError::new(
+            format!(
+                "packing fraction {fraction:.4}: random placement needs a fraction below {RANDOM_PLACEMENT_LIMIT}"
+            ),
+            OTHER_PLACEMENTS,
+        ));
     }
     Ok(())
 }
@@ -65,13 +71,15 @@ pub(super) fn random_positions(
     let placed =
         random_sequential_addition(rectangle, boundary, radii, &mut generator, |_, _| true);
     placed.map_err(|jammed| {
-        SetupError(format!(
-            "random placement found room for {} of {} discs (packing fraction {:.4}, and walls take room); \
-             use placement = \"lattice\" or \"compressed\", fewer discs or a smaller radius",
-            jammed.placed,
-            config.discs,
-            packing_fraction(config, radii)
-        ))
+        SetupError::new(
+            format!(
+                "random placement found room for {} of {} discs (packing fraction {:.4}, and walls take room)",
+                jammed.placed,
+                config.discs,
+                packing_fraction(config, radii)
+            ),
+            OTHER_PLACEMENTS,
+        )
     })
 }
 

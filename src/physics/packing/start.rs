@@ -104,16 +104,18 @@ fn check_size(config: &PackingConfig) -> Result<(), SetupError> {
         (config.width.get(), config.height.get(), config.largest_radius());
     let shorter = if width < height { width } else { height };
     if 2.0 * radius >= shorter {
-        return Err(SetupError(format!(
-            "a disc of radius {radius} does not fit into a box of {width} x {height}: the radius must be below {}",
-            0.5 * shorter
-        )));
+        return Err(SetupError::new(
+            format!("a disc of radius {radius} does not fit into a box of {width} x {height}"),
+            format!("set the radius to less than {}", 0.5 * shorter),
+        ));
     }
     if config.boundary == Boundary::Periodic && shorter < PERIODIC_DIAMETERS * 2.0 * radius {
-        return Err(SetupError(format!(
-            "a periodic box of {width} x {height} is too small for discs of radius {radius}: both sides must be at least \
-             {PERIODIC_DIAMETERS} diameters"
-        )));
+        return Err(SetupError::new(
+            format!(
+                "a periodic box of {width} x {height} is too small for discs of radius {radius}"
+            ),
+            format!("make both sides at least {PERIODIC_DIAMETERS} diameters"),
+        ));
     }
     Ok(())
 }
@@ -136,11 +138,14 @@ fn lattice_positions(config: &PackingConfig) -> Result<(Vec<Vector>, String), Se
         Boundary::Walls => format!(", which hold {}", max_in_hexagonal_lattice(sides, radius)),
         Boundary::Periodic => " that continue across the edges".to_owned(),
     };
-    Err(SetupError(format!(
-        "{count} discs of radius {radius} fit into a box of {} x {} neither on a square lattice nor in hexagonal \
-         rows{capacity}; use fewer discs, a smaller radius or a larger box",
-        sides[0], sides[1],
-    )))
+    Err(SetupError::new(
+        format!(
+            "{count} discs of radius {radius} fit into a box of {} x {} neither on a square lattice nor in hexagonal \
+             rows{capacity}",
+            sides[0], sides[1],
+        ),
+        "use fewer discs, a smaller radius or a larger box",
+    ))
 }
 
 fn values(pairs: &[[Finite; 2]]) -> Vec<Vector> {
@@ -155,11 +160,14 @@ fn given_start(
 ) -> Result<PackingStart, SetupError> {
     let discs = config.discs.get() as usize;
     if given.positions.len() != discs || given.velocities.len() != discs {
-        return Err(SetupError(format!(
-            "discs = {discs}, but the placement gives {} positions and {} velocities: make them equal",
-            given.positions.len(),
-            given.velocities.len()
-        )));
+        return Err(SetupError::new(
+            format!(
+                "discs = {discs}, but the placement gives {} positions and {} velocities",
+                given.positions.len(),
+                given.velocities.len()
+            ),
+            "make them equal",
+        ));
     }
     let (positions, velocities) = (values(&given.positions), values(&given.velocities));
     check_given(config, &positions, &velocities, &radii)?;
@@ -187,12 +195,16 @@ fn recorded_start(config: &PackingConfig, start: &StartFrom) -> Result<PackingSt
     let half_width = config.radius_half_width.get();
     let lower_limit = config.radius.get() * (1.0 - half_width) * (1.0 - ROUNDING);
     if smallest < lower_limit || largest > config.largest_radius() * (1.0 + ROUNDING) {
-        return Err(SetupError(format!(
-            "the discs of the recording in start_from have radii between {smallest} and {largest}: set radius = {} and \
-             radius_half_width = {}",
-            0.5 * (smallest + largest),
-            (largest - smallest) / (largest + smallest)
-        )));
+        return Err(SetupError::new(
+            format!(
+                "the discs of the recording in start_from have radii between {smallest} and {largest}"
+            ),
+            format!(
+                "set radius = {} and radius_half_width = {}",
+                0.5 * (smallest + largest),
+                (largest - smallest) / (largest + smallest)
+            ),
+        ));
     }
     let positions: Vec<Vector> = rows.iter().map(|&[x, y, ..]| [x, y]).collect();
     let velocities: Vec<Vector> = rows.iter().map(|&[_, _, vx, vy, _]| [vx, vy]).collect();
@@ -221,19 +233,19 @@ fn check_given(
         let margin = if config.boundary == Boundary::Walls { *radius } else { 0.0 };
         let limit = [0.5 * config.width.get() - margin, 0.5 * config.height.get() - margin];
         if x.abs() > limit[0] + tolerance || y.abs() > limit[1] + tolerance {
-            return Err(SetupError(format!(
-                "disc {disc} at [{x}, {y}] is not inside: centers need |x| <= {} and |y| <= {}",
-                limit[0], limit[1]
-            )));
+            return Err(SetupError::new(
+                format!("disc {disc} at [{x}, {y}] is not inside"),
+                format!("move its center to |x| <= {} and |y| <= {}", limit[0], limit[1]),
+            ));
         }
     }
     for (disc, &velocity) in velocities.iter().enumerate() {
         let speed = motion::speed(velocity);
         if velocity != [0.0, 0.0] && !(SPEED_RANGE[0] < speed && speed < SPEED_RANGE[1]) {
-            return Err(SetupError(format!(
-                "disc {disc} has the speed {speed}: it must be 0 or between {} and {}",
-                SPEED_RANGE[0], SPEED_RANGE[1]
-            )));
+            return Err(SetupError::new(
+                format!("disc {disc} has the speed {speed}"),
+                format!("set it to 0 or between {} and {}", SPEED_RANGE[0], SPEED_RANGE[1]),
+            ));
         }
     }
     check_overlaps(config, positions, radii, tolerance)
@@ -268,10 +280,10 @@ fn check_overlaps(
             }
         }
         if let Some((other, distance)) = overlapping {
-            return Err(SetupError(format!(
-                "discs {disc} and {other} overlap: their centers are {distance} apart, and they touch at {}",
-                radii[disc] + radii[other as usize]
-            )));
+            return Err(SetupError::new(
+                format!("discs {disc} and {other} overlap: their centers are {distance} apart"),
+                format!("move them apart: they touch at {}", radii[disc] + radii[other as usize]),
+            ));
         }
     }
     Ok(())

@@ -9,6 +9,7 @@ use kinetoscope::verify::fine_frames::Interval;
 use kinetoscope::verify::restored_file::Restored;
 use kinetoscope::verify::zoom::zoom;
 use kinetoscope_console::Exit;
+use kinetoscope_console::Explained as _;
 use kinetoscope_console::text::shown_path;
 use serde_json::json;
 use std::path::PathBuf;
@@ -77,7 +78,7 @@ fn concluded(restored: Result<Restored, Failure>, result: &ResultArguments) -> E
         Err(failure) => return result.concluded(result.failed(&failure)),
     };
     let Restored { path, frames, equal_frames, notes, damage } = &restored;
-    let damage = damage.as_ref().map(|error| Failure::with_remedy(Exit::Unreadable, error));
+    let damage = damage.as_ref().map(|error| Failure::of(Exit::Unreadable, error.message()));
     let exit = damage.as_ref().map_or(Exit::Done, Failure::report);
     let mut lines = vec![format!("{}: {}", shown_path(path), plural(*frames, "frame"))];
     lines.push(format!(

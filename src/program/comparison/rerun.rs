@@ -6,9 +6,8 @@ use crate::messages::result_arguments::ResultArguments;
 use kinetoscope::executor::observer::ExecutionObserver as _;
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope::verify::error::VerifyError;
-use kinetoscope_console::Exit;
 use kinetoscope_console::text::shown_path;
-use kinetoscope_console::with_help;
+use kinetoscope_console::{Exit, Explained as _};
 use kinetoscope_recording::error::RecordError;
 use std::path::Path;
 
@@ -37,7 +36,7 @@ pub(crate) fn with_progress<T>(
 /// The exit code of an error.
 pub(crate) fn exit_of(error: &VerifyError) -> Exit {
     match error {
-        VerifyError::Arguments(_) => Exit::BadManifest,
+        VerifyError::Arguments(_) => Exit::BadInput,
         VerifyError::Differs { .. } | VerifyError::Write(RecordError::Differs { .. }) => {
             Exit::Differs
         }
@@ -54,17 +53,8 @@ pub(crate) fn exit_of(error: &VerifyError) -> Exit {
     }
 }
 
-/// The text of an error, with its remedy on a line of its own.
-pub(crate) fn text_of(error: &VerifyError) -> String {
-    match error {
-        // The errors of the manifest are complete.
-        VerifyError::Manifest(_) => error.to_string(),
-        _ => with_help(&error.to_string()),
-    }
-}
-
 impl From<VerifyError> for Failure {
     fn from(error: VerifyError) -> Self {
-        Self::new(exit_of(&error), text_of(&error))
+        Self::of(exit_of(&error), error.message())
     }
 }

@@ -1,6 +1,6 @@
 //! `verify` and `compare`: recordings against a rerun and against each other.
 
-use crate::comparison::rerun::{exit_of, listen, text_of, with_progress};
+use crate::comparison::rerun::{exit_of, listen, with_progress};
 use crate::messages::Failure;
 use crate::messages::result_arguments::ResultArguments;
 use clap::Args;
@@ -10,9 +10,8 @@ use kinetoscope::verify::divergence::{Cause, Divergence, Growth, Step};
 use kinetoscope::verify::error::VerifyError;
 use kinetoscope::verify::merge::{check_merge, merge_recordings};
 use kinetoscope::verify::{Finding, Verification, verify};
-use kinetoscope_console::Exit;
 use kinetoscope_console::text::{one_line, plural, shown_path};
-use kinetoscope_console::with_help;
+use kinetoscope_console::{Exit, Explained as _, Message};
 use kinetoscope_recording::reader::Outcome;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -102,7 +101,7 @@ struct Report {
     /// What was found.
     lines: Vec<String>,
     /// What is wrong.
-    errors: Vec<String>,
+    errors: Vec<Message>,
     exit: Exit,
 }
 
@@ -121,7 +120,7 @@ impl Report {
     }
 
     fn of_error(error: &VerifyError) -> Self {
-        Self { lines: Vec::new(), errors: vec![text_of(error)], exit: exit_of(error) }
+        Self { lines: Vec::new(), errors: vec![error.message()], exit: exit_of(error) }
     }
 
     fn print(&self, result: &ResultArguments) -> Exit {
@@ -131,14 +130,14 @@ impl Report {
                 "exit_code": self.exit.code(),
                 "equal": equal,
                 "findings": self.lines,
-                "errors": self.errors,
+                "errors": self.errors.iter().map(Message::to_string).collect::<Vec<_>>(),
             }));
         } else {
             let lines: Vec<_> = self.lines.iter().map(|line| one_line(line)).collect();
             result.print(&lines.join("\n"), || json!(null));
         }
         for error in &self.errors {
-            Failure::new(self.exit, error).report();
+            Failure::of(self.exit, error.clone()).report();
         }
         result.concluded(self.exit)
     }
@@ -170,14 +169,17 @@ fn verified_report(verification: &Verification, path: &Path) -> Report {
             report.lines.push(format!("both failed in the same way: {fault}"));
         }
         Some(Outcome::Interrupted) if is_equal => {
-            report.errors.push("the run was interrupted: the rest cannot be compared\nhelp: run its manifest again to finish it".to_owned());
+            report.errors.push(Message::new(
+                "the run was interrupted: the rest cannot be compared",
+                "run its manifest again to finish it",
+            ));
             report.exit = Exit::Unreadable;
         }
         _ => {}
     }
     if !verification.key_fits {
         let error = "the run key in the file does not match its manifest: one of them was changed";
-        report.errors.insert(0, error.to_owned());
+        report.errors.insert(0, error.into());
         report.exit = Exit::Differs;
     }
     report
@@ -208,11 +210,11 @@ fn notes(verification: &Verification, path: &Path) -> Vec<String> {
 fn messages(comparison: &Comparison, left: &str, right: &str) -> Report {
     if let Some(difference) = &comparison.difference {
         let error = format!("first difference: {}", difference.describe(left, right));
-        return Report { errors: vec![error], exit: Exit::Differs, ..Report::equal() };
+        return Report { errors: vec![error.into()], exit: Exit::Differs, ..Report::equal() };
     }
     match &comparison.unreadable {
         Some(error) => {
-            let errors = vec![with_help(&error.to_string())];
+            let errors = vec![error.message()];
             Report { errors, exit: Exit::Unreadable, ..Report::equal() }
         }
         None => Report::equal(),

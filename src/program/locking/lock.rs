@@ -3,6 +3,8 @@
 use crate::locking::locked_runs::{Parallel, RerunExperiment, Reruns};
 use crate::manifests::{canonical, expand};
 use crate::messages::exit;
+use crate::messages::exit::{ON_FAILED_DISK, unread};
+use crate::messages::has_colors;
 use crate::messages::result_arguments::ResultArguments;
 use crate::messages::{Failure, bad, complain, plural};
 use clap::Args;
@@ -13,6 +15,7 @@ use kinetoscope_console::Exit;
 use kinetoscope_console::text::{one_line, shown_path};
 use kinetoscope_files::folder::folder_of;
 use kinetoscope_files::output_file::{self, FolderLock};
+use kinetoscope_files::regular_file::is_of_file;
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_physics::kind_of;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
@@ -136,17 +139,25 @@ impl LockArguments {
     }
 }
 
+/// What to do with a damaged lock file.
+const RESTORE: &str = "restore the file, or remove it and write it again with `kinetoscope lock`";
+
 /// The error of a lock file that cannot be used.
 pub(crate) fn unreadable(path: &Path, error: &LockError) -> Failure {
     let what = format!("cannot use the lock file {}: {error}", shown_path(path));
     match error {
+        LockError::Io(error) if !is_of_file(error) => {
+            Failure::new(Exit::Retryable, what).help(ON_FAILED_DISK)
+        }
         LockError::Io(_) => Failure::new(Exit::Unreadable, what).help(
             "write it with `kinetoscope lock MANIFEST…`, or name another file with --lock-file",
         ),
         LockError::OtherVersion(_) => Failure::new(Exit::Differs, what)
             .help("use the program that wrote it, or remove it and write it again with `kinetoscope lock`"),
-        LockError::Damaged(_) => Failure::new(Exit::Unreadable, what)
-            .help("restore the file, or remove it and write it again with `kinetoscope lock`"),
+        LockError::Damaged(_) => Failure::new(Exit::Unreadable, what).help(RESTORE),
+        LockError::Syntax(errors) => {
+            Failure::rendered(Exit::Unreadable, errors.render(has_colors())).help(RESTORE)
+        }
     }
 }
 
@@ -200,7 +211,7 @@ pub(crate) fn locked_recording(path: &Path, messages: &str) -> Option<Recording>
 pub(crate) fn relative_to(lock_file: &Path, manifest: &Path) -> Result<String, Failure> {
     let found = fs::canonicalize(manifest).map_err(|error| {
         let what = format!("cannot read the manifest {}: {error}", shown_path(manifest));
-        bad(what).help("check the path")
+        unread(&error, what, "check the path")
     })?;
     let below = found.strip_prefix(canonical(folder_of(lock_file))).map_err(|_| {
         let (manifest, lock_file) = (shown_path(manifest), shown_path(lock_file));

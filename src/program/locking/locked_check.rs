@@ -11,6 +11,7 @@ use kinetoscope::verify::diff::compare_messages;
 use kinetoscope::verify::fingerprint::{Fingerprint, FirstDifference, FrameTags};
 use kinetoscope::verify::lock_file::{LockError, LockFile, LockedExperiment};
 use kinetoscope_console::Exit;
+use kinetoscope_console::Explained as _;
 use kinetoscope_console::text::{one_line, shown_path};
 use kinetoscope_recording::channels::{FrameClock, SCHEMA_VERSION};
 use kinetoscope_recording::reader::Recording;
@@ -181,7 +182,7 @@ impl LockedCheck<'_> {
         let local = self.recordings.join(&rerun.experiment.name).join(name);
         if let Some(local) = locked_recording(&local, locked) {
             let comparison = compare_messages(&local, recording)
-                .map_err(|error| Failure::with_remedy(Exit::Unreadable, error))?;
+                .map_err(|error| Failure::of(Exit::Unreadable, error.message()))?;
             if let Some(difference) = comparison.difference {
                 return Ok(difference.describe("the locked recording", "this run"));
             }

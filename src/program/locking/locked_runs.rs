@@ -10,8 +10,10 @@ use clap::Args;
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope::verify::fingerprint::{Fingerprint, fingerprint};
 use kinetoscope_console::Exit;
+use kinetoscope_console::Explained as _;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_manifest::Experiment;
+use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::Recording;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -136,7 +138,7 @@ impl Reruns {
 impl RerunRun {
     /// Reads the recording.
     pub(crate) fn fingerprint(&self) -> Result<(Recording, Fingerprint), Failure> {
-        let unreadable = |error| Failure::with_remedy(Exit::Unreadable, error);
+        let unreadable = |error: ReadError| Failure::of(Exit::Unreadable, error.message());
         let recording = kinetoscope::run::recording::open(&self.recording).map_err(unreadable)?;
         let found = fingerprint(&recording).map_err(unreadable)?;
         Ok((recording, found))

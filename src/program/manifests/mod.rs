@@ -6,6 +6,7 @@ pub(crate) mod starter;
 pub(crate) mod step;
 
 use crate::manifests::step::Step;
+use crate::messages::exit::unread;
 use crate::messages::{Failure, bad, has_colors};
 use clap::Args;
 use kinetoscope::plan::restart_files::StartFiles;
@@ -59,7 +60,7 @@ pub(crate) fn expand(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
         }
         let entries = fs::read_dir(path).map_err(|error| {
             let what = format!("cannot read the folder {}: {error}", shown_path(path));
-            bad(what)
+            unread(&error, what, "name a manifest, or a folder that you may list")
         })?;
         let mut found: Vec<PathBuf> = entries
             .flatten()
@@ -194,7 +195,7 @@ impl<'a> ManifestReader<'a> {
             let what = format!("cannot read the manifest {}: {error}", shown_path(manifest));
             match nearest_manifest(manifest).filter(|_| error.kind() == io::ErrorKind::NotFound) {
                 Some(near) => bad(what).help(format!("did you mean `{}`?", shown_path(&near))),
-                None => bad(what).help(CREATE_ONE),
+                None => unread(&error, what, CREATE_ONE),
             }
         })?;
         if source.starts_with(ExperimentRecord::FIRST_LINE) {
@@ -208,7 +209,7 @@ impl<'a> ManifestReader<'a> {
         let start_folder = self.start_folder(manifest);
         let parsed = self.parse(&source, manifest, overrides, start_folder, &Cell::new(None));
         let experiment = parsed.map_err(|diagnostics| {
-            Failure::rendered(Exit::BadManifest, diagnostics.render(has_colors()))
+            Failure::rendered(Exit::BadInput, diagnostics.render(has_colors()))
         })?;
         plotted_fields::reject_unknown(&experiment)?;
         Ok(experiment)

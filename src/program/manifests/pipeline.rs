@@ -2,6 +2,7 @@
 
 use crate::manifests::step::Step;
 use crate::manifests::{MAX_STARTS, ManifestReader, base_of, canonical};
+use crate::messages::exit::unread;
 use crate::messages::{Failure, bad};
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::regular_file::{MAX_MANIFEST_BYTES, read_text};
@@ -111,8 +112,8 @@ impl Search<'_> {
                     shown_path(manifest),
                     link.place()
                 );
-                return Err(bad(what)
-                    .help("paths of start_from are relative to the folder of the manifest"));
+                let help = "paths of start_from are relative to the folder of the manifest";
+                return Err(unread(&error, what, help));
             }
         };
         let is_start =

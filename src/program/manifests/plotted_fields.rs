@@ -50,5 +50,5 @@ fn check(
         None => format!("fields: {}", numbers.join(", ")),
     };
     let place = format!("{manifest}:{}", plot.line);
-    Err(Failure::new(Exit::BadManifest, format!("{place}: {what}")).help(help))
+    Err(Failure::new(Exit::BadInput, format!("{place}: {what}")).help(help))
 }

@@ -17,7 +17,7 @@ impl NewArguments {
     /// Prints the manifest.
     #[must_use]
     pub(crate) fn execute(&self) -> Exit {
-        kinetoscope_manifest::starter(&self.model).map_or(Exit::BadManifest, print_exactly)
+        kinetoscope_manifest::starter(&self.model).map_or(Exit::BadInput, print_exactly)
     }
 }
 

@@ -8,7 +8,7 @@ use std::io::IsTerminal as _;
 pub(crate) fn report(error: &clap::Error, command: &str) -> Exit {
     if error.use_stderr() {
         complain(&message(error, command), false);
-        return Exit::BadManifest;
+        return Exit::BadInput;
     }
     let output = StandardOutput::default();
     let text = error.render();

@@ -1,8 +1,10 @@
 //! Exit codes of the programs.
 
+use crate::messages::Failure;
 use kinetoscope::outputs::upload::UploadReport;
 use kinetoscope_console::Exit;
 use kinetoscope_files::output_file::is_of_path;
+use kinetoscope_files::regular_file::is_of_file;
 use std::io;
 
 /// Every exit code with its meaning, except for those of the analysis (`analysis/src/cli/arguments.rs`).
@@ -36,12 +38,24 @@ pub(crate) const OF_RUN: &[u8] = &[1, 129, 130, 143];
 
 /// The exit code of a failed access to object storage.
 pub(crate) fn of_storage(is_retryable: bool) -> Exit {
-    if is_retryable { Exit::Retryable } else { Exit::BadManifest }
+    if is_retryable { Exit::Retryable } else { Exit::BadInput }
 }
+
+/// The error of a file that the user named and that cannot be read. `help` is the next step if the file itself is the cause.
+pub(crate) fn unread(error: &io::Error, what: String, help: &str) -> Failure {
+    if is_of_file(error) {
+        Failure::new(Exit::BadInput, what).help(help)
+    } else {
+        Failure::new(Exit::Retryable, what).help(ON_FAILED_DISK)
+    }
+}
+
+/// What to do if a disk fails.
+pub(crate) const ON_FAILED_DISK: &str = "check the disk, then run the same command again";
 
 /// The exit code of an output that cannot be written.
 pub(crate) fn of_output(error: &io::Error) -> Exit {
-    if is_of_path(error) { Exit::BadManifest } else { Exit::Retryable }
+    if is_of_path(error) { Exit::BadInput } else { Exit::Retryable }
 }
 
 /// The exit code of the uploads of an experiment.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::thread::{self, JoinHandle};
+use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
 /// Runs in progress that a line names.
@@ -90,12 +90,13 @@ impl Heartbeat {
     /// The first call is after one interval.
     pub(crate) fn start(interval: Duration, beat: impl Fn() + Send + 'static) -> Self {
         let (stop, stopped) = mpsc::channel::<()>();
-        let thread = thread::spawn(move || {
+        let beats = move || {
             while stopped.recv_timeout(interval) == Err(RecvTimeoutError::Timeout) {
                 beat();
             }
-        });
-        Self { stop: Some(stop), thread: Some(thread) }
+        };
+        // Without a thread for them, there are no calls.
+        Self { stop: Some(stop), thread: Builder::new().spawn(beats).ok() }
     }
 }
 

@@ -14,7 +14,7 @@ use kinetoscope::run::RunReport;
 use kinetoscope_console::Exit;
 pub(crate) use kinetoscope_console::text::plural;
 use kinetoscope_console::text::{escaped_word, one_line, shown_path, visible};
-use kinetoscope_console::{StandardOutput, with_help, without_styles};
+use kinetoscope_console::{Message, StandardOutput, without_styles};
 use kinetoscope_manifest::Experiment;
 use kinetoscope_recording::recorder::Outcome;
 use std::fmt::Display;
@@ -26,64 +26,73 @@ use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 pub(crate) struct Failure {
     /// The exit code.
     pub exit: Exit,
-    /// Without control characters, except for the colors of a rendered error.
-    text: String,
+    /// What is wrong, without control characters, except for the colors of a rendered error.
+    what: String,
+    /// Where it is.
+    place: Option<String>,
+    /// The one thing to do, without control characters.
+    help: Option<String>,
 }
 
 impl Failure {
     /// An error without help.
     pub(crate) fn new(exit: Exit, what: impl Display) -> Self {
-        Self { exit, text: visible(&format!("error: {what}")).into_owned() }
+        let what = visible(&format!("error: {what}")).into_owned();
+        Self { exit, what, place: None, help: None }
     }
 
-    /// An error whose text ends with its remedy, as those of runs and recordings do.
-    pub(crate) fn with_remedy(exit: Exit, error: impl Display) -> Self {
-        Self::new(exit, with_help(&error.to_string()))
+    /// The error of a message.
+    pub(crate) fn of(exit: Exit, message: impl Into<Message>) -> Self {
+        let Message { what, help } = message.into();
+        let failure = Self::new(exit, what);
+        match help {
+            Some(help) => failure.help(help),
+            None => failure,
+        }
     }
 
     /// An error whose text is complete, such as that of a manifest with its underlined lines.
     #[must_use]
     pub(crate) fn rendered(exit: Exit, text: String) -> Self {
-        Self { exit, text: text.trim_end().to_owned() }
+        Self { exit, what: text.trim_end().to_owned(), place: None, help: None }
     }
 
     /// Adds the one thing to do.
     #[must_use]
-    pub(crate) fn help(mut self, help: impl Display) -> Self {
-        self.text += &visible(&format!("\nhelp: {help}"));
-        self
+    pub(crate) fn help(self, help: impl Display) -> Self {
+        Self { help: Some(visible(&help.to_string()).into_owned()), ..self }
     }
 
     /// Adds the place of the error, on a line of its own before the help.
     #[must_use]
-    pub(crate) fn at(mut self, place: &str) -> Self {
-        let end = self.text.find("\nhelp: ").unwrap_or(self.text.len());
-        self.text.insert_str(end, &format!("\n --> {}", one_line(place)));
-        self
+    pub(crate) fn at(self, place: &str) -> Self {
+        Self { place: Some(one_line(place).into_owned()), ..self }
     }
 
     /// The text as printed.
     #[must_use]
-    pub(crate) fn text(&self) -> &str {
-        &self.text
+    pub(crate) fn text(&self) -> String {
+        let place = self.place.iter().map(|place| format!("\n --> {place}"));
+        let help = self.help.iter().map(|help| format!("\nhelp: {help}"));
+        [self.what.clone()].into_iter().chain(place).chain(help).collect()
     }
 
     /// The text without colors, for JSON.
     #[must_use]
     pub(crate) fn plain_text(&self) -> String {
-        without_styles(&self.text)
+        without_styles(&self.text())
     }
 
     /// Prints the error.
     pub(crate) fn report(&self) -> Exit {
-        kinetoscope_console::complain(&self.text, true);
+        kinetoscope_console::complain(&self.text(), true);
         self.exit
     }
 }
 
 /// An error in the arguments.
 pub(crate) fn bad(what: impl Display) -> Failure {
-    Failure::new(Exit::BadManifest, what)
+    Failure::new(Exit::BadInput, what)
 }
 
 /// Prints a text of the program's own to standard output, as the result of a command.

@@ -5,8 +5,8 @@ use crate::messages::heartbeat::{Activity, Heartbeat};
 use indicatif::{HumanBytes, MultiProgress, ProgressBar, ProgressState, ProgressStyle};
 use kinetoscope::executor::observer::{ExecutionObserver, RunObserver};
 use kinetoscope::run::{RunError, RunReport, RunStart};
-use kinetoscope_console::complain;
 use kinetoscope_console::text::plural;
+use kinetoscope_console::{can_start_thread, complain};
 use kinetoscope_recording::recorder::Outcome;
 use std::fmt;
 use std::io::IsTerminal;
@@ -56,7 +56,10 @@ impl ProgressDisplay {
             bars.add(ProgressBar::new(runs as u64))
         };
         total.set_style(style("all  {wide_bar} {pos}/{len} runs, {eta} left {msg}"));
-        total.enable_steady_tick(Duration::from_millis(200));
+        // Without a thread for it, the bar moves when runs end.
+        if !total.is_hidden() && can_start_thread() {
+            total.enable_steady_tick(Duration::from_millis(200));
+        }
         let activity = Arc::new(Activity::new(runs));
         let heartbeat = (verbosity != Verbosity::Quiet && !on_terminal).then(|| {
             let activity = Arc::clone(&activity);

@@ -6,8 +6,8 @@ use crate::output::OutputArguments;
 use kinetoscope::outputs::upload::Uploader;
 use kinetoscope::plan::Plan;
 use kinetoscope_console::Exit;
+use kinetoscope_console::Explained as _;
 use kinetoscope_console::text::shown_path;
-use kinetoscope_console::uncapitalized;
 use kinetoscope_files::regular_file::{MAX_MANIFEST_BYTES, read_text};
 use kinetoscope_manifest::{Experiment, line_of_key_in_message};
 use std::num::NonZeroUsize;
@@ -50,7 +50,7 @@ impl Planner<'_> {
         };
         if let Some(depot) = &depot {
             depot.find(&mut plan, self.force).map_err(|error| {
-                Failure::new(exit::of_storage(error.is_retryable()), error.to_string())
+                Failure::of(exit::of_storage(error.is_retryable()), error.message())
             })?;
         }
         let processors = std::thread::available_parallelism().ok();
@@ -77,21 +77,17 @@ impl Planned {
             .plan
             .rejected()
             .map(|(run, reason)| {
-                let text = uncapitalized(&reason.to_string());
-                (format!("{}: {text}", name_of(run, experiment)), reason)
-            })
-            .map(|(error, reason)| {
-                let failure = Failure::with_remedy(Exit::BadManifest, error);
-                match place_of_reason(experiment, &reason.to_string()) {
-                    Some(place) => failure.at(&place).text().to_owned(),
-                    None => failure.text().to_owned(),
-                }
+                let message = reason.message();
+                let place = place_of_reason(experiment, &message.to_string());
+                let message = message.about(name_of(run, experiment));
+                let failure = Failure::of(Exit::BadInput, message);
+                place.map_or_else(|| failure.text(), |place| failure.clone().at(&place).text())
             })
             .collect();
         if refused.is_empty() {
             return Ok(());
         }
-        Err(Failure::rendered(Exit::BadManifest, refused.join("\n")))
+        Err(Failure::rendered(Exit::BadInput, refused.join("\n")))
     }
 
     /// Where the recordings are written, as the plan states it.

@@ -284,8 +284,11 @@ impl Execution<'_> {
             let recordings = plural(uploads.put as u64, "recording");
             self.say(&format!("Put {recordings} to {}", depot.address()));
         }
-        uploads.complaints.iter().for_each(|complaint| complain(&format!("error: {complaint}")));
-        exit::of_uploads(&uploads)
+        let exit = exit::of_uploads(&uploads);
+        for message in uploads.complaints {
+            Failure::of(exit, message).report();
+        }
+        exit
     }
 
     fn task_options(&self) -> TaskOptions<'_> {
@@ -324,7 +327,7 @@ impl Execution<'_> {
         let results: Vec<RunResult<'_>> = end
             .results
             .into_iter()
-            .map(|(run, result)| (run, result.map(|result| result.map_err(results::of_task))))
+            .map(|(run, result)| (run, result.map(results::of_task)))
             .collect();
         let mut exit = results::report_errors(plan, self.experiment, &results, self.is_task());
         if let Some(reasons) = &end.hold_reasons {
@@ -385,7 +388,7 @@ impl Execution<'_> {
 fn unwritten_commands(file: &Path, error: &io::Error) -> Failure {
     let what = format!("cannot write the commands to {}: {error}", shown_path(file));
     match exit::of_output(error) {
-        exit @ Exit::BadManifest if error.kind() != io::ErrorKind::InvalidInput => {
+        exit @ Exit::BadInput if error.kind() != io::ErrorKind::InvalidInput => {
             Failure::new(exit, what).help("name another file with --export-commands FILE")
         }
         _ => task_failure(error, what),

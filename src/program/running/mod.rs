@@ -106,21 +106,21 @@ impl RunArguments {
                             shown_path(other),
                             shown_path(&step.manifest)
                         );
-                        errors.push(bad(what).help("set `name` in one of them").text().to_owned());
+                        errors.push(bad(what).help("set `name` in one of them").text());
                     }
                     if let Some(failure) = several_starts(step, steps, &experiment) {
-                        errors.push(failure.text().to_owned());
+                        errors.push(failure.text());
                     }
                     names.push((experiment.name.clone(), &step.manifest));
                     readings.push(Reading::Read(Box::new(experiment)));
                 }
-                Err(failure) => errors.push(failure.text().to_owned()),
+                Err(failure) => errors.push(failure.text()),
             }
         }
         if errors.is_empty() {
             return Ok(readings);
         }
-        Err(Failure::rendered(Exit::BadManifest, errors.join("\n\n")))
+        Err(Failure::rendered(Exit::BadInput, errors.join("\n\n")))
     }
 }
 

@@ -2,11 +2,34 @@
 
 use crate::messages::word;
 use crate::program_name::{ProgramName, called_path};
-use std::path::PathBuf;
+use std::env;
+use std::path::{Path, PathBuf};
+
+/// The program of this name that is installed with `own`: in the same folder, or on the PATH if `own` was found there. `None` if
+/// there is none.
+fn neighbor(own: &Path, name: &str) -> Option<PathBuf> {
+    let file = format!("{name}{}", env::consts::EXE_SUFFIX);
+    let path = env::var_os("PATH").unwrap_or_default();
+    match own.parent() {
+        Some(folder) if folder.as_os_str().is_empty() => {
+            env::split_paths(&path).map(|folder| folder.join(&file)).find(|file| file.is_file())
+        }
+        _ => Some(own.with_file_name(file)).filter(|file| file.is_file()),
+    }
+}
+
+/// The file of this program, behind all links; empty if the system does not state it.
+fn linked_program() -> PathBuf {
+    env::current_exe().and_then(|program| program.canonicalize()).unwrap_or_default()
+}
+
+fn has_all_subcommands(program: &Path) -> bool {
+    program.is_file() && ProgramName::of(program) == ProgramName::Kinetoscope
+}
 
 impl ProgramName {
     /// The command of the analysis, as the user called this program: through cargo, which runs programs in `target`, or
-    /// by a path.
+    /// by a path. A link without the other names next to it leads to a program that has all subcommands.
     fn analysis_command(self, cargo_feature: &str) -> String {
         let own = called_path();
         let is_cargo = own.components().any(|part| part.as_os_str() == "target");
@@ -14,7 +37,12 @@ impl ProgramName {
             (None, true) => {
                 format!("cargo run --release{cargo_feature} --bin analyze-recordings --")
             }
-            (None, false) => word(&own.with_file_name("analyze-recordings").to_string_lossy()),
+            (None, false) => match neighbor(&own, "analyze-recordings") {
+                None if has_all_subcommands(&linked_program()) => {
+                    format!("{} analyze", word(&linked_program().to_string_lossy()))
+                }
+                _ => word(&own.with_file_name("analyze-recordings").to_string_lossy()),
+            },
             (Some(_), true) => {
                 format!("cargo run --release{cargo_feature} --bin kinetoscope -- analyze")
             }
@@ -28,8 +56,11 @@ impl ProgramName {
         if own.components().any(|part| part.as_os_str() == "target") {
             return "cargo run --release --bin kinetoscope -- fill".to_owned();
         }
-        let program =
-            if self.run_subcommand().is_some() { own } else { own.with_file_name("kinetoscope") };
+        let program = match neighbor(&own, "kinetoscope") {
+            _ if self.run_subcommand().is_some() => own,
+            None if has_all_subcommands(&linked_program()) => linked_program(),
+            _ => own.with_file_name("kinetoscope"),
+        };
         format!("{} fill", word(&program.to_string_lossy()))
     }
 

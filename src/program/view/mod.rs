@@ -5,12 +5,14 @@ mod contents;
 mod server;
 
 use crate::messages::Failure;
+use crate::messages::exit::ON_FAILED_DISK;
 use clap::Args;
 use contents::{Contents, MAX_ENTRIES, viewer_address};
 use kinetoscope_console::Exit;
 use kinetoscope_console::StandardOutput;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::folder::folder_of;
+use kinetoscope_files::regular_file::is_of_file;
 use kinetoscope_files::regular_file::{self, OpenFolder};
 use serde_json::json;
 use server::Server;
@@ -104,7 +106,11 @@ impl ViewArguments {
 
     fn unreadable(&self, error: &io::Error) -> Failure {
         let what = format!("{} cannot be read: {error}", shown_path(&self.path));
-        Failure::new(Exit::Unreadable, what).help("check the path")
+        if is_of_file(error) {
+            Failure::new(Exit::Unreadable, what).help("check the path")
+        } else {
+            Failure::new(Exit::Retryable, what).help(ON_FAILED_DISK)
+        }
     }
 
     /// The folder to be served, and the name of the only recording if one is named.

@@ -49,13 +49,15 @@ pub fn check(manifest: &RunManifest) -> Result<(), SetupError> {
         return Ok(());
     }
     let gigabytes = |bytes: u64| bytes as f64 / 1e9;
-    Err(SetupError(format!(
-        "the run needs {:.0} GB of memory for its {} particles, this machine has {:.0} GB available: reduce the number of \
-         particles, end other programs, or use a machine with more memory",
-        gigabytes(needed).ceil(),
-        manifest.model.particles(),
-        gigabytes(available).floor()
-    )))
+    Err(SetupError::new(
+        format!(
+            "the run needs {:.0} GB of memory for its {} particles, this machine has {:.0} GB available",
+            gigabytes(needed).ceil(),
+            manifest.model.particles(),
+            gigabytes(available).floor()
+        ),
+        "reduce the number of particles, end other programs, or use a machine with more memory",
+    ))
 }
 
 /// Memory that a run needs in any case, estimated without building its start.

@@ -74,17 +74,14 @@ impl Baseline {
     /// # Errors
     /// A text that is not a whole `metrics.json`, or one of another schema, with the user's next step.
     pub(crate) fn read(text: &str) -> Result<Self, String> {
-        let again = "write it again with this version of analyze-recordings";
-        let broken = |error| format!("is not a complete metrics.json ({error}): {again}");
+        let broken = |error| format!("is not a complete metrics.json ({error})");
         let read: serde_json::Value = serde_json::from_str(text).map_err(broken)?;
         match read["schema"].as_u64() {
             Some(schema) if schema == u64::from(SCHEMA) => {
                 serde_json::from_value(read).map(Self).map_err(broken)
             }
-            Some(schema) => {
-                Err(format!("has schema {schema}, this version reads {SCHEMA}: {again}"))
-            }
-            None => Err(format!("is not a metrics.json, because it has no schema: {again}")),
+            Some(schema) => Err(format!("has schema {schema}, this version reads {SCHEMA}")),
+            None => Err("is not a metrics.json, because it has no schema".to_owned()),
         }
     }
 

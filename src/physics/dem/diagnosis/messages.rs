@@ -8,30 +8,44 @@ use crate::dem::materials::Dashpot;
 use crate::dem::parameters::Parameters;
 use crate::dem::totals::BlowUp;
 use crate::dem::{restitution, start};
-use crate::model::SimulationFault;
+use crate::model::{SetupError, SimulationFault};
+use kinetoscope_console::Message;
 use kinetoscope_manifest::model::{DemConfig, DemDashpot, Placement, UnstableTimeStep};
 
 /// The property and the cost of an implicit dashpot.
 const OF_IMPLICIT_DASHPOT: &str =
     "stable for any damping; far above critical damping it dissipates more than an exact dashpot";
 
-/// The reasons for a rejection, and the remedies; both are the warning if the run starts anyway.
-pub(crate) fn rejection(config: &DemConfig, diagnosis: &Diagnosis) -> [String; 2] {
-    let mut sentences = Vec::new();
-    let suggestions = suggestions::find(config);
-    if suggestions.is_empty() {
-        sentences.push("No change of a single key is sufficient: change two of them.".to_owned());
-    } else {
-        sentences
-            .push(format!("The nearest accepted values, each alone: {}.", suggestions.join("; ")));
-    }
+/// The error of a start that is rejected.
+pub(crate) fn rejection(config: &DemConfig, diagnosis: &Diagnosis) -> SetupError {
+    let mut help = nearest_accepted(config, ["no", "the"]);
     if config.dashpot == DemDashpot::Explicit {
-        sentences.push(format!("dashpot = \"implicit\" is {OF_IMPLICIT_DASHPOT}."));
+        help += &format!(". dashpot = \"implicit\" is {OF_IMPLICIT_DASHPOT}");
     }
     if config.on_unstable_time_step == UnstableTimeStep::Error {
-        sentences.push("With on_unstable_time_step = \"warn\", the run starts anyway.".to_owned());
+        help += ". With on_unstable_time_step = \"warn\", the run starts anyway";
     }
-    [diagnosis.problems().join(" "), sentences.join(" ")]
+    SetupError::new(diagnosis.problems("the").join("; "), help)
+}
+
+/// The recorded warning of a start that would be rejected, but is wanted.
+pub(crate) fn warning(config: &DemConfig, diagnosis: &Diagnosis) -> String {
+    let mut sentences = diagnosis.problems("The");
+    sentences.push(nearest_accepted(config, ["No", "The"]));
+    if config.dashpot == DemDashpot::Explicit {
+        sentences.push(format!("dashpot = \"implicit\" is {OF_IMPLICIT_DASHPOT}"));
+    }
+    sentences.join(". ") + "."
+}
+
+/// What to change, beginning with one of the words given.
+fn nearest_accepted(config: &DemConfig, [no, the]: [&str; 2]) -> String {
+    let suggestions = suggestions::find(config);
+    if suggestions.is_empty() {
+        format!("{no} change of a single key is sufficient: change two of them")
+    } else {
+        format!("{the} nearest accepted values, each alone: {}", suggestions.join("; "))
+    }
 }
 
 /// The figures of the start, one line each.
@@ -138,16 +152,18 @@ pub(crate) fn fault(
         ),
     };
     let advice = if damping_step >= 0.3 && !parameters.law.is_implicit {
-        "The dashpot is too strong for the time step: take more steps_per_wall_contact (or a shorter time_step_s), less \
-         damping_n_s_per_m (or a higher restitution), or dashpot = \"implicit\"."
+        "dashpot is too strong for the time step: take more steps_per_wall_contact (or a shorter time_step_s), less \
+         damping_n_s_per_m (or a higher restitution), or dashpot = \"implicit\""
     } else {
-        "The contacts are too soft for the speed or the load: take a higher stiffness_n_per_m or a larger radius_m; or \
-         the time step is too long: take more steps_per_wall_contact."
+        "contacts are too soft for the speed or the load: take a higher stiffness_n_per_m or a larger radius_m; or \
+         the time step is too long: take more steps_per_wall_contact"
     };
-    SimulationFault(format!(
-        "Blow-up at step {} (t = {:e} s): {what}. c = eta dt/m_eff = {}. {advice}",
+    let what = format!(
+        "Blow-up at step {} (t = {:e} s): {what}. c = eta dt/m_eff = {}",
         count,
         time,
         figure(damping_step)
-    ))
+    );
+    let recorded = format!("{what}. The {advice}.");
+    SimulationFault::recorded_as(Message::new(what, format!("the {advice}")), recorded)
 }

@@ -79,29 +79,28 @@ impl Diagnosis {
         !is_held
     }
 
-    /// The reasons for a rejection, one sentence each.
-    pub(super) fn problems(&self) -> Vec<String> {
+    /// The reasons for a rejection, each a sentence without its period. `the` is the first word, capital or small.
+    pub(super) fn problems(&self, the: &str) -> Vec<String> {
         let mut problems = Vec::new();
         if self.is_unstable() {
             problems.push(format!(
-                "The time step is unstable: c = eta dt/m_eff = {} for the lightest pair (must be below 1, because a \
-                 step changes the velocity to (1 - c) v), and 6 k dt^2/m + 12 eta dt/m = {} for a bed (must be below 4).",
+                "{the} time step is unstable: c = eta dt/m_eff = {} for the lightest pair (must be below 1, because a \
+                 step changes the velocity to (1 - c) v), and 6 k dt^2/m + 12 eta dt/m = {} for a bed (must be below 4)",
                 figure(self.damping_step),
                 figure(self.bed)
             ));
         }
         if self.passes_walls() {
             problems.push(format!(
-                "The contacts are too soft: a disc that falls through the box overlaps the wall by about {} of its \
-                 radius (at most {MAX_OVERLAP} is accepted), and its center may pass the wall.",
+                "{the} contacts are too soft: a disc that falls through the box overlaps the wall by about {} of its \
+                 radius (at most {MAX_OVERLAP} is accepted), and its center may pass the wall",
                 figure(self.overlap_over_radius)
             ));
         }
         if !self.is_countable {
-            problems.push(
-                "The duration must hold at least one time step, and at most 2^53 of them."
-                    .to_owned(),
-            );
+            problems.push(format!(
+                "{the} duration must hold at least one time step, and at most 2^53 of them"
+            ));
         }
         problems
     }

@@ -255,18 +255,23 @@ impl CollidingDiscs {
             let position = disc.particle.position;
             let distance = dot(position, position).sqrt();
             if distance > center_limit_m * (1.0 + OVERLAP_TOLERANCE) {
-                return Err(SetupError(format!(
-                    "disc {id} (counted from 0) is {distance} m from the center and intersects the wall: \
-                     its center must be within radius_m - disc_radius_m = {center_limit_m} m"
-                )));
+                return Err(SetupError::new(
+                    format!(
+                        "disc {id} (counted from 0) is {distance} m from the center and intersects the wall"
+                    ),
+                    format!(
+                        "move its center to within radius_m - disc_radius_m = {center_limit_m} m"
+                    ),
+                ));
             }
             for other in self.cells.discs_around(disc.cell).filter(|other| (*other as usize) < id) {
                 let [x, y] = discs[other as usize].particle.position;
                 let separation = [x - position[0], y - position[1]];
                 if dot(separation, separation) < min_distance * min_distance {
-                    return Err(SetupError(format!(
-                        "discs {other} and {id} (counted from 0) overlap: increase their distance or reduce disc_radius_m"
-                    )));
+                    return Err(SetupError::new(
+                        format!("discs {other} and {id} (counted from 0) overlap"),
+                        "increase their distance or reduce disc_radius_m",
+                    ));
                 }
             }
         }

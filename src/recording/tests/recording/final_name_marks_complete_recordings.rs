@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
 use crate::sample::{fill, header, read_file, record};
+use kinetoscope_console::Explained as _;
 use kinetoscope_recording::checkpoint;
 use kinetoscope_recording::error::RecordError;
 use kinetoscope_recording::file::{Committed, RecordingFile, is_being_written};
@@ -219,7 +220,21 @@ fn full_disk_is_retryable_and_leaves_the_start_of_the_recording() {
         });
         let error = result.unwrap_err();
         assert!(error.is_retryable(), "{room} bytes: {error}");
-        assert!(error.to_string().contains("Free space"), "{room} bytes: {error}");
+        assert!(error.help().unwrap().contains("free space"), "{room} bytes: {error}");
         assert!(whole.starts_with(&bytes), "{room} bytes");
     }
+}
+
+/// A state that cannot be decoded behind a correct checksum is of another version, or damaged: the message says both.
+#[test]
+fn checkpoint_with_another_layout_is_not_only_called_damaged() {
+    let folder = tempfile::tempdir().unwrap();
+    checkpoint::write(folder.path(), "run", "identity", &[&1_u8]).unwrap();
+    let read = |identity: &str| {
+        let read = checkpoint::read(folder.path(), "run", identity, 1 << 20, |_| None::<u8>);
+        read.unwrap_err().to_string()
+    };
+    assert!(read("identity").contains("of another version of the program"), "{}", read("identity"));
+    assert!(read("identity").ends_with("or damaged"), "{}", read("identity"));
+    assert!(read("other").contains("another run or another version"), "{}", read("other"));
 }

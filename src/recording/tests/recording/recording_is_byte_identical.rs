@@ -1,6 +1,7 @@
 //! Guarantee: the same frames give the same bytes, and recorded values are read back bitwise identical.
 
 use crate::sample::{fill, header, read, record, record_with_outcome, time_of};
+use kinetoscope_console::Explained as _;
 use kinetoscope_recording::channels::{GasTemperature, PerCollision};
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::reader::Recording;
@@ -85,7 +86,8 @@ fn only_selected_channels_are_recorded() {
     assert_eq!(frames[0].get::<PerCollision>().unwrap().unwrap().event, [1, 2]);
     header.selection = Selection::Named(vec!["presure".to_owned()]);
     let error = record_with_outcome(&header, 1, 1, &Outcome::Complete).unwrap_err();
-    assert!(error.to_string().contains("presure") && error.to_string().contains("per_collision"));
+    assert!(error.to_string().contains("presure"), "{error}");
+    assert!(error.help().unwrap().contains("per_collision"), "{error}");
 }
 
 /// Excludes known defects of the container's writer: an empty chunk with times (0, 0), and a library text that depends on the build.

@@ -84,7 +84,7 @@ impl Model for Oscillator {
             self.count += 1;
         }
         if !self.state.position.is_finite() {
-            return Err(SimulationFault("the position is not finite; reduce time_step_s".to_owned()));
+            return Err(SimulationFault::new("the position is not finite", "reduce time_step_s"));
         }
         Ok(if self.count >= goal { Progress::Reached } else { Progress::Working })
     }
