@@ -111,7 +111,7 @@ fn initial_states_without_room_are_rejected_with_a_remedy() {
     let text = rejection(&on_lattice(in_box(106, 20.0, 20.0, 1.0)));
     assert!(text.contains("which hold 105"), "{text}");
     let text = rejection(&in_box(1, 10.0, 40.0, 5.0));
-    assert!(text.contains("below 5"), "{text}");
+    assert!(text.contains("less than 5"), "{text}");
 }
 
 #[test]
