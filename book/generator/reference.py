@@ -78,7 +78,7 @@ def manifest_reference(schema):
     parts = ["""# Manifest reference
 
 Every key of a manifest, from the JSON Schema that `kinetoscope schema` prints. The schema is generated from the tables by which the
-program parses manifests, and this page from the schema. `kinetoscope new MODEL` prints a manifest with every key and default.
+program parses manifests, and this page from the schema. `kinetoscope new MODEL` prints a manifest with the keys of the model, their units and defaults.
 
 ## Top level
 """, rows({"properties": {name: value for name, value in top.items() if name not in ("model", *TABLES)}}, root)]

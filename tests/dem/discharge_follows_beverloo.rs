@@ -2,7 +2,8 @@
 //! width of the orifice and d the diameter, and is independent of the fill height.
 //!
 //! Source: Beverloo, Leniger and van de Velde, Chem. Eng. Sci. 15 (1961) 260, with k = 1.4; the power is 5/2 in three
-//! dimensions and 3/2 in two.
+//! dimensions and 3/2 in two. One k describes only a limited range of widths (Mankoc et al., Granular Matter 9 (2007)
+//! 407).
 //! Setup: `experiments/dem_hopper_discharge.toml`: orifices of 5 and 11 diameters; one of 6.5 diameters with 400 and
 //! with 800 discs.
 //! Tolerance: the power lies in [1.35, 1.7]. Grains have k between 1 and 2; if k = 1.4 is assumed, the power is between

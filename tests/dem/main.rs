@@ -46,7 +46,7 @@ mod work_equals_kinetic_energy_change;
 
 // The angle of repose lies within the bounds of the friction coefficients.
 mod angle_of_repose_is_within_bounds;
-// The runout of a collapsing column grows as a power of its aspect ratio.
+// The runout of a collapsing column grows with its aspect ratio.
 mod column_runout_grows_with_aspect_ratio;
 // The discharge rate of a silo follows Beverloo's law.
 mod discharge_follows_beverloo;

@@ -1,7 +1,7 @@
 //! Law: the least separation of two bodies is where their relative velocity is perpendicular to their separation. On a straight line, it
 //! is the impact parameter; on a hyperbola, the perihelion distance q = L^2/(GM (1 + e)).
 //!
-//! Source: Murray and Dermott, Solar System Dynamics, section 2.4.
+//! Source: Murray and Dermott, Solar System Dynamics, sections 2.2 and 2.3.
 //! Setup: fly-bys that begin and end within one or two steps, seven bodies on crossing orbits, and steps too long for an encounter.
 //! Tolerance: stated at each test.
 //! Control: the separations at the ends of the steps alone are rejected.

@@ -123,7 +123,7 @@ impl Ellipse {
     ///
     /// With P toward the perihelion and Q ahead of it in the orbital plane, and b = a sqrt(1 - e^2):
     /// r = a (cos E - e) P + b sin E Q, v = sqrt(GM a) / |r| (-sin E P + b/a cos E Q) (Murray and Dermott: Solar System
-    /// Dynamics, section 2.4). The cosine of E is 1 - 2 sin^2(E/2), so that nothing cancels near the perihelion.
+    /// Dynamics, sections 2.4 and 2.8). The cosine of E is 1 - 2 sin^2(E/2), so that nothing cancels near the perihelion.
     #[must_use]
     pub fn state(&self, gravitational_parameter: f64) -> State {
         let (a, e) = (self.semi_major_axis, self.eccentricity);

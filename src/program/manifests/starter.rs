@@ -5,7 +5,7 @@ use clap::Args;
 use kinetoscope_console::Exit;
 use kinetoscope_manifest::model::ModelConfig;
 
-/// Print a commented starter manifest with every key, unit and default.
+/// Print a commented starter manifest: keys of the model with unit and default.
 #[derive(Debug, Args)]
 pub(crate) struct NewArguments {
     /// The model of the experiment
