@@ -54,7 +54,7 @@ fn next_command_of_a_lone_link_exists() {
     let next_command = || {
         let called = output_of(&links.join("run-experiment"), &arguments);
         let (_, next) = called.split_once("\nNext:\n").unwrap_or_else(|| panic!("{called}"));
-        next.trim().to_owned()
+        next.trim().lines().next().unwrap_or_default().to_owned()
     };
     let lone = next_command();
     let place = output.join("short");

@@ -57,6 +57,14 @@ impl Failure {
         Self { exit, what: text.trim_end().to_owned(), place: None, help: None }
     }
 
+    /// Several errors, with the worst of their exit codes.
+    #[must_use]
+    pub(crate) fn together(errors: &[Self]) -> Self {
+        let exit = errors.iter().fold(Exit::Done, |exit, error| exit.worst(error.exit));
+        let texts: Vec<String> = errors.iter().map(Self::text).collect();
+        Self::rendered(exit, texts.join("\n\n"))
+    }
+
     /// Adds the one thing to do.
     #[must_use]
     pub(crate) fn help(self, help: impl Display) -> Self {

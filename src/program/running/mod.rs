@@ -106,21 +106,19 @@ impl RunArguments {
                             shown_path(other),
                             shown_path(&step.manifest)
                         );
-                        errors.push(bad(what).help("set `name` in one of them").text());
+                        errors.push(bad(what).help("set `name` in one of them"));
                     }
-                    if let Some(failure) = several_starts(step, steps, &experiment) {
-                        errors.push(failure.text());
-                    }
+                    errors.extend(several_starts(step, steps, &experiment));
                     names.push((experiment.name.clone(), &step.manifest));
                     readings.push(Reading::Read(Box::new(experiment)));
                 }
-                Err(failure) => errors.push(failure.text()),
+                Err(failure) => errors.push(failure),
             }
         }
         if errors.is_empty() {
             return Ok(readings);
         }
-        Err(Failure::rendered(Exit::BadInput, errors.join("\n\n")))
+        Err(Failure::together(&errors))
     }
 }
 
