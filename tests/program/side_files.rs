@@ -91,13 +91,11 @@ fn manifests_of_errors_alone_take_bounded_memory_and_time() {
         ("a list that does not end", "a = [", "123456,", "this is not TOML"),
     ] {
         bench.write("large.toml", &repeated(beginning, part, 15_000_000));
-        for arguments in [
-            &["check", "large.toml"][..],
-            &["why", "large.toml"],
-            &["analyze", "--checks", "large.toml", recording],
-        ] {
-            assert_error(&call(&bench, arguments), 2, what, &format!("{case}: {arguments:?}"));
-        }
+        assert_error(&call(&bench, &["check", "large.toml"]), 2, what, case);
+    }
+    for arguments in [&["why", "large.toml"][..], &["analyze", "--checks", "large.toml", recording]]
+    {
+        assert_error(&call(&bench, arguments), 2, "this is not TOML", &format!("{arguments:?}"));
     }
     // All errors of a text of at most a mebibyte are examined.
     bench.write("large.toml", &repeated("", "=", 1_000_000));
