@@ -67,7 +67,7 @@ pub fn run_all<'a>(
     };
     thread::scope(|scope| {
         let jobs = 0..pool_size.jobs.get().min(runs.len());
-        let started = jobs.filter(|_| Builder::new().spawn_scoped(scope, &work).is_ok()).count();
+        let started = jobs.filter(|_| Builder::new().spawn_scoped(scope, work).is_ok()).count();
         // If the system starts no thread, the runs are executed on this one.
         if started == 0 {
             work();
