@@ -48,9 +48,9 @@ run_step() {
     [ ! -e "$ci/skipped" ] || while read -r reason; do rows+=("          skipped: $reason"); done < "$ci/skipped"
 }
 
-# Starts a step that goes on beside the next ones, in a group of processes of its own.
+# Starts a step that is executed in parallel with the next ones, in a group of processes of its own.
 start_beside() {
-    printf '\n== %s: goes on beside the next steps\n' "$1"
+    printf '\n== %s: in parallel with the next steps\n' "$1"
     set -m
     run_step "$1" > "$ci/beside.txt" 2>&1 &
     beside_job=$!

@@ -41,7 +41,8 @@ pub fn start_threads() -> Result<(), Message> {
     }
 }
 
-/// Whether the system starts a further thread at present. Asked before a library starts one for comfort, which panics otherwise.
+/// Whether the system starts a further thread at present. Asked before a library starts one that the run can do without: the library
+/// panics if it cannot.
 #[must_use]
 pub fn can_start_thread() -> bool {
     Builder::new().spawn(|| {}).is_ok_and(|thread| thread.join().is_ok())
