@@ -155,12 +155,12 @@ record_experiments() {
     echo "$build" > "$ci/recorded"
 }
 
-# Opens the page of all experiments and the reports of some in Chromium, with the tests that take reports: NAME ...
+# Opens the page of the experiments in a folder and their reports in Chromium, with the tests that take reports: FOLDER
 open_reports() {
-    "$programs/analyze-recordings" --quiet "$recordings"
-    INDEX=$recordings/index.html
-    [ "$(grep -o '<h2><a h' "$INDEX" | wc -l)" = "$(find experiments -maxdepth 1 -name '*.toml' | wc -l)" ]
-    REPORTS=$(printf ":$recordings/%s/report.html" "$@")
+    "$programs/analyze-recordings" --quiet "$1"
+    INDEX=$1/index.html
+    [ "$(grep -o '<h2><a h' "$INDEX" | wc -l)" = "$(find "$1" -mindepth 1 -maxdepth 1 -type d | wc -l)" ]
+    REPORTS=$(printf ':%s' "$1"/*/report.html)
     REPORTS=${REPORTS:1}
     AXE=$(find "$ci/tools" -name axe.min.js)
     export INDEX REPORTS AXE
