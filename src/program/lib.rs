@@ -1,7 +1,7 @@
 //! The program under its three names: `kinetoscope` with every subcommand, `run-experiment` for its `run`, and `analyze-recordings`
 //! for its `analyze`. Arguments in, text and an exit code out.
 //!
-//! Start reading at [`running`]. Invariant: every other package returns values; only this one prints results.
+//! Start reading at `running`. Invariant: every other package returns values; only this one prints results.
 
 mod allocator;
 mod benchmark;
