@@ -76,7 +76,7 @@ impl Engine {
     /// Executes the next event, unless it is later than a time since the start. `WIDTH` is that of the registers of `simd::registers` that are used.
     ///
     /// # Errors
-    /// Inelastic collapse (McNamara and Young, Phys. Fluids A 4 (1992) 496), or a jam.
+    /// Inelastic collapse (McNamara and Young, Phys. Fluids A 4 (1992) 496), a jam, or a disc too slow to leave a wall.
     #[inline(always)]
     pub(super) fn step<const WIDTH: usize>(
         &mut self,
@@ -94,7 +94,9 @@ impl Engine {
             {
                 StepOutcome::Collision(self.collide_pair::<WIDTH>(disc, partner)?)
             }
-            EventKind::Wall(side) => StepOutcome::Collision(self.collide_wall::<WIDTH>(disc, side)),
+            EventKind::Wall(side) => {
+                StepOutcome::Collision(self.collide_wall::<WIDTH>(disc, side)?)
+            }
             EventKind::CellCrossing(side) => {
                 self.cross_cell::<WIDTH>(disc, side);
                 StepOutcome::Bookkeeping

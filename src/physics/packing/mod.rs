@@ -5,6 +5,7 @@
 //!
 //! - data: `domain` (box and collision parameters), `disc`, `events`, `collision`, `contact`, `growth`, `clock`;
 //! - start: `start`, `random_start`, `lattice`, `compression`;
+//! - end: `rest`;
 //! - algorithms: `engine` with `prediction`, `collisions`, `crossings`, `growth` and `prefetch`; the contact scan `scan` and
 //!   `scan_lanes`; `cells`; `event_queue`; `inelastic_collapse`;
 //! - measurement: `observables`.
@@ -31,6 +32,7 @@ mod lattice;
 mod motion;
 mod observables;
 mod random_start;
+mod rest;
 mod scan;
 #[cfg(target_arch = "x86_64")]
 mod scan_lanes;
@@ -268,7 +270,7 @@ impl Packing {
             Target::Time(time) => time,
         };
         match self.engine.step::<WIDTH>(until)? {
-            StepOutcome::Collision(collision) => self.record(&collision),
+            StepOutcome::Collision(collision) => self.record(&collision)?,
             StepOutcome::Bookkeeping => {}
             StepOutcome::NoEvent => return self.reach(target).map(|()| true),
         }
@@ -299,8 +301,11 @@ impl Packing {
     }
 
     /// Updates time, statistics and series after a collision.
+    ///
+    /// # Errors
+    /// Discs that have come to rest.
     #[inline(always)]
-    fn record(&mut self, collision: &Collision) {
+    fn record(&mut self, collision: &Collision) -> Result<(), SimulationFault> {
         self.time = self.engine.time();
         self.statistics.add(collision);
         // The recalculation costs n operations: every n collisions, this is a constant cost per collision.
@@ -310,6 +315,23 @@ impl Packing {
         if let Some(series) = &mut self.series {
             series.push(self.statistics.collision_count(), self.time, self.statistics.moments());
         }
+        self.check_motion()
+    }
+
+    /// Rejects discs that have come to rest.
+    #[inline(always)]
+    fn check_motion(&self) -> Result<(), SimulationFault> {
+        if self.statistics.may_be_at_rest() { self.check_velocities() } else { Ok(()) }
+    }
+
+    #[inline(never)]
+    fn check_velocities(&self) -> Result<(), SimulationFault> {
+        let initial = self.statistics.initial_mean_square_speed();
+        let now = VelocityMoments::of(self.engine.velocities()).mean_square_speed();
+        if now < rest::limit(initial) {
+            return Err(rest::fault(self.statistics.collision_count(), now, initial));
+        }
+        Ok(())
     }
 
     #[inline(never)]
@@ -333,6 +355,7 @@ impl Kernel for AdvanceKernel<'_> {
     fn run<const N: usize, I: InstructionSet<N>>(self, _: I) -> Self::Output {
         let Self { packing, target, at_most } = self;
         packing.open_window();
+        packing.check_motion()?;
         for _ in 0..at_most.max(1) {
             if packing.step::<N>(target)? {
                 return Ok(Progress::Reached);

@@ -99,7 +99,8 @@ pub(super) fn wall_collision(velocity: Vector, axis: usize, angle: f64) -> Optio
         [reflected[0] * cosine - reflected[1] * sine, reflected[1] * cosine + reflected[0] * sine];
     let factor = speed(velocity) / speed(rotated);
     let outgoing = [rotated[0] * factor, rotated[1] * factor];
-    (outgoing[axis] * reflected[axis] > 0.0).then_some(outgoing)
+    // The sign, because the product of two small numbers is 0.
+    (outgoing[axis] * reflected[axis].signum() > 0.0).then_some(outgoing)
 }
 
 /// Time until two growing discs touch, |r + g t| = s + a t with a the sum of the growth rates of their radii, or

@@ -3,6 +3,7 @@
 use super::collision::{Collision, CollisionPartner, VelocityChanges};
 use super::domain::Domain;
 use super::motion::Vector;
+use super::rest;
 use crate::sum::CompensatedSum;
 use kinetoscope_recording::channels::{
     PackingCollisions, PackingPressure, PackingTemperature, PerCollision,
@@ -123,6 +124,18 @@ impl CollisionStatistics {
     /// Pair and wall collisions since the start.
     pub(super) fn collision_count(&self) -> u64 {
         self.pairs + self.walls
+    }
+
+    /// The initial `<v²>`.
+    pub(super) fn initial_mean_square_speed(&self) -> f64 {
+        self.initial_mean_square_speed
+    }
+
+    /// Whether the sums allow for discs at rest. The sums are updated at each collision; therefore, the rounding of a sudden loss
+    /// of energy may exceed what is left.
+    #[inline(always)]
+    pub(super) fn may_be_at_rest(&self) -> bool {
+        self.moments.mean_square_speed() < rest::limit(self.initial_mean_square_speed)
     }
 
     /// The moments after the last collision.

@@ -6,6 +6,11 @@ use crate::model::SimulationFault;
 use crate::packing::collision::{Collision, CollisionPartner};
 use crate::packing::contact::MovingDisc;
 use crate::packing::motion::{self, Vector};
+use crate::packing::rest;
+
+/// Number of pairs of angles of the wall noise that are drawn at most. At least half of all angles let a disc leave the wall, so
+/// that more pairs are needed in one of 4^1000 collisions, unless the velocity is no normal number.
+const MAX_DRAWS: u32 = 1000;
 
 impl Engine {
     /// Executes the collision of two discs and predicts the next event of both.
@@ -73,15 +78,23 @@ impl Engine {
     }
 
     /// Executes a wall collision and predicts the next event of the disc.
+    ///
+    /// # Errors
+    /// A disc that is too slow to leave the wall.
     #[inline(always)]
-    pub(super) fn collide_wall<const WIDTH: usize>(&mut self, disc: u32, side: Side) -> Collision {
+    pub(super) fn collide_wall<const WIDTH: usize>(
+        &mut self,
+        disc: u32,
+        side: Side,
+    ) -> Result<Collision, SimulationFault> {
         let axis = side.axis();
         let record = &self.state.discs[disc as usize];
         let (cell, before) = (record.cell, record.velocity);
         let now = self.state.clock.local();
         let mut position = record.position_at(now);
         position[axis] = self.contact_position_at_wall(disc, side);
-        let mut after = self.velocity_after_wall(before, axis);
+        let after = self.velocity_after_wall(before, axis);
+        let mut after = after.ok_or_else(|| rest::fault_at_wall(disc, before))?;
         if let Some(growth) = self.state.growth {
             let growth_rate = growth.rate * self.radius(disc as usize);
             after = motion::growing_wall_collision(before, axis, side.is_upper(), growth_rate);
@@ -91,12 +104,12 @@ impl Engine {
         let prediction = self.predict_next_event::<WIDTH>(moving);
         self.set_prediction(disc, prediction);
         self.schedule(disc);
-        Collision {
+        Ok(Collision {
             partner: CollisionPartner::Wall,
             velocity_changes: [[before, after], [[0.0; 2]; 2]],
             normal_impulse: (after[axis] - before[axis]).abs(),
             time_since_previous: self.record_collision_time(),
-        }
+        })
     }
 
     /// Stores the position and velocity of a disc after a collision, and counts it.
@@ -117,19 +130,18 @@ impl Engine {
         time_since_previous
     }
 
-    /// The velocity after a wall collision: the angle of the noise is drawn again until the disc leaves the wall.
-    fn velocity_after_wall(&mut self, velocity: Vector, axis: usize) -> Vector {
+    /// The velocity after a wall collision: the angle of the noise is drawn again until the disc leaves the wall. `None` if it does
+    /// not in [`MAX_DRAWS`].
+    fn velocity_after_wall(&mut self, velocity: Vector, axis: usize) -> Option<Vector> {
         let std = self.state.domain.wall_noise_rad;
-        loop {
+        (0..MAX_DRAWS).find_map(|_| {
             let angles = if std > 0.0 {
                 self.state.wall_noise.normal_pair().map(|normal| normal * std)
             } else {
                 [0.0; 2]
             };
             let outgoing = |angle| motion::wall_collision(velocity, axis, angle);
-            if let Some(outgoing) = angles.into_iter().find_map(outgoing) {
-                return outgoing;
-            }
-        }
+            angles.into_iter().find_map(outgoing)
+        })
     }
 }
