@@ -271,10 +271,28 @@ impl Packing {
         };
         match self.engine.step::<WIDTH>(until)? {
             StepOutcome::Collision(collision) => self.record(&collision)?,
+            StepOutcome::Bookkeeping if self.engine.is_clock_shifted() => self.check_approach()?,
             StepOutcome::Bookkeeping => {}
             StepOutcome::NoEvent => return self.reach(target).map(|()| true),
         }
         Ok(false)
+    }
+
+    /// Rejects discs that no longer approach each other, if the run counts collisions.
+    #[inline(never)]
+    fn check_approach(&self) -> Result<(), SimulationFault> {
+        let Extent::Events(total) = self.length else { return Ok(()) };
+        match self.engine.hopeless_crossings() {
+            None => Ok(()),
+            Some(crossings) => Err(SimulationFault::new(
+                format!(
+                    "event {total} cannot be reached: after {} events, the discs crossed {crossings:.2e} cells without a collision, \
+                     because all move in parallel",
+                    self.statistics.collision_count()
+                ),
+                "set remove_mean_velocity = true, a duration, fewer events_per_disc, or a restitution closer to 1",
+            )),
+        }
     }
 
     /// Advances the time to a target before which there is no event.

@@ -216,6 +216,8 @@ mod tests {
             assert!((speed(out) / speed_in - 1.0).abs() < 4.0 * f64::EPSILON);
         }
         assert_eq!(wall_collision([1.0, 0.1], 0, 1.7), None, "this points into the wall");
+        let grazing = [f64::from_bits(1), 1.0];
+        assert!(wall_collision(grazing, 0, 0.1).is_some(), "the smallest number has a sign");
     }
 
     /// Law: |r + g t| = s.

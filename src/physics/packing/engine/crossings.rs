@@ -5,7 +5,41 @@ use crate::cell_grid::Side;
 use crate::packing::contact::MovingDisc;
 use crate::packing::motion;
 
+/// Cell crossings without a collision after which none is expected: this number, or this multiple of the number that discs in
+/// equilibrium need.
+const MAX_CROSSINGS: f64 = 1e7;
+const MAX_CROSSINGS_OVER_EXPECTED: f64 = 1e3;
+
 impl Engine {
+    /// Number of cell crossings since the last collision, up to rounding, if no collision is expected any more: inelastic discs in a
+    /// periodic box cool until all move in parallel. `None` otherwise.
+    ///
+    /// No velocity has changed since the last collision, so the number follows from the state: t sum over the discs of
+    /// (|vx|/a + |vy|/b) with cells of a x b. In equilibrium, discs of diameter s cross 8 l/(pi a) cells between two collisions in
+    /// the system, where l = A/(2 sqrt 2 N s) is the mean free path of a dilute gas.
+    #[inline(never)]
+    pub(in crate::packing) fn hopeless_crossings(&self) -> Option<f64> {
+        let [a, b] = self.cells.grid.cell_sides;
+        let domain = &self.state.domain;
+        let rate = |[vx, vy]: motion::Vector| vx.abs() / a + vy.abs() / b;
+        let rate = self.velocities().fold(0.0, |sum, velocity| sum + rate(velocity));
+        let crossings = self.time_since_last_collision() * rate;
+        let area = domain.sides[0] * domain.sides[1];
+        let free_path =
+            area / (2.0 * std::f64::consts::SQRT_2 * self.count() as f64 * 2.0 * domain.max_radius);
+        let narrower = if a < b { a } else { b };
+        let expected = 8.0 * free_path / (std::f64::consts::PI * narrower);
+        let rare = MAX_CROSSINGS_OVER_EXPECTED * expected;
+        let limit = if rare > MAX_CROSSINGS { rare } else { MAX_CROSSINGS };
+        (!domain.has_walls && crossings > limit).then_some(crossings)
+    }
+
+    /// Whether the last event shifted the clock's origin. This depends on the number of events only.
+    #[inline(always)]
+    pub(in crate::packing) fn is_clock_shifted(&self) -> bool {
+        self.state.events_since_shift == 0
+    }
+
     /// Moves a disc to the adjacent cell. Its record keeps the time of its last collision; only the corner to which the
     /// position refers changes.
     #[inline(always)]
