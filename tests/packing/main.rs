@@ -25,6 +25,8 @@ mod discs_never_overlap;
 mod elastic_discs_conserve_energy;
 // Inelastic discs cool by Haff's law; three discs on a line collapse.
 mod inelastic_discs_follow_haffs_law;
+// Inelastic discs that have come to rest, or move in parallel, end the run with a fault.
+mod cooled_discs_come_to_rest;
 // Registers of every width of this processor give the same run.
 mod every_width_gives_the_same_bits;
 // Runs end as configured, and times between events change no bit.

@@ -282,7 +282,7 @@ impl Packing {
     #[inline(never)]
     fn check_approach(&self) -> Result<(), SimulationFault> {
         let Extent::Events(total) = self.length else { return Ok(()) };
-        match self.engine.hopeless_crossings() {
+        match self.engine.excessive_crossings() {
             None => Ok(()),
             Some(crossings) => Err(SimulationFault::new(
                 format!(

@@ -33,11 +33,11 @@ pub(super) fn fault(events: u64, mean_square_speed: f64, initial: f64) -> Simula
 }
 
 /// The failure of a disc that is too slow to leave a wall with noise: the square of its velocity is no normal number.
-pub(super) fn fault_at_wall(disc: u32, velocity: Vector) -> SimulationFault {
+pub(super) fn fault_at_wall(disc: u32, [vx, vy]: Vector) -> SimulationFault {
     SimulationFault::new(
         format!(
-            "the discs have come to rest: no angle of the wall noise lets disc {disc} leave the wall at the speed {:e}",
-            velocity[0].abs().max(velocity[1].abs())
+            "the discs have come to rest: no angle of the wall noise lets disc {disc} leave the wall with the velocity \
+             ({vx:e}, {vy:e})"
         ),
         HELP,
     )
