@@ -11,10 +11,11 @@
 // Closed forms may use std's functions; an invalid configuration fails its test.
 #![allow(clippy::disallowed_methods, clippy::unwrap_used)]
 
-use crate::run::{distance, exercise, finished, given, observe};
+use crate::run::{advance, distance, exercise, finished, given, observe, prepare};
 use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator, OrbitSummation};
 use kinetoscope_manifest::quantity::StepTolerance;
 use kinetoscope_physics::constants::GM_SUN_AU3_PER_DAY2 as GM;
+use kinetoscope_physics::model::{Model, Progress, Target};
 use kinetoscope_physics::orbit::BARYCENTRIC_START;
 use kinetoscope_physics::orbit::dormand_prince::{
     DORMAND_PRINCE_8, ERROR_OF_ORDER_3, ERROR_OF_ORDER_5,
@@ -89,16 +90,49 @@ fn position_is_accurate_to_ten_digits_after_a_century() {
     assert!(century(OrbitSummation::Plain, 1e-6).0 > 1e-6, "control: loose tolerance");
 }
 
+/// Ten revolutions at e = 0.9 in steps of the given length, days; `None` is one step.
+fn eccentric(step: Option<f64>) -> OrbitConfig {
+    let speed = (GM * 1.9 / 0.1).sqrt();
+    let duration = 10.0 * std::f64::consts::TAU / GM.sqrt();
+    OrbitConfig {
+        start: given([0.1, 0.0, 0.0], [0.0, speed, 0.0]),
+        ..exercise(OrbitIntegrator::Dop853, step.unwrap_or(duration), duration)
+    }
+}
+
+/// Guarantee: a call attempts as many steps as its budget, so that a signal is served however long the steps of the manifest are. No
+/// bit depends on the budget, and the state between two calls is that at its count.
+/// Setup: steps of the manifest that are shorter and longer than those of the method. An attempt evaluates the force 12 times, the
+/// number of stages.
+#[test]
+fn budget_limits_the_attempted_steps_of_a_call() {
+    for step in [Some(0.5), Some(61.3), None] {
+        let config = eccentric(step);
+        let reference = finished(&config);
+        for budget in [1, 7, 64] {
+            let mut orbit = prepare(&config);
+            let mut progress = Ok(Progress::Working);
+            while progress == Ok(Progress::Working) {
+                let before = observe(&orbit).orbit.force_evaluations;
+                progress = orbit.advance(Target::Count(reference.count()), budget);
+                let attempts = (observe(&orbit).orbit.force_evaluations - before) / 12;
+                assert!(attempts <= budget, "{step:?}: {attempts} attempts, budget {budget}");
+                if budget == 64 {
+                    let mut at_count = prepare(&config);
+                    advance(&mut at_count, orbit.count());
+                    assert_eq!(orbit.state(), at_count.state(), "{step:?}, {}", orbit.count());
+                }
+            }
+            assert_eq!(orbit, reference, "{step:?}, budget {budget}");
+        }
+    }
+}
+
 /// Ten revolutions at e = 0.9, where the speed varies by a factor of 19.
 /// Tolerance: 1e-9 AU, measured with a margin; velocity Verlet with the same number of frames exceeds 1e-2 AU.
 #[test]
 fn eccentric_orbit_is_accurate_with_adaptive_steps() {
-    let speed = (GM * 1.9 / 0.1).sqrt();
-    let period = std::f64::consts::TAU / GM.sqrt();
-    let config = OrbitConfig {
-        start: given([0.1, 0.0, 0.0], [0.0, speed, 0.0]),
-        ..exercise(OrbitIntegrator::Dop853, 0.5, 10.0 * period)
-    };
+    let config = eccentric(Some(0.5));
     let end = observe(&finished(&config));
     let (error, evaluations) = (end.orbit.position_error_au, end.orbit.force_evaluations);
     println!("{error:e} AU, {evaluations} evaluations");

@@ -7,7 +7,7 @@ use super::elements::log10_of_change;
 use super::encounters::{Closest, EncounterRecord, Encounters};
 use super::motion::{MutualGravity, Phase, State, add_scaled, cross, dot, length};
 use super::starts;
-use super::trajectory::{Discretization, NotFinite, Trajectory};
+use super::trajectory::{Discretization, NotFinite, StepBudget, Trajectory};
 use crate::model::SetupError;
 use kinetoscope_manifest::model::{OrbitBody, OrbitIntegrator};
 use kinetoscope_recording::channels::{OrbitConserved, OrbitEnergy};
@@ -168,10 +168,10 @@ impl Bodies {
     pub(super) fn advance(
         &mut self,
         discretization: &Discretization,
-        steps: u64,
+        budget: StepBudget,
     ) -> Result<(), NotFinite> {
         let Self { force, trajectory, .. } = self;
-        trajectory.advance(force, discretization, steps, &Encounters::of(force))
+        trajectory.advance(force, discretization, budget, &Encounters::of(force))
     }
 
     /// The closest approaches since the start.

@@ -26,7 +26,7 @@ pub use self::starts::{BARYCENTRIC_START, HELIOCENTRIC_START};
 use self::bodies::Bodies;
 use self::motion::State;
 use self::planet::Planet;
-use self::trajectory::{Discretization, NotFinite};
+use self::trajectory::{Discretization, NotFinite, StepBudget};
 use crate::model::{Extent, Model, ModelKind, Progress, SetupError, SimulationFault, Target};
 use crate::random::Seed;
 use kinetoscope_manifest::model::{MAX_STEPS, OrbitConfig, OrbitIntegrator, OrbitSummation};
@@ -152,10 +152,12 @@ impl Model for Orbit {
             Target::Count(count) => count,
             Target::Time(time) => whole_steps(time, self.discretization.step),
         };
-        let steps = goal.saturating_sub(self.count()).min(at_most);
+        let attempts = at_most.max(1);
+        let steps = goal.saturating_sub(self.count()).min(attempts);
+        let budget = StepBudget { steps, attempts };
         let moved = match &mut self.system {
-            System::Planet(planet) => planet.advance(&self.discretization, steps),
-            System::Bodies(bodies) => bodies.advance(&self.discretization, steps),
+            System::Planet(planet) => planet.advance(&self.discretization, budget),
+            System::Bodies(bodies) => bodies.advance(&self.discretization, budget),
         };
         moved.map_err(|NotFinite| self.fault())?;
         Ok(if self.count() >= goal { Progress::Reached } else { Progress::Working })

@@ -8,7 +8,7 @@ use super::motion::{self, FixedSun, State, energy, kinetic_energy, length, poten
 use super::orbital_plane::OrbitalPlane;
 use super::path::PathRecord;
 use super::starts::{self, BARYCENTRIC_START, HELIOCENTRIC_START};
-use super::trajectory::{Discretization, NotFinite, Trajectory};
+use super::trajectory::{Discretization, NotFinite, StepBudget, Trajectory};
 use crate::constants::GM_SUN_AU3_PER_DAY2;
 use crate::model::SetupError;
 use crate::restart_state;
@@ -89,12 +89,12 @@ impl Planet {
     pub(super) fn advance(
         &mut self,
         discretization: &Discretization,
-        steps: u64,
+        budget: StepBudget,
     ) -> Result<(), NotFinite> {
         if discretization.integrator == OrbitIntegrator::Kepler {
-            return self.advance_exactly(discretization, steps);
+            return self.advance_exactly(discretization, budget.steps);
         }
-        self.trajectory.advance(&FixedSun, discretization, steps, &self.plane)
+        self.trajectory.advance(&FixedSun, discretization, budget, &self.plane)
     }
 
     /// Evaluates the exact solution the given number of steps later.

@@ -25,6 +25,22 @@ impl Discretization {
     pub(super) fn time_at(&self, count: u64) -> f64 {
         count as f64 * self.step
     }
+
+    /// The last multiple of the step before a positive time.
+    fn count_before(&self, time: f64) -> u64 {
+        // The quotient is rounded, so that the first candidates may be too large.
+        let mut counts = (0..=(time / self.step).ceil() as u64).rev();
+        counts.find(|&count| self.time_at(count) < time).unwrap_or(0)
+    }
+}
+
+/// The work of one call.
+#[derive(Clone, Copy)]
+pub(super) struct StepBudget {
+    /// Maximum number of steps.
+    pub(super) steps: u64,
+    /// Maximum number of attempted steps of the adaptive method. It may take many of them, or less than one, per step.
+    pub(super) attempts: u64,
 }
 
 /// Positions and velocities of bodies, with the sums over their path.
@@ -102,20 +118,20 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>, R: Clone + Default> Trajectory<V, R
         has_its_bodies(&self.phase) && has_its_bodies(&self.compensation) && has_last_step
     }
 
-    /// Takes the given number of steps. A step whose result is not finite is not taken.
+    /// Takes as many steps as the budget allows. A step whose result is not finite is not taken.
     pub(super) fn advance<F: Force<Vector = V>>(
         &mut self,
         force: &F,
         discretization: &Discretization,
-        steps: u64,
+        budget: StepBudget,
         tracker: &impl PathTracker<F, Record = R>,
     ) -> Result<(), NotFinite> {
         match discretization.summation {
             OrbitSummation::Compensated => {
-                self.integrate::<F, _, true>(force, discretization, steps, tracker)
+                self.integrate::<F, _, true>(force, discretization, budget, tracker)
             }
             OrbitSummation::Plain => {
-                self.integrate::<F, _, false>(force, discretization, steps, tracker)
+                self.integrate::<F, _, false>(force, discretization, budget, tracker)
             }
         }
     }
@@ -124,23 +140,25 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>, R: Clone + Default> Trajectory<V, R
         &mut self,
         force: &F,
         discretization: &Discretization,
-        steps: u64,
+        budget: StepBudget,
         tracker: &T,
     ) -> Result<(), NotFinite> {
+        let StepBudget { steps, attempts } = budget;
         if discretization.integrator == OrbitIntegrator::Dop853 {
             let before = self.clone();
-            let take = |trajectory: &mut Self, steps| {
+            let take = |trajectory: &mut Self, steps, attempts| {
+                let budget = StepBudget { steps, attempts };
                 trajectory.take_adaptive_steps::<F, COMPENSATED>(
                     force,
                     discretization,
-                    steps,
+                    budget,
                     tracker,
                 )
             };
-            return take(self, steps).or_else(|NotFinite| {
-                // However the work is divided, the run ends at the last possible time.
+            return take(self, steps, attempts).or_else(|NotFinite| {
+                // However the work is divided, the run ends at the last possible time. Up to there, no other steps are attempted.
                 *self = before;
-                (0..steps).try_for_each(|_| take(self, 1))
+                (0..steps).try_for_each(|_| take(self, 1, u64::MAX))
             });
         }
         let h = discretization.step;
@@ -150,20 +168,28 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>, R: Clone + Default> Trajectory<V, R
     }
 
     /// Takes steps up to the given number of multiples of `step` from the current time: whole steps of the adaptive method that do not
-    /// pass the last of them, then a shorter step to it that is not kept.
+    /// pass the last of them, then a shorter step to it that is not kept. After the last attempt of the budget, the state is that at the
+    /// last multiple that was passed.
     fn take_adaptive_steps<F: Force<Vector = V>, const COMPENSATED: bool>(
         &mut self,
         force: &F,
         discretization: &Discretization,
-        steps: u64,
+        StepBudget { steps, attempts }: StepBudget,
         tracker: &impl PathTracker<F, Record = R>,
     ) -> Result<(), NotFinite> {
+        // After a call that was stopped, the last whole step is beyond the state.
+        if steps == 0 {
+            return Ok(());
+        }
         let Some(last) = &mut self.last_step else { return Ok(()) };
-        let end = discretization.time_at(self.count + steps);
-        let (phase, compensation) = (last.phase.clone(), last.compensation.clone());
+        let count = self.count + steps;
+        let end = discretization.time_at(count);
         let mut separations = F::Separations::default();
-        let mut state = IntegrationState::<F, COMPENSATED>::new(force, phase, compensation);
+        let mut state = last.integration::<F, COMPENSATED>(force);
         state.separations = Some(&mut separations);
+        let mut attempted = 0;
+        // The last multiple that was passed, and the whole step before it.
+        let (mut passed, mut earlier) = (None, last.clone());
         while last.time + last.next_length <= end {
             let next = last.time + last.next_length;
             // The difference of the rounded times, so that times have no error of their own.
@@ -171,28 +197,61 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>, R: Clone + Default> Trajectory<V, R
             if h <= 0.0 {
                 return Err(NotFinite);
             }
+            if attempted == attempts {
+                let Some(count) = passed else { return Ok(()) };
+                return self.stop_after::<F, COMPENSATED>(
+                    &earlier,
+                    force,
+                    discretization,
+                    count,
+                    tracker,
+                );
+            }
+            attempted += 1;
             self.evaluations += DORMAND_PRINCE_8.evaluations();
             let Attempt { length_factor, is_accepted } =
                 try_step(&mut state, h, discretization.tolerance);
-            last.next_length *= length_factor;
+            let next_length = last.next_length * length_factor;
             if is_accepted {
-                let mut path = std::mem::take(&mut last.path);
+                let before = discretization.count_before(next);
+                let is_passed = before > self.count && discretization.time_at(before) >= last.time;
+                let mut path =
+                    if is_passed { last.path.clone() } else { std::mem::take(&mut last.path) };
                 last.track(tracker, &mut state, h, &mut path);
+                if is_passed {
+                    passed = Some(before);
+                    // The memory of an older step is used again.
+                    std::mem::swap(last, &mut earlier);
+                }
                 last.path = path;
                 last.time = next;
                 last.phase.clone_from(&state.phase);
                 last.compensation.clone_from(&state.compensation);
             }
+            last.next_length = next_length;
         }
-        DORMAND_PRINCE_8.step(&mut state, end - last.time);
-        if !state.phase.is_finite() {
-            return Err(NotFinite);
-        }
-        let mut path = last.path.clone();
-        last.track(tracker, &mut state, end - last.time, &mut path);
-        self.path = path;
+        self.path = last.step_part(&mut state, end - last.time, tracker)?;
         self.phase = state.phase;
-        self.count += steps;
+        self.count = count;
+        Ok(())
+    }
+
+    /// Takes a shorter step from a whole one to a multiple of `step`.
+    fn stop_after<F: Force<Vector = V>, const COMPENSATED: bool>(
+        &mut self,
+        step: &AdaptiveStep<V, R>,
+        force: &F,
+        discretization: &Discretization,
+        count: u64,
+        tracker: &impl PathTracker<F, Record = R>,
+    ) -> Result<(), NotFinite> {
+        let mut separations = F::Separations::default();
+        let mut state = step.integration::<F, COMPENSATED>(force);
+        state.separations = Some(&mut separations);
+        let h = discretization.time_at(count) - step.time;
+        self.path = step.step_part(&mut state, h, tracker)?;
+        self.phase = state.phase;
+        self.count = count;
         Ok(())
     }
 }
@@ -297,7 +356,31 @@ fn add_step<F: Force, T: PathTracker<F>>(
     tracker.add_step(&StepPath { from: &from, to: &to, start, length: h, part: &part }, path);
 }
 
-impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>, R> AdaptiveStep<V, R> {
+impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>, R: Clone> AdaptiveStep<V, R> {
+    /// An integration from the end of this step.
+    fn integration<'a, F: Force<Vector = V>, const COMPENSATED: bool>(
+        &self,
+        force: &'a F,
+    ) -> IntegrationState<'a, F, COMPENSATED> {
+        IntegrationState::new(force, self.phase.clone(), self.compensation.clone())
+    }
+
+    /// Takes a step of length h from this one that is not kept, and returns the path after it.
+    fn step_part<F: Force<Vector = V>, T: PathTracker<F, Record = R>, const COMPENSATED: bool>(
+        &self,
+        state: &mut IntegrationState<'_, F, COMPENSATED>,
+        h: f64,
+        tracker: &T,
+    ) -> Result<R, NotFinite> {
+        DORMAND_PRINCE_8.step(state, h);
+        if !state.phase.is_finite() {
+            return Err(NotFinite);
+        }
+        let mut path = self.path.clone();
+        self.track(tracker, state, h, &mut path);
+        Ok(path)
+    }
+
     /// Adds the events of the step of length h from this one to the current state of an integration.
     fn track<F: Force<Vector = V>, T: PathTracker<F, Record = R>, const COMPENSATED: bool>(
         &self,
