@@ -5,6 +5,7 @@ use crate::executor::observer::ExecutionObserver;
 use crate::outputs::sidecars;
 use crate::plan::PlannedRun;
 use crate::run::{RunContext, RunError, RunReport, execute};
+use kinetoscope_physics::model::SetupError;
 use kinetoscope_recording::recorder::Outcome;
 use rayon::ThreadPoolBuilder;
 use std::num::NonZeroUsize;
@@ -53,6 +54,9 @@ pub fn run_all<'a>(
             // If the pool cannot be built, the run uses the global one.
             let report = pool.as_ref().map_or_else(|_| run_it(), |pool| pool.install(run_it));
             bar.finish(&report);
+            if is_stopped(&report) {
+                continue;
+            }
             if let Ok(report) = &report
                 && report.outcome != Outcome::Interrupted
             {
@@ -79,6 +83,11 @@ pub fn run_all<'a>(
         results[index].1 = Some(report);
     }
     results
+}
+
+/// Whether an interrupt stopped a run before its start was complete.
+fn is_stopped(report: &std::result::Result<RunReport, RunError>) -> bool {
+    matches!(report, Err(RunError::Setup(error)) if *error == SetupError::stopped())
 }
 
 /// Writes the timing file of a finished run.

@@ -19,7 +19,7 @@ mod restart_state;
 pub mod simd;
 pub mod sum;
 
-use crate::model::{Model, ModelKind, SetupError};
+use crate::model::{Model, ModelKind, Proceed, SetupError};
 use crate::random::Seed;
 use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_recording::checkpoint;
@@ -50,9 +50,22 @@ macro_rules! models {
             seed: Seed,
             opt_in: bool,
         ) -> Result<Box<dyn Model>, SetupError> {
+            prepare_while(config, seed, opt_in, &|| true)
+        }
+
+        /// Builds the configured model at its start, unless `proceed` returns `false` before it is complete.
+        ///
+        /// # Errors
+        /// As [`Model::prepare_while`].
+        pub fn prepare_while(
+            config: &ModelConfig,
+            seed: Seed,
+            opt_in: bool,
+            proceed: Proceed<'_>,
+        ) -> Result<Box<dyn Model>, SetupError> {
             match config {
                 $(ModelConfig::$variant(config) => {
-                    Ok(Box::new(<$model>::prepare(config, seed, opt_in)?))
+                    Ok(Box::new(<$model>::prepare_while(config, seed, opt_in, proceed)?))
                 })+
             }
         }

@@ -54,6 +54,9 @@ pub enum Progress {
     Working,
 }
 
+/// Whether to continue with a start that takes long to build. It is asked at least every tenth of a second.
+pub type Proceed<'a> = &'a dyn Fn() -> bool;
+
 /// A start that cannot be run: what is wrong and what to change, for the user.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("{}", .0.what)]
@@ -63,6 +66,12 @@ impl SetupError {
     /// What is wrong with the start, and what to change.
     pub fn new(what: impl Into<String>, help: impl Into<String>) -> Self {
         Self(Message::new(what, help))
+    }
+
+    /// A start that was not completed, because [`Proceed`] returned `false`.
+    #[must_use]
+    pub fn stopped() -> Self {
+        Self::new("stopped while the start was built", "run the same command again")
     }
 }
 
@@ -156,6 +165,23 @@ pub trait Model: Content + Send {
     fn prepare(config: &Self::Config, seed: Seed, opt_in: bool) -> Result<Self, SetupError>
     where
         Self: Sized;
+
+    /// Builds the state at the start as [`Model::prepare`] does, unless `proceed` returns `false` before it is complete. A model whose
+    /// start takes longer than a tenth of a second asks.
+    ///
+    /// # Errors
+    /// As [`Model::prepare`], and [`SetupError::stopped`].
+    fn prepare_while(
+        config: &Self::Config,
+        seed: Seed,
+        opt_in: bool,
+        _proceed: Proceed<'_>,
+    ) -> Result<Self, SetupError>
+    where
+        Self: Sized,
+    {
+        Self::prepare(config, seed, opt_in)
+    }
 
     /// Whether a model that was restored from a checkpoint can be a state of a run with this configuration: its constants are
     /// those of the configuration, all numbers are finite, all positions are possible, and indices name existing particles.

@@ -3,6 +3,7 @@
 use crate::cell_grid::{Cell, CellGrid};
 use crate::cell_lists::{CellLists, NO_DISC};
 use crate::memory::with_large_pages;
+use crate::model::{Proceed, SetupError};
 use crate::random::Generator;
 use crate::simd::prefetch::prefetch;
 use kinetoscope_manifest::model::Boundary;
@@ -24,9 +25,24 @@ impl Rectangle {
 
 /// Random sequential addition stopped before all discs were placed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Jammed {
-    /// Discs that were placed.
-    pub placed: usize,
+pub enum Incomplete {
+    /// A disc found no free position.
+    Jammed {
+        /// Discs that were placed.
+        placed: usize,
+    },
+    /// The caller did not want to proceed.
+    Stopped,
+}
+
+impl Incomplete {
+    /// The error of a start; `jammed` is that of a jam after a number of discs.
+    pub(crate) fn into_error(self, jammed: impl FnOnce(usize) -> SetupError) -> SetupError {
+        match self {
+            Self::Jammed { placed } => jammed(placed),
+            Self::Stopped => SetupError::stopped(),
+        }
+    }
 }
 
 /// Trials per disc after which random sequential addition stops.
@@ -37,14 +53,15 @@ const MAX_TRIALS_PER_DISC: u32 = 2_000_000;
 /// Returns the centers in the order of `radii`. Discs that touch do not overlap. A periodic rectangle is wider than two discs.
 ///
 /// # Errors
-/// [`Jammed`] if a disc found no free position in 2,000,000 trials.
+/// A disc that found no free position in 2,000,000 trials. `proceed` is asked before each disc.
 pub fn random_sequential_addition(
     rectangle: Rectangle,
     boundary: Boundary,
     radii: &[f64],
     generator: &mut Generator,
     is_allowed: impl Fn([f64; 2], f64) -> bool,
-) -> Result<Vec<[f64; 2]>, Jammed> {
+    proceed: Proceed<'_>,
+) -> Result<Vec<[f64; 2]>, Incomplete> {
     let mut placed = PlacedDiscs::new(rectangle, boundary, radii);
     let mut upcoming = (radii.len() >= PREFETCHED_FROM).then(|| UpcomingTrials::of(generator));
     for (index, &radius) in radii.iter().enumerate() {
@@ -52,7 +69,10 @@ pub fn random_sequential_addition(
         let low = [rectangle.min[0] + margin, rectangle.min[1] + margin];
         let high = [rectangle.max[0] - margin, rectangle.max[1] - margin];
         if low[0] > high[0] || low[1] > high[1] {
-            return Err(Jammed { placed: index });
+            return Err(Incomplete::Jammed { placed: index });
+        }
+        if !proceed() {
+            return Err(Incomplete::Stopped);
         }
         let free = (0..MAX_TRIALS_PER_DISC).find_map(|_| {
             if let Some(upcoming) = &mut upcoming {
@@ -61,7 +81,7 @@ pub fn random_sequential_addition(
             let trial = drawn_in([low, high], generator);
             (is_allowed(trial, radius) && placed.is_free(trial, radius)).then_some(trial)
         });
-        let Some(center) = free else { return Err(Jammed { placed: index }) };
+        let Some(center) = free else { return Err(Incomplete::Jammed { placed: index }) };
         placed.push(center, radius);
     }
     Ok(placed.discs.iter().map(|&[x, y, ..]| [x, y]).collect())

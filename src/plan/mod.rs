@@ -5,6 +5,7 @@ pub mod restart_files;
 mod totals;
 pub mod why;
 
+use crate::interrupt::Interrupt;
 use crate::run::RunSpec;
 use crate::run::prepared::Prepared;
 use crate::run::resources::Estimate;
@@ -90,16 +91,17 @@ impl Starts {
         manifest: &RunManifest,
         canonical: &str,
         run_key: &RunKey,
+        interrupt: &Interrupt,
     ) -> Result<(Estimate, Option<Prepared>), SetupError> {
         if let (Self::Sampled, Some(sample)) = (self, sample_of(manifest)) {
             memory::check(manifest)?;
-            let start = Prepared::new(&sample, canonical, run_key.as_str());
+            let start = Prepared::new(&sample, canonical, run_key.as_str(), interrupt);
             // If there is no sample, the start itself tells why.
             if let Ok(start) = start {
                 return Ok((Estimate::of_sample(start.model.as_ref(), manifest)?, None));
             }
         }
-        let start = Prepared::new(manifest, canonical, run_key.as_str())?;
+        let start = Prepared::new(manifest, canonical, run_key.as_str(), interrupt)?;
         Ok((Estimate::of(&start, manifest), Some(start)))
     }
 }
@@ -138,17 +140,23 @@ impl Kept {
 }
 
 impl Plan {
-    /// Plans all runs of `experiment` below `output`. With `force`, no run counts as finished.
+    /// Plans all runs of `experiment` below `output`. With `force`, no run counts as finished. After an interrupt, the runs whose
+    /// starts are not complete are rejected.
     #[must_use]
-    pub fn new(experiment: &Experiment, output: &Path, force: bool) -> Self {
+    pub fn new(experiment: &Experiment, output: &Path, force: bool, interrupt: &Interrupt) -> Self {
         let room = if experiment.runs.len() == 1 { u64::MAX } else { KEPT_STARTS_BYTES };
-        Self::of(experiment, output, force, Starts::All { room }, |_| true)
+        Self::of(experiment, (output, force), Starts::All { room }, interrupt, |_| true)
     }
 
     /// The plan without the starts of large runs, which are estimated from samples: for a plan that is not executed.
     #[must_use]
-    pub fn outline(experiment: &Experiment, output: &Path, force: bool) -> Self {
-        Self::of(experiment, output, force, Starts::Sampled, |_| true)
+    pub fn outline(
+        experiment: &Experiment,
+        output: &Path,
+        force: bool,
+        interrupt: &Interrupt,
+    ) -> Self {
+        Self::of(experiment, (output, force), Starts::Sampled, interrupt, |_| true)
     }
 
     /// Plans only the runs with these run keys.
@@ -160,11 +168,13 @@ impl Plan {
         output: &Path,
         force: bool,
         keys: &[String],
+        interrupt: &Interrupt,
     ) -> Result<Self, String> {
         let wanted: HashSet<&str> = keys.iter().map(String::as_str).collect();
         let room = if keys.len() == 1 { u64::MAX } else { KEPT_STARTS_BYTES };
         let starts = Starts::All { room };
-        let plan = Self::of(experiment, output, force, starts, |key| wanted.contains(key.as_str()));
+        let is_wanted = |key: &RunKey| wanted.contains(key.as_str());
+        let plan = Self::of(experiment, (output, force), starts, interrupt, is_wanted);
         let planned: HashSet<&str> = plan.runs.iter().map(|run| run.run_key.as_str()).collect();
         match keys.iter().find(|key| !planned.contains(key.as_str())) {
             Some(unknown) => Err(unknown.clone()),
@@ -175,9 +185,9 @@ impl Plan {
     /// Builds the starts of the runs to be executed, on all processors, so that a run is rejected before the first one starts.
     fn of(
         experiment: &Experiment,
-        output: &Path,
-        force: bool,
+        (output, force): (&Path, bool),
         starts: Starts,
+        interrupt: &Interrupt,
         wanted: impl Fn(&RunKey) -> bool + Sync,
     ) -> Self {
         let folder = output.join(&experiment.name);
@@ -195,7 +205,7 @@ impl Plan {
             let recorded = (!force).then(|| finished(&folder, &stem, &run_key)).flatten();
             let (status, start) = match recorded {
                 Some(outcome) => (Status::Done(outcome), None),
-                None => match starts.estimated(manifest, &canonical, &run_key) {
+                None => match starts.estimated(manifest, &canonical, &run_key, interrupt) {
                     Ok((estimate, start)) => {
                         let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
                         let start = start.and_then(|start| kept.take(index, start, &estimate));
@@ -344,8 +354,8 @@ mod tests {
             let experiment = kinetoscope_manifest::parse(&text, "large.toml", &[]).unwrap();
             let run = &experiment.runs[0].manifest;
             assert!(sample_of(run).is_some(), "{model} has no sample");
-            let plan = Plan::new(&experiment, output.path(), false);
-            let outline = Plan::outline(&experiment, output.path(), false);
+            let plan = Plan::new(&experiment, output.path(), false, &Interrupt::default());
+            let outline = Plan::outline(&experiment, output.path(), false, &Interrupt::default());
             assert!(plan.runs[0].estimate().is_some(), "{model}: {:?}", plan.runs[0].status);
             assert_eq!(outline.runs[0].estimate(), plan.runs[0].estimate(), "{model}");
             assert!(plan.runs[0].take_start().is_some() && outline.runs[0].take_start().is_none());

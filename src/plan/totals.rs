@@ -58,6 +58,7 @@ fn largest(mut bytes: Vec<u64>, count: usize) -> u64 {
 #[allow(clippy::unwrap_used, reason = "a test may panic")]
 mod tests {
     use super::*;
+    use crate::interrupt::Interrupt;
 
     /// A disk with exactly the missing space must suffice after it was full.
     #[test]
@@ -65,7 +66,7 @@ mod tests {
         let output = tempfile::tempdir().unwrap();
         let experiment =
             kinetoscope_manifest::parse("seed = 1\n[model.gas]\n", "kept.toml", &[]).unwrap();
-        let plan = Plan::new(&experiment, output.path(), false);
+        let plan = Plan::new(&experiment, output.path(), false, &Interrupt::default());
         let whole = plan.bytes_at_once(1);
         fs::create_dir_all(&plan.folder).unwrap();
         let partial = file::partial_path(&plan.folder, &plan.runs[0].stem);

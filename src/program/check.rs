@@ -109,7 +109,8 @@ impl CheckArguments {
         }
         let experiment = reader.read(&step.manifest, step.overrides(overrides))?;
         let (output, jobs) = (&self.output, self.jobs);
-        let planner = Planner { output, keys: None, force: false, jobs, is_outline: true };
+        let planner =
+            Planner { output, keys: None, force: false, jobs, is_outline: true, interrupt: None };
         let planned = planner.plan(&experiment)?;
         planned.reject_invalid_starts(&experiment)?;
         let rerun = planner.rerun(&experiment, &planned)?;

@@ -53,7 +53,14 @@ impl WhyArguments {
         }
         let experiment = reader.read(&self.path, &overrides)?;
         let output = &self.output;
-        let planner = Planner { output, keys: None, force: false, jobs: None, is_outline: true };
+        let planner = Planner {
+            output,
+            keys: None,
+            force: false,
+            jobs: None,
+            is_outline: true,
+            interrupt: None,
+        };
         let planned = planner.plan(&experiment)?;
         let plan = &planned.plan;
         let earlier = Earlier::in_folder(&plan.folder);

@@ -24,12 +24,12 @@ pub fn run(run: &Run) -> Result<Recording, RunError> {
 /// [`run`], which ends at an interrupt with the outcome that states it.
 ///
 /// # Errors
-/// Like those of [`run`].
+/// Like those of [`run`], and `SetupError::stopped` at an interrupt before the start is complete.
 pub fn run_interruptibly(run: &Run, interrupt: &Interrupt) -> Result<Recording, RunError> {
     let manifest = &run.manifest;
     let canonical = manifest.canonical();
     let key = run_key(&canonical, kind_of(&manifest.model).physics_version, SCHEMA_VERSION);
-    let start = Prepared::new(manifest, &canonical, key.as_str())?;
+    let start = Prepared::new(manifest, &canonical, key.as_str(), interrupt)?;
     let recorder = Recorder::create(Vec::new(), &start.header)?;
     let mut state = record_start(start, recorder)?;
     let outcome = record_frames(&mut state, interrupt, &|_, _| {}, |_, _| Ok(()))?;

@@ -86,7 +86,7 @@ pub fn execute(
         kind.name,
         kind.physics_version
     );
-    let (mut state, start) = begin(spec, start, &identity, context.live)?;
+    let (mut state, start) = begin(spec, start, &identity, context)?;
     if let Some(gnuplot) = context.gnuplot {
         let mut files = gnuplot.begin(stem, kind.state_columns, &state.model.scenery());
         let mut frame = Frame::new();
@@ -127,10 +127,10 @@ fn begin(
     spec: RunSpec<'_>,
     start: Option<Prepared>,
     identity: &str,
-    live: Option<&LiveServer>,
+    context: RunContext<'_>,
 ) -> Result<(RunState, RunStart), RunError> {
     let RunSpec { manifest, canonical, run_key, folder, stem } = spec;
-    let observer = || live.and_then(|live| live.observer(stem));
+    let observer = || context.live.and_then(|live| live.observer(stem));
     let run_start = match resume(spec, identity) {
         Ok(Some((mut recorder, next, prepared))) => {
             if let Some(observer) = observer() {
@@ -145,7 +145,7 @@ fn begin(
     };
     let start = match start {
         Some(start) => start,
-        None => Prepared::new(manifest, canonical, run_key)?,
+        None => Prepared::new(manifest, canonical, run_key, context.interrupt)?,
     };
     let file = RecordingFile::create(folder, stem)?;
     // An older checkpoint would refer to bytes that no longer exist.

@@ -1,5 +1,6 @@
 //! A run that is ready to be recorded: its model, the schedule of its frames and the header of its recording, built once.
 
+use crate::interrupt::Interrupt;
 use crate::run::resources::memory;
 use crate::run::schedule::Schedule;
 use kinetoscope_console::Explained as _;
@@ -7,7 +8,7 @@ use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::record::{Compression, RecordConfig};
 use kinetoscope_physics::model::{Extent, Model, ModelKind, SetupError, Target};
 use kinetoscope_physics::random::Seed;
-use kinetoscope_physics::{kind_of, prepare};
+use kinetoscope_physics::{kind_of, prepare_while};
 use kinetoscope_recording::recorder::{self, Header, Selection, StoredFrames};
 use std::fmt;
 
@@ -36,12 +37,18 @@ impl Prepared {
     /// Builds the start of a run. `canonical` is the text of the manifest that the recording embeds.
     ///
     /// # Errors
-    /// A run that needs more memory than is available, or a start, a schedule or a header that cannot be run.
-    pub fn new(manifest: &RunManifest, canonical: &str, run_key: &str) -> Result<Self, SetupError> {
+    /// A run that needs more memory than is available, a start, a schedule or a header that cannot be run, or
+    /// [`SetupError::stopped`] after an interrupt.
+    pub fn new(
+        manifest: &RunManifest,
+        canonical: &str,
+        run_key: &str,
+        interrupt: &Interrupt,
+    ) -> Result<Self, SetupError> {
         memory::check(manifest)?;
         let seed = Seed { seed: manifest.seed, replicate: manifest.replicate };
         let opt_in = wants_opt_in(kind_of(&manifest.model), &manifest.record);
-        let model = prepare(&manifest.model, seed, opt_in)?;
+        let model = prepare_while(&manifest.model, seed, opt_in, &|| !interrupt.is_raised())?;
         let prepared = Self::of(model, manifest, canonical, run_key)?;
         prepared.header.check().map_err(|error| SetupError(error.message()))?;
         Ok(prepared)

@@ -214,7 +214,7 @@ pub fn find_step(
     if frame == 0 {
         return None;
     }
-    let mut runs = [start_of(left)?, start_of(right)?];
+    let mut runs = [start_of(left, interrupt)?, start_of(right, interrupt)?];
     if have_other_steps(&runs) {
         return Some(Divergence { has_other_steps: true, ..divergence.clone() });
     }
@@ -317,9 +317,9 @@ fn common_instants(runs: &[Prepared; 2], frame: u64) -> Option<Vec<[Target; 2]>>
     })
 }
 
-/// The start of the run of a recording; `None` if this program cannot execute it.
-fn start_of(recording: &Recording) -> Option<Prepared> {
-    Source::of(recording).ok()?.prepared().ok()
+/// The start of the run of a recording; `None` if this program cannot execute it, or after an interrupt.
+fn start_of(recording: &Recording, interrupt: &Interrupt) -> Option<Prepared> {
+    Source::of(recording).ok()?.prepared(interrupt).ok()
 }
 
 /// The values of a model's state, row by row.

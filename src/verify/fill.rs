@@ -28,7 +28,7 @@ pub fn fill(
     let source = Source::open(path)?;
     source.reject_other_physics()?;
     check_suitable(&source, interrupt)?;
-    let start = source.prepared_with_all_frames()?;
+    let start = source.prepared_with_all_frames(interrupt)?;
     let output = match output {
         Some(output) => output.to_owned(),
         None => default_output(&source, &start.header.run_key),

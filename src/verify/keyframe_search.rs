@@ -1,5 +1,6 @@
 //! The keyframe from which a run continues.
 
+use crate::interrupt::Interrupt;
 use crate::run::prepared::Prepared;
 use crate::run::schedule::is_at_or_before;
 use crate::verify::error::VerifyError;
@@ -21,11 +22,12 @@ pub(crate) struct Base {
 /// The nearest keyframe at or before a target that can be restored; the start of the run if there is none.
 ///
 /// # Errors
-/// A recording that cannot be opened, or a run that does not start.
+/// A recording that cannot be opened, a run that does not start, or an interruption.
 pub(crate) fn nearest(
     source: &Source,
     start: &Prepared,
     before: Target,
+    interrupt: &Interrupt,
 ) -> Result<Base, VerifyError> {
     let mut notes = Vec::new();
     let mut found: Vec<(u64, Vec<u8>)> = Vec::new();
@@ -65,5 +67,5 @@ pub(crate) fn nearest(
         }
         notes.push(format!("the keyframe of frame {frame} is damaged: the one before it is used"));
     }
-    Ok(Base { prepared: source.prepared_with_all_frames()?, frame: 0, notes })
+    Ok(Base { prepared: source.prepared_with_all_frames(interrupt)?, frame: 0, notes })
 }

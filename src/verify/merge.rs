@@ -1,5 +1,6 @@
 //! One recording of several runs, for a viewer.
 
+use crate::interrupt::Interrupt;
 use crate::run::recording;
 use crate::verify::error::VerifyError;
 use crate::verify::restored_file::unwritten;
@@ -98,7 +99,7 @@ fn layout_path(file: &Path) -> PathBuf {
 /// # Errors
 /// A run that this program cannot start.
 fn layout(recording: &Recording) -> Result<String, VerifyError> {
-    Ok(layout_json(&Source::of(recording)?.prepared()?.header)?)
+    Ok(layout_json(&Source::of(recording)?.prepared(&Interrupt::default())?.header)?)
 }
 
 /// What tells the runs apart: the values of the manifest's keys that are not the same in all of them, or a number.

@@ -10,6 +10,7 @@ use kinetoscope_console::text::shown_path;
 use kinetoscope_files::folder::folder_of;
 use kinetoscope_manifest::{RunManifest, parse_run, run_key};
 use kinetoscope_physics::kind_of;
+use kinetoscope_physics::model::SetupError;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::file::is_being_written;
@@ -76,16 +77,20 @@ impl Source {
     }
 
     /// The start of the run, with the frames and the run key of the recording.
-    pub(crate) fn prepared(&self) -> Result<Prepared, VerifyError> {
+    pub(crate) fn prepared(&self, interrupt: &Interrupt) -> Result<Prepared, VerifyError> {
         let run_key = &self.recording.provenance().run_key;
-        Ok(Prepared::new(&self.manifest, self.recording.manifest(), run_key)?)
+        let canonical = self.recording.manifest();
+        unless_interrupted(Prepared::new(&self.manifest, canonical, run_key, interrupt), interrupt)
     }
 
     /// The start of the run, with all frames recorded.
-    pub(crate) fn prepared_with_all_frames(&self) -> Result<Prepared, VerifyError> {
+    pub(crate) fn prepared_with_all_frames(
+        &self,
+        interrupt: &Interrupt,
+    ) -> Result<Prepared, VerifyError> {
         let manifest = self.manifest.with_all_frames();
         let (canonical, key) = self.identity(&manifest);
-        Ok(Prepared::new(&manifest, &canonical, &key)?)
+        unless_interrupted(Prepared::new(&manifest, &canonical, &key, interrupt), interrupt)
     }
 
     /// The canonical text of a manifest of this run, and its run key.
@@ -93,6 +98,17 @@ impl Source {
         let canonical = manifest.canonical();
         let key = run_key(&canonical, self.own_physics_version(), SCHEMA_VERSION);
         (canonical, key.as_str().to_owned())
+    }
+}
+
+/// The start of a run, or the signal that stopped it.
+fn unless_interrupted(
+    start: Result<Prepared, SetupError>,
+    interrupt: &Interrupt,
+) -> Result<Prepared, VerifyError> {
+    match (start, interrupt.exit_code()) {
+        (Err(_), Some(code)) => Err(VerifyError::Interrupted(code)),
+        (start, _) => Ok(start?),
     }
 }
 

@@ -67,7 +67,7 @@ pub fn verify(
     let (frames, is_damaged) = (readable.frames, readable.damage.is_some());
     let is_unfinished = is_damaged || provenance.outcome == Some(Outcome::Interrupted);
     let rerun = || -> Result<Rerun<'_>, VerifyError> {
-        let mut rerun = Rerun::new(source.prepared()?, interrupt);
+        let mut rerun = Rerun::new(source.prepared(interrupt)?, interrupt);
         rerun.last = is_unfinished.then_some((readable.last, Outcome::Interrupted));
         Ok(rerun)
     };

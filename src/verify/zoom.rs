@@ -37,7 +37,7 @@ pub fn zoom(
     source.reject_other_physics()?;
     source.reject_part()?;
     let damage = ReadablePart::of(&source, interrupt)?.damage;
-    let start = source.prepared_with_all_frames()?;
+    let start = source.prepared_with_all_frames(interrupt)?;
     let fine = FineFrames::new(&start, &interval)?;
     let output = match output {
         Some(output) => output.to_owned(),
@@ -49,7 +49,7 @@ pub fn zoom(
     };
     check_output(&source, &output, &source.identity(&fine.manifest(&source)).1)?;
     let before = fine.target(fine.first.saturating_sub(1));
-    let base = nearest(&source, &start, before)?;
+    let base = nearest(&source, &start, before, interrupt)?;
     let passed = check(&source, base, before, fine.target(fine.last), interrupt)?;
     let outcome = written(&output, |file| record(&source, &passed.model, &fine, file, interrupt))?;
     let mut notes = passed.notes;

@@ -102,7 +102,7 @@ fn forge_and_resume(count: usize, seed: u64) -> usize {
         fs::write(&manifest, &text).unwrap();
         let experiment = kinetoscope_manifest::parse(&text, &format!("{name}.toml"), &[]).unwrap();
         let output = folder.path().join("recordings");
-        let plan = Plan::new(&experiment, &output, false);
+        let plan = Plan::new(&experiment, &output, false, &Interrupt::default());
         interrupt_all(&plan);
         for run in &plan.runs[1..] {
             forge(&checkpoint::path(&plan.folder, &run.stem), &mut numbers);

@@ -19,6 +19,8 @@ mod uniformity;
 
 // Signals, full disks and failing system calls lose no run.
 mod faults_lose_no_run;
+// An interrupt stops a run also while its start is built.
+mod interrupts_stop_a_start;
 // A larger sweep keeps keys and bytes of the runs that exist.
 mod extended_sweep_keeps_existing_runs;
 // Observation does not change the trajectory.

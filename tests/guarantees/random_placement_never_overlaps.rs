@@ -13,9 +13,10 @@
 use crate::uniformity::kolmogorov_smirnov;
 use kinetoscope_manifest::model::Boundary;
 use kinetoscope_physics::placement::{
-    Jammed, Rectangle, random_sequential_addition, square_lattice,
+    Incomplete, Rectangle, random_sequential_addition, square_lattice,
 };
 use kinetoscope_physics::random::{Generator, Seed, Stream};
+use std::cell::Cell;
 
 const SQUARE: Rectangle = Rectangle { min: [-20.0, -20.0], max: [20.0, 20.0] };
 const STRIP: Rectangle = Rectangle { min: [3.0, -1.0], max: [203.0, 2.5] };
@@ -28,8 +29,8 @@ fn place(
     rectangle: Rectangle,
     radii: &[f64],
     generator: &mut Generator,
-) -> Result<Vec<[f64; 2]>, Jammed> {
-    random_sequential_addition(rectangle, Boundary::Walls, radii, generator, |_, _| true)
+) -> Result<Vec<[f64; 2]>, Incomplete> {
+    random_sequential_addition(rectangle, Boundary::Walls, radii, generator, |_, _| true, &|| true)
 }
 
 fn overlaps(centers: &[[f64; 2]], radii: &[f64]) -> bool {
@@ -104,13 +105,31 @@ fn discs_that_do_not_fit_are_rejected() {
     let small = Rectangle { min: [0.0, 0.0], max: [3.0, 3.0] };
     // The centers of two unit discs need a distance of 2; the square of possible centers has a diagonal of 1.41.
     let jammed = place(small, &[1.0, 1.0], &mut positions(1));
-    assert_eq!(jammed, Err(Jammed { placed: 1 }));
+    assert_eq!(jammed, Err(Incomplete::Jammed { placed: 1 }));
     let too_large = place(small, &[1.0, 1.6], &mut positions(1));
-    assert_eq!(too_large, Err(Jammed { placed: 1 }));
+    assert_eq!(too_large, Err(Incomplete::Jammed { placed: 1 }));
     // A disc that fits exactly is in the middle.
     let exact = place(small, &[1.5], &mut positions(1));
     assert_eq!(exact, Ok(vec![[1.5, 1.5]]));
     assert_eq!(place(small, &[], &mut positions(1)), Ok(vec![]));
+}
+
+/// Guarantee: the caller is asked before each disc whether to proceed.
+#[test]
+fn placement_stops_between_two_discs() {
+    let asked = Cell::new(0);
+    let stops_after = |discs| {
+        asked.set(0);
+        let proceed = || {
+            asked.set(asked.get() + 1);
+            asked.get() <= discs
+        };
+        let (radii, all) = ([1.0; 50], |_, _| true);
+        let generator = &mut positions(14);
+        random_sequential_addition(SQUARE, Boundary::Walls, &radii, generator, all, &proceed)
+    };
+    assert_eq!((stops_after(7), asked.get()), (Err(Incomplete::Stopped), 8));
+    assert_eq!(stops_after(50), place(SQUARE, &[1.0; 50], &mut positions(14)));
 }
 
 /// Position of the first disc for 20000 seeds, as fractions of the range of its center.

@@ -25,6 +25,7 @@ use kinetoscope_physics::model::{Model, SetupError};
 use kinetoscope_physics::packing::Packing;
 use kinetoscope_physics::random::Seed;
 use kinetoscope_recording::channels::{PackingCollisions, PackingTemperature};
+use std::cell::Cell;
 use std::f64::consts::PI;
 
 /// Setup: 2000 discs at four packing fractions.
@@ -128,6 +129,24 @@ fn impossible_compression_is_rejected() {
     let text = message.to_string();
     println!("{text}");
     assert!(text.contains("compression reached") && text.contains("smaller radius"), "{text}");
+}
+
+/// Guarantee: a compression asks regularly whether to proceed, because the manifest bounds no number of its collisions.
+/// Setup: ten discs that need 1e10 collisions per disc.
+/// Control: the same discs at the default rate are compressed.
+#[test]
+fn slow_compression_can_be_stopped() {
+    let discs = placed(at_fraction(10, 0.5), PackingPlacement::Compressed);
+    let slow = PackingConfig { compression_rate: Positive::literal(1e-9), ..discs.clone() };
+    let asked = Cell::new(0);
+    let proceed = || {
+        asked.set(asked.get() + 1);
+        asked.get() < 20
+    };
+    let stopped = Packing::prepare_while(&slow, Seed { seed: 1, replicate: 0 }, false, &proceed);
+    assert_eq!(stopped.err(), Some(SetupError::stopped()));
+    assert_eq!(asked.get(), 20);
+    prepare(&discs, 1, 0);
 }
 
 /// Setup: 1000 discs at 0.4, 2e5 collisions.

@@ -29,7 +29,9 @@ mod totals;
 mod validity;
 mod walls;
 
-use crate::model::{Extent, Model, ModelKind, Progress, SetupError, SimulationFault, Target};
+use crate::model::{
+    Extent, Model, ModelKind, Proceed, Progress, SetupError, SimulationFault, Target,
+};
 use crate::random::Seed;
 use crate::simd::registers::Register as _;
 use diagnosis::{Diagnosis, messages};
@@ -131,6 +133,15 @@ impl Model for Dem {
 
     /// Prepares the first state; with `forces`, frames contain the force of every contact and on every disc.
     fn prepare(config: &DemConfig, seed: Seed, forces: bool) -> Result<Self, SetupError> {
+        Self::prepare_while(config, seed, forces, &|| true)
+    }
+
+    fn prepare_while(
+        config: &DemConfig,
+        seed: Seed,
+        forces: bool,
+        proceed: Proceed<'_>,
+    ) -> Result<Self, SetupError> {
         let diagnosis = Diagnosis::of(config);
         let mut warnings = Vec::new();
         if diagnosis.is_rejected() {
@@ -143,7 +154,7 @@ impl Model for Dem {
         let parameters = Parameters { records_forces: forces, ..Parameters::new(config) };
         let mut drawn = start::drawn_discs(config, &parameters, seed);
         let inserted = drawn.split_off(config.discs.get() as usize);
-        let mut discs = start::place(drawn, config, &parameters, seed)?;
+        let mut discs = start::place(drawn, config, &parameters, seed, proceed)?;
         let insertion = Insertion::new(config, &parameters, seed, inserted);
         let facts = messages::facts(config, &parameters, &diagnosis, &discs);
         let initial_top_speed = discs

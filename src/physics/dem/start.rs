@@ -5,7 +5,7 @@ use super::motion;
 use super::neighbors::cell_grid::CellGrid;
 use super::parameters::Parameters;
 use super::walls::PlacedWall;
-use crate::model::SetupError;
+use crate::model::{Proceed, SetupError};
 use crate::placement::{Rectangle, random_sequential_addition, square_lattice};
 use crate::random::{Generator, Seed, Stream};
 use crate::restart_state;
@@ -25,6 +25,7 @@ pub(super) fn place(
     config: &DemConfig,
     parameters: &Parameters,
     seed: Seed,
+    proceed: Proceed<'_>,
 ) -> Result<Discs, SetupError> {
     let radii: &Vec<f64> = &drawn.iter().map(|disc| disc.radius).collect();
     let (_, largest) = parameters.radius_range;
@@ -49,9 +50,18 @@ pub(super) fn place(
         Placement::Random => {
             let mut generator = seed.stream(Stream::Positions);
             let is_free = |center, radius| overlapped_wall(&walls, center, radius).is_none();
-            random_sequential_addition(rectangle, Boundary::Walls, radii, &mut generator, is_free)
-                .map_err(|jammed| {
-                no_room(config, parameters, radii, &format!("only {} are placed", jammed.placed))
+            let placed = random_sequential_addition(
+                rectangle,
+                Boundary::Walls,
+                radii,
+                &mut generator,
+                is_free,
+                proceed,
+            );
+            placed.map_err(|incomplete| {
+                incomplete.into_error(|placed| {
+                    no_room(config, parameters, radii, &format!("only {placed} are placed"))
+                })
             })?
         }
         Placement::Lattice => square_lattice(rectangle, largest, radii.len()).ok_or_else(|| {

@@ -5,7 +5,7 @@ use super::motion::Particle;
 use super::pressure::{SpeedMoments, speed_at};
 use super::speed_distribution::InitialSpeeds;
 use super::state::Substance;
-use crate::model::SetupError;
+use crate::model::{Proceed, SetupError};
 use crate::placement::{Rectangle, random_sequential_addition};
 use crate::random::{Seed, Stream};
 use crate::restart_state;
@@ -29,9 +29,10 @@ pub(super) fn prepare(
     config: &GasConfig,
     seed: Seed,
     substance: &Substance,
+    proceed: Proceed<'_>,
 ) -> Result<InitialState, SetupError> {
     let mut unscaled = match &config.placement {
-        GasPlacement::Random => draw(config, seed)?,
+        GasPlacement::Random => draw(config, seed, proceed)?,
         GasPlacement::Given(state) => from_rows(config, &given_rows(config, state)?)?,
         GasPlacement::Recorded(start) => {
             from_rows(config, &restart_state::rows(start, ["x", "y", "vx", "vy"])?)?
@@ -98,7 +99,7 @@ impl InitialState {
 }
 
 /// Draws positions, directions and speeds; speeds are in units of their scale.
-fn draw(config: &GasConfig, seed: Seed) -> Result<InitialState, SetupError> {
+fn draw(config: &GasConfig, seed: Seed, proceed: Proceed<'_>) -> Result<InitialState, SetupError> {
     let initial_speeds = match (config.speed_distribution, config.speed_scale) {
         (_, SpeedScale::Given | SpeedScale::Temperature(_))
             if !config.speeds_m_per_s.is_empty() =>
@@ -137,7 +138,7 @@ fn draw(config: &GasConfig, seed: Seed) -> Result<InitialState, SetupError> {
         }
     };
     let velocities: Vec<[f64; 2]> = (0..config.particles.get() as usize).map(velocity).collect();
-    let particles = draw_positions(config, seed)?
+    let particles = draw_positions(config, seed, proceed)?
         .into_iter()
         .zip(velocities)
         .map(|(position, velocity)| Particle { position, velocity })
@@ -146,7 +147,11 @@ fn draw(config: &GasConfig, seed: Seed) -> Result<InitialState, SetupError> {
 }
 
 /// Draws positions relative to the center: those of points from their distribution, those of discs uniformly without overlap.
-fn draw_positions(config: &GasConfig, seed: Seed) -> Result<Vec<[f64; 2]>, SetupError> {
+fn draw_positions(
+    config: &GasConfig,
+    seed: Seed,
+    proceed: Proceed<'_>,
+) -> Result<Vec<[f64; 2]>, SetupError> {
     let radius = config.radius_m.get();
     let mut draws = seed.stream(Stream::Positions);
     let count = config.particles.get();
@@ -171,14 +176,16 @@ fn draw_positions(config: &GasConfig, seed: Seed) -> Result<Vec<[f64; 2]>, Setup
     let center_limit = radius - disc_radius;
     let is_inside = |[x, y]: [f64; 2], _: f64| x * x + y * y <= center_limit * center_limit;
     let radii = vec![disc_radius; count as usize];
-    random_sequential_addition(square, Boundary::Walls, &radii, &mut draws, is_inside).map_err(
-        |jammed| {
+    let placed =
+        random_sequential_addition(square, Boundary::Walls, &radii, &mut draws, is_inside, proceed);
+    placed.map_err(|incomplete| {
+        incomplete.into_error(|placed| {
             SetupError::new(
-                format!("only {} of {count} discs fit without overlap", jammed.placed),
+                format!("only {placed} of {count} discs fit without overlap"),
                 "reduce particles or disc_radius_m, or increase radius_m",
             )
-        },
-    )
+        })
+    })
 }
 
 fn from_polar(length: f64, angle: f64) -> [f64; 2] {

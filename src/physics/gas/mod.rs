@@ -42,7 +42,9 @@ use self::speed_distribution::InitialSpeeds;
 use self::state::{Container, GasState, Substance};
 use self::tallies::WallTallies;
 use self::temperature_schedule::TemperatureSchedule;
-use crate::model::{Extent, Model, ModelKind, Progress, SetupError, SimulationFault, Target};
+use crate::model::{
+    Extent, Model, ModelKind, Proceed, Progress, SetupError, SimulationFault, Target,
+};
 use crate::random::Seed;
 use crate::sum::CompensatedSum;
 use kinetoscope_manifest::model::GasConfig;
@@ -105,9 +107,18 @@ impl Model for Gas {
     }
 
     /// Draws positions and velocities from separate streams. A gas records no single collisions, so `per_collision` has no effect.
-    fn prepare(config: &GasConfig, seed: Seed, _per_collision: bool) -> Result<Self, SetupError> {
+    fn prepare(config: &GasConfig, seed: Seed, per_collision: bool) -> Result<Self, SetupError> {
+        Self::prepare_while(config, seed, per_collision, &|| true)
+    }
+
+    fn prepare_while(
+        config: &GasConfig,
+        seed: Seed,
+        _per_collision: bool,
+        proceed: Proceed<'_>,
+    ) -> Result<Self, SetupError> {
         let substance = Substance::new(config);
-        let initial = initial_state::prepare(config, seed, &substance)?;
+        let initial = initial_state::prepare(config, seed, &substance, proceed)?;
         numeric_range::check(config, &initial.particles)?;
         let particles = Particles::of(&initial.particles);
         let state = GasState {

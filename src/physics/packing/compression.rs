@@ -8,7 +8,7 @@ use super::engine::{Engine, StepOutcome};
 use super::motion::Vector;
 use super::observables::VelocityMoments;
 use super::random_start::{is_equal, packing_fraction, random_positions, random_velocities};
-use crate::model::SetupError;
+use crate::model::{Proceed, SetupError};
 use crate::random::{Seed, Stream};
 use kinetoscope_manifest::model::{InitialVelocities, PackingConfig};
 
@@ -23,6 +23,9 @@ const JAMMED_PRESSURE: f64 = 1e7;
 
 /// Packing fraction of the densest packing of equal discs, π/(2 √3).
 const HEXAGONAL_FRACTION: f64 = 0.9069;
+
+/// Events between two questions whether to proceed.
+const EVENTS_PER_QUESTION: u64 = 1 << 14;
 
 /// Mean square speed during compression, for a thermal speed of 1.
 const MEAN_SQUARE_SPEED: f64 = 2.0;
@@ -40,11 +43,12 @@ pub(super) struct CompressedStart {
 /// Lets discs grow to these radii, or until the pressure is the target of the manifest.
 ///
 /// # Errors
-/// Discs that jam before.
+/// Discs that jam before, or a stop: the number of collisions is proportional to 1/`compression_rate`, which has no lower bound.
 pub(super) fn compress(
     config: &PackingConfig,
     radii: &[f64],
     seed: Seed,
+    proceed: Proceed<'_>,
 ) -> Result<CompressedStart, SetupError> {
     let fraction = packing_fraction(config, radii);
     if is_equal(config)
@@ -61,7 +65,7 @@ pub(super) fn compress(
     let initial = if fraction > 2.0 * INITIAL_FRACTION { INITIAL_FRACTION } else { 0.5 * fraction };
     let scale = (initial / fraction).sqrt();
     let small: Vec<f64> = radii.iter().map(|radius| scale * radius).collect();
-    let positions = random_positions(config, &small, seed)?;
+    let positions = random_positions(config, &small, seed, proceed)?;
     // A thermal speed of 1, whatever the initial velocities of the run.
     let unmodified =
         PackingConfig { initial_velocities: InitialVelocities::UnitVariance, ..config.clone() };
@@ -78,7 +82,7 @@ pub(super) fn compress(
     // Growth of radius over full radius per unit of time, at a thermal speed of 1.
     let rate = config.compression_rate.get() / (2.0 * config.radius.get());
     engine.grow(scale, rate);
-    let result = grow(&mut engine, config, [scale, rate])?;
+    let result = grow(&mut engine, config, [scale, rate], proceed)?;
     Ok(CompressedStart {
         positions: engine.positions_and_velocities().map(|(position, _)| position).collect(),
         scale: result.scale,
@@ -102,12 +106,16 @@ fn grow(
     engine: &mut Engine,
     config: &PackingConfig,
     [scale, rate]: [f64; 2],
+    proceed: Proceed<'_>,
 ) -> Result<GrowthResult, SetupError> {
     let end = (1.0 - scale) / rate;
     let window = COLLISIONS_BETWEEN_RESCALINGS * u64::from(config.discs.get());
     let mut result = GrowthResult { scale: 1.0, collisions: 0, reduced_pressure: 1.0 };
     let (mut virial, mut window_start) = (0.0, 0.0);
-    loop {
+    for event in 1_u64.. {
+        if event.is_multiple_of(EVENTS_PER_QUESTION) && !proceed() {
+            return Err(SetupError::stopped());
+        }
         let outcome = engine
             .step::<1>(end)
             .map_err(|fault| jammed(config, engine.scale(), &fault.to_string()))?;

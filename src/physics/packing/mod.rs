@@ -42,7 +42,9 @@ use self::collision::Collision;
 use self::domain::Domain;
 use self::engine::{Engine, StepOutcome};
 use self::observables::{CollisionSeries, CollisionStatistics, VelocityMoments};
-use crate::model::{Extent, Model, ModelKind, Progress, SetupError, SimulationFault, Target};
+use crate::model::{
+    Extent, Model, ModelKind, Proceed, Progress, SetupError, SimulationFault, Target,
+};
 use crate::random::{Seed, Stream};
 use crate::simd::registers::{self, InstructionSet, Kernel};
 use kinetoscope_manifest::model::{PackingConfig, PackingPlacement, RunLength};
@@ -109,7 +111,16 @@ impl Model for Packing {
         seed: Seed,
         per_collision: bool,
     ) -> Result<Self, SetupError> {
-        let start = start::start(config, seed)?;
+        Self::prepare_while(config, seed, per_collision, &|| true)
+    }
+
+    fn prepare_while(
+        config: &PackingConfig,
+        seed: Seed,
+        per_collision: bool,
+        proceed: Proceed<'_>,
+    ) -> Result<Self, SetupError> {
+        let start = start::start(config, seed, proceed)?;
         let moments = VelocityMoments::of(start.velocities.iter().copied());
         let mut series = per_collision.then(CollisionSeries::default);
         if let Some(series) = &mut series {

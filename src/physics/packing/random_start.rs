@@ -1,7 +1,7 @@
 //! Random radii, positions and velocities.
 
 use super::motion::{self, Vector};
-use crate::model::SetupError;
+use crate::model::{Proceed, SetupError};
 use crate::placement::{Rectangle, random_sequential_addition};
 use crate::random::{Generator, Seed, Stream};
 use kinetoscope_manifest::model::{InitialVelocities, PackingConfig};
@@ -60,26 +60,29 @@ pub(super) fn check_random_placement(
 /// Places discs of these radii by random sequential addition.
 ///
 /// # Errors
-/// A disc for which no free position was found.
+/// A disc for which no free position was found, or a stop.
 pub(super) fn random_positions(
     config: &PackingConfig,
     radii: &[f64],
     seed: Seed,
+    proceed: Proceed<'_>,
 ) -> Result<Vec<Vector>, SetupError> {
     let mut generator = seed.stream(Stream::Positions);
     let (rectangle, boundary) = (rectangle(config), config.boundary);
+    let all = |_, _| true;
     let placed =
-        random_sequential_addition(rectangle, boundary, radii, &mut generator, |_, _| true);
-    placed.map_err(|jammed| {
-        SetupError::new(
-            format!(
-                "random placement found room for {} of {} discs (packing fraction {:.4}, and walls take room)",
-                jammed.placed,
-                config.discs,
-                packing_fraction(config, radii)
-            ),
-            OTHER_PLACEMENTS,
-        )
+        random_sequential_addition(rectangle, boundary, radii, &mut generator, all, proceed);
+    placed.map_err(|incomplete| {
+        incomplete.into_error(|placed| {
+            SetupError::new(
+                format!(
+                    "random placement found room for {placed} of {} discs (packing fraction {:.4}, and walls take room)",
+                    config.discs,
+                    packing_fraction(config, radii)
+                ),
+                OTHER_PLACEMENTS,
+            )
+        })
     })
 }
 

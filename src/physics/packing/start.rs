@@ -12,7 +12,7 @@ use super::random_start::{
 };
 use crate::cell_grid::Cell;
 use crate::cell_lists::CellLists;
-use crate::model::SetupError;
+use crate::model::{Proceed, SetupError};
 use crate::placement::square_lattice;
 use crate::random::{Seed, Stream};
 use crate::restart_state::rows;
@@ -44,19 +44,24 @@ pub(super) struct PackingStart {
 /// Places the discs and assigns velocities.
 ///
 /// # Errors
-/// Discs that do not fit, overlap, or are outside of the box.
-pub(super) fn start(config: &PackingConfig, seed: Seed) -> Result<PackingStart, SetupError> {
+/// Discs that do not fit, overlap, or are outside of the box, or a stop.
+pub(super) fn start(
+    config: &PackingConfig,
+    seed: Seed,
+    proceed: Proceed<'_>,
+) -> Result<PackingStart, SetupError> {
     check_size(config)?;
     let mut radii = random_radii(config, seed);
     let mut scale = 1.0;
     let (mut positions, placement) = match &config.placement {
         PackingPlacement::Random => {
             check_random_placement(config, &radii)?;
-            (random_positions(config, &radii, seed)?, "random sequential addition".to_owned())
+            let positions = random_positions(config, &radii, seed, proceed)?;
+            (positions, "random sequential addition".to_owned())
         }
         PackingPlacement::Lattice => lattice_positions(config)?,
         PackingPlacement::Compressed => {
-            let compressed = compress(config, &radii, seed)?;
+            let compressed = compress(config, &radii, seed, proceed)?;
             scale = compressed.scale;
             (compressed.positions, compressed.description)
         }

@@ -9,6 +9,7 @@ use crate::manifests::step::Step;
 use crate::messages::exit::unread;
 use crate::messages::{Failure, bad, has_colors};
 use clap::Args;
+use kinetoscope::interrupt::Interrupt;
 use kinetoscope::plan::restart_files::StartFiles;
 use kinetoscope::plan::{Plan, Status};
 use kinetoscope_analysis::metric_names;
@@ -291,7 +292,7 @@ impl<'a> ManifestReader<'a> {
                 NoRecording::Invalid(format!("{shown} has errors:\n{errors}"))
             })
         })?;
-        let plan = Plan::outline(&experiment, &self.output, false);
+        let plan = Plan::outline(&experiment, &self.output, false, &Interrupt::default());
         let [run] = plan.runs.as_slice() else {
             let what = format!("{shown} has {} runs; must have 1", plan.runs.len());
             return Err(NoRecording::Invalid(what));

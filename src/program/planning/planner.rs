@@ -3,6 +3,7 @@
 use crate::messages::exit;
 use crate::messages::{Failure, bad, name_of};
 use crate::output::OutputArguments;
+use kinetoscope::interrupt::Interrupt;
 use kinetoscope::outputs::upload::Uploader;
 use kinetoscope::plan::Plan;
 use kinetoscope_console::Exit;
@@ -23,6 +24,8 @@ pub(crate) struct Planner<'a> {
     pub(crate) jobs: Option<NonZeroUsize>,
     /// Whether the plan is not executed.
     pub(crate) is_outline: bool,
+    /// Stops the plan; `None` before the program listens to signals, which then end it at once.
+    pub(crate) interrupt: Option<&'a Interrupt>,
 }
 
 /// A plan, and where its recordings go.
@@ -40,13 +43,19 @@ impl Planner<'_> {
     pub(crate) fn plan(&self, experiment: &Experiment) -> Result<Planned, Failure> {
         let folder = self.output.folder()?;
         let depot = self.output.depot(&experiment.name)?;
+        let (force, never) = (self.force, Interrupt::default());
+        let interrupt = self.interrupt.unwrap_or(&never);
         let mut plan = match self.keys {
-            None if self.is_outline => Plan::outline(experiment, &folder, self.force),
-            None => Plan::new(experiment, &folder, self.force),
-            Some(keys) => Plan::of_keys(experiment, &folder, self.force, keys).map_err(|key| {
-                bad(format!("no run has the key {key}"))
-                    .help("submit the runs again: the manifest or the program has changed since")
-            })?,
+            None if self.is_outline => Plan::outline(experiment, &folder, force, interrupt),
+            None => Plan::new(experiment, &folder, force, interrupt),
+            Some(keys) => {
+                let plan = Plan::of_keys(experiment, &folder, force, keys, interrupt);
+                plan.map_err(|key| {
+                    bad(format!("no run has the key {key}")).help(
+                        "submit the runs again: the manifest or the program has changed since",
+                    )
+                })?
+            }
         };
         if let Some(depot) = &depot {
             depot.find(&mut plan, self.force).map_err(|error| {

@@ -105,6 +105,7 @@ impl RunArguments {
             force: self.execution.force,
             jobs: self.execution.jobs,
             is_outline: self.execution.dry_run,
+            interrupt: None,
         }
     }
 }

@@ -28,6 +28,9 @@ use std::io;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
+/// What a signal is answered with.
+const INTERRUPTED: &str = "Interrupted. Run the same command again to resume.";
+
 /// One experiment of a call of the program.
 pub(crate) struct Execution<'a> {
     pub(crate) arguments: &'a RunArguments,
@@ -58,8 +61,14 @@ impl Execution<'_> {
     pub(crate) fn run(&self) -> Result<Executed, Failure> {
         self.reject_folder_options()?;
         self.check_outputs()?;
-        let planner = Planner { force: self.force, ..self.arguments.planner() };
+        let interrupt = self.interrupt.get();
+        let planner = Planner { force: self.force, interrupt, ..self.arguments.planner() };
         let planned = planner.plan(self.experiment)?;
+        if let Some(code) = interrupt.and_then(Interrupt::exit_code) {
+            complain(INTERRUPTED);
+            let concluded = self.concluded(&planned, &[], Exit::Signal(code));
+            return Ok(Executed { destination: None, ..concluded });
+        }
         planned.reject_invalid_starts(self.experiment)?;
         let Planned { plan, depot, jobs } = &planned;
         let execution = &self.arguments.execution;
@@ -252,7 +261,7 @@ impl Execution<'_> {
         }
         let exit = match interrupt.exit_code() {
             Some(code) => {
-                complain("Interrupted. Run the same command again to resume.");
+                complain(INTERRUPTED);
                 Exit::Signal(code)
             }
             None => exit,

@@ -1,0 +1,108 @@
+//! Guarantee: an interrupt stops a run also while its start is built; nothing of it is recorded, and no error is reported.
+//!
+//! Setup: discs that grow so slowly that the start is not complete within hours; the interrupt is raised from another thread. A call that does
+//! not end within ten minutes counts as endless; it takes less than a second.
+//! Tolerance: none.
+//! Control: a compression at the rate of the starter manifest gives a plan that can be executed.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use kinetoscope::executor::local::{LocalPool, run_all};
+use kinetoscope::executor::observer::{ExecutionObserver, RunObserver};
+use kinetoscope::interrupt::Interrupt;
+use kinetoscope::plan::Plan;
+use kinetoscope::run::{RunContext, RunError, RunReport};
+use kinetoscope_manifest::{Experiment, parse};
+use kinetoscope_physics::model::SetupError;
+use std::fs;
+use std::num::NonZeroUsize;
+use std::path::Path;
+use std::sync::mpsc::channel;
+use std::thread;
+use std::time::Duration;
+
+/// More than a stop takes on any machine; only a call without an end takes longer.
+const ENDLESS: Duration = Duration::from_secs(600);
+
+/// The number of the signal of Ctrl-C (POSIX).
+const SIGINT: usize = 2;
+
+/// Ten discs, compressed at a rate.
+fn experiment(compression_rate: f64) -> Experiment {
+    let text = format!(
+        "seed = 1\n[model.packing]\ndiscs = 10\nplacement = \"compressed\"\ncompression_rate = {compression_rate:e}\n"
+    );
+    parse(&text, "compressed.toml", &[]).unwrap()
+}
+
+/// A compression that takes 1e9 flights of a disc over its diameter.
+fn slow() -> Experiment {
+    experiment(1e-9)
+}
+
+/// The result of a call that is interrupted after a moment.
+fn interrupted<T: Send + 'static>(call: impl FnOnce(&Interrupt) -> T + Send + 'static) -> T {
+    let interrupt = Interrupt::default();
+    let raised = interrupt.clone();
+    let (sender, receiver) = channel();
+    thread::spawn(move || sender.send(call(&interrupt)));
+    let early = receiver.recv_timeout(Duration::from_millis(100));
+    assert!(early.is_err(), "the start is complete before the interrupt");
+    raised.raise(SIGINT);
+    receiver.recv_timeout(ENDLESS).expect("the call does not end")
+}
+
+struct Unobserved;
+
+impl ExecutionObserver for Unobserved {
+    fn start_run<'a>(&'a self, _: &str) -> Box<dyn RunObserver + 'a> {
+        Box::new(Self)
+    }
+
+    fn show_remote(&self, _: usize, _: &str) {}
+
+    fn remark(&self, _: &str) {}
+}
+
+impl RunObserver for Unobserved {
+    fn frame(&self, _: u64, _: u64) {}
+
+    fn finish(self: Box<Self>, _: &Result<RunReport, RunError>) {}
+}
+
+#[test]
+fn interrupt_stops_a_plan_whose_start_is_not_complete() {
+    let unused = Path::new("recordings");
+    let rejected = interrupted(|interrupt| {
+        let plan = Plan::new(&slow(), unused, false, interrupt);
+        plan.rejected().map(|(_, error)| error.clone()).collect::<Vec<_>>()
+    });
+    assert_eq!(rejected, [SetupError::stopped()]);
+    let control = Plan::new(&experiment(0.01), unused, false, &Interrupt::default());
+    assert_eq!((control.to_do().len(), control.rejected().count()), (1, 0));
+}
+
+/// Setup: the plan has kept no start, so that the run builds it.
+#[test]
+fn interrupt_stops_a_run_whose_start_is_not_complete() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().to_owned();
+    let was_started = interrupted(move |interrupt| {
+        let before = Interrupt::default();
+        before.stop();
+        let plan = Plan::new(&slow(), &output, false, &before);
+        let runs: Vec<_> = plan.runs.iter().collect();
+        let pool_size = LocalPool { jobs: NonZeroUsize::MIN, threads: NonZeroUsize::MIN };
+        let context = RunContext {
+            interrupt,
+            checkpoint_every: Duration::from_secs(5),
+            on_frame: &|_, _| {},
+            live: None,
+            gnuplot: None,
+        };
+        let results = run_all(&runs, &output, pool_size, context, &Unobserved, &|_| {});
+        results.iter().map(|(_, result)| result.is_some()).collect::<Vec<_>>()
+    });
+    assert_eq!(was_started, [false]);
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "nothing is recorded");
+}
