@@ -57,6 +57,8 @@ mod layouts_name_only_recorded_topics;
 
 // Standard errors equal the scatter over seeds.
 mod standard_errors_cover_other_seeds;
+// Runs that state that they draw no random numbers are the same for every seed.
+mod random_numbers_are_drawn_where_stated;
 
 // A large recorded DEM bed stays within its bytes per disc.
 mod dem_memory_per_disc_is_bounded;

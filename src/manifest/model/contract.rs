@@ -13,6 +13,11 @@ pub(crate) trait Model: HasKeys + Default {
     /// Maximum number of particles in a frame, those included that enter during the run.
     fn particles(&self) -> u64;
 
+    /// Whether a run draws random numbers. Runs that draw none are the same for every seed.
+    fn draws_random_numbers(&self) -> bool {
+        true
+    }
+
     /// The same physics with so many particles at the same density; `None` if the start depends on more than that.
     fn with_particles(&self, particles: NonZeroU32) -> Option<Self> {
         let _ = particles;

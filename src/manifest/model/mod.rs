@@ -162,6 +162,13 @@ impl ModelConfig {
         each!(self, model => model.particles())
     }
 
+    /// Whether a run draws random numbers: at its start, at a wall or for discs that enter. Runs that draw none are the same for every
+    /// seed.
+    #[must_use]
+    pub fn draws_random_numbers(&self) -> bool {
+        each!(self, model => model.draws_random_numbers())
+    }
+
     /// The keys of `[record]` that give an interval between frames of this model.
     pub(crate) fn intervals(&self, sound: bool) -> Vec<&'static str> {
         let own = each!(self, model => model.intervals(sound));

@@ -218,6 +218,18 @@ impl Model for DemConfig {
         u64::from(self.discs.get()) + u64::from(inserted)
     }
 
+    fn draws_random_numbers(&self) -> bool {
+        let draws_start = match &self.placement {
+            Placement::Random => true,
+            Placement::Lattice => self.velocity_std_m_per_s.is_some(),
+            Placement::Given(_) | Placement::Recorded(_) => false,
+        };
+        draws_start
+            || !matches!(self.radius_m, DiscRadius::Equal(_))
+            || self.materials.len() > 1
+            || self.insertion.is_some()
+    }
+
     fn with_particles(&self, discs: NonZeroU32) -> Option<Self> {
         let is_uniform = matches!(self.placement, Placement::Random | Placement::Lattice)
             && self.placement_region_m.is_none()

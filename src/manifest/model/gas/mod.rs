@@ -191,6 +191,10 @@ impl Model for GasConfig {
         u64::from(self.particles.get())
     }
 
+    fn draws_random_numbers(&self) -> bool {
+        self.placement == GasPlacement::Random || self.thermal_wall.is_some()
+    }
+
     fn with_particles(&self, particles: NonZeroU32) -> Option<Self> {
         let is_drawn = self.placement == GasPlacement::Random
             && self.speeds_m_per_s.is_empty()

@@ -136,6 +136,10 @@ impl Model for OrbitConfig {
         self.bodies.as_ref().map_or(1, |bodies| bodies.len() as u64)
     }
 
+    fn draws_random_numbers(&self) -> bool {
+        false
+    }
+
     fn check(&mut self, table: &mut Reader<'_>) {
         let keys = ["time_step_days", "duration_days"];
         // How small a step can be depends on the positions; `prepare` of the model reports it.

@@ -157,6 +157,13 @@ impl Model for PackingConfig {
         u64::from(self.discs.get())
     }
 
+    fn draws_random_numbers(&self) -> bool {
+        // On a lattice, the velocities are drawn.
+        let is_given =
+            matches!(self.placement, PackingPlacement::Given(_) | PackingPlacement::Recorded(_));
+        !is_given || self.radius_half_width.get() > 0.0 || self.wall_noise_variance_rad2.get() > 0.0
+    }
+
     fn with_particles(&self, discs: NonZeroU32) -> Option<Self> {
         let is_uniform = matches!(
             self.placement,
