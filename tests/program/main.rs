@@ -52,6 +52,10 @@ mod arguments;
 mod bare_names;
 // Other seeds, changed keys and the same run against an earlier analysis.
 mod baselines;
+// Scenes of all models with changes of their physics.
+mod changed_physics;
+// Changed physics against an earlier analysis of another seed.
+mod baselines_find_changed_physics;
 // Standard output and standard error on a full disk.
 mod full_output;
 // `info` on files that are not recordings.

@@ -359,6 +359,7 @@ mod tests {
                 range: "",
                 relative_accuracy: 0.0,
                 is_conservation,
+                is_identity: false,
             };
             let theory = found.theory.map(|theory| Theory { law: Some(law), ..theory });
             let check = Check {

@@ -94,6 +94,7 @@ mod tests {
             range: "",
             relative_accuracy: 0.0,
             is_conservation,
+            is_identity: false,
         };
         let by =
             |law| Deviation::of(&estimate, Some(0.0_f64.expected().unwrap().by(Some(law))), 1e-9);

@@ -14,6 +14,8 @@ pub struct Law {
     /// Whether it is a conservation law. A violation is an error of the method, always of one sign or a largest size: it does not
     /// scatter about the theoretical value, so standard errors do not measure it.
     pub is_conservation: bool,
+    /// Whether it is an identity of the recorded values, which holds whatever the run does.
+    pub is_identity: bool,
 }
 
 impl std::fmt::Display for Law {
@@ -23,9 +25,10 @@ impl std::fmt::Display for Law {
 }
 
 /// Defines one constant per law: `CONSTANT: "statement", "source";`, for a law that is not exact everywhere with
-/// `, range "packing fraction < 0.7", accuracy 1e-3` before the semicolon, and for a conservation law with `, conservation true`.
+/// `, range "packing fraction < 0.7", accuracy 1e-3` before the semicolon, for a conservation law with `, conservation true`, and for an
+/// identity with `, identity true`.
 macro_rules! laws {
-    ($($constant:ident: $statement:literal, $source:literal $(, range $range:literal)? $(, accuracy $accuracy:literal)? $(, conservation $conservation:literal)?;)+) => {
+    ($($constant:ident: $statement:literal, $source:literal $(, range $range:literal)? $(, accuracy $accuracy:literal)? $(, conservation $conservation:literal)? $(, identity $identity:literal)?;)+) => {
         $(
             #[doc = concat!("`", $statement, "` (", $source, ").")]
             pub(crate) const $constant: $crate::metric::Law = $crate::metric::Law {
@@ -34,6 +37,7 @@ macro_rules! laws {
                 range: concat!("", $($range)?),
                 relative_accuracy: 0.0 $(+ $accuracy)?,
                 is_conservation: false $(|| $conservation)?,
+                is_identity: false $(|| $identity)?,
             };
         )+
     };

@@ -75,6 +75,12 @@ impl Metric {
         law.is_some_and(|law| law.is_conservation)
     }
 
+    /// Whether the law is an identity of the recorded values, which holds whatever the run does.
+    pub(crate) fn is_of_identity(&self) -> bool {
+        let law = self.theory.and_then(|theory| theory.law);
+        law.is_some_and(|law| law.is_identity)
+    }
+
     /// The metric's name.
     pub(crate) const fn name(&self) -> &'static str {
         self.definition.name

@@ -4,6 +4,7 @@ use crate::input::coordinates::{AxisNames, CoordinateValue, value_of};
 use crate::metric::deviation::ROUNDING_FRACTION;
 use crate::metric::{Metric, MetricScope, SCHEMA};
 use crate::run::RunAnalysis;
+use crate::statistics::SET_BY_MANIFEST;
 use kinetoscope_manifest::{Coordinate, manifest_values, unit_of_key};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -76,6 +77,12 @@ impl TheoryEntry {
     /// The value of an exact law; `None` for another law, and outside its range.
     fn exact_value(&self) -> Option<f64> {
         self.value.filter(|_| self.in_range && self.accuracy == Some(0.0))
+    }
+
+    /// The value of a law with its accuracy; `None` for an exact law, and outside its range.
+    fn bounded_value(&self) -> Option<(f64, f64)> {
+        let accuracy = self.accuracy.filter(|&accuracy| self.in_range && accuracy > 0.0)?;
+        Some((self.value?, accuracy))
     }
 }
 
@@ -182,6 +189,18 @@ impl MetricEntry {
         let theory = self.theory.as_ref()?.exact_value()?;
         let allowed = rounding.max(ROUNDING_FRACTION * theory.abs());
         Some((self.value? - theory).abs() <= allowed)
+    }
+
+    /// Whether a value without errors is inside the accuracy of its law; `None` without such a law.
+    pub(crate) fn is_within_accuracy(&self) -> Option<bool> {
+        let (theory, accuracy) = self.theory.as_ref()?.bounded_value()?;
+        let has_error = self.standard_error.or(self.conditional_standard_error).is_some();
+        Some((self.value? - theory).abs() <= accuracy).filter(|_| !has_error)
+    }
+
+    /// Whether the manifest alone determines the value, as the reason for its missing error states.
+    pub(crate) fn is_set_by_manifest(&self) -> bool {
+        self.standard_error.is_none() && self.reason.as_deref() == Some(SET_BY_MANIFEST)
     }
 }
 

@@ -412,7 +412,8 @@ impl AnalysisReport {
         allowed: &[String],
     ) -> Result<(), String> {
         let document = self.document();
-        let comparison = baseline.compare(&self.metrics, &document, &self.tolerances, allowed)?;
+        let comparison =
+            baseline.compare(&self.metrics, &document, &self.runs, &self.tolerances, allowed)?;
         self.check_results.extend(comparison.check_results());
         self.baseline = Some(comparison);
         Ok(())

@@ -36,6 +36,11 @@ impl Estimate {
         }
     }
 
+    /// A value that the manifest alone determines.
+    pub(crate) const fn set_by_manifest(value: f64) -> Self {
+        Self::bare(value).without_error(MissingError::SetByManifest)
+    }
+
     /// The same estimate with degrees of freedom of its standard error.
     pub(crate) fn with_degrees_of_freedom(self, degrees_of_freedom: f64) -> Self {
         Self { degrees_of_freedom: Some(degrees_of_freedom), ..self }

@@ -3,6 +3,10 @@
 use serde::{Deserialize, Serialize};
 use std::fmt::{self, Display, Formatter};
 
+/// The text of [`MissingError::SetByManifest`], by which a baseline is known to contain such a value.
+pub(crate) const SET_BY_MANIFEST: &str =
+    "the manifest sets the value, which is the same for every seed";
+
 /// Why a value has no standard error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum MissingError {
@@ -21,6 +25,8 @@ pub enum MissingError {
     Drifting,
     /// The value depends on the start of the run, and one run does not tell how much it differs from seed to seed.
     DependsOnStart,
+    /// The manifest alone determines the value, which is the same for every seed.
+    SetByManifest,
     /// No event was counted, so neither the value nor its scatter is known.
     NothingCounted,
 }
@@ -65,6 +71,7 @@ impl Display for MissingError {
             ),
             Self::Drifting => formatter
                 .write_str("the value drifts during the run: a standard error needs replicates"),
+            Self::SetByManifest => formatter.write_str(SET_BY_MANIFEST),
             Self::NothingCounted => formatter.write_str("nothing was counted"),
             Self::DependsOnStart => formatter.write_str(
                 "the value differs from start to start: a standard error needs replicates",

@@ -17,6 +17,7 @@ pub(crate) use blocking::Blocking;
 pub use estimate::Estimate;
 pub(crate) use estimate::mean_of_independent;
 pub(crate) use fits::{least_squares_line, power_law_exponent, saturation};
+pub(crate) use missing_error::SET_BY_MANIFEST;
 pub use missing_error::{Entries, MissingError};
 #[cfg(test)]
 pub(crate) use sums::standard_deviation;

@@ -175,8 +175,11 @@ fn comparison_of_nothing_fails() {
     let other = single.compare_folder(&one(2, ""), &[]);
     assert_eq!(other.code, 3, "{}", other.text);
     let text = flat(&other.text);
-    assert!(text.contains("undecided: no metric is compared"), "{text}");
-    assert!(text.contains("replicates") && text.contains("relative_tolerance"), "{text}");
+    assert!(text.contains("nothing could be compared"), "{text}");
+    assert!(text.contains("use replicates") && text.contains("relative_tolerance"), "{text}");
+    // What the manifest sets is compared, but its equality shows nothing.
+    assert!(text.contains("ok packing_fraction"), "{text}");
+
     let tolerance = "[[baseline]]\nmetric = \"packing_fraction\"\nrelative_tolerance = 0.2\n";
     let decided = single.compare_folder(&one(2, tolerance), &[]);
     assert_eq!(decided.code, 0, "{}", decided.text);
@@ -248,8 +251,10 @@ fn missing_runs_and_metrics_fail() {
     assert_eq!(lost.code, 3);
     assert!(flat(&lost.text).contains("FAILED lost: none, baseline 11.5 N/m"), "{}", lost.text);
     assert_eq!(earlier.compare(&manifest(2, ""), 11.0, &[]).code, 3, "with another seed as well");
-    // Whether a metric applies may depend on the seed; the same run has it.
+    // Whether a metric applies may depend on the seed, if it has no error; the same run has it.
     earlier.edit(|document| first(document, "lost")["name"] = json!("effusion_rate"));
+    assert_eq!(earlier.compare(&manifest(2, ""), 11.0, &[]).code, 3, "it had an error");
+    earlier.edit(|document| first(document, "effusion_rate")["standard_error"] = Value::Null);
     assert_eq!(earlier.compare(&manifest(2, ""), 11.0, &[]).code, 0);
     assert_eq!(earlier.compare_folder(&earlier.folder, &[]).code, 3);
 }
@@ -307,13 +312,126 @@ fn report_lists_all_metrics_worst_first() {
     assert_eq!(printed[0]["passed"], false, "{printed}");
 }
 
-/// Guarantee: the violation of a conservation law is not compared by the scatter of seeds, also where replicates give it a standard error.
-/// Controls: the same runs are compared bit by bit, a tolerance decides, and a law that held up to rounding must still hold.
+/// A run with other sizes of the same discs differs, although no value has an error.
 #[test]
-fn violations_of_conservation_laws_are_not_compared_by_scatter() {
-    let write = |seed: u32, loss: f64, rest: &str| {
+fn values_that_the_manifest_sets_are_equal() {
+    let bed = |seed: u32, width: f64| {
         let manifest = format!(
-            "name = \"packing\"\nseed = {seed}\nreplicates = 4\n[model.packing]\ndiscs = 1\nwidth = 20.0\nheight = 20.0\n{rest}"
+            "name = \"bed\"\nseed = {seed}\n[model.dem]\ndiscs = 2\nwidth_m = {width}\n[record]\nchannels = [\"state\"]\n"
+        );
+        Folder::write(&manifest, |_| {
+            let mut frame = Frame::new();
+            frame.push_state(&[0.01, 5e-4, 0.0, 0.0]);
+            frame.push_state(&[0.02, 5e-4, 0.0, 0.0]);
+            vec![(Clock { count: 0, time: 0.0 }, frame)]
+        })
+    };
+    let folder = bed(1, 0.04);
+    let file = folder.baseline();
+    let earlier = Earlier { folder, file };
+    let wider = earlier.compare_folder(&bed(2, 0.05), &["--allow-changed", "width_m"]);
+    assert_eq!(wider.code, 3, "{}", wider.text);
+    let text = flat(&wider.text);
+    assert!(text.contains("FAILED packing_fraction: 9.817477e-4"), "{text}");
+    assert!(text.contains("set by the manifest, and differs"), "{text}");
+}
+
+/// A metric that had an error and has none now is a difference: what the run does has changed. Setup: a baseline whose metric is
+/// given an error by hand. Control: a baseline without it passes.
+#[test]
+fn lost_standard_error_fails() {
+    let gas = |seed: u32| {
+        Folder::write(&manifest(seed, "").replace("replicates = 4", "replicates = 1"), frames(10.0))
+    };
+    let folder = gas(1);
+    let file = folder.baseline();
+    let earlier = Earlier { folder, file };
+    let compared = earlier.compare_folder(&gas(2), &["--json"]);
+    let row = row_of(&compared, "pressure.ideal_gas");
+    assert!(row["passed"].is_null(), "control: {row}");
+    earlier.edit(|document| first(document, "pressure.ideal_gas")["standard_error"] = json!(1e9));
+    let compared = earlier.compare_folder(&gas(2), &["--json"]);
+    assert_eq!(compared.code, 3, "{}", compared.text);
+    let row = row_of(&compared, "pressure.ideal_gas");
+    assert_eq!(row["passed"], false, "{row}");
+    assert!(row["reason"].as_str().unwrap().contains("had a standard error"), "{row}");
+}
+
+/// A value that neither analysis has does not pass.
+#[test]
+fn missing_values_of_both_analyses_are_not_compared() {
+    let earlier = Earlier::new("");
+    earlier.edit(|document| first(document, "pressure.ideal_gas")["value"] = Value::Null);
+    let other = Folder::write(&manifest(2, ""), frames(10.0));
+    let before = row_of(&earlier.compare_folder(&other, &["--json"]), "pressure.ideal_gas");
+    assert!(before["passed"].is_null(), "only now: {before}");
+    let packing = |seed: u32| {
+        let manifest = format!(
+            "name = \"packing\"\nseed = {seed}\n[model.packing]\ndiscs = 1\nwidth = 20.0\nheight = 20.0\n"
+        );
+        Folder::write(&manifest, |_| {
+            let mut frame = Frame::new();
+            frame.push_state(&[0.0, 0.0, 1.0, 0.0]);
+            vec![(Clock { count: 0, time: 0.0 }, frame)]
+        })
+    };
+    let folder = packing(1);
+    let file = folder.baseline();
+    let earlier = Earlier { folder, file };
+    for seed in [1, 2] {
+        let compared = earlier.compare_folder(&packing(seed), &["--json"]);
+        let row = row_of(&compared, "self_diffusion.from_velocities");
+        assert!(row["baseline"].is_null() && row["now"].is_null(), "{row}");
+        assert!(row["passed"].is_null() && row["reason"].is_string(), "{row}");
+    }
+}
+
+/// Runs that draw no random numbers are equal for every seed. Setup: an orbit. Control: a changed time step is found.
+#[test]
+fn runs_without_random_numbers_are_equal_for_every_seed() {
+    let orbit = |seed: u32, speed: f64| {
+        let manifest = format!("name = \"orbit\"\nseed = {seed}\n[model.orbit]\n");
+        Folder::write(&manifest, |_| {
+            let mut frame = Frame::new();
+            frame.push_state(&[1.0, 0.0, 0.0, 0.0, speed, 0.0]);
+            vec![(Clock { count: 0, time: 0.0 }, frame)]
+        })
+    };
+    let folder = orbit(1, 0.0172);
+    let file = folder.baseline();
+    let earlier = Earlier { folder, file };
+    let same = earlier.compare_folder(&orbit(2, 0.0172), &[]);
+    assert_eq!(same.code, 0, "{}", same.text);
+    let text = flat(&same.text);
+    assert!(
+        text.contains("1 run without random numbers, seed: 1 → 2: equal within rounding"),
+        "{text}"
+    );
+    let other = earlier.compare_folder(&orbit(2, 0.0173), &[]);
+    assert_eq!(other.code, 3, "{}", other.text);
+    assert!(
+        flat(&other.text).contains("although the runs draw no random numbers"),
+        "{}",
+        other.text
+    );
+}
+
+/// The row of a metric in the printed comparison.
+fn row_of(output: &AnalysisOutput, name: &str) -> Value {
+    let mut documents = serde_json::Deserializer::from_str(&output.text).into_iter::<Value>();
+    let printed = documents.next().unwrap().unwrap();
+    let rows = printed["experiments"][0]["baseline"]["rows"].as_array().unwrap().clone();
+    rows.into_iter().find(|row| row["subject"] == name).unwrap()
+}
+
+/// Guarantee: the violation of a conservation law is an error of the method, which differs from seed to seed as any other value: means over
+/// replicates are compared by their scatter, although its deviation from 0 has no meaning.
+/// Controls: a single run has no scatter and is not compared, a tolerance decides, and a law that held up to rounding must still hold.
+#[test]
+fn violations_of_conservation_laws_are_compared_between_seeds() {
+    let write = |seed: u32, replicates: u32, loss: f64, rest: &str| {
+        let manifest = format!(
+            "name = \"packing\"\nseed = {seed}\nreplicates = {replicates}\n[model.packing]\ndiscs = 1\nwidth = 20.0\nheight = 20.0\n{rest}"
         );
         Folder::write(&manifest, |run| {
             let last = 1.0 - loss * (1.0 + f64::from(run.replicate) / 10.0);
@@ -325,27 +443,28 @@ fn violations_of_conservation_laws_are_not_compared_by_scatter() {
             [(0, 1.0), (1, last)].map(at).to_vec()
         })
     };
-    let earlier = |loss: f64| {
-        let folder = write(1, loss, "");
+    let earlier = |replicates: u32, loss: f64| {
+        let folder = write(1, replicates, loss, "");
         let file = folder.baseline();
         Earlier { folder, file }
     };
-    let row_of = |output: &AnalysisOutput| {
-        let mut documents = serde_json::Deserializer::from_str(&output.text).into_iter::<Value>();
-        let printed = documents.next().unwrap().unwrap();
-        let rows = printed["experiments"][0]["baseline"]["rows"].as_array().unwrap().clone();
-        rows.into_iter().find(|row| row["subject"] == "energy.drift_relative").unwrap()
+    let drift = |earlier: &Earlier, now: &Folder| {
+        row_of(&earlier.compare_folder(now, &["--json"]), "energy.drift_relative")
     };
-    let lossy = earlier(0.01);
-    let other = lossy.compare_folder(&write(2, 0.05, ""), &["--json"]);
-    let row = row_of(&other);
-    assert!(row["deviation_sigma"].is_null() && row["passed"].is_null(), "{row}");
-    assert!(row["reason"].as_str().unwrap().contains("conservation law"), "{row}");
-    let same = row_of(&lossy.compare_folder(&lossy.folder, &["--json"]));
+    let lossy = earlier(4, 0.01);
+    let near = drift(&lossy, &write(2, 4, 0.0101, ""));
+    assert_eq!(near["passed"], true, "{near}");
+    assert!(near["deviation_sigma"].as_f64().unwrap() > 0.0, "{near}");
+    let far = drift(&lossy, &write(2, 4, 0.05, ""));
+    assert_eq!(far["passed"], false, "{far}");
+    let single = drift(&earlier(1, 0.01), &write(2, 1, 0.05, ""));
+    assert!(single["passed"].is_null() && single["deviation_sigma"].is_null(), "{single}");
+    assert!(single["reason"].as_str().unwrap().contains("conservation law"), "{single}");
+    let same = drift(&lossy, &lossy.folder);
     assert_eq!((&same["passed"], &same["reason"]), (&json!(true), &json!("equal")));
     let tolerance = "[[baseline]]\nmetric = \"energy.drift_relative\"\nrelative_tolerance = 0.1\n";
-    let decided = row_of(&lossy.compare_folder(&write(2, 0.05, tolerance), &["--json"]));
+    let decided = drift(&lossy, &write(2, 4, 0.05, tolerance));
     assert_eq!(decided["passed"], false, "{decided}");
-    let lost = row_of(&earlier(0.0).compare_folder(&write(2, 0.05, ""), &["--json"]));
+    let lost = drift(&earlier(4, 0.0), &write(2, 4, 0.05, ""));
     assert_eq!(lost["passed"], false, "{lost}");
 }

@@ -31,6 +31,11 @@ impl Place {
         }
     }
 
+    /// The mean over the replicates of this run's point.
+    pub(super) fn of_mean(&self) -> Self {
+        Self { replicate: None, along: None, ..self.clone() }
+    }
+
     /// Whether a run is this one, or one from which this mean or fit was derived.
     fn includes(&self, run: &Self) -> bool {
         let is_here =
@@ -58,6 +63,8 @@ pub(super) enum Relation {
     Same,
     /// In the versions of the programs or of the physics only.
     OtherVersions(Vec<String>),
+    /// In the seed, or in keys that are allowed to differ, of a run that draws no random numbers.
+    NoRandomNumbers(Vec<String>),
     /// In the seed, or in keys that are allowed to differ.
     OtherSeed(Vec<String>),
     /// In other keys.
@@ -72,18 +79,32 @@ pub(super) struct Relations {
 }
 
 impl Relations {
-    /// Compares the runs. Keys that are `allowed`, by their name or by its last part, may differ as the seed may.
-    pub(super) fn between(old: &Document, new: &Document, allowed: &[String]) -> Self {
-        let now: BTreeMap<Place, &RunEntry> =
-            new.runs.iter().map(|run| (Place::of_run(run), run)).collect();
+    /// Compares the runs, of which `draws` states whether the new ones draw random numbers. Keys that are `allowed`, by their name or
+    /// by its last part, may differ as the seed may.
+    pub(super) fn between(
+        old: &Document,
+        new: &Document,
+        draws: &[bool],
+        allowed: &[String],
+    ) -> Self {
+        let now: BTreeMap<Place, (&RunEntry, bool)> = new
+            .runs
+            .iter()
+            .zip(draws)
+            .map(|(run, &draws)| (Place::of_run(run), (run, draws)))
+            .collect();
         let mut runs: BTreeMap<Place, Relation> =
             now.keys().map(|place| (place.clone(), Relation::NoCounterpart)).collect();
         for run in &old.runs {
             let place = Place::of_run(run);
-            let relation = now.get(&place).map_or(Relation::NoCounterpart, |counterpart| {
-                let versions = [&old.analysis_version, &new.analysis_version];
-                relation(run, counterpart, versions, allowed)
-            });
+            let relation =
+                now.get(&place).map_or(Relation::NoCounterpart, |&(counterpart, draws)| {
+                    let versions = [&old.analysis_version, &new.analysis_version];
+                    match relation(run, counterpart, versions, allowed) {
+                        Relation::OtherSeed(keys) if !draws => Relation::NoRandomNumbers(keys),
+                        relation => relation,
+                    }
+                });
             runs.insert(place, relation);
         }
         Self { runs }

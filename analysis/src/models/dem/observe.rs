@@ -15,7 +15,7 @@ use crate::models::series::Series;
 use crate::models::snapshots::{Snapshots, StateStyle};
 use crate::models::{max_or_nan, relative_change};
 use crate::statistics::{Estimate, MissingError};
-use kinetoscope_manifest::model::{DemConfig, PeriodicSides};
+use kinetoscope_manifest::model::{DemConfig, DiscRadius, PeriodicSides};
 use kinetoscope_recording::channels::{
     DemContactForces, DemContactStatistics, DemEnergy, DemTemperature, DemWalls,
 };
@@ -167,7 +167,11 @@ impl DemRun {
         let stiffness = self.config.stiffness_n_per_m.get();
         let floor = stiffness * overlaps(&|disc| disc[1]);
         let sides = stiffness * (overlaps(&|disc| disc[0]) + overlaps(&|disc| width - disc[0]));
-        found.add(metric::PACKING_FRACTION, covered / (width * height));
+        let of_discs = |value: f64| match self.has_given_discs() {
+            true => Estimate::set_by_manifest(value),
+            false => Estimate::bare(value),
+        };
+        found.add(metric::PACKING_FRACTION, of_discs(covered / (width * height)));
         let down = -self.config.gravity_m_per_s2[1].get();
         if discs.len() < 2 || !special_setups::has_floor(&self.config) || down <= 0.0 {
             return;
@@ -176,12 +180,20 @@ impl DemRun {
         let weight = self.resting_weight_n().filter(|_| self.config.walls.is_empty());
         found.add(metric::BED_HEIGHT, bed_height);
         found.add(metric::BED_PACKING_FRACTION, covered / (width * bed_height));
-        found.add(metric::WEIGHT, self.weight_n());
+        found.add(metric::WEIGHT, self.weight_n().map(of_discs));
         found.compare(metric::FLOOR_FORCE, floor, weight);
         found.compare(metric::FLOOR_STRESS, floor / width, weight.map(|weight| weight / width));
         if self.config.periodic == PeriodicSides::None {
             found.add(metric::SIDE_WALL_STRESS, sides / (2.0 * bed_height));
         }
+    }
+
+    /// Whether the manifest alone determines number, sizes and masses of the discs in the last frame.
+    fn has_given_discs(&self) -> bool {
+        matches!(self.config.radius_m, DiscRadius::Equal(_))
+            && self.config.materials.len() < 2
+            && self.config.insertion.is_none()
+            && self.config.remove_below_m.is_none()
     }
 
     fn measure_stress(&self, found: &mut Measurements) {
@@ -228,8 +240,9 @@ impl DemRun {
         let config = &self.config;
         let orifice = special_setups::orifice_width_m(config);
         let annulus = law::EMPTY_ANNULUS * 2.0 * config.radius_m.mean();
-        found.add(metric::ORIFICE_WIDTH, orifice);
-        found.add(metric::EFFECTIVE_WIDTH, orifice.map(|width| width - annulus));
+        found.add(metric::ORIFICE_WIDTH, orifice.map(Estimate::set_by_manifest));
+        let effective = orifice.map(|width| Estimate::set_by_manifest(width - annulus));
+        found.add(metric::EFFECTIVE_WIDTH, effective);
         found.add(metric::DISCHARGE_RATE, special_setups::discharge_rate_per_s(&self.removed));
         if let Some((_, first)) = self.temperature.first()
             && special_setups::is_free_gas(config)

@@ -180,6 +180,12 @@ pub(crate) fn speed_moments(config: &GasConfig) -> Option<SpeedMoments> {
     }
 }
 
+/// N k_B T / A of the manifest's temperature, N/m.
+pub(crate) fn ideal_gas_pressure_n_per_m(config: &GasConfig) -> Option<f64> {
+    let energy = f64::from(config.particles.get()) * boltzmann_j_per_k(config);
+    Some(energy * temperature_k(config)? / area_m2(config))
+}
+
 /// N m `<v^2>` / (2A), N/m. With `<v>^2` instead of `<v^2>`, it is formula (12) of the gas exercise.
 pub(crate) fn pressure_n_per_m(config: &GasConfig, mean_square_m2_per_s2: f64) -> f64 {
     f64::from(config.particles.get()) * config.mass_kg.get() * mean_square_m2_per_s2

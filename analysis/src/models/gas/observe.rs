@@ -8,6 +8,7 @@ use super::metrics as metric;
 use super::scatter::StartScatter;
 use super::state::{OwnRates, SpeedMeans, fraction_within_half_radius, own_rates, speeds_of};
 use crate::metric::Measurements;
+use crate::metric::deviation::ROUNDING_FRACTION;
 use crate::metric::theory::ExpectedValue;
 use crate::models::contract::Observer;
 use crate::models::series::Series;
@@ -170,7 +171,12 @@ impl GasRun {
         found.compare(metric::PRESSURE_MEAN_SPEED, by_mean_speed, mean_speed);
         let by_mean_square = scattered(pressure.mean_square_formula_n_per_m, start.mean_square);
         found.compare(metric::PRESSURE_MEAN_SQUARE, by_mean_square, mean_square);
-        found.add(metric::PRESSURE_IDEAL, pressure.ideal_gas_n_per_m);
+        let ideal = pressure.ideal_gas_n_per_m;
+        let given = law::ideal_gas_pressure_n_per_m(&self.config);
+        let is_given =
+            given.is_some_and(|given| (ideal - given).abs() <= ROUNDING_FRACTION * given);
+        let ideal = if is_given { Estimate::set_by_manifest(ideal) } else { Estimate::bare(ideal) };
+        found.add(metric::PRESSURE_IDEAL, ideal);
     }
 
     fn measure_speeds(&self, found: &mut Measurements) {

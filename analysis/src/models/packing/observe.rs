@@ -467,7 +467,12 @@ impl Observer for PackingRun {
         self.measure_temperature(found);
         self.measure_collisions(found);
         self.measure_pressure(found);
-        found.add(metric::PACKING_FRACTION, self.packing_fraction());
+        let is_given = self.equal_radius().is_some();
+        let fraction = self.packing_fraction().map(|fraction| match is_given {
+            true => Estimate::set_by_manifest(fraction),
+            false => Estimate::bare(fraction),
+        });
+        found.add(metric::PACKING_FRACTION, fraction);
         self.measure_structure(found);
     }
 }

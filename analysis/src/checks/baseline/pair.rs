@@ -1,0 +1,234 @@
+//! The comparison of one metric of two analyses.
+//!
+//! Of other seeds, the first of these rules that applies decides:
+//!
+//! | value | rule |
+//! |---|---|
+//! | set by the manifest | equal within rounding |
+//! | was that of its exact law | still is |
+//! | standard errors in both analyses | the difference is not significant by Student's t, with Holm's correction |
+//! | a standard error in the baseline only | fails |
+//! | was inside the accuracy of its law | still is |
+//! | anything else | not compared |
+
+use super::relation::{Place, Relation};
+use super::row::BaselineRow;
+use super::significance::{Sample, Significance};
+use crate::metric::deviation::ROUNDING_FRACTION;
+use crate::metric_files::document::MetricEntry;
+use kinetoscope_manifest::BaselineTolerance;
+
+/// Why the violation of a conservation law is not compared with that of another seed without errors.
+const VIOLATION_COMPARED: &str = "the violation of a conservation law in one run each: use replicates, or set a relative_tolerance in [[baseline]]";
+
+/// A metric in both analyses; at least one of them has it.
+#[derive(Clone, Copy)]
+pub(super) struct Pair<'a> {
+    pub(super) old: Option<&'a MetricEntry>,
+    pub(super) new: Option<&'a MetricEntry>,
+}
+
+/// What a metric may differ by.
+pub(super) struct Rule<'a> {
+    /// A difference below this is a rounding error.
+    pub(super) rounding: f64,
+    /// Whether its law is a conservation law.
+    pub(super) is_conservation: bool,
+    /// Whether its law is an identity of the recorded values, which holds whatever the run does.
+    pub(super) is_identity: bool,
+    /// The tolerance of the manifest.
+    pub(super) tolerance: Option<&'a BaselineTolerance>,
+    /// Whether this program derives such a metric.
+    pub(super) is_known: bool,
+    /// Whether both analyses have the mean over the replicates of this run, which has a smaller error.
+    pub(super) has_mean: bool,
+}
+
+impl Pair<'_> {
+    /// A row without evidence.
+    pub(super) fn row(
+        &self,
+        place: &Place,
+        passed: Option<bool>,
+        reason: impl Into<String>,
+    ) -> BaselineRow {
+        let entry = self.new.or(self.old);
+        let name = entry.map_or("", |entry| entry.name.as_str());
+        let at = place.text();
+        BaselineRow {
+            subject: if at.is_empty() { name.to_owned() } else { format!("{name} at {at}") },
+            unit: entry.map_or_else(String::new, |entry| entry.unit.clone()),
+            old: self.old.and_then(|old| old.value),
+            new: self.new.and_then(|new| new.value),
+            significance: None,
+            passed,
+            is_evidence: false,
+            reason: reason.into(),
+        }
+    }
+
+    /// A row that passes or fails, and would fail for a changed experiment.
+    fn evidence(&self, place: &Place, passed: bool, reason: &str) -> BaselineRow {
+        BaselineRow { is_evidence: true, ..self.row(place, Some(passed), reason) }
+    }
+
+    /// Compares the values by the rule that follows from what the runs differ in. A row that is compared by statistics passes
+    /// until all are known.
+    pub(super) fn compare(
+        &self,
+        place: &Place,
+        relation: &Relation,
+        rule: &Rule<'_>,
+    ) -> BaselineRow {
+        match relation {
+            Relation::OtherKeys(_) => {
+                return self.row(place, None, "its runs differ in other keys");
+            }
+            Relation::NoCounterpart => {
+                return self.row(place, None, "its runs are not those of the baseline");
+            }
+            _ => {}
+        }
+        let is_other_seed = matches!(relation, Relation::OtherSeed(_));
+        let Some((old, new)) = self.old.zip(self.new) else {
+            return self.lacking(place, rule, is_other_seed, "this analysis does not have it");
+        };
+        let (Some(before), Some(value)) = (old.value, new.value) else {
+            return self.without_value(place, rule, is_other_seed);
+        };
+        let difference = (value - before).abs();
+        let is_rounding =
+            difference <= rule.rounding.max(ROUNDING_FRACTION * before.abs()) || value == before;
+        match (relation, rule.tolerance) {
+            (Relation::Same, _) if value == before => self.evidence(place, true, "equal"),
+            (Relation::Same, _) => {
+                self.evidence(place, false, "not equal, although the run is the same")
+            }
+            (_, Some(tolerance)) => {
+                let allowed = tolerance.relative_tolerance;
+                let passed = difference <= allowed * before.abs();
+                self.evidence(place, passed, &format!("tolerance {allowed} of the baseline"))
+            }
+            (Relation::OtherVersions(_) | Relation::NoRandomNumbers(_), None) if is_rounding => {
+                self.evidence(place, true, "equal up to rounding")
+            }
+            (Relation::OtherVersions(versions), None) => {
+                let versions = versions.join(", ");
+                self.evidence(place, false, &format!("beyond rounding ({versions})"))
+            }
+            (Relation::NoRandomNumbers(_), None) => {
+                self.evidence(place, false, "not equal, although the runs draw no random numbers")
+            }
+            _ => self.of_other_seed(place, rule, [old, new], is_rounding),
+        }
+    }
+
+    /// A metric that only the baseline has. Whether a metric applies may depend on the seed, but not whether the program has it, nor
+    /// whether it has an error or follows an exact law.
+    fn lacking(
+        &self,
+        place: &Place,
+        rule: &Rule<'_>,
+        is_other_seed: bool,
+        reason: &str,
+    ) -> BaselineRow {
+        let is_exact =
+            |old: &MetricEntry| old.is_exact(rule.rounding, rule.is_conservation) == Some(true);
+        let could_differ = self
+            .old
+            .is_some_and(|old| is_exact(old) || old.standard_error.is_some() && !rule.has_mean);
+        let may_lack = is_other_seed && rule.is_known && !could_differ;
+        self.row(place, (!may_lack).then_some(false), reason)
+    }
+
+    /// A metric without a value in one of the analyses, or in both.
+    fn without_value(&self, place: &Place, rule: &Rule<'_>, is_other_seed: bool) -> BaselineRow {
+        let value = |entry: Option<&MetricEntry>| entry.and_then(|entry| entry.value);
+        let reason = [self.new, self.old]
+            .iter()
+            .find_map(|entry| entry.filter(|entry| entry.value.is_none())?.reason.clone());
+        let reason = reason.unwrap_or_else(|| "one of the values is missing".to_owned());
+        match (value(self.old), value(self.new)) {
+            (None, None) => self.row(place, None, reason),
+            (None, Some(_)) if is_other_seed => self.row(place, None, reason),
+            (Some(_), _) => self.lacking(place, rule, is_other_seed, &reason),
+            (None, Some(_)) => self.row(place, Some(false), reason),
+        }
+    }
+
+    fn of_other_seed(
+        &self,
+        place: &Place,
+        rule: &Rule<'_>,
+        [old, new]: [&MetricEntry; 2],
+        is_rounding: bool,
+    ) -> BaselineRow {
+        if old.is_set_by_manifest() || new.is_set_by_manifest() {
+            // Equal input is no evidence for equal results.
+            let reason = if is_rounding {
+                "set by the manifest"
+            } else {
+                "set by the manifest, and differs"
+            };
+            return self.row(place, Some(is_rounding), reason);
+        }
+        // Conservation laws hold for every seed.
+        let is_exact = |entry: &MetricEntry| entry.is_exact(rule.rounding, rule.is_conservation);
+        if is_exact(old) == Some(true) {
+            let still_is = is_exact(new) == Some(true) || is_rounding;
+            let reason = if still_is {
+                "equal to its exact law up to rounding, as before"
+            } else {
+                "no longer equal to its exact law up to rounding"
+            };
+            let is_evidence = !(still_is && rule.is_identity);
+            return BaselineRow { is_evidence, ..self.row(place, Some(still_is), reason) };
+        }
+        if rule.has_mean {
+            return self.row(place, None, "compared by the mean over the replicates");
+        }
+        match [old, new].map(sample) {
+            [Some(one), Some(other)] => self.by_statistics(place, one, other, is_rounding),
+            [Some(_), None] => {
+                let why = new.reason.as_deref().unwrap_or("its error is not known");
+                self.evidence(
+                    place,
+                    false,
+                    &format!("had a standard error, and has none now: {why}"),
+                )
+            }
+            [None, Some(_)] => self.row(place, None, "the baseline has no standard error"),
+            [None, None] => match (old.is_within_accuracy(), new.is_within_accuracy()) {
+                (Some(true), Some(true)) => {
+                    self.row(place, Some(true), "inside the accuracy of its law, as before")
+                }
+                (Some(true), Some(false)) => {
+                    self.evidence(place, false, "no longer inside the accuracy of its law")
+                }
+                _ if rule.is_conservation => self.row(place, None, VIOLATION_COMPARED),
+                _ => self.row(place, None, new.reason.as_deref().unwrap_or("no standard error")),
+            },
+        }
+    }
+
+    /// The significance of a difference between other seeds.
+    fn by_statistics(
+        &self,
+        place: &Place,
+        one: Sample,
+        other: Sample,
+        is_rounding: bool,
+    ) -> BaselineRow {
+        let significance =
+            if is_rounding { Significance::none() } else { Significance::of(one, other) };
+        let reason =
+            if is_rounding { "equal up to rounding" } else { "within the scatter of seeds" };
+        BaselineRow { significance: Some(significance), ..self.evidence(place, true, reason) }
+    }
+}
+
+/// The value with its standard error, if both are known.
+fn sample(entry: &MetricEntry) -> Option<Sample> {
+    let degrees_of_freedom = entry.degrees_of_freedom;
+    Some(Sample { value: entry.value?, error: entry.standard_error?, degrees_of_freedom })
+}

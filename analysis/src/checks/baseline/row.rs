@@ -1,0 +1,88 @@
+//! One metric of a comparison with an earlier analysis, and its text.
+
+use super::significance::Significance;
+use crate::checks::digits;
+
+/// One metric in both analyses.
+#[derive(Clone, Debug)]
+pub(crate) struct BaselineRow {
+    /// The metric and its run or part of the sweep.
+    pub(crate) subject: String,
+    /// The metric's unit.
+    pub(crate) unit: String,
+    /// The earlier value.
+    pub(crate) old: Option<f64>,
+    /// The value now.
+    pub(crate) new: Option<f64>,
+    /// The significance of the difference, if both values have a standard error and are those of different seeds.
+    pub(crate) significance: Option<Significance>,
+    /// Whether the metric passes; `None` if it is not compared.
+    pub(crate) passed: Option<bool>,
+    /// Whether a changed experiment would have failed here: its values could have differed, and by how much is known.
+    pub(super) is_evidence: bool,
+    /// Why.
+    pub(crate) reason: String,
+}
+
+impl BaselineRow {
+    /// The difference, if both values are known.
+    pub(crate) fn difference(&self) -> Option<f64> {
+        Some(self.new? - self.old?)
+    }
+
+    /// The order of the rows: failures first, then by significance, then by relative difference; what is not compared is last.
+    pub(super) fn rank(&self) -> f64 {
+        let class = match self.passed {
+            Some(false) => 0.0,
+            Some(true) => 10.0,
+            None => 20.0,
+        };
+        let relative = self.difference().map_or(0.0, |difference| {
+            let size = self.old.unwrap_or(0.0).abs().max(self.new.unwrap_or(0.0).abs());
+            if difference == 0.0 { 0.0 } else { difference.abs() / size }
+        });
+        // Both terms are from 0 to 1 and fall with the size of the difference.
+        let significance = self.significance.map_or(0.0, |it| 1.0 / (1.0 + it.sigma));
+        class + 3.0 * significance + 1.0 / (1.0 + relative)
+    }
+
+    /// The significance as text, such as "5.1 σ (t, 2 degrees of freedom)"; empty if there is none.
+    pub(crate) fn sigma_text(&self) -> String {
+        self.significance.map_or_else(String::new, |it| it.text())
+    }
+
+    /// The row in words, without its subject.
+    pub(crate) fn finding(&self) -> String {
+        let value = |value: Option<f64>| {
+            value.map_or_else(|| "none".to_owned(), |value| self.in_unit(value))
+        };
+        let sigma = self.sigma_text();
+        let sigma = if sigma.is_empty() { sigma } else { format!(", {sigma}") };
+        let difference = self.difference().map_or_else(String::new, |difference| {
+            format!(", difference {}", self.in_unit(difference))
+        });
+        let (old, new) = (value(self.old), value(self.new));
+        format!("{new}, baseline {old}{difference}{sigma}: {}", self.reason)
+    }
+
+    fn in_unit(&self, value: f64) -> String {
+        match self.unit.as_str() {
+            "" | "1" => digits(value),
+            unit => format!("{} {unit}", digits(value)),
+        }
+    }
+}
+
+impl Significance {
+    /// The significance as text, such as "5.1 σ (t, 2 degrees of freedom)".
+    fn text(self) -> String {
+        let sigma = match self.sigma {
+            sigma if sigma < 37.0 => format!("{sigma:.1} σ"),
+            _ => "over 37 σ".to_owned(),
+        };
+        match self.degrees_of_freedom {
+            Some(freedom) => format!("{sigma} (t, {freedom:.0} degrees of freedom)"),
+            None => sigma,
+        }
+    }
+}

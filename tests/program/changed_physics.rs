@@ -1,0 +1,220 @@
+//! Scenes of all models, and changes of their physics that a comparison with a baseline must find.
+
+/// A scene with its changes.
+pub(crate) struct Scene {
+    pub(crate) name: &'static str,
+    /// The manifest without name, seed and replicates.
+    manifest: &'static str,
+    /// The channels that its metrics need.
+    channels: &'static str,
+    pub(crate) changes: [Change; 5],
+}
+
+/// What changes, and the values `--set` with it.
+pub(crate) struct Change {
+    pub(crate) what: &'static str,
+    pub(crate) key: &'static str,
+    pub(crate) value: &'static str,
+}
+
+impl Scene {
+    /// The whole manifest.
+    pub(crate) fn manifest(&self) -> String {
+        let Self { name, manifest, channels, .. } = self;
+        let channels = match channels.is_empty() {
+            true => String::new(),
+            false => format!("channels = {channels}\n"),
+        };
+        format!("name = \"{name}\"\n{manifest}{channels}")
+    }
+}
+
+const fn change(what: &'static str, key: &'static str, value: &'static str) -> Change {
+    Change { what, key, value }
+}
+
+const GAS: &str =
+    r#"["state", "pressure", "temperature", "energy", "energy_balance", "collisions", "speeds"]"#;
+const PACKING: &str = r#"["state", "temperature", "collisions", "pressure"]"#;
+const DEM: &str = r#"["state", "energy", "contact_statistics", "wall_forces", "temperature"]"#;
+
+/// A gas has gravity in the second scene only; elsewhere, its particles are twice as heavy. Its collisions are elastic, so walls that are
+/// colder by e^2 = 0.81 take the energy. Its trajectories have no time step: the duration of scenes that are not stationary is doubled.
+const COLDER_WALLS: Change =
+    change("e 1 → 0.9 (walls at e² T)", "model.gas.wall_temperature_k", "243.0");
+const HEAVIER: Change = change("gravity x 2 (mass x 2)", "model.gas.mass_kg", "2e-26");
+const HOTTER: Change = change("T + 25 %", "model.gas.temperature_k", "375.0");
+const WIDER: Change = change("radius + 10 %", "model.gas.radius_m", "1.1");
+
+/// Hard discs in a box have no gravity, which would make them denser: there are twice as many. Their temperature is 1 or 1/N. Events have
+/// no time step: the duration is doubled.
+const PACKING_CHANGES: [Change; 5] = [
+    change("gravity x 2 (density x 2)", "model.packing.discs", "600"),
+    change("e 1 → 0.9", "model.packing.restitution", "0.9"),
+    change("T + 25 % (T/N)", "model.packing.initial_velocities", "\"variance-1-over-n\""),
+    change("radius + 10 %", "model.packing.radius", "1.1"),
+    change("time step x 2 (duration x 2)", "model.packing.duration", "80.0"),
+];
+
+const DEM_RESTITUTION: Change = change("e 1 → 0.9", "model.dem.restitution", "0.9");
+const DEM_RADIUS: Change = change("radius + 10 %", "model.dem.radius_m", "5.5e-4");
+const DEM_TIME_STEP: Change = change("time step x 2", "model.dem.steps_per_wall_contact", "10.0");
+/// 0.5 sqrt(1.25) m/s.
+const DEM_TEMPERATURE: Change =
+    change("T + 25 %", "model.dem.velocity_std_m_per_s", "0.5590169943749475");
+const DEM_GRAVITY: Change = change("gravity x 2", "model.dem.gravity_m_per_s2", "[0.0, -19.62]");
+
+/// Orbits do not collide: explicit Euler changes the energy instead. Twice the Sun's attraction has the same period as 0.5^(1/3) of the
+/// axis, and 0.8 of it has 25 % more kinetic energy.
+const DISSIPATION: Change =
+    change("e 1 → 0.9 (explicit Euler)", "model.orbit.integrator", "\"explicit-euler\"");
+
+const fn orbit(
+    gravity: &'static str,
+    temperature: &'static str,
+    radius: &'static str,
+) -> [Change; 5] {
+    [
+        change("gravity x 2 (period)", "model.orbit.start", gravity),
+        DISSIPATION,
+        change("T + 25 % (kinetic energy)", "model.orbit.start", temperature),
+        change("radius + 10 %", "model.orbit.start", radius),
+        change("time step x 2", "model.orbit.time_step_days", "2.0"),
+    ]
+}
+
+/// Three scenes of each model.
+pub(crate) const SCENES: [Scene; 12] = [
+    Scene {
+        name: "gas_points",
+        manifest: "[model.gas]\nparticles = 2000\nduration_s = 0.0003\nposition_distribution = \"uniform-in-radius\"\n[record]\nframes = 70\n",
+        channels: GAS,
+        changes: [
+            HEAVIER,
+            COLDER_WALLS,
+            HOTTER,
+            WIDER,
+            change("time step x 2 (duration x 2)", "model.gas.duration_s", "0.0006"),
+        ],
+    },
+    Scene {
+        name: "gas_falling",
+        manifest: "[model.gas]\nparticles = 5000\nduration_s = 0.0006\ngravity_m_per_s2 = 828389.4\n[record]\nframes = 70\n",
+        channels: GAS,
+        changes: [
+            change("gravity x 2", "model.gas.gravity_m_per_s2", "1656778.8"),
+            COLDER_WALLS,
+            HOTTER,
+            WIDER,
+            change("time step x 2 (duration x 2)", "model.gas.duration_s", "0.0012"),
+        ],
+    },
+    Scene {
+        name: "gas_effusion",
+        manifest: "[model.gas]\nparticles = 20000\nduration_s = 0.008\norifice_width_m = 1.0\n[record]\nframes = 10\n",
+        channels: GAS,
+        changes: [
+            HEAVIER,
+            COLDER_WALLS,
+            HOTTER,
+            WIDER,
+            change("time step x 2 (duration x 2)", "model.gas.duration_s", "0.016"),
+        ],
+    },
+    Scene {
+        name: "packing_walls",
+        manifest: "[model.packing]\ndiscs = 300\nwidth = 98.0\nheight = 98.0\nduration = 40.0\n[record]\nframes = 80\n",
+        channels: PACKING,
+        changes: PACKING_CHANGES,
+    },
+    Scene {
+        name: "packing_periodic",
+        manifest: "[model.packing]\ndiscs = 300\nwidth = 98.0\nheight = 98.0\nduration = 40.0\nboundary = \"periodic\"\nremove_mean_velocity = true\n[record]\nframes = 80\n",
+        channels: PACKING,
+        changes: PACKING_CHANGES,
+    },
+    Scene {
+        name: "packing_sizes",
+        manifest: "[model.packing]\ndiscs = 300\nwidth = 98.0\nheight = 98.0\nduration = 40.0\nradius_half_width = 0.3\n[record]\nframes = 80\n",
+        channels: PACKING,
+        changes: PACKING_CHANGES,
+    },
+    Scene {
+        name: "dem_agitated",
+        manifest: "[model.dem]\ndiscs = 300\nwidth_m = 0.037\nheight_m = 0.037\nstiffness_n_per_m = 2e5\nrestitution = 1.0\nvelocity_std_m_per_s = 0.5\nduration_s = 0.1\n[record]\nframes = 100\n",
+        channels: DEM,
+        changes: [DEM_GRAVITY, DEM_RESTITUTION, DEM_TEMPERATURE, DEM_RADIUS, DEM_TIME_STEP],
+    },
+    Scene {
+        name: "dem_gas",
+        manifest: "[model.dem]\ndiscs = 300\nwidth_m = 0.037\nheight_m = 0.037\nperiodic = \"both\"\ngravity_m_per_s2 = [0.0, 0.0]\nstiffness_n_per_m = 2e5\nrestitution = 1.0\nvelocity_std_m_per_s = 0.5\nduration_s = 0.1\n[record]\nframes = 100\n",
+        channels: DEM,
+        changes: [
+            change("gravity x 2 (0 → 9.81 m/s²)", "model.dem.gravity_m_per_s2", "[0.0, -9.81]"),
+            DEM_RESTITUTION,
+            DEM_TEMPERATURE,
+            DEM_RADIUS,
+            DEM_TIME_STEP,
+        ],
+    },
+    Scene {
+        name: "dem_drop",
+        manifest: "[model.dem]\nstiffness_n_per_m = 2e5\nrestitution = 1.0\nplacement = { positions_m = [[0.02, 0.02]], velocities_m_per_s = [[0.1, 0.0]] }\nduration_s = 0.5\n[record]\nframes = 200\n",
+        channels: DEM,
+        changes: [
+            DEM_GRAVITY,
+            DEM_RESTITUTION,
+            change(
+                "T + 25 %",
+                "model.dem.placement",
+                "{ positions_m = [[0.02, 0.02]], velocities_m_per_s = [[0.1118033988749895, 0.0]] }",
+            ),
+            DEM_RADIUS,
+            DEM_TIME_STEP,
+        ],
+    },
+    Scene {
+        name: "orbit_circle",
+        manifest: "[model.orbit]\nstart = { semi_major_axis_au = 1.0, eccentricity = 0.02 }\ntime_step_days = 1.0\nduration_days = 1000.0\n[record]\nframes = 100\n",
+        channels: "",
+        changes: orbit(
+            "{ semi_major_axis_au = 0.7937005259840998, eccentricity = 0.02 }",
+            "{ semi_major_axis_au = 0.8, eccentricity = 0.02 }",
+            "{ semi_major_axis_au = 1.1, eccentricity = 0.02 }",
+        ),
+    },
+    Scene {
+        name: "orbit_eccentric",
+        manifest: "[model.orbit]\nstart = { semi_major_axis_au = 1.0, eccentricity = 0.6 }\nintegrator = \"rk4\"\ntime_step_days = 1.0\nduration_days = 1000.0\n[record]\nframes = 100\n",
+        channels: "",
+        changes: orbit(
+            "{ semi_major_axis_au = 0.7937005259840998, eccentricity = 0.6 }",
+            "{ semi_major_axis_au = 0.8, eccentricity = 0.6 }",
+            "{ semi_major_axis_au = 1.1, eccentricity = 0.6 }",
+        ),
+    },
+    Scene {
+        name: "orbit_bodies",
+        manifest: "[model.orbit]\nbodies = [{ gm_au3_per_day2 = 2.959e-4, position_au = [0, 0, 0], velocity_au_per_day = [0, 0, 0] }, { gm_au3_per_day2 = 2.825e-7, position_au = [5.2, 0, 0], velocity_au_per_day = [0, 0.00754, 0] }]\ntime_step_days = 5.0\nduration_days = 2000.0\n[record]\nframes = 100\n",
+        channels: "",
+        changes: [
+            change(
+                "gravity x 2",
+                "model.orbit.bodies",
+                "[{ gm_au3_per_day2 = 5.918e-4, position_au = [0, 0, 0], velocity_au_per_day = [0, 0, 0] }, { gm_au3_per_day2 = 2.825e-7, position_au = [5.2, 0, 0], velocity_au_per_day = [0, 0.00754, 0] }]",
+            ),
+            DISSIPATION,
+            change(
+                "T + 25 % (kinetic energy)",
+                "model.orbit.bodies",
+                "[{ gm_au3_per_day2 = 2.959e-4, position_au = [0, 0, 0], velocity_au_per_day = [0, 0, 0] }, { gm_au3_per_day2 = 2.825e-7, position_au = [5.2, 0, 0], velocity_au_per_day = [0, 0.00843, 0] }]",
+            ),
+            change(
+                "radius + 10 %",
+                "model.orbit.bodies",
+                "[{ gm_au3_per_day2 = 2.959e-4, position_au = [0, 0, 0], velocity_au_per_day = [0, 0, 0] }, { gm_au3_per_day2 = 2.825e-7, position_au = [5.72, 0, 0], velocity_au_per_day = [0, 0.00754, 0] }]",
+            ),
+            change("time step x 2", "model.orbit.time_step_days", "10.0"),
+        ],
+    },
+];
