@@ -130,6 +130,12 @@ impl Metric {
             (Some(Deviation::Rounding), _) => {
                 "equal to theory up to rounding, which has no standard error"
             }
+            (Some(Deviation::Bound { is_inside: true }), _) => {
+                "inside the accuracy of its law, which is no standard error"
+            }
+            (Some(Deviation::Bound { is_inside: false }), _) => {
+                "outside the accuracy of its law, which is no standard error"
+            }
             (_, MetricScope::Run(_)) => {
                 "one run does not tell the scatter between seeds: a standard error needs replicates; without random numbers there is none"
             }

@@ -48,7 +48,7 @@ TOML. A value of more than 200 characters is represented by its SHA-256.
 | `conditional_standard_error` | the error given the run's own start, where theory is computed from that start; the deviation uses it |
 | `degrees_of_freedom` | of the standard error, for Student's t; null if the error is as good as exact |
 | `theory` | null, or `value`, `accuracy` (of the law, in the metric's unit; 0 if exact), `range` in which the law holds (null: everywhere), `source` (law and literature), `in_range` (whether the run is in the range) |
-| `deviation_sigma` | deviation from theory over error and accuracy together, over the accuracy alone if the value does not scatter; null within rounding, with an unknown error, and outside the range |
+| `deviation_sigma` | deviation from theory over error and accuracy together; null within rounding, with an unknown error, with an error below the accuracy, which is a bound, and outside the range |
 | `applicable` | whether the metric has a value |
 | `reason` | why the value, its error or its deviation is missing |
 | `source` | how the value is found, and the law |

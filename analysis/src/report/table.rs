@@ -130,7 +130,8 @@ const MANY_DEGREES_OF_FREEDOM: f64 = 30.0;
 /// In place of a deviation from a theoretical value that does not apply.
 pub(crate) const OUT_OF_RANGE: &str = "out of range";
 
-/// Formats the deviation from theory: in standard errors if these are known and meaningful, else in percent, or as a factor; empty
+/// Formats the deviation from theory: in standard errors if these are known and meaningful, as inside or outside the accuracy of the
+/// law if that is larger, else in percent, or as a factor; empty
 /// for a deviation from 0, which is the value itself. A number that equals theory is "equal", or "within round-off".
 pub(crate) fn deviation_text(metric: &Metric) -> String {
     let theory = metric.theory_value().unwrap_or(0.0);
@@ -143,6 +144,14 @@ pub(crate) fn deviation_text(metric: &Metric) -> String {
     match deviation {
         _ if difference == 0.0 => "equal".to_owned(),
         Deviation::Rounding => "within round-off".to_owned(),
+        Deviation::Bound { is_inside } => {
+            let place = if is_inside { "inside" } else { "outside" };
+            let percent = 100.0 * difference / theory.abs();
+            match percent.is_finite() && percent.abs() < 1000.0 {
+                true => format!("{place} the bound ({})", percent_text(percent)),
+                false => format!("{place} the bound"),
+            }
+        }
         Deviation::StandardErrors(sigma) if sigma.abs() < 1000.0 => {
             let freedom = metric.estimate.degrees_of_freedom.filter(few);
             let freedom = freedom.map(|freedom| format!(" (ν = {})", two_digits(freedom)));
@@ -151,11 +160,15 @@ pub(crate) fn deviation_text(metric: &Metric) -> String {
         Deviation::StandardErrors(_) if theory == 0.0 => "over 1000 σ".to_owned(),
         _ if theory == 0.0 => String::new(),
         _ => match 100.0 * difference / theory.abs() {
-            percent if percent.abs() < 0.1 => format!("{} %", signed(percent)),
-            percent if percent.abs() < 1000.0 => format!("{percent:+.2} %"),
+            percent if percent.abs() < 1000.0 => percent_text(percent),
             _ => format!("× {}", three_digits(metric.value() / theory)),
         },
     }
+}
+
+/// Formats a difference in percent with its sign.
+fn percent_text(percent: f64) -> String {
+    if percent.abs() < 0.1 { format!("{} %", signed(percent)) } else { format!("{percent:+.2} %") }
 }
 
 /// Formats a difference with its sign and two digits.
