@@ -81,12 +81,14 @@ struct Sample {
     errors: Vec<f64>,
     conditional_errors: Vec<f64>,
     deviations: Vec<f64>,
+    degrees_of_freedom: Vec<f64>,
 }
 
 impl Sample {
     fn add(&mut self, measured: &Measurement) {
         self.values.push(measured.estimate.value);
         self.errors.extend(measured.estimate.standard_error);
+        self.degrees_of_freedom.extend(measured.estimate.degrees_of_freedom);
         self.conditional_errors.extend(measured.estimate.conditional_standard_error);
         let estimate = &measured.estimate;
         let error = estimate.conditional_standard_error.or(estimate.standard_error);
@@ -100,6 +102,12 @@ impl Sample {
         let combined_over_own = (1.0 + accuracy * accuracy).sqrt();
         let deviation = measured.deviation_in_standard_errors();
         self.deviations.extend(deviation.map(|deviation| deviation * combined_over_own));
+    }
+
+    /// Smallest degrees of freedom of an error.
+    fn min_degrees_of_freedom(&self) -> f64 {
+        let smaller = |one: f64, other: &f64| if *other < one { *other } else { one };
+        self.degrees_of_freedom.iter().fold(f64::INFINITY, smaller)
     }
 
     /// Whether all seeds have an error, or none has; two percent may lack it for strongly correlated series.
@@ -241,4 +249,51 @@ fn standard_errors_cover_two_hundred_seeds() {
     let (table, rejected) = coverage(scenes(200), [0.85, 1.2], [0.85, 1.15]);
     println!("{table}");
     assert!(rejected.is_empty(), "{}", rejected.join("\n"));
+}
+
+/// The mean a2 of cooling discs in boxes in which no flow grows; then one in which it does.
+fn cooling_scenes(seeds: u32) -> [String; 3] {
+    let scene = |keys: &str| {
+        format!(
+            "replicates = {seeds}\n[model.packing]\n{keys}\n[record]\nchannels = [\"state\", \"temperature\", \"collisions\"]\n"
+        )
+    };
+    [
+        scene(
+            "discs = 100\nwidth = 60.0\nheight = 60.0\nboundary = \"periodic\"\nremove_mean_velocity = true\nrestitution = 0.9",
+        ),
+        scene("discs = 50\nrestitution = 0.9"),
+        scene("discs = 100\nwidth = 60.0\nheight = 60.0\nrestitution = 0.7"),
+    ]
+}
+
+fn a2_of(manifest: &str) -> Option<Sample> {
+    samples(manifest).remove("a2.mean")
+}
+
+/// Whether there is an error depends on the manifest and not on the seed, and it comes from eight blocks or more. In a box in which shear
+/// flow grows, values differ from seed to seed by more than the scatter within a run: there is none.
+#[test]
+fn error_of_a2_of_cooling_discs_does_not_depend_on_the_seed() {
+    let [periodic, walls, unstable] = cooling_scenes(8);
+    for manifest in [periodic, walls] {
+        let sample = a2_of(&manifest).unwrap();
+        assert_eq!(sample.errors.len(), 8, "{manifest}");
+        assert!(sample.min_degrees_of_freedom() >= 7.0, "{manifest}");
+    }
+    let sample = a2_of(&unstable);
+    assert!(sample.is_none_or(|sample| sample.errors.is_empty()), "{unstable}");
+}
+
+#[test]
+#[ignore = "400 runs take a minute"]
+fn error_of_a2_of_cooling_discs_covers_two_hundred_seeds() {
+    let [periodic, walls, _] = cooling_scenes(200);
+    for manifest in [periodic, walls] {
+        let sample = a2_of(&manifest).unwrap();
+        let ratio = sample.scatter_over_error().unwrap();
+        println!("{manifest}\nscatter/error {ratio:.3}, {} errors", sample.errors.len());
+        assert_eq!(sample.errors.len(), 200);
+        assert!((0.85..=1.2).contains(&ratio), "{ratio}");
+    }
 }

@@ -1,7 +1,8 @@
 //! Plots of a packing run: temperature and a2 over collisions, structure, displacement, snapshots.
 
 use super::laws as law;
-use super::observe::{PackingRun, VelocityMoments};
+use super::mean_a2::VelocityMoments;
+use super::observe::PackingRun;
 use crate::models::contract::PlottedObserver;
 use crate::models::figures::{Figures, SharedCurve, box_text, pictures};
 use crate::models::series::Series;

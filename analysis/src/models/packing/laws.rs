@@ -54,6 +54,14 @@ impl DiffusingDiscs {
             - self.temperature * free_time * time / self.discs
     }
 
+    /// Wavelength beyond which shear waves of cooling discs grow relative to the thermal speed: viscosity k^2 = ζ/2 with the cooling
+    /// rate ζ = (1 - e^2) ν/2 (McNamara, Phys. Fluids A 5 (1993) 3056; van Noije and Ernst, Phys. Rev. E 61 (2000) 1765).
+    pub(crate) fn critical_wavelength(&self, restitution: f64) -> f64 {
+        let density = 4.0 * self.packing_fraction / (PI * self.diameter * self.diameter);
+        let cooling = (1.0 - restitution * restitution) * self.pair_rate / 2.0;
+        2.0 * PI * (2.0 * self.kinematic_viscosity(density) / cooling).sqrt()
+    }
+
     /// Enskog's kinematic viscosity of discs (Gass, J. Chem. Phys. 54 (1971) 1898): 1.022 sqrt(T/pi) / (2 d n) times
     /// (1 + x + 0.8729 x^2) / χ with x = 2 φ χ.
     fn kinematic_viscosity(&self, density: f64) -> f64 {

@@ -11,7 +11,7 @@ definitions! {
     MEAN_SQUARE_VELOCITY_FINAL: "mean_square_velocity.final", "", "<v^2>, last frame: the packing exercise's temperature", [], 0.0;
     ENERGY_DRIFT: "energy.drift_relative", "1", "kinetic energy, last frame against the first", [law::ELASTIC_ENERGY], 1e-9;
     A2_FINAL: "a2.final", "1", "<v^4>/(2 <v^2>^2) - 1, last frame", [], 0.0;
-    A2_MEAN: "a2.mean", "1", "/per_collision, or sums over all collisions in /temperature: mean over time (over events for e < 1) after 5 events per disc; error by blocking", [law::A2_FIXED_ENERGY, law::A2_FIXED_MOMENTUM, law::A2_COOLING], 0.0;
+    A2_MEAN: "a2.mean", "1", "/per_collision, or sums over all collisions in /temperature: mean over time (over events for e < 1) after 5 events per disc; error by blocking, for e < 1 only in boxes in which no shear flow grows", [law::A2_FIXED_ENERGY, law::A2_FIXED_MOMENTUM, law::A2_COOLING], 0.0;
     COLLISION_RATE: "pair_collision_rate_per_disc", "", "/collisions: pair collisions per disc and unit of time; conditional error at the energy of the run by blocking, to which the scatter of drawn energies is added", [law::COLLISION_RATE, law::COLLISION_RATE_OF_SIZES], 0.0;
     MEAN_FREE_TIME: "mean_free_time", "", "1 over pair_collision_rate_per_disc: mean time between two collisions with other discs", [law::COLLISION_RATE, law::COLLISION_RATE_OF_SIZES], 0.0;
     CONTACT_VALUE: "contact_value.from_collision_rate", "1", "pair_collision_rate_per_disc over 2 sqrt(pi) n <d> sqrt(T) of discs without walls: χ, of several sizes <d_ij χ_ij>/<d>", [law::CONTACT_VALUE], 0.0;

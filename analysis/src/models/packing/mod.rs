@@ -5,6 +5,7 @@ mod displacement;
 mod equilibrium;
 mod figures;
 mod laws;
+mod mean_a2;
 mod metrics;
 mod observe;
 mod scatter;

@@ -1,8 +1,15 @@
 //! Scatter of packing metrics from start to start: of drawn velocities, of the drift through a periodic box, and of drawn radii.
 
+use super::laws::DiffusingDiscs;
 use super::observe::PackingRun;
+use crate::models::hard_discs::contact_value;
 use crate::statistics::Estimate;
 use kinetoscope_manifest::model::{Boundary, PackingPlacement};
+use std::f64::consts::PI;
+
+/// Longest wave over the critical one up to which the energy of shear flow is at most twice that of independent discs,
+/// 1/(1 - (this)^2).
+const STABLE_FRACTION: f64 = 0.7;
 
 impl PackingRun {
     /// Standard deviation of the mean thermal speed from start to start, relative to it: the energy of n discs has two
@@ -48,6 +55,29 @@ impl PackingRun {
         }
         let given = estimate.conditional_standard_error.or(estimate.standard_error);
         Estimate { standard_error: given, ..estimate }.with_unknown_scatter_of_starts()
+    }
+
+    /// Whether the box is so small that no shear wave of cooling discs grows. Otherwise, flow and clusters make values differ from seed to
+    /// seed by more than the scatter within a run.
+    pub(super) fn stays_homogeneous(&self) -> bool {
+        let (width, height) = (self.config.width.get(), self.config.height.get());
+        // Between specular walls, half a wave fits.
+        let longest = width.max(height) * if self.has_walls() { 2.0 } else { 1.0 };
+        let Some(packing_fraction) = self.packing_fraction() else { return false };
+        let diameter = 2.0 * self.config.radius.get();
+        let contact_value = contact_value(packing_fraction);
+        let density = self.discs() / (width * height);
+        let pair_rate = 2.0 * PI.sqrt() * density * diameter * contact_value;
+        let (discs, temperature) = (self.discs(), 1.0);
+        let discs = DiffusingDiscs {
+            discs,
+            packing_fraction,
+            diameter,
+            contact_value,
+            temperature,
+            pair_rate,
+        };
+        longest <= STABLE_FRACTION * discs.critical_wavelength(self.config.restitution.get())
     }
 
     pub(super) fn has_walls(&self) -> bool {
