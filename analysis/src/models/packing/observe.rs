@@ -432,7 +432,7 @@ impl Observer for PackingRun {
         let is_given = self.equal_radius().is_some();
         let fraction = self.packing_fraction().map(|fraction| match is_given {
             true => Estimate::set_by_manifest(fraction),
-            false => Estimate::bare(fraction),
+            false => Estimate::new(fraction, self.scatter_of_area().map(|of| of * fraction)),
         });
         found.add(metric::PACKING_FRACTION, fraction);
         self.measure_structure(found);

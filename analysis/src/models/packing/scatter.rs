@@ -80,6 +80,16 @@ impl PackingRun {
         longest <= STABLE_FRACTION * discs.critical_wavelength(self.config.restitution.get())
     }
 
+    /// Standard deviation of the discs' area from start to start, relative to it: radii R (1 + h u) with u uniform from -1 to 1 have
+    /// squares with the mean R^2 (1 + h^2/3) and the variance R^4 (4 h^2/3 + 4 h^4/45). `None` where they are not drawn as they remain.
+    pub(super) fn scatter_of_area(&self) -> Option<f64> {
+        let is_recorded = matches!(self.config.placement, PackingPlacement::Recorded(_));
+        let square = self.config.radius_half_width.get() * self.config.radius_half_width.get();
+        let variance = 4.0 * square / 3.0 + 4.0 * square * square / 45.0;
+        let is_drawn = !is_recorded && self.config.target_reduced_pressure.is_none();
+        is_drawn.then(|| (variance / self.discs()).sqrt() / (1.0 + square / 3.0))
+    }
+
     pub(super) fn has_walls(&self) -> bool {
         self.config.boundary == Boundary::Walls
     }
