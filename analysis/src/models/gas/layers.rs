@@ -135,7 +135,8 @@ impl GasRun {
         if let Some(chi_square) = ChiSquare::of(pairs)
             && let Some(value) = chi_square.expected(1.0)
         {
-            let error = (2.0 * value / chi_square.bins).sqrt();
+            let of_law = (2.0 * value / chi_square.bins).sqrt();
+            let error = if in_range { of_law } else { chi_square.scatter };
             let per_layer = Estimate::new(chi_square.per_bin, Some(error));
             let theory = ExpectedValue { value, accuracy: None, in_range };
             found.compare_with(metric::LAYERS_CHI_SQUARE, per_layer, chi_law, theory);
