@@ -3,7 +3,7 @@
 use super::AnalysisReport;
 use super::file_links::FileLinks;
 use super::markup::{breakable, typographic};
-use super::table::{OUT_OF_RANGE, deviation_text, theory_text, value_text};
+use super::table::{deviation_text, theory_text, value_text};
 use crate::checks::{CheckKind, CheckResult, subject};
 use crate::input::host_file::utc;
 use crate::metric::Metric;
@@ -119,7 +119,9 @@ fn clause(metric: &Metric) -> Markup {
         strong { (typographic(&value_text(metric))) }
         @if !unit.is_empty() { " " (unit) }
         @if !theory.is_empty() { ", theory " (typographic(&theory)) }
-        @if deviation == OUT_OF_RANGE { ", outside the range of its law" }
+        @if let Some(violation) = metric.theory.and_then(|theory| theory.violation) {
+            ", outside the range of its law: " (violation)
+        }
         @else if !deviation.is_empty() { ", deviation " (typographic(&deviation)) }
     }
 }
