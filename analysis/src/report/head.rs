@@ -201,17 +201,17 @@ fn machine(report: &AnalysisReport) -> Option<String> {
 fn size_text(bytes: u64) -> String {
     match bytes {
         0..1_000 => format!("{bytes} B"),
-        1_000..1_000_000 => format!("{} kB", six_digits((bytes as f64 / 100.0).round() / 10.0)),
-        _ => format!("{} MB", six_digits((bytes as f64 / 1e5).round() / 10.0)),
+        1_000..1_000_000 => format!("{} kB", six_digits(libm::round(bytes as f64 / 100.0) / 10.0)),
+        _ => format!("{} MB", six_digits(libm::round(bytes as f64 / 1e5) / 10.0)),
     }
 }
 
 fn duration_text(seconds: f64) -> String {
     match seconds {
-        short if short < 60.0 => format!("{} s", six_digits((100.0 * short).round() / 100.0)),
+        short if short < 60.0 => format!("{} s", six_digits(libm::round(100.0 * short) / 100.0)),
         minutes if minutes < 5400.0 => {
-            format!("{} min", six_digits((minutes / 6.0).round() / 10.0))
+            format!("{} min", six_digits(libm::round(minutes / 6.0) / 10.0))
         }
-        hours => format!("{} h", six_digits((hours / 360.0).round() / 10.0)),
+        hours => format!("{} h", six_digits(libm::round(hours / 360.0) / 10.0)),
     }
 }

@@ -140,7 +140,7 @@ impl KeplerOrbit {
     pub(crate) fn position_au(&self, time_days: f64) -> [f64; 3] {
         let period = self.period_days();
         // Whole revolutions are subtracted first, because sines of large angles lose digits.
-        let time = time_days - period * (time_days / period).round();
+        let time = time_days - period * libm::round(time_days / period);
         let target = self.mean_motion_rad_per_day * time;
         let change = self.anomaly_change(target);
         let (sine, cosine) = libm::sincos(change);

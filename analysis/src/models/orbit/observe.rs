@@ -88,7 +88,7 @@ impl OrbitRun {
     fn phase_error_rad(&self, last: &OrbitPoint, tracked: &OrbitElements) -> Option<f64> {
         let exact = self.exact?.position_au(last.time_days);
         let apart = self.angle(last.position_au) - self.angle(exact);
-        Some(apart + TAU * ((tracked.phase_error_rad - apart) / TAU).round())
+        Some(apart + TAU * libm::round((tracked.phase_error_rad - apart) / TAU))
     }
 
     fn measure_energy(&self, first: &OrbitPoint, last: &OrbitPoint, found: &mut Measurements) {
