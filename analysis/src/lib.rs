@@ -26,7 +26,7 @@ mod thumbnail;
 mod write_file;
 
 pub use input::UnreadableRecording;
-pub use metric::{Definition, Law, Measurement, Theory};
+pub use metric::{Definition, Law, Measurement, Theory, Violation};
 pub use models::metric_names;
 pub use report::metrics_reference;
 pub use run::{RunAnalysis, RunStatus};

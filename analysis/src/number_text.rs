@@ -21,7 +21,7 @@ pub(crate) fn with_error(value: f64, standard_error: Option<f64>) -> String {
     let (value, error) = (value / unit, error / unit);
     // Two digits of the error, which is below 100.
     let decimals = (1 - decimal_exponent(error)).max(0);
-    let digits = (error * 10.0_f64.powi(decimals)).round();
+    let digits = libm::round(error * 10.0_f64.powi(decimals));
     let text = format!("{value:.*}({digits})", decimals as usize);
     if plain { text } else { format!("{text}·{}", power_text(exponent)) }
 }
@@ -59,7 +59,7 @@ pub(crate) fn two_digits(value: f64) -> String {
     let exponent = decimal_exponent(value.abs());
     let unit = 10.0_f64.powi(exponent - 1);
     // A power of ten below 1e-300 and its inverse are not both exact.
-    six_digits(if exponent > -300 { (value / unit).round() * unit } else { value })
+    six_digits(if exponent > -300 { libm::round(value / unit) * unit } else { value })
 }
 
 /// Formats a number in few characters, with a power of ten if it is very large or small.

@@ -1,4 +1,4 @@
-//! Adds a model, a metric and an integrator to a copy of Kinetoscope.
+//! Adds a model, a metric, an integrator and a contact law to a copy of Kinetoscope.
 //!
 //!     cargo run --example extend -- FOLDER
 //!
@@ -8,6 +8,7 @@
 //!     cargo run --release -- experiments/oscillator.toml
 //!     cargo run --release --bin analyze-recordings -- recordings/oscillator
 
+mod contact_law;
 mod integrator;
 mod metric;
 mod model;
@@ -18,8 +19,12 @@ use std::path::Path;
 use std::{env, fs};
 
 /// The extensions, each with its additions to existing files.
-const EXTENSIONS: &[(&str, &[Edit])] =
-    &[("model", model::EDITS), ("metric", metric::EDITS), ("integrator", integrator::EDITS)];
+const EXTENSIONS: &[(&str, &[Edit])] = &[
+    ("model", model::EDITS),
+    ("metric", metric::EDITS),
+    ("integrator", integrator::EDITS),
+    ("contact_law", contact_law::EDITS),
+];
 
 /// An addition: the file, a text that occurs once in it, and the text to insert after it.
 type Edit = (&'static str, &'static str, &'static str);

@@ -178,7 +178,7 @@ fn range(key: &str, node: &Node, table: &Table, errors: &mut Errors) -> Option<V
     let whole = describe::is_whole(key);
     let points = (0..count.get()).map(|index| {
         let value = between(from, to, index, count.get() - 1, spacing);
-        let value = if whole { value.round() } else { value };
+        let value = if whole { libm::round(value) } else { value };
         Node { span: node.span, value: Value::Float(value) }
     });
     Some(points.collect())

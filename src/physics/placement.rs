@@ -230,6 +230,6 @@ impl<'a> PlacedDiscs<'a> {
             return separation;
         }
         let side = self.rectangle.sides()[axis];
-        separation - side * (separation / side).round()
+        separation - side * libm::round(separation / side)
     }
 }

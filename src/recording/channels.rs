@@ -2,7 +2,6 @@
 //! from this file. Tags are never reused: a changed meaning takes a new tag and a new [`SCHEMA_VERSION`].
 
 pub use crate::channel_field::Field;
-
 use crate::column::Column as _;
 use prost::Message;
 
@@ -27,7 +26,7 @@ pub const TRAIL: &str = "/trail";
 pub const LOG: &str = "/log";
 
 /// A message with a fixed topic and schema.
-pub trait Channel: Message + Default + 'static {
+pub trait Channel: Message + Clone + Default + 'static {
     /// The topic, with its leading slash.
     const TOPIC: &'static str;
     /// The schema's full name.
@@ -37,6 +36,8 @@ pub trait Channel: Message + Default + 'static {
 
     /// Whether all series of the message have the same length: they are the columns of one table.
     fn has_equal_columns(&self) -> bool;
+    /// The message with the bits of `f64::NAN` in place of those of every other NaN, if it has one.
+    fn with_canonical_nan(&self) -> Option<Self>;
 }
 
 /// A channel as a model declares it, without its Rust type.
@@ -88,6 +89,13 @@ macro_rules! channels {
                     let mut lengths = [$(self.$field.length()),+].into_iter().flatten();
                     let first = lengths.next();
                     lengths.all(|length| Some(length) == first)
+                }
+
+                fn with_canonical_nan(&self) -> Option<Self> {
+                    let is_other = false $(|| self.$field.has_other_nan())+;
+                    let mut message = is_other.then(|| self.clone())?;
+                    $(message.$field.make_nan_canonical();)+
+                    Some(message)
                 }
             }
         )+

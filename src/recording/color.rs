@@ -86,7 +86,7 @@ fn interpolated(share: f64) -> Color {
     let [low, high] = [STOPS[segment], STOPS[segment + 1]];
     opaque(std::array::from_fn(|channel| {
         let (low, high) = (f64::from(low[channel]), f64::from(high[channel]));
-        (low + part * (high - low)).round() as u8
+        libm::round(low + part * (high - low)) as u8
     }))
 }
 

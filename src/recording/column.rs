@@ -1,4 +1,7 @@
-//! The columns of a state, and the lengths of the columns of a message.
+//! The columns of a state and of a message: their lengths, and the bits of their NaNs.
+//!
+//! The sign and the payload of a computed NaN differ between processors: 0/0 is negative on x86-64 and positive on aarch64. A recording
+//! contains one NaN only, that of `f64::NAN`.
 
 /// One column of the state, as a model declares it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,9 +16,56 @@ pub struct StateColumn {
 pub(crate) trait Column {
     /// Number of values; `None` for a field with a single value.
     fn length(&self) -> Option<usize>;
+
+    /// Whether it contains a NaN with other bits than those of `f64::NAN`.
+    fn has_other_nan(&self) -> bool {
+        false
+    }
+
+    /// Gives every NaN the bits of `f64::NAN`.
+    fn make_nan_canonical(&mut self) {}
 }
 
-impl<T> Column for Vec<T> {
+/// Whether a number is a NaN with other bits than those of `f64::NAN`.
+fn is_other_nan(number: &f64) -> bool {
+    number.is_nan() && number.to_bits() != f64::NAN.to_bits()
+}
+
+impl Column for [f64] {
+    fn length(&self) -> Option<usize> {
+        Some(self.len())
+    }
+
+    fn has_other_nan(&self) -> bool {
+        self.iter().any(is_other_nan)
+    }
+
+    fn make_nan_canonical(&mut self) {
+        self.iter_mut().filter(|number| number.is_nan()).for_each(|number| *number = f64::NAN);
+    }
+}
+
+impl Column for Vec<f64> {
+    fn length(&self) -> Option<usize> {
+        Some(self.len())
+    }
+
+    fn has_other_nan(&self) -> bool {
+        self.as_slice().has_other_nan()
+    }
+
+    fn make_nan_canonical(&mut self) {
+        self.as_mut_slice().make_nan_canonical();
+    }
+}
+
+impl Column for Vec<u64> {
+    fn length(&self) -> Option<usize> {
+        Some(self.len())
+    }
+}
+
+impl Column for Vec<String> {
     fn length(&self) -> Option<usize> {
         Some(self.len())
     }
@@ -24,6 +74,14 @@ impl<T> Column for Vec<T> {
 impl Column for f64 {
     fn length(&self) -> Option<usize> {
         None
+    }
+
+    fn has_other_nan(&self) -> bool {
+        is_other_nan(self)
+    }
+
+    fn make_nan_canonical(&mut self) {
+        std::slice::from_mut(self).make_nan_canonical();
     }
 }
 

@@ -28,6 +28,7 @@ impl DiscDrawing {
         if frame.discs().is_empty()
             && let Some((_, time)) = log_times(index, self.playback_fps)
         {
+            frame.make_nan_canonical();
             let (state, discs) = frame.state_and_discs();
             self.scenes.discs(state, time, discs);
         }

@@ -105,7 +105,7 @@ fn position(pose: Option<&Pose>) -> Option<[f64; 2]> {
 fn rgb(color: Option<&Color>) -> Rgb {
     // A cast from float saturates.
     color.map_or([0; 3], |color| {
-        [color.r, color.g, color.b].map(|part| (part * 255.0).round() as u8)
+        [color.r, color.g, color.b].map(|part| libm::round(part * 255.0) as u8)
     })
 }
 

@@ -26,6 +26,8 @@ pub(crate) struct EncodedMessages {
 
 impl EncodedMessages {
     pub(crate) fn push<C: Channel>(&mut self, message: &C) {
+        let canonical = message.with_canonical_nan();
+        let message = canonical.as_ref().unwrap_or(message);
         let length = message.encoded_len();
         self.bytes.reserve_exact(Ord::max(length, USUAL_BYTES.saturating_sub(self.bytes.len())));
         message.encode_raw(&mut self.bytes);

@@ -77,6 +77,11 @@ impl Frame {
         self.state.resize(values)
     }
 
+    /// Gives every NaN of the state the bits of `f64::NAN`, before anything is drawn or encoded; messages have them already.
+    pub(crate) fn make_nan_canonical(&mut self) {
+        self.state.make_nan_canonical();
+    }
+
     /// The rows of the state, before which the recorder writes the header of the message.
     pub(crate) fn rows_mut(&mut self) -> &mut Rows {
         &mut self.state

@@ -58,6 +58,11 @@ impl Channel for Separation {
     fn has_equal_columns(&self) -> bool {
         true
     }
+
+    // Its distances are those of finite positions.
+    fn with_canonical_nan(&self) -> Option<Self> {
+        None
+    }
 }
 
 impl Separation {

@@ -187,6 +187,9 @@ impl<W: Write> Recorder<W> {
         self.begin_frame();
         // Usually, the drawing is only in this memory, not in that of each frame.
         let is_drawn = !frame.discs().is_empty();
+        if !is_drawn {
+            frame.make_nan_canonical();
+        }
         if let Some(drawing) = self.disc_drawing().filter(|_| !is_drawn) {
             frame.swap_discs(&mut self.discs);
             drawing.encode(frame, self.frames);

@@ -359,7 +359,7 @@ impl SceneBuilder {
     }
 }
 
-/// `f64::round`, up to the sign of a zero. That one is a call, because the oldest processors have no instruction for it.
+/// `libm::round`, up to the sign of a zero. That one is a call.
 #[inline]
 fn nearest_integer(number: f64) -> f64 {
     // The number before 0.5: the sum of it and a number just below a half does not round to 1.
@@ -367,7 +367,7 @@ fn nearest_integer(number: f64) -> f64 {
     if number.abs() < 1e15 {
         (number + HALF.copysign(number)) as i64 as f64
     } else {
-        number.round()
+        libm::round(number)
     }
 }
 
@@ -476,7 +476,7 @@ fn update(entity: SceneEntity) -> SceneUpdate {
 mod tests {
     use super::*;
 
-    /// Guarantee: numbers are rounded as by `f64::round`. Control: truncation gives other numbers.
+    /// Guarantee: numbers are rounded as by `libm::round`. Control: truncation gives other numbers.
     #[test]
     fn nearest_integers_are_those_of_round() {
         let mut truncated = 0;
@@ -485,8 +485,8 @@ mod tests {
                 let number = (1.0 + f64::from(step) / 64.0) * f64::from_bits(exponent << 52);
                 for number in [number, number.next_down(), number.next_up()] {
                     for number in [number, -number, number + 0.5, 0.5 - number] {
-                        assert_eq!(nearest_integer(number), number.round(), "{number:e}");
-                        truncated += u32::from(number.trunc() != number.round());
+                        assert_eq!(nearest_integer(number), libm::round(number), "{number:e}");
+                        truncated += u32::from(number.trunc() != libm::round(number));
                     }
                 }
             }

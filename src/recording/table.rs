@@ -1,6 +1,6 @@
 //! The exact state of one frame: one row per particle, one column per quantity.
 
-use crate::column::StateColumn;
+use crate::column::{Column as _, StateColumn};
 use crate::scene::{FRAME_ID, pose};
 use crate::spare_memory::{Lent, SpareMemory};
 use foxglove::messages::packed_element_field::NumericType;
@@ -79,6 +79,13 @@ impl Rows {
 
     pub(crate) fn values(&self) -> &[f64] {
         if self.is_cleared { &[] } else { &self.words[self.room..] }
+    }
+
+    /// Gives every NaN the bits of `f64::NAN`.
+    pub(crate) fn make_nan_canonical(&mut self) {
+        if self.values().has_other_nan() {
+            self.words[self.room..].make_nan_canonical();
+        }
     }
 
     /// A `foxglove.PointCloud` with the values as FLOAT64 fields. The header is written before the values, which stay in place.

@@ -32,6 +32,8 @@ mod restitution_is_correct_for_random_parameters;
 mod row_transmission_follows_restitution;
 // At rest, the overlap of a disc carries the weight above it.
 mod static_load_equals_weight;
+// Every step agrees with a reference that compares all pairs.
+mod steps_agree_with_plain_reference;
 // The mirror image of an initial state moves as the mirror image.
 mod trajectory_is_mirror_symmetric;
 // Velocity Verlet equals half kick, drift, half kick.
@@ -61,7 +63,11 @@ mod initial_states_have_no_overlap;
 mod inserted_discs_enter_in_order;
 // Moving walls are drawn at their position in every frame.
 mod moving_walls_are_drawn_at_their_position;
+// How often the neighbor lists are rebuilt does not affect the trajectory.
+mod rebuilt_lists_do_not_affect_the_trajectory;
 // Number of threads, SIMD, observation and storage change no bit.
 mod threads_and_simd_do_not_affect_results;
+// A disc whose center leaves the box ends the run.
+mod disc_outside_the_box_is_a_fault;
 // Unstable time steps are rejected with values that are accepted.
 mod unstable_time_step_is_rejected;

@@ -9,6 +9,8 @@ mod runs;
 
 // A particle follows the chords of the circular billiard.
 mod exact_motion_equals_50_digit_reference;
+// Registers of every width give the same bits.
+mod every_width_gives_the_same_bits;
 // The nine defects of the scheme printed in the gas exercise are shown and detected.
 mod exercise_defects_are_detected;
 // Invariants and pressure hold after a million wall collisions, on any number of threads.

@@ -1,11 +1,12 @@
 //! Guarantee: a new model is a set of new files and a few lines in at most four existing ones. A metric changes the files of one folder
-//! of the analysis, and an integrator changes two files. ARCHITECTURE.md names them.
+//! of the analysis, and an integrator and a contact law change two files each. ARCHITECTURE.md names them.
 //!
 //! Setup: the example `extend` adds all of them to a copy of the sources, which is built once. Its programs record and analyze an
 //! experiment of each extension: the energy error of an oscillator by semi-implicit Euler is (omega dt/2)/(1 - omega dt/2) = 5.26 %, the
-//! speed at the perihelion follows from the conservation of energy, and Ruth's method has the order 3 that its properties state.
-//! Control: the checks would fail for an energy error of 4 % or 5.5 %, for another speed, and for another order; the build fails if one
-//! of the lines is missing.
+//! speed at the perihelion follows from the conservation of energy, Ruth's method has the order 3 that its properties state, and an
+//! impact by Hertz's law has the overlap, the duration and the restitution of its closed form.
+//! Control: the checks would fail for an energy error of 4 % or 5.5 %, for another speed, for another order, and for a linear spring; the
+//! build fails if one of the lines is missing.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -15,10 +16,11 @@ use std::path::Path;
 use std::process::Command;
 
 /// The extensions, with the bullet of ARCHITECTURE.md and the experiment of each.
-const EXTENSIONS: [(&str, &str, &str); 3] = [
+const EXTENSIONS: [(&str, &str, &str); 4] = [
     ("model", "- **A model:**", "oscillator"),
     ("metric", "- **A metric:**", "perihelion_speed"),
     ("integrator", "- **An integrator:**", "ruth"),
+    ("contact_law", "- **A contact law:**", "hertz"),
 ];
 
 /// Runs a command in a folder and returns what it printed.

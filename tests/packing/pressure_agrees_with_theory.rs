@@ -44,7 +44,7 @@ fn compared(
     let analysis = analyze(&run(&experiment.runs[0]).unwrap()).unwrap();
     let found = analysis.measurement("compressibility_factor").unwrap();
     let theory = found.theory.unwrap();
-    assert!(theory.in_range, "{fraction}");
+    assert!(theory.in_range(), "{fraction}");
     let (value, expected) = (found.estimate.value, theory.value);
     let error = found.estimate.standard_error.unwrap().hypot(theory.accuracy);
     println!("{boundary} {discs} {fraction}: {value} {expected} +- {error}");

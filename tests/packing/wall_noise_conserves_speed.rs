@@ -60,6 +60,31 @@ fn angle_is_normal_with_the_variance_of_the_exercise() {
     assert!(!is_normal_with_variance(&angles, (PI / 1000.0) * (PI / 1000.0)));
 }
 
+/// The direction after the collision is that of the specular reflection plus phi, at any angle of incidence: the perpendicular disc of the
+/// same seed gives phi. Source: packing exercise, equation 3. Tolerance: 16 rounding errors of angles up to pi.
+/// Control: the exercise's program rotates vy with the vx that it has just rotated, so that vy is off by phi sin(phi).
+#[test]
+fn direction_is_that_of_the_specular_reflection_plus_the_angle() {
+    let variance = PI / 100.0;
+    let mut control = 0;
+    for (seed, phi) in angles(variance, 200).into_iter().enumerate() {
+        for (speed, theta) in [(1.0, 0.2), (3e-5, 0.5), (2e7, -0.4)] {
+            let [vx, vy] = [speed * libm::cos(theta), speed * libm::sin(theta)];
+            let config = with_variance(given(&[[18.0, 0.0, vx, vy]]), variance);
+            let mut packing = prepare(&config, seed as u64, 0);
+            advance_to_count(&mut packing, 1);
+            let [x, y] = disc_states(&packing)[0].velocity;
+            let wanted = theta - phi;
+            // Both angles are measured from the normal, which points to the left.
+            let is_wanted = |x: f64, y: f64| ((y).atan2(-x) - wanted).abs() < 16.0 * f64::EPSILON;
+            assert!(is_wanted(x, y), "seed {seed}, {theta}: {} for {wanted}", y.atan2(-x));
+            let rotated = -vx * phi.cos() - vy * phi.sin();
+            control += u32::from(!is_wanted(rotated, rotated * phi.sin() + vy * phi.cos()));
+        }
+    }
+    assert!(control > 500, "control: {control}");
+}
+
 /// The rule as printed in the exercise would move a grazing disc through the wall.
 #[test]
 fn grazing_disc_leaves_the_wall_at_constant_speed() {

@@ -120,7 +120,8 @@ fn metric_is_plotted_over_words() {
     assert!(called.err.contains("are words, which have no logarithms"), "{}", called.err);
 }
 
-/// No point of a sweep is left out silently: numbers next to a table are words, and a value of 0 on a logarithmic axis is stated.
+/// No point of a sweep is left out silently: numbers next to a table are words, an axis that contains 0 is linear
+/// unless a logarithmic one is requested, and a value of 0 on a logarithmic axis is stated.
 #[test]
 fn every_point_is_drawn_or_stated() {
     let bench = Bench::new();
@@ -135,12 +136,14 @@ fn every_point_is_drawn_or_stated() {
          [sweep]\nmodel.orbit.integrator = [\"rk4\", \"kepler\"]\n",
     );
     assert_eq!(bench.call(&["run", "--quiet", "mixed.toml", "orbit.toml"]).code, Some(0));
-    let plot = |name: &str, y: &str| {
+    let plot_with = |name: &str, y: &str, options: &[&str]| {
         let folder = format!("recordings/{name}");
-        let called = bench.call(&["plot", &folder, "--y", y, "--json", "--output", "p.svg"]);
+        let command = ["plot", &folder, "--y", y, "--json", "--output", "p.svg"];
+        let called = bench.call(&[&command, options].concat());
         assert_eq!(called.code, Some(0), "{}", called.err);
         (called.json(), fs::read_to_string(bench.path("p.svg")).unwrap())
     };
+    let plot = |name: &str, y: &str| plot_with(name, y, &[]);
     let (mixed, _) = plot("mixed", "packing_fraction");
     let points = mixed["plot"]["curves"][0]["points"].as_array().unwrap();
     assert_eq!((points.len(), &points[0]["x"]), (3, &"0.0004".into()));
@@ -170,8 +173,12 @@ fn every_point_is_drawn_or_stated() {
     assert_eq!(called.code, Some(0), "{}", called.err);
     assert_eq!(called.json()["plot"]["remark"], "1 of 3 points have no `time_step_s`");
     let (zero, svg) = plot("orbit", "position_error.final");
-    assert_eq!(zero["plot"]["remark"], "1 point at 0 or below: not on a logarithmic axis");
-    assert!(svg.contains("kepler</text>"), "{svg}");
+    assert_eq!(zero["plot"]["remark"], "", "an axis that contains 0 is linear");
+    assert!(svg.contains("kepler</text>") && svg.contains(">0</text>"), "{svg}");
+    let (zero, svg) = plot_with("orbit", "position_error.final", &["--log-y"]);
+    let stated = "1 point at 0 or below: not on a logarithmic axis";
+    assert_eq!(zero["plot"]["remark"], stated);
+    assert!(svg.contains(stated) && svg.contains("kepler</text>"), "{svg}");
 }
 
 /// Of one point, place, value and theory are stated, because theory is a line between points; of several replicates, which one is drawn.

@@ -175,6 +175,30 @@ fn other_web_pages_and_other_names_of_this_machine_are_rejected() {
     }
 }
 
+/// Guarantee: a page of the folder has an origin of its own, so that it reads no other file, and other pages show no file as a picture.
+/// Every answer has both headers, also where a file is missing or a request is rejected.
+#[test]
+fn pages_of_the_folder_read_no_other_file_and_no_page_embeds_one() {
+    let (bench, path) = recorded();
+    bench.write("recordings/gas/report.html", "<p>report</p>");
+    let view = View::start(&bench.path("."), &["recordings"]);
+    let recording = format!("/{path}");
+    for (path, headers) in [
+        ("/", vec![]),
+        ("/gas/report.html", vec![]),
+        (&recording, vec![]),
+        ("/gas/missing.svg", vec![]),
+        ("/", vec![("Origin", "https://evil.example")]),
+    ] {
+        let (head, _) = view.request("GET", path, &headers);
+        let policy = head.lines().find(|line| line.starts_with("content-security-policy: "));
+        let policy = policy.unwrap_or_else(|| panic!("{path}: {head}"));
+        let sandbox = policy.split([':', ';']).find(|part| part.trim().starts_with("sandbox"));
+        assert_eq!(sandbox.map(str::trim), Some("sandbox allow-scripts allow-downloads"), "{path}");
+        assert!(head.contains("cross-origin-resource-policy: same-origin"), "{path}: {head}");
+    }
+}
+
 #[test]
 fn only_files_of_recordings_are_served() {
     let (bench, path) = recorded();

@@ -137,10 +137,9 @@ fn holds(bound: Bound, metric: &Metric) -> Result<(bool, String), String> {
     if let Some(reason) = &metric.reason {
         return Err(reason.to_string());
     }
-    let theory = || match metric.theory {
-        Some(theory) if theory.in_range => Ok(theory.value),
-        Some(theory) => Err(theory.out_of_range()),
-        None => Err(NO_THEORY.to_owned()),
+    let theory = || {
+        let theory = metric.theory.ok_or(NO_THEORY)?;
+        theory.out_of_range().map_or(Ok(theory.value), Err)
     };
     let no_error = || match metric.estimate.missing_error {
         _ if metric.is_of_conservation_law() => NO_SIGMA.to_owned(),

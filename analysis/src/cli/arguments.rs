@@ -94,7 +94,7 @@ impl AnalyzeArguments {
 /// A number of megabytes from 0.01 to 100, in bytes.
 fn megabytes(text: &str) -> Result<usize, String> {
     let number = text.trim().parse().ok().filter(|number| (0.01..=100.0).contains(number));
-    let bytes = number.map(|number: f64| (number * 1e6).round() as usize);
+    let bytes = number.map(|number: f64| libm::round(number * 1e6) as usize);
     bytes.ok_or_else(|| "must be a number from 0.01 to 100".to_owned())
 }
 

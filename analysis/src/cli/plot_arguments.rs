@@ -299,7 +299,7 @@ impl PlotArguments {
             "x": { "name": chart.x.label, "unit": chart.x.unit },
             "y": { "name": self.y, "unit": chart.y.unit },
             "curves": curves.collect::<Vec<_>>(),
-            "remark": chart.remark,
+            "remark": chart.full_remark(),
         })
     }
 }

@@ -35,7 +35,7 @@ impl Deviation {
     pub(crate) fn of(estimate: &Estimate, theory: Option<Theory>, rounding: f64) -> Option<Self> {
         let is_measured = !estimate.value.is_nan()
             && estimate.missing_error != Some(MissingError::NothingCounted);
-        let theory = theory.filter(|theory| theory.in_range && is_measured)?;
+        let theory = theory.filter(|theory| theory.in_range() && is_measured)?;
         let difference = estimate.value - theory.value;
         let rounding = rounding.max(ROUNDING_FRACTION * theory.value.abs());
         let error = estimate.conditional_standard_error.or(estimate.standard_error);

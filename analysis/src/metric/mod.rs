@@ -6,6 +6,7 @@ pub(crate) mod law;
 pub(crate) mod measurement;
 pub(crate) mod symbols;
 pub(crate) mod theory;
+pub(crate) mod violation;
 
 pub use definition::Definition;
 pub(crate) use deviation::Deviation;
@@ -13,6 +14,8 @@ pub use law::Law;
 pub use measurement::Measurement;
 pub(crate) use measurement::Measurements;
 pub use theory::Theory;
+pub(crate) use violation::Quantity;
+pub use violation::Violation;
 
 use crate::metric::theory::Expected as _;
 use crate::statistics::Estimate;
@@ -114,8 +117,7 @@ impl Metric {
         }
         let error = self.estimate.missing_error.filter(|_| self.standard_error().is_none());
         let error = error.map(|missing| missing.to_string());
-        let range =
-            self.theory.filter(|theory| !theory.in_range).map(|theory| theory.out_of_range());
+        let range = self.theory.and_then(|theory| theory.out_of_range());
         let reasons: Vec<String> = error.into_iter().chain(range).collect();
         (!reasons.is_empty()).then(|| reasons.join("; "))
     }

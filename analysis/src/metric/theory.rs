@@ -1,6 +1,7 @@
 //! The theoretical value of a metric.
 
 use crate::metric::law::Law;
+use crate::metric::violation::Violation;
 
 /// The theoretical value of a metric for one run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -9,24 +10,31 @@ pub struct Theory {
     pub value: f64,
     /// The accuracy of the law at this value, in the metric's unit; 0 for an exact law.
     pub accuracy: f64,
-    /// Whether the run is in the law's range. Outside, the value is not compared.
-    pub in_range: bool,
+    /// The condition of the law that the run does not meet; `None` within the law's range. Outside, the value is not compared.
+    pub violation: Option<Violation>,
     /// The law that gives the value.
     pub law: Option<Law>,
 }
 
 impl Theory {
-    /// The value; `None` outside the law's range.
-    pub(crate) fn applicable(&self) -> Option<f64> {
-        self.in_range.then_some(self.value)
+    /// Whether the run is in the law's range.
+    #[must_use]
+    pub const fn in_range(&self) -> bool {
+        self.violation.is_none()
     }
 
-    /// States that the run is outside the range of the law, with the range.
-    pub(crate) fn out_of_range(&self) -> String {
-        match self.law.map_or("", |law| law.range) {
-            "" => "the run is outside the range of its law".to_owned(),
-            range => format!("the run is outside the range of its law: {range}"),
-        }
+    /// The value; `None` outside the law's range.
+    pub(crate) fn applicable(&self) -> Option<f64> {
+        self.in_range().then_some(self.value)
+    }
+
+    /// States that the run is outside the range of the law, with the condition that fails, and the range; `None` within it.
+    pub(crate) fn out_of_range(&self) -> Option<String> {
+        let what = format!("the run is outside the range of its law: {}", self.violation?);
+        Some(match self.law.map_or("", |law| law.range) {
+            "" => what,
+            range => format!("{what} (range: {range})"),
+        })
     }
 }
 
@@ -37,8 +45,8 @@ pub(crate) struct ExpectedValue {
     pub(crate) value: f64,
     /// The accuracy in the metric's unit; `None` for the law's relative accuracy.
     pub(crate) accuracy: Option<f64>,
-    /// Whether the run is in the law's range.
-    pub(crate) in_range: bool,
+    /// The condition of the law that the run does not meet; `None` within the law's range.
+    pub(crate) violation: Option<Violation>,
 }
 
 impl ExpectedValue {
@@ -46,7 +54,7 @@ impl ExpectedValue {
     pub(crate) fn by(self, law: Option<Law>) -> Theory {
         let relative_accuracy = law.map_or(0.0, |law| law.relative_accuracy);
         let accuracy = self.accuracy.unwrap_or_else(|| relative_accuracy * self.value.abs());
-        Theory { value: self.value, accuracy, in_range: self.in_range, law }
+        Theory { value: self.value, accuracy, violation: self.violation, law }
     }
 }
 
@@ -64,7 +72,7 @@ impl Expected for ExpectedValue {
 
 impl Expected for f64 {
     fn expected(self) -> Option<ExpectedValue> {
-        Some(ExpectedValue { value: self, accuracy: None, in_range: true })
+        Some(ExpectedValue { value: self, accuracy: None, violation: None })
     }
 }
 

@@ -167,7 +167,7 @@ impl MetricEntry {
                     .filter(|range| !range.is_empty())
                     .map(str::to_owned),
                 source: theory.law.map(|law| law.to_string()),
-                in_range: theory.in_range,
+                in_range: theory.in_range(),
             }),
             deviation_sigma: metric.deviation_in_standard_errors().and_then(finite),
             applicable: metric.is_applicable(),

@@ -22,7 +22,7 @@ const COLUMNS: &[Definition] = {
         ("degrees_of_freedom", Number, |metric| metric.estimate.degrees_of_freedom.into()),
         ("theory", Number, |metric| metric.theory_value().into()),
         ("theory_accuracy", Number, |metric| metric.theory.map(|theory| theory.accuracy).into()),
-        ("theory_in_range", Boolean, |metric| metric.theory.map(|theory| theory.in_range).into()),
+        ("theory_in_range", Boolean, |metric| metric.theory.map(|theory| theory.in_range()).into()),
         ("deviation_sigma", Number, |metric| metric.deviation_in_standard_errors().into()),
         ("applicable", Boolean, |metric| metric.is_applicable().into()),
         ("reason", Text, |metric| metric.reason_in_files().into()),

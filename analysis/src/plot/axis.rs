@@ -191,7 +191,7 @@ impl Ranged for Layout {
 
     fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
         let fraction = (value - self.low) / (self.high - self.low);
-        limit.0 + (fraction * f64::from(limit.1 - limit.0)).round() as i32
+        limit.0 + libm::round(fraction * f64::from(limit.1 - limit.0)) as i32
     }
 
     fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {

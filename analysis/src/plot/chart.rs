@@ -7,6 +7,7 @@ use super::canvas::{
 };
 use super::chart_size::{ChartSize, WIDTH};
 use super::word_labels::draw_words;
+use kinetoscope_console::text::plural;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 use serde::{Deserialize, Serialize};
@@ -115,6 +116,22 @@ const REMARK_TEXT: i32 = 14;
 const REMARK_MARGIN: i32 = 16;
 
 impl Chart {
+    /// The remark, with the number of points of the data that logarithmic axes cannot show.
+    pub(crate) fn full_remark(&self) -> String {
+        let data = self.curves.iter().filter(|curve| curve.style == CurveStyle::Data);
+        let is_hidden = |point: &&Point| {
+            let is_number = point.x.is_finite() && point.y.is_finite();
+            is_number && !(self.x.can_show(point.x) && self.y.can_show(point.y))
+        };
+        let hidden = data.flat_map(|curve| &curve.points).filter(is_hidden).count() as u64;
+        if hidden == 0 {
+            return self.remark.clone();
+        }
+        let separator = if self.remark.is_empty() { "" } else { "; " };
+        let points = plural(hidden, "point");
+        format!("{}{separator}{points} at 0 or below: not on a logarithmic axis", self.remark)
+    }
+
     /// The chart as an SVG document; `None` if no curve has a point that the axes can show. Without a size, it has that of the
     /// report.
     pub(super) fn svg(
@@ -127,7 +144,7 @@ impl Chart {
         let Some((mut x, mut y)) = self.layouts(&curves) else { return Ok(None) };
         let legend = legend_rows(&curves, width);
         let legend_height = legend.len() as i32 * LEGEND_ROW_HEIGHT;
-        let remark = wrapped(&self.remark, width - 2 * REMARK_MARGIN, REMARK_TEXT);
+        let remark = wrapped(&self.full_remark(), width - 2 * REMARK_MARGIN, REMARK_TEXT);
         let remark_height = if remark.is_empty() {
             0
         } else {

@@ -49,7 +49,7 @@ impl ChartSize {
 
     /// The height before title and legend are known.
     fn usual_height(self) -> u32 {
-        let usual = || (f64::from(self.width_px) * HEIGHT_OVER_WIDTH).round() as u32;
+        let usual = || libm::round(f64::from(self.width_px) * HEIGHT_OVER_WIDTH) as u32;
         self.height_px.unwrap_or_else(usual)
     }
 
@@ -59,7 +59,7 @@ impl ChartSize {
     }
 
     fn laid_out(self, length_px: u32) -> i32 {
-        (f64::from(length_px) * REPORT_FONT_PX / self.font_px).round() as i32
+        libm::round(f64::from(length_px) * REPORT_FONT_PX / self.font_px) as i32
     }
 
     /// The width on which the chart is laid out with letters of the report's size.
@@ -91,7 +91,7 @@ impl ChartSize {
     /// The SVG in the requested size instead of the size of its layout.
     pub(super) fn shown(self, svg: &str, width: i32, height: i32) -> String {
         let width_px = self.width_px;
-        let needed = || (f64::from(height) * self.font_px / REPORT_FONT_PX).round() as u32;
+        let needed = || libm::round(f64::from(height) * self.font_px / REPORT_FONT_PX) as u32;
         let height_px = self.height_px.unwrap_or_else(needed);
         let laid_out = format!("width=\"{width}\" height=\"{height}\"");
         svg.replacen(&laid_out, &format!("width=\"{width_px}\" height=\"{height_px}\""), 1)

@@ -123,6 +123,6 @@ fn speed_color(fraction: f64) -> Rgb {
     let stop = (position as usize).min(2);
     let along = position - stop as f64;
     std::array::from_fn(|part| {
-        (STOPS[stop][part] + along * (STOPS[stop + 1][part] - STOPS[stop][part])).round() as u8
+        libm::round(STOPS[stop][part] + along * (STOPS[stop + 1][part] - STOPS[stop][part])) as u8
     })
 }

@@ -43,7 +43,7 @@ impl SvgRenderer {
     pub(crate) fn raster(&self, svg: &str, scale: f64) -> Result<Raster, DrawingError> {
         let tree = Tree::from_str(svg, &self.options).map_err(failure)?;
         let size = tree.size();
-        let side = |length: f32| (f64::from(length) * scale).round() as u32;
+        let side = |length: f32| libm::round(f64::from(length) * scale) as u32;
         let (width, height) = (side(size.width()), side(size.height()));
         let mut pixels = Pixmap::new(width, height).ok_or_else(|| {
             DrawingError(format!("there is no image of {width} × {height} px").into())

@@ -30,7 +30,7 @@ pub(super) fn draw_words(
     let size = SIZES.rev().find(fits).unwrap_or(*SIZES.start());
     for (tick, word) in x.ticks.iter().zip(&words) {
         let share = (tick - x.low) / (x.high - x.low);
-        let center = left + (share * f64::from(right - left)).round() as i32;
+        let center = left + libm::round(share * f64::from(right - left)) as i32;
         for (row, line) in lines(word, size, room).into_iter().enumerate() {
             let middle = axis + ABOVE + size / 2 + row as i32 * size;
             let style = text_style(size, HPos::Center, VPos::Center);

@@ -20,7 +20,7 @@ const LEVEL: u8 = 7;
 
 /// Rounds a number to a multiple of `step`; absent if it is not finite or out of range.
 pub(super) fn quantized(value: f64, step: f64) -> u16 {
-    let steps = (value / step).round();
+    let steps = libm::round(value / step);
     if steps >= 0.0 && steps <= f64::from(LARGEST) { steps as u16 } else { ABSENT }
 }
 

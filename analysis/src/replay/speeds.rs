@@ -36,7 +36,7 @@ impl Speeds {
             return ABSENT_SPEED;
         }
         let fraction = if self.max > 0.0 { (speed / self.max).sqrt() } else { 0.0 };
-        (fraction * f64::from(LARGEST_SPEED)).round() as u8
+        libm::round(fraction * f64::from(LARGEST_SPEED)) as u8
     }
 }
 

@@ -3,7 +3,7 @@
 use super::AnalysisReport;
 use super::file_links::FileLinks;
 use super::markup::{breakable, typographic};
-use super::table::{OUT_OF_RANGE, deviation_text, theory_text, value_text};
+use super::table::{deviation_text, theory_text, value_text};
 use crate::checks::{CheckKind, CheckResult, subject};
 use crate::input::host_file::utc;
 use crate::metric::Metric;
@@ -119,7 +119,9 @@ fn clause(metric: &Metric) -> Markup {
         strong { (typographic(&value_text(metric))) }
         @if !unit.is_empty() { " " (unit) }
         @if !theory.is_empty() { ", theory " (typographic(&theory)) }
-        @if deviation == OUT_OF_RANGE { ", outside the range of its law" }
+        @if let Some(violation) = metric.theory.and_then(|theory| theory.violation) {
+            ", outside the range of its law: " (violation)
+        }
         @else if !deviation.is_empty() { ", deviation " (typographic(&deviation)) }
     }
 }
@@ -199,17 +201,17 @@ fn machine(report: &AnalysisReport) -> Option<String> {
 fn size_text(bytes: u64) -> String {
     match bytes {
         0..1_000 => format!("{bytes} B"),
-        1_000..1_000_000 => format!("{} kB", six_digits((bytes as f64 / 100.0).round() / 10.0)),
-        _ => format!("{} MB", six_digits((bytes as f64 / 1e5).round() / 10.0)),
+        1_000..1_000_000 => format!("{} kB", six_digits(libm::round(bytes as f64 / 100.0) / 10.0)),
+        _ => format!("{} MB", six_digits(libm::round(bytes as f64 / 1e5) / 10.0)),
     }
 }
 
 fn duration_text(seconds: f64) -> String {
     match seconds {
-        short if short < 60.0 => format!("{} s", six_digits((100.0 * short).round() / 100.0)),
+        short if short < 60.0 => format!("{} s", six_digits(libm::round(100.0 * short) / 100.0)),
         minutes if minutes < 5400.0 => {
-            format!("{} min", six_digits((minutes / 6.0).round() / 10.0))
+            format!("{} min", six_digits(libm::round(minutes / 6.0) / 10.0))
         }
-        hours => format!("{} h", six_digits((hours / 360.0).round() / 10.0)),
+        hours => format!("{} h", six_digits(libm::round(hours / 360.0) / 10.0)),
     }
 }

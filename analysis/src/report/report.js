@@ -482,7 +482,7 @@ function chart(figure, data) {
   element("figcaption", {}, figure, data.title);
   const legend = element("div", { class: "legend" }, figure), tools = element("div", { class: "tools" }, figure);
   const sheet = element("svg", { class: "sheet", role: "img", tabindex: 0, "aria-label": data.title }, figure);
-  if (data.remark) element("p", { class: "remark" }, figure, data.remark);
+  const remark = element("p", { class: "remark" }, figure);
   const tip = element("div", { class: "tip", role: "status", hidden: "" }, figure);
 
   // Colors repeat with another mark or dash.
@@ -568,6 +568,12 @@ function chart(figure, data) {
     const isCrowded = ({ ticks }) => ticks.slice(lines).some((tick, i) => acrossOf(tick.at) - acrossOf(ticks[i].at)
       < (widthOf(tick.text, TEXT_PX) + widthOf(ticks[i].text, TEXT_PX)) / 2 + 10);
     do columns = ticksOf(xAxis, isLogX, ...x, amount); while (isCrowded(columns) && --amount >= 1);
+    // No point is left out silently.
+    const lost = shown().filter(({ style }) => style === "data").flatMap((curve) => curve.x.filter((at, i) =>
+      Number.isFinite(at) && Number.isFinite(curve.y[i]) && !isShowable(curve, i))).length;
+    const leftOut = lost ? `${lost} ${lost > 1 ? "points" : "point"} at 0 or below: not on a logarithmic axis` : "";
+    remark.textContent = [data.remark, leftOut].filter(Boolean).join("; ");
+    remark.hidden = !remark.textContent;
     sheet.replaceChildren();
     sheet.setAttribute("viewBox", `0 0 ${full} ${height}`);
     const box = { x: left, y: top, width: view.width, height: view.height }, foot = top + view.height;

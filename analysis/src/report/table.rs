@@ -128,7 +128,7 @@ pub(crate) fn theory_text(metric: &Metric) -> String {
 const MANY_DEGREES_OF_FREEDOM: f64 = 30.0;
 
 /// In place of a deviation from a theoretical value that does not apply.
-pub(crate) const OUT_OF_RANGE: &str = "out of range";
+const OUT_OF_RANGE: &str = "out of range";
 
 /// Formats the deviation from theory: in standard errors if these are known and meaningful, as inside or outside the accuracy of the
 /// law if that is larger, else in percent, or as a factor; empty
@@ -137,7 +137,7 @@ pub(crate) fn deviation_text(metric: &Metric) -> String {
     let theory = metric.theory_value().unwrap_or(0.0);
     let difference = metric.value() - theory;
     let Some(deviation) = metric.deviation() else {
-        let is_outside = metric.theory.is_some_and(|theory| !theory.in_range);
+        let is_outside = metric.theory.is_some_and(|theory| !theory.in_range());
         return if is_outside { OUT_OF_RANGE.to_owned() } else { String::new() };
     };
     let few = |freedom: &f64| *freedom < MANY_DEGREES_OF_FREEDOM;
@@ -197,7 +197,7 @@ mod tests {
     use super::*;
     use crate::metric::definition::Definition;
     use crate::metric::theory::{Expected, ExpectedValue};
-    use crate::metric::{MetricScope, SweepScope};
+    use crate::metric::{MetricScope, Quantity, SweepScope};
     use crate::statistics::Estimate;
 
     const LENGTH: &Definition =
@@ -230,7 +230,8 @@ mod tests {
 
     #[test]
     fn accuracy_range_and_reasons_are_shown() {
-        let expected = ExpectedValue { value: 3.0, accuracy: Some(0.012), in_range: false };
+        let violation = Quantity::StepAngle.at_most(0.05, 0.02);
+        let expected = ExpectedValue { value: 3.0, accuracy: Some(0.012), violation };
         let outside = compared(Estimate::new(4.0, 0.1), expected);
         assert_eq!(theory_text(&outside), "3 ± 0.012");
         assert_eq!(deviation_text(&outside), "out of range");
@@ -240,7 +241,8 @@ mod tests {
         let lines = reasons(&[&missing, &outside, &missing]);
         assert_eq!(lines.len(), 2);
         assert_eq!(lines[0], "length, length: the radii differ");
-        assert!(lines[1].starts_with("length: the run is outside the range"), "{lines:?}");
+        let stated = "length: the run is outside the range of its law: ω Δt is 0.05, above 0.02";
+        assert!(lines[1].starts_with(stated), "{lines:?}");
     }
 
     #[test]

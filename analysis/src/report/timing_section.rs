@@ -104,5 +104,5 @@ fn point_name(coordinates: &[Coordinate]) -> String {
 /// A positive number in four digits.
 fn four_digits(value: f64) -> String {
     let unit = libm::pow(10.0, libm::log10(value).floor() - 3.0);
-    six_digits(if value > 0.0 { (value / unit).round() * unit } else { value })
+    six_digits(if value > 0.0 { libm::round(value / unit) * unit } else { value })
 }

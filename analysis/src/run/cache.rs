@@ -1,7 +1,7 @@
 //! Cache of the analyses of unchanged recordings, in a folder next to the results.
 
 use crate::input::recording::OpenRun;
-use crate::metric::{Definition, Measurement, Theory};
+use crate::metric::{Definition, Measurement, Theory, Violation};
 use crate::models::figures::Figures;
 use crate::models::metrics_of;
 use crate::replay::Replay;
@@ -64,8 +64,8 @@ struct CachedAnalysis {
 struct CachedMeasurement {
     name: String,
     estimate: Estimate,
-    /// Value, accuracy, whether it is in range, and index of the law among those of the definition.
-    theory: Option<(f64, f64, bool, Option<usize>)>,
+    /// Value, accuracy, condition that the run does not meet, and index of the law among those of the definition.
+    theory: Option<(f64, f64, Option<Violation>, Option<usize>)>,
     reason: Option<String>,
 }
 
@@ -176,7 +176,7 @@ fn number(measurement: &Measurement) -> CachedMeasurement {
         estimate: measurement.estimate,
         theory: measurement.theory.map(|theory| {
             let law = theory.law.and_then(|law| laws.iter().position(|other| *other == law));
-            (theory.value, theory.accuracy, theory.in_range, law)
+            (theory.value, theory.accuracy, theory.violation, law)
         }),
         reason: measurement.reason.as_deref().map(str::to_owned),
     }
@@ -185,9 +185,9 @@ fn number(measurement: &Measurement) -> CachedMeasurement {
 fn measurement(model: &str, number: &CachedMeasurement) -> Option<Measurement> {
     let named = |definition: &&&Definition| definition.name == number.name;
     let definition = metrics_of(model).iter().find(named)?;
-    let theory = number.theory.map(|(value, accuracy, in_range, law)| {
+    let theory = number.theory.map(|(value, accuracy, violation, law)| {
         let law = law.and_then(|law| definition.laws.get(law)).copied();
-        Theory { value, accuracy, in_range, law }
+        Theory { value, accuracy, violation, law }
     });
     let reason = number.reason.clone().map(Into::into);
     Some(Measurement { definition, estimate: number.estimate, theory, reason })

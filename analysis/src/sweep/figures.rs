@@ -52,11 +52,11 @@ fn trade_off_plot(points: &[SweepPoint<'_>], trade_off: &TradeOff) -> Option<Plo
         let found = group.iter().filter_map(|point| {
             let value = |name| point.runs.first()?.measurement(name).map(|it| it.estimate.value);
             let (cost, error) = (value(trade_off.x.0)?, value(trade_off.y.0)?);
-            (cost > 0.0 && error > 0.0).then(|| Point::bare(cost, error))
+            (cost.is_finite() && error.is_finite()).then(|| Point::bare(cost, error))
         });
         let mut points: Vec<Point> = found.collect();
         points.sort_by(|a, b| a.x.total_cmp(&b.x));
-        if points.len() > 1 {
+        if points.iter().filter(|point| point.x > 0.0 && point.y > 0.0).count() > 1 {
             let name = coordinates::label(others);
             curves.push(Curve { name, style: CurveStyle::Data, color, points });
         }
@@ -101,8 +101,10 @@ fn plot(points: &[SweepPoint<'_>], key: &str, ordinate: &Ordinate) -> Option<Plo
     let unit = if unit == "1" { "" } else { unit };
     let (x_label, x_unit) = words_and_unit(last_part(key));
     let axis = |of: fn(&Point) -> f64, label: &str, unit: &str| {
-        let is_steep = values(of).is_some_and(|(low, high)| low > 0.0 && high > 30.0 * low);
-        if ordinate.is_power_law || x_label.ends_with("radius") || is_steep {
+        let follows_power_law = ordinate.is_power_law || x_label.ends_with("radius");
+        let is_steep = |(low, high): (f64, f64)| follows_power_law || high > 30.0 * low;
+        // An axis that contains 0 is linear, so that every point is drawn.
+        if values(of).is_some_and(|range| range.0 > 0.0 && is_steep(range)) {
             Axis::logarithmic(label, unit)
         } else {
             Axis::linear(label, unit)

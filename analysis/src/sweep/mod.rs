@@ -82,7 +82,7 @@ fn mean_theory(theories: &[Theory]) -> Option<Theory> {
     Some(Theory {
         value: mean(&values)?,
         accuracy: theories.iter().map(|theory| theory.accuracy).fold(0.0, f64::max),
-        in_range: theories.iter().all(|theory| theory.in_range),
+        violation: theories.iter().find_map(|theory| theory.violation),
         law: theories[0].law,
     })
 }

@@ -11,7 +11,7 @@ use crate::statistics::Estimate;
 use crate::sweep::figures::{MAX_CURVES, capitalized, stem_of, words_and_unit};
 use crate::sweep::{SHARED_STREAMS, SweepPoint, share_random_streams};
 use kinetoscope_console::Message;
-use kinetoscope_console::text::{one_line, plural};
+use kinetoscope_console::text::one_line;
 use kinetoscope_manifest::{Axis as SweptAxis, Coordinate, PlotAxis, PlotRequest, TIME};
 
 /// The results that plots show.
@@ -81,7 +81,6 @@ impl PlotData<'_> {
         let (label, is_power_law) = label(y);
         let (x_label, x_unit) = words_and_unit(last_part(&key));
         let scales = scales(request, &curves, is_power_law, !words.is_empty())?;
-        remarks.extend(not_shown(&curves, scales));
         // Theory that the axes cannot show has no entry in the legend.
         let has_point = |curve: &Curve| curve.points.iter().any(|point| can_show(scales, point));
         curves.retain(|curve| curve.style == CurveStyle::Data || has_point(curve));
@@ -369,15 +368,17 @@ fn scales(
     has_words: bool,
 ) -> Result<[Scale; 2], Message> {
     let values = |of: fn(&Point) -> f64| curves.iter().flat_map(|curve| &curve.points).map(of);
-    let is_steep = |of: fn(&Point) -> f64| {
-        extremes(values(of)).is_some_and(|(low, high)| low > 0.0 && high > STEEP * low)
+    // An axis that contains 0 is linear, so that every point is drawn.
+    let suits_log = |of: fn(&Point) -> f64, is_power_law: bool| {
+        let is_steep = |(low, high): (f64, f64)| is_power_law || high > STEEP * low;
+        extremes(values(of)).is_some_and(|range| range.0 > 0.0 && is_steep(range))
     };
     let [x, y]: [fn(&Point) -> f64; 2] = [|point| point.x, |point| point.y];
     let is_log = match &request.log {
         Some(axes) => [axes.contains(&PlotAxis::X), axes.contains(&PlotAxis::Y)],
         // Time is shown as it passes.
-        None if request.is_of_channel() => [false, is_steep(y)],
-        None => [!has_words && (is_power_law || is_steep(x)), is_power_law || is_steep(y)],
+        None if request.is_of_channel() => [false, suits_log(y, false)],
+        None => [!has_words && suits_log(x, is_power_law), suits_log(y, is_power_law)],
     };
     if has_words && is_log[0] {
         let what = "the values of the horizontal axis are words, which have no logarithms";
@@ -395,15 +396,6 @@ fn scales(
 fn can_show(scales: [Scale; 2], point: &Point) -> bool {
     let axes = scales.iter().zip([point.x, point.y]);
     axes.into_iter().all(|(scale, value)| *scale == Scale::Linear || value > 0.0)
-}
-
-/// How many points of the data logarithmic axes cannot show.
-fn not_shown(curves: &[Curve], scales: [Scale; 2]) -> Option<String> {
-    let data = curves.iter().filter(|curve| curve.style == CurveStyle::Data);
-    let hidden = data.flat_map(|curve| &curve.points).filter(|point| !can_show(scales, point));
-    let count = hidden.count() as u64;
-    (count > 0)
-        .then(|| format!("{} at 0 or below: not on a logarithmic axis", plural(count, "point")))
 }
 
 fn axes(labels: [(&str, &str); 2], scales: [Scale; 2]) -> [Axis; 2] {

@@ -31,7 +31,7 @@ pub(super) fn file(rasters: &[Raster], seconds: f64) -> Result<Vec<u8>, String> 
         if rasters.len() > 1 {
             let is_last = index + 1 == rasters.len();
             let stays = if is_last { seconds + REST } else { seconds };
-            let milliseconds = (stays * 1000.0).round().clamp(1.0, f64::from(u16::MAX)) as u16;
+            let milliseconds = libm::round(stays * 1000.0).clamp(1.0, f64::from(u16::MAX)) as u16;
             writer.set_frame_delay(milliseconds, 1000).map_err(words)?;
             // The origin is reset first, because dimension and position are validated together.
             writer.reset_frame_position().map_err(words)?;

@@ -35,6 +35,22 @@ fn coarse_time_step_is_out_of_range_of_the_contact_laws() {
     }
 }
 
+/// Guarantee: a metric outside the range of its law names the condition that fails, with the value and the limit.
+/// Setup: two steps per contact without damping, so that Δt over the duration is 1/2. Control: with ten steps, no condition is named.
+#[test]
+fn reason_names_the_condition_that_fails_and_its_value() {
+    let reason = |steps: &str| {
+        let keys =
+            format!("steps_per_wall_contact = {steps}\non_unstable_time_step = \"warn\"\n[record]");
+        let elastic = DROP.replace("restitution = 0.8", "restitution = 1.0");
+        let metrics = Folder::write(&elastic.replace("[record]", &keys), drop_frames).metrics();
+        metrics.first("contact_duration.measured")["reason"].as_str().unwrap_or_default().to_owned()
+    };
+    let stated = "the run is outside the range of its law: Δt over the duration of a contact is 0.5, above 0.1 (range: a time step of";
+    assert!(reason("2").contains(stated), "{}", reason("2"));
+    assert!(!reason("10").contains("outside the range"), "{}", reason("10"));
+}
+
 #[test]
 fn restitution_is_compared_with_that_of_the_materials() {
     let with = |keys: &str| {

@@ -133,17 +133,6 @@ impl Discs {
         discs.iter().for_each(|disc| self.push(disc));
     }
 
-    /// Discs of mass 1 at rest.
-    #[cfg(test)]
-    pub(super) fn at_rest(positions: Vec<[f64; 2]>, mut radius: impl FnMut() -> f64) -> Self {
-        let mut discs = Self::default();
-        for (id, position) in (0..).zip(positions) {
-            let (velocity, radius) = ([0.0; 2], radius());
-            discs.push(&Disc { id, position, velocity, radius, mass: 1.0, material: 0 });
-        }
-        discs
-    }
-
     /// The discs of each block.
     pub(super) fn blocks(&mut self) -> Vec<BlockDiscs<'_>> {
         let Self { positions, velocities, spins, .. } = self;
@@ -271,64 +260,5 @@ vectorized! {
             let is_inside = (x >= low[0]) & (x < high[0]) & (y >= low[1]) & (y < high[1]);
             some | !is_inside
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Evenly spread positions, by the multiples of irrational numbers (Weyl 1916); one is not a number.
-    fn positions(count: u32) -> Vec<[f64; 2]> {
-        let part = |number: u32, root: f64| (f64::from(number) * root.sqrt()).fract();
-        let position = |number| [part(number, 2.0), 2.0 * part(number, 3.0)];
-        let mut positions: Vec<[f64; 2]> = (0..count).map(position).collect();
-        positions[5][0] = f64::NAN;
-        positions
-    }
-
-    #[test]
-    fn extremes_ignore_positions_that_are_not_numbers() {
-        for count in 130..140 {
-            let positions = positions(count);
-            let from = vec![[0.25, 0.5]; positions.len()];
-            let numbers = || positions.iter().filter(|position| !position[0].is_nan());
-            let displacement = |position: &[f64; 2]| {
-                let moved = [position[0] - 0.25, position[1] - 0.5];
-                (moved[0] * moved[0] + moved[1] * moved[1]).sqrt()
-            };
-            let longest = numbers().map(displacement).fold(0.0, f64::larger);
-            assert_eq!(max_displacement(&from, &positions), longest);
-            let least = numbers()
-                .flat_map(|&[x, _]| [x, 1.0 - x])
-                .fold(1.0, |a: f64, b| if b < a { b } else { a });
-            assert_eq!(clearance(&positions, [1.0, 2.0], [false, true]), least);
-        }
-        assert_eq!(clearance(&positions(9), [1.0, 2.0], [true, true]), f64::INFINITY);
-    }
-
-    #[test]
-    fn groups_with_discs_outside_are_found() {
-        let mut positions = positions(200);
-        let group = |from: usize| from..Ord::min(from + GROUP, 200);
-        // A position that is not a number counts as outside.
-        assert_eq!(groups_that_left(&positions, [1.0, 2.0], [true, true]), [group(0)]);
-        positions[70][1] = 2.0;
-        positions[199][0] = -1e-9;
-        let both = groups_that_left(&positions, [1.0, 2.0], [true, true]);
-        assert_eq!(both, [group(0), group(64), group(192)]);
-        assert_eq!(groups_that_left(&positions, [1.0, 2.0], [false, true]), [group(0), group(64)]);
-    }
-
-    /// Guarantee: rows come in the order of the ids, also where ids are missing.
-    #[test]
-    fn rows_by_id_are_the_inverse_of_by_id() {
-        for ids in [vec![3, 0, 2, 1], vec![7, 2, 9, 0, 4], vec![5], vec![]] {
-            let discs = Discs { ids, ..Discs::default() };
-            let rows = discs.rows_by_id();
-            let by_id: Vec<usize> = discs.by_id().collect();
-            let inverse: Vec<u32> = by_id.iter().map(|&disc| rows[disc]).collect();
-            assert_eq!(inverse, (0..rows.len() as u32).collect::<Vec<_>>());
-        }
     }
 }

@@ -335,39 +335,3 @@ vectorized! {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::dem::discs::Disc;
-    use crate::dem::parameters::Parameters;
-    use kinetoscope_manifest::quantity::{Fraction, NonNegative};
-
-    #[test]
-    fn dampings_of_many_pairs_equal_those_of_single_pairs() {
-        let mut discs = Discs::default();
-        for id in 0..40 {
-            let mass = 0.5 + (f64::from(id) * std::f64::consts::SQRT_2).fract();
-            let (position, velocity) = ([f64::from(id), 0.0], [0.0; 2]);
-            discs.push(&Disc { id, position, velocity, radius: 0.5, mass, material: 0 });
-        }
-        let first: Vec<u32> = (0..19).collect();
-        let second: Vec<u32> = (0..19).map(|number| number * number % 31).collect();
-        for dissipation in [
-            Dissipation::Restitution(Fraction::new(0.5).unwrap()),
-            Dissipation::Damping(NonNegative::new(0.3).unwrap()),
-        ] {
-            let config = DemConfig { dissipation, ..DemConfig::default() };
-            let law = Parameters::new(&config).law;
-            let mut dampings = vec![0.0; 19];
-            law.dampings(&discs, [5, 9], [&first, &second], &mut dampings);
-            let pairs = first.iter().zip(&second);
-            let wanted: Vec<f64> = pairs
-                .map(|(&one, &other)| {
-                    law.damping(&discs, 5 + one as usize, Partner::Disc(9 + other))
-                })
-                .collect();
-            assert_eq!(dampings, wanted);
-        }
-    }
-}

@@ -151,7 +151,7 @@ impl Parameters {
         [0, 1].map(|axis: usize| {
             let apart = one[axis] - other[axis];
             let side = self.sides[axis];
-            if self.periodic[axis] { apart - side * (apart / side).round() } else { apart }
+            if self.periodic[axis] { apart - side * libm::round(apart / side) } else { apart }
         })
     }
 

@@ -11,7 +11,7 @@ use super::sine_cosine::sine_and_cosine;
 use super::state::GasState;
 use super::tallies::{WallTallies, WallTally};
 use crate::model::Target;
-use crate::simd::registers::{self, InstructionSet, Kernel, MAX_WIDTH, Register as _};
+use crate::simd::registers::{self, InstructionSet, Kernel, Register as _};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -144,11 +144,12 @@ impl Propagator for ClosedForm {
     fn advance(&mut self, target: Target, _budget: &mut u64, state: &mut GasState) -> bool {
         let Target::Time(until_s) = target else { return true };
         let (time_s, last_s) = (until_s - self.started_s, self.time_s - self.started_s);
-        let (instant, particles) = (Instant::of(&self.circle, time_s), &mut state.particles);
+        let (instant, max_width) = (Instant::of(&self.circle, time_s), state.max_width);
+        let particles = &mut state.particles;
         let blocks = self.groups.par_chunks_mut(BLOCK).zip(particles.groups.par_chunks_mut(BLOCK));
         let blocks: Vec<BlockSums> = blocks
             .map(|(paths, particles)| {
-                registers::run(AdvanceBlock { instant, paths, particles }, MAX_WIDTH)
+                registers::run(AdvanceBlock { instant, paths, particles }, max_width)
             })
             .collect();
         let (mut since_start, mut since_last) = (WallTally::default(), WallTally::default());
@@ -389,80 +390,5 @@ impl<const N: usize, I: InstructionSet<N>> InstantRegisters<N, I> {
     fn add(&self, sums: &mut Lanes, part: usize, values: I::Register) {
         let sum = part_of_mut(sums, part);
         self.instructions.store(self.instructions.load(sum) + values, sum);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::simd::registers::Scalar;
-
-    /// The fractional parts of multiples of irrational numbers fill the unit interval evenly (Weyl 1916).
-    fn part(index: usize, root: f64) -> f64 {
-        (index as f64 * root.sqrt()).fract()
-    }
-
-    /// Paths of particles with speeds up to 3 and offsets up to 0.9, some of which have collided before.
-    fn paths() -> Vec<PathGroup> {
-        let lanes = |group: usize, root: f64| {
-            std::array::from_fn(|lane| part(LANES * group + lane + 1, root))
-        };
-        let path = |group: usize| {
-            let offset: Lanes = lanes(group, 2.0).map(|part| 1.8 * part - 0.9);
-            let half_chord = offset.map(|offset| (1.0 - offset * offset).sqrt());
-            let turns = lanes(group, 5.0);
-            let [sine, cosine] =
-                [lanes(group, 7.0), lanes(group, 7.0).map(|y| (1.0 - y * y).sqrt())];
-            PathGroup {
-                along: std::array::from_fn(|lane| half_chord[lane] * (1.0 - 2.0 * turns[lane])),
-                offset,
-                half_chord,
-                speed: lanes(group, 3.0).map(|part| 3.0 * part),
-                rotation_turns: turns,
-                direction_x: cosine,
-                direction_y: sine,
-                mass_ratio: lanes(group, 11.0),
-                collisions: lanes(group, 13.0).map(|part| (3.0 * part).floor()),
-            }
-        };
-        (0..64).map(path).collect()
-    }
-
-    /// All bits that a block of paths has at an instant.
-    fn bits(
-        evaluate: impl FnOnce(AdvanceBlock<'_>) -> BlockSums,
-    ) -> impl FnOnce(Instant) -> Vec<u64> {
-        |instant| {
-            let (mut paths, mut particles) = (paths(), vec![Group::default(); 64]);
-            let block = AdvanceBlock { instant, paths: &mut paths, particles: &mut particles };
-            let sums = evaluate(block);
-            let BlockSums { collisions, new_collisions, impulse, new_impulse } = sums;
-            let of_groups =
-                particles.iter().flat_map(|group| [group.x, group.y, group.vx, group.vy]);
-            let numbers = of_groups.chain(paths.iter().map(|path| path.collisions));
-            let sums = [collisions, new_collisions, impulse, new_impulse];
-            numbers.chain(sums).flatten().map(f64::to_bits).collect()
-        }
-    }
-
-    /// Guarantee: the shorter formulas of a wall at rest and the wider registers give the bits of the full scalar formula, at the start and
-    /// after up to thousands of collisions. Control: the formulas of a wall at rest are wrong for one that moves.
-    #[test]
-    fn wall_at_rest_and_wide_registers_change_no_bit() {
-        for (radius, time_s) in
-            [(1.0, 0.0), (1.0, 4.62), (0.7, 13.0), (3.0, 12_345.6), (0.25, 13.0), (1024.0, 99.0)]
-        {
-            for wall_speed in [0.0, -0.0] {
-                let at = Instant::of(&Circle { radius, wall_speed }, time_s);
-                let full = bits(|block| block.evaluate::<1, _, MOVING>(Scalar))(at);
-                for width in [1, 4, 8] {
-                    assert_eq!(bits(|block| registers::run(block, width))(at), full, "{width}");
-                }
-            }
-        }
-        let moving = Instant::of(&Circle { radius: 1.0, wall_speed: 0.01 }, 4.62);
-        let full = bits(|block| block.evaluate::<1, _, MOVING>(Scalar))(moving);
-        assert_ne!(bits(|block| block.evaluate::<1, _, AT_REST>(Scalar))(moving), full);
-        assert_eq!(bits(|block| registers::run(block, 4))(moving), full);
     }
 }

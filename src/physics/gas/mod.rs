@@ -39,7 +39,7 @@ use self::particle_groups::Particles;
 use self::pressure::{SpeedMoments, speed_at};
 use self::schemes::Scheme;
 use self::speed_distribution::InitialSpeeds;
-use self::state::{Container, GasState, Substance};
+use self::state::{Container, GasState, Substance, max_width};
 use self::tallies::WallTallies;
 use self::temperature_schedule::TemperatureSchedule;
 use crate::model::{
@@ -127,6 +127,7 @@ impl Model for Gas {
             particles: particles.clone(),
             wall: WallTallies::default(),
             energy_balance: EnergyBalance::default(),
+            max_width: max_width(),
         };
         let mut gas = Self {
             scheme: Scheme::prepare(config, seed, &state)?,
@@ -222,6 +223,12 @@ impl Model for Gas {
 }
 
 impl Gas {
+    /// Limits the registers of the propagators to `max_width` numbers (1, 4 or 8), which changes no bit; for tests and benchmarks.
+    #[must_use]
+    pub fn with_max_width(self, max_width: usize) -> Self {
+        Self { state: GasState { max_width, ..self.state }, ..self }
+    }
+
     /// Mean values over the particles inside the container.
     fn moments(&self) -> SpeedMoments {
         let ratios = self.state.substance.mass_ratios.iter().copied();

@@ -5,6 +5,7 @@ use super::motion::Circle;
 use super::particle_groups::Particles;
 use super::tallies::WallTallies;
 use crate::constants::{BOLTZMANN_CODATA_1986_J_PER_K, BOLTZMANN_SI_2019_J_PER_K};
+use crate::simd::registers::MAX_WIDTH;
 use kinetoscope_manifest::model::{BoltzmannConstant, GasConfig, TemperatureDefinition};
 use serde::{Deserialize, Serialize};
 
@@ -17,6 +18,13 @@ pub(super) struct GasState {
     pub(super) particles: Particles,
     pub(super) wall: WallTallies,
     pub(super) energy_balance: EnergyBalance,
+    /// Numbers in the widest register that may be used; results have the same bits at every width.
+    #[serde(skip, default = "max_width")]
+    pub(super) max_width: usize,
+}
+
+pub(super) fn max_width() -> usize {
+    MAX_WIDTH
 }
 
 /// Circular container.

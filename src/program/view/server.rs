@@ -45,10 +45,15 @@ const SERVED: [(&str, &str); 10] = [
 ];
 /// Time for which a list of the recordings is kept, so that no number of requests makes more lists.
 const LIST_AGE: Duration = Duration::from_secs(1);
-/// A page of the folder runs its own script and style, and sends nothing anywhere.
+/// A page of the folder runs its own script and style, and sends nothing anywhere. The sandbox gives each page an origin of its own, so that
+/// it reads no other file, neither in a window nor from a picture.
 const PAGE_POLICY: HeaderValue = HeaderValue::from_static(
-    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src 'self' data:; form-action 'none'; base-uri 'none'",
+    "sandbox allow-scripts allow-downloads; default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; form-action 'none'; base-uri 'none'",
 );
+/// No other page shows a file as a picture, or learns from it whether a file exists. A viewer's page asks by CORS.
+const NO_EMBEDDING: HeaderValue = HeaderValue::from_static("same-origin");
+const CROSS_ORIGIN_RESOURCE_POLICY: HeaderName =
+    HeaderName::from_static("cross-origin-resource-policy");
 const NO_SUCH_FILE: &str = "there is no such file";
 const NO_SNIFFING: HeaderValue = HeaderValue::from_static("nosniff");
 
@@ -133,6 +138,7 @@ async fn admit(State(served): State<Arc<Served>>, request: Request, next: Next) 
         None => next.run(request).await,
     };
     response.headers_mut().insert(CONTENT_SECURITY_POLICY, PAGE_POLICY);
+    response.headers_mut().insert(CROSS_ORIGIN_RESOURCE_POLICY, NO_EMBEDDING);
     response.headers_mut().insert(X_CONTENT_TYPE_OPTIONS, NO_SNIFFING);
     response
 }

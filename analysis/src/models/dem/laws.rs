@@ -1,6 +1,7 @@
 //! Laws of spring–dashpot contacts, beds and granular gases.
 
 use super::contact_constants;
+use crate::metric::Quantity;
 use crate::metric::law::laws;
 use crate::metric::theory::ExpectedValue;
 use crate::models::hard_discs;
@@ -58,7 +59,7 @@ pub(crate) fn cooling_rate_per_s(config: &DemConfig, temperature: f64) -> Option
     plain.then(|| ExpectedValue {
         value: (1.0 - e * e) * collisions / 4.0,
         accuracy: None,
-        in_range: fraction <= hard_discs::MAX_PACKING_FRACTION,
+        violation: Quantity::PackingFraction.at_most(fraction, hard_discs::MAX_PACKING_FRACTION),
     })
 }
 
@@ -206,8 +207,10 @@ impl WallContact {
         let damping_step = 2.0 * self.damping_ratio * self.frequency * step;
         let accuracy = (ACCURACY_PER_DAMPING_STEP * damping_step).max(CONTACT_ACCURACY);
         // Ten steps per contact are in range, also after rounding.
-        let in_range = step <= 0.1 * duration * (1.0 + 1e-9) && damping_step < 1.0;
-        ExpectedValue { value, accuracy: Some(accuracy * value), in_range }
+        let violation = (Quantity::StepOverContact)
+            .at_most(step / duration / (1.0 + 1e-9), 0.1)
+            .or_else(|| Quantity::DampingStep.below(damping_step, 1.0));
+        ExpectedValue { value, accuracy: Some(accuracy * value), violation }
     }
 }
 

@@ -250,9 +250,8 @@ impl DemRun {
             let rate = special_setups::cooling_rate_per_s(&self.temperature);
             let rate =
                 rate.map(|rate| Estimate::bare(rate).without_error(MissingError::DependsOnStart));
-            let is_homogeneous = self.flow.is_homogeneous() == Some(true);
             let theory = law::cooling_rate_per_s(config, *first).map(|theory| ExpectedValue {
-                in_range: theory.in_range && is_homogeneous,
+                violation: theory.violation.or_else(|| self.flow.violation()),
                 ..theory
             });
             found.compare(metric::COOLING_RATE, rate, theory);

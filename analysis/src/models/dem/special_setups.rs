@@ -141,7 +141,7 @@ mod tests {
     /// Setup: a steady stream between a slow beginning and a slow end.
     #[test]
     fn discharge_rate_is_that_of_the_steady_part() {
-        let removed = series(|time| (1000.0 * (time - 0.1)).clamp(0.0, 800.0).round());
+        let removed = series(|time| libm::round((1000.0 * (time - 0.1)).clamp(0.0, 800.0)));
         let rate = discharge_rate_per_s(&removed).unwrap();
         assert!((rate - 1000.0).abs() < 1.0, "{rate}");
         assert!(discharge_rate_per_s(&Series::default()).is_none());

@@ -4,8 +4,8 @@ use super::box_entropy::expected;
 use super::laws::has_partition_through_center;
 use super::metrics as metric;
 use super::observe::GasRun;
-use crate::metric::Measurements;
 use crate::metric::theory::ExpectedValue;
+use crate::metric::{Measurements, Quantity};
 use crate::statistics::Estimate;
 
 /// Container crossings at the rms speed after which the gas has filled the container.
@@ -51,13 +51,15 @@ impl GasRun {
         let rms = self.mean_square().map_or(0.0, f64::sqrt);
         let crossings = rms * open_s / (2.0 * self.config.radius_m.get());
         let unmoved = self.entropy_of_unmoved(open_s);
-        let in_range = crossings >= CROSSINGS_TO_FILL
-            && unmoved.is_some_and(|missing| missing <= change_error / 2.0)
-            && has_partition_through_center(&self.config);
+        let missing = unmoved.map_or(f64::NAN, |missing| missing / change_error);
+        let is_central = has_partition_through_center(&self.config);
+        let violation = (Quantity::CrossingsSinceRemoval.at_least(crossings, CROSSINGS_TO_FILL))
+            .or_else(|| Quantity::EntropyOfSlowParticles.at_most(missing, 0.5))
+            .or_else(|| Quantity::CentralPartition.required(is_central));
         // A partition that stays changes nothing, up to the scatter of both entropies.
         let value = if partition.opens_s.is_some() { change } else { 0.0 };
-        let in_range = in_range || partition.opens_s.is_none();
-        let theory = ExpectedValue { value, accuracy: None, in_range };
+        let violation = violation.filter(|_| partition.opens_s.is_some());
+        let theory = ExpectedValue { value, accuracy: None, violation };
         let change = Estimate::new(last - first, Some(change_error));
         found.compare(metric::BOX_ENTROPY_CHANGE, change, theory);
     }

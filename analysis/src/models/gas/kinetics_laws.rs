@@ -2,6 +2,7 @@
 
 use crate::metric::law::laws;
 use crate::metric::theory::ExpectedValue;
+use crate::metric::{Quantity, Violation};
 use crate::models::hard_discs::{
     Container, DiscSizes, MAX_BULK_FRACTION, confined_accuracy, fixed_energy_speed,
 };
@@ -53,21 +54,21 @@ pub(crate) struct Collisions {
     pub(crate) compressibility_factor: f64,
     /// Accuracy of Z - 1 and of the rate, as a fraction of them.
     relative_accuracy: f64,
-    in_range: bool,
+    violation: Option<Violation>,
 }
 
 impl Collisions {
     /// The collision rate with its accuracy.
     pub(crate) fn rate(&self) -> ExpectedValue {
         let accuracy = Some(self.relative_accuracy * self.rate_per_s);
-        ExpectedValue { value: self.rate_per_s, accuracy, in_range: self.in_range }
+        ExpectedValue { value: self.rate_per_s, accuracy, violation: self.violation }
     }
 
     /// The compressibility factor with its accuracy.
     pub(crate) fn compressibility(&self) -> ExpectedValue {
         let value = self.compressibility_factor;
         let accuracy = Some(self.relative_accuracy * (value - 1.0));
-        ExpectedValue { value, accuracy, in_range: self.in_range }
+        ExpectedValue { value, accuracy, violation: self.violation }
     }
 }
 
@@ -91,7 +92,7 @@ pub(crate) fn collisions(config: &GasConfig, mean_square_m2_per_s2: f64) -> Opti
         rate_per_s: excess * 4.0 * thermal / (PI.sqrt() * 2.0 * disc_radius),
         compressibility_factor: 1.0 + excess,
         relative_accuracy: confined_accuracy(fraction, discs),
-        in_range: fraction <= MAX_BULK_FRACTION,
+        violation: Quantity::PackingFraction.at_most(fraction, MAX_BULK_FRACTION),
     })
 }
 

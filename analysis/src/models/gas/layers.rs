@@ -4,8 +4,8 @@ use super::chi_square::ChiSquare;
 use super::laws::{self, boltzmann_j_per_k};
 use super::metrics as metric;
 use super::observe::GasRun;
-use crate::metric::Measurements;
 use crate::metric::theory::ExpectedValue;
+use crate::metric::{Measurements, Quantity};
 use crate::statistics::Estimate;
 use kinetoscope_manifest::model::{GasConfig, PositionDistribution, SpeedScale};
 use kinetoscope_recording::reader::StateTable;
@@ -116,19 +116,21 @@ impl GasRun {
         };
         // Without a thermal wall, only a start in equilibrium has a known distribution later: each particle keeps its energy. A
         // partition may leave more particles on one side.
-        let (chi_law, height_law, is_in_equilibrium) = match self.config.thermal_wall {
+        let (chi_law, height_law, not_in_equilibrium) = match self.config.thermal_wall {
             Some(_) => (
                 laws::BAROMETRIC_CHI_OF_WALL,
                 laws::BAROMETRIC_HEIGHT_OF_WALL,
-                self.has_thermalized(),
+                self.not_thermalized(),
             ),
             None => {
                 let distribution = self.config.position_distribution;
                 let is_barometric = distribution == PositionDistribution::Barometric;
-                (laws::BAROMETRIC_CHI, laws::BAROMETRIC_HEIGHT, is_barometric)
+                let violation = Quantity::BarometricStart.required(is_barometric);
+                (laws::BAROMETRIC_CHI, laws::BAROMETRIC_HEIGHT, violation)
             }
         };
-        let in_range = is_in_equilibrium && self.config.partition.is_none();
+        let violation = not_in_equilibrium
+            .or_else(|| Quantity::NoPartition.required(self.config.partition.is_none()));
         let particles: f64 = counts.iter().sum();
         let pairs = counts.iter().zip(&barometric.fractions);
         let pairs = pairs.map(|(count, fraction)| [*count, particles * fraction]);
@@ -138,13 +140,13 @@ impl GasRun {
             let of_law = (2.0 * value / chi_square.bins).sqrt();
             let error = if in_range { of_law } else { chi_square.scatter };
             let per_layer = Estimate::new(chi_square.per_bin, Some(error));
-            let theory = ExpectedValue { value, accuracy: None, in_range };
+            let theory = ExpectedValue { value, accuracy: None, violation };
             found.compare_with(metric::LAYERS_CHI_SQUARE, per_layer, chi_law, theory);
         }
         let mean = sums[0] / particles;
         let variance = (sums[1] / particles - mean * mean).max(0.0);
         let height = Estimate::new(mean, Some((variance / particles).sqrt()));
-        let theory = ExpectedValue { value: barometric.mean_height_m, accuracy: None, in_range };
+        let theory = ExpectedValue { value: barometric.mean_height_m, accuracy: None, violation };
         found.compare_with(metric::MEAN_HEIGHT, height, height_law, theory);
     }
 }

@@ -7,9 +7,9 @@ use super::laws as law;
 use super::metrics as metric;
 use super::scatter::StartScatter;
 use super::state::{OwnRates, SpeedMeans, fraction_within_half_radius, own_rates, speeds_of};
-use crate::metric::Measurements;
 use crate::metric::deviation::ROUNDING_FRACTION;
 use crate::metric::theory::ExpectedValue;
+use crate::metric::{Measurements, Quantity, Violation};
 use crate::models::contract::Observer;
 use crate::models::series::Series;
 use crate::models::snapshots::{Snapshots, StateStyle};
@@ -145,10 +145,11 @@ impl GasRun {
         start.unwrap_or_default()
     }
 
-    /// Whether the particles have crossed the container often enough to forget their start next to a thermal wall.
-    pub(super) fn has_thermalized(&self) -> bool {
+    /// The violation, unless the particles have crossed the container often enough to forget their start next to a thermal wall.
+    pub(super) fn not_thermalized(&self) -> Option<Violation> {
         let speed = self.mean_square().map_or(0.0, f64::sqrt);
-        speed * self.time_s / (2.0 * self.config.radius_m.get()) >= CROSSINGS_TO_THERMALIZE
+        let crossings = speed * self.time_s / (2.0 * self.config.radius_m.get());
+        Quantity::Crossings.at_least(crossings, CROSSINGS_TO_THERMALIZE)
     }
 
     fn measure_pressure(&self, found: &mut Measurements) {
@@ -282,14 +283,16 @@ impl GasRun {
                 if has_counted { rate } else { rate.without_error(MissingError::NothingCounted) };
             let fraction = escaped / f64::from(self.config.particles.get());
             let accuracy = Some(theory * fraction);
-            let theory = ExpectedValue { value: theory, accuracy, in_range: fraction < 0.1 };
+            let violation = Quantity::FractionLeft.below(fraction, 0.1);
+            let theory = ExpectedValue { value: theory, accuracy, violation };
             found.compare(metric::EFFUSION_RATE, rate, theory);
         }
         if self.config.wall_speed_m_per_s.get() != 0.0 {
             let invariant = balance.energy_times_area_over_initial;
             let rms = self.mean_square().map_or(0.0, f64::sqrt);
-            let in_range = self.config.wall_speed_m_per_s.get().abs() < 0.1 * rms;
-            let theory = ExpectedValue { value: 1.0, accuracy: None, in_range };
+            let ratio = self.config.wall_speed_m_per_s.get().abs() / rms;
+            let violation = Quantity::WallSpeed.below(ratio, 0.1);
+            let theory = ExpectedValue { value: 1.0, accuracy: None, violation };
             let invariant = Estimate::bare(invariant).without_error(MissingError::DependsOnStart);
             found.compare(metric::ADIABATIC_INVARIANT, invariant, theory);
         }
@@ -300,8 +303,8 @@ impl GasRun {
             // In two dimensions, the standard deviation of a particle's energy equals its mean.
             let error = temperature / f64::from(self.config.particles.get()).sqrt();
             let estimate = Estimate::new(temperature, error);
-            let (value, in_range) = (wall.temperature_k.get(), self.has_thermalized());
-            let theory = ExpectedValue { value, accuracy: None, in_range };
+            let (value, violation) = (wall.temperature_k.get(), self.not_thermalized());
+            let theory = ExpectedValue { value, accuracy: None, violation };
             found.compare(metric::THERMALIZED_TEMPERATURE, estimate, theory);
         }
     }

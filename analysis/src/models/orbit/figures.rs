@@ -125,7 +125,7 @@ fn energy(run: &OrbitRun, first: &OrbitPoint) -> Plot {
     let times = run.points.iter().map(|point| point.time_days);
     match (run.config.integrator, &run.exact) {
         (OrbitIntegrator::ExplicitEuler, Some(orbit)) => {
-            if law::is_in_euler_range(step, orbit, end) {
+            if law::outside_euler_range(step, orbit, end).is_none() {
                 let line = times.map(|time| (time, law::euler_energy_drift(step, orbit, time)));
                 curves.push(Curve::theory("theory: 1 − (1 + 6 Δt ω² t)^(−1/3)", 1, line));
             }

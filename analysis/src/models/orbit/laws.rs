@@ -1,6 +1,7 @@
 //! Laws of an orbit around a fixed Sun: exact, and as modified by integrators.
 
 use crate::metric::law::laws;
+use crate::metric::{Quantity, Violation};
 use kinetoscope_manifest::model::{IntegratorSteps, ModelConfig, OrbitConfig};
 use std::f64::consts::{PI, TAU};
 
@@ -44,11 +45,16 @@ fn orders(model: &ModelConfig) -> Option<[f64; 2]> {
     }
 }
 
-/// Whether a run is in the range of Euler's laws, which average over revolutions of a nearly circular orbit.
-pub(crate) fn is_in_euler_range(time_step_days: f64, orbit: &KeplerOrbit, time_days: f64) -> bool {
-    orbit.eccentricity() <= 0.05
-        && time_step_days * orbit.mean_motion_rad_per_day <= 0.02
-        && time_days >= orbit.period_days()
+/// Why a run is outside the range of Euler's laws, which average over revolutions of a nearly circular orbit.
+pub(crate) fn outside_euler_range(
+    time_step_days: f64,
+    orbit: &KeplerOrbit,
+    time_days: f64,
+) -> Option<Violation> {
+    let step = time_step_days * orbit.mean_motion_rad_per_day;
+    (Quantity::Eccentricity.at_most(orbit.eccentricity(), 0.05))
+        .or_else(|| Quantity::StepAngle.at_most(step, 0.02))
+        .or_else(|| Quantity::Revolutions.at_least(time_days / orbit.period_days(), 1.0))
 }
 
 /// 6 h n^2 t in the energy law of explicit Euler.
@@ -134,7 +140,7 @@ impl KeplerOrbit {
     pub(crate) fn position_au(&self, time_days: f64) -> [f64; 3] {
         let period = self.period_days();
         // Whole revolutions are subtracted first, because sines of large angles lose digits.
-        let time = time_days - period * (time_days / period).round();
+        let time = time_days - period * libm::round(time_days / period);
         let target = self.mean_motion_rad_per_day * time;
         let change = self.anomaly_change(target);
         let (sine, cosine) = libm::sincos(change);

@@ -4,8 +4,8 @@ use super::laws::{
     self as law, GM_SUN_AU3_PER_DAY2, KeplerOrbit, cross, difference, dot, norm, unit,
 };
 use super::metrics as metric;
-use crate::metric::Measurements;
 use crate::metric::theory::{Expected, ExpectedValue};
+use crate::metric::{Measurements, Quantity};
 use crate::models::contract::Observer;
 use crate::models::series::Series;
 use crate::models::{max_or_nan, relative_change};
@@ -88,7 +88,7 @@ impl OrbitRun {
     fn phase_error_rad(&self, last: &OrbitPoint, tracked: &OrbitElements) -> Option<f64> {
         let exact = self.exact?.position_au(last.time_days);
         let apart = self.angle(last.position_au) - self.angle(exact);
-        Some(apart + TAU * ((tracked.phase_error_rad - apart) / TAU).round())
+        Some(apart + TAU * libm::round((tracked.phase_error_rad - apart) / TAU))
     }
 
     fn measure_energy(&self, first: &OrbitPoint, last: &OrbitPoint, found: &mut Measurements) {
@@ -125,8 +125,8 @@ impl OrbitRun {
         time_days: f64,
     ) -> ExpectedValue {
         let step = self.config.time_step_days.get();
-        let in_range = law::is_in_euler_range(step, orbit, time_days);
-        ExpectedValue { value, accuracy: None, in_range }
+        let violation = law::outside_euler_range(step, orbit, time_days);
+        ExpectedValue { value, accuracy: None, violation }
     }
 
     /// Leading term of the energy error of the two lowest-order symplectic methods.
@@ -142,17 +142,16 @@ impl OrbitRun {
             OrbitIntegrator::VelocityVerlet => step * step * eccentricity,
             _ => return None,
         };
-        // The maximum lies between two frames.
-        let has_enough_frames = self.frames as f64 >= MIN_FRAMES_PER_REVOLUTION * revolutions;
         // The next term of semi-implicit Euler, about 0.6 (ω Δt)^2, has no factor ε.
-        let is_leading = self.config.integrator != OrbitIntegrator::SemiImplicitEuler
-            || 0.6 * step * step <= 0.1 * value;
-        let in_range = is_leading
-            && eccentricity <= 0.1
-            && step <= 0.02
-            && revolutions >= 1.0
-            && has_enough_frames;
-        Some(ExpectedValue { value, accuracy: None, in_range })
+        let is_euler = self.config.integrator == OrbitIntegrator::SemiImplicitEuler;
+        let largest_step = if is_euler { (value / step / 6.0).min(0.02) } else { 0.02 };
+        // The maximum lies between two frames.
+        let frames = self.frames as f64 / revolutions;
+        let violation = (Quantity::Eccentricity.at_most(eccentricity, 0.1))
+            .or_else(|| Quantity::StepAngle.at_most(step, largest_step))
+            .or_else(|| Quantity::Revolutions.at_least(revolutions, 1.0))
+            .or_else(|| Quantity::FramesPerRevolution.at_least(frames, MIN_FRAMES_PER_REVOLUTION));
+        Some(ExpectedValue { value, accuracy: None, violation })
     }
 
     fn measure_angular_momentum(

@@ -85,7 +85,8 @@ impl Displacement {
                 let speed = libm::hypot(vx, vy);
                 [0, 1].map(|axis| {
                     let far = MAX_DISPLACEMENT_OVER_SIDE * sides[axis];
-                    let nearest = moved[axis] - sides[axis] * (moved[axis] / sides[axis]).round();
+                    let nearest =
+                        moved[axis] - sides[axis] * libm::round(moved[axis] / sides[axis]);
                     self.is_displacement_unknown |= speed * duration > far || nearest.abs() > far;
                     nearest
                 })

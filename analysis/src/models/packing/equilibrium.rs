@@ -1,6 +1,7 @@
 //! Equilibrium of hard discs in a rectangle, with walls or periodic, at fixed number and energy.
 
 use crate::metric::theory::ExpectedValue;
+use crate::metric::{Quantity, Violation};
 use crate::models::hard_discs::{
     Container, DiscSizes, EXTRAPOLATION_LIMIT, MAX_BULK_FRACTION, MAX_PACKING_FRACTION,
     STATE_EQUATION_ACCURACY, confined_accuracy, fixed_energy_speed,
@@ -22,8 +23,8 @@ pub(crate) struct Equilibrium {
     pub(crate) approach: f64,
     /// Accuracy of Z - 1 and of the rates, as a fraction of them.
     pub(crate) relative_accuracy: f64,
-    /// Whether the discs are in the range of the laws.
-    pub(crate) in_range: bool,
+    /// The condition of the laws that the discs do not meet.
+    pub(crate) violation: Option<Violation>,
 }
 
 /// Additional inaccuracy of several sizes: that of the contact values.
@@ -39,13 +40,13 @@ impl Equilibrium {
     pub(crate) fn compressibility(&self) -> ExpectedValue {
         let (value, excess) = (self.compressibility_factor, self.compressibility_factor - 1.0);
         let accuracy = self.relative_accuracy * excess.abs();
-        ExpectedValue { value, accuracy: Some(accuracy), in_range: self.in_range }
+        ExpectedValue { value, accuracy: Some(accuracy), violation: self.violation }
     }
 
     /// A rate, or another value in proportion to Z - 1, with its accuracy.
     pub(crate) fn proportional(&self, value: f64) -> ExpectedValue {
         let accuracy = self.relative_accuracy * value.abs();
-        ExpectedValue { value, accuracy: Some(accuracy), in_range: self.in_range }
+        ExpectedValue { value, accuracy: Some(accuracy), violation: self.violation }
     }
 
     /// Whether all values are finite and none is negative. The extrapolated laws of a dense fluid diverge.
@@ -64,7 +65,7 @@ impl Equilibrium {
             wall_collision_rate_per_disc: 0.0,
             approach,
             relative_accuracy: if is_mixture { SIZES_ACCURACY } else { 0.0 },
-            in_range: true,
+            violation: None,
         }
     }
 }
@@ -105,7 +106,8 @@ pub(crate) fn periodic_equilibrium(
     let state_equation = STATE_EQUATION_ACCURACY * z / (z - 1.0);
     let found = Equilibrium {
         relative_accuracy: found.relative_accuracy + state_equation + next_order,
-        in_range: fraction <= MAX_PACKING_FRACTION && next_order < 0.05,
+        violation: (Quantity::PackingFraction.at_most(fraction, MAX_PACKING_FRACTION))
+            .or_else(|| Quantity::NextOrder.below(next_order, 0.05)),
         ..found
     };
     Some(found).filter(Equilibrium::is_physical)
@@ -127,8 +129,10 @@ pub(crate) fn equilibrium(config: &PackingConfig, sizes: DiscSizes) -> Option<Eq
     let found = Equilibrium {
         wall_collision_rate_per_disc: fluid.force() / ((2.0 * PI).sqrt() * discs) * speed * fixed,
         relative_accuracy: found.relative_accuracy + confined_accuracy(fraction, discs),
-        in_range: fraction <= MAX_BULK_FRACTION
-            && config.wall_noise_variance_rad2.get() <= MAX_WALL_NOISE_RAD2,
+        violation: (Quantity::PackingFraction.at_most(fraction, MAX_BULK_FRACTION)).or_else(|| {
+            let noise = config.wall_noise_variance_rad2.get();
+            Quantity::WallNoise.at_most(noise, MAX_WALL_NOISE_RAD2)
+        }),
         ..found
     };
     Some(found).filter(Equilibrium::is_physical)
@@ -166,7 +170,7 @@ mod tests {
             let allowed = 3.0 * libm::hypot(error, theory.accuracy.unwrap());
             let z = theory.value;
             assert!((z - simulated).abs() < allowed, "n = {discs}, {fraction}: {z} {simulated}");
-            assert!(theory.in_range && allowed < 0.12 * (z - 1.0), "{allowed}");
+            assert!(theory.violation.is_none() && allowed < 0.12 * (z - 1.0), "{allowed}");
             if !(0.3..0.4).contains(&fraction) {
                 continue;
             }
@@ -316,7 +320,7 @@ mod tests {
             let fraction = packing_fraction(&config);
             let between_walls = equilibrium(&config, sizes(&config));
             assert!(between_walls.is_none_or(|found| found.compressibility_factor < 40.0));
-            assert!(between_walls.is_none_or(|found| !found.in_range || fraction < 0.6));
+            assert!(between_walls.is_none_or(|found| found.violation.is_some() || fraction < 0.6));
             let periodic = periodic_equilibrium(&config, sizes(&config));
             assert_eq!(periodic.is_some(), fraction <= EXTRAPOLATION_LIMIT, "{fraction}");
             assert!(periodic.is_none_or(|found| found.compressibility_factor < 40.0));

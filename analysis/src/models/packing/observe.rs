@@ -235,8 +235,8 @@ impl PackingRun {
             (false, _) => {
                 let value = law::a2_cooling(restitution);
                 let accuracy = Some(0.003 + 0.1 * value.abs() + 1.0 / self.discs());
-                let in_range = self.flow.is_homogeneous() == Some(true);
-                (law::A2_COOLING, Some(ExpectedValue { value, accuracy, in_range }))
+                let violation = self.flow.violation();
+                (law::A2_COOLING, Some(ExpectedValue { value, accuracy, violation }))
             }
             (true, true) => {
                 (law::A2_FIXED_ENERGY, law::a2_at_fixed_energy(self.config.discs.get()).expected())
@@ -260,12 +260,12 @@ impl PackingRun {
     /// A theoretical value in proportion to the temperature of elastic or cooling discs.
     fn cooled(&self, value: f64) -> ExpectedValue {
         if self.is_elastic() {
-            return ExpectedValue { value, accuracy: None, in_range: true };
+            return ExpectedValue { value, accuracy: None, violation: None };
         }
         let pairs = self.counts.as_ref().map_or(0.0, |counts| counts.pair_collisions as f64);
         let (restitution, discs) = (self.config.restitution.get(), self.config.discs.get());
         let accuracy = Some(value * law::cooling_accuracy(restitution, pairs, discs));
-        ExpectedValue { value, accuracy, in_range: self.flow.is_homogeneous() == Some(true) }
+        ExpectedValue { value, accuracy, violation: self.flow.violation() }
     }
 
     fn measure_collisions(&self, found: &mut Measurements) {

@@ -5,8 +5,8 @@ use super::displacement::MAX_PARTICLES;
 use super::laws as law;
 use super::metrics as metric;
 use super::observe::PackingRun;
-use crate::metric::Measurements;
 use crate::metric::theory::ExpectedValue;
+use crate::metric::{Measurements, Quantity};
 use crate::models::hard_discs::contact_value;
 use crate::statistics::{Estimate, MissingError};
 use kinetoscope_recording::reader::StateTable;
@@ -83,8 +83,9 @@ impl PackingRun {
             pair_rate: self.theory_rate()?,
         };
         let value = discs.self_diffusion(time, logarithm);
-        let in_range = self.discs() >= MIN_DISCS && packing_fraction <= MAX_FRACTION;
-        Some(ExpectedValue { value, accuracy: Some(ACCURACY * value), in_range })
+        let violation = (Quantity::Discs.at_least(self.discs(), MIN_DISCS))
+            .or_else(|| Quantity::PackingFraction.at_most(packing_fraction, MAX_FRACTION));
+        Some(ExpectedValue { value, accuracy: Some(ACCURACY * value), violation })
     }
 }
 

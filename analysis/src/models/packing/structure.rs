@@ -186,7 +186,7 @@ impl Structure {
         [0, 1].map(|axis| {
             let apart = to[axis] - from[axis];
             let side = self.region[axis];
-            if self.periodic { apart - side * (apart / side).round() } else { apart }
+            if self.periodic { apart - side * libm::round(apart / side) } else { apart }
         })
     }
 

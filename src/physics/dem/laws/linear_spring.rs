@@ -1,6 +1,6 @@
 //! A linear spring with a linear dashpot: Cundall and Strack, Géotechnique 29 (1979) 47; the DEM exercise's equation (1).
 
-use super::NormalLaw;
+use super::normal_law::NormalLaw;
 use crate::simd::registers::Register;
 use serde::{Deserialize, Serialize};
 

@@ -4,45 +4,14 @@
 //! the clamp of the force at zero, the loops over contacts and the energy balance are the same for every law. The kernel is compiled
 //! once per law, so that no contact costs a decision.
 
-#[cfg(test)]
-mod hertz_contact;
 mod linear_spring;
-#[cfg(test)]
-mod tests;
+mod normal_law;
 
-use crate::simd::registers::Register;
-#[cfg(test)]
-use hertz_contact::HertzContact;
 use kinetoscope_manifest::model::DemConfig;
 use linear_spring::LinearSpring;
+pub(crate) use normal_law::NormalLaw;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
-
-/// The normal force of a contact by its overlap delta, m: f = f_e - eta v_n with the elastic force f_e and the separating speed v_n.
-///
-/// Functions over registers are executed for one, four or eight contacts at a time. They must be `#[inline(always)]`.
-pub(crate) trait NormalLaw: Copy + Send + Sync {
-    /// The constants of the law, each in all lanes.
-    type Constants<R: Register>: Copy;
-
-    /// The constants in all lanes of registers such as this one.
-    fn constants<R: Register>(&self, any: R) -> Self::Constants<R>;
-
-    /// Elastic force f_e, N, which pushes.
-    fn elastic_force<R: Register>(constants: &Self::Constants<R>, overlap: R) -> R;
-
-    /// Damping eta of the dashpot, N s/m, by that of the pair, which is 2 zeta sqrt(k m_eff) with the law's `stiffness`.
-    fn damping<R: Register>(constants: &Self::Constants<R>, of_pair: R, overlap: R) -> R;
-
-    /// Potential energy, the integral of f_e over the overlap, J.
-    fn potential_energy(&self, overlap: f64) -> f64;
-
-    /// Largest stiffness k = df_e/d delta of a run, N/m: it limits the time step.
-    fn stiffness(&self) -> f64;
-
-    /// Overlap at which the elastic force is the given one, m.
-    fn overlap_under(&self, force: f64) -> f64;
-}
 
 // `$` is an argument, because the macro that is defined within has arguments of its own.
 macro_rules! laws {
@@ -66,8 +35,6 @@ macro_rules! laws {
 
 laws! { $
     LinearSpring,
-    #[cfg(test)]
-    HertzContact,
 }
 pub(crate) use with_law;
 

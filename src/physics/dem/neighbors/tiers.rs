@@ -146,32 +146,3 @@ impl Sorter {
         &self.order
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn sort_is_stable_for_any_length() {
-        for length in 0..100_u32 {
-            let tier = |number: u32| (number * number % 23 % TIERS as u32) as u8;
-            let tiers: Vec<u8> = (0..length).map(tier).collect();
-            let mut sorted: Vec<u32> = (0..length).collect();
-            sorted.sort_by_key(|&number| tier(number));
-            let mut sorter = Sorter::default();
-            let ends = sorter.sort(&tiers);
-            assert_eq!(sorter.order(), sorted);
-            for (tier, &end) in (0..).zip(&ends) {
-                assert_eq!(tiers.iter().filter(|&&other| other <= tier).count(), end as usize);
-            }
-        }
-    }
-
-    #[test]
-    fn quarters_are_interleaved() {
-        let mut sorter = Sorter { order: (0..12).collect(), quarters: Vec::new() };
-        sorter.interleave_quarters(10);
-        // Quarters of two, interleaved; two remain, and two belong to another tier.
-        assert_eq!(sorter.order(), [0, 2, 4, 6, 1, 3, 5, 7, 8, 9, 10, 11]);
-    }
-}

@@ -50,26 +50,3 @@ impl TournamentTree {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Guarantee: the winner has the minimum (time, number) after any changes, for any number of discs.
-    #[test]
-    fn tournament_tree_returns_the_earliest_event() {
-        for count in 1..40_u32 {
-            let time = |k: u32| f64::from(k * 7 % 11);
-            let mut times: Vec<f64> = (0..count).map(time).collect();
-            let mut tree = TournamentTree::new(times.clone());
-            for change in 0..200 {
-                let least = (0..count).fold(0, |best, disc| {
-                    if times[disc as usize] < times[best as usize] { disc } else { best }
-                });
-                assert_eq!(tree.earliest(), (least, times[least as usize]), "{count} discs");
-                times[least as usize] += time(change) / 4.0;
-                tree.set(least, times[least as usize]);
-            }
-        }
-    }
-}

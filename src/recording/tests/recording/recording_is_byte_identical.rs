@@ -2,10 +2,10 @@
 
 use crate::sample::{fill, header, read, record, record_with_outcome, time_of};
 use kinetoscope_console::Explained as _;
-use kinetoscope_recording::channels::{GasTemperature, PerCollision};
+use kinetoscope_recording::channels::{GasSpeeds, GasTemperature, PerCollision};
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::reader::Recording;
-use kinetoscope_recording::recorder::{Compression, Outcome, Selection};
+use kinetoscope_recording::recorder::{Clock, Compression, Outcome, Recorder, Selection};
 
 #[test]
 fn equal_frames_give_equal_bytes() {
@@ -52,6 +52,34 @@ fn recorded_frames_are_read_back_bitwise_identical() {
         }
         assert_eq!(frames[0].log_lines()[0].text, "1 s of playback = 75 ms simulated");
     }
+}
+
+/// Guarantee: every NaN has the bits of `f64::NAN`, whatever the processor that computed it: 0/0 has a sign on x86-64 and none on aarch64.
+/// Setup: NaNs with a sign and with a payload, in the state, in single values and in series.
+/// Control: the bits of other numbers count, also the sign of a zero.
+#[test]
+fn computed_nan_has_one_form() {
+    let bytes_with = |number: f64, other: f64| {
+        let mut recorder = Recorder::create(Vec::new(), &header(Compression::None)).unwrap();
+        let mut frame = Frame::new();
+        for index in 0..2 {
+            frame.clear();
+            if index == 0 {
+                frame.push_state(&[0.5, 0.25, number, other, 0.02]);
+            } else {
+                frame.resize_state(5).copy_from_slice(&[0.5, 0.25, other, number, 0.02]);
+            }
+            let mean_speed_temperature_k = number;
+            frame.push(&GasTemperature { mean_speed_temperature_k, ..GasTemperature::default() });
+            frame.push(&GasSpeeds { density: vec![1.0, other, number], ..GasSpeeds::default() });
+            recorder.write(Clock { count: index, time: time_of(index) }, &mut frame).unwrap();
+        }
+        recorder.finish(&Outcome::Complete).unwrap()
+    };
+    let expected = bytes_with(f64::NAN, f64::NAN);
+    let [negative, payload] = [0xfff8_0000_0000_0000, 0x7ff8_0000_0000_0001].map(f64::from_bits);
+    assert!(bytes_with(negative, payload) == expected);
+    assert!(bytes_with(0.0, 1.0) != bytes_with(-0.0, 1.0), "control");
 }
 
 #[test]
@@ -123,7 +151,6 @@ fn run_that_fails_before_its_first_frame_gives_a_recording_without_frames() {
 #[test]
 fn frame_that_violates_the_declaration_is_rejected_completely() {
     use kinetoscope_recording::channels::OrbitEnergy;
-    use kinetoscope_recording::recorder::{Clock, Recorder};
     let header = header(Compression::Zstd);
     let mut recorder = Recorder::create(Vec::new(), &header).unwrap();
     let clock = Clock { count: 0, time: 0.0 };

@@ -1,6 +1,6 @@
-//! Elastic spheres, compiled for tests only: the second law on the one kernel.
+//! Elastic spheres.
 
-use super::NormalLaw;
+use super::normal_law::NormalLaw;
 use crate::simd::registers::Register;
 use serde::{Deserialize, Serialize};
 
@@ -8,9 +8,17 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct HertzContact {
     /// kappa, N/m^(3/2).
-    pub(super) modulus: f64,
+    modulus: f64,
     /// Largest overlap that is expected, m.
-    pub(super) largest_overlap: f64,
+    largest_overlap: f64,
+}
+
+impl HertzContact {
+    /// A contact with a modulus, N/m^(3/2), and the stiffness at the largest overlap, N/m.
+    pub(super) fn new(modulus: f64, stiffness: f64) -> Self {
+        let root = stiffness / (1.5 * modulus);
+        Self { modulus, largest_overlap: root * root }
+    }
 }
 
 /// kappa, and 1 over the root of the largest overlap, in all lanes.
