@@ -14,7 +14,9 @@ use crate::models::series::Series;
 use crate::models::snapshots::{Snapshots, StateStyle};
 use crate::models::{max_or_nan, relative_change};
 use crate::statistics::{Estimate, MissingError};
-use kinetoscope_manifest::model::{GasConfig, PositionDistribution, SpeedScale};
+use kinetoscope_manifest::model::{
+    GasConfig, PositionDistribution, SpeedScale, TemperatureDefinition,
+};
 use kinetoscope_recording::channels::{
     GasCollisions, GasEnergyBalance, GasInvariants, GasPressure, GasSpeeds, GasTemperature,
 };
@@ -170,7 +172,15 @@ impl GasRun {
         found.compare(metric::PRESSURE_MEAN_SPEED, by_mean_speed, mean_speed);
         let by_mean_square = scattered(pressure.mean_square_formula_n_per_m, start.mean_square);
         found.compare(metric::PRESSURE_MEAN_SQUARE, by_mean_square, mean_square);
-        found.add(metric::PRESSURE_IDEAL, pressure.ideal_gas_n_per_m);
+        if self.config.gravity_m_per_s2.get() != 0.0 {
+            let reason = "in gravity, the pressure depends on the height";
+            found.explain(metric::PRESSURE_IDEAL, reason);
+        } else if self.config.temperature_definition == TemperatureDefinition::MeanSpeed {
+            let reason = "T by the mean speed is not that of the ideal gas law; it gives pressure.mean_speed_formula";
+            found.explain(metric::PRESSURE_IDEAL, reason);
+        } else {
+            found.add(metric::PRESSURE_IDEAL, pressure.ideal_gas_n_per_m);
+        }
     }
 
     fn measure_speeds(&self, found: &mut Measurements) {
