@@ -1,8 +1,10 @@
 //! The outcomes of the runs against the one that the manifest expects.
 
 use super::{CheckKind, CheckResult, one_line};
+use crate::metric::Measurement;
+use crate::models::never_in;
 use crate::run::{RunAnalysis, RunStatus};
-use kinetoscope_manifest::ExpectedOutcome;
+use kinetoscope_manifest::{Check, ExpectedOutcome};
 
 /// The finding of a run that was interrupted or is still in progress.
 const UNFINISHED: &str =
@@ -45,6 +47,35 @@ pub(crate) fn evaluate(
         })
     });
     results.collect()
+}
+
+/// The runs with a count above 0 of what never happens in a correct one, such as particles outside of their container. A check of
+/// that metric states that it is expected, or fails itself.
+pub(crate) fn unexpected_counts(runs: &[RunAnalysis], checks: &[&Check]) -> Vec<CheckResult> {
+    let of_run = |run: &RunAnalysis| {
+        let never = never_in(run.model().name());
+        let counts = run.measurements.iter().filter(|count| never.contains(&count.definition));
+        let found = counts.filter(|count| count.estimate.value > 0.0).filter(|count| {
+            !checks.iter().any(|check| {
+                check.metric == count.definition.name && check.selects(&run.coordinates)
+            })
+        });
+        let result = |count: &Measurement| CheckResult {
+            passed: false,
+            kind: CheckKind::Outcome,
+            subject: run.file.clone(),
+            requirement: format!("{} = 0", count.definition.name),
+            finding: format!(
+                "{} = {}; if that is expected, add a check of it",
+                count.definition.name, count.estimate.value
+            ),
+            file: None,
+            line: 0,
+            seconds: 0.0,
+        };
+        found.map(result).collect::<Vec<_>>()
+    };
+    runs.iter().flat_map(of_run).collect()
 }
 
 /// The outcomes that the headline reports: failures, and runs that are unfinished or damaged; `None` if there are none.

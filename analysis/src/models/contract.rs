@@ -35,6 +35,8 @@ pub(crate) struct ModelAnalysis {
     pub(crate) title: &'static str,
     /// The metrics of a run.
     pub(crate) metrics: &'static [&'static Definition],
+    /// Counts of what a correct run never has: a run with one above 0 fails, unless a check states that it is expected.
+    pub(crate) never: &'static [&'static Definition],
     /// The metrics of a sweep, which [`Self::fits`] derive.
     pub(crate) sweep_metrics: &'static [&'static Definition],
     /// Fits along an axis of a sweep.

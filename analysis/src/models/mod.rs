@@ -58,6 +58,11 @@ pub(crate) fn metrics_of(name: &str) -> &'static [&'static Definition] {
     of_model(name).map_or(&[], |model| model.metrics)
 }
 
+/// The metrics of a model's runs that are 0 in every correct one; none for an unknown name.
+pub(crate) fn never_in(name: &str) -> &'static [&'static Definition] {
+    of_model(name).map_or(&[], |model| model.never)
+}
+
 /// The names of the metrics of a model's runs, and of sweeps over them; none for an unknown model.
 #[must_use]
 pub fn metric_names(model: &str) -> Vec<&'static str> {

@@ -268,6 +268,9 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     let plots = plots::plots(data, requests, &mut notes);
     let expected = record.map_or(ExpectedOutcome::Complete, |record| record.expected_outcome);
     let mut check_results = outcome::evaluate(&runs, &seconds, expected);
+    let stated: Vec<&Check> =
+        record.iter().flat_map(|record| &record.checks).chain(&options.checks).collect();
+    check_results.extend(outcome::unexpected_counts(&runs, &stated));
     check_results.extend(evaluate_checks(source, options, &metrics));
     let text = |of: fn(&ExperimentRecord) -> &String| record.map(of).cloned().unwrap_or_default();
     AnalysisReport {

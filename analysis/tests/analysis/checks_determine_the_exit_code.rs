@@ -2,10 +2,10 @@
 //! and allowed values, and the exit code is 3. The same recordings give the same bytes.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
-use crate::synthetic::{Folder, Frames, analyze, flat, two_frames};
+use crate::synthetic::{Folder, Frames, analyze, flat, frames_of, two_frames};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::model::{ModelConfig, SpeedScale};
-use kinetoscope_recording::channels::GasPressure;
+use kinetoscope_recording::channels::{GasInvariants, GasPressure};
 use std::fs;
 
 const MANIFEST: &str = r#"
@@ -166,4 +166,27 @@ fn csv_and_json_agree() {
         .collect();
     assert_eq!(values, expected);
     assert_eq!(values.len(), 2 + 4);
+}
+
+/// Guarantee: a gas that loses particles fails without any check, in the text and at the head of the page; a check of the loss decides
+/// instead. Control: no particle is lost.
+#[test]
+fn lost_particles_fail_unless_a_check_expects_them() {
+    let manifest = "name = \"gas\"\n[model.gas]\nparticles = 5\nduration_s = 1.0\n[record]\nframes = 1\nchannels = [\"energy\"]\n";
+    let lost = |lost: u64| {
+        move |_: &RunManifest| {
+            frames_of(0..2, |index, frame| {
+                frame.push(&GasInvariants { particles_outside: lost, ..GasInvariants::default() });
+                f64::from(index)
+            })
+        }
+    };
+    let folder = Folder::write(manifest, lost(2));
+    let output = analyze(&[folder.name()]).exited_with(3);
+    let headline = "FAILED: 1 of 1 runs without the expected outcome: gas.mcap: particles_outside = 2; if that is expected, add a check of it";
+    assert!(flat(&output.text).contains(headline), "{}", output.text);
+    assert!(folder.page().contains(headline));
+    analyze(&[Folder::write(manifest, lost(0)).name()]).exited_with(0);
+    let expected = format!("{manifest}[[checks]]\nmetric = \"particles_outside\"\nminimum = 2\n");
+    analyze(&[Folder::write(&expected, lost(2)).name()]).exited_with(0);
 }

@@ -24,6 +24,9 @@ frames = 1
 channels = ["state", "pressure", "energy", "collisions"]
 [sweep]
 "model.gas.temperature_k" = [100.0, 200.0, 400.0]
+[[checks]]
+metric = "particles_outside"
+maximum = 1
 "#;
 
 /// Two particles with speeds u and 3u, and the pressure c T + d, where c and d depend on the replicate.

@@ -39,7 +39,7 @@ definitions! {
     PISTON_FORCE: "piston.force", "N", "/wall_forces: mean upward force of the first level wall that moves, over the last tenth of the run", [law::WEIGHT], 0.0;
     ORIFICE_WIDTH: "outlet.width", "m", "manifest: width of the opening between two level walls at rest", [], 0.0;
     EFFECTIVE_WIDTH: "outlet.effective_width", "m", "manifest: outlet.width less 1.4 mean diameters, Beverloo's empty annulus", [], 0.0;
-    DISCHARGE_RATE: "outlet.discharge_rate", "1/s", "/wall_forces: slope of the number of removed discs between a tenth and six tenths of the last", [], 0.0;
+    DISCHARGE_RATE: "outlet.discharge_rate", "1/s", "/wall_forces: slope of the number of removed discs between a tenth and six tenths of the last; error by blocking of the numbers between frames", [], 0.0;
     COOLING_RATE: "cooling.rate", "1/s", "/temperature: slope of sqrt(T_0/T) - 1 over time, through the origin", [law::HAFF], 0.0;
     VELOCITY_TRANSMISSION: "row.velocity_transmission", "1", "/state: final velocity of a row's last disc over the initial velocity of its first", [law::ROW_OF_DISCS], 0.0;
     SURFACE_ANGLE: "bed.surface_angle", "degrees", "/state: mean slope of the surface on both sides of the bed's middle, between 15 and 85 percent of its height, last frame; none of flying discs, whose contacts do not carry them", [], 0.0;

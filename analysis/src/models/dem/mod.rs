@@ -23,6 +23,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     name: "dem",
     title: "DEM",
     metrics: metrics::ALL,
+    never: &[],
     sweep_metrics: sweep::ALL,
     fits: sweep::FITS,
     ordinates: sweep::ORDINATES,

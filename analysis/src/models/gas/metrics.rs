@@ -8,7 +8,7 @@ definitions! {
     PRESSURE_MEASURED: "pressure.measured", "N/m", "/pressure: impulse on the wall since the start; conditional error sqrt(N) m v_rms/(sqrt(8) pi R t), the momentum in transit at given <v^2> and W; other seeds differ in <v^2> unless it is given, and discs in W, by blocking and by the energy of rotation, which is conserved", [law::KINETIC_PRESSURE, kinetics::CLAUSIUS], 0.0;
     PRESSURE_MEAN_SPEED: "pressure.mean_speed_formula", "N/m", "/pressure: N m <v>^2 / (2A), the gas exercise's formula (12); error of drawn speeds", [law::SPEED_LAW], 0.0;
     PRESSURE_MEAN_SQUARE: "pressure.mean_square_formula", "N/m", "/pressure: N m <v^2> / (2A); error of drawn speeds", [law::SPEED_LAW], 0.0;
-    PRESSURE_IDEAL: "pressure.ideal_gas", "N/m", "/pressure: N k_B T / A, T by the definition in use", [], 0.0;
+    PRESSURE_IDEAL: "pressure.ideal_gas", "N/m", "/pressure: N k_B T / A, T by <v^2>; not in gravity, where the pressure depends on the height", [], 0.0;
     TEMPERATURE_MEAN_SQUARE: "temperature.mean_square", "K", "speeds of the last frame: m <v^2> / (2 k_B); error of drawn speeds", [law::SPEED_LAW], 0.0;
     TEMPERATURE_MEAN_SPEED: "temperature.mean_speed", "K", "speeds of the last frame: m <v>^2 / (2 k_B), the gas exercise's equation (13); error of drawn speeds", [law::SPEED_LAW], 0.0;
     MEAN_SPEED: "mean_speed", "m/s", "mean |v|, last frame; error of drawn speeds", [law::SPEED_LAW], 0.0;

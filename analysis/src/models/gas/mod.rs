@@ -26,6 +26,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     name: "gas",
     title: "Gas",
     metrics: metrics::ALL,
+    never: &[metrics::PARTICLES_OUTSIDE],
     sweep_metrics: sweep::ALL,
     fits: sweep::FITS,
     ordinates: sweep::ORDINATES,

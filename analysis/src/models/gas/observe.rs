@@ -15,7 +15,9 @@ use crate::models::series::Series;
 use crate::models::snapshots::{Snapshots, StateStyle};
 use crate::models::{max_or_nan, relative_change};
 use crate::statistics::{Estimate, MissingError};
-use kinetoscope_manifest::model::{GasConfig, PositionDistribution, SpeedScale};
+use kinetoscope_manifest::model::{
+    GasConfig, PositionDistribution, SpeedScale, TemperatureDefinition,
+};
 use kinetoscope_recording::channels::{
     GasCollisions, GasEnergyBalance, GasInvariants, GasPressure, GasSpeeds, GasTemperature,
 };
@@ -172,12 +174,21 @@ impl GasRun {
         found.compare(metric::PRESSURE_MEAN_SPEED, by_mean_speed, mean_speed);
         let by_mean_square = scattered(pressure.mean_square_formula_n_per_m, start.mean_square);
         found.compare(metric::PRESSURE_MEAN_SQUARE, by_mean_square, mean_square);
-        let ideal = pressure.ideal_gas_n_per_m;
-        let given = law::ideal_gas_pressure_n_per_m(&self.config);
-        let is_given =
-            given.is_some_and(|given| (ideal - given).abs() <= ROUNDING_FRACTION * given);
-        let ideal = if is_given { Estimate::set_by_manifest(ideal) } else { Estimate::bare(ideal) };
-        found.add(metric::PRESSURE_IDEAL, ideal);
+        if self.config.gravity_m_per_s2.get() != 0.0 {
+            let reason = "in gravity, the pressure depends on the height";
+            found.explain(metric::PRESSURE_IDEAL, reason);
+        } else if self.config.temperature_definition == TemperatureDefinition::MeanSpeed {
+            let reason = "T by the mean speed is not that of the ideal gas law; it gives pressure.mean_speed_formula";
+            found.explain(metric::PRESSURE_IDEAL, reason);
+        } else {
+            let ideal = pressure.ideal_gas_n_per_m;
+            let given = law::ideal_gas_pressure_n_per_m(&self.config);
+            let is_given =
+                given.is_some_and(|given| (ideal - given).abs() <= ROUNDING_FRACTION * given);
+            let ideal =
+                if is_given { Estimate::set_by_manifest(ideal) } else { Estimate::bare(ideal) };
+            found.add(metric::PRESSURE_IDEAL, ideal);
+        }
     }
 
     fn measure_speeds(&self, found: &mut Measurements) {

@@ -19,6 +19,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     name: "orbit",
     title: "Orbit",
     metrics: metrics::ALL,
+    never: &[],
     sweep_metrics: sweep::ALL,
     fits: sweep::FITS,
     ordinates: sweep::ORDINATES,

@@ -24,6 +24,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     name: "packing",
     title: "Packing",
     metrics: metrics::ALL,
+    never: &[],
     sweep_metrics: &[],
     fits: &[],
     ordinates: sweep::ORDINATES,

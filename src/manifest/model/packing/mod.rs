@@ -35,7 +35,8 @@ table! {
         wall_noise_variance_rad2: NonNegative ["rad^2"] = NonNegative::literal(0.0),
         /// Velocity components are normal with variance 1 (unit-variance) or 1/n (variance-1-over-n).
         initial_velocities: InitialVelocities [""] = InitialVelocities::UnitVariance,
-        /// Whether the mean of the drawn velocities is subtracted, so that the total momentum is zero.
+        /// Whether the mean of the drawn velocities is subtracted, so that the total momentum is zero. A periodic box, where the
+        /// mean would be a drift that nothing ends, does so unless this is false.
         remove_mean_velocity: bool [""] = false,
         /// When the run ends.
         length: RunLength [group] = RunLength::EventsPerDisc(count(100)),
@@ -186,6 +187,9 @@ impl Model for PackingConfig {
 
     fn check(&mut self, table: &mut Reader<'_>) {
         self.discs = self.placement.count(table, "discs", self.discs);
+        let is_given = table.has("remove_mean_velocity")
+            || matches!(self.placement, PackingPlacement::Given(_) | PackingPlacement::Recorded(_));
+        self.remove_mean_velocity |= self.boundary == Boundary::Periodic && !is_given;
         let (width, height) = (self.width.get(), self.height.get());
         let (radius, spread) = (self.radius.get(), self.radius_half_width.get());
         let largest = radius * (1.0 + spread);

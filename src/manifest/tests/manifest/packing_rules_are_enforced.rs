@@ -3,6 +3,8 @@
 //! Setup: each rule is violated once.
 
 use crate::verdicts::{accepted, rejected};
+use kinetoscope_manifest::model::ModelConfig;
+use kinetoscope_manifest::parse;
 
 #[test]
 fn packing_limits_equal_those_of_the_exercise() {
@@ -35,4 +37,24 @@ fn dense_random_placement_is_rejected_with_values_that_work() {
     // sqrt(0.5 40 40/(400 pi)) = 0.79788
     rejected(&many("1.0"), "at most 254 discs of this radius, a radius of at most 0.7975,");
     accepted(&many("0.7975"));
+}
+
+/// In a periodic box, nothing ends a drift: the mean velocity is removed unless the manifest says otherwise. Between walls, and of given
+/// velocities, it is not. What is recorded states it, so that it is read again with the same value.
+#[test]
+fn discs_of_a_periodic_box_do_not_drift_by_default() {
+    let given = "placement = { positions = [[-5, 0], [5, 0]], velocities = [[1, 0], [1, 0]] }";
+    for (keys, removed) in [
+        ("", false),
+        ("boundary = \"periodic\"", true),
+        ("boundary = \"periodic\"\nremove_mean_velocity = false", false),
+        ("boundary = \"walls\"\nremove_mean_velocity = true", true),
+        (&format!("boundary = \"periodic\"\n{given}"), false),
+    ] {
+        let run = parse(&format!("[model.packing]\n{keys}\n"), "packing.toml", &[]).unwrap().runs;
+        let ModelConfig::Packing(config) = &run[0].manifest.model else { panic!("{keys}") };
+        assert_eq!(config.remove_mean_velocity, removed, "{keys}");
+        let recorded = run[0].manifest.canonical();
+        assert!(recorded.contains(&format!("\"remove_mean_velocity\":{removed}")), "{recorded}");
+    }
 }
