@@ -138,7 +138,7 @@ impl GasRun {
             && let Some(value) = chi_square.expected(1.0)
         {
             let of_law = (2.0 * value / chi_square.bins).sqrt();
-            let error = if in_range { of_law } else { chi_square.scatter };
+            let error = if violation.is_none() { of_law } else { chi_square.scatter };
             let per_layer = Estimate::new(chi_square.per_bin, Some(error));
             let theory = ExpectedValue { value, accuracy: None, violation };
             found.compare_with(metric::LAYERS_CHI_SQUARE, per_layer, chi_law, theory);
