@@ -10,11 +10,13 @@
 
 use crate::runs::{message, prepare, with_events_per_disc, with_restitution};
 use kinetoscope_console::Explained as _;
-use kinetoscope_manifest::model::{Boundary, PackingConfig};
+use kinetoscope_manifest::model::{Boundary, ModelConfig, PackingConfig};
 use kinetoscope_manifest::quantity::NonNegative;
 use kinetoscope_physics::model::{Extent, Model, Progress, SimulationFault, Target};
 use kinetoscope_physics::packing::Packing;
+use kinetoscope_physics::restore;
 use kinetoscope_recording::channels::PackingTemperature;
+use kinetoscope_recording::checkpoint::Content as _;
 use std::num::NonZeroU32;
 
 /// Five times as many collisions and cell crossings as any of these runs takes to its end.
@@ -75,4 +77,20 @@ fn discs_that_move_in_parallel_end_the_run() {
     );
     let (_, control) = end_of(twenty_discs(Boundary::Periodic, 1.0, 150), AT_ONCE);
     assert_eq!(control, Ok(Progress::Reached));
+}
+
+/// Guarantee: a checkpoint of discs at rest resumes to the fault.
+/// Control: one of discs that move continues.
+#[test]
+fn checkpoint_of_discs_at_rest_resumes_to_the_fault() {
+    let config = twenty_discs(Boundary::Walls, 0.9, 10_000);
+    let resumed = |packing: &Packing| {
+        let mut bytes = Vec::new();
+        packing.encode_into(&mut bytes).unwrap();
+        let mut restored = restore(&ModelConfig::Packing(config.clone()), &bytes).unwrap();
+        restored.advance(Target::Count(u64::MAX), 1)
+    };
+    let (at_rest, fault) = end_of(config.clone(), AT_ONCE);
+    assert_eq!(resumed(&at_rest).unwrap_err().recorded(), fault.unwrap_err().recorded());
+    assert_eq!(resumed(&prepare(&config, 1, 0)), Ok(Progress::Working));
 }

@@ -61,6 +61,8 @@ quantities! {
     NextOrder = "the next term of the expansion in 1/N",
     /// Variance of the angle by which a wall turns velocities.
     WallNoise = "the variance of the wall noise in rad^2",
+    /// The total momentum of discs in a periodic box.
+    Drift = "the discs drift through the periodic box (`remove_mean_velocity = false`)",
     /// Number of discs.
     Discs = "the number of discs",
     /// Flow or clusters, above those of independent discs.

@@ -180,17 +180,22 @@ fn packing_moments_and_rates_are_exact() {
     metrics.assert_near("packing_fraction", 2.0 * std::f64::consts::PI / 200.0, 1e-14);
 }
 
-/// In a periodic box, a mean velocity stays for ever, and theory is that of discs without one.
-/// Control: without a mean velocity, which is the default, there is a theoretical value.
+/// In a periodic box, a mean velocity stays for ever, and theory is that of discs without one: it is outside its range, and says why.
+/// Control: without a mean velocity, which is the default, it is not.
 #[test]
-fn drifting_discs_have_no_theory() {
-    for (keys, theory) in [("\nremove_mean_velocity = false", None), ("", Some(-0.5))] {
+fn drifting_discs_are_outside_the_range_of_theory() {
+    for (keys, drifts) in [("\nremove_mean_velocity = false", true), ("", false)] {
         let keys = format!("radius = 0.5\nboundary = \"periodic\"{keys}");
         let manifest = PACKING.replace("radius = 1.0", &keys);
         let metrics = Folder::write(&manifest, packing_frames).metrics();
-        assert_eq!(metrics.theory("a2.mean"), theory);
-        let has_rate = metrics.theory("pair_collision_rate_per_disc").is_some();
-        assert_eq!(has_rate, theory.is_some());
+        assert_eq!(metrics.theory("a2.mean"), Some(-0.5));
+        for name in ["a2.mean", "pair_collision_rate_per_disc", "mean_free_time"] {
+            let metric = metrics.first(name);
+            assert!(metrics.theory(name).is_some(), "{name}");
+            assert_eq!(metric["theory"]["in_range"] == false, drifts, "{name}");
+            let reason = metric["reason"].as_str().unwrap_or_default();
+            assert_eq!(reason.contains("the discs drift"), drifts, "{name}: {reason}");
+        }
     }
 }
 

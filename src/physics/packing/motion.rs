@@ -192,15 +192,3 @@ pub(super) fn speed(velocity: Vector) -> f64 {
 pub(super) fn difference(first: Vector, second: Vector) -> Vector {
     [second[0] - first[0], second[1] - first[1]]
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Guarantee: a disc leaves the wall also with the smallest velocity. Control: an angle that turns it into the wall is not taken.
-    #[test]
-    fn smallest_velocity_has_a_sign() {
-        assert!(wall_collision([f64::from_bits(1), 1.0], 0, 0.1).is_some());
-        assert_eq!(wall_collision([1.0, 0.1], 0, 1.7), None, "control");
-    }
-}

@@ -42,39 +42,3 @@ pub(super) fn fault_at_wall(disc: u32, [vx, vy]: Vector) -> SimulationFault {
         HELP,
     )
 }
-
-#[cfg(test)]
-mod tests {
-    use crate::model::{Model, Target};
-    use crate::packing::Packing;
-    use crate::random::Seed;
-    use kinetoscope_manifest::model::{ModelConfig, PackingConfig};
-    use kinetoscope_recording::checkpoint::Content as _;
-
-    /// Guarantee: a checkpoint of discs at rest resumes to the fault, whichever version of the program wrote it.
-    /// Setup: the velocities are scaled, as if the discs had cooled.
-    /// Control: with velocities scaled by less, the same run continues.
-    #[test]
-    fn checkpoint_of_discs_at_rest_resumes_to_the_fault() {
-        let config = PackingConfig::default();
-        for (factor, is_at_rest) in [(1e-60, false), (1e-80, true), (1e-120, true)] {
-            let mut packing =
-                Packing::prepare(&config, Seed { seed: 1, replicate: 0 }, false).unwrap();
-            packing.advance(Target::Count(50), u64::MAX).unwrap();
-            packing.engine.scale_velocities(factor);
-            packing.recalculate_moments();
-            let mut bytes = Vec::new();
-            packing.encode_into(&mut bytes).unwrap();
-            let model = ModelConfig::Packing(config.clone());
-            let mut restored = crate::restore(&model, &bytes).unwrap();
-            match restored.advance(Target::Count(60), u64::MAX) {
-                Ok(_) => assert!(!is_at_rest, "{factor}"),
-                Err(fault) => {
-                    let text = fault.recorded();
-                    let expected = "the discs have come to rest after 50 events";
-                    assert!(is_at_rest && text.starts_with(expected), "{factor}: {text}");
-                }
-            }
-        }
-    }
-}

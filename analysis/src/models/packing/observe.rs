@@ -173,10 +173,8 @@ impl PackingRun {
         if self.has_walls() {
             return equilibrium::equilibrium(&self.config, sizes);
         }
-        if self.has_drift() {
-            return None;
-        }
-        equilibrium::periodic_equilibrium(&self.config, sizes)
+        let found = equilibrium::periodic_equilibrium(&self.config, sizes)?;
+        Some(Equilibrium { violation: self.drift().or(found.violation), ..found })
     }
 
     /// Selects the law for equal discs or that for several sizes.
@@ -214,8 +212,6 @@ impl PackingRun {
         let restitution = self.config.restitution.get();
         let cooled = if self.is_elastic() {
             Some(1.0)
-        } else if self.has_drift() {
-            None
         } else {
             let pairs = self.counts.as_ref().map(|counts| counts.pair_collisions as f64);
             pairs.map(|pairs| law::cooling(restitution, pairs, self.config.discs.get()))
@@ -247,7 +243,8 @@ impl PackingRun {
                 (law::A2_FIXED_MOMENTUM, theory.expected())
             }
         };
-        let theory = theory.filter(|_| !self.has_drift());
+        let theory = theory
+            .map(|theory| ExpectedValue { violation: self.drift().or(theory.violation), ..theory });
         match self.mean_a2() {
             Some(mean) => found.compare_with(metric::A2_MEAN, mean, law, theory),
             None => found.explain(
@@ -265,7 +262,8 @@ impl PackingRun {
         let pairs = self.counts.as_ref().map_or(0.0, |counts| counts.pair_collisions as f64);
         let (restitution, discs) = (self.config.restitution.get(), self.config.discs.get());
         let accuracy = Some(value * law::cooling_accuracy(restitution, pairs, discs));
-        ExpectedValue { value, accuracy, violation: self.flow.violation() }
+        let violation = self.drift().or_else(|| self.flow.violation());
+        ExpectedValue { value, accuracy, violation }
     }
 
     fn measure_collisions(&self, found: &mut Measurements) {

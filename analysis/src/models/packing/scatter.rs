@@ -2,6 +2,7 @@
 
 use super::laws::DiffusingDiscs;
 use super::observe::PackingRun;
+use crate::metric::{Quantity, Violation};
 use crate::models::hard_discs::contact_value;
 use crate::statistics::Estimate;
 use kinetoscope_manifest::model::{Boundary, PackingPlacement};
@@ -102,6 +103,11 @@ impl PackingRun {
             PackingPlacement::Given(_) | PackingPlacement::Recorded(_)
         );
         !self.has_walls() && is_drawn && !self.config.remove_mean_velocity
+    }
+
+    /// The condition of a total momentum of zero, if the discs drift.
+    pub(super) fn drift(&self) -> Option<Violation> {
+        Quantity::Drift.required(!self.has_drift())
     }
 
     /// The radius of equal discs; `None` if radii differ or result from a compression.
