@@ -79,7 +79,8 @@ def print_points(results):
         for name, points in (("law", result.points), ("control", result.control_points)):
             for point in points:
                 print(f"  {name:8} {point.label:30} measured {point.measured:<24.10g} exact {point.exact:<24.10g} "
-                      f"tolerance {point.tolerance:.3g}")
+                      f"expected deviation {point.expected:<10.3g} tolerance {point.tolerance:<10.3g} "
+                      f"deviation / tolerance {point.deviation():.3g}")
 
 
 def main():
@@ -98,11 +99,12 @@ def main():
     results, wrong = measure_all(chosen, options)
     seconds = time.monotonic() - started
     print(f"{len(results)} laws and their controls in {seconds:.0f} s")
+    if options.law:
+        print_points(results)
     if wrong:
         print("\n".join(f"error: {text}" for text in wrong), file=sys.stderr)
         return 1
     if options.law:
-        print_points(results)
         return 0
     source = options.output / "src"
     shutil.rmtree(source, ignore_errors=True)

@@ -8,14 +8,26 @@ A law is one table `[[law]]` of `book/laws/MODEL.toml`:
     metric              the metric compared; or `measured`, an expression of metrics, m("name")
     where               coordinates of the points compared (default: all)
     exact               expression of the exact value (default: `theory`, that of the analysis)
-    tolerance           expression of the largest |measured - exact|
-    tolerance_reason    why it is that large
+    expected            expression of the expected |measured - exact| (default: `error`, the standard error)
+    tolerance           expression of the largest |measured - exact| that is accepted
+    tolerance_reason    where both come from, and which of them was chosen after the result was known
     constants           numbers that formulas need and no manifest contains
     [law.control]       text, and one or more of: set = {KEY = "VALUE"}, exact, metric, measured
 
 Expressions are Python with the functions of `math`. They may use every key of the manifest by the last part of its name, and
-`theory`, `accuracy` (of the theory), `error` (the standard error) and, in a tolerance, `exact`. A control with `exact` compares
-the same measurement with a wrong law; a control with `set` compares another run with the law of the first run.
+`theory`, `accuracy` (of the theory), `error` (the standard error) and, in a tolerance and an expected deviation, `exact`; in a
+tolerance also `expected`. A control with `exact` compares the same measurement with a wrong law, which a plausible mistake gives:
+a wrong coefficient, a missing term, a wrong dimension. A control with `set` compares another run, of a changed program or a changed
+system, with the law of the first run.
+
+Three conditions hold at every point of a law, and the build fails without them:
+
+    |measured - exact| <= tolerance                    the law is not violated
+    tolerance <= 10 expected                           a tolerance is not so wide that it contains every result
+    |control measured - exact| >= 3 tolerance          the comparison rejects a wrong law clearly, not by chance
+
+A deviation is expected from a statistical error, or from a bound that follows from the time step, the number of steps or a
+neglected term. It is never the deviation that was measured. A margin over it that was chosen with the result in view says so.
 """
 
 import json
@@ -28,6 +40,9 @@ from pathlib import Path
 
 FUNCTIONS = {name: getattr(math, name) for name in dir(math) if not name.startswith("_")}
 FUNCTIONS |= {"abs": abs, "max": max, "min": min, "sum": sum, "len": len}
+
+# The largest ratio of a tolerance to the expected deviation, and the smallest one of a control's deviation to the tolerance.
+WIDEST_TOLERANCE, SMALLEST_CONTROL = 10.0, 3.0
 
 
 class LawError(Exception):
@@ -44,10 +59,12 @@ class Point:
     error: float | None
     run_keys: list[str]
     exact: float = math.nan
+    expected: float = math.nan
     tolerance: float = math.nan
 
-    def agrees(self):
-        return abs(self.measured - self.exact) <= self.tolerance
+    def deviation(self):
+        """The deviation from the exact value, in units of the tolerance."""
+        return abs(self.measured - self.exact) / self.tolerance
 
 
 @dataclass
@@ -64,9 +81,13 @@ class Result:
     def failures(self):
         """What is wrong with the law, as sentences."""
         found = [f"{point.label or 'the run'}: measured {point.measured!r}, exact {point.exact!r}, tolerance {point.tolerance!r}"
-                 for point in self.points if not point.agrees()]
-        found += [f"the control passes at {point.label or 'its run'}: {point.measured!r}, compared with {point.exact!r} within "
-                  f"{point.tolerance!r}" for point in self.control_points if point.agrees()]
+                 for point in self.points if not point.deviation() <= 1]
+        found += [f"{point.label or 'the run'}: the tolerance {point.tolerance!r} is {point.tolerance / point.expected:.3g} times the "
+                  f"expected deviation {point.expected!r}; at most {WIDEST_TOLERANCE:g} times it"
+                  for point in self.points if not point.tolerance <= WIDEST_TOLERANCE * point.expected]
+        found += [f"the control at {point.label or 'its run'} deviates by {point.deviation():.3g} tolerances: {point.measured!r}, compared "
+                  f"with {point.exact!r} within {point.tolerance!r}; at least {SMALLEST_CONTROL:g} are required"
+                  for point in self.control_points if not point.deviation() >= SMALLEST_CONTROL]
         return found
 
 
@@ -180,12 +201,18 @@ def point_at(law, metrics, entry, place, runs, measured):
 
 
 def compare(law, points, references, exact):
-    """Sets the exact value and the tolerance of points, from their own names or from those of the reference."""
+    """Sets the exact value, the expected deviation and the tolerance of points, from the names of the reference."""
     for point, reference in zip(points, references, strict=True):
         names = reference.names
         point.exact = evaluate(law, exact, names)
         law_value = evaluate(law, law.get("exact", "theory"), names)
-        point.tolerance = evaluate(law, law["tolerance"], names | {"exact": law_value})
+        if names["error"] is None and "expected" not in law:
+            raise LawError(f"{law['id']}: the metric has no standard error; give `expected`, the deviation that numerical errors cause")
+        point.expected = evaluate(law, law.get("expected", "error"), names | {"exact": law_value})
+        point.tolerance = evaluate(law, law["tolerance"], names | {"exact": law_value, "expected": point.expected})
+        if not (point.expected > 0 and point.tolerance > 0):
+            raise LawError(f"{law['id']}: at {point.label or 'the run'}, the expected deviation is {point.expected!r} and the tolerance "
+                           f"{point.tolerance!r}; both must be above 0")
 
 
 def measure(law, bin_folder, folder):

@@ -2,6 +2,8 @@
 
 import math
 
+from laws import SMALLEST_CONTROL, WIDEST_TOLERANCE
+
 MODELS = {"dem": "DEM", "gas": "Gas", "orbit": "Orbit", "packing": "Packing"}
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -26,11 +28,6 @@ def in_cell(text):
     return text.replace("|", "\\|")
 
 
-def ratio_text(value, tolerance):
-    """A deviation in units of the tolerance."""
-    return number(value / tolerance, 2) if tolerance > 0 else number(value, 2)
-
-
 def key_text(keys):
     """The first eight digits of run keys, as in the names of recordings."""
     return f"`{keys[0][:8]}`" if len(keys) == 1 else f"`{keys[0][:8]}` and {len(keys) - 1} more"
@@ -43,8 +40,7 @@ def table(points, names):
     for point in points:
         deviation = point.measured - point.exact
         cells = [in_cell(point.label) or "all runs", number(point.measured), number(point.error, 2), number(point.exact),
-                 number(deviation, 2), number(point.tolerance, 2), ratio_text(abs(deviation), point.tolerance),
-                 key_text(point.run_keys)]
+                 number(deviation, 2), number(point.tolerance, 2), number(point.deviation(), 2), key_text(point.run_keys)]
         rows.append(f"| {' | '.join(cells)} |")
     return "\n".join(rows)
 
@@ -59,6 +55,22 @@ def compared(part, law):
     """The expression with which a measurement is compared."""
     text = part.get("exact", law.get("exact", "theory"))
     return "the theoretical value of the analysis" if text == "theory" else f"`{text}`"
+
+
+def tolerance_text(points):
+    """How much wider than the expected deviation the tolerance is."""
+    ratios = [number(point.tolerance / point.expected, 2) for point in points]
+    ratios = list(dict.fromkeys(ratios))
+    least, largest = min(ratios, key=float), max(ratios, key=float)
+    return f"{least} times that" if least == largest else f"{least} to {largest} times that"
+
+
+def relative_tolerance(points):
+    """The largest tolerance in units of the exact value; of quantities that vanish within it, the tolerance itself."""
+    if any(abs(point.exact) < point.tolerance for point in points):
+        widest = max(points, key=lambda point: point.tolerance)
+        return f"{number(widest.tolerance, 2)} (of {number(widest.exact, 2)})"
+    return number(max(point.tolerance / abs(point.exact) for point in points), 2)
 
 
 def law_page(result, manifest):
@@ -89,11 +101,12 @@ def law_page(result, manifest):
 
 {table(result.points, "runs")}
 
-**Tolerance:** `{law['tolerance']}`. {law['tolerance_reason']}
+**Expected deviation:** `{law.get('expected', 'error')}`. **Tolerance:** `{law['tolerance']}`, {tolerance_text(result.points)}.
+{law['tolerance_reason']}
 
 ## The control that fails
 
-{control['text']}{measured} Compared with {compared(control, law)}, within the tolerance of the law; the deviation must be larger than it:
+{control['text']}{measured} Compared with {compared(control, law)}, within the tolerance of the law; the deviation must be at least {SMALLEST_CONTROL:g} tolerances:
 
 {table(result.control_points, "runs")}{repeat}
 
@@ -136,21 +149,27 @@ def index_page(results, seconds):
     parts = [f"""# The book of laws
 
 Each page compares a measurement with an exact value. The same command that wrote these pages ran the {len(results)} laws and their
-controls, in {seconds:.0f} s. It fails if a law is violated, and also if a control passes, because a comparison that cannot fail is no test.
+controls, in {seconds:.0f} s. It fails if a law is violated, and also if a control is not rejected clearly, because a comparison that cannot fail
+is no test.
 
 No result on these pages was typed: measurements come from `metrics.json`, exact values from the formulas and manifests in
-`book/laws/`. The deviation is the largest of the law's points, in units of its tolerance. The last column is the smallest
-deviation of the control in the same units, which must be above 1.
+`book/laws/`. Three columns list how tight each law is, all of them computed from the runs:
+
+- **tolerance / exact**: the tolerance in units of the exact value, the largest of the law's points. A quantity whose exact value is 0
+  or smaller than the tolerance has its tolerance itself. A tolerance is at most {WIDEST_TOLERANCE:g} times the expected deviation: the standard
+  error, or a bound of the numerical error. The page of the law contains both, and states if the margin was chosen after the deviation was known.
+- **deviation**: the deviation of the measurement in units of the tolerance, the largest of the law's points. Above 1, the law is violated.
+- **control**: the deviation of the control in the same units, the smallest of its points. It must be at least {SMALLEST_CONTROL:g}.
 """]
     for model, title in MODELS.items():
         chosen = [result for result in results if result.law["model"] == model]
         if not chosen:
             continue
-        parts.append(f"\n## {title}\n\n| law | formula | points | deviation / tolerance | control |\n|---|---|---|---|---|")
+        parts.append(f"\n## {title}\n\n| law | formula | points | tolerance / exact | deviation | control |\n|---|---|---|---|---|---|")
         for result in chosen:
             law = result.law
-            largest = max(abs(p.measured - p.exact) / p.tolerance for p in result.points)
-            least = min(abs(p.measured - p.exact) / p.tolerance for p in result.control_points)
+            largest = max(point.deviation() for point in result.points)
+            least = min(point.deviation() for point in result.control_points)
             parts.append(f"| [{law['title']}]({law['id']}.md) | {in_cell(law['formula'])} | {len(result.points)} | "
-                         f"{number(largest, 2)} | {number(least, 2)} |")
+                         f"{relative_tolerance(result.points)} | {number(largest, 2)} | {number(least, 2)} |")
     return "\n".join(parts) + "\n"
