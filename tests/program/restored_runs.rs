@@ -67,7 +67,7 @@ fn failed_run_is_restored_and_compared_to_its_end() {
     let keys = recordings(&bench.path("keys/m")).remove(0);
     let path = keys.to_str().unwrap();
     expect(&bench.call(&["fill", path, "-o", "full.mcap"]), 0);
-    let interval = ["50000", "79990", "100"];
+    let interval = ["20000", "79990", "100"];
     let full = bench.path("full.mcap");
     for recording in [&keys, &full] {
         let zoomed = zoom(&bench, recording, interval, "fine.mcap");
@@ -89,7 +89,7 @@ fn failed_run_is_restored_and_compared_to_its_end() {
         }
     }
     let other_line = |topic: &str, _: u64, payload: &mut Vec<u8>| {
-        let place = payload.windows(8).position(|part| part == b"collapse");
+        let place = payload.windows(12).position(|part| part == b"come to rest");
         if let ("/log", Some(place)) = (topic, place) {
             payload[place] = b'C';
         }

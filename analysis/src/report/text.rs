@@ -37,8 +37,9 @@ impl AnalysisReport {
             let _ = writeln!(text, "\n{}", terminal.wrapped(&one_line(&title), 2));
             if !metrics.is_empty() {
                 let _ = writeln!(text, "{}", table(&metrics, terminal));
+                let inside = Terminal { width: terminal.width - 2, ..terminal };
                 for reason in reasons(&metrics) {
-                    let line = terminal.wrapped(&format!("  {reason}"), 4);
+                    let line = format!("  {}", inside.wrapped(&reason, 4));
                     let _ = writeln!(text, "{}", terminal.paint(Style::Faint, &line));
                 }
             }
