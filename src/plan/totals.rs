@@ -1,6 +1,7 @@
 //! What the runs of a plan take together: disk space, memory and time.
 
 use crate::plan::{Plan, PlannedRun};
+#[cfg(not(target_family = "wasm"))]
 use crate::run::resources::time::measured_seconds;
 use kinetoscope_recording::file;
 use std::fs;
@@ -34,6 +35,7 @@ impl Plan {
 
     /// Seconds that the runs take on this machine with `jobs` in parallel and without recording, from a measurement of the
     /// costliest run; `None` if nothing could be measured.
+    #[cfg(not(target_family = "wasm"))]
     #[must_use]
     pub fn expected_seconds(&self, jobs: usize) -> Option<f64> {
         let runs = self.to_do_by_cost();

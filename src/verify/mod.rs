@@ -1,6 +1,6 @@
 //! Reruns and comparisons of recordings: `verify`, `compare`, `fill`, `zoom`, and lock files.
 //!
-//! A [`source`] is a recording whose run can be executed again, a [`rerun`] executes it, and [`diff`] compares two recordings message
+//! A `source` is a recording whose run can be executed again, a `rerun` executes it, and [`diff`] compares two recordings message
 //! by message.
 
 pub mod compare;

@@ -5,7 +5,6 @@ use kinetoscope_console::Message;
 use kinetoscope_recording::drawing::Rgb;
 
 /// A picture, which such a build does not draw.
-#[expect(dead_code, reason = "the readers of pictures are compiled nevertheless")]
 pub(crate) struct Raster {
     pub(crate) width: u32,
     pub(crate) height: u32,
