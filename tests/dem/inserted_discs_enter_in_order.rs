@@ -90,6 +90,17 @@ fn inserted_discs_do_not_overlap() {
     assert!((60..=180).contains(&entered));
 }
 
+/// A rate at which more discs are due than any integer counts: all enter as soon as the line has room.
+/// Control: at the smallest rate, only the first disc is due, at the start of the insertion.
+#[test]
+fn discs_enter_at_rates_of_any_size() {
+    for (rate, expected) in [(1e300, 3), (5e-324, 1)] {
+        let mut model = prepared(&scene(insertion(3, rate)));
+        run_to_time(&mut model, 0.05);
+        assert_eq!(entered_and_removed(&model), (expected, 0), "{rate:e} discs per second");
+    }
+}
+
 #[test]
 fn inserted_disc_adds_its_energy_to_the_balance() {
     for integrator in [DemIntegrator::SemiImplicitEuler, DemIntegrator::VelocityVerlet] {

@@ -42,8 +42,10 @@ mod verification_names_the_first_difference;
 // Rounding errors are not taken for different physics, and different physics not for rounding errors.
 mod causes_of_differences_are_told_apart;
 
-// Mutated recordings and random manifests cause no panic.
+// Mutated recordings cause no panic.
 mod mutated_recordings_are_reported;
+// Random manifests with extreme values end with a named outcome.
+mod random_manifests_end;
 
 // Random placement is uniform and free of overlaps.
 mod random_placement_never_overlaps;

@@ -29,7 +29,7 @@ pub(super) fn heading(report: &AnalysisReport, links: &FileLinks) -> Markup {
                 p { strong class="bad" { (unreadable) } }
             }
             (question(report))
-            (result(report))
+            (result(report, ""))
             (check_summary(report))
             (provenance(report))
             (links.list())
@@ -49,53 +49,62 @@ pub(super) fn question(report: &AnalysisReport) -> Markup {
     }
 }
 
-/// The metrics that answer the question, in one sentence: those of failed checks, else the ratio of run times, else those of the first
-/// checks, conservation laws last, else the first that theory predicts.
-pub(super) fn result(report: &AnalysisReport) -> Markup {
-    let checked = |result: &&CheckResult| result.kind == CheckKind::Check;
-    let failed = report.check_results.iter().filter(checked).filter(|result| !result.passed);
-    let timing = report.timing.as_ref().and_then(|table| table.comparison.as_ref());
-    if let Some(TimingComparison { of, over, all, .. }) = timing
-        && failed.clone().next().is_none()
+/// The result in one sentence: the failed checks with their reasons, else the ratio of run times, else the first requested plot, else the
+/// metrics of the first checks, conservation laws last. Without any of these, nothing says what the experiment asks for, and there is no
+/// result. `page` is the address of the report in the page that shows the sentence; empty in the report itself.
+pub(super) fn result(report: &AnalysisReport, page: &str) -> Markup {
+    let mut subjects = BTreeSet::new();
+    let checks: Vec<&CheckResult> = report
+        .check_results
+        .iter()
+        .filter(|result| result.kind == CheckKind::Check)
+        .filter(|result| subjects.insert((result.passed, &result.subject)))
+        .collect();
+    let failed = checks.iter().filter(|result| !result.passed);
+    let failed: Vec<Markup> = failed.map(|result| failure(result)).take(MOST_RESULTS).collect();
+    if !failed.is_empty() {
+        return sentence(&failed);
+    }
+    if let Some(table) = &report.timing
+        && let Some(TimingComparison { of, over, all, .. }) = &table.comparison
     {
         let ratio = with_error(all.mean, Some(all.standard_error));
-        return html! {
-            p class="result" { "Result: time of " (of) " over time of " (over) " = " strong { (ratio) } "." }
-        };
+        return sentence(&[
+            html! { "time of " (of) " over time of " (over) " = " strong { (ratio) } },
+        ]);
     }
-    let none_failed = failed.clone().next().is_none();
-    if let Some(command) =
-        timing_command(&report.comment).filter(|_| none_failed && report.timing.is_none())
-    {
-        return html! {
-            p class="result" { "Result: none yet; run " code { (command) " --output DIR" } "." }
-        };
+    if let Some(command) = timing_command(&report.comment).filter(|_| report.timing.is_none()) {
+        return sentence(&[html! { "none yet; run " code { (command) " --output DIR" } }]);
     }
-    let mut subjects = BTreeSet::new();
-    let mut checks: Vec<(&CheckResult, &Metric)> = failed
-        .chain(report.check_results.iter().filter(checked))
-        .filter(|result| subjects.insert(&result.subject))
-        .filter_map(|result| Some((result, metric_of(report, result)?)))
-        .collect();
-    checks.sort_by_key(|(result, metric)| result.passed && metric.is_of_conservation_law());
-    let mut found: Vec<&Metric> =
-        checks.into_iter().map(|(_, metric)| metric).take(MOST_RESULTS).collect();
-    if found.is_empty() {
-        let predicted = |metric: &&Metric| metric.deviation().is_some();
-        found.extend(report.metrics.iter().find(predicted).or(report.metrics.first()));
+    if let Some((stem, plot)) = report.first_requested_plot() {
+        return sentence(&[html! { a href=(format!("{page}#plot-{stem}")) { (plot.title) } }]);
     }
+    let mut metrics: Vec<&Metric> =
+        checks.iter().filter_map(|result| metric_of(report, result)).collect();
+    metrics.sort_by_key(|metric| metric.is_of_conservation_law());
+    let clauses: Vec<Markup> = metrics.into_iter().map(clause).take(MOST_RESULTS).collect();
+    sentence(&clauses)
+}
+
+/// The clauses of the result; nothing if there are none.
+fn sentence(clauses: &[Markup]) -> Markup {
     html! {
-        @if !found.is_empty() {
+        @if !clauses.is_empty() {
             p class="result" {
                 "Result: "
-                @for (index, metric) in found.iter().enumerate() {
+                @for (index, clause) in clauses.iter().enumerate() {
                     @if index > 0 { "; " br; }
-                    (clause(metric))
+                    (clause)
                 }
                 "."
             }
         }
     }
+}
+
+/// A failed check with its reason.
+fn failure(result: &CheckResult) -> Markup {
+    html! { (breakable(&result.subject)) " " strong class="bad" { "fails" } ": " (typographic(&result.finding)) }
 }
 
 /// The metric that a check found.

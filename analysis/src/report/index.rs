@@ -140,7 +140,7 @@ fn card(card: &Card<'_>) -> Markup {
         div class="words" {
             h2 { a href=(card.link) { (breakable(&report.name)) } }
             (question(report))
-            (result(report))
+            (result(report, &card.link))
             p { strong class=(class) { (outcome) } }
             p class="facts" {
                 (report.models_and_runs())

@@ -77,6 +77,8 @@ pub(crate) struct AnalysisReport {
     pub(crate) manifest: Option<String>,
     /// The plots, each with a unique file name.
     pub(crate) plots: Vec<(String, Plot)>,
+    /// How many of them the manifest requests; these are the first.
+    requested_plots: usize,
     /// Notes for the user.
     pub(crate) notes: Vec<String>,
     /// What could not be read, with reasons.
@@ -265,7 +267,7 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     let record = source.record.as_ref();
     let axes = record.map_or(&[][..], |record| &record.axes);
     let data = PlotData { runs: &runs, points: &points, metrics: &metrics, places: &places, axes };
-    let plots = plots::plots(data, requests, &mut notes);
+    let (plots, requested_plots) = plots::plots(data, requests, &mut notes);
     let expected = record.map_or(ExpectedOutcome::Complete, |record| record.expected_outcome);
     let mut check_results = outcome::evaluate(&runs, &seconds, expected);
     let stated: Vec<&Check> =
@@ -286,6 +288,7 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
         tolerances: record.map_or_else(Vec::new, |record| record.baseline.clone()),
         manifest: record.map(|record| record.manifest.clone()).filter(|name| !name.is_empty()),
         plots,
+        requested_plots,
         notes,
         unreadable,
         timing,
@@ -387,6 +390,11 @@ impl AnalysisReport {
     /// Runs without the expected outcome, unfinished or damaged; `None` if there are none.
     pub(crate) fn headline(&self) -> Option<String> {
         outcome::headline(&self.runs, &self.check_results)
+    }
+
+    /// The first plot that the manifest requests, with the name of its file.
+    pub(crate) fn first_requested_plot(&self) -> Option<&(String, Plot)> {
+        self.plots.first().filter(|_| self.requested_plots > 0)
     }
 
     /// How many files could not be read at all; `None` if all were. The damaged ones are in the headline.

@@ -9,12 +9,13 @@ use crate::sweep;
 use crate::sweep::requested::PlotData;
 use kinetoscope_manifest::PlotRequest;
 
-/// All plots, those on request first. Other plots without information are omitted. A request that cannot be drawn adds a note.
+/// All plots, those on request first, and the number of the latter. Other plots without information are omitted. A request that cannot be
+/// drawn adds a note.
 pub(super) fn plots(
     data: PlotData<'_>,
     requests: &[PlotRequest],
     notes: &mut Vec<String>,
-) -> Vec<(String, Plot)> {
+) -> (Vec<(String, Plot)>, usize) {
     let PlotData { runs, points, .. } = data;
     let mut requested: Vec<Plot> = Vec::new();
     for request in requests {
@@ -41,8 +42,9 @@ pub(super) fn plots(
         ));
     }
     others.retain(Plot::is_informative);
+    let on_request = requested.len();
     requested.append(&mut others);
-    uniquely_named(requested)
+    (uniquely_named(requested), on_request)
 }
 
 /// The plot of one run, named by its place in the sweep.

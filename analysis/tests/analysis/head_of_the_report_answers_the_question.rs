@@ -1,5 +1,6 @@
-//! Guarantee: the sentence of the result has the metrics of the first checks, each place in the sweep for itself, and conservation laws
-//! last. An experiment whose result is a table of run times says which command measures it.
+//! Guarantee: the sentence of the result has the failed checks with their reasons, else the first requested plot, else the metrics of the
+//! first checks, each place in the sweep for itself, and conservation laws last, else there is none: no metric is chosen that the
+//! manifest does not name. An experiment whose result is a table of run times says which command measures it.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
 use crate::gas_and_dem_metrics_equal_closed_forms::{DROP, drop_frames};
@@ -7,15 +8,20 @@ use crate::synthetic::{Folder, analyze};
 
 /// The clauses of the result, without markup.
 fn result(manifest: &str) -> Vec<String> {
-    let folder = Folder::write(manifest, drop_frames);
-    let output = analyze(&[folder.name()]);
-    assert!([0, 3].contains(&output.code), "{}", output.text);
-    let page = folder.page();
+    let page = page(manifest);
     let (_, result) = page.split_once("<p class=\"result\">").unwrap();
     let result = result.split("</p>").next().unwrap().replace("<br>", "").replace("<wbr>", "");
     let text: String =
         result.split('<').map(|part| part.split_once('>').map_or(part, |it| it.1)).collect();
     text.split("; ").map(str::to_owned).collect()
+}
+
+/// The report of a falling disc.
+fn page(manifest: &str) -> String {
+    let folder = Folder::write(manifest, drop_frames);
+    let output = analyze(&[folder.name()]);
+    assert!([0, 3].contains(&output.code), "{}", output.text);
+    folder.page()
 }
 
 fn check(metric: &str, place: &str) -> String {
@@ -51,5 +57,28 @@ fn missing_run_times_are_named_with_their_command() {
     let clauses = result(&timed);
     assert_eq!(clauses[0], "Result: none yet");
     assert!(clauses[1].contains("kinetoscope benchmark gas.toml --output"), "{clauses:?}");
-    assert!(result(DROP)[0].starts_with("Result: "), "control");
+    let control = result(&format!("{DROP}{}", check("restitution.measured", "")));
+    assert!(control[0].starts_with("Result: restitution.measured = "), "{control:?}");
+}
+
+/// Setup: a check that fails and one that passes, and a requested plot, which are removed one after the other.
+#[test]
+fn result_answers_what_the_manifest_asks() {
+    let passing = check("restitution.measured", "");
+    let failing = "[[checks]]\nmetric = \"energy.residual_relative\"\nminimum = 1e9\n";
+    let plot = "[[plots]]\ny = \"/energy.kinetic_j\"\ntitle = \"Energy of the fall\"\n";
+    let clauses = result(&format!("{DROP}{passing}{failing}{plot}"));
+    assert_eq!(clauses.len(), 1, "{clauses:?}");
+    assert!(
+        clauses[0].starts_with("Result: energy.residual_relative fails: measured "),
+        "{clauses:?}"
+    );
+    assert!(clauses[0].contains("expected at least "), "{clauses:?}");
+    assert_eq!(result(&format!("{DROP}{passing}{plot}")), ["Result: Energy of the fall."]);
+    let clauses = result(&format!("{DROP}{passing}"));
+    assert!(clauses[0].starts_with("Result: restitution.measured = "), "{clauses:?}");
+    assert!(
+        !page(DROP).contains("class=\"result\""),
+        "nothing is asked, and something is answered"
+    );
 }

@@ -91,7 +91,8 @@ impl Insertion {
         let due = if time < self.starts {
             0
         } else {
-            ((time - self.starts) * self.rate).floor() as u64 + 1
+            // A rate without bound makes all discs due.
+            (((time - self.starts) * self.rate).floor() as u64).saturating_add(1)
         };
         let mut entering: Vec<Disc> = Vec::new();
         if due <= self.entered {
