@@ -3,8 +3,8 @@
 use super::laws;
 use super::observe::GasRun;
 use super::scatter::StartScatter;
-use crate::statistics::{Blocking, Entries, Estimate};
-use kinetoscope_manifest::model::{GasConfig, PositionDistribution};
+use crate::statistics::{Blocking, Entries, Estimate, MissingError};
+use kinetoscope_manifest::model::{GasConfig, PositionDistribution, Propagation};
 use std::f64::consts::PI;
 
 /// Variance of the sum of the particles' constant rates for given speeds, 1/s^2: that of their inverse chords.
@@ -41,6 +41,9 @@ impl GasRun {
     pub(super) fn wall_collision_rate(&self) -> Option<Estimate> {
         let &(time, count) = self.wall_counts.last().filter(|(time, _)| *time > 0.0)?;
         let value = Estimate::bare(count / time);
+        if self.loses_particles() {
+            return Some(value.without_error(MissingError::DependsOnStart));
+        }
         let Some(start) = StartScatter::new(&self.config) else { return Some(value) };
         if self.keeps_particles() && !self.own_rates.is_empty() {
             let chords = chord_variance(&self.own_rates, &self.config);
@@ -57,11 +60,20 @@ impl GasRun {
         Some(value)
     }
 
+    /// Whether the reflection as printed moves particles out of the container for good. Which ones depends on the start, so numbers and
+    /// momenta of wall collisions scatter more than those of particles that stay on their chords.
+    fn loses_particles(&self) -> bool {
+        matches!(self.config.propagation, Propagation::AsPrinted { .. })
+    }
+
     /// The measured wall pressure, N/m, at this `<v^2>`. Theory uses the `<v^2>` of the run, and for discs the virial of the
     /// run, so the conditional error is that of the momentum in transit. Other seeds have another `<v^2>` if it is not that
     /// of the manifest, and discs another virial: by the finite time and by the energy of rotation, which the circular wall
     /// conserves.
     pub(super) fn measured_pressure(&self, measured: f64, mean_square: Option<f64>) -> Estimate {
+        if self.loses_particles() {
+            return Estimate::bare(measured).without_error(MissingError::DependsOnStart);
+        }
         let (Some(square), Some(start)) = (mean_square, StartScatter::new(&self.config)) else {
             return Estimate::bare(measured);
         };
