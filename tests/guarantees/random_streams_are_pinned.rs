@@ -105,6 +105,32 @@ fn uniform_numbers_equal_an_independent_chacha12() {
     }
 }
 
+/// Numbered draws compute single blocks of their own; those of a thermal wall have the particle in the upper half of the position.
+#[test]
+fn numbered_draws_are_those_of_the_stream() {
+    /// `draw(0x0123456789ABCDEF, 7, 7, 8 * (5 << 32 | 9) + 1)` and the seven after it, of the script.
+    const FAR: [u64; 8] = [
+        0x1e94bac8dc5a4b,
+        0x1adbbe66816d1c,
+        0x06c7c981088518,
+        0x0696919b989351,
+        0x19d2affa4d712a,
+        0x0d58a3cd26fd97,
+        0x090c6a7dfe2db5,
+        0x0d3e992c70100d,
+    ];
+    for (seed, replicate) in [(0, 0), (14, 1), (LONG_SEED, u32::MAX)] {
+        let mut generator = stream(seed, replicate, Stream::ThermalWall);
+        for position in 0..100 {
+            let drawn = Seed { seed, replicate }.uniforms_at(Stream::ThermalWall, position);
+            assert_eq!(drawn.as_slice(), uniforms(&mut generator, 8), "position {position}");
+        }
+    }
+    let far = Seed { seed: LONG_SEED, replicate: 7 };
+    let drawn = far.uniforms_at(Stream::ThermalWall, 5 << 32 | 9);
+    assert_eq!(drawn.map(|u| (u * SCALE) as u64), FAR);
+}
+
 #[test]
 #[ignore = "needs python3"]
 fn independent_chacha12_prints_the_pinned_numbers() {

@@ -176,6 +176,11 @@ impl Propagator for ClosedForm {
         *self = Self::start_paths(state, self.duration_s, self.time_s);
     }
 
+    /// No position is beyond the end of its chord.
+    fn can_end_outside(&self) -> bool {
+        false
+    }
+
     fn description(&self, _state: &GasState) -> String {
         "propagation: closed form, exact at any time".to_owned()
     }

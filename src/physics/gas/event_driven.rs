@@ -13,7 +13,7 @@ use super::propagator::Propagator;
 use super::state::{Container, GasState, Substance};
 use super::tallies::WallTally;
 use crate::model::Target;
-use crate::random::{Seed, Stream};
+use crate::random::{Seed, Stream, normal};
 use crate::sum::CompensatedSum;
 use kinetoscope_manifest::model::GasConfig;
 use rayon::prelude::*;
@@ -85,13 +85,14 @@ impl ThermalEmission {
     fn draw(&self, id: u64, number: u64, mass_ratio: f64) -> Option<[f64; 2]> {
         // The low half of the collision number: the draws of a particle repeat after 4e9 collisions.
         let position = id << 32 | (number & 0xffff_ffff);
-        let mut draws = self.seed.stream_at(Stream::ThermalWall, position);
-        if draws.uniform() >= self.accommodation {
+        let [choice, inward, radius, angle, ..] =
+            self.seed.uniforms_at(Stream::ThermalWall, position);
+        if choice >= self.accommodation {
             return None;
         }
         let speed = self.thermal_speed / mass_ratio.sqrt();
-        let inward = speed * (-2.0 * libm::log(1.0 - draws.uniform())).sqrt();
-        Some([inward, speed * draws.normal_pair()[0]])
+        let inward = speed * (-2.0 * libm::log(1.0 - inward)).sqrt();
+        Some([inward, speed * normal([radius, angle])])
     }
 }
 

@@ -95,6 +95,9 @@ impl Gas {
 
     /// Warns if more particles are outside than at the last frame.
     pub(super) fn log_losses(&self, frame: &mut Frame) {
+        if !self.scheme.can_end_outside() {
+            return;
+        }
         let outside = self.particles_outside();
         if outside > self.outside_at_last_frame {
             frame.log(

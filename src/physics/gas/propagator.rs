@@ -39,6 +39,11 @@ pub(super) trait Propagator {
         true
     }
 
+    /// Whether a particle can end outside the wall, so that every frame counts them.
+    fn can_end_outside(&self) -> bool {
+        true
+    }
+
     /// Whether the scheme has lost each particle; empty if it loses none.
     fn lost_particles(&self) -> &[bool] {
         &[]
