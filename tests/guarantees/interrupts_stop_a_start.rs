@@ -1,4 +1,5 @@
-//! Guarantee: an interrupt stops a run also while its start is built; nothing of it is recorded, and no error is reported.
+//! Guarantee: an interrupt stops a run also while its start is built; nothing of it is recorded, and no error is reported. It stops discs
+//! that cool between noisy walls at any time before they come to rest.
 //!
 //! Setup: discs that grow so slowly that the start is not complete within hours; the interrupt is raised from another thread. A call that does
 //! not end within ten minutes counts as endless; it takes less than a second.
@@ -11,9 +12,11 @@ use kinetoscope::executor::local::{LocalPool, run_all};
 use kinetoscope::executor::observer::{ExecutionObserver, RunObserver};
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope::plan::Plan;
+use kinetoscope::run::in_memory::run_interruptibly;
 use kinetoscope::run::{RunContext, RunError, RunReport};
 use kinetoscope_manifest::{Experiment, parse};
 use kinetoscope_physics::model::SetupError;
+use kinetoscope_recording::provenance::Outcome;
 use std::fs;
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -105,4 +108,38 @@ fn interrupt_stops_a_run_whose_start_is_not_complete() {
     });
     assert_eq!(was_started, [false]);
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "nothing is recorded");
+}
+
+/// Setup: the walls turn velocities that fall below the smallest normal number, unless the run ends before; signals after 0 to 95 ms, and
+/// none. Previously, a wall drew directions without end, and no signal was read.
+#[test]
+fn discs_that_come_to_rest_end_with_the_fault_or_at_the_interrupt() {
+    let text = "seed = 1\n[model.packing]\ndiscs = 20\nrestitution = 0.9\nwall_noise_variance_rad2 = 0.1\nevents_per_disc = 10000\n";
+    let outcome = |signal_after: Option<Duration>| {
+        let run = parse(text, "cooling.toml", &[]).unwrap().runs.remove(0);
+        let interrupt = Interrupt::default();
+        let raised = interrupt.clone();
+        let (sender, receiver) = channel();
+        thread::spawn(move || {
+            let ended = run_interruptibly(&run, &interrupt);
+            sender.send(ended.map(|recording| recording.provenance().outcome.clone()))
+        });
+        if let Some(after) = signal_after {
+            thread::sleep(after);
+            raised.raise(SIGINT);
+        }
+        receiver.recv_timeout(ENDLESS).expect("the call does not end")
+    };
+    let is_at_rest = |outcome: &Option<Outcome>| matches!(outcome, Some(Outcome::Fault(why)) if why.starts_with("the discs have come to rest"));
+    assert!(is_at_rest(&outcome(None).unwrap()));
+    for twentieth in 0..20 {
+        match outcome(Some(Duration::from_millis(5 * twentieth))) {
+            Ok(ended) => {
+                assert!(ended == Some(Outcome::Interrupted) || is_at_rest(&ended), "{ended:?}")
+            }
+            // The signal came before the start was complete.
+            Err(RunError::Setup(error)) => assert_eq!(error, SetupError::stopped()),
+            Err(error) => panic!("{error}"),
+        }
+    }
 }
