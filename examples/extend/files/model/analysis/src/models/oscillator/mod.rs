@@ -19,6 +19,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     name: "oscillator",
     title: "Oscillator",
     metrics: ALL,
+    never: &[],
     sweep_metrics: &[],
     fits: &[],
     ordinates: &[],
