@@ -20,6 +20,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     title: "Oscillator",
     metrics: ALL,
     never: &[],
+    needs_replicates: &[],
     sweep_metrics: &[],
     fits: &[],
     ordinates: &[],
