@@ -50,6 +50,32 @@ fn inserted_discs_are_counted() {
     assert!(bytes as f64 > bound(&dry), "control: {bytes} bytes, and {dry}");
 }
 
+/// What `check` prints for a check of a single bed, or of two, with these limits.
+fn printed_check(replicates: u32, limit: &str) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plan.toml");
+    let manifest = format!(
+        "replicates = {replicates}\n[model.dem]\ndiscs = 20\n[[checks]]\nmetric = \"bed.height\"\nexpected = 0.01\n{limit}\n"
+    );
+    fs::write(&path, manifest).unwrap();
+    let mut program = Command::new(env!("CARGO_BIN_EXE_kinetoscope"));
+    let output = program.arg("check").arg(&path).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Control: two beds, and a tolerance.
+#[test]
+fn check_names_a_limit_in_standard_errors_that_a_single_bed_does_not_have() {
+    let line = "line 4: `bed.height` of a single run has no standard error";
+    let single = printed_check(1, "standard_errors = 4.0");
+    assert!(single.contains(line), "{single}");
+    for (replicates, limit) in [(2, "standard_errors = 4.0"), (1, "relative_tolerance = 0.1")] {
+        let other = printed_check(replicates, limit);
+        assert!(!other.contains("no standard error"), "control: {other}");
+    }
+}
+
 #[test]
 fn plan_of_a_sweep_states_minimum_and_maximum() {
     let (plan, bytes) = planned_and_recorded(

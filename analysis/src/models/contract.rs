@@ -37,6 +37,8 @@ pub(crate) struct ModelAnalysis {
     pub(crate) metrics: &'static [&'static Definition],
     /// Counts of what a correct run never has: a run with one above 0 fails, unless a check states that it is expected.
     pub(crate) never: &'static [&'static Definition],
+    /// Metrics that have no standard error in a single run, because other starts give other values.
+    pub(crate) needs_replicates: &'static [&'static Definition],
     /// The metrics of a sweep, which [`Self::fits`] derive.
     pub(crate) sweep_metrics: &'static [&'static Definition],
     /// Fits along an axis of a sweep.

@@ -63,6 +63,13 @@ pub(crate) fn never_in(name: &str) -> &'static [&'static Definition] {
     of_model(name).map_or(&[], |model| model.never)
 }
 
+/// Whether a metric of this model has no standard error in a single run, because other starts give other values.
+#[must_use]
+pub fn needs_replicates(model: &str, metric: &str) -> bool {
+    of_model(model)
+        .is_some_and(|model| model.needs_replicates.iter().any(|known| known.name == metric))
+}
+
 /// The names of the metrics of a model's runs, and of sweeps over them; none for an unknown model.
 #[must_use]
 pub fn metric_names(model: &str) -> Vec<&'static str> {

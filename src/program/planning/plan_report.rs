@@ -6,9 +6,10 @@ use crate::messages::progress::size;
 use crate::messages::{Failure, bad, counted, describe, plural};
 use crate::planning::planner::Planned;
 use kinetoscope::run::resources::Estimate;
+use kinetoscope_analysis::needs_replicates;
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::shown_path;
-use kinetoscope_manifest::Experiment;
+use kinetoscope_manifest::{Bound, Check, Experiment};
 use kinetoscope_physics::model::Extent;
 use serde_json::{Value as Json, json};
 use std::path::Path;
@@ -66,6 +67,17 @@ impl<'a> PlanReport<'a> {
         self.costs.plan.memory_at_once(self.costs.jobs)
     }
 
+    /// The checks that compare with a standard error which the metric does not have in a single run.
+    fn checks_without_error(&self) -> Vec<&Check> {
+        let is_single = self.experiment.replicates == 1;
+        let has_none = |check: &&Check| {
+            let compares =
+                matches!(check.bound, Bound::WithinStandardErrors { expected: Some(_), .. });
+            is_single && compares && needs_replicates(self.experiment.model(), &check.metric)
+        };
+        self.experiment.checks.iter().filter(has_none).collect()
+    }
+
     /// The plan as text.
     pub(crate) fn text(&self) -> String {
         let Planned { plan, jobs, .. } = self.planned;
@@ -93,6 +105,12 @@ impl<'a> PlanReport<'a> {
         text += &format!("\n  {}", plural(self.experiment.checks.len() as u64, "check"));
         if !self.experiment.plots.is_empty() {
             text += &format!(", {}", plural(self.experiment.plots.len() as u64, "requested plot"));
+        }
+        for check in self.checks_without_error() {
+            text += &format!(
+                "\n  line {}: `{}` of a single run has no standard error, so the check cannot be decided: set replicates, or a tolerance",
+                check.line, check.metric
+            );
         }
         text
     }
@@ -125,6 +143,7 @@ impl<'a> PlanReport<'a> {
             "memory_bytes": self.memory_bytes(),
             "expected_s": self.seconds,
             "checks": self.experiment.checks.len(),
+            "checks_without_error": self.checks_without_error().iter().map(|check| check.line).collect::<Vec<_>>(),
             "plots": self.experiment.plots.len(),
         })
     }

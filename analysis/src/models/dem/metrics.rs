@@ -1,7 +1,7 @@
 //! Metrics of a DEM run.
 
 use super::laws as law;
-use crate::metric::definition::definitions;
+use crate::metric::definition::{Definition, definitions};
 
 definitions! {
     KINETIC: "energy.kinetic", "J", "/energy, last frame", [], 0.0;
@@ -47,3 +47,33 @@ definitions! {
     RUNOUT: "bed.normalized_runout", "1", "/state: bed.deposit_length over its initial value, minus 1", [], 0.0;
     SETTLING_TIME: "settling_time", "s", "/energy: time of the last frame whose kinetic energy is above a thousandth of the mechanical energy at the start; none where it is the last of all", [], 0.0;
 }
+
+/// Metrics of one bed, which differ from bed to bed by an amount that one of them does not tell.
+pub(super) const NEED_REPLICATES: &[&Definition] = &[
+    KINETIC,
+    GRAVITATIONAL,
+    ELASTIC,
+    DISSIPATED,
+    FRICTION,
+    ROLLING,
+    ROTATIONAL,
+    WALL_WORK,
+    DISCS_REMOVED,
+    MAX_OVERLAP,
+    COORDINATION_NUMBER,
+    PAIR_COORDINATION_NUMBER,
+    GRANULAR_TEMPERATURE,
+    BED_HEIGHT,
+    BED_PACKING_FRACTION,
+    FLOOR_FORCE,
+    FLOOR_STRESS,
+    SIDE_WALL_STRESS,
+    LATERAL_STRESS_RATIO,
+    OVERBURDEN_DEVIATION,
+    PISTON_FORCE,
+    COOLING_RATE,
+    SURFACE_ANGLE,
+    DEPOSIT_LENGTH,
+    RUNOUT,
+    SETTLING_TIME,
+];

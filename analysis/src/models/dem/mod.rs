@@ -24,6 +24,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     title: "DEM",
     metrics: metrics::ALL,
     never: &[],
+    needs_replicates: metrics::NEED_REPLICATES,
     sweep_metrics: sweep::ALL,
     fits: sweep::FITS,
     ordinates: sweep::ORDINATES,

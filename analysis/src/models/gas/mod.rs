@@ -27,6 +27,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     title: "Gas",
     metrics: metrics::ALL,
     never: &[metrics::PARTICLES_OUTSIDE],
+    needs_replicates: &[],
     sweep_metrics: sweep::ALL,
     fits: sweep::FITS,
     ordinates: sweep::ORDINATES,

@@ -20,6 +20,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     title: "Orbit",
     metrics: metrics::ALL,
     never: &[],
+    needs_replicates: &[],
     sweep_metrics: sweep::ALL,
     fits: sweep::FITS,
     ordinates: sweep::ORDINATES,

@@ -25,6 +25,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     title: "Packing",
     metrics: metrics::ALL,
     never: &[],
+    needs_replicates: &[],
     sweep_metrics: &[],
     fits: &[],
     ordinates: sweep::ORDINATES,

@@ -19,6 +19,8 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     name: "oscillator",
     title: "Oscillator",
     metrics: ALL,
+    never: &[],
+    needs_replicates: &[],
     sweep_metrics: &[],
     fits: &[],
     ordinates: &[],
