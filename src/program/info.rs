@@ -1,12 +1,12 @@
 //! `info`: reports what a file is; for a recording, its experiment, key, seed, versions, channels, frames and outcome.
 
+use crate::messages::exit::unread_recording;
 use crate::messages::progress::size;
 use crate::messages::result_arguments::ResultArguments;
 use crate::messages::{Failure, plural};
 use clap::Args;
 use kinetoscope::run::recording;
 use kinetoscope_console::Exit;
-use kinetoscope_console::Explained as _;
 use kinetoscope_console::text::{every, one_line, shown_path};
 use kinetoscope_files::regular_file::{self, MAX_EXPERIMENT_RECORD_BYTES};
 use kinetoscope_manifest::{ExperimentRecord, parse_run};
@@ -66,7 +66,7 @@ impl InfoArguments {
         let report = Report { recording: &recording, contents: &contents };
         self.result.print(&report.text(), || report.json());
         match (&contents.error, &recording.provenance().outcome) {
-            (Some(error), _) => Err(Failure::of(Exit::Unreadable, error.message())),
+            (Some(error), _) => Err(unread_recording(error)),
             (None, Some(Outcome::Complete | Outcome::Fault(_))) => Ok(Exit::Done),
             (None, Some(Outcome::Interrupted) | None) => {
                 Err(unreadable("is not finished").help("run its manifest again to resume"))
@@ -85,7 +85,7 @@ fn recordings_in(folder: &Path) -> u64 {
 /// The error for a file that does not open as a recording, with what it is instead.
 fn not_a_recording(path: &Path, error: &ReadError) -> Failure {
     if !matches!(error.fault, ReadFault::NotMcap | ReadFault::Torn { .. }) {
-        return Failure::of(Exit::Unreadable, error.message());
+        return unread_recording(error);
     }
     let mut head = Vec::new();
     let read =
@@ -99,7 +99,7 @@ fn not_a_recording(path: &Path, error: &ReadError) -> Failure {
             let what = format!("{} is {what}, not a recording", shown_path(path));
             Failure::new(Exit::Unreadable, what).help(help)
         }
-        None => Failure::of(Exit::Unreadable, error.message()),
+        None => unread_recording(error),
     }
 }
 

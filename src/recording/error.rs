@@ -3,7 +3,7 @@
 use crate::channels::SCHEMA_VERSION;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_console::{Explained, ON_MISSING_THREAD};
-use kinetoscope_files::regular_file::MAX_MANIFEST_BYTES;
+use kinetoscope_files::regular_file::{MAX_MANIFEST_BYTES, is_of_file};
 use std::io;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -179,7 +179,10 @@ impl Explained for ReadError {
             ReadFault::Io(error) if error.kind() == io::ErrorKind::InvalidInput => {
                 "name a recording: a regular file *.mcap"
             }
-            ReadFault::Io(_) => "check that the file exists and may be read, and the disk",
+            ReadFault::Io(_) if self.is_of_machine() => {
+                "check the disk, then run the same command again"
+            }
+            ReadFault::Io(_) => "check that the file exists and may be read",
             ReadFault::NotMcap => "name a recording (*.mcap)",
             ReadFault::Foreign => "name a recording that run-experiment wrote",
             ReadFault::Merged => {
@@ -198,6 +201,12 @@ impl Explained for ReadError {
 }
 
 impl ReadError {
+    /// Whether a disk or another part of the machine failed, so that the same command may succeed later.
+    #[must_use]
+    pub fn is_of_machine(&self) -> bool {
+        matches!(&self.fault, ReadFault::Io(error) if !is_of_file(error))
+    }
+
     /// The frames that could be read.
     fn intact_part(&self) -> String {
         match (&self.fault, self.intact_frames) {

@@ -82,6 +82,7 @@ fn failing_disk_under_an_input_gives_75_and_the_next_step() {
     fs::write(folder.path().join("start.toml"), "[model.gas]\nstart_from = \"failing.toml\"\n")
         .unwrap();
     std::os::unix::fs::symlink("/proc/self/mem", folder.path().join("failing.toml")).unwrap();
+    std::os::unix::fs::symlink("/proc/self/mem", folder.path().join("failing.mcap")).unwrap();
     let short = "[model.orbit]\nduration_days = 1.0\n[record]\nframes = 1\n";
     fs::write(folder.path().join("run.toml"), short).unwrap();
     for arguments in [
@@ -93,6 +94,11 @@ fn failing_disk_under_an_input_gives_75_and_the_next_step() {
         "check --locked --lock-file INPUT",
         "analyze . --checks INPUT",
         "analyze . --baseline INPUT",
+        "info failing.mcap",
+        "verify failing.mcap",
+        "compare failing.mcap failing.mcap",
+        "fill failing.mcap",
+        "zoom failing.mcap --from 0 --to 1 --every 1",
     ] {
         let (code, said) = called(arguments, "failing.toml");
         assert_eq!(code, Some(75), "{arguments}: {said}");

@@ -1,6 +1,7 @@
 //! `fill` and `zoom`: frames that a recording does not hold, recomputed from its keyframes.
 
 use crate::comparison::rerun::{listen, with_progress};
+use crate::messages::exit::unread_recording;
 use crate::messages::result_arguments::ResultArguments;
 use crate::messages::{Failure, plural};
 use clap::Args;
@@ -9,7 +10,6 @@ use kinetoscope::verify::fine_frames::Interval;
 use kinetoscope::verify::restored_file::Restored;
 use kinetoscope::verify::zoom::zoom;
 use kinetoscope_console::Exit;
-use kinetoscope_console::Explained as _;
 use kinetoscope_console::text::shown_path;
 use serde_json::json;
 use std::path::PathBuf;
@@ -78,7 +78,7 @@ fn concluded(restored: Result<Restored, Failure>, result: &ResultArguments) -> E
         Err(failure) => return result.concluded(result.failed(&failure)),
     };
     let Restored { path, frames, equal_frames, notes, damage } = &restored;
-    let damage = damage.as_ref().map(|error| Failure::of(Exit::Unreadable, error.message()));
+    let damage = damage.as_ref().map(unread_recording);
     let exit = damage.as_ref().map_or(Exit::Done, Failure::report);
     let mut lines = vec![format!("{}: {}", shown_path(path), plural(*frames, "frame"))];
     lines.push(format!(

@@ -1,6 +1,7 @@
 //! What the commands that execute a recorded run again share: signals, progress, and their errors.
 
 use crate::messages::Failure;
+use crate::messages::exit::exit_of_unread;
 use crate::messages::progress::{ProgressDisplay, Verbosity};
 use crate::messages::result_arguments::ResultArguments;
 use kinetoscope::executor::observer::ExecutionObserver as _;
@@ -40,8 +41,8 @@ pub(crate) fn exit_of(error: &VerifyError) -> Exit {
         VerifyError::Differs { .. } | VerifyError::Write(RecordError::Differs { .. }) => {
             Exit::Differs
         }
-        VerifyError::Read(_)
-        | VerifyError::Manifest(_)
+        VerifyError::Read(error) => exit_of_unread(error),
+        VerifyError::Manifest(_)
         | VerifyError::Start(_)
         | VerifyError::OtherPhysics { .. }
         | VerifyError::Unsuitable(_)

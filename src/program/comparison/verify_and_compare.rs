@@ -2,6 +2,7 @@
 
 use crate::comparison::rerun::{exit_of, listen, with_progress};
 use crate::messages::Failure;
+use crate::messages::exit::exit_of_unread;
 use crate::messages::result_arguments::ResultArguments;
 use clap::Args;
 use kinetoscope::verify::compare::{RecordingComparison, compare_recordings};
@@ -215,7 +216,7 @@ fn messages(comparison: &Comparison, left: &str, right: &str) -> Report {
     match &comparison.unreadable {
         Some(error) => {
             let errors = vec![error.message()];
-            Report { errors, exit: Exit::Unreadable, ..Report::equal() }
+            Report { errors, exit: exit_of_unread(error), ..Report::equal() }
         }
         None => Report::equal(),
     }

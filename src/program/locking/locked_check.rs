@@ -5,13 +5,13 @@ use crate::locking::lock::{
 };
 use crate::locking::locked_runs::{Parallel, RerunExperiment, RerunRun, Reruns};
 use crate::manifests::expand;
+use crate::messages::exit::unread_recording;
 use crate::messages::result_arguments::ResultArguments;
 use crate::messages::{Failure, bad, plural, word};
 use kinetoscope::verify::diff::compare_messages;
 use kinetoscope::verify::fingerprint::{Fingerprint, FirstDifference, FrameTags};
 use kinetoscope::verify::lock_file::{LockError, LockFile, LockedExperiment};
 use kinetoscope_console::Exit;
-use kinetoscope_console::Explained as _;
 use kinetoscope_console::text::{one_line, shown_path};
 use kinetoscope_recording::channels::{FrameClock, SCHEMA_VERSION};
 use kinetoscope_recording::reader::Recording;
@@ -181,8 +181,8 @@ impl LockedCheck<'_> {
         let name = run.recording.file_name().unwrap_or_default();
         let local = self.recordings.join(&rerun.experiment.name).join(name);
         if let Some(local) = locked_recording(&local, locked) {
-            let comparison = compare_messages(&local, recording)
-                .map_err(|error| Failure::of(Exit::Unreadable, error.message()))?;
+            let comparison =
+                compare_messages(&local, recording).map_err(|error| unread_recording(&error))?;
             if let Some(difference) = comparison.difference {
                 return Ok(difference.describe("the locked recording", "this run"));
             }

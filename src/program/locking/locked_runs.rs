@@ -3,6 +3,7 @@
 use crate::comparison::rerun::listen;
 use crate::executor::thread_count;
 use crate::manifests::ManifestReader;
+use crate::messages::exit::unread_recording;
 use crate::messages::{Failure, name_of};
 use crate::program_name::ProgramName;
 use crate::running::RunArguments;
@@ -10,7 +11,6 @@ use clap::Args;
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope::verify::fingerprint::{Fingerprint, fingerprint};
 use kinetoscope_console::Exit;
-use kinetoscope_console::Explained as _;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_manifest::Experiment;
 use kinetoscope_recording::error::ReadError;
@@ -138,7 +138,7 @@ impl Reruns {
 impl RerunRun {
     /// Reads the recording.
     pub(crate) fn fingerprint(&self) -> Result<(Recording, Fingerprint), Failure> {
-        let unreadable = |error: ReadError| Failure::of(Exit::Unreadable, error.message());
+        let unreadable = |error: ReadError| unread_recording(&error);
         let recording = kinetoscope::run::recording::open(&self.recording).map_err(unreadable)?;
         let found = fingerprint(&recording).map_err(unreadable)?;
         Ok((recording, found))

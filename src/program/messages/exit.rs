@@ -2,9 +2,10 @@
 
 use crate::messages::Failure;
 use kinetoscope::outputs::upload::UploadReport;
-use kinetoscope_console::Exit;
+use kinetoscope_console::{Exit, Explained as _};
 use kinetoscope_files::output_file::is_of_path;
 use kinetoscope_files::regular_file::is_of_file;
+use kinetoscope_recording::error::ReadError;
 use std::io;
 
 /// Every exit code with its meaning, except for those of the analysis (`analysis/src/cli/arguments.rs`).
@@ -48,6 +49,16 @@ pub(crate) fn unread(error: &io::Error, what: String, help: &str) -> Failure {
     } else {
         Failure::new(Exit::Retryable, what).help(ON_FAILED_DISK)
     }
+}
+
+/// The exit code of a recording that cannot be read.
+pub(crate) fn exit_of_unread(error: &ReadError) -> Exit {
+    if error.is_of_machine() { Exit::Retryable } else { Exit::Unreadable }
+}
+
+/// The error of a recording that cannot be read.
+pub(crate) fn unread_recording(error: &ReadError) -> Failure {
+    Failure::of(exit_of_unread(error), error.message())
 }
 
 /// What to do if a disk fails.
