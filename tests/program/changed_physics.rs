@@ -11,6 +11,7 @@ pub(crate) struct Scene {
 }
 
 /// What changes, and the values `--set` with it.
+#[derive(Clone, Copy)]
 pub(crate) struct Change {
     pub(crate) what: &'static str,
     pub(crate) key: &'static str,
@@ -82,6 +83,22 @@ const fn orbit(
         change("time step x 2", "model.orbit.time_step_days", "2.0"),
     ]
 }
+
+/// Runs that are too short for some of their standard errors, or for those of some seeds.
+pub(crate) const SHORT_SCENES: [Scene; 2] = [
+    Scene {
+        name: "gas_of_few_frames",
+        manifest: "[model.gas]\nparticles = 200\ndisc_radius_m = 0.02\nduration_s = 0.02\n[record]\nframes = 80\n",
+        channels: GAS,
+        changes: SCENES[0].changes,
+    },
+    Scene {
+        name: "packing_of_few_discs",
+        manifest: "[model.packing]\ndiscs = 60\nwidth = 30.0\nheight = 30.0\nboundary = \"periodic\"\nduration = 60.0\n[record]\nframes = 100\n",
+        channels: PACKING,
+        changes: PACKING_CHANGES,
+    },
+];
 
 /// Three scenes of each model.
 pub(crate) const SCENES: [Scene; 12] = [

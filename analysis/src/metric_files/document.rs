@@ -4,7 +4,7 @@ use crate::input::coordinates::{AxisNames, CoordinateValue, value_of};
 use crate::metric::deviation::ROUNDING_FRACTION;
 use crate::metric::{Metric, MetricScope, SCHEMA};
 use crate::run::RunAnalysis;
-use crate::statistics::SET_BY_MANIFEST;
+use crate::statistics::{SET_BY_MANIFEST, is_of_short_series};
 use kinetoscope_manifest::{Coordinate, manifest_values, unit_of_key};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -196,6 +196,11 @@ impl MetricEntry {
         let (theory, accuracy) = self.theory.as_ref()?.bounded_value()?;
         let has_error = self.standard_error.or(self.conditional_standard_error).is_some();
         Some((self.value? - theory).abs() <= accuracy).filter(|_| !has_error)
+    }
+
+    /// Whether the value scatters by an amount that the run is too short to tell, as the reason for its missing error states.
+    pub(crate) fn has_unknown_scatter(&self) -> bool {
+        self.standard_error.is_none() && self.reason.as_deref().is_some_and(is_of_short_series)
     }
 
     /// Whether the manifest alone determines the value, as the reason for its missing error states.

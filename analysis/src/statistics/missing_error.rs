@@ -7,6 +7,15 @@ use std::fmt::{self, Display, Formatter};
 pub(crate) const SET_BY_MANIFEST: &str =
     "the manifest sets the value, which is the same for every seed";
 
+/// Parts of the texts of [`MissingError::TooFewEntries`] and [`MissingError::TooCorrelated`], by which a baseline is known to contain a
+/// value that scatters by an unknown amount.
+const OF_SHORT_SERIES: [&str; 2] = [", the run has ", ": a standard error needs a longer run"];
+
+/// Whether a reason states that the series is too short for an error. That may depend on the seed.
+pub(crate) fn is_of_short_series(reason: &str) -> bool {
+    OF_SHORT_SERIES.iter().any(|part| reason.contains(part))
+}
+
 /// Why a value has no standard error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum MissingError {
@@ -63,12 +72,16 @@ impl Display for MissingError {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
         match self {
             Self::TooFewEntries { entries, needs, has } => {
-                write!(formatter, "a standard error needs {needs} {entries}, the run has {has}")
+                let [the_run_has, _] = OF_SHORT_SERIES;
+                write!(formatter, "a standard error needs {needs} {entries}{the_run_has}{has}")
             }
-            Self::TooCorrelated(entries) => write!(
-                formatter,
-                "the {entries} are correlated over much of the run: a standard error needs a longer run"
-            ),
+            Self::TooCorrelated(entries) => {
+                let [_, needs_longer_run] = OF_SHORT_SERIES;
+                write!(
+                    formatter,
+                    "the {entries} are correlated over much of the run{needs_longer_run}"
+                )
+            }
             Self::Drifting => formatter
                 .write_str("the value drifts during the run: a standard error needs replicates"),
             Self::SetByManifest => formatter.write_str(SET_BY_MANIFEST),

@@ -7,6 +7,7 @@
 //! | set by the manifest | equal within rounding |
 //! | was that of its exact law | still is |
 //! | standard errors in both analyses | the difference is not significant by Student's t, with Holm's correction |
+//! | a run too short for the standard error of one of the values | not compared |
 //! | a standard error in the baseline only | fails |
 //! | was inside the accuracy of its law | still is |
 //! | anything else | not compared |
@@ -189,6 +190,14 @@ impl Pair<'_> {
         }
         match [old, new].map(sample) {
             [Some(one), Some(other)] => self.by_statistics(place, one, other, is_rounding),
+            // Whether a series is long enough depends on the seed, and a value that scatters may leave the accuracy of its law.
+            [None, _] if old.has_unknown_scatter() => {
+                let why = old.reason.as_deref().unwrap_or_default();
+                self.row(place, None, format!("the baseline has no standard error: {why}"))
+            }
+            [_, None] if new.has_unknown_scatter() => {
+                self.row(place, None, new.reason.as_deref().unwrap_or_default())
+            }
             [Some(_), None] => {
                 let why = new.reason.as_deref().unwrap_or("its error is not known");
                 self.evidence(
