@@ -21,11 +21,14 @@ use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
-/// The keys of each model, each with values that are used in turn with the default.
-const KEYS: [(&str, &[(&str, &[&str])]); 4] =
+/// Keys, each with values that are used in turn with the default.
+type Keys = &'static [(&'static str, &'static [&'static str])];
+
+/// The keys of each model.
+const KEYS: [(&str, Keys); 4] =
     [("dem", DEM), ("gas", GAS), ("packing", PACKING), ("orbit", ORBIT)];
 
-const DEM: &[(&str, &[&str])] = &[
+const DEM: Keys = &[
     ("discs", &["1", "2", "5", "17"]),
     ("mass_kg", &["1e-30", "1e-3", "1e6"]),
     ("width_m", &["0.003", "0.01", "1.0", "1e9"]),
@@ -61,7 +64,7 @@ const DEM: &[(&str, &[&str])] = &[
     ("duration_s", &["1e-300", "1e-6", "0.001", "1e6"]),
 ];
 
-const GAS: &[(&str, &[&str])] = &[
+const GAS: Keys = &[
     ("particles", &["1", "2", "7", "30"]),
     ("mass_kg", &["1e-300", "1e-26", "1.0", "1e30"]),
     ("additional_masses_kg", &["[1e-26, 1.0]", "[1e-40]"]),
@@ -83,7 +86,7 @@ const GAS: &[(&str, &[&str])] = &[
     ("duration_s", &["1e-300", "1e-6", "0.001", "1e9"]),
 ];
 
-const PACKING: &[(&str, &[&str])] = &[
+const PACKING: Keys = &[
     ("discs", &["1", "2", "5", "20"]),
     ("width", &["10.0", "15.0", "1e5"]),
     ("height", &["10.0", "15.0", "1e5"]),
@@ -111,7 +114,7 @@ const PACKING: &[(&str, &[&str])] = &[
     ("duration", &["1e-300", "10.0", "1e300"]),
 ];
 
-const ORBIT: &[(&str, &[&str])] = &[
+const ORBIT: Keys = &[
     (
         "start",
         &[

@@ -5,6 +5,7 @@ use crate::executor::thread_count;
 use crate::manifests::ManifestReader;
 use crate::messages::exit::unread_recording;
 use crate::messages::{Failure, name_of};
+use crate::planning::planner::Planner;
 use crate::program_name::ProgramName;
 use crate::running::RunArguments;
 use clap::Args;
@@ -15,6 +16,7 @@ use kinetoscope_console::text::shown_path;
 use kinetoscope_manifest::Experiment;
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::Recording;
+use std::cell::OnceCell;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -105,7 +107,8 @@ impl Reruns {
         let run = RunArguments::of_manifest(manifest, self.folder.path(), jobs, threads);
         self.stop_if_interrupted()?;
         let start = Instant::now();
-        let exit = run.execute(ProgramName::Kinetoscope);
+        let interrupt = OnceCell::from(self.interrupt.clone());
+        let exit = run.execute_until(ProgramName::Kinetoscope, interrupt);
         let seconds = start.elapsed().as_secs_f64();
         if exit != Exit::Done {
             self.stop_if_interrupted()?;
@@ -114,7 +117,11 @@ impl Reruns {
         }
         let reader = ManifestReader::new(run.output.folder()?, None);
         let experiment = reader.read(manifest, &[])?;
-        let plan = run.planner().plan(&experiment)?.plan;
+        // The runs exist, so that no start is built.
+        let planner =
+            Planner { is_outline: true, interrupt: Some(&self.interrupt), ..run.planner() };
+        let plan = planner.plan(&experiment)?.plan;
+        self.stop_if_interrupted()?;
         let runs = plan.runs.iter().map(|planned| RerunRun {
             name: name_of(planned, &experiment),
             run_key: planned.run_key.as_str().to_owned(),

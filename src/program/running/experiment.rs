@@ -61,7 +61,11 @@ impl Execution<'_> {
     pub(crate) fn run(&self) -> Result<Executed, Failure> {
         self.reject_folder_options()?;
         self.check_outputs()?;
-        let interrupt = self.interrupt.get();
+        // A plan that is not executed ends at once at a signal, as any command that leaves nothing behind.
+        let interrupt = match self.arguments.execution.dry_run {
+            true => None,
+            false => Some(self.listen()?),
+        };
         let planner = Planner { force: self.force, interrupt, ..self.arguments.planner() };
         let planned = planner.plan(self.experiment)?;
         if let Some(code) = interrupt.and_then(Interrupt::exit_code) {

@@ -33,11 +33,24 @@ impl RunArguments {
     /// Executes the runs.
     #[must_use]
     pub(crate) fn execute(&self, program: ProgramName) -> Exit {
-        let failed = |failure: Failure| self.messages.failed(&failure);
-        self.messages.concluded(self.run_all(program).unwrap_or_else(failed))
+        self.execute_until(program, OnceCell::new())
     }
 
-    fn run_all(&self, program: ProgramName) -> Result<Exit, Failure> {
+    /// The same by a command that listens to signals already, if the cell has its interrupt.
+    pub(crate) fn execute_until(
+        &self,
+        program: ProgramName,
+        interrupt: OnceCell<Interrupt>,
+    ) -> Exit {
+        let failed = |failure: Failure| self.messages.failed(&failure);
+        self.messages.concluded(self.run_all(program, &interrupt).unwrap_or_else(failed))
+    }
+
+    fn run_all(
+        &self,
+        program: ProgramName,
+        interrupt: &OnceCell<Interrupt>,
+    ) -> Result<Exit, Failure> {
         let overrides = self.manifest.overrides()?;
         let manifests = expand(&self.manifests)?;
         self.reject_several(&manifests)?;
@@ -46,13 +59,12 @@ impl RunArguments {
         let reader = ManifestReader::new(output, start_from_dir);
         let steps = pipeline::order(&manifests, &overrides, &reader)?;
         let experiments = self.read_all(&steps, &overrides, &reader)?;
-        let interrupt = OnceCell::new();
         let mut session = Session {
             arguments: self,
             program,
             reader: &reader,
             overrides: &overrides,
-            interrupt: &interrupt,
+            interrupt,
             executed: Vec::new(),
         };
         let mut exit = Exit::Done;
