@@ -84,6 +84,8 @@ mod restored_runs;
 mod shared_folders;
 // Large manifests and files next to recordings.
 mod side_files;
+// Signals while a start is built.
+mod signals_end_a_start;
 // Every subcommand on a recorded experiment.
 mod subcommands;
 // The server of recordings for Lichtblick, and who may read.
