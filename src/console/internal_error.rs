@@ -1,6 +1,7 @@
 //! Internal errors: a panic or a failed allocation ends a program with a message and exit code 70.
 
 use crate::standard_output::complain;
+use crate::threads::ON_MISSING_THREAD;
 use std::any::Any;
 use std::backtrace::{Backtrace, BacktraceStatus};
 use std::panic::{self, PanicHookInfo, UnwindSafe};
@@ -31,13 +32,20 @@ fn end_aborts() {
     }
 }
 
+/// The start of the message with which the standard library ends a thread that has started without memory for its signal stack.
+const WITHOUT_SIGNAL_STACK: &str = "failed to allocate an alternative stack";
+
 fn report_panic(panic: &PanicHookInfo<'_>) {
+    let what = message(panic.payload());
+    if what.starts_with(WITHOUT_SIGNAL_STACK) {
+        complain(&format!("error: not enough memory: {what}\nhelp: {ON_MISSING_THREAD}"), false);
+        return;
+    }
     let place = panic.location().map(|place| format!(" ({place})")).unwrap_or_default();
     let mut text = format!(
-        "error: internal error: {}{place}\n\
+        "error: internal error: {what}{place}\n\
          help: finished recordings are complete, and the same command resumes the others; please report this message with the command and \
-         its input",
-        message(panic.payload())
+         its input"
     );
     // Captured if the developer asks for it with the variable of the standard library.
     let backtrace = Backtrace::capture();

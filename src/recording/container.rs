@@ -335,8 +335,11 @@ impl Unpacker {
     }
 }
 
-/// An error of a decoder means damaged data, not a failed read.
+/// An error of a decoder means damaged data, not a failed read, unless memory is missing.
 fn cannot_be_unpacked(error: io::Error) -> Broken {
+    if error.kind() == io::ErrorKind::OutOfMemory {
+        return Broken::Io(error);
+    }
     Broken::Damaged(format!("a chunk cannot be decompressed ({error})"))
 }
 

@@ -179,6 +179,9 @@ impl Explained for ReadError {
             ReadFault::Io(error) if error.kind() == io::ErrorKind::InvalidInput => {
                 "name a recording: a regular file *.mcap"
             }
+            ReadFault::Io(error) if error.kind() == io::ErrorKind::OutOfMemory => {
+                "end other programs, or read it on a machine with more memory"
+            }
             ReadFault::Io(_) if self.is_of_machine() => {
                 "check the disk, then run the same command again"
             }

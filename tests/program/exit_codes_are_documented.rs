@@ -6,6 +6,7 @@
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+use crate::subcommand_bench::GAS;
 use std::fs;
 use std::process::Command;
 
@@ -63,6 +64,27 @@ fn program_without_memory_ends_with_a_documented_code() {
     assert!(without_threads > 0, "no limit leaves too little room for the threads");
     println!("exit codes: {found:?}");
     assert!(found.iter().any(|&code| code != 0), "every limit suffices, so nothing was tested");
+}
+
+/// Missing memory is not taken for damage of a recording, whose help would be to overwrite it.
+#[test]
+fn recording_is_not_damaged_by_missing_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("run.toml"), GAS).unwrap();
+    let program = env!("CARGO_BIN_EXE_kinetoscope");
+    let ran = Command::new(program).args(["run", "run.toml"]).current_dir(folder.path()).output();
+    assert!(ran.unwrap().status.success());
+    let mut found = Vec::new();
+    for limit in (20_000..100_000).step_by(2_000) {
+        let command = format!("ulimit -v {limit}; exec '{program}' info recordings/run/*.mcap");
+        let ended = Command::new("sh").args(["-c", &command]).current_dir(folder.path()).output();
+        let ended = ended.unwrap();
+        let said = String::from_utf8_lossy(&ended.stderr);
+        assert!(!said.contains("damaged"), "{limit} KiB: {said}");
+        found.push(ended.status.code());
+    }
+    assert!(found.contains(&Some(0)), "no limit suffices: {found:?}");
+    assert!(found.iter().any(|code| *code != Some(0)), "every limit suffices: {found:?}");
 }
 
 /// The memory of a process is a regular file whose first page cannot be read: Linux answers with EIO (`proc_pid_mem(5)`).
