@@ -41,7 +41,7 @@ impl<P: Copy> Slot<P> {
     }
 }
 
-/// The places of all connections, at most [`MAX_CONNECTIONS`]. If all are occupied, a new connection displaces the one that has achieved
+/// The places of all connections, at most `MAX_CONNECTIONS`. If all are occupied, a new connection displaces the one that has achieved
 /// least, and among these the one that has been idle longest.
 #[derive(Debug)]
 pub struct Slots<P> {
