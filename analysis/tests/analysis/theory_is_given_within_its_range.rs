@@ -108,8 +108,8 @@ fn strong_wall_noise_is_out_of_range_of_equilibrium() {
     }
 }
 
-/// Fewer than 128 cooling discs do not show whether they flow or cluster. Previously, their rates were compared with theory of uniform
-/// discs, from which they deviated by up to half.
+/// Fewer than 128 cooling discs do not show whether they flow or cluster. Therefore, their rates are not compared with
+/// the theory of uniform discs.
 #[test]
 fn cooling_discs_that_may_cluster_are_out_of_range_of_equilibrium() {
     for name in OF_PACKINGS {

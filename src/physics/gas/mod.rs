@@ -262,7 +262,7 @@ impl Gas {
     /// Resets the sums since the last frame.
     fn open_window(&mut self) {
         self.state.wall.open_window(self.time());
-        // A look at every particle costs as much as half of a frame of the closed form.
+        // Checking every particle costs as much as half of a frame of the closed form (`benches/gas_exact.rs`).
         if self.scheme.can_end_outside() {
             self.outside_at_last_frame = self.particles_outside();
         }

@@ -363,7 +363,7 @@ impl PackingRun {
         }
         let displacement = self.displacement.last_mean_square();
         let is_loose = self.packing_fraction().is_some_and(|found| found <= MAX_LOOSE_FRACTION);
-        // Cooling discs flow together: without this condition, the mean of 200 discs with e = 0.8 scatters twice as much.
+        // Cooling discs flow together, so that their mean scatters more from seed to seed than independent discs would.
         let moves_alone = is_loose && (self.is_elastic() || self.stays_homogeneous());
         let displacement = displacement.map(|moved| match moves_alone {
             true => moved.with_further_error(self.drift_scatter()),
