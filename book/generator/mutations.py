@@ -51,14 +51,10 @@ def mutated_sources(mutations):
 
 
 def build(copy):
-    """Builds the program of the copy, and returns the folder of its programs. Only the models are optimized."""
-    target = REPOSITORY / "target" / "unoptimized"
-    levels = ["--config", "profile.dev.opt-level=0", "--config", "profile.dev.package.kinetoscope-physics.opt-level=2"]
-    command = ["cargo", "build", "--quiet", "--package", "kinetoscope-program", "--target-dir", target, *levels]
-    subprocess.run(command, cwd=copy, check=True)
-    folder = FOLDER / "programs"
-    folder.mkdir(parents=True, exist_ok=True)
-    return Path(shutil.copy2(target / "debug" / "kinetoscope", folder)).parent
+    """Builds the program of the copy in a target folder of its own, and returns the folder of its programs."""
+    target = FOLDER / "target"
+    subprocess.run(["cargo", "build", "--quiet", "--package", "kinetoscope-program", "--target-dir", target], cwd=copy, check=True)
+    return target / "debug"
 
 
 def violation(law, programs, change):
@@ -66,9 +62,9 @@ def violation(law, programs, change):
     os.environ["KINETOSCOPE_MUTATION"] = change
     try:
         # A finished run is not repeated, so that each change has a folder of its own.
-        metrics = law_book.run_experiment(law, programs, FOLDER / "laws" / change.replace(" ", "_"), {})
-        points, _ = law_book.points_of(law, metrics, law.get("metric"), law.get("measured"))
-        law_book.compare(law, points, points, law.get("exact", "theory"))
+        metrics = law_book.run_experiment(law, programs, FOLDER / "laws" / change.replace(" ", "_"))
+        points, _ = law_book.points_of(law, metrics)
+        law_book.compare(law, points, points)
     except law_book.LawError as error:
         return f"cannot be compared: {str(error).splitlines()[0][-80:]}"
     worst = max(point.deviation() for point in points)

@@ -51,9 +51,9 @@ def quantity(law, unit):
     return f"`{law.get('metric') or law['measured']}`{unit}"
 
 
-def compared(part, law):
+def compared(law):
     """The expression with which a measurement is compared."""
-    text = part.get("exact", law.get("exact", "theory"))
+    text = law.get("exact", "theory")
     return "the theoretical value of the analysis" if text == "theory" else f"`{text}`"
 
 
@@ -77,12 +77,8 @@ def law_page(result, manifest):
     """The page of a law."""
     law, control = result.law, result.law["control"]
     commands = "\n".join(result.commands)
-    if result.control_commands:
-        repeat = f"\n\n```console\n{chr(10).join(result.control_commands)}\n```"
-    else:
-        repeat = "\n\nIt needs no run of its own: the measurement is that of the law."
-    measured = control.get("metric") or control.get("measured")
-    measured = f" The quantity compared is `{measured}`." if measured else ""
+    changes = "".join(f"\n\nIn the manifest, `{new}` replaces `{old}`." for old, new in control.get("replace", {}).items())
+    repeat = f"{changes}\n\n```console\n{chr(10).join(result.control_commands)}\n```"
     return f"""# {law['title']}
 
 {law['statement']}
@@ -97,7 +93,7 @@ def law_page(result, manifest):
 
 ## Measured and exact
 
-{quantity(law, result.unit)}, compared with {compared(law, law)}:
+{quantity(law, result.unit)}, compared with {compared(law)}:
 
 {table(result.points, "runs")}
 
@@ -106,7 +102,7 @@ def law_page(result, manifest):
 
 ## The control that fails
 
-{control['text']}{measured} Compared with {compared(control, law)}, within the tolerance of the law; the deviation must be at least {SMALLEST_CONTROL:g} tolerances:
+{control['text']} The same quantity, compared with the exact value and the tolerance of the law; the deviation must be at least {SMALLEST_CONTROL:g} tolerances:
 
 {table(result.control_points, "runs")}{repeat}
 
