@@ -104,6 +104,12 @@ def read_laws(folder):
     return laws
 
 
+def read_mutations():
+    """Lines of the models that `mutations.py` multiplies by a factor, with the factors that violate laws."""
+    with (Path(__file__).parents[1] / "mutations.toml").open("rb") as text:
+        return tomllib.load(text)["mutation"]
+
+
 def evaluate(law, text, names):
     """The value of an expression."""
     try:
@@ -112,8 +118,8 @@ def evaluate(law, text, names):
         raise LawError(f"{law['id']}: `{text}`: {error}") from error
 
 
-def run_experiment(law, bin_folder, folder, control=None):
-    """Runs and analyzes the experiment of a law or its control, and returns its metrics."""
+def run_experiment(law, bin_folder, folder, control=None, limit_s=None):
+    """Runs and analyzes the experiment of a law or its control within a time, s, and returns its metrics."""
     part = "recordings" if control is None else "controls"
     manifest = Path(folder) / "manifests" / part / f"{law['id']}.toml"
     manifest.parent.mkdir(parents=True, exist_ok=True)
@@ -122,7 +128,10 @@ def run_experiment(law, bin_folder, folder, control=None):
     program = str(Path(bin_folder) / "kinetoscope")
     for words in ([program, "run", "--quiet", "--prune", "--output", str(output), *settings(control), str(manifest)],
                   [program, "analyze", "--quiet", "--no-replay", str(output / law["id"])]):
-        done = subprocess.run(words, capture_output=True, text=True)
+        try:
+            done = subprocess.run(words, capture_output=True, text=True, timeout=limit_s)
+        except subprocess.TimeoutExpired as error:
+            raise LawError(f"{law['id']}: did not end within {limit_s} s") from error
         # 3: a check of the experiment fails or a run ends in a fault; the comparison of the law decides.
         if done.returncode not in (0, 3):
             raise LawError(f"{law['id']}: {shlex.join(words)}: exit code {done.returncode}\n{done.stderr}")
