@@ -168,7 +168,11 @@ mod tests {
         for length in [0, 1, BLOCK_BYTES - 1, BLOCK_BYTES, BLOCK_BYTES + 1, 3 * BLOCK_BYTES] {
             let bytes: Vec<u8> = (0..length).map(byte).collect();
             let packed = deflated(&bytes);
-            assert_eq!(miniz_oxide::inflate::decompress_to_vec(&packed).unwrap(), bytes, "{length}");
+            assert_eq!(
+                miniz_oxide::inflate::decompress_to_vec(&packed).unwrap(),
+                bytes,
+                "{length}"
+            );
         }
     }
 
