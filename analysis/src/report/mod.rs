@@ -1,6 +1,7 @@
 //! Analysis of one experiment: runs its recordings' analyses, derives sweep metrics, evaluates checks, and collects
 //! plots.
 
+mod drawn_runs;
 mod file_links;
 pub(crate) mod files;
 mod head;
@@ -12,6 +13,7 @@ mod numbers;
 mod plot_data;
 mod plot_section;
 mod plots;
+mod provenance;
 mod replay_section;
 mod sweep_data;
 pub(crate) mod table;
@@ -20,6 +22,7 @@ mod timing_section;
 
 pub use metrics_reference::metrics_reference;
 
+use self::drawn_runs::{drawn_files, drawn_runs};
 use crate::checks::baseline::{Baseline, BaselineComparison};
 use crate::checks::ci_formats::ExperimentChecks;
 use crate::checks::{CheckResult, evaluate, outcome};
@@ -194,20 +197,6 @@ pub(crate) fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions
     source.unreadable.drain(..).chain(unread).collect()
 }
 
-/// The recordings that [`analyze`] draws if all runs are complete.
-fn drawn_files(record: &ExperimentRecord) -> Vec<String> {
-    let mut drawn: Vec<(&[Coordinate], String)> = Vec::new();
-    for run in &record.runs {
-        if drawn.len() == sweep::figures::MAX_CURVES {
-            break;
-        }
-        if !drawn.iter().any(|(coordinates, _)| *coordinates == run.coordinates) {
-            drawn.push((&run.coordinates, run.file.clone()));
-        }
-    }
-    drawn.into_iter().map(|(_, file)| file).collect()
-}
-
 /// The fields of channels that [`analyze`] plots from each recording if all runs are complete.
 fn fields_of_files(record: &ExperimentRecord) -> BTreeMap<String, Vec<String>> {
     let coordinates = record.runs.iter().map(|run| &run.coordinates);
@@ -220,16 +209,14 @@ fn tasks(
     opened: Vec<(OpenRun, Vec<Coordinate>)>,
     fields: Vec<Vec<String>>,
 ) -> (Vec<AnalysisTask>, usize) {
-    let mut drawn: Vec<Vec<Coordinate>> = Vec::new();
-    let task = |((run, coordinates), fields): ((OpenRun, Vec<Coordinate>), Vec<String>)| {
-        // One run per point is drawn, up to the number of curves in a chart, because plots take most of the memory.
-        let is_drawn = drawn.len() < sweep::figures::MAX_CURVES && !drawn.contains(&coordinates);
-        if is_drawn {
-            drawn.push(coordinates.clone());
-        }
-        AnalysisTask { run, coordinates, fields, is_drawn }
+    let drawn = drawn_runs(opened.iter().map(|(_, place)| place.as_slice()));
+    let task = |(index, ((run, coordinates), fields))| AnalysisTask {
+        run,
+        coordinates,
+        fields,
+        is_drawn: drawn.contains(&index),
     };
-    let tasks = opened.into_iter().zip(fields).map(task).collect();
+    let tasks = opened.into_iter().zip(fields).enumerate().map(task).collect();
     (tasks, drawn.len())
 }
 
@@ -395,6 +382,11 @@ impl AnalysisReport {
     /// The first plot that the manifest requests, with the name of its file.
     pub(crate) fn first_requested_plot(&self) -> Option<&(String, Plot)> {
         self.plots.first().filter(|_| self.requested_plots > 0)
+    }
+
+    /// Whether a plot is one that the manifest requests, by the name of its file.
+    pub(crate) fn is_requested_plot(&self, stem: &str) -> bool {
+        self.plots[..self.requested_plots].iter().any(|(requested, _)| requested == stem)
     }
 
     /// How many files could not be read at all; `None` if all were. The damaged ones are in the headline.
