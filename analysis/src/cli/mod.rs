@@ -294,6 +294,7 @@ fn write_unread(arguments: &AnalyzeArguments, reason: &Message) -> Result<(), Wr
     let nothing = ExperimentChecks {
         name: "recordings",
         manifest: None,
+        answer: String::new(),
         check_results: &[],
         unreadable: &unreadable,
     };
