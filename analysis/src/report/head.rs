@@ -1,7 +1,6 @@
 //! The head of `report.html`: the question, the answer with its numbers, and pass or fail.
 
 use super::AnalysisReport;
-use super::markup::breakable;
 use crate::answer::{AnswerNumber, AnswerPart, missing_text};
 use crate::checks::CheckKind;
 use maud::{Markup, html};
