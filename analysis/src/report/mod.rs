@@ -40,7 +40,6 @@ use crate::run::cache::AnalysisCache;
 use crate::run::{self, RunAnalysis, RunOptions, RunStatus};
 use crate::sweep;
 use crate::sweep::requested::{self, PlotData};
-use kinetoscope_console::Message;
 use kinetoscope_console::text::plural;
 use kinetoscope_manifest::{
     BaselineTolerance, Check, Coordinate, ExpectedOutcome, ExperimentRecord, TimingTable,
@@ -89,7 +88,7 @@ pub(crate) struct AnalysisReport {
     /// Notes for the user.
     pub(crate) notes: Vec<String>,
     /// What could not be read, with reasons.
-    pub(crate) unreadable: Vec<Message>,
+    pub(crate) unreadable: Vec<UnreadableRecording>,
     /// The run times, if `timing.json` is next to the recordings.
     pub(crate) timing: Option<TimingTable>,
 }
@@ -182,7 +181,10 @@ fn analyze_all(
 
 /// Analyzes the recordings of one folder and caches the results, with plots where the analysis of the whole experiment
 /// draws them. Returns what could not be read, with reasons.
-pub(crate) fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions) -> Vec<Message> {
+pub(crate) fn fill_cache(
+    source: &mut RecordingFolder,
+    options: &AnalysisOptions,
+) -> Vec<UnreadableRecording> {
     let drawn = source.record.as_ref().map(drawn_files);
     let fields = source.record.as_ref().map(fields_of_files).unwrap_or_default();
     let tasks: Vec<AnalysisTask> = source
@@ -194,10 +196,9 @@ pub(crate) fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions
             AnalysisTask { run, coordinates, fields, is_drawn }
         })
         .collect();
-    let replayed = drawn.map_or(tasks.len(), |drawn| drawn.len());
-    let replayed = replayed.min(sweep::figures::MAX_CURVES);
-    let results = analyze_all(&tasks, replayed, options).into_iter();
-    let unread = results.filter_map(|(result, _)| result.err().map(|UnreadableRecording(why)| why));
+    let replayed = drawn.map_or(tasks.len(), |drawn| drawn.len()).min(sweep::figures::MAX_CURVES);
+    let results = analyze_all(&tasks, replayed, options);
+    let unread = results.into_iter().filter_map(|(result, _)| result.err());
     source.unreadable.drain(..).chain(unread).collect()
 }
 
@@ -243,7 +244,7 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
                 runs.push(run);
                 seconds.push(took);
             }
-            Err(UnreadableRecording(why)) => unreadable.push(why),
+            Err(why) => unreadable.push(why),
         }
     }
     add_endings(&runs, &mut notes, &mut unreadable);
@@ -293,11 +294,15 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
 }
 
 /// Notes the runs that are not complete, and reports damaged files.
-fn add_endings(runs: &[RunAnalysis], notes: &mut Vec<String>, unreadable: &mut Vec<Message>) {
+fn add_endings(
+    runs: &[RunAnalysis],
+    notes: &mut Vec<String>,
+    unreadable: &mut Vec<UnreadableRecording>,
+) {
     for run in runs {
         match &run.ending {
             RunStatus::Complete => {}
-            RunStatus::Damaged(why) => unreadable.push(why.clone()),
+            RunStatus::Damaged(why) => unreadable.push(why.clone().into()),
             other => notes.push(format!(
                 "{}: {} after {}, t = {}; not part of means and fits",
                 run.file,
