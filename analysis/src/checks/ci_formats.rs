@@ -7,12 +7,14 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 /// The outcomes and checks of one experiment.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct ExperimentChecks<'a> {
     /// The experiment's name.
     pub(crate) name: &'a str,
     /// The manifest as it was named, if it is known.
     pub(crate) manifest: Option<&'a str>,
+    /// The answer to its question in one line; may be empty.
+    pub(crate) answer: String,
     /// The outcomes of its runs and the results of its checks.
     pub(crate) check_results: &'a [CheckResult],
     /// What could not be read, with reasons.
@@ -39,6 +41,13 @@ pub(crate) fn junit(experiments: &[ExperimentChecks<'_>]) -> String {
             text,
             "  <testsuite name=\"{name}\" tests=\"{tests}\" failures=\"{failures}\" errors=\"{errors}\" time=\"{time:.3}\">"
         );
+        if !experiment.answer.is_empty() {
+            let answer = xml(&experiment.answer);
+            let _ = writeln!(
+                text,
+                "    <properties><property name=\"answer\" value=\"{answer}\"/></properties>"
+            );
+        }
         let mut cases = UniqueNames::default();
         for result in experiment.check_results {
             text += &test_case(&name, result, &mut cases);
@@ -111,6 +120,9 @@ pub(crate) fn markdown(experiments: &[ExperimentChecks<'_>]) -> String {
     let mut text = String::new();
     for experiment in experiments {
         let _ = writeln!(text, "### {}\n", cell(experiment.name));
+        if !experiment.answer.is_empty() {
+            let _ = writeln!(text, "{}\n", cell(&experiment.answer));
+        }
         text += "| result | subject | requirement | finding |\n|---|---|---|---|\n";
         for result in experiment.check_results {
             let word = if result.passed { "passed" } else { "**failed**" };
@@ -167,7 +179,13 @@ mod tests {
     }
 
     fn experiment(check_results: &[CheckResult]) -> ExperimentChecks<'_> {
-        ExperimentChecks { name: "x", manifest: None, check_results, unreadable: &[] }
+        ExperimentChecks {
+            name: "x",
+            manifest: None,
+            answer: String::new(),
+            check_results,
+            unreadable: &[],
+        }
     }
 
     /// Repeated names are numbered, and characters that XML forbids are escaped.

@@ -36,8 +36,6 @@ use std::path::{Path, PathBuf};
 
 /// An experiment with its analysis.
 struct Analyzed {
-    /// The folder of its recordings.
-    recordings: PathBuf,
     /// The folder of the results.
     results: PathBuf,
     report: AnalysisReport,
@@ -130,7 +128,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<Exit, CommandError> {
         if arguments.metrics_table {
             arguments.say(&write_table(&report, &folder, terminal)?);
         }
-        analyzed.push(Analyzed { recordings: source.folder, results: folder, report });
+        analyzed.push(Analyzed { results: folder, report });
     }
     if let Some(unused) = baselines.first() {
         return Err(CommandError::usage(Message::new(
@@ -296,6 +294,7 @@ fn write_unread(arguments: &AnalyzeArguments, reason: &Message) -> Result<(), Wr
     let nothing = ExperimentChecks {
         name: "recordings",
         manifest: None,
+        answer: String::new(),
         check_results: &[],
         unreadable: &unreadable,
     };

@@ -16,6 +16,12 @@ pub(crate) struct Document {
     pub(crate) schema: u32,
     /// The experiment's name.
     pub(crate) experiment: String,
+    /// The question that it asks; empty if none is stated.
+    #[serde(default)]
+    pub(crate) question: String,
+    /// The answer; `None` if nothing is known that answers a question.
+    #[serde(default)]
+    pub(crate) answer: Option<AnswerEntry>,
     /// The model's name.
     pub(crate) model: String,
     /// Version of the program that derived the metrics.
@@ -24,6 +30,25 @@ pub(crate) struct Document {
     pub(crate) runs: Vec<RunEntry>,
     /// The metrics of the sweep, then those of the runs.
     pub(crate) metrics: Vec<MetricEntry>,
+}
+
+/// The answer in the file.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct AnswerEntry {
+    /// One or two sentences.
+    pub(crate) text: String,
+    /// The measured numbers in it.
+    pub(crate) numbers: Vec<NumberEntry>,
+}
+
+/// A number of the answer.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct NumberEntry {
+    pub(crate) metric: String,
+    /// The number as the sentence contains it.
+    pub(crate) text: String,
+    /// Whether its checks pass; null without a check.
+    pub(crate) passed: Option<bool>,
 }
 
 /// A run in the file.
@@ -113,6 +138,8 @@ impl Document {
         Self {
             schema: SCHEMA,
             experiment: experiment.to_owned(),
+            question: String::new(),
+            answer: None,
             model: runs.first().map_or("", |run| run.model().name()).to_owned(),
             analysis_version: env!("CARGO_PKG_VERSION").to_owned(),
             runs: runs.iter().map(|run| RunEntry::of(run, &names)).collect(),

@@ -78,6 +78,21 @@ pub fn metric_names(model: &str) -> Vec<&'static str> {
     metrics.map(|metric| metric.name).collect()
 }
 
+/// The label of a metric of any model.
+pub(crate) fn label_of(metric: &str) -> Option<&'static str> {
+    let of_model = |model: &&ModelAnalysis| model.metrics.iter().chain(model.sweep_metrics);
+    let mut all = MODELS.iter().flat_map(of_model);
+    all.find(|known| known.name == metric).map(|known| known.label)
+}
+
+/// The swept keys along which a metric of a sweep is fitted; none for a metric of runs.
+#[must_use]
+pub fn fitted_along(metric: &str) -> Vec<&'static str> {
+    let fits = MODELS.iter().flat_map(|model| model.fits);
+    let of_metric = fits.filter(|fit| fit.parameters.iter().any(|known| known.name == metric));
+    of_metric.map(|fit| fit.along).collect()
+}
+
 /// (x - reference) / |reference|.
 fn relative_change(x: f64, reference: f64) -> f64 {
     (x - reference) / reference.abs()

@@ -37,7 +37,7 @@ pub(super) fn plots(
     }
     if drawn.len() > MAX_RUNS_DRAWN {
         notes.push(format!(
-            "the first {MAX_RUNS_DRAWN} points of the sweep have plots of their own; plots of several runs show the first {}",
+            "the first {MAX_RUNS_DRAWN} drawn points of the sweep have plots of their own; plots of several runs show at most {} points, from the first to the last",
             sweep::figures::MAX_CURVES
         ));
     }

@@ -200,8 +200,14 @@ mod tests {
     use crate::metric::{MetricScope, Quantity, SweepScope};
     use crate::statistics::Estimate;
 
-    const LENGTH: &Definition =
-        &Definition { name: "length", unit: "m", how: "", laws: &[], rounding: 1e-12 };
+    const LENGTH: &Definition = &Definition {
+        name: "length",
+        unit: "m",
+        label: "quantity",
+        how: "",
+        laws: &[],
+        rounding: 1e-12,
+    };
 
     fn compared(estimate: Estimate, theory: impl Expected) -> Metric {
         let scope =
@@ -252,6 +258,7 @@ mod tests {
         const INTERCEPT: &Definition = &Definition {
             name: "pressure_vs_temperature.mean_speed_formula.intercept",
             unit: "N/(m K)",
+            label: "quantity",
             how: "",
             laws: &[],
             rounding: 0.0,

@@ -1,0 +1,48 @@
+//! The runs that have plots and a replay.
+
+use crate::sweep::figures::MAX_CURVES;
+use kinetoscope_manifest::{Coordinate, ExperimentRecord};
+
+/// The recordings that an analysis draws if all runs are complete.
+pub(super) fn drawn_files(record: &ExperimentRecord) -> Vec<String> {
+    let places = record.runs.iter().map(|run| run.coordinates.as_slice());
+    let drawn = drawn_runs(places);
+    drawn.into_iter().map(|index| record.runs[index].file.clone()).collect()
+}
+
+/// Which runs are drawn: the first one of each point, because plots take most of the memory; of more points than curves in a chart, that many from the
+/// first to the last.
+pub(super) fn drawn_runs<'a>(places: impl Iterator<Item = &'a [Coordinate]>) -> Vec<usize> {
+    let mut points: Vec<(&[Coordinate], usize)> = Vec::new();
+    for (index, place) in places.enumerate() {
+        if !points.iter().any(|(other, _)| *other == place) {
+            points.push((place, index));
+        }
+    }
+    let (last, most) = (points.len().saturating_sub(1), MAX_CURVES);
+    let chosen: Vec<usize> = match points.len() {
+        few if few <= most => (0..few).collect(),
+        _ => (0..most).map(|curve| curve * last / (most - 1)).collect(),
+    };
+    chosen.into_iter().map(|point| points[point].1).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Guarantee: the ends of a sweep are drawn, whatever its length, and each point once.
+    #[test]
+    fn ends_of_a_sweep_are_drawn() {
+        for points in [1_usize, 2, 7, 8, 50, 1000] {
+            let places: Vec<Vec<Coordinate>> = (0..2 * points)
+                .map(|run| vec![Coordinate { key: "x".into(), value: (run / 2).to_string() }])
+                .collect();
+            let drawn = drawn_runs(places.iter().map(Vec::as_slice));
+            assert_eq!(drawn.len(), points.min(MAX_CURVES));
+            assert_eq!((drawn[0], drawn[drawn.len() - 1]), (0, 2 * (points - 1)));
+            assert!(drawn.windows(2).all(|pair| pair[0] < pair[1]), "{drawn:?}");
+        }
+        assert!(drawn_runs(std::iter::empty()).is_empty());
+    }
+}
