@@ -34,9 +34,9 @@ definitions! {
     SIDE_WALL_STRESS: "side_wall.stress", "N/m", "stress on the side walls", "/state: sum of k_n times overlap with both side walls, over twice bed.height, last frame", [], 0.0;
     STRESS_AT_FLOOR: "stress.vertical_at_floor", "N/m", "vertical stress at the floor", "/contact_forces and /state: S_yy = (sum of F_y l_y + sum of m u_y u_y)/A (Love 1927, Weber 1966; kinetic part Goldhirsch 2010) in the lowest layer, a mean diameter thick, with the branches l of the contacts as far as they lie in it; mean over the frames of the last tenth of the run; conditional error from 64 frames by the vertical momentum above at both ends of that time", [law::WEIGHT_ABOVE], 0.0;
     STRESS_AT_MID_HEIGHT: "stress.vertical_at_mid_height", "N/m", "vertical stress at half the weight", "the same in the lowest layer that has at most half of the weight above it", [law::WEIGHT_ABOVE], 0.0;
-    LATERAL_STRESS_RATIO: "stress.lateral_ratio", "1", "ratio of horizontal to vertical stress", "the same: sum of S_xx over sum of S_yy of all layers", [], 0.0;
+    LATERAL_STRESS_RATIO: "stress.lateral_ratio", "1", "ratio of horizontal to vertical stress", "the same: sum of S_xx over sum of S_yy of all layers; conditional error by blocking", [], 0.0;
     OVERBURDEN_DEVIATION: "stress.overburden_deviation", "1", "largest difference between vertical stress and weight above", "the same: max |S_yy - weight above/width| of a layer, over the weight of all discs/width: what walls carry, or what still moves", [], 0.0;
-    PISTON_FORCE: "piston.force", "N", "force on the moving floor", "/wall_forces: mean upward force of the first level wall that moves, over the last tenth of the run", [law::WEIGHT], 0.0;
+    PISTON_FORCE: "piston.force", "N", "force on the moving floor", "/wall_forces: mean upward force of the first level wall that moves, over the last tenth of the run; conditional error by blocking, from 64 frames of that time", [law::WEIGHT], 0.0;
     ORIFICE_WIDTH: "outlet.width", "m", "width of the orifice", "manifest: width of the opening between two level walls at rest", [], 0.0;
     EFFECTIVE_WIDTH: "outlet.effective_width", "m", "width of the orifice less 1.4 diameters", "manifest: outlet.width less 1.4 mean diameters, Beverloo's empty annulus", [], 0.0;
     DISCHARGE_RATE: "outlet.discharge_rate", "1/s", "discharge rate", "/wall_forces: slope of the number of removed discs between a tenth and six tenths of the last; error by blocking of the numbers between frames", [], 0.0;
@@ -46,6 +46,7 @@ definitions! {
     DEPOSIT_LENGTH: "bed.deposit_length", "m", "length of the deposit", "/state: distance from the left wall up to which discs lie without a gap of two diameters, last frame", [], 0.0;
     RUNOUT: "bed.normalized_runout", "1", "runout in units of the initial length", "/state: bed.deposit_length over its initial value, minus 1", [], 0.0;
     SETTLING_TIME: "settling_time", "s", "time until the discs are at rest", "/energy: time of the last frame whose kinetic energy is above a thousandth of the mechanical energy at the start; none where it is the last of all", [], 0.0;
+    TIME_STEP: "time_step", "s", "time step", "/frame: time over the number of steps, last frame", [], 0.0;
 }
 
 /// Metrics of one bed, which differ from bed to bed by an amount that one of them does not tell.
