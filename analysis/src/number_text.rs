@@ -59,6 +59,8 @@ pub(crate) fn significant(value: f64, digits: u8) -> String {
     let exponent: i32 = exponent.parse().unwrap_or(0);
     let text = if (-3..=5).contains(&exponent) {
         let decimals = usize::try_from(i32::from(digits) - 1 - exponent).unwrap_or(0);
+        // Digits before the decimal point are rounded as well.
+        let value: f64 = rounded.parse().unwrap_or(value);
         trim_zeros(&format!("{value:.decimals$}"))
     } else {
         format!("{}·{}", trim_zeros(mantissa), power_text(exponent))

@@ -108,6 +108,25 @@ mod tests {
     use super::*;
     use std::collections::BTreeSet;
 
+    /// Guarantee: every metric has a label in words, which a sentence can contain after "the": no name of a metric or of a key.
+    #[test]
+    fn every_metric_has_a_label_in_words() {
+        for model in MODELS {
+            for definition in model.metrics.iter().chain(model.sweep_metrics) {
+                let label = definition.label;
+                let is_word = |part: &str| !part.is_empty() && !part.contains('_');
+                assert!(label.split(' ').all(is_word), "{}: {label:?}", definition.name);
+                assert!(label.len() > 3 && label != definition.name, "{}", definition.name);
+                let is_named = MODELS
+                    .iter()
+                    .flat_map(|model| model.metrics)
+                    .any(|other| other.name.contains('.') && label.contains(other.name));
+                assert!(!is_named && !label.ends_with('.'), "{label:?} contains a name");
+                assert!(!["the ", "a ", "an "].iter().any(|it| label.starts_with(it)), "{label}");
+            }
+        }
+    }
+
     /// Checks and readers find a metric by its name: a model lists no name twice, and no sweep metric hides a run's.
     #[test]
     fn every_metric_name_is_unique_within_a_model() {
