@@ -13,6 +13,7 @@ use crate::sweep::{self, Axis, Coordinate, Points, Setting, overlap};
 use crate::syntax::parse_toml;
 use crate::tree::{self, Node, Span, Table, Value};
 use crate::value::{ReplicateCount, quoted, refuse_type};
+use crate::view::{self, ViewRequest};
 use toml::de::DeValue;
 
 /// An experiment: the contents of a valid manifest.
@@ -36,6 +37,8 @@ pub struct Experiment {
     pub checks: Vec<Check>,
     /// The plots that the report shows first.
     pub plots: Vec<PlotRequest>,
+    /// How the report shows the runs first.
+    pub view: ViewRequest,
     /// How much metrics may differ from those of an earlier analysis.
     pub baseline: Vec<BaselineTolerance>,
     /// How the runs are expected to end.
@@ -149,6 +152,7 @@ fn experiment(
         runs: document.runs,
         checks: document.checks,
         plots: document.plots,
+        view: document.view,
         baseline: document.baseline,
         expected_outcome: document.head.expected_outcome.unwrap_or(ExpectedOutcome::Complete),
         manifest: origin.to_owned(),
@@ -226,6 +230,7 @@ pub(crate) struct Document {
     pub(crate) runs: Vec<Run>,
     checks: Vec<Check>,
     plots: Vec<PlotRequest>,
+    view: ViewRequest,
     baseline: Vec<BaselineTolerance>,
 }
 
@@ -302,7 +307,9 @@ fn read_root(
                     .at(key_span, "leave it out, or change the sweep")
                     .at(setting.key_span, "swept here"),
             );
-        } else if ["sweep", "checks", "plots", "baseline"].iter().any(|table| overlap(table, &key))
+        } else if ["sweep", "checks", "plots", "view", "baseline"]
+            .iter()
+            .any(|table| overlap(table, &key))
         {
             let label = "change the manifest instead";
             errors.push(Diagnostic::new(format!("`{key}` cannot be set")).at(key_span, label));
@@ -312,6 +319,7 @@ fn read_root(
     }
     let checks = root.take("checks");
     let plots = root.take("plots");
+    let view = root.take("view");
     let baseline = root.take("baseline");
     let model = root.take("model");
     let record = root.take("record");
@@ -320,7 +328,7 @@ fn read_root(
     let mut reader = Reader::new("", root, errors);
     head.keys(&mut reader);
     head.check(&mut reader);
-    reader.also_known(&["model", "record", "sweep", "checks", "plots", "baseline"]);
+    reader.also_known(&["model", "record", "sweep", "checks", "plots", "view", "baseline"]);
     reader.suggest_keys_of(&base);
     reader.finish();
     let runs = expand(&head, &base, &axes, lookup.recordings, errors);
@@ -340,9 +348,11 @@ fn read_root(
     // A manifest whose runs cannot be read has no known channels; its errors are reported first.
     let requesting = first.map(|_| requesting);
     let plots = plots.map_or_else(Vec::new, |plots| plots::read(&plots.node, requesting, errors));
+    let view =
+        view.map_or_else(ViewRequest::default, |view| view::read(&view, Some(&axes), errors));
     let baseline =
         baseline.map_or_else(Vec::new, |baseline| baseline::read(&baseline.node, metrics, errors));
-    Document { head, axes, runs, checks, plots, baseline }
+    Document { head, axes, runs, checks, plots, view, baseline }
 }
 
 /// Inserts a value from the command line or from a sweep.
