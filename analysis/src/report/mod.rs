@@ -43,6 +43,7 @@ use crate::sweep::requested::{self, PlotData};
 use kinetoscope_console::text::plural;
 use kinetoscope_manifest::{
     BaselineTolerance, Check, Coordinate, ExpectedOutcome, ExperimentRecord, TimingTable,
+    ViewRequest,
 };
 use rayon::iter::{
     IndexedParallelIterator as _, IntoParallelRefIterator as _, ParallelIterator as _,
@@ -85,6 +86,8 @@ pub(crate) struct AnalysisReport {
     pub(crate) plots: Vec<(String, Plot)>,
     /// How many of them the manifest requests; these are the first.
     requested_plots: usize,
+    /// How the replay begins.
+    pub(crate) view: ViewRequest,
     /// Notes for the user.
     pub(crate) notes: Vec<String>,
     /// What could not be read, with reasons.
@@ -213,8 +216,9 @@ fn fields_of_files(record: &ExperimentRecord) -> BTreeMap<String, Vec<String>> {
 fn tasks(
     opened: Vec<(OpenRun, Vec<Coordinate>)>,
     fields: Vec<Vec<String>>,
+    view: &ViewRequest,
 ) -> (Vec<AnalysisTask>, usize) {
-    let drawn = drawn_runs(opened.iter().map(|(_, place)| place.as_slice()));
+    let drawn = drawn_runs(opened.iter().map(|(_, place)| place.as_slice()), view);
     let task = |(index, ((run, coordinates), fields))| AnalysisTask {
         run,
         coordinates,
@@ -231,7 +235,8 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     let requests = source.record.as_ref().map_or(&[][..], |record| &record.plots);
     let places: Vec<Vec<Coordinate>> = opened.iter().map(|(_, place)| place.clone()).collect();
     let fields = requested::fields_to_read(requests, &places);
-    let (tasks, drawn) = tasks(opened, fields);
+    let view = source.record.as_ref().and_then(|record| record.view.clone()).unwrap_or_default();
+    let (tasks, drawn) = tasks(opened, fields, &view);
     let sizes = tasks.iter().map(|task| (task.run.file.clone(), task.run.recording().bytes()));
     let sizes = sizes.collect();
     let hosts = tasks.iter().filter_map(|task| source.host_file(&task.run.file)).collect();
@@ -287,6 +292,7 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
         manifest: record.map(|record| record.manifest.clone()).filter(|name| !name.is_empty()),
         plots,
         requested_plots,
+        view,
         notes,
         unreadable,
         timing,
