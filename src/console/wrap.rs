@@ -97,7 +97,7 @@ mod tests {
     fn lines_of_a_text_keep_their_indentation() {
         let text = "gas: 2 runs\n  5 discs, at most 3 MiB\na  row  of  a  table\n";
         let expected = "gas: 2 runs\n  5 discs, at\n    most 3 MiB\na  row  of  a  table\n";
-        assert_eq!(wrapped_text(text, 13), expected);
+        assert_eq!(wrapped_text(text, 14), expected);
         assert_eq!(wrapped_text(text, 24), text);
     }
 

@@ -51,7 +51,7 @@ pub(super) struct RunPreparation<'a> {
 impl RunPreparation<'_> {
     /// Reports the complete fraction; returns whether to continue.
     pub(super) fn proceed(&self, fraction: f64) -> bool {
-        let parts = (fraction.min(1.0) * PARTS) as u64;
+        let parts = ((fraction * PARTS) as u64).min(PARTS as u64);
         let more = parts.saturating_sub(self.parts.get());
         if more > 0 {
             self.parts.set(parts);

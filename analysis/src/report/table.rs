@@ -4,7 +4,6 @@ use crate::metric::{Deviation, Metric};
 use crate::number_text::{six_digits, three_digits, two_digits, with_error};
 use kinetoscope_console::text::visible;
 use kinetoscope_console::wrapped_line;
-use std::ops::Range;
 
 /// Width and color support of the terminal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,17 +79,17 @@ pub(crate) fn table(metrics: &[&Metric], terminal: Terminal) -> String {
     let mut lines = Vec::new();
     let mut add = |cells: &[String; 4], style: Option<Style>| {
         let paint = |text: String| style.map_or(text.clone(), |style| terminal.paint(style, &text));
-        let joined = |columns: Range<usize>| {
-            let cells = columns.map(|index| pad(&cells[index], widths[index]));
+        let joined = |[first, end]: [usize; 2]| {
+            let cells = (first..end).map(|index| pad(&cells[index], widths[index]));
             cells.collect::<Vec<_>>().join("  ").trim_end().to_owned()
         };
-        let parts = match (wide, numbers_fit) {
-            (true, _) => vec![0..4],
-            (false, true) => vec![0..1, 1..4],
-            (false, false) => vec![0..1, 1..3, 3..4],
+        let parts: &[[usize; 2]] = match (wide, numbers_fit) {
+            (true, _) => &[[0, 4]],
+            (false, true) => &[[0, 1], [1, 4]],
+            (false, false) => &[[0, 1], [1, 3], [3, 4]],
         };
-        for part in parts {
-            let (indent, text) = (if part.start == 0 { 2 } else { 6 }, joined(part));
+        for &part in parts {
+            let (indent, text) = (if part[0] == 0 { 2 } else { 6 }, joined(part));
             if !text.is_empty() {
                 lines.push(format!("{}{}", " ".repeat(indent), paint(text)));
             }
