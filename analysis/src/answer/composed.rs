@@ -101,7 +101,7 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
     let mut findings: Vec<Finding<'_>> = Vec::new();
     for (check, metrics) in shown.chain(checked).filter(|(_, metrics)| !metrics.is_empty()) {
         match findings.iter_mut().find(|it| it.metrics[0].name() == metrics[0].name()) {
-            Some(told) => told.add(check, &metrics),
+            Some(known) => known.add(check, &metrics),
             None => findings.push(Finding { check, has_places: false, metrics }),
         }
     }

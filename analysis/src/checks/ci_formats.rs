@@ -206,6 +206,16 @@ mod tests {
         assert!(!xml.lines().any(|line| line.starts_with("::")), "{xml}");
     }
 
+    /// The answer is a property of the suite and a line of the summary, with its characters escaped. Control: without one, neither.
+    #[test]
+    fn answer_is_in_junit_and_in_the_summary() {
+        let answered = ExperimentChecks { answer: "It is <1 | 2>.".to_owned(), ..experiment(&[]) };
+        let all = [answered];
+        assert!(junit(&all).contains("<property name=\"answer\" value=\"It is &lt;1 | 2&gt;.\"/>"));
+        assert!(markdown(&all).contains("\nIt is \\<1 \\| 2>.\n"), "{}", markdown(&all));
+        assert!(!junit(&[experiment(&[])]).contains("<propert"));
+    }
+
     /// The same experiment in two folders gives two suites with different names.
     #[test]
     fn junit_suites_have_unique_names() {

@@ -67,7 +67,7 @@ fn sentences_follow_from_the_checks_and_name_no_metric() {
         check("restitution.measured", "tolerance = 0.01"),
     ];
     let text = answer(&format!("{DROP}{}", checks.concat()));
-    let expected = "The measured restitution is 0.8, equal to the theoretical 0.8. The sum of all energies is conserved to 0.00061.";
+    let expected = "The measured restitution is 0.8, equal to the theoretical 0.8. The sum of all energies is conserved to 6.1·10⁻⁴.";
     assert_eq!(text, expected);
     let given = check("restitution.measured", "expected = 0.79\ntolerance = 0.1");
     let expected = "The measured restitution is 0.8, 1.3 % above the expected 0.79.";
@@ -81,7 +81,8 @@ fn sentences_follow_from_the_checks_and_name_no_metric() {
 fn sentences_cover_all_points_of_a_sweep() {
     let sweep = format!("{DROP}[sweep]\n\"model.dem.friction\" = [0.1, 0.2]\n");
     let checked = check("restitution.measured", "tolerance = 0.01");
-    let expected = "The measured restitution agrees with theory within its standard error at all 2 points of the sweep.";
+    let expected =
+        "The measured restitution agrees with theory within rounding at both points of the sweep.";
     assert_eq!(answer(&format!("{sweep}{checked}")), expected);
     let plot = "[[plots]]\ny = \"restitution.measured\"\ntitle = \"A plot\"\n";
     let page = page(&format!("{sweep}{plot}"));
@@ -107,12 +108,9 @@ fn missing_value_is_explained() {
     let reason = "(no value: the run failed at 0.6 s: the discs are too fast)";
     assert!(marked(&page).contains(reason), "{}", marked(&page));
     assert!(!marked(&page).contains("<strong></strong>"));
-    std::fs::remove_file(folder.file(0)).unwrap();
-    let other = Folder::write(
-        &format!("{manifest}[sweep]\n\"model.dem.friction\" = [0.1, 0.2]\n")
-            .replace("measured}", "measured @ friction = 0.2}"),
-        drop_frames,
-    );
+    let sweep = "[sweep]\n\"model.dem.friction\" = [0.1, 0.2]\n";
+    let manifest = with_answer("It is {restitution.measured @ friction = 0.2}.") + sweep;
+    let other = Folder::write(&manifest, drop_frames);
     std::fs::remove_file(other.file(1)).unwrap();
     analyze(&[other.name()]).exited_with(0);
     assert!(marked(&other.page()).contains("(no value: the run is not among the recordings)"));

@@ -108,14 +108,14 @@ fn answer_is_recorded_and_changes_no_run_key() {
     let plain = read(SWEEP).unwrap();
     let answer = r#"Say "{mean_speed @ temperature_k = 200, variant = "a, b"}"."#;
     let text = format!("question = \"Why?\"\nanswer = '{answer}'\n{SWEEP}");
-    let told = read(&text).unwrap();
+    let with_answer = read(&text).unwrap();
     let keys = |experiment: &Experiment| -> Vec<_> {
         experiment.runs.iter().map(|run| run_key(&run.manifest.canonical(), 1, 1)).collect()
     };
-    assert_eq!(keys(&plain), keys(&told));
-    let files = keys(&told).into_iter().map(|key| (key.to_string(), key));
-    let record = ExperimentRecord::new(&told, files);
+    assert_eq!(keys(&plain), keys(&with_answer));
+    let files = keys(&with_answer).into_iter().map(|key| (key.to_string(), key));
+    let record = ExperimentRecord::new(&with_answer, files);
     let back = ExperimentRecord::from_toml(&record.clone().to_toml(), "experiment.toml").unwrap();
-    assert_eq!((back.question.as_str(), &back.answer), ("Why?", &told.answer));
+    assert_eq!((back.question.as_str(), &back.answer), ("Why?", &with_answer.answer));
     assert_eq!(back, record);
 }
