@@ -57,8 +57,12 @@ pub(crate) fn significant(value: f64, digits: u8) -> String {
     let rounded = format!("{value:.*e}", usize::from(digits.max(1)) - 1);
     let (mantissa, exponent) = rounded.split_once('e').unwrap_or((&rounded, "0"));
     let exponent: i32 = exponent.parse().unwrap_or(0);
-    let text = if (-3..=5).contains(&exponent) {
+    // A number with more digits than are significant has a power of ten from 100,000 on.
+    let largest = if digits > 5 { 5 } else { 4 };
+    let text = if (-3..=largest).contains(&exponent) {
         let decimals = usize::try_from(i32::from(digits) - 1 - exponent).unwrap_or(0);
+        // Digits before the decimal point are rounded as well.
+        let value: f64 = rounded.parse().unwrap_or(value);
         trim_zeros(&format!("{value:.decimals$}"))
     } else {
         format!("{}·{}", trim_zeros(mantissa), power_text(exponent))
@@ -152,6 +156,29 @@ pub(crate) fn power_text(exponent: i32) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_of_sentences_have_two_digits_of_error_or_few_digits() {
+        let shown = |value, error| plus_minus(value, error).unwrap_or_default();
+        assert_eq!(shown(24.479, 2.1896), "24.5 ± 2.2");
+        assert_eq!(shown(-0.43491, 0.00118), "−0.4349 ± 0.0012");
+        assert_eq!(shown(1.318_24e-18, 1.3e-21), "(1.3182 ± 0.0013)·10⁻¹⁸");
+        assert_eq!(shown(3.4e5, 18_439.0), "(3.40 ± 0.18)·10⁵");
+        // Too small to be shown, unknown, or not a number.
+        assert_eq!([shown(300.0, 1e-12), shown(1.0, f64::NAN), shown(f64::NAN, 1.0)], ["", "", ""]);
+        for (value, digits, text) in [
+            (0.789_12, 3, "0.789"),
+            (14_610.0, 6, "14610"),
+            (12_319.4, 3, "12300"),
+            (326_114.0, 3, "3.26·10⁵"),
+            (-9.006e-5, 3, "−9.01·10⁻⁵"),
+            (0.9999, 3, "1"),
+            (0.0, 3, "0"),
+            (-0.0, 3, "0"),
+        ] {
+            assert_eq!(significant(value, digits), text);
+        }
+    }
 
     #[test]
     fn numbers_carry_their_error_in_the_last_digits() {

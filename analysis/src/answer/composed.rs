@@ -98,19 +98,66 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
     let shown = shown.map(|plot| (None, checked_metrics(&plot, source.metrics)));
     let checked = source.checks.iter().copied();
     let checked = checked.map(|check| (Some(check), checked_metrics(check, source.metrics)));
-    let mut told: Vec<&str> = Vec::new();
-    let mut groups: Vec<(Option<&Check>, Vec<&Metric>)> = shown.chain(checked).collect();
-    groups.retain(|(_, metrics)| {
-        let name = metrics.first().map(|metric| metric.name());
-        let is_new = name.is_some_and(|name| !told.contains(&name));
-        told.extend(name.filter(|_| is_new));
-        is_new && metrics.iter().all(|metric| metric.is_applicable())
-    });
-    groups.sort_by_key(|(_, metrics)| metrics.iter().any(|metric| metric.is_of_conservation_law()));
-    let sentences = groups.iter().take(MOST_SENTENCES);
-    let sentences: Vec<Vec<AnswerPart>> =
-        sentences.map(|(check, metrics)| finding(*check, metrics)).collect();
+    let mut findings: Vec<Finding<'_>> = Vec::new();
+    for (check, metrics) in shown.chain(checked).filter(|(_, metrics)| !metrics.is_empty()) {
+        match findings.iter_mut().find(|it| it.metrics[0].name() == metrics[0].name()) {
+            Some(known) => known.add(check, &metrics),
+            None => findings.push(Finding { check, has_places: false, metrics }),
+        }
+    }
+    findings.retain(|finding| finding.metrics.iter().all(|metric| metric.is_applicable()));
+    findings.sort_by_key(|it| it.metrics.iter().any(|metric| metric.is_of_conservation_law()));
+    let sentences = findings.iter().take(MOST_SENTENCES).map(Finding::sentence).collect::<Vec<_>>();
     if sentences.is_empty() { unfinished(source) } else { joined(sentences) }
+}
+
+/// What is known of one metric.
+struct Finding<'a> {
+    /// The first check of it; `None` for a plot.
+    check: Option<&'a Check>,
+    /// Whether several checks select points of their own.
+    has_places: bool,
+    /// Its values, without duplicates.
+    metrics: Vec<&'a Metric>,
+}
+
+/// Maximum number of values that a sentence lists with their places.
+const MOST_LISTED: usize = 3;
+
+impl<'a> Finding<'a> {
+    fn add(&mut self, check: Option<&'a Check>, metrics: &[&'a Metric]) {
+        let is_known = |metric: &&Metric| self.metrics.iter().any(|it| std::ptr::eq(*it, *metric));
+        let new: Vec<&Metric> = metrics.iter().copied().filter(|it| !is_known(it)).collect();
+        self.has_places |= !new.is_empty();
+        self.metrics.extend(new);
+        self.check = self.check.or(check);
+    }
+
+    fn sentence(&self) -> Vec<AnswerPart> {
+        match self.metrics.as_slice() {
+            [metric] => single(self.check, metric),
+            metrics if self.has_places && metrics.len() <= MOST_LISTED => self.listed(),
+            metrics if self.has_places => range(self.check, metrics),
+            metrics => over_points(self.check, metrics),
+        }
+    }
+
+    /// Each value with its place.
+    fn listed(&self) -> Vec<AnswerPart> {
+        let label = self.metrics.first().map_or("", |metric| metric.definition.label);
+        let mut parts = vec![AnswerPart::words(format!("The {label} is "))];
+        let count = self.metrics.len();
+        for (index, metric) in self.metrics.iter().enumerate() {
+            let after = match count - index {
+                1 => ".",
+                2 => " and ",
+                _ => ", ",
+            };
+            parts.push(number(metric, self.check.map(|_| true)));
+            parts.push(AnswerPart::words(place_words(metric.coordinates()) + after));
+        }
+        parts
+    }
 }
 
 /// Why there is nothing to state.
@@ -122,14 +169,6 @@ fn unfinished(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
     });
     let is_any_complete = source.runs.iter().any(|run| run.is_complete());
     ending.filter(|_| !is_any_complete).map(AnswerPart::Failure).into_iter().collect()
-}
-
-/// What one check found, at one point or at all of them.
-fn finding(check: Option<&Check>, metrics: &[&Metric]) -> Vec<AnswerPart> {
-    match metrics {
-        [metric] => single(check, metric),
-        _ => over_points(check, metrics),
-    }
 }
 
 fn single(check: Option<&Check>, metric: &Metric) -> Vec<AnswerPart> {
@@ -153,10 +192,14 @@ fn single(check: Option<&Check>, metric: &Metric) -> Vec<AnswerPart> {
     ]
 }
 
+/// The fraction above which a violated quantity is not called conserved.
+const LARGEST_VIOLATION: f64 = 0.1;
+
 /// The quantity that is conserved, unless its violation is exactly 0, or large.
 fn conserved(metric: &Metric) -> Option<&'static str> {
     let law = metric.theory.filter(|theory| theory.in_range())?.law?;
-    law.conserved.filter(|_| metric.value() != 0.0)
+    let size = metric.value().abs();
+    law.conserved.filter(|_| size > 0.0 && size <= LARGEST_VIOLATION)
 }
 
 fn size_text(metric: &Metric) -> String {
@@ -168,7 +211,10 @@ fn over_points(check: Option<&Check>, metrics: &[&Metric]) -> Vec<AnswerPart> {
     let [first, ..] = metrics else { return Vec::new() };
     let label = first.definition.label;
     let is_passed = check.map(|_| true);
-    let everywhere = format!(" at all {} points of the sweep", metrics.len());
+    let everywhere = match metrics.len() {
+        2 => " at both points of the sweep".to_owned(),
+        all => format!(" at all {all} points of the sweep"),
+    };
     let size = |metric: &Metric| metric.value().abs();
     let largest = metrics.iter().max_by(|one, other| size(one).total_cmp(&size(other)));
     if let Some((conserved, worst)) = conserved(first).zip(largest) {
@@ -190,6 +236,7 @@ fn over_points(check: Option<&Check>, metrics: &[&Metric]) -> Vec<AnswerPart> {
     let sigmas = sigmas.filter(|_| check.is_some());
     if let Some(worst) = sigmas.and_then(|all| all.into_iter().reduce(f64::max)) {
         let within = match worst {
+            0.0 => "rounding".to_owned(),
             small if small <= 1.0 => "its standard error".to_owned(),
             worst => format!("{} standard errors", significant(worst, 2)),
         };
@@ -202,9 +249,16 @@ fn over_points(check: Option<&Check>, metrics: &[&Metric]) -> Vec<AnswerPart> {
         let text = format!("The {label} is inside the accuracy of its law{everywhere}.");
         return vec![AnswerPart::words(text)];
     }
+    range(check, metrics)
+}
+
+/// The least and the greatest value with their places.
+fn range(check: Option<&Check>, metrics: &[&Metric]) -> Vec<AnswerPart> {
+    let is_passed = check.map(|_| true);
     let by_value = |one: &&&Metric, other: &&&Metric| one.value().total_cmp(&other.value());
     let (least, greatest) = (metrics.iter().min_by(by_value), metrics.iter().max_by(by_value));
     let Some((least, greatest)) = least.zip(greatest) else { return Vec::new() };
+    let label = least.definition.label;
     vec![
         AnswerPart::words(format!("The {label} is from ")),
         number(least, is_passed),

@@ -7,6 +7,8 @@ use kinetoscope_manifest::{Bound, Check};
 
 /// Standard errors within which a value agrees with theory.
 const AGREES: f64 = 1.0;
+/// A relative difference below which two numbers are the same to the digits of a sentence.
+const SAME: f64 = 5e-4;
 /// A ratio to theory above this is given as a factor, not in percent.
 const LARGEST_EXCESS: f64 = 10.0;
 
@@ -22,7 +24,9 @@ pub(super) fn relation(check: &Check, metric: &Metric) -> String {
                 of_deviation(deviation, metric.value(), expected, 0.0, &value)
             })
         }
-        Bound::Range { minimum, maximum } if metric.deviation().is_none() => {
+        Bound::Range { minimum, maximum }
+            if metric.deviation().is_none() || metric.is_of_conservation_law() =>
+        {
             in_range(minimum, maximum, metric)
         }
         _ => to_theory(metric),
@@ -49,6 +53,9 @@ fn of_deviation(
     value: &str,
 ) -> String {
     match deviation {
+        // A number that is 0, where 0 is expected, needs no words.
+        _ if measured == 0.0 && expected == 0.0 => String::new(),
+        Deviation::Rounding if expected == 0.0 => ", which is 0 up to rounding".to_owned(),
         Deviation::Rounding => format!(", equal to {value}"),
         Deviation::StandardErrors(sigma) if sigma.abs() <= AGREES => {
             format!(", which agrees with {value} within its standard error")
@@ -72,8 +79,14 @@ fn of_deviation(
 fn excess(measured: f64, expected: f64, value: &str) -> String {
     let difference = measured - expected;
     let relative = difference.abs() / expected.abs();
+    if measured == expected {
+        return String::new();
+    }
     if expected == 0.0 || !relative.is_finite() {
         return format!(", compared with {value}");
+    }
+    if relative < SAME {
+        return format!(", which equals {value} within {}", percent(relative));
     }
     if relative > LARGEST_EXCESS {
         return format!(", {} times {value}", significant(measured / expected, 2));
@@ -89,7 +102,7 @@ fn to_expected(metric: &Metric, expected: f64) -> String {
     let value = format!("the expected {}", in_unit(expected, metric));
     let difference = (metric.value() - expected).abs();
     if difference <= crate::metric::deviation::ROUNDING_FRACTION * expected.abs() {
-        return format!(", equal to {value}");
+        return if expected == 0.0 { String::new() } else { format!(", equal to {value}") };
     }
     excess(metric.value(), expected, &value)
 }

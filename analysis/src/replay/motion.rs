@@ -53,7 +53,10 @@ pub(super) fn path_part(
     // On an arc of the angle a, the mean of the velocities misses the displacement by a²/12 of it, and the cubic misses the arc by a³/384.
     let error =
         if length > 0.0 { length * libm::pow(12.0 * miss / length, 1.5) / 384.0 } else { 0.0 };
-    let is_known = miss <= MOST_MISSED * length + 1e-9 * side && error <= MAX_ERROR * side;
+    // A turn by more than a right angle may be a bounce, which has the same ends as a throw.
+    let is_smooth = first[0] * last[0] + first[1] * last[1] >= 0.0;
+    let is_known =
+        is_smooth && miss <= MOST_MISSED * length + 1e-9 * side && error <= MAX_ERROR * side;
     is_known.then_some(PathPart::Curve(slopes))
 }
 

@@ -67,7 +67,9 @@ function motionOf(film, { xs, ys, times, velocities }, frame, i) {
   const rounding = 2 + film.velocityStep * perFrame;
   // On a curve of the angle a, the mean of the velocities misses the displacement by a^2/12 of it, and the cubic misses the curve by a^3/384.
   const miss = Math.max(0, Math.hypot(across - (slopes[0] + slopes[2]) / 2, up - (slopes[1] + slopes[3]) / 2) - rounding);
-  if (miss <= MOST_MISSED * length) return { kind: CURVE, slopes, error: length * (12 * miss / length) ** 1.5 / 384 || 0 };
+  // A turn by more than a right angle may be a bounce, which has the same ends as a throw.
+  const isSmooth = slopes[0] * slopes[2] + slopes[1] * slopes[3] >= 0;
+  if (isSmooth && miss <= MOST_MISSED * length) return { kind: CURVE, slopes, error: length * (12 * miss / length) ** 1.5 / 384 || 0 };
   return { kind: far > 2 * length + rounding && far > film.longest / 4 ? STAYS : LINE };
 }
 const MOST_MISSED = 0.17;

@@ -5,7 +5,7 @@ const found = document.querySelector(".found");
 function filter() {
   const wanted = words.value.toLowerCase().split(/\s+/).filter(Boolean);
   let count = 0;
-  for (const group of document.querySelectorAll(".group")) {
+  for (const group of document.querySelectorAll(".shelf")) {
     let shown = 0;
     for (const card of group.querySelectorAll(".cards > li")) {
       const text = card.textContent.toLowerCase();

@@ -4,14 +4,14 @@
 use super::file_links::address;
 use super::head::{checks_summary, question, result};
 use super::html::page_head;
-use super::markup::breakable;
 use super::{AnalysisReport, files};
 use crate::input::host_file::utc;
+use crate::models::title_of;
 use crate::thumbnail::still_png;
 use crate::write_file::{WriteError, replace};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use kinetoscope_console::text::visible;
+use kinetoscope_console::text::{plural, visible};
 use kinetoscope_files::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
@@ -110,11 +110,11 @@ fn page(cards: &[Card<'_>]) -> String {
                     header {
                         h1 { "Experiments" }
                         p class="facts" { (summary(cards)) }
+                        (filter(&models))
                     }
-                    (filter(&models))
                     @for model in &models {
-                        section class="group" data-model=(model) {
-                            h2 { (if model.is_empty() { "several models" } else { model }) }
+                        section class="shelf" data-model=(model) {
+                            h2 { (title_of(model).unwrap_or("Several models")) }
                             ul class="cards" {
                                 @for entry in cards.iter().filter(|card| card.model() == *model) {
                                     li { (card(entry)) }
@@ -169,12 +169,11 @@ fn card(card: &Card<'_>) -> Markup {
             div class="undrawn" {}
         }
         div class="words" {
-            h3 { a href=(card.link) { (breakable(&report.name)) } }
+            h3 { a href=(card.link) title=[card.date.as_ref()] { (report.name) } }
             (question(report))
             (result(report, &card.link))
             p class="facts" {
-                strong class=(class) { (outcome) } " · " (report.models_and_runs())
-                @if let Some(date) = &card.date { " · " (date) }
+                strong class=(class) { (outcome) } " · " (plural(report.runs.len() as u64, "run"))
             }
         }
     }

@@ -40,10 +40,10 @@ use crate::run::cache::AnalysisCache;
 use crate::run::{self, RunAnalysis, RunOptions, RunStatus};
 use crate::sweep;
 use crate::sweep::requested::{self, PlotData};
-use kinetoscope_console::Message;
 use kinetoscope_console::text::plural;
 use kinetoscope_manifest::{
     BaselineTolerance, Check, Coordinate, ExpectedOutcome, ExperimentRecord, TimingTable,
+    ViewRequest,
 };
 use rayon::iter::{
     IndexedParallelIterator as _, IntoParallelRefIterator as _, ParallelIterator as _,
@@ -86,10 +86,12 @@ pub(crate) struct AnalysisReport {
     pub(crate) plots: Vec<(String, Plot)>,
     /// How many of them the manifest requests; these are the first.
     requested_plots: usize,
+    /// How the replay begins.
+    pub(crate) view: ViewRequest,
     /// Notes for the user.
     pub(crate) notes: Vec<String>,
     /// What could not be read, with reasons.
-    pub(crate) unreadable: Vec<Message>,
+    pub(crate) unreadable: Vec<UnreadableRecording>,
     /// The run times, if `timing.json` is next to the recordings.
     pub(crate) timing: Option<TimingTable>,
 }
@@ -182,7 +184,10 @@ fn analyze_all(
 
 /// Analyzes the recordings of one folder and caches the results, with plots where the analysis of the whole experiment
 /// draws them. Returns what could not be read, with reasons.
-pub(crate) fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions) -> Vec<Message> {
+pub(crate) fn fill_cache(
+    source: &mut RecordingFolder,
+    options: &AnalysisOptions,
+) -> Vec<UnreadableRecording> {
     let drawn = source.record.as_ref().map(drawn_files);
     let fields = source.record.as_ref().map(fields_of_files).unwrap_or_default();
     let tasks: Vec<AnalysisTask> = source
@@ -194,10 +199,9 @@ pub(crate) fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions
             AnalysisTask { run, coordinates, fields, is_drawn }
         })
         .collect();
-    let replayed = drawn.map_or(tasks.len(), |drawn| drawn.len());
-    let replayed = replayed.min(sweep::figures::MAX_CURVES);
-    let results = analyze_all(&tasks, replayed, options).into_iter();
-    let unread = results.filter_map(|(result, _)| result.err().map(|UnreadableRecording(why)| why));
+    let replayed = drawn.map_or(tasks.len(), |drawn| drawn.len()).min(sweep::figures::MAX_CURVES);
+    let results = analyze_all(&tasks, replayed, options);
+    let unread = results.into_iter().filter_map(|(result, _)| result.err());
     source.unreadable.drain(..).chain(unread).collect()
 }
 
@@ -212,8 +216,9 @@ fn fields_of_files(record: &ExperimentRecord) -> BTreeMap<String, Vec<String>> {
 fn tasks(
     opened: Vec<(OpenRun, Vec<Coordinate>)>,
     fields: Vec<Vec<String>>,
+    view: &ViewRequest,
 ) -> (Vec<AnalysisTask>, usize) {
-    let drawn = drawn_runs(opened.iter().map(|(_, place)| place.as_slice()));
+    let drawn = drawn_runs(opened.iter().map(|(_, place)| place.as_slice()), view);
     let task = |(index, ((run, coordinates), fields))| AnalysisTask {
         run,
         coordinates,
@@ -230,7 +235,8 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     let requests = source.record.as_ref().map_or(&[][..], |record| &record.plots);
     let places: Vec<Vec<Coordinate>> = opened.iter().map(|(_, place)| place.clone()).collect();
     let fields = requested::fields_to_read(requests, &places);
-    let (tasks, drawn) = tasks(opened, fields);
+    let view = source.record.as_ref().and_then(|record| record.view.clone()).unwrap_or_default();
+    let (tasks, drawn) = tasks(opened, fields, &view);
     let sizes = tasks.iter().map(|task| (task.run.file.clone(), task.run.recording().bytes()));
     let sizes = sizes.collect();
     let hosts = tasks.iter().filter_map(|task| source.host_file(&task.run.file)).collect();
@@ -243,7 +249,7 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
                 runs.push(run);
                 seconds.push(took);
             }
-            Err(UnreadableRecording(why)) => unreadable.push(why),
+            Err(why) => unreadable.push(why),
         }
     }
     add_endings(&runs, &mut notes, &mut unreadable);
@@ -286,6 +292,7 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
         manifest: record.map(|record| record.manifest.clone()).filter(|name| !name.is_empty()),
         plots,
         requested_plots,
+        view,
         notes,
         unreadable,
         timing,
@@ -293,11 +300,15 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
 }
 
 /// Notes the runs that are not complete, and reports damaged files.
-fn add_endings(runs: &[RunAnalysis], notes: &mut Vec<String>, unreadable: &mut Vec<Message>) {
+fn add_endings(
+    runs: &[RunAnalysis],
+    notes: &mut Vec<String>,
+    unreadable: &mut Vec<UnreadableRecording>,
+) {
     for run in runs {
         match &run.ending {
             RunStatus::Complete => {}
-            RunStatus::Damaged(why) => unreadable.push(why.clone()),
+            RunStatus::Damaged(why) => unreadable.push(why.clone().into()),
             other => notes.push(format!(
                 "{}: {} after {}, t = {}; not part of means and fits",
                 run.file,

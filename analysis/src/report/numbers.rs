@@ -31,8 +31,11 @@ pub(super) fn checked(report: &AnalysisReport) -> Markup {
     let mut passed = passed.into_iter();
     shown.extend(passed.by_ref().take(PASSED_SHOWN));
     let folded: Vec<_> = passed.collect();
-    let metrics: BTreeMap<String, &Metric> =
-        report.metrics.iter().map(|metric| (subject(metric), metric)).collect();
+    // Means over replicates precede the runs that they are of.
+    let mut metrics: BTreeMap<String, &Metric> = BTreeMap::new();
+    for metric in &report.metrics {
+        metrics.entry(subject(metric)).or_insert(metric);
+    }
     let rows = |checks: &[(&str, Vec<&CheckResult>)]| {
         html! {
             @for (subject, results) in checks {

@@ -29,6 +29,14 @@ function player(part, leader) {
     const low = Math.min(Math.floor(place), film.frames - 1), high = Math.min(low + 1, film.frames - 1);
     return data.times[low] + (place - low) * (data.times[high] - data.times[low]);
   };
+  // The place of a time in the film, in frames.
+  function placeOf(time) {
+    const { times } = data;
+    let low = 0;
+    while (low < film.frames - 2 && times[low + 1] <= time) low++;
+    const length = times[low + 1] - times[low];
+    return length > 0 ? clamp(low + (time - times[low]) / length, 0, film.frames - 1) : low;
+  }
 
   // Height over width of the view.
   const shape = () => (view[3] - view[1]) / (view[2] - view[0]);
@@ -328,6 +336,7 @@ function player(part, leader) {
     find(".stage").hidden = !isDrawn;
     if (!isDrawn) { film = data = file = undefined; return; }
     const chosen = JSON.parse(source.dataset.film);
+    if (deck.dataset.names) chosen.names = JSON.parse(deck.dataset.names).slice(0, chosen.particles);
     chosen.longest = Math.max(chosen.view[2] - chosen.view[0], chosen.view[3] - chosen.view[1]) / chosen.step;
     if (!decodedFilms.has(index)) decodedFilms.set(index, decoded(chosen, source.textContent));
     const numbers = await decodedFilms.get(index);
@@ -344,7 +353,7 @@ function player(part, leader) {
       const lost = film.paths.flat().filter((motion) => !motion).length;
       if (lost) note.textContent += ` Paths are not drawn where the frames are too far apart (${lost} of ${film.paths.flat().length} parts).`;
     }
-    at = film.poster;
+    at = deck.dataset.poster ? placeOf(Number(deck.dataset.poster)) : film.poster;
     isAtPoster = true;
     if (!leader) {
       scrub.max = film.frames - 1;
@@ -388,11 +397,7 @@ function player(part, leader) {
     if (wanted !== of) await select(index);
     if (file !== of) return;
     setPlaying(false);
-    const { times } = data;
-    let low = 0;
-    while (low < film.frames - 2 && times[low + 1] <= seek.time) low++;
-    const length = times[low + 1] - times[low];
-    show(length > 0 ? low + (seek.time - times[low]) / length : low);
+    show(placeOf(seek.time));
   }
 
   canvas.addEventListener("pointermove", (event) => {
@@ -529,10 +534,12 @@ if (deck) {
       second.hidden = !box.checked;
       refresh();
     });
-    colors.addEventListener("change", () => {
+    const color = () => {
       scale.by = colors.value;
       share();
-    });
+    };
+    colors.addEventListener("change", color);
+    color();
     const full = deck.querySelector(".full");
     full.hidden = !deck.requestFullscreen;
     full.addEventListener("click", () => document.fullscreenElement ? document.exitFullscreen() : deck.requestFullscreen());

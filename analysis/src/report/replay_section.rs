@@ -5,15 +5,20 @@ use crate::input::coordinates::label;
 use crate::replay::Replay;
 use crate::report::AnalysisReport;
 use crate::run::RunAnalysis;
+use kinetoscope_console::text::visible;
+use kinetoscope_manifest::{ViewColor, ViewRequest};
 use maud::{Markup, PreEscaped, html};
 use std::collections::BTreeSet;
 
 /// Factors of the speed of the playback.
 const SPEEDS: [&str; 7] = ["0.1", "0.25", "0.5", "1", "2", "4", "10"];
 
-/// What the color of a particle can mean, as the script names it and in words.
-const COLORS: [(&str, &str); 3] =
-    [("speed", "speed"), ("height", "height at start"), ("side", "side at start")];
+/// What the color of a particle can mean, in words.
+const COLORS: [(ViewColor, &str); 3] = [
+    (ViewColor::Speed, "speed"),
+    (ViewColor::Height, "height at start"),
+    (ViewColor::Side, "side at start"),
+];
 
 /// A run that plays.
 type Played<'a> = (&'a RunAnalysis, &'a Replay);
@@ -27,7 +32,7 @@ pub(super) fn section(report: &AnalysisReport, plot: &Markup) -> Markup {
             section class="replay" {
                 h2 class="unseen" { "Replay" }
                 div class="split" {
-                    @if !played.is_empty() { (deck(&played)) }
+                    @if !played.is_empty() { (deck(&played, &report.view)) }
                     @if has_plot { div class="adjacent" { (plot) } }
                 }
             }
@@ -66,19 +71,24 @@ fn played(report: &AnalysisReport) -> Vec<Played<'_>> {
     if all.iter().any(|(_, replay)| replay.film.is_some()) { all } else { Vec::new() }
 }
 
-/// The players with their common controls. The runs at the ends of a sweep are compared, unless their times have different units: then they have
-/// no common clock.
-fn deck(played: &[Played<'_>]) -> Markup {
+/// The players with their common controls. The runs that the manifest names, or those at the ends of a sweep, are compared, unless their times have different
+/// units: then they have no common clock.
+fn deck(played: &[Played<'_>], view: &ViewRequest) -> Markup {
     let names: Vec<String> = played.iter().map(|(run, _)| run_name(run)).collect();
     let units: BTreeSet<&str> = played.iter().map(|(run, _)| run.time_unit.as_str()).collect();
     let has_pair = units.len() == 1 && played.len() > 1;
+    let compared = |place: usize| {
+        played.iter().position(|(run, _)| view.compared(&run.coordinates) == Some(place))
+    };
+    let poster = view.poster.map(|time| time.to_string());
+    let names_given = (!view.names.is_empty()).then(|| visible_list(&view.names));
     html! {
-        div class="deck" hidden {
+        div class="deck" data-poster=[poster] data-names=[names_given] hidden {
             div class="players" {
-                (player(&names, 0, false))
-                @if has_pair { (player(&names, names.len() - 1, true)) }
+                (player(&names, compared(0).unwrap_or(0), false))
+                @if has_pair { (player(&names, compared(1).unwrap_or(names.len() - 1), true)) }
             }
-            (controls(has_pair))
+            (controls(has_pair, view.color.unwrap_or(ViewColor::Speed)))
             div class="facts readout" {
                 output class="clock" {}
                 span class="scale" { span class="bottom" {} " " span class="bar" {} " " span class="top" {} }
@@ -86,6 +96,13 @@ fn deck(played: &[Played<'_>]) -> Markup {
             p class="facts row" {}
         }
     }
+}
+
+/// Names as JSON, with every character visible.
+fn visible_list(names: &[String]) -> String {
+    let names: Vec<_> = names.iter().map(|name| visible(name)).collect();
+    // A list of texts cannot be refused.
+    serde_json::to_string(&names).unwrap_or_default()
 }
 
 /// A menu of runs and the canvas of the chosen one. The second player shows the time of the first one, which has the controls.
@@ -117,7 +134,7 @@ fn player(names: &[String], chosen: usize, is_second: bool) -> Markup {
 }
 
 /// What the first player, and the second one with it, are controlled by.
-fn controls(has_pair: bool) -> Markup {
+fn controls(has_pair: bool, color: ViewColor) -> Markup {
     html! {
         div class="controls" {
             // The script enables these two once the frames are decoded.
@@ -134,7 +151,9 @@ fn controls(has_pair: bool) -> Markup {
             label {
                 "color "
                 select class="colors" autocomplete="off" {
-                    @for (value, name) in COLORS { option value=(value) { (name) } }
+                    @for (value, name) in COLORS {
+                        option value=(value.word()) selected[value == color] { (name) }
+                    }
                 }
             }
             @if has_pair {

@@ -21,7 +21,7 @@ definitions! {
     PARTICLES_OUTSIDE: "particles_outside", "1", "number of particles outside of the container", "/energy: most of any frame", [law::INVARIANTS], 0.0;
     RESIDUAL: "energy.residual_relative", "1", "error of the energy balance", "/energy_balance: energy-balance error over the initial energy", [law::ENERGY_BALANCE], 1e-9;
     EFFUSION_RATE: "effusion_rate", "1/s", "rate of escape", "/energy_balance: escaped particles over time; error sqrt of their number", [law::EFFUSION], 0.0;
-    ADIABATIC_INVARIANT: "adiabatic_invariant", "1", "change of the product of energy and area as a ratio", "/energy_balance: energy times area, last frame over the first", [law::ADIABATIC], 0.0;
+    ADIABATIC_INVARIANT: "adiabatic_invariant", "1", "product of energy and area relative to its start", "/energy_balance: energy times area, last frame over the first", [law::ADIABATIC], 0.0;
     THERMALIZED_TEMPERATURE: "temperature.thermalized", "K", "temperature at the end", "speeds of the last frame; error T / sqrt(N)", [law::THERMALIZATION], 0.0;
     RELATIVE_ENTROPY: "relative_entropy", "1", "distance of the speeds from Maxwell's distribution as relative entropy", "/energy_balance: H above Maxwell's, last frame; error of discs that have collided, that of Poisson counts with given N and <v^2>", [kinetics::MIN_H], 0.0;
     RELATIVE_ENTROPY_AT_START: "relative_entropy.start", "1", "distance of the speeds from Maxwell's distribution at the start as relative entropy", "/energy_balance: H above Maxwell's, first frame", [], 0.0;
