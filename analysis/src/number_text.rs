@@ -26,6 +26,50 @@ pub(crate) fn with_error(value: f64, standard_error: Option<f64>) -> String {
     if plain { text } else { format!("{text}·{}", power_text(exponent)) }
 }
 
+/// A standard error below this fraction of the value is not shown in a sentence.
+const SHOWN_ERROR: f64 = 1e-6;
+
+/// Formats a number with its standard error as sentences contain it, with two digits of the error: 24.5 ± 2.2, or
+/// (1.3182 ± 0.0013)·10⁻¹⁸; `None` if the error is not finite, or too small to be shown.
+pub(crate) fn plus_minus(value: f64, standard_error: f64) -> Option<String> {
+    let is_shown = standard_error.is_finite()
+        && value.is_finite()
+        && standard_error > SHOWN_ERROR * value.abs()
+        && standard_error > f64::MIN_POSITIVE;
+    if !is_shown {
+        return None;
+    }
+    let exponent = decimal_exponent(value.abs().max(standard_error));
+    // Errors of more than two digits before the decimal point are written with a power of ten as well.
+    let is_plain = (-2..=5).contains(&exponent) && decimal_exponent(standard_error) < 2;
+    let unit = if is_plain { 1.0 } else { 10.0_f64.powi(exponent) };
+    let (value, error) = (value / unit, standard_error / unit);
+    let decimals = usize::try_from(1 - decimal_exponent(error)).unwrap_or(0);
+    let text = format!("{value:.decimals$} ± {error:.decimals$}").replace('-', "−");
+    Some(if is_plain { text } else { format!("({text})·{}", power_text(exponent)) })
+}
+
+/// Formats a number with some significant digits as sentences contain it, without zeros at the end of decimals.
+pub(crate) fn significant(value: f64, digits: u8) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.abs().to_string();
+    }
+    let rounded = format!("{value:.*e}", usize::from(digits.max(1)) - 1);
+    let (mantissa, exponent) = rounded.split_once('e').unwrap_or((&rounded, "0"));
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    // A number with more digits than are significant has a power of ten from 100,000 on.
+    let largest = if digits > 5 { 5 } else { 4 };
+    let text = if (-3..=largest).contains(&exponent) {
+        let decimals = usize::try_from(i32::from(digits) - 1 - exponent).unwrap_or(0);
+        // Digits before the decimal point are rounded as well.
+        let value: f64 = rounded.parse().unwrap_or(value);
+        trim_zeros(&format!("{value:.decimals$}"))
+    } else {
+        format!("{}·{}", trim_zeros(mantissa), power_text(exponent))
+    };
+    text.replace('-', "−")
+}
+
 fn decimal_exponent(value: f64) -> i32 {
     libm::log10(value).floor() as i32
 }
@@ -112,6 +156,29 @@ pub(crate) fn power_text(exponent: i32) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_of_sentences_have_two_digits_of_error_or_few_digits() {
+        let shown = |value, error| plus_minus(value, error).unwrap_or_default();
+        assert_eq!(shown(24.479, 2.1896), "24.5 ± 2.2");
+        assert_eq!(shown(-0.43491, 0.00118), "−0.4349 ± 0.0012");
+        assert_eq!(shown(1.318_24e-18, 1.3e-21), "(1.3182 ± 0.0013)·10⁻¹⁸");
+        assert_eq!(shown(3.4e5, 18_439.0), "(3.40 ± 0.18)·10⁵");
+        // Too small to be shown, unknown, or not a number.
+        assert_eq!([shown(300.0, 1e-12), shown(1.0, f64::NAN), shown(f64::NAN, 1.0)], ["", "", ""]);
+        for (value, digits, text) in [
+            (0.789_12, 3, "0.789"),
+            (14_610.0, 6, "14610"),
+            (12_319.4, 3, "12300"),
+            (326_114.0, 3, "3.26·10⁵"),
+            (-9.006e-5, 3, "−9.01·10⁻⁵"),
+            (0.9999, 3, "1"),
+            (0.0, 3, "0"),
+            (-0.0, 3, "0"),
+        ] {
+            assert_eq!(significant(value, digits), text);
+        }
+    }
 
     #[test]
     fn numbers_carry_their_error_in_the_last_digits() {

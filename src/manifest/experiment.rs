@@ -1,5 +1,6 @@
 //! Reads the text of a manifest into an experiment with all its runs.
 
+use crate::answer::{AnswerTemplate, FittedAlong, question_in};
 use crate::baseline::{self, BaselineTolerance};
 use crate::canonical::{RunKey, RunManifest};
 use crate::checks::{self, Check, CheckedManifest, MetricNames};
@@ -21,7 +22,11 @@ use toml::de::DeValue;
 pub struct Experiment {
     /// Name of the experiment and of its folder: letters, digits, `_` and `-`, without `-` at the start.
     pub name: String,
-    /// The question it asks, in the user's words; may be empty.
+    /// The question it asks; empty if none is stated.
+    pub question: String,
+    /// The sentence that answers it; `None` for one that follows from the checks.
+    pub answer: Option<AnswerTemplate>,
+    /// What is run, in the user's words; may be empty.
     pub description: String,
     /// The comment at the start of the manifest: the question and the expected answer; may be empty.
     pub comment: String,
@@ -81,6 +86,8 @@ pub struct Lookup<'a> {
     pub recordings: Option<Recordings<'a>>,
     /// The metrics that checks and plots may name. Without it, any name is accepted.
     pub metrics: Option<MetricNames>,
+    /// The swept keys along which a metric is fitted, so that an answer names none of them.
+    pub fitted_along: Option<FittedAlong>,
 }
 
 /// Reads a manifest. `origin` is the file's name, for messages and for the default of `name`.
@@ -142,10 +149,13 @@ fn experiment(
         );
         return Err(diagnostics.with(Errors::of(Diagnostic::new(title))));
     }
+    let comment = leading_comment(source);
     Ok(Experiment {
         name,
+        question: document.head.question.unwrap_or_else(|| question_in(&comment)),
+        answer: document.head.answer,
         description: document.head.description.unwrap_or_default(),
-        comment: leading_comment(source),
+        comment,
         seed: document.head.seed,
         replicates: document.head.replicates.map_or(1, ReplicateCount::get),
         axes: document.axes,
@@ -325,6 +335,7 @@ fn read_root(
     let record = root.take("record");
     let base = Table { entries: [model, record].into_iter().flatten().collect() };
     let mut head = Head::default();
+    let answer = root.get("answer").map(|entry| entry.node.clone());
     let mut reader = Reader::new("", root, errors);
     head.keys(&mut reader);
     head.check(&mut reader);
@@ -337,6 +348,9 @@ fn read_root(
     let metrics = model.zip(lookup.metrics).map(|(model, metrics)| metrics(model));
     let metrics = metrics.as_deref();
     let manifest = CheckedManifest { source, axes: Some(&axes), metrics };
+    if let Some((template, node)) = head.answer.as_ref().zip(answer) {
+        template.check(&node, manifest, lookup.fitted_along, errors);
+    }
     let checks =
         checks.map_or_else(Vec::new, |checks| checks::read(&checks.node, Some(manifest), errors));
     let first = runs.first().map(|run| &run.manifest);

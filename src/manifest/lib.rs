@@ -16,6 +16,7 @@ pub mod model;
 pub mod quantity;
 pub mod record;
 
+mod answer;
 mod baseline;
 mod canonical;
 mod checks;
@@ -31,6 +32,7 @@ mod start_manifests;
 mod sweep;
 mod timing;
 
+pub use answer::{AnswerPart, AnswerTemplate, FittedAlong, MetricReference};
 pub use baseline::BaselineTolerance;
 pub use canonical::{RunKey, RunManifest, run_key};
 pub use checks::{Bound, Check, IfUndecided, MetricNames, parse_checks};

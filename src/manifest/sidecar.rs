@@ -1,5 +1,6 @@
 //! `experiment.toml`, next to the recordings: what the analysis needs to know about the whole experiment.
 
+use crate::answer::AnswerTemplate;
 use crate::baseline::{self, BaselineTolerance};
 use crate::canonical::RunKey;
 use crate::checks::{self, Check};
@@ -22,6 +23,10 @@ table! {
         /// Name of the experiment.
         name: String [""] = String::new(),
         /// The question it asks; may be empty.
+        question: String [""] = String::new(),
+        /// The sentence that answers it, if the manifest has one.
+        answer: Option<AnswerTemplate> ["", optional],
+        /// What is run; may be empty.
         description: String [""] = String::new(),
         /// The comment at the start of the manifest, with the question and the expected answer; may be empty.
         comment: String [""] = String::new(),
@@ -87,6 +92,8 @@ impl ExperimentRecord {
         });
         Self {
             name: experiment.name.clone(),
+            question: experiment.question.clone(),
+            answer: experiment.answer.clone(),
             description: experiment.description.clone(),
             comment: experiment.comment.clone(),
             model: experiment.model().to_owned(),

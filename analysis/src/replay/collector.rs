@@ -23,6 +23,8 @@ use std::sync::Arc;
 const MAX_PARTICLES: usize = 10_000;
 /// Number of frames below which particles are left out rather than more frames.
 const MIN_FRAMES: usize = 60;
+/// Blocks of neighboring frames whose encoding predicts that of all frames.
+const SAMPLED_BLOCKS: usize = 3;
 /// Bytes per particle and frame that the collector counts on; the encoding of most runs takes one to three.
 const MIN_BYTES_PER_POINT: usize = 1;
 
@@ -169,8 +171,8 @@ impl ReplayCollector {
         let Some(view) = self.view() else {
             return missing("no recorded position is a finite number");
         };
-        let mut every = 1;
         let fewest = self.stills.len().div_ceil(MIN_FRAMES);
+        let mut every = self.first_interval(view).min(fewest);
         loop {
             let stills = thinned(&self.stills, every);
             let film = self.film(&stills, view);
@@ -193,6 +195,22 @@ impl ReplayCollector {
                 return missing("one frame is larger than the budget (--replay-budget)");
             }
         }
+    }
+
+    /// The interval of frames that a sample of neighboring frames suggests: encoding all frames of a long run only to find that they
+    /// do not fit would take most of the time.
+    fn first_interval(&self, view: View) -> usize {
+        let frames = self.stills.len();
+        if frames < 2 * MIN_FRAMES {
+            return 1;
+        }
+        let block = MIN_FRAMES / SAMPLED_BLOCKS;
+        let blocks =
+            (0..SAMPLED_BLOCKS).map(|index| (frames - block) * index / (SAMPLED_BLOCKS - 1));
+        let sample: Vec<&Still> =
+            blocks.flat_map(|start| &self.stills[start..start + block]).collect();
+        let bytes = base64_bytes(self.film(&sample, view).data.len());
+        (bytes * frames / sample.len() / self.max_bytes).max(1)
     }
 
     /// All positions, within and near the container if there is one, else with everything else that is drawn.

@@ -11,7 +11,6 @@ use crate::checks::baseline::BaselineComparison;
 use crate::checks::{CheckKind, CheckResult};
 use crate::number_text::six_digits;
 use crate::plot::palette;
-use kinetoscope_console::Message;
 use kinetoscope_console::text::visible;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -52,7 +51,8 @@ pub(super) fn page_head(title: &str, style_sheet: &str) -> Markup {
 pub(crate) fn page(report: &AnalysisReport, plots: &[DrawnPlot<'_>], links: &FileLinks) -> String {
     let outcomes = report.check_results.iter().filter(|result| result.kind == CheckKind::Outcome);
     let outcomes: Vec<&CheckResult> = outcomes.collect();
-    let unreadable: Vec<String> = report.unreadable.iter().map(Message::clause).collect();
+    let unreadable = report.unreadable.iter().map(|why| why.message.clause());
+    let unreadable: Vec<String> = unreadable.collect();
     let sorted = SortedPlots::of(report, plots);
     let background = head::background(report);
     let page = html! {

@@ -23,6 +23,7 @@ mod timing_section;
 pub use metrics_reference::metrics_reference;
 
 use self::drawn_runs::{drawn_files, drawn_runs};
+use crate::answer::{Answer, AnswerSource};
 use crate::checks::baseline::{Baseline, BaselineComparison};
 use crate::checks::ci_formats::ExperimentChecks;
 use crate::checks::{CheckResult, evaluate, outcome};
@@ -39,9 +40,7 @@ use crate::run::cache::AnalysisCache;
 use crate::run::{self, RunAnalysis, RunOptions, RunStatus};
 use crate::sweep;
 use crate::sweep::requested::{self, PlotData};
-use kinetoscope_console::Message;
-use kinetoscope_console::text::{plural, shown_path};
-use kinetoscope_files::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
+use kinetoscope_console::text::plural;
 use kinetoscope_manifest::{
     BaselineTolerance, Check, Coordinate, ExpectedOutcome, ExperimentRecord, TimingTable,
     ViewRequest,
@@ -59,6 +58,10 @@ use std::time::Instant;
 pub(crate) struct AnalysisReport {
     /// The experiment's name.
     pub(crate) name: String,
+    /// The question that it asks; may be empty.
+    pub(crate) question: String,
+    /// The answer in one or two sentences.
+    pub(crate) answer: Answer,
     /// The user's description; may be empty.
     pub(crate) description: String,
     /// The comment at the start of the manifest, with the question and the expected answer; may be empty.
@@ -88,7 +91,7 @@ pub(crate) struct AnalysisReport {
     /// Notes for the user.
     pub(crate) notes: Vec<String>,
     /// What could not be read, with reasons.
-    pub(crate) unreadable: Vec<Message>,
+    pub(crate) unreadable: Vec<UnreadableRecording>,
     /// The run times, if `timing.json` is next to the recordings.
     pub(crate) timing: Option<TimingTable>,
 }
@@ -181,7 +184,10 @@ fn analyze_all(
 
 /// Analyzes the recordings of one folder and caches the results, with plots where the analysis of the whole experiment
 /// draws them. Returns what could not be read, with reasons.
-pub(crate) fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions) -> Vec<Message> {
+pub(crate) fn fill_cache(
+    source: &mut RecordingFolder,
+    options: &AnalysisOptions,
+) -> Vec<UnreadableRecording> {
     let drawn = source.record.as_ref().map(drawn_files);
     let fields = source.record.as_ref().map(fields_of_files).unwrap_or_default();
     let tasks: Vec<AnalysisTask> = source
@@ -193,10 +199,9 @@ pub(crate) fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions
             AnalysisTask { run, coordinates, fields, is_drawn }
         })
         .collect();
-    let replayed = drawn.map_or(tasks.len(), |drawn| drawn.len());
-    let replayed = replayed.min(sweep::figures::MAX_CURVES);
-    let results = analyze_all(&tasks, replayed, options).into_iter();
-    let unread = results.filter_map(|(result, _)| result.err().map(|UnreadableRecording(why)| why));
+    let replayed = drawn.map_or(tasks.len(), |drawn| drawn.len()).min(sweep::figures::MAX_CURVES);
+    let results = analyze_all(&tasks, replayed, options);
+    let unread = results.into_iter().filter_map(|(result, _)| result.err());
     source.unreadable.drain(..).chain(unread).collect()
 }
 
@@ -244,12 +249,11 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
                 runs.push(run);
                 seconds.push(took);
             }
-            Err(UnreadableRecording(why)) => unreadable.push(why),
+            Err(why) => unreadable.push(why),
         }
     }
     add_endings(&runs, &mut notes, &mut unreadable);
     notes.extend(snapshots_outside(&runs, &options.snapshots_at));
-    let timing = timing_beside(source, &mut notes);
     let points = sweep::points(&runs);
     let (mut metrics, refused) = sweep::fits::fits(&points);
     notes.extend(refused);
@@ -266,9 +270,16 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
         record.iter().flat_map(|record| &record.checks).chain(&options.checks).collect();
     check_results.extend(outcome::unexpected_counts(&runs, &stated));
     check_results.extend(evaluate_checks(source, options, &metrics));
+    let timing = timing_section::timing_beside(source, &mut notes);
+    let checks = applying(source, options);
+    let (timed, checks) = (timing.as_ref(), checks.as_slice());
+    let answer =
+        Answer::of(&AnswerSource { record, runs: &runs, metrics: &metrics, checks, timing: timed });
     let text = |of: fn(&ExperimentRecord) -> &String| record.map(of).cloned().unwrap_or_default();
     AnalysisReport {
         name: source.name.clone(),
+        question: text(|record| &record.question),
+        answer,
         description: text(|record| &record.description),
         comment: text(|record| &record.comment),
         sizes,
@@ -289,11 +300,15 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
 }
 
 /// Notes the runs that are not complete, and reports damaged files.
-fn add_endings(runs: &[RunAnalysis], notes: &mut Vec<String>, unreadable: &mut Vec<Message>) {
+fn add_endings(
+    runs: &[RunAnalysis],
+    notes: &mut Vec<String>,
+    unreadable: &mut Vec<UnreadableRecording>,
+) {
     for run in runs {
         match &run.ending {
             RunStatus::Complete => {}
-            RunStatus::Damaged(why) => unreadable.push(why.clone()),
+            RunStatus::Damaged(why) => unreadable.push(why.clone().into()),
             other => notes.push(format!(
                 "{}: {} after {}, t = {}; not part of means and fits",
                 run.file,
@@ -303,6 +318,12 @@ fn add_endings(runs: &[RunAnalysis], notes: &mut Vec<String>, unreadable: &mut V
             )),
         }
     }
+}
+
+/// The experiment's own checks, which do not apply to a part of it, and those of the checks file.
+fn applying<'a>(source: &'a RecordingFolder, options: &'a AnalysisOptions) -> Vec<&'a Check> {
+    let own = source.record.as_ref().filter(|_| source.whole);
+    own.iter().flat_map(|record| &record.checks).chain(&options.checks).collect()
 }
 
 /// The results of the experiment's own checks and of those in the checks file.
@@ -332,34 +353,6 @@ fn snapshots_outside(runs: &[RunAnalysis], requested: &[f64]) -> Vec<String> {
     outside.map(note).collect()
 }
 
-/// The timing table next to the recordings; an unreadable table adds a note.
-fn timing_beside(source: &RecordingFolder, notes: &mut Vec<String>) -> Option<TimingTable> {
-    let path = source.folder.join(TimingTable::FILE);
-    let text = match read_text(&path, MAX_SIDE_FILE_BYTES) {
-        Ok(text) => text,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return None,
-        Err(error) => {
-            notes.push(format!("{} cannot be read: {error}", shown_path(&path)));
-            return None;
-        }
-    };
-    let complaint = match TimingTable::from_json(&text) {
-        Ok(table) if table.schema != TimingTable::SCHEMA => {
-            format!("has the layout {}, this version reads {}", table.schema, TimingTable::SCHEMA)
-        }
-        Ok(table) if table.experiment != source.name => {
-            format!("is about the experiment {}", table.experiment)
-        }
-        Ok(table) => return Some(table),
-        Err(error) => format!("is no timing table: {error}"),
-    };
-    notes.push(format!(
-        "{} {complaint}; not shown. `kinetoscope benchmark --output` writes it again",
-        shown_path(&path)
-    ));
-    None
-}
-
 impl AnalysisReport {
     /// The model and the number of its runs, or those of each model.
     pub(crate) fn models_and_runs(&self) -> String {
@@ -377,7 +370,8 @@ impl AnalysisReport {
     /// The checks and their results, for the formats of CI systems.
     pub(crate) fn checks(&self) -> ExperimentChecks<'_> {
         let Self { name, check_results, unreadable, .. } = self;
-        ExperimentChecks { name, manifest: self.manifest.as_deref(), check_results, unreadable }
+        let (manifest, answer) = (self.manifest.as_deref(), self.answer.text());
+        ExperimentChecks { name, manifest, answer, check_results, unreadable }
     }
 
     /// Runs without the expected outcome, unfinished or damaged; `None` if there are none.
@@ -408,7 +402,8 @@ impl AnalysisReport {
 
     /// The contents of `metrics.json`.
     pub(crate) fn document(&self) -> Document {
-        Document::of(&self.name, &self.runs, &self.metrics)
+        let (question, answer) = (self.question.clone(), self.answer.entry());
+        Document { question, answer, ..Document::of(&self.name, &self.runs, &self.metrics) }
     }
 
     /// Compares the metrics with those of an earlier analysis. Keys that are `allowed` may differ.

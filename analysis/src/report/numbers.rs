@@ -248,6 +248,7 @@ mod tests {
     const FORCE: &Definition = &Definition {
         name: "force.mean",
         unit: "N",
+        label: "quantity",
         how: "<F> & \"more\"",
         laws: &[],
         rounding: 0.0,

@@ -16,6 +16,8 @@ mod orbit_and_packing_metrics_equal_closed_forms;
 // The closest approach of two bodies is found between frames.
 // The stress by height equals the weight above.
 mod stress_equals_weight_above;
+// Every shipped experiment has a question and an answer.
+mod shipped_experiments_answer_their_question;
 // Orders of convergence come from runs in the asymptotic range only.
 mod convergence_order_uses_the_asymptotic_range;
 // Order, correlations, displacements and floor loads equal the values put in.

@@ -252,7 +252,6 @@ fn head_and_numbers_name_question_result_and_files() {
     for shown in [
         "<p class=\"question\">Do &lt;discs&gt; fall?</p>",
         "Expected: </span>&quot;yes&quot; &amp; no.",
-        "<p class=\"result\">Result: ",
         "<dt>physics</dt><dd>version 1</dd>",
         "href=\"./falling__000.mcap\"",
         "href=\"./metrics.csv\"",

@@ -12,7 +12,7 @@ use clap::Args;
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope::plan::restart_files::StartFiles;
 use kinetoscope::plan::{Plan, Status};
-use kinetoscope_analysis::metric_names;
+use kinetoscope_analysis::{fitted_along, metric_names};
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::folder::folder_of;
@@ -238,7 +238,11 @@ impl<'a> ManifestReader<'a> {
             })?;
             starts.read(&canonical(&recording).to_string_lossy())
         };
-        let lookup = Lookup { recordings: Some(&recordings), metrics: Some(metric_names) };
+        let lookup = Lookup {
+            recordings: Some(&recordings),
+            metrics: Some(metric_names),
+            fitted_along: Some(fitted_along),
+        };
         parse_with(source, &origin, overrides, lookup)
     }
 
@@ -292,7 +296,10 @@ impl<'a> ManifestReader<'a> {
                 NoRecording::Invalid(format!("{shown} has errors:\n{errors}"))
             })
         })?;
-        let plan = Plan::outline(&experiment, &self.output, false, &Interrupt::default());
+        // No start is needed to find a recording.
+        let without_starts = Interrupt::default();
+        without_starts.stop();
+        let plan = Plan::outline(&experiment, &self.output, false, &without_starts);
         let [run] = plan.runs.as_slice() else {
             let what = format!("{shown} has {} runs; must have 1", plan.runs.len());
             return Err(NoRecording::Invalid(what));

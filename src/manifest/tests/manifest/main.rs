@@ -2,6 +2,8 @@
 //!
 //! A test belongs here if it needs the public API of this package only.
 
+// An answer names metrics and points of the sweep that exist.
+mod answers_name_what_exists;
 // The canonical manifest, from which the run key is computed, never changes by accident.
 mod canonical_form_is_stable;
 // Damaged text gives errors, not panics.
