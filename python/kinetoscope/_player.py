@@ -8,9 +8,9 @@ from pathlib import Path
 
 from ._errors import KinetoscopeError
 
-# The page without everything except the player.
+# The page without everything except the player and the plot of the question.
 PLAYER_ONLY = (
-    "<style>main > :not(.replay), .replay h2, .replay .adjacent { display: none !important } "
+    "<style>main > :not(.replay) { display: none !important } "
     "body, main, .replay { margin: 0; padding: 4px; border: 0 }</style>"
 )
 

@@ -42,3 +42,45 @@ pub(super) fn poster(stills: &[&Still], view: View) -> usize {
     let is_at_rest = speeds.get(last).is_some_and(|end| *end <= AT_REST * top);
     if is_back && is_at_rest { farthest.unwrap_or(last) } else { last }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::lines::Lines;
+    use super::super::still::Point;
+    use super::*;
+    use std::sync::Arc;
+
+    /// Frames of particles at these heights, with these speeds.
+    fn frames(heights: &[&[f64]], speeds: &[f32]) -> Vec<Still> {
+        let point =
+            |y: f64, speed: f32| Point { y, x: 0.0, speed, velocity: [0.0; 2], radius: 0.1 };
+        let still = |(number, (heights, speed)): (usize, (&&[f64], &f32))| Still {
+            number: number as u64,
+            time: number as f64,
+            points: heights.iter().map(|y| point(*y, *speed)).collect(),
+            lines: Arc::new(Lines::of(&[])),
+        };
+        heights.iter().zip(speeds).enumerate().map(still).collect()
+    }
+
+    fn first(heights: &[&[f64]], speeds: &[f32]) -> usize {
+        let stills = frames(heights, speeds);
+        let stills: Vec<&Still> = stills.iter().collect();
+        let discs = stills.iter().flat_map(|still| &still.points).map(Point::disc);
+        poster(&stills, View::containing(discs).unwrap())
+    }
+
+    #[test]
+    fn first_picture_is_the_end_unless_another_frame_tells_more() {
+        // A fall to rest.
+        assert_eq!(first(&[&[9.0], &[5.0], &[0.0]], &[0.0, 3.0, 0.0]), 2);
+        // A throw that ends at rest where it began: its top.
+        assert_eq!(first(&[&[0.0], &[9.0], &[5.0], &[0.0]], &[3.0, 0.1, 2.0, 0.0]), 1);
+        // Control: in motion, as an orbit, its end.
+        assert_eq!(first(&[&[0.0], &[9.0], &[0.0]], &[3.0, 3.0, 3.0]), 2);
+        // A container that empties: while half of the particles are left.
+        let (four, two, none): (&[f64], &[f64], &[f64]) = (&[1.0, 2.0, 3.0, 4.0], &[1.0, 2.0], &[]);
+        assert_eq!(first(&[four, two, none], &[1.0; 3]), 1);
+        assert_eq!(first(&[four], &[1.0]), 0);
+    }
+}

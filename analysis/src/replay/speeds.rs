@@ -77,6 +77,22 @@ mod tests {
     use super::*;
 
     #[test]
+    fn top_of_the_color_scale_is_that_of_the_recorded_bar() {
+        let legend = |texts: &[&str]| -> Vec<Shape> {
+            let text = |text: &&str| Shape::Text { center: [0.0; 2], text: (*text).to_owned() };
+            texts.iter().map(text).collect()
+        };
+        assert_eq!(legend_top(&legend(&["speed 0", "0.848 m/s"])), Some(0.848));
+        assert_eq!(legend_top(&legend(&["speed 0", "1.2e-8"])), Some(1.2e-8));
+        for damaged in ["", "fast", "-1 m/s", "inf", "0 m/s"] {
+            assert_eq!(legend_top(&legend(&["speed 0", damaged])), None, "{damaged}");
+        }
+        let speeds = || [vec![0.1, 0.2, 5.0]].into_iter();
+        assert_eq!(Speeds::of(speeds(), Some(0.848)).top, 0.848);
+        assert_eq!(Speeds::of(speeds(), None).top, 5.0);
+    }
+
+    #[test]
     fn velocities_are_stored_within_half_a_step() {
         let parts = [-3.0_f32, -0.7, 0.0, 1e-3, 2.9];
         for points in [5, MAX_FINE_POINTS + 1] {

@@ -54,23 +54,29 @@ const shadesOf = (colors) => Uint32Array.from(colors.flatMap((color) => [0, 1, 2
 // contact or an event, it moves along a line; where it could not have moved so far, as at a periodic border, it stays until half of the time.
 const STAYS = 0, LINE = 1, CURVE = 2;
 
-// The motion after a frame: its kind, and for a curve the displacements per frame at both ends, in stored steps, and an estimate of its error.
-function motionOf(film, { xs, ys, times, velocities }, frame, i) {
+// The kind of the motion after a frame. For a curve, the displacements per frame at both ends, in stored steps, and an estimate of its error are put into
+// five places of a list.
+function motionOf(film, { xs, ys, times, velocities }, frame, i, list, place) {
   const at = frame * film.particles + i, next = at + film.particles;
+  if (xs[at] === ABSENT || xs[next] === ABSENT) return STAYS;
   const across = xs[next] - xs[at], up = ys[next] - ys[at], far = Math.hypot(across, up);
-  if (xs[at] === ABSENT || xs[next] === ABSENT) return { kind: STAYS };
-  const [vx, vy] = velocities;
-  if (!vx || vx[at] === ABSENT || vx[next] === ABSENT) return { kind: far > film.longest / 4 ? STAYS : LINE };
-  const perFrame = (times[frame + 1] - times[frame]) / film.step;
-  const slopes = [vx[at], vy[at], vx[next], vy[next]].map((value) => (value * film.velocityStep - film.velocityTop) * perFrame);
-  const length = Math.max(Math.hypot(slopes[0], slopes[1]), Math.hypot(slopes[2], slopes[3]));
-  const rounding = 2 + film.velocityStep * perFrame;
+  const vx = velocities[0], vy = velocities[1];
+  if (!vx || vx[at] === ABSENT || vx[next] === ABSENT) return far > film.longest / 4 ? STAYS : LINE;
+  const perFrame = (times[frame + 1] - times[frame]) / film.step, size = film.velocityStep * perFrame, zero = film.velocityTop * perFrame;
+  const a = vx[at] * size - zero, b = vy[at] * size - zero, c = vx[next] * size - zero, d = vy[next] * size - zero;
+  const length = Math.sqrt(Math.max(a * a + b * b, c * c + d * d)), rounding = 2 + size;
   // On a curve of the angle a, the mean of the velocities misses the displacement by a^2/12 of it, and the cubic misses the curve by a^3/384.
-  const miss = Math.max(0, Math.hypot(across - (slopes[0] + slopes[2]) / 2, up - (slopes[1] + slopes[3]) / 2) - rounding);
+  const miss = Math.max(0, Math.hypot(across - (a + c) / 2, up - (b + d) / 2) - rounding);
   // A turn by more than a right angle may be a bounce, which has the same ends as a throw.
-  const isSmooth = slopes[0] * slopes[2] + slopes[1] * slopes[3] >= 0;
-  if (isSmooth && miss <= MOST_MISSED * length) return { kind: CURVE, slopes, error: length * (12 * miss / length) ** 1.5 / 384 || 0 };
-  return { kind: far > 2 * length + rounding && far > film.longest / 4 ? STAYS : LINE };
+  if (a * c + b * d >= 0 && miss <= MOST_MISSED * length) {
+    list[place] = a;
+    list[place + 1] = b;
+    list[place + 2] = c;
+    list[place + 3] = d;
+    list[place + 4] = length * (12 * miss / length) ** 1.5 / 384 || 0;
+    return CURVE;
+  }
+  return far > 2 * length + rounding && far > film.longest / 4 ? STAYS : LINE;
 }
 const MOST_MISSED = 0.17;
 
@@ -81,9 +87,9 @@ const hermiteSlope = (from, to, first, last, part) =>
   first + part * (2 * (3 * (to - from) - 2 * first - last) + 3 * part * (2 * (from - to) + first + last));
 
 // Whether the path after a frame is known within 1/400 of the view: by velocities, or because it turns by at most 30 degrees from frame to frame.
-function isPathKnown(film, data, frame, i, motion) {
-  if (motion.kind === CURVE) return motion.error <= film.longest / 400;
-  if (motion.kind === STAYS || data.velocities.length) return false;
+function isPathKnown(film, data, frame, i, kind, error) {
+  if (kind === CURVE) return error <= film.longest / 400;
+  if (kind === STAYS || data.velocities.length) return false;
   const at = frame * film.particles + i, { xs, ys } = data;
   const turn = (middle) => {
     const [before, after] = [middle - film.particles, middle + film.particles];

@@ -157,7 +157,10 @@ fn row(metric: &Metric, checks: &[&CheckResult], has_place: bool) -> Markup {
     let place = subject.strip_prefix(metric.name()).filter(|_| has_place).unwrap_or_default();
     html! {
         tr {
-            td { (name(metric)) @if !place.is_empty() { span class="facts" { (place) } } }
+            td {
+                @if has_place { (quantity(metric)) span class="facts" { (place) } }
+                @else { (name(metric)) }
+            }
             td class="value" data-label="" { (aligned(&value_text(metric))) }
             td class="unit" data-label="" { (unit) }
             td class="theory" data-label=(label("theory", &theory)) { (aligned(&theory)) }
@@ -174,6 +177,15 @@ fn verdicts(checks: &[&CheckResult]) -> Markup {
             @let (class, word) = if check.passed { ("good", "ok") } else { ("bad", "failed") };
             strong class=(class) { (word) } ": "
             span title=(check.finding) { (typographic(&check.requirement)) }
+        }
+    }
+}
+
+/// A metric in words, which lead to its definition and show its name under the pointer.
+fn quantity(metric: &Metric) -> Markup {
+    html! {
+        a href=(format!("#{}", anchor(metric.definition))) title=(metric.name()) {
+            (metric.definition.label)
         }
     }
 }

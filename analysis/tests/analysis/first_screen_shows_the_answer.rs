@@ -72,7 +72,7 @@ channels = ["state", "energy"]
 [sweep]
 "model.dem.restitution" = [0.2, 0.5, 0.8]
 [[checks]]
-metric = "energy.residual_relative"
+metric = "energy.kinetic"
 maximum = 1e9
 [[plots]]
 y = "/energy.kinetic_j"

@@ -219,6 +219,7 @@ fn plots_respond_and_share_the_time_of_the_replay() {
 /// Appended to the page: the looks of the curves of the plot of any metric, and its remark.
 const LOOKS: &str = r#"<script>
 held((async () => {
+  for (const list of document.querySelectorAll("details")) list.open = true;
   await nextFrames(5);
   const { figure } = charts.at(-1);
   const looks = [...figure.querySelectorAll(".legend path")].map((path) => {

@@ -231,6 +231,14 @@ async fn file(State(served): State<Arc<Served>>, request: Request) -> Response {
     answer.into_response()
 }
 
+/// Number of recordings of a folder that are listed openly; more are collapsed.
+const LISTED_OPENLY: usize = 8;
+
+/// The folder of a recording; "." for the served one.
+fn parent(found: &Found) -> &str {
+    found.path.rsplit_once('/').map_or(".", |(folder, _)| folder)
+}
+
 fn page(contents: &Contents, has_index: bool, viewer: impl Fn(&Found) -> String) -> String {
     let link = |path: &Option<String>, text: &str| -> Markup {
         html! { @if let Some(path) = path { " · " a href=(path_of_address(path)) { (text) } } }
@@ -248,14 +256,20 @@ fn page(contents: &Contents, has_index: bool, viewer: impl Fn(&Found) -> String)
             body {
                 main {
                     h1 { "Recordings" }
-                    @if has_index { p { a href="/index.html" { "All experiments with their results" } } }
-                    ul {
-                        @for found in &contents.recordings {
-                            li {
-                                a href=(viewer(found)) { (found.path) }
-                                (link(&found.report, "report"))
-                                (link(&Some(found.path.clone()), "file"))
-                                (link(&found.layout, "layout"))
+                    @if has_index { p { a href="/index.html" { "Gallery of all experiments with their results" } } }
+                    @for folder in contents.recordings.chunk_by(|one, next| parent(one) == parent(next)) {
+                        // A sweep of many runs does not hide the other folders.
+                        details open[folder.len() <= LISTED_OPENLY] {
+                            summary { (parent(&folder[0])) " (" (folder.len()) ")" }
+                            ul {
+                                @for found in folder {
+                                    li {
+                                        a href=(viewer(found)) { (found.path) }
+                                        (link(&found.report, "report"))
+                                        (link(&Some(found.path.clone()), "file"))
+                                        (link(&found.layout, "layout"))
+                                    }
+                                }
                             }
                         }
                     }

@@ -1,0 +1,84 @@
+// The players together: their arrangement, their common scales, their controls, and their pictures on paper.
+// The players that are displayed.
+const players = () => [window.replay, window.replay?.second].filter((each) => each?.film && !each.part.hidden);
+
+// Players are next to each other or one above the other, whichever shows their runs larger. The first ones are complete on the screen.
+function arrange() {
+  const all = players(), box = deck.querySelector(".players");
+  if (!all.length) return;
+  const isFull = document.fullscreenElement === deck, width = deck.clientWidth;
+  const above = isFull ? 0 : all[0].canvas.getBoundingClientRect().top + scrollY;
+  const below = innerHeight - above - (isFull ? 150 : 90), room = Math.min(900, below > 0.45 * innerHeight ? below : 0.7 * innerHeight);
+  const shape = Math.max(...all.map((each) => each.shape()));
+  const isStacked = all.length > 1 && Math.min(width, (room / 2 - 30) / shape) > Math.min(width / 2, room / shape);
+  box.classList.toggle("stacked", isStacked);
+  all.forEach((each) => each.resize(isStacked ? room / 2 - 20 : room));
+}
+
+// The region that contains all views, or null if the smallest of them would hardly be visible in it.
+const MOST_ENLARGED = 4;
+function common(views) {
+  const side = ([x0, y0, x1, y1]) => Math.max(x1 - x0, y1 - y0), sides = views.map(side);
+  const all = [0, 1, 2, 3].map((k) => (k < 2 ? Math.min : Math.max)(...views.map((view) => view[k])));
+  return side(all) <= MOST_ENLARGED * Math.min(...sides) ? all : null;
+}
+
+// One color scale, and if possible one scale of lengths, for all runs that are displayed.
+function share() {
+  const all = players();
+  const widest = all.reduce((found, each) => each.film.speedTop > (found?.speedTop ?? -1) ? each.film : found, null);
+  if (!widest) return;
+  const max = Math.max(...all.map((each) => each.film.speedMax)), isSpeed = scale.by === "speed";
+  scale.top = widest.speedTop;
+  deck.querySelector(".bar").style.background = `linear-gradient(to right, ${widest.colors.join()})`;
+  deck.querySelector(".scale").hidden = isSpeed && !(scale.top > 0);
+  const [low, high] = { height: ["low at start", "high"], side: ["left at start", "right"] }[scale.by] ?? ["speed 0",
+    `${max > 1.005 * scale.top ? "≥ " : ""}${withUnit(widest.speedTopText, widest.units[1])}`];
+  deck.querySelector(".bottom").textContent = low;
+  deck.querySelector(".top").textContent = high;
+  const region = common(all.map((each) => each.film.view));
+  all.forEach((each) => each.agree(region ?? each.film.view));
+}
+
+if (deck) {
+  deck.hidden = false;
+  const [first, second] = deck.querySelectorAll(".player"), box = deck.querySelector(".pair"), colors = deck.querySelector(".colors");
+  if (typeof DecompressionStream === "undefined") {
+    deck.querySelectorAll(".stage, .controls, .readout").forEach((part) => { part.hidden = true; });
+    deck.querySelector(".note").textContent = "This browser cannot play the replay: it has no DecompressionStream.";
+  } else {
+    const refresh = () => { share(); arrange(); };
+    document.addEventListener("filmchange", refresh);
+    addEventListener("resize", arrange);
+    document.addEventListener("fullscreenchange", arrange);
+    window.replay = player(first);
+    // A second run next to the first one, with its clock.
+    if (second) replay.second = player(second, replay);
+    box?.addEventListener("change", () => {
+      second.hidden = !box.checked;
+      refresh();
+    });
+    const color = () => {
+      scale.by = colors.value;
+      share();
+    };
+    colors.addEventListener("change", color);
+    color();
+    const full = deck.querySelector(".full");
+    full.hidden = !deck.requestFullscreen;
+    full.addEventListener("click", () => document.fullscreenElement ? document.exitFullscreen() : deck.requestFullscreen());
+  }
+}
+
+// On paper, the replay is a strip of five pictures.
+const STRIP = 5;
+function makeStrip() {
+  const [first] = players();
+  if (!first || first.frames < 2) return;
+  const strip = element("div", { class: "strip" }, deck);
+  for (let picture = 0; picture < STRIP; picture++) {
+    const [copy, time] = first.pictureAt(picture * (first.frames - 1) / (STRIP - 1), 360), figure = element("figure", {}, strip);
+    figure.append(copy);
+    element("figcaption", {}, figure, time);
+  }
+}
