@@ -78,6 +78,8 @@ pub struct Lookup<'a> {
     pub recordings: Option<Recordings<'a>>,
     /// The metrics that checks and plots may name. Without it, any name is accepted.
     pub metrics: Option<MetricNames>,
+    /// The charts of the model that plots may name. Without it, any name is accepted.
+    pub figures: Option<MetricNames>,
 }
 
 /// Reads a manifest. `origin` is the file's name, for messages and for the default of `name`.
@@ -328,6 +330,7 @@ fn read_root(
     let model = runs.first().map(|run| run.manifest.model.name());
     let metrics = model.zip(lookup.metrics).map(|(model, metrics)| metrics(model));
     let metrics = metrics.as_deref();
+    let figures = model.zip(lookup.figures).map(|(model, figures)| figures(model));
     let manifest = CheckedManifest { source, axes: Some(&axes), metrics };
     let checks =
         checks.map_or_else(Vec::new, |checks| checks::read(&checks.node, Some(manifest), errors));
@@ -336,6 +339,7 @@ fn read_root(
         manifest,
         channels: first.map_or(&[], |first| first.model.channels()),
         recorded: first.and_then(|first| first.record.channels.as_deref()),
+        figures: figures.as_deref(),
     };
     // A manifest whose runs cannot be read has no known channels; its errors are reported first.
     let requesting = first.map(|_| requesting);

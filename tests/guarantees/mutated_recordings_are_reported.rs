@@ -195,7 +195,7 @@ impl Findings {
                 let starts = StartFiles::relative_to(file.parent().unwrap());
                 let read = |name: &str| starts.read(name);
                 let text = start(name);
-                let lookup = Lookup { recordings: Some(&read), metrics: None };
+                let lookup = Lookup { recordings: Some(&read), ..Lookup::default() };
                 if let Ok(experiment) = parse_with(&text, "a.toml", &[], lookup) {
                     drop(run_interruptibly(&experiment.runs[0], interrupt));
                 }

@@ -78,6 +78,20 @@ pub fn metric_names(model: &str) -> Vec<&'static str> {
     metrics.map(|metric| metric.name).collect()
 }
 
+/// The charts of a model's runs that a plot may name; none for an unknown model.
+#[must_use]
+pub fn figure_names(model: &str) -> Vec<&'static str> {
+    let charts = of_model(model).into_iter().flat_map(|model| model.figures);
+    charts.map(|chart| chart.stem).collect()
+}
+
+/// The metrics that a chart of a model's runs shows; none for an unknown chart.
+#[must_use]
+pub fn metrics_of_figure(model: &str, stem: &str) -> &'static [&'static str] {
+    let mut charts = of_model(model).into_iter().flat_map(|model| model.figures);
+    charts.find(|chart| chart.stem == stem).map_or(&[], |chart| chart.metrics)
+}
+
 /// (x - reference) / |reference|.
 fn relative_change(x: f64, reference: f64) -> f64 {
     (x - reference) / reference.abs()

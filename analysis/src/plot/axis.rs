@@ -30,6 +30,7 @@ pub(crate) struct Axis {
 impl Axis {
     /// A linear axis.
     pub(crate) fn linear(label: &str, unit: &str) -> Self {
+        let unit = if unit == "1" { "" } else { unit };
         Self { label: label.into(), unit: unit.into(), scale: Scale::Linear, words: Vec::new() }
     }
 

@@ -4,7 +4,9 @@ mod axis;
 mod canvas;
 mod chart;
 mod chart_size;
+mod curve;
 pub(crate) mod drawing;
+mod legend;
 pub(crate) mod page;
 pub(crate) mod palette;
 mod picture;
@@ -19,12 +21,17 @@ mod word_labels;
 
 pub(crate) use axis::{Axis, Scale, extremes};
 use canvas::DrawingError;
-pub(crate) use chart::{Chart, Curve, CurveStyle, Point, thinned};
+pub(crate) use chart::Chart;
 pub(crate) use chart_size::ChartSize;
+pub(crate) use curve::{Curve, CurveStyle, Point, stacked, thinned};
 pub(crate) use picture::Picture;
 
 use kinetoscope_console::text::visible;
 use serde::{Deserialize, Serialize};
+
+/// Boltzmann's constant with its subscript, as the unit of an axis.
+const BOLTZMANN_CONSTANT: &str =
+    "(k<tspan dy=\"0.25em\" font-size=\"75%\">B</tspan><tspan dy=\"-0.19em\">)</tspan>";
 
 /// A plot with its title and its file name without the extension.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -64,6 +71,14 @@ impl Plot {
         self
     }
 
+    /// Whether two plots have the same curves, or are the same picture. Titles and remarks may differ.
+    pub(crate) fn shows_the_same_as(&self, other: &Self) -> bool {
+        match (&self.content, &other.content) {
+            (PlotContent::Chart(one), PlotContent::Chart(other)) => one.curves == other.curves,
+            (one, other) => one == other,
+        }
+    }
+
     /// Whether the plot shows more than one number: not one dot, and not a flat line.
     pub(crate) fn is_informative(&self) -> bool {
         match &self.content {
@@ -84,6 +99,7 @@ impl Plot {
             PlotContent::Chart(chart) => chart.svg(&self.title, size)?,
             PlotContent::Picture(picture) => picture.svg(&self.title),
         };
+        let svg = svg.map(|svg| svg.replace("(k_B)", BOLTZMANN_CONSTANT));
         // TeamCity and Azure find commands such as `##vso[…]` anywhere in a line.
         Ok(svg.map(|svg| visible(&in_lines_of_elements(&svg)).replace("##", "#&#35;")))
     }

@@ -22,7 +22,11 @@ pub(super) fn plots(
         match data.draw(request) {
             Ok(plot) => requested.push(plot),
             Err(why) => {
-                notes.push(format!("the plot of `{}` was not drawn: {}", request.y, why.clause()));
+                notes.push(format!(
+                    "the plot of `{}` was not drawn: {}",
+                    request.subject(),
+                    why.clause()
+                ));
             }
         }
     }

@@ -11,6 +11,8 @@ use std::collections::BTreeSet;
 
 /// Maximum number of curves per chart: the number of distinct colors.
 pub(crate) const MAX_CURVES: usize = 7;
+/// The color of references.
+pub(super) const REFERENCE_COLOR: usize = 6;
 
 /// All plots over the numeric axes of the sweep.
 pub(crate) fn plots(points: &[SweepPoint<'_>]) -> Vec<Plot> {
@@ -217,8 +219,13 @@ pub(super) fn words_and_unit(key: &str) -> (String, &'static str) {
 
 /// Charts with one curve per run, if there are at least two runs.
 pub(crate) fn comparisons(runs: &[&RunAnalysis]) -> Vec<Plot> {
+    if runs.len() > 1 { shared_charts(runs) } else { Vec::new() }
+}
+
+/// Charts with one curve per run.
+pub(super) fn shared_charts(runs: &[&RunAnalysis]) -> Vec<Plot> {
     let mut plots = Vec::new();
-    let Some(first) = runs.first().filter(|_| runs.len() > 1) else { return plots };
+    let Some(first) = runs.first() else { return plots };
     for SharedCurve { stem, title, axes, .. } in &first.figures.comparisons {
         let curve = |(color, run): (usize, &&RunAnalysis)| {
             let shared = run.figures.comparisons.iter().find(|other| other.stem == *stem)?;

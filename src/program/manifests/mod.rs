@@ -12,7 +12,7 @@ use clap::Args;
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope::plan::restart_files::StartFiles;
 use kinetoscope::plan::{Plan, Status};
-use kinetoscope_analysis::metric_names;
+use kinetoscope_analysis::{figure_names, metric_names};
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::folder::folder_of;
@@ -238,7 +238,11 @@ impl<'a> ManifestReader<'a> {
             })?;
             starts.read(&canonical(&recording).to_string_lossy())
         };
-        let lookup = Lookup { recordings: Some(&recordings), metrics: Some(metric_names) };
+        let lookup = Lookup {
+            recordings: Some(&recordings),
+            metrics: Some(metric_names),
+            figures: Some(figure_names),
+        };
         parse_with(source, &origin, overrides, lookup)
     }
 

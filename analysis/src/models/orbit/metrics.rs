@@ -13,6 +13,7 @@ definitions! {
     POSITION_ERROR: "position_error.final", "AU", "/state against the exact Kepler solution through the first frame, last frame", [law::EXACT], 1e-9;
     PHASE_ERROR: "phase_error.final", "rad", "/state: angle minus that of the exact solution, last frame; whole turns from /orbit, counted at every step", [law::EXACT], 1e-9;
     ECCENTRICITY_CHANGE: "eccentricity_vector.change", "1", "/state: |v × L/GM - r/|r||, change from the first frame to the last", [law::EXACT], 1e-9;
+    SEMI_MAJOR_AXIS: "semi_major_axis", "AU", "/orbit: half the sum of min |r| and max |r|, of a run of a revolution or more", [], 0.0;
     PERIOD: "period.measured", "d", "/orbit: time between passes of the direction of the start, found within the steps, mean over the revolutions", [law::KEPLERS_THIRD], 0.0;
     THIRD_LAW: "third_law.ratio", "1", "/orbit: 4 pi^2 over GM, times the cube of half the sum of min |r| and max |r|, over the square of the period", [law::KEPLERS_THIRD], 0.0;
     FORCE_EVALUATIONS: "force_evaluations", "1", "/orbit or /conserved: force evaluations, last frame", [], 0.0;
