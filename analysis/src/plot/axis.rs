@@ -292,6 +292,22 @@ mod tests {
         }
     }
 
+    /// Guarantee: a logarithmic axis of any range has at least three different labels.
+    #[test]
+    fn logarithmic_axes_have_three_labels() {
+        for start in 0..40 {
+            for width in 1..60 {
+                let least = libm::pow(10.0, f64::from(start) / 40.0 - 3.0);
+                let greatest = least * libm::pow(10.0, f64::from(width) / 10.0);
+                let layout = Layout::new(&Axis::logarithmic("y", ""), least, greatest);
+                let mut texts: Vec<String> =
+                    layout.ticks.iter().map(|tick| layout.tick_text(*tick)).collect();
+                texts.dedup();
+                assert!(texts.len() >= 3, "{least} to {greatest}: {texts:?}");
+            }
+        }
+    }
+
     #[test]
     fn logarithmic_ticks_suit_narrow_and_wide_ranges() {
         let texts = |least: f64, greatest: f64| -> Vec<String> {

@@ -7,7 +7,7 @@ use super::canvas::{
 };
 use super::chart_size::{ChartSize, WIDTH};
 use super::curve::{Curve, CurveStyle, Point};
-use super::legend::{self, EndLabels, LEGEND_ROW_HEIGHT, area_style};
+use super::legend::{self, EndLabels, LEGEND_ROW_HEIGHT, RIGHT_MARGIN, area_style};
 use super::word_labels::draw_words;
 use kinetoscope_console::text::plural;
 use plotters::prelude::*;
@@ -35,7 +35,6 @@ const GROWTH: f64 = 30.0;
 const PLOT_HEIGHT: i32 = 360;
 const TITLE_HEIGHT: i32 = 40;
 const BOTTOM_LABELS: i32 = 58;
-pub(super) const RIGHT_MARGIN: i32 = 32;
 const TOP_MARGIN: i32 = 10;
 const TITLE_TEXT: i32 = 20;
 const TICK_TEXT: i32 = 15;

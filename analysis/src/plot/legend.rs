@@ -4,11 +4,12 @@ use super::axis::Layout;
 use super::canvas::{
     Canvas, DrawingError, curve_color, failure, fine, stroke, text_style, text_width,
 };
-use super::chart::RIGHT_MARGIN;
 use super::curve::{Curve, CurveStyle};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
+/// Space right of the plotted area of a chart without labels at the ends of its curves.
+pub(super) const RIGHT_MARGIN: i32 = 32;
 pub(super) const LEGEND_ROW_HEIGHT: i32 = 22;
 const LEGEND_LEFT: i32 = 92;
 const LEGEND_TEXT: i32 = 16;

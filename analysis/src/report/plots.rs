@@ -46,6 +46,7 @@ pub(super) fn plots(
         ));
     }
     others.retain(Plot::is_informative);
+    others.retain(|plot| !requested.iter().any(|other| other.shows_the_same_as(plot)));
     let on_request = requested.len();
     requested.append(&mut others);
     (uniquely_named(requested), on_request)

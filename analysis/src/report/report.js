@@ -742,14 +742,14 @@ function chart(figure, data) {
   }
   const reset = element("button", { type: "button" }, tools, "reset zoom");
   reset.addEventListener("click", () => setZoom(null));
-  if (!xAxis.words && hasLog((curve) => curve.x)) toggle(tools, "log x", () => isLogX, () => { isLogX = !isLogX; zoom = null; });
-  if (isLogY || hasLog((curve) => curve.y)) toggle(tools, "log y", () => isLogY, () => { isLogY = !isLogY; zoom = null; });
+  if (!below && !xAxis.words && hasLog((curve) => curve.x)) toggle(tools, "log x", () => isLogX, () => { isLogX = !isLogX; zoom = null; });
+  if (!below && (isLogY || hasLog((curve) => curve.y))) toggle(tools, "log y", () => isLogY, () => { isLogY = !isLogY; zoom = null; });
 
   const entries = curves.filter((curve) => curve.name && !measured(curve)).map((curve) => {
     const all = [curve, ...curves.filter((other) => measured(other) === curve)];
     const button = toggle(legend, "", () => !hidden.has(curve), () => {
       const isHidden = hidden.has(curve);
-      for (const each of all) isHidden ? hidden.delete(each) : hidden.add(each);
+      all.forEach((each) => { if (isHidden) hidden.delete(each); else hidden.add(each); });
     });
     const sample = element("svg", { viewBox: "0 0 26 10", "aria-hidden": true }, button);
     for (const each of all) element("path", { ...strokeOf(each), d: each.style === "data" ? "M13 5h.01" : each.below ? "M0 1h26v8h-26" : "M0 5h26" }, sample);

@@ -9,8 +9,8 @@ use crate::number_text::{short_number, three_digits, with_error};
 use crate::plot::{Curve, CurveStyle, Point, extremes};
 use crate::statistics::{Estimate, Line, least_squares_line};
 use crate::sweep::SweepPoint;
-use crate::sweep::figures::{MAX_CURVES, REFERENCE_COLOR};
-use kinetoscope_manifest::{PlotFit, PlotRequest};
+use crate::sweep::figures::{MAX_CURVES, MEASURED, REFERENCE_COLOR};
+use kinetoscope_manifest::{Coordinate, PlotFit, PlotRequest};
 
 /// Error over its rounding from which a line shows the order of a method.
 const LEAST_OVER_ROUNDING: f64 = 30.0;
@@ -46,7 +46,11 @@ impl Lines<'_> {
                 None => self.known_fit(metric, &coordinates, &data, has_theory),
             };
             let Some(Fitted { line, text }) = fit else { continue };
-            if let Some(text) = text {
+            // A fit that is drawn has its number in the legend.
+            let is_named = line
+                .as_ref()
+                .is_some_and(|line| !line.name.contains("theory") && !line.name.contains(": "));
+            if let Some(text) = text.filter(|_| !is_named) {
                 let place = if place.is_empty() { String::new() } else { format!("{place}: ") };
                 remarks.push(format!("{place}{text}"));
             }
@@ -65,7 +69,7 @@ impl Lines<'_> {
     fn known_fit(
         &self,
         metric: &str,
-        coordinates: &[kinetoscope_manifest::Coordinate],
+        coordinates: &[Coordinate],
         data: &Curve,
         has_theory: bool,
     ) -> Option<Fitted> {
@@ -93,22 +97,17 @@ impl Lines<'_> {
         let text = |name: &str| first.map(|first| format!("fitted {name} {}", number(first)));
         // A single curve has no name that its law could follow.
         let name = |of: &str| match data.name.as_str() {
-            "measured" => of.to_owned(),
+            MEASURED => of.to_owned(),
             name => format!("{name}: {of}"),
         };
         match fit.shape {
             FitShape::Saturation => {
                 let scale = first?.value;
-                let [_, high] = range_of(data)?;
-                let line = |x: f64| -scale * libm::expm1(-x / scale);
                 let law = fit.parameters[0].laws.first().map_or("fit", |law| law.source);
                 let name = if has_theory { name(law) } else { format!("fit ({law})") };
-                let points = (0..LINE_POINTS).map(|index| {
-                    let x = high * index as f64 / (LINE_POINTS - 1) as f64;
-                    Point::bare(x, line(x))
-                });
-                let line = theory_line(name, data.color, points.collect());
-                Some(Fitted { line: Some(line), text: None })
+                let points = saturation_points(scale, range_of(data)?[1]);
+                let line = Some(theory_line(name, data.color, points));
+                Some(Fitted { line, text: None })
             }
             FitShape::PowerLaw => {
                 let (exponent, of) = match (theory, first) {
@@ -202,6 +201,15 @@ fn power_points(anchor: Point, exponent: f64, [low, high]: [f64; 2]) -> Option<V
     })
 }
 
+/// Points of s (1 - exp(-x/s)) from 0 on, at equal distances.
+fn saturation_points(scale: f64, high: f64) -> Vec<Point> {
+    let at = |index: usize| {
+        let x = high * index as f64 / (LINE_POINTS - 1) as f64;
+        Point::bare(x, -scale * libm::expm1(-x / scale))
+    };
+    (0..LINE_POINTS).map(at).collect()
+}
+
 /// A power law through the middle of all data.
 fn power_law(curves: &[Curve], exponent: f64, index: usize) -> Option<Curve> {
     let data = curves.iter().filter(|curve| curve.style == CurveStyle::Data);
@@ -231,7 +239,11 @@ fn requested_fit(shape: PlotFit, data: &Curve) -> Option<Fitted> {
             (vec![end(low), end(high)], format!("slope {slope}"))
         }
     };
-    let line = theory_line(format!("{}: fit, {of}", data.name), data.color, drawn);
+    let name = match data.name.as_str() {
+        MEASURED => format!("fit, {of}"),
+        name => format!("{name}: fit, {of}"),
+    };
+    let line = theory_line(name, data.color, drawn);
     Some(Fitted { line: Some(line), text: Some(format!("fitted {of}")) })
 }
 

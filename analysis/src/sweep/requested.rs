@@ -117,7 +117,7 @@ impl PlotData<'_> {
             if let Some(first) = definitions.first().filter(|first| first.unit != found.unit) {
                 return Err(Message::new(
                     format!("`{}` and `{name}` have different units", first.name),
-                    "plot them one by one: an axis has one unit",
+                    "draw a plot for each unit",
                 ));
             }
             definitions.push(found);
@@ -341,6 +341,13 @@ fn common_label(names: &[&str]) -> String {
     for label in &labels[1..] {
         let shared = common.iter().zip(words(label)).take_while(|(one, other)| *one == other);
         common.truncate(shared.count());
+    }
+    // "self diffusion from" is "self diffusion".
+    while common
+        .last()
+        .is_some_and(|last| ["from", "of", "by", "at", "in"].contains(&last.as_str()))
+    {
+        common.pop();
     }
     if common.is_empty() { labels.join(", ") } else { common.join(" ") }
 }

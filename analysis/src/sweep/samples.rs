@@ -8,7 +8,7 @@ use crate::number_text::{six_digits, with_error};
 use crate::plot::{Curve, CurveStyle, Point};
 use crate::statistics::Estimate;
 use crate::sweep::SweepPoint;
-use crate::sweep::figures::{MAX_CURVES, words_and_unit};
+use crate::sweep::figures::{MAX_CURVES, MEASURED, words_and_unit};
 use kinetoscope_console::Message;
 use kinetoscope_manifest::{Axis as SweptAxis, Coordinate, RunManifest, manifest_values};
 
@@ -216,7 +216,7 @@ fn curves_of(samples: &[&Sample], name: &str, color: usize, abscissa: &Abscissa)
         theory.extend(sample.theory.map(|y| Point::bare(x, y)));
     }
     let of_theory = if name.is_empty() { "theory".to_owned() } else { format!("{name}: theory") };
-    let measured = if name.is_empty() { "measured" } else { name };
+    let measured = if name.is_empty() { MEASURED } else { name };
     let mut curves = Vec::new();
     for (name, style, mut points) in
         [(measured.to_owned(), CurveStyle::Data, data), (of_theory, CurveStyle::Theory, theory)]

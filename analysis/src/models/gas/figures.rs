@@ -85,7 +85,10 @@ fn entropy_over_time(run: &GasRun) -> Plot {
     let mut curves = vec![Curve::line("measured", 0, series.iter().copied())];
     let is_removed = run.config.partition.is_some_and(|partition| partition.opens_s.is_some());
     if let Some(entropy) = entropy_at_equilibrium(&run.config).filter(|_| is_removed) {
-        let level = series.ends().map(|(time, _)| (*time, entropy));
+        // A logarithmic axis cannot show time 0.
+        let first_shown = series.iter().find(|(time, _)| *time > 0.0);
+        let times = series.first().into_iter().chain(first_shown).chain(series.last());
+        let level = times.map(|(time, _)| (*time, entropy));
         curves.push(Curve::theory("uniform gas in the whole container", 1, level));
     }
     let across = time_axis(series.iter().map(|(time, _)| *time), "s");

@@ -34,7 +34,10 @@ fn temperature(run: &GasRun) -> Option<Plot> {
     if is_by_speed {
         curves.push(Curve::line("by ⟨v⟩²", 2, series.iter().map(|&(t, _, speed)| (t, speed))));
     }
-    let ends = || series.ends().map(|(time, ..)| *time);
+    // A logarithmic axis cannot show time 0.
+    let first_shown = series.iter().map(|(time, ..)| *time).find(|time| *time > 0.0);
+    let starts = [Some(begin), first_shown];
+    let ends = || starts.into_iter().flatten().chain(series.last().map(|(time, ..)| *time));
     let level = |value: f64| ends().map(move |time| (time, value));
     let opens = config.partition.and_then(|partition| partition.opens_s);
     if config.wall_speed_m_per_s.get() != 0.0 {
