@@ -7,6 +7,7 @@
 //! [`analyze`] is the way from one recording to its metrics. The modules are internal to the program `analyze-recordings`: they
 //! may change in every version.
 
+mod answer;
 mod checks;
 pub mod cli;
 mod export;
@@ -27,7 +28,7 @@ mod write_file;
 
 pub use input::UnreadableRecording;
 pub use metric::{Definition, Law, Measurement, Theory, Violation};
-pub use models::{figure_names, metric_names, metrics_of_figure, needs_replicates};
+pub use models::{figure_names, fitted_along, metric_names, metrics_of_figure, needs_replicates};
 pub use report::metrics_reference;
 pub use run::{RunAnalysis, RunStatus};
 pub use statistics::{Entries, Estimate, MissingError};

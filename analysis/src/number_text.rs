@@ -26,6 +26,48 @@ pub(crate) fn with_error(value: f64, standard_error: Option<f64>) -> String {
     if plain { text } else { format!("{text}·{}", power_text(exponent)) }
 }
 
+/// A standard error below this fraction of the value is not shown in a sentence.
+const SHOWN_ERROR: f64 = 1e-6;
+
+/// Formats a number with its standard error as sentences contain it, with two digits of the error: 24.5 ± 2.2, or
+/// (1.3182 ± 0.0013)·10⁻¹⁸; `None` if the error is not finite, or too small to be shown.
+pub(crate) fn plus_minus(value: f64, standard_error: f64) -> Option<String> {
+    let is_shown = standard_error.is_finite()
+        && value.is_finite()
+        && standard_error > SHOWN_ERROR * value.abs()
+        && standard_error > f64::MIN_POSITIVE;
+    if !is_shown {
+        return None;
+    }
+    let exponent = decimal_exponent(value.abs().max(standard_error));
+    // Errors of more than two digits before the decimal point are written with a power of ten as well.
+    let is_plain = (-2..=5).contains(&exponent) && decimal_exponent(standard_error) < 2;
+    let unit = if is_plain { 1.0 } else { 10.0_f64.powi(exponent) };
+    let (value, error) = (value / unit, standard_error / unit);
+    let decimals = usize::try_from(1 - decimal_exponent(error)).unwrap_or(0);
+    let text = format!("{value:.decimals$} ± {error:.decimals$}").replace('-', "−");
+    Some(if is_plain { text } else { format!("({text})·{}", power_text(exponent)) })
+}
+
+/// Formats a number with some significant digits as sentences contain it, without zeros at the end of decimals.
+pub(crate) fn significant(value: f64, digits: u8) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.abs().to_string();
+    }
+    let rounded = format!("{value:.*e}", usize::from(digits.max(1)) - 1);
+    let (mantissa, exponent) = rounded.split_once('e').unwrap_or((&rounded, "0"));
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    let text = if (-3..=5).contains(&exponent) {
+        let decimals = usize::try_from(i32::from(digits) - 1 - exponent).unwrap_or(0);
+        // Digits before the decimal point are rounded as well.
+        let value: f64 = rounded.parse().unwrap_or(value);
+        trim_zeros(&format!("{value:.decimals$}"))
+    } else {
+        format!("{}·{}", trim_zeros(mantissa), power_text(exponent))
+    };
+    text.replace('-', "−")
+}
+
 fn decimal_exponent(value: f64) -> i32 {
     libm::log10(value).floor() as i32
 }

@@ -11,7 +11,7 @@ pub(super) const EDITS: &[Edit] = &[
     (
         "analysis/src/models/orbit/metrics.rs",
         "\ndefinitions! {",
-        "\n    MAX_SPEED: \"speed.max\", \"AU/d\", \"/state: largest |v| of the frames\", [law::MAX_SPEED], 0.0;",
+        "\n    MAX_SPEED: \"speed.max\", \"AU/d\", \"largest speed\", \"/state: largest |v| of the frames\", [law::MAX_SPEED], 0.0;",
     ),
     ("analysis/src/models/orbit/observe.rs", "\n    frames: u64,", "\n    max_speed: f64,"),
     (

@@ -124,6 +124,21 @@ class Experiment:
         return float(chosen[0]["value"])
 
     @property
+    def question(self) -> str:
+        """The question that the experiment asks; empty if its manifest states none."""
+        return str(self._analyzed()["analysis"].get("question") or "")
+
+    @property
+    def answer(self) -> str:
+        """The answer in one or two sentences, as the report shows it; empty without one.
+
+        >>> print(experiment.answer)
+        Into the dashpots of their contacts: they lose 97.3 % of it. The energy balance closes to 0.508 %.
+        """
+        answer = self._analyzed()["analysis"].get("answer")
+        return str(answer["text"]) if answer else ""
+
+    @property
     def checks(self) -> List[Dict[str, Any]]:
         """The results of the outcome of each run and of the manifest's checks: ``subject``, ``passed``, ``finding``."""
         checks: List[Dict[str, Any]] = self._analyzed()["checks"]

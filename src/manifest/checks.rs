@@ -92,7 +92,8 @@ pub(crate) fn selects(at: &[(String, String)], coordinates: &[Coordinate]) -> bo
     })
 }
 
-fn names(written: &str, key: &str) -> bool {
+/// Whether a key, or its last part, is written so.
+pub(crate) fn names(written: &str, key: &str) -> bool {
     written == key || key.rsplit('.').next() == Some(written)
 }
 

@@ -1,5 +1,6 @@
 //! Reads the text of a manifest into an experiment with all its runs.
 
+use crate::answer::{AnswerTemplate, FittedAlong, question_in};
 use crate::baseline::{self, BaselineTolerance};
 use crate::canonical::{RunKey, RunManifest};
 use crate::checks::{self, Check, CheckedManifest, MetricNames};
@@ -13,6 +14,7 @@ use crate::sweep::{self, Axis, Coordinate, Points, Setting, overlap};
 use crate::syntax::parse_toml;
 use crate::tree::{self, Node, Span, Table, Value};
 use crate::value::{ReplicateCount, quoted, refuse_type};
+use crate::view::{self, ViewRequest};
 use toml::de::DeValue;
 
 /// An experiment: the contents of a valid manifest.
@@ -20,7 +22,11 @@ use toml::de::DeValue;
 pub struct Experiment {
     /// Name of the experiment and of its folder: letters, digits, `_` and `-`, without `-` at the start.
     pub name: String,
-    /// The question it asks, in the user's words; may be empty.
+    /// The question it asks; empty if none is stated.
+    pub question: String,
+    /// The sentence that answers it; `None` for one that follows from the checks.
+    pub answer: Option<AnswerTemplate>,
+    /// What is run, in the user's words; may be empty.
     pub description: String,
     /// The comment at the start of the manifest: the question and the expected answer; may be empty.
     pub comment: String,
@@ -36,6 +42,8 @@ pub struct Experiment {
     pub checks: Vec<Check>,
     /// The plots that the report shows first.
     pub plots: Vec<PlotRequest>,
+    /// How the report shows the runs first.
+    pub view: ViewRequest,
     /// How much metrics may differ from those of an earlier analysis.
     pub baseline: Vec<BaselineTolerance>,
     /// How the runs are expected to end.
@@ -80,6 +88,8 @@ pub struct Lookup<'a> {
     pub metrics: Option<MetricNames>,
     /// The charts of the model that plots may name. Without it, any name is accepted.
     pub figures: Option<MetricNames>,
+    /// The swept keys along which a metric is fitted, so that an answer names none of them.
+    pub fitted_along: Option<FittedAlong>,
 }
 
 /// Reads a manifest. `origin` is the file's name, for messages and for the default of `name`.
@@ -141,16 +151,20 @@ fn experiment(
         );
         return Err(diagnostics.with(Errors::of(Diagnostic::new(title))));
     }
+    let comment = leading_comment(source);
     Ok(Experiment {
         name,
+        question: document.head.question.unwrap_or_else(|| question_in(&comment)),
+        answer: document.head.answer,
         description: document.head.description.unwrap_or_default(),
-        comment: leading_comment(source),
+        comment,
         seed: document.head.seed,
         replicates: document.head.replicates.map_or(1, ReplicateCount::get),
         axes: document.axes,
         runs: document.runs,
         checks: document.checks,
         plots: document.plots,
+        view: document.view,
         baseline: document.baseline,
         expected_outcome: document.head.expected_outcome.unwrap_or(ExpectedOutcome::Complete),
         manifest: origin.to_owned(),
@@ -228,6 +242,7 @@ pub(crate) struct Document {
     pub(crate) runs: Vec<Run>,
     checks: Vec<Check>,
     plots: Vec<PlotRequest>,
+    view: ViewRequest,
     baseline: Vec<BaselineTolerance>,
 }
 
@@ -304,7 +319,9 @@ fn read_root(
                     .at(key_span, "leave it out, or change the sweep")
                     .at(setting.key_span, "swept here"),
             );
-        } else if ["sweep", "checks", "plots", "baseline"].iter().any(|table| overlap(table, &key))
+        } else if ["sweep", "checks", "plots", "view", "baseline"]
+            .iter()
+            .any(|table| overlap(table, &key))
         {
             let label = "change the manifest instead";
             errors.push(Diagnostic::new(format!("`{key}` cannot be set")).at(key_span, label));
@@ -314,15 +331,17 @@ fn read_root(
     }
     let checks = root.take("checks");
     let plots = root.take("plots");
+    let view = root.take("view");
     let baseline = root.take("baseline");
     let model = root.take("model");
     let record = root.take("record");
     let base = Table { entries: [model, record].into_iter().flatten().collect() };
     let mut head = Head::default();
+    let answer = root.get("answer").map(|entry| entry.node.clone());
     let mut reader = Reader::new("", root, errors);
     head.keys(&mut reader);
     head.check(&mut reader);
-    reader.also_known(&["model", "record", "sweep", "checks", "plots", "baseline"]);
+    reader.also_known(&["model", "record", "sweep", "checks", "plots", "view", "baseline"]);
     reader.suggest_keys_of(&base);
     reader.finish();
     let runs = expand(&head, &base, &axes, lookup.recordings, errors);
@@ -332,6 +351,9 @@ fn read_root(
     let metrics = metrics.as_deref();
     let figures = model.zip(lookup.figures).map(|(model, figures)| figures(model));
     let manifest = CheckedManifest { source, axes: Some(&axes), metrics };
+    if let Some((template, node)) = head.answer.as_ref().zip(answer) {
+        template.check(&node, manifest, lookup.fitted_along, errors);
+    }
     let checks =
         checks.map_or_else(Vec::new, |checks| checks::read(&checks.node, Some(manifest), errors));
     let first = runs.first().map(|run| &run.manifest);
@@ -344,9 +366,11 @@ fn read_root(
     // A manifest whose runs cannot be read has no known channels; its errors are reported first.
     let requesting = first.map(|_| requesting);
     let plots = plots.map_or_else(Vec::new, |plots| plots::read(&plots.node, requesting, errors));
+    let view =
+        view.map_or_else(ViewRequest::default, |view| view::read(&view, Some(&axes), errors));
     let baseline =
         baseline.map_or_else(Vec::new, |baseline| baseline::read(&baseline.node, metrics, errors));
-    Document { head, axes, runs, checks, plots, baseline }
+    Document { head, axes, runs, checks, plots, view, baseline }
 }
 
 /// Inserts a value from the command line or from a sweep.

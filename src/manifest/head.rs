@@ -1,5 +1,6 @@
 //! The keys of a manifest before its first table.
 
+use crate::answer::AnswerTemplate;
 use crate::keys::Reader;
 use crate::table::table;
 use crate::value::{ReplicateCount, words};
@@ -19,7 +20,14 @@ table! {
     pub(crate) struct Head at most one of [replicates, replicate] {
         /// Name of the experiment and of its folder, [A-Za-z0-9_][A-Za-z0-9_-]*; by default the file's stem.
         name: Option<String> ["", optional],
-        /// What the experiment asks, in a sentence.
+        /// What the experiment asks, in a sentence that ends with a question mark; by default the first comment up to "Expected:", if that
+        /// is a question.
+        question: Option<String> ["", optional],
+        /// The sentence that answers the question, with numbers from metrics: `"The heap has {bed.surface_angle @ friction = 0.5}."`
+        /// The words `theory`, `size` (without the sign), `in percent` and `to 6 digits` after the metric set the form of the number. By
+        /// default, the answer follows from the checks.
+        answer: Option<AnswerTemplate> ["", optional],
+        /// What is run, in a sentence.
         description: Option<String> ["", optional],
         /// Seed of all random streams.
         seed: u64 ["1"] = 0,

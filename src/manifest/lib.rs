@@ -10,11 +10,13 @@ mod syntax;
 mod table;
 mod tree;
 mod value;
+mod view;
 
 pub mod model;
 pub mod quantity;
 pub mod record;
 
+mod answer;
 mod baseline;
 mod canonical;
 mod checks;
@@ -30,6 +32,7 @@ mod start_manifests;
 mod sweep;
 mod timing;
 
+pub use answer::{AnswerPart, AnswerTemplate, FittedAlong, MetricReference};
 pub use baseline::BaselineTolerance;
 pub use canonical::{RunKey, RunManifest, run_key};
 pub use checks::{Bound, Check, IfUndecided, MetricNames, parse_checks};
@@ -47,3 +50,4 @@ pub use start_manifests::{StartManifest, is_manifest_name, start_manifests};
 pub use sweep::{Axis, Coordinate};
 pub use syntax::{excess_of_toml, toml_error};
 pub use timing::{TimingComparison, TimingPoint, TimingRatio, TimingTable};
+pub use view::{ViewColor, ViewRequest};

@@ -1,5 +1,6 @@
 //! `experiment.toml`, next to the recordings: what the analysis needs to know about the whole experiment.
 
+use crate::answer::AnswerTemplate;
 use crate::baseline::{self, BaselineTolerance};
 use crate::canonical::RunKey;
 use crate::checks::{self, Check};
@@ -14,6 +15,7 @@ use crate::syntax::parse_toml;
 use crate::table::table;
 use crate::tree::{Node, Table};
 use crate::value::{TomlValue, quoted, tables};
+use crate::view::{self, ViewRequest};
 
 table! {
     /// The runs of an experiment: which file belongs to which point, and the checks.
@@ -21,6 +23,10 @@ table! {
         /// Name of the experiment.
         name: String [""] = String::new(),
         /// The question it asks; may be empty.
+        question: String [""] = String::new(),
+        /// The sentence that answers it, if the manifest has one.
+        answer: Option<AnswerTemplate> ["", optional],
+        /// What is run; may be empty.
         description: String [""] = String::new(),
         /// The comment at the start of the manifest, with the question and the expected answer; may be empty.
         comment: String [""] = String::new(),
@@ -42,6 +48,8 @@ table! {
         checks: Vec<Check> [apart] = Vec::new(),
         /// The plots that the report shows first.
         plots: Vec<PlotRequest> [apart] = Vec::new(),
+        /// How the report shows the runs first.
+        view: Option<ViewRequest> [apart] = None,
         /// How much metrics may differ from those of an earlier analysis.
         baseline: Vec<BaselineTolerance> [apart] = Vec::new(),
     }
@@ -84,6 +92,8 @@ impl ExperimentRecord {
         });
         Self {
             name: experiment.name.clone(),
+            question: experiment.question.clone(),
+            answer: experiment.answer.clone(),
             description: experiment.description.clone(),
             comment: experiment.comment.clone(),
             model: experiment.model().to_owned(),
@@ -92,6 +102,7 @@ impl ExperimentRecord {
             runs: runs.collect(),
             checks: experiment.checks.clone(),
             plots: experiment.plots.clone(),
+            view: Some(experiment.view.clone()),
             baseline: experiment.baseline.clone(),
             expected_outcome: experiment.expected_outcome,
             manifest: experiment.manifest.clone(),
@@ -116,6 +127,7 @@ impl ExperimentRecord {
         }
         checks::write(&self.checks, &mut writer);
         plots::write(&self.plots, &mut writer);
+        view::write(&self.view.unwrap_or_default(), &mut writer);
         baseline::write(&self.baseline, &mut writer);
         writer.text
     }
@@ -134,7 +146,7 @@ impl ExperimentRecord {
         let mut record = Self::default();
         let mut reader = Reader::new("", &root, &mut errors);
         record.keys(&mut reader);
-        reader.also_known(&["axes", "runs", "checks", "plots", "baseline"]);
+        reader.also_known(&["axes", "runs", "checks", "plots", "view", "baseline"]);
         if ModelConfig::with_defaults(&record.model).is_none() {
             reader.report(Diagnostic::new(format!("unknown model {}", quoted(&record.model))));
         }
@@ -166,6 +178,9 @@ impl ExperimentRecord {
         }
         if let Some(entry) = root.get("plots") {
             record.plots = plots::read(&entry.node, None, &mut errors);
+        }
+        if let Some(entry) = root.get("view") {
+            record.view = Some(view::read(entry, None, &mut errors));
         }
         if let Some(entry) = root.get("baseline") {
             record.baseline = baseline::read(&entry.node, None, &mut errors);

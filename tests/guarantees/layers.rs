@@ -34,6 +34,7 @@ const ANALYSIS_LAYERS: &Layers = &[
     &["run"],
     &["metric_files", "sweep"],
     &["checks", "export", "thumbnail"],
+    &["answer"],
     &["report"],
     &["cli"],
     &["lib.rs"],

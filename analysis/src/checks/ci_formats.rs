@@ -1,22 +1,24 @@
 //! Outcomes and check results in the formats of CI systems.
 
 use crate::checks::{CheckKind, CheckResult};
-use kinetoscope_console::Message;
+use crate::input::UnreadableRecording;
 use kinetoscope_console::text::{one_line, visible, xml};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 /// The outcomes and checks of one experiment.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct ExperimentChecks<'a> {
     /// The experiment's name.
     pub(crate) name: &'a str,
     /// The manifest as it was named, if it is known.
     pub(crate) manifest: Option<&'a str>,
+    /// The answer to its question in one line; may be empty.
+    pub(crate) answer: String,
     /// The outcomes of its runs and the results of its checks.
     pub(crate) check_results: &'a [CheckResult],
     /// What could not be read, with reasons.
-    pub(crate) unreadable: &'a [Message],
+    pub(crate) unreadable: &'a [UnreadableRecording],
 }
 
 /// Formats results as JUnit XML: one suite per experiment, one case per run and per check, one error per failed run and per
@@ -39,12 +41,19 @@ pub(crate) fn junit(experiments: &[ExperimentChecks<'_>]) -> String {
             text,
             "  <testsuite name=\"{name}\" tests=\"{tests}\" failures=\"{failures}\" errors=\"{errors}\" time=\"{time:.3}\">"
         );
+        if !experiment.answer.is_empty() {
+            let answer = xml(&experiment.answer);
+            let _ = writeln!(
+                text,
+                "    <properties><property name=\"answer\" value=\"{answer}\"/></properties>"
+            );
+        }
         let mut cases = UniqueNames::default();
         for result in experiment.check_results {
             text += &test_case(&name, result, &mut cases);
         }
         for (index, why) in experiment.unreadable.iter().enumerate() {
-            let (number, why) = (index + 1, xml(&why.clause()));
+            let (number, why) = (index + 1, xml(&why.message.clause()));
             let _ = writeln!(
                 text,
                 "    <testcase classname=\"{name}\" name=\"input {number}\" time=\"0.000\"><error message=\"{why}\"/></testcase>"
@@ -99,8 +108,12 @@ pub(crate) fn github(experiments: &[ExperimentChecks<'_>]) -> String {
         }
         for why in experiment.unreadable {
             let title = property(&format!("{}: unreadable", experiment.name));
-            let _ =
-                writeln!(text, "::error {}title={title}::{}", place(None, 1), data(&why.clause()));
+            let _ = writeln!(
+                text,
+                "::error {}title={title}::{}",
+                place(None, 1),
+                data(&why.message.clause())
+            );
         }
     }
     text
@@ -111,6 +124,9 @@ pub(crate) fn markdown(experiments: &[ExperimentChecks<'_>]) -> String {
     let mut text = String::new();
     for experiment in experiments {
         let _ = writeln!(text, "### {}\n", cell(experiment.name));
+        if !experiment.answer.is_empty() {
+            let _ = writeln!(text, "{}\n", cell(&experiment.answer));
+        }
         text += "| result | subject | requirement | finding |\n|---|---|---|---|\n";
         for result in experiment.check_results {
             let word = if result.passed { "passed" } else { "**failed**" };
@@ -119,7 +135,7 @@ pub(crate) fn markdown(experiments: &[ExperimentChecks<'_>]) -> String {
             let _ = writeln!(text, "| {word} | {subject} | {requirement} | {finding} |");
         }
         for why in experiment.unreadable {
-            let _ = writeln!(text, "| **unreadable** | | | {} |", cell(&why.clause()));
+            let _ = writeln!(text, "| **unreadable** | | | {} |", cell(&why.message.clause()));
         }
         text.push('\n');
     }
@@ -167,7 +183,13 @@ mod tests {
     }
 
     fn experiment(check_results: &[CheckResult]) -> ExperimentChecks<'_> {
-        ExperimentChecks { name: "x", manifest: None, check_results, unreadable: &[] }
+        ExperimentChecks {
+            name: "x",
+            manifest: None,
+            answer: String::new(),
+            check_results,
+            unreadable: &[],
+        }
     }
 
     /// Repeated names are numbered, and characters that XML forbids are escaped.

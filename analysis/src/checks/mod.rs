@@ -49,30 +49,32 @@ impl CheckResult {
     }
 }
 
-/// Evaluates a check for every metric that it selects: fits and means over replicates if there are any, else each run.
-/// A check without a metric fails.
-pub(crate) fn evaluate(check: &Check, metrics: &[Metric]) -> Vec<CheckResult> {
-    let named: Vec<&Metric> =
-        metrics.iter().filter(|metric| metric.name() == check.metric).collect();
+/// The metrics that a check selects: fits and means over replicates if there are any, else each run.
+pub(crate) fn checked_metrics<'a>(check: &Check, metrics: &'a [Metric]) -> Vec<&'a Metric> {
+    let named = metrics.iter().filter(|metric| metric.name() == check.metric);
     let selected: Vec<&Metric> =
-        named.iter().copied().filter(|metric| check.selects(metric.coordinates())).collect();
+        named.filter(|metric| check.selects(metric.coordinates())).collect();
     let means: BTreeSet<String> = selected
         .iter()
         .filter(|metric| matches!(metric.scope, MetricScope::Sweep(_)))
         .map(|metric| coordinates::text(metric.coordinates()))
         .collect();
-    let checked: Vec<&Metric> = selected
-        .into_iter()
-        .filter(|metric| match &metric.scope {
-            MetricScope::Sweep(_) => true,
-            MetricScope::Run(run) => {
-                let whole = matches!(run.outcome, "complete" | "fault");
-                whole && !means.contains(&coordinates::text(&run.coordinates))
-            }
-        })
-        .collect();
+    let is_checked = |metric: &&Metric| match &metric.scope {
+        MetricScope::Sweep(_) => true,
+        MetricScope::Run(run) => {
+            let whole = matches!(run.outcome, "complete" | "fault");
+            whole && !means.contains(&coordinates::text(&run.coordinates))
+        }
+    };
+    selected.into_iter().filter(is_checked).collect()
+}
+
+/// Evaluates a check for every metric that it selects. A check without a metric fails.
+pub(crate) fn evaluate(check: &Check, metrics: &[Metric]) -> Vec<CheckResult> {
+    let checked = checked_metrics(check, metrics);
     if checked.is_empty() {
-        return vec![missing(check, &named)];
+        let named = metrics.iter().filter(|metric| metric.name() == check.metric);
+        return vec![missing(check, &named.collect::<Vec<_>>())];
     }
     checked.into_iter().map(|metric| compare(check, metric)).collect()
 }
@@ -99,7 +101,7 @@ fn missing(check: &Check, named: &[&Metric]) -> CheckResult {
 }
 
 /// Compares a metric with a check's bound. A metric that lacks what the bound needs is undecided.
-fn compare(check: &Check, metric: &Metric) -> CheckResult {
+pub(crate) fn compare(check: &Check, metric: &Metric) -> CheckResult {
     let measured = if metric.value().is_finite() {
         format!("measured {}", in_unit(metric.value(), metric))
     } else {
@@ -278,8 +280,14 @@ mod tests {
     use crate::statistics::random::Uniform;
     use crate::statistics::{Estimate, mean_of_independent};
 
-    const SLOPE: &Definition =
-        &Definition { name: "slope", unit: "m", how: "", laws: &[], rounding: 0.0 };
+    const SLOPE: &Definition = &Definition {
+        name: "slope",
+        unit: "m",
+        label: "quantity",
+        how: "",
+        laws: &[],
+        rounding: 0.0,
+    };
 
     fn metric(value: f64, standard_error: Option<f64>, theory: Option<f64>) -> Metric {
         let estimate = Estimate::new(value, standard_error);
@@ -365,7 +373,7 @@ mod tests {
                 source: "",
                 range: "",
                 relative_accuracy: 0.0,
-                is_conservation,
+                conserved: is_conservation.then_some("energy"),
                 is_identity: false,
             };
             let theory = found.theory.map(|theory| Theory { law: Some(law), ..theory });

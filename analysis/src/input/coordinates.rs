@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 /// The key of variants with names.
-const VARIANT: &str = "variant";
+pub(crate) const VARIANT: &str = "variant";
 
 /// The value of a coordinate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -9,6 +9,8 @@ pub struct Definition {
     pub name: &'static str,
     /// The metric's unit; "1" for a fraction or ratio, empty for the model's own dimensionless unit.
     pub unit: &'static str,
+    /// The quantity in words, as a sentence names it after "the".
+    pub label: &'static str,
     /// The source channel and the formula.
     pub how: &'static str,
     /// The laws that give theoretical values; the run determines which of several applies.
@@ -17,15 +19,16 @@ pub struct Definition {
     pub rounding: f64,
 }
 
-/// Defines one constant per metric, and `ALL` with all of them: `CONSTANT: "name", "unit", "how it is derived", [laws],
-/// rounding;`
+/// Defines one constant per metric, and `ALL` with all of them: `CONSTANT: "name", "unit", "label", "how it is
+/// derived", [laws], rounding;`
 macro_rules! definitions {
-    ($($constant:ident: $name:literal, $unit:literal, $how:literal, [$($law:expr),*], $rounding:literal;)+) => {
+    ($($constant:ident: $name:literal, $unit:literal, $label:literal, $how:literal, [$($law:expr),*], $rounding:literal;)+) => {
         $(
             #[doc = concat!("`", $name, "`: `", $how, "`.")]
             pub(crate) const $constant: &$crate::metric::definition::Definition = &$crate::metric::definition::Definition {
                 name: $name,
                 unit: $unit,
+                label: $label,
                 how: $how,
                 laws: &[$($law),*],
                 rounding: $rounding,

@@ -41,7 +41,7 @@ impl Deviation {
         let error = estimate.conditional_standard_error.or(estimate.standard_error);
         Some(match error {
             _ if difference.abs() <= rounding => Self::Rounding,
-            _ if theory.law.is_some_and(|law| law.is_conservation) => Self::Bare(difference),
+            _ if theory.law.is_some_and(|law| law.is_conservation()) => Self::Bare(difference),
             // Without a scatter, as of a trajectory that uses no random numbers, or with one that is smaller.
             error
                 if theory.accuracy > rounding.max(error.unwrap_or(0.0))
@@ -128,7 +128,7 @@ mod tests {
             source: "",
             range: "",
             relative_accuracy: 0.0,
-            is_conservation,
+            conserved: is_conservation.then_some("energy"),
             is_identity: false,
         };
         let by =

@@ -11,11 +11,27 @@ pub struct Law {
     pub range: &'static str,
     /// The law's error as a fraction of its value; 0 for an exact law.
     pub relative_accuracy: f64,
-    /// Whether it is a conservation law. A violation is an error of the method, always of one sign or a largest size: it does not
-    /// scatter about the theoretical value, so standard errors do not measure it.
-    pub is_conservation: bool,
+    /// The quantity that a conservation law keeps constant, in words; `None` for another law. A violation is an error of the method,
+    /// always of one sign or a largest size: it does not scatter about the theoretical value, so standard errors do not measure it.
+    pub conserved: Option<&'static str>,
     /// Whether it is an identity of the recorded values, which holds whatever the run does.
     pub is_identity: bool,
+}
+
+/// The only element, if there is one.
+pub(crate) const fn first(words: &[&'static str]) -> Option<&'static str> {
+    match words {
+        [word, ..] => Some(*word),
+        [] => None,
+    }
+}
+
+impl Law {
+    /// Whether it is a conservation law.
+    #[must_use]
+    pub const fn is_conservation(&self) -> bool {
+        self.conserved.is_some()
+    }
 }
 
 impl std::fmt::Display for Law {
@@ -25,10 +41,10 @@ impl std::fmt::Display for Law {
 }
 
 /// Defines one constant per law: `CONSTANT: "statement", "source";`, for a law that is not exact everywhere with
-/// `, range "packing fraction < 0.7", accuracy 1e-3` before the semicolon, for a conservation law with `, conservation true`, and for an
+/// `, range "packing fraction < 0.7", accuracy 1e-3` before the semicolon, for a conservation law with `, conserves "energy"`, and for an
 /// identity with `, identity true`.
 macro_rules! laws {
-    ($($constant:ident: $statement:literal, $source:literal $(, range $range:literal)? $(, accuracy $accuracy:literal)? $(, conservation $conservation:literal)? $(, identity $identity:literal)?;)+) => {
+    ($($constant:ident: $statement:literal, $source:literal $(, range $range:literal)? $(, accuracy $accuracy:literal)? $(, conserves $conserved:literal)? $(, identity $identity:literal)?;)+) => {
         $(
             #[doc = concat!("`", $statement, "` (", $source, ").")]
             pub(crate) const $constant: $crate::metric::Law = $crate::metric::Law {
@@ -36,7 +52,7 @@ macro_rules! laws {
                 source: $source,
                 range: concat!("", $($range)?),
                 relative_accuracy: 0.0 $(+ $accuracy)?,
-                is_conservation: false $(|| $conservation)?,
+                conserved: $crate::metric::law::first(&[$($conserved)?]),
                 is_identity: false $(|| $identity)?,
             };
         )+

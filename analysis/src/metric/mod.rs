@@ -75,7 +75,7 @@ impl Metric {
     /// Whether the value is the violation of a conservation law, which has no deviation in standard errors.
     pub(crate) fn is_of_conservation_law(&self) -> bool {
         let law = self.theory.and_then(|theory| theory.law);
-        law.is_some_and(|law| law.is_conservation)
+        law.is_some_and(|law| law.is_conservation())
     }
 
     /// Whether the law is an identity of the recorded values, which holds whatever the run does.

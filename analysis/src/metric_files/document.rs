@@ -5,6 +5,7 @@ use crate::metric::deviation::ROUNDING_FRACTION;
 use crate::metric::{Metric, MetricScope, SCHEMA};
 use crate::run::RunAnalysis;
 use crate::statistics::{SET_BY_MANIFEST, is_of_short_series};
+use kinetoscope_console::text::json;
 use kinetoscope_manifest::{Coordinate, manifest_values, unit_of_key};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -16,6 +17,12 @@ pub(crate) struct Document {
     pub(crate) schema: u32,
     /// The experiment's name.
     pub(crate) experiment: String,
+    /// The question that it asks; empty if none is stated.
+    #[serde(default)]
+    pub(crate) question: String,
+    /// The answer; `None` if nothing is known that answers a question.
+    #[serde(default)]
+    pub(crate) answer: Option<AnswerEntry>,
     /// The model's name.
     pub(crate) model: String,
     /// Version of the program that derived the metrics.
@@ -24,6 +31,25 @@ pub(crate) struct Document {
     pub(crate) runs: Vec<RunEntry>,
     /// The metrics of the sweep, then those of the runs.
     pub(crate) metrics: Vec<MetricEntry>,
+}
+
+/// The answer in the file.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct AnswerEntry {
+    /// One or two sentences.
+    pub(crate) text: String,
+    /// The measured numbers in it.
+    pub(crate) numbers: Vec<NumberEntry>,
+}
+
+/// A number of the answer.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct NumberEntry {
+    pub(crate) metric: String,
+    /// The number as the sentence contains it.
+    pub(crate) text: String,
+    /// Whether its checks pass; null without a check.
+    pub(crate) passed: Option<bool>,
 }
 
 /// A run in the file.
@@ -113,6 +139,8 @@ impl Document {
         Self {
             schema: SCHEMA,
             experiment: experiment.to_owned(),
+            question: String::new(),
+            answer: None,
             model: runs.first().map_or("", |run| run.model().name()).to_owned(),
             analysis_version: env!("CARGO_PKG_VERSION").to_owned(),
             runs: runs.iter().map(|run| RunEntry::of(run, &names)).collect(),
@@ -120,12 +148,12 @@ impl Document {
         }
     }
 
-    /// The text of `metrics.json`; equal recordings give equal bytes.
+    /// The text of `metrics.json`; equal recordings give equal bytes. A terminal may show it.
     ///
     /// # Errors
     /// Errors of the serializer; none is expected.
     pub(crate) fn to_json(&self) -> serde_json::Result<String> {
-        serde_json::to_string_pretty(self).map(|text| text + "\n")
+        serde_json::to_string_pretty(self).map(|text| json(&text) + "\n")
     }
 }
 

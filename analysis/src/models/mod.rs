@@ -53,6 +53,11 @@ fn of_model(name: &str) -> Option<&'static ModelAnalysis> {
     MODELS.iter().find(|model| model.name == name).copied()
 }
 
+/// The heading of a model; `None` for an unknown name.
+pub(crate) fn title_of(name: &str) -> Option<&'static str> {
+    of_model(name).map(|model| model.title)
+}
+
 /// The metrics of a model's runs; empty for an unknown name.
 pub(crate) fn metrics_of(name: &str) -> &'static [&'static Definition] {
     of_model(name).map_or(&[], |model| model.metrics)
@@ -92,6 +97,21 @@ pub fn metrics_of_figure(model: &str, stem: &str) -> &'static [&'static str] {
     charts.find(|chart| chart.stem == stem).map_or(&[], |chart| chart.metrics)
 }
 
+/// The label of a metric of any model.
+pub(crate) fn label_of(metric: &str) -> Option<&'static str> {
+    let of_model = |model: &&ModelAnalysis| model.metrics.iter().chain(model.sweep_metrics);
+    let mut all = MODELS.iter().flat_map(of_model);
+    all.find(|known| known.name == metric).map(|known| known.label)
+}
+
+/// The swept keys along which a metric of a sweep is fitted; none for a metric of runs.
+#[must_use]
+pub fn fitted_along(metric: &str) -> Vec<&'static str> {
+    let fits = MODELS.iter().flat_map(|model| model.fits);
+    let of_metric = fits.filter(|fit| fit.parameters.iter().any(|known| known.name == metric));
+    of_metric.map(|fit| fit.along).collect()
+}
+
 /// (x - reference) / |reference|.
 fn relative_change(x: f64, reference: f64) -> f64 {
     (x - reference) / reference.abs()
@@ -106,6 +126,25 @@ fn max_or_nan(a: f64, b: f64) -> f64 {
 mod tests {
     use super::*;
     use std::collections::BTreeSet;
+
+    /// Guarantee: every metric has a label in words, which a sentence can contain after "the": no name of a metric or of a key.
+    #[test]
+    fn every_metric_has_a_label_in_words() {
+        for model in MODELS {
+            for definition in model.metrics.iter().chain(model.sweep_metrics) {
+                let label = definition.label;
+                let is_word = |part: &str| !part.is_empty() && !part.contains('_');
+                assert!(label.split(' ').all(is_word), "{}: {label:?}", definition.name);
+                assert!(label.len() > 3 && label != definition.name, "{}", definition.name);
+                let is_named = MODELS
+                    .iter()
+                    .flat_map(|model| model.metrics)
+                    .any(|other| other.name.contains('.') && label.contains(other.name));
+                assert!(!is_named && !label.ends_with('.'), "{label:?} contains a name");
+                assert!(!["the ", "a ", "an "].iter().any(|it| label.starts_with(it)), "{label}");
+            }
+        }
+    }
 
     /// Checks and readers find a metric by its name: a model lists no name twice, and no sweep metric hides a run's.
     #[test]

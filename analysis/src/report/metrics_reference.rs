@@ -33,7 +33,7 @@ frame after 5 events per disc, with k the number of discs over 32, rounded up, o
 const FILES: &str = "
 ## metrics.json
 
-`{\"schema\": 2, \"experiment\", \"model\", \"analysis_version\", \"runs\": [...], \"metrics\": [...]}`. `docs/metrics.schema.json` is its JSON Schema.
+`{\"schema\": 2, \"experiment\", \"question\", \"answer\", \"model\", \"analysis_version\", \"runs\": [...], \"metrics\": [...]}`. `docs/metrics.schema.json` is its JSON Schema.
 Numbers that are not known or not finite are null. `schema` is raised when a field goes or changes its meaning; new fields do not raise it.
 
 A run has `file`, `run_key`, `coordinates`, `replicate`, `seed`, `program_version` and `physics_version` (of the program that recorded it), `outcome`

@@ -1,6 +1,7 @@
 //! Analysis of one experiment: runs its recordings' analyses, derives sweep metrics, evaluates checks, and collects
 //! plots.
 
+mod drawn_runs;
 mod file_links;
 pub(crate) mod files;
 mod head;
@@ -12,6 +13,7 @@ mod numbers;
 mod plot_data;
 mod plot_section;
 mod plots;
+mod provenance;
 mod replay_section;
 mod sweep_data;
 pub(crate) mod table;
@@ -20,6 +22,8 @@ mod timing_section;
 
 pub use metrics_reference::metrics_reference;
 
+use self::drawn_runs::{drawn_files, drawn_runs};
+use crate::answer::{Answer, AnswerSource};
 use crate::checks::baseline::{Baseline, BaselineComparison};
 use crate::checks::ci_formats::ExperimentChecks;
 use crate::checks::{CheckResult, evaluate, outcome};
@@ -36,11 +40,10 @@ use crate::run::cache::AnalysisCache;
 use crate::run::{self, RunAnalysis, RunOptions, RunStatus};
 use crate::sweep;
 use crate::sweep::requested::{self, PlotData};
-use kinetoscope_console::Message;
-use kinetoscope_console::text::{plural, shown_path};
-use kinetoscope_files::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
+use kinetoscope_console::text::plural;
 use kinetoscope_manifest::{
     BaselineTolerance, Check, Coordinate, ExpectedOutcome, ExperimentRecord, TimingTable,
+    ViewRequest,
 };
 use rayon::iter::{
     IndexedParallelIterator as _, IntoParallelRefIterator as _, ParallelIterator as _,
@@ -55,6 +58,10 @@ use std::time::Instant;
 pub(crate) struct AnalysisReport {
     /// The experiment's name.
     pub(crate) name: String,
+    /// The question that it asks; may be empty.
+    pub(crate) question: String,
+    /// The answer in one or two sentences.
+    pub(crate) answer: Answer,
     /// The user's description; may be empty.
     pub(crate) description: String,
     /// The comment at the start of the manifest, with the question and the expected answer; may be empty.
@@ -79,10 +86,12 @@ pub(crate) struct AnalysisReport {
     pub(crate) plots: Vec<(String, Plot)>,
     /// How many of them the manifest requests; these are the first.
     requested_plots: usize,
+    /// How the replay begins.
+    pub(crate) view: ViewRequest,
     /// Notes for the user.
     pub(crate) notes: Vec<String>,
     /// What could not be read, with reasons.
-    pub(crate) unreadable: Vec<Message>,
+    pub(crate) unreadable: Vec<UnreadableRecording>,
     /// The run times, if `timing.json` is next to the recordings.
     pub(crate) timing: Option<TimingTable>,
 }
@@ -175,7 +184,10 @@ fn analyze_all(
 
 /// Analyzes the recordings of one folder and caches the results, with plots where the analysis of the whole experiment
 /// draws them. Returns what could not be read, with reasons.
-pub(crate) fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions) -> Vec<Message> {
+pub(crate) fn fill_cache(
+    source: &mut RecordingFolder,
+    options: &AnalysisOptions,
+) -> Vec<UnreadableRecording> {
     let drawn = source.record.as_ref().map(drawn_files);
     let fields = source.record.as_ref().map(fields_of_files).unwrap_or_default();
     let tasks: Vec<AnalysisTask> = source
@@ -187,25 +199,10 @@ pub(crate) fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions
             AnalysisTask { run, coordinates, fields, is_drawn }
         })
         .collect();
-    let replayed = drawn.map_or(tasks.len(), |drawn| drawn.len());
-    let replayed = replayed.min(sweep::figures::MAX_CURVES);
-    let results = analyze_all(&tasks, replayed, options).into_iter();
-    let unread = results.filter_map(|(result, _)| result.err().map(|UnreadableRecording(why)| why));
+    let replayed = drawn.map_or(tasks.len(), |drawn| drawn.len()).min(sweep::figures::MAX_CURVES);
+    let results = analyze_all(&tasks, replayed, options);
+    let unread = results.into_iter().filter_map(|(result, _)| result.err());
     source.unreadable.drain(..).chain(unread).collect()
-}
-
-/// The recordings that [`analyze`] draws if all runs are complete.
-fn drawn_files(record: &ExperimentRecord) -> Vec<String> {
-    let mut drawn: Vec<(&[Coordinate], String)> = Vec::new();
-    for run in &record.runs {
-        if drawn.len() == sweep::figures::MAX_CURVES {
-            break;
-        }
-        if !drawn.iter().any(|(coordinates, _)| *coordinates == run.coordinates) {
-            drawn.push((&run.coordinates, run.file.clone()));
-        }
-    }
-    drawn.into_iter().map(|(_, file)| file).collect()
 }
 
 /// The fields of channels that [`analyze`] plots from each recording if all runs are complete.
@@ -219,17 +216,16 @@ fn fields_of_files(record: &ExperimentRecord) -> BTreeMap<String, Vec<String>> {
 fn tasks(
     opened: Vec<(OpenRun, Vec<Coordinate>)>,
     fields: Vec<Vec<String>>,
+    view: &ViewRequest,
 ) -> (Vec<AnalysisTask>, usize) {
-    let mut drawn: Vec<Vec<Coordinate>> = Vec::new();
-    let task = |((run, coordinates), fields): ((OpenRun, Vec<Coordinate>), Vec<String>)| {
-        // One run per point is drawn, up to the number of curves in a chart, because plots take most of the memory.
-        let is_drawn = drawn.len() < sweep::figures::MAX_CURVES && !drawn.contains(&coordinates);
-        if is_drawn {
-            drawn.push(coordinates.clone());
-        }
-        AnalysisTask { run, coordinates, fields, is_drawn }
+    let drawn = drawn_runs(opened.iter().map(|(_, place)| place.as_slice()), view);
+    let task = |(index, ((run, coordinates), fields))| AnalysisTask {
+        run,
+        coordinates,
+        fields,
+        is_drawn: drawn.contains(&index),
     };
-    let tasks = opened.into_iter().zip(fields).map(task).collect();
+    let tasks = opened.into_iter().zip(fields).enumerate().map(task).collect();
     (tasks, drawn.len())
 }
 
@@ -239,7 +235,8 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     let requests = source.record.as_ref().map_or(&[][..], |record| &record.plots);
     let places: Vec<Vec<Coordinate>> = opened.iter().map(|(_, place)| place.clone()).collect();
     let fields = requested::fields_to_read(requests, &places);
-    let (tasks, drawn) = tasks(opened, fields);
+    let view = source.record.as_ref().and_then(|record| record.view.clone()).unwrap_or_default();
+    let (tasks, drawn) = tasks(opened, fields, &view);
     let sizes = tasks.iter().map(|task| (task.run.file.clone(), task.run.recording().bytes()));
     let sizes = sizes.collect();
     let hosts = tasks.iter().filter_map(|task| source.host_file(&task.run.file)).collect();
@@ -252,12 +249,11 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
                 runs.push(run);
                 seconds.push(took);
             }
-            Err(UnreadableRecording(why)) => unreadable.push(why),
+            Err(why) => unreadable.push(why),
         }
     }
     add_endings(&runs, &mut notes, &mut unreadable);
     notes.extend(snapshots_outside(&runs, &options.snapshots_at));
-    let timing = timing_beside(source, &mut notes);
     let points = sweep::points(&runs);
     let (mut metrics, refused) = sweep::fits::fits(&points);
     notes.extend(refused);
@@ -274,9 +270,16 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
         record.iter().flat_map(|record| &record.checks).chain(&options.checks).collect();
     check_results.extend(outcome::unexpected_counts(&runs, &stated));
     check_results.extend(evaluate_checks(source, options, &metrics));
+    let timing = timing_section::timing_beside(source, &mut notes);
+    let checks = applying(source, options);
+    let (timed, checks) = (timing.as_ref(), checks.as_slice());
+    let answer =
+        Answer::of(&AnswerSource { record, runs: &runs, metrics: &metrics, checks, timing: timed });
     let text = |of: fn(&ExperimentRecord) -> &String| record.map(of).cloned().unwrap_or_default();
     AnalysisReport {
         name: source.name.clone(),
+        question: text(|record| &record.question),
+        answer,
         description: text(|record| &record.description),
         comment: text(|record| &record.comment),
         sizes,
@@ -289,6 +292,7 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
         manifest: record.map(|record| record.manifest.clone()).filter(|name| !name.is_empty()),
         plots,
         requested_plots,
+        view,
         notes,
         unreadable,
         timing,
@@ -296,11 +300,15 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
 }
 
 /// Notes the runs that are not complete, and reports damaged files.
-fn add_endings(runs: &[RunAnalysis], notes: &mut Vec<String>, unreadable: &mut Vec<Message>) {
+fn add_endings(
+    runs: &[RunAnalysis],
+    notes: &mut Vec<String>,
+    unreadable: &mut Vec<UnreadableRecording>,
+) {
     for run in runs {
         match &run.ending {
             RunStatus::Complete => {}
-            RunStatus::Damaged(why) => unreadable.push(why.clone()),
+            RunStatus::Damaged(why) => unreadable.push(why.clone().into()),
             other => notes.push(format!(
                 "{}: {} after {}, t = {}; not part of means and fits",
                 run.file,
@@ -310,6 +318,12 @@ fn add_endings(runs: &[RunAnalysis], notes: &mut Vec<String>, unreadable: &mut V
             )),
         }
     }
+}
+
+/// The experiment's own checks, which do not apply to a part of it, and those of the checks file.
+fn applying<'a>(source: &'a RecordingFolder, options: &'a AnalysisOptions) -> Vec<&'a Check> {
+    let own = source.record.as_ref().filter(|_| source.whole);
+    own.iter().flat_map(|record| &record.checks).chain(&options.checks).collect()
 }
 
 /// The results of the experiment's own checks and of those in the checks file.
@@ -339,34 +353,6 @@ fn snapshots_outside(runs: &[RunAnalysis], requested: &[f64]) -> Vec<String> {
     outside.map(note).collect()
 }
 
-/// The timing table next to the recordings; an unreadable table adds a note.
-fn timing_beside(source: &RecordingFolder, notes: &mut Vec<String>) -> Option<TimingTable> {
-    let path = source.folder.join(TimingTable::FILE);
-    let text = match read_text(&path, MAX_SIDE_FILE_BYTES) {
-        Ok(text) => text,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return None,
-        Err(error) => {
-            notes.push(format!("{} cannot be read: {error}", shown_path(&path)));
-            return None;
-        }
-    };
-    let complaint = match TimingTable::from_json(&text) {
-        Ok(table) if table.schema != TimingTable::SCHEMA => {
-            format!("has the layout {}, this version reads {}", table.schema, TimingTable::SCHEMA)
-        }
-        Ok(table) if table.experiment != source.name => {
-            format!("is about the experiment {}", table.experiment)
-        }
-        Ok(table) => return Some(table),
-        Err(error) => format!("is no timing table: {error}"),
-    };
-    notes.push(format!(
-        "{} {complaint}; not shown. `kinetoscope benchmark --output` writes it again",
-        shown_path(&path)
-    ));
-    None
-}
-
 impl AnalysisReport {
     /// The model and the number of its runs, or those of each model.
     pub(crate) fn models_and_runs(&self) -> String {
@@ -384,7 +370,8 @@ impl AnalysisReport {
     /// The checks and their results, for the formats of CI systems.
     pub(crate) fn checks(&self) -> ExperimentChecks<'_> {
         let Self { name, check_results, unreadable, .. } = self;
-        ExperimentChecks { name, manifest: self.manifest.as_deref(), check_results, unreadable }
+        let (manifest, answer) = (self.manifest.as_deref(), self.answer.text());
+        ExperimentChecks { name, manifest, answer, check_results, unreadable }
     }
 
     /// Runs without the expected outcome, unfinished or damaged; `None` if there are none.
@@ -395,6 +382,11 @@ impl AnalysisReport {
     /// The first plot that the manifest requests, with the name of its file.
     pub(crate) fn first_requested_plot(&self) -> Option<&(String, Plot)> {
         self.plots.first().filter(|_| self.requested_plots > 0)
+    }
+
+    /// Whether a plot is one that the manifest requests, by the name of its file.
+    pub(crate) fn is_requested_plot(&self, stem: &str) -> bool {
+        self.plots[..self.requested_plots].iter().any(|(requested, _)| requested == stem)
     }
 
     /// How many files could not be read at all; `None` if all were. The damaged ones are in the headline.
@@ -410,7 +402,8 @@ impl AnalysisReport {
 
     /// The contents of `metrics.json`.
     pub(crate) fn document(&self) -> Document {
-        Document::of(&self.name, &self.runs, &self.metrics)
+        let (question, answer) = (self.question.clone(), self.answer.entry());
+        Document { question, answer, ..Document::of(&self.name, &self.runs, &self.metrics) }
     }
 
     /// Compares the metrics with those of an earlier analysis. Keys that are `allowed` may differ.

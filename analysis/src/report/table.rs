@@ -4,6 +4,7 @@ use crate::metric::{Deviation, Metric};
 use crate::number_text::{six_digits, three_digits, two_digits, with_error};
 use kinetoscope_console::text::visible;
 use kinetoscope_console::wrapped_line;
+use std::ops::Range;
 
 /// Width and color support of the terminal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,7 +61,7 @@ impl Terminal {
 }
 
 /// Formats one line per metric: name, value with error, unit, theoretical value and deviation. On a narrow terminal the
-/// numbers are below the name.
+/// numbers are below the name, and the deviation below the numbers if it has no room next to them.
 pub(crate) fn table(metrics: &[&Metric], terminal: Terminal) -> String {
     let rows: Vec<[String; 4]> = metrics.iter().map(|metric| row(metric)).collect();
     let header = ["metric", "value", "theory", "deviation"].map(str::to_owned);
@@ -75,18 +76,24 @@ pub(crate) fn table(metrics: &[&Metric], terminal: Terminal) -> String {
         format!("{text}{}", " ".repeat(missing))
     };
     let wide = 2 + widths.iter().sum::<usize>() + 6 <= terminal.width;
+    let numbers_fit = 6 + widths[1..].iter().sum::<usize>() + 4 <= terminal.width;
     let mut lines = Vec::new();
     let mut add = |cells: &[String; 4], style: Option<Style>| {
         let paint = |text: String| style.map_or(text.clone(), |style| terminal.paint(style, &text));
-        let numbers = |first: usize| {
-            let cells = (first..4).map(|index| pad(&cells[index], widths[index]));
+        let joined = |columns: Range<usize>| {
+            let cells = columns.map(|index| pad(&cells[index], widths[index]));
             cells.collect::<Vec<_>>().join("  ").trim_end().to_owned()
         };
-        if wide {
-            lines.push(format!("  {}", paint(numbers(0))));
-        } else {
-            lines.push(format!("  {}", paint(cells[0].clone())));
-            lines.push(format!("      {}", paint(numbers(1))));
+        let parts = match (wide, numbers_fit) {
+            (true, _) => vec![0..4],
+            (false, true) => vec![0..1, 1..4],
+            (false, false) => vec![0..1, 1..3, 3..4],
+        };
+        for part in parts {
+            let (indent, text) = (if part.start == 0 { 2 } else { 6 }, joined(part));
+            if !text.is_empty() {
+                lines.push(format!("{}{}", " ".repeat(indent), paint(text)));
+            }
         }
     };
     add(&header, Some(Style::Faint));
@@ -200,8 +207,14 @@ mod tests {
     use crate::metric::{MetricScope, Quantity, SweepScope};
     use crate::statistics::Estimate;
 
-    const LENGTH: &Definition =
-        &Definition { name: "length", unit: "m", how: "", laws: &[], rounding: 1e-12 };
+    const LENGTH: &Definition = &Definition {
+        name: "length",
+        unit: "m",
+        label: "quantity",
+        how: "",
+        laws: &[],
+        rounding: 1e-12,
+    };
 
     fn compared(estimate: Estimate, theory: impl Expected) -> Metric {
         let scope =
@@ -252,6 +265,7 @@ mod tests {
         const INTERCEPT: &Definition = &Definition {
             name: "pressure_vs_temperature.mean_speed_formula.intercept",
             unit: "N/(m K)",
+            label: "quantity",
             how: "",
             laws: &[],
             rounding: 0.0,
@@ -264,6 +278,14 @@ mod tests {
             assert!(line.chars().count() <= 60, "{line}");
         }
         assert!(text.contains("-1.23(23)·10⁻²³ N/(m K)") && text.contains("-5.4 σ"), "{text}");
+        let violation = Quantity::StepAngle.at_most(0.01, 0.02);
+        let bounded = ExpectedValue { value: 4.454_08e-4, accuracy: Some(2.2e-5), violation };
+        let bounded = compared(Estimate::bare(4.452_09e-4), bounded);
+        let text = table(&[&metric, &bounded], Terminal { width: 60, colors: false });
+        for line in text.lines() {
+            assert!(line.chars().count() <= 60, "{line}");
+        }
+        assert!(text.contains("± 2.2·10⁻⁵\n      inside the bound (-0.045 %)"), "{text}");
         let wide = table(&[&metric], Terminal { width: 120, colors: false });
         assert_eq!(wide.lines().count(), 2);
     }

@@ -25,6 +25,9 @@ impl AnalysisReport {
             let line = terminal.wrapped(&format!("FAILED: {headline}"), 2);
             let _ = writeln!(text, "{}", terminal.paint(Style::Bad, &line));
         }
+        for line in [self.question.clone(), self.answer.text()].iter().filter(|it| !it.is_empty()) {
+            let _ = writeln!(text, "{}", terminal.wrapped(&one_line(line), 2));
+        }
         if !self.description.is_empty() {
             let words: Vec<&str> = self.description.split_whitespace().collect();
             let _ = writeln!(text, "{}", terminal.wrapped(&words.join(" "), 0));

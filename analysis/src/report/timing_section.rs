@@ -1,10 +1,44 @@
 //! The section of `report.html` with run times, which no metric contains.
 
 use super::markup::breakable;
+use crate::input::RecordingFolder;
 use crate::input::coordinates::label;
 use crate::number_text::{six_digits, with_error};
+use kinetoscope_console::text::shown_path;
+use kinetoscope_files::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
 use kinetoscope_manifest::{Coordinate, TimingPoint, TimingTable};
 use maud::{Markup, html};
+
+/// The timing table next to the recordings; an unreadable table adds a note.
+pub(super) fn timing_beside(
+    source: &RecordingFolder,
+    notes: &mut Vec<String>,
+) -> Option<TimingTable> {
+    let path = source.folder.join(TimingTable::FILE);
+    let text = match read_text(&path, MAX_SIDE_FILE_BYTES) {
+        Ok(text) => text,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return None,
+        Err(error) => {
+            notes.push(format!("{} cannot be read: {error}", shown_path(&path)));
+            return None;
+        }
+    };
+    let complaint = match TimingTable::from_json(&text) {
+        Ok(table) if table.schema != TimingTable::SCHEMA => {
+            format!("has the layout {}, this version reads {}", table.schema, TimingTable::SCHEMA)
+        }
+        Ok(table) if table.experiment != source.name => {
+            format!("is about the experiment {}", table.experiment)
+        }
+        Ok(table) => return Some(table),
+        Err(error) => format!("is no timing table: {error}"),
+    };
+    notes.push(format!(
+        "{} {complaint}; not shown. `kinetoscope benchmark --output` writes it again",
+        shown_path(&path)
+    ));
+    None
+}
 
 /// The run times of a timing table.
 pub(super) fn section(table: &TimingTable) -> Markup {

@@ -82,6 +82,15 @@ impl Estimate {
         }
     }
 
+    /// A value whose scatter from start to start is unknown, with the error of a series of it in one run, if that has one.
+    pub(crate) fn given_the_start(value: f64, series: Option<Self>) -> Self {
+        Self {
+            conditional_standard_error: series.and_then(|of| of.standard_error),
+            degrees_of_freedom: series.and_then(|of| of.degrees_of_freedom),
+            ..Self::bare(value).without_error(MissingError::DependsOnStart)
+        }
+    }
+
     /// The estimate of 1 over the value, by the first order of the error.
     pub(crate) fn inverse(self) -> Self {
         let scaled = |error: f64| error / (self.value * self.value);

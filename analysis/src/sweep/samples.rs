@@ -3,7 +3,7 @@
 use super::swept_key::{position, swept_key, words};
 use crate::input::coordinates::{self, CoordinateValue, grouped, last_part, value_of};
 use crate::metric::Definition;
-use crate::models::MODELS;
+use crate::models::{MODELS, label_of};
 use crate::number_text::{six_digits, with_error};
 use crate::plot::{Curve, CurveStyle, Point};
 use crate::statistics::Estimate;
@@ -243,7 +243,10 @@ pub(super) fn label(metric: &str) -> (String, bool) {
     let mut ordinates = MODELS.iter().flat_map(|model| model.ordinates);
     match ordinates.find(|ordinate| ordinate.metric == metric) {
         Some(ordinate) => (ordinate.title.to_owned(), ordinate.is_power_law),
-        None => (metric.replace(['.', '_'], " "), false),
+        None => {
+            let words = || metric.replace(['.', '_'], " ");
+            (label_of(metric).map_or_else(words, str::to_owned), false)
+        }
     }
 }
 

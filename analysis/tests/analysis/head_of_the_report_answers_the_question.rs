@@ -1,22 +1,15 @@
-//! Guarantee: the sentence of the result has the failed checks with their reasons, else the first requested plot, else the metrics of the
-//! first checks, each place in the sweep for itself, and conservation laws last, else there is none: no metric is chosen that the
-//! manifest does not name. An experiment whose result is a table of run times says which command measures it.
+//! Guarantee: the head of the report answers in sentences: the failed checks with their reasons, then the manifest's answer with its
+//! numbers, else what the requested plots and the checks state, conservation laws last, else nothing. No sentence of the program contains the
+//! name of a metric, and no number is invented: a missing one is explained.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
 use crate::gas_and_dem_metrics_equal_closed_forms::{DROP, drop_frames};
-use crate::synthetic::{Folder, analyze};
+use crate::synthetic::{Folder, analyze, flat, write_run};
+use kinetoscope_manifest::parse;
+use kinetoscope_recording::reader::Outcome;
+use serde_json::Value;
 
-/// The clauses of the result, without markup.
-fn result(manifest: &str) -> Vec<String> {
-    let page = page(manifest);
-    let (_, result) = page.split_once("<p class=\"result\">").unwrap();
-    let result = result.split("</p>").next().unwrap().replace("<br>", "").replace("<wbr>", "");
-    let text: String =
-        result.split('<').map(|part| part.split_once('>').map_or(part, |it| it.1)).collect();
-    text.split("; ").map(str::to_owned).collect()
-}
-
-/// The report of a falling disc.
+/// The report of falling discs.
 fn page(manifest: &str) -> String {
     let folder = Folder::write(manifest, drop_frames);
     let output = analyze(&[folder.name()]);
@@ -24,61 +17,121 @@ fn page(manifest: &str) -> String {
     folder.page()
 }
 
-fn check(metric: &str, place: &str) -> String {
-    format!("[[checks]]\nmetric = \"{metric}\"\n{place}\nmaximum = 1e9\n")
+/// The sentences of the answer with their markup.
+fn marked(page: &str) -> &str {
+    let (_, answer) = page.split_once("<p class=\"result\">").unwrap();
+    answer.split("</p>").next().unwrap()
+}
+
+/// The sentences of the answer without markup.
+fn answer(manifest: &str) -> String {
+    let page = page(manifest);
+    let parts = marked(&page).split('<');
+    let text: String = parts.map(|part| part.split_once('>').map_or(part, |it| it.1)).collect();
+    text.replace("\u{a0}✓", "")
+}
+
+fn check(metric: &str, bound: &str) -> String {
+    format!("[[checks]]\nmetric = \"{metric}\"\n{bound}\n")
+}
+
+/// Before the tables of the manifest.
+fn with_answer(answer: &str) -> String {
+    format!("answer = '{answer}'\n{DROP}")
 }
 
 #[test]
-fn every_checked_place_has_a_clause_and_conservation_is_last() {
-    let sweep = "[sweep]\n\"model.dem.friction\" = [0.1, 0.2, 0.3, 0.4, 0.5]\n";
-    let at = |tenths: u32| format!("where = {{ friction = 0.{tenths} }}");
-    let mut manifest = format!("{DROP}{sweep}{}", check("energy.residual_relative", &at(1)));
-    for tenths in [1, 2, 2, 3] {
-        manifest += &check("restitution.measured", &at(tenths));
-    }
-    let clauses = result(&manifest);
-    assert_eq!(clauses.len(), 4, "{clauses:?}");
-    for (clause, tenths) in clauses.iter().zip([1, 2, 3]) {
-        let start = format!("restitution.measured at friction = 0.{tenths} = ");
-        assert!(clause.contains(&start), "{clauses:?}");
-    }
-    assert!(clauses[3].starts_with("energy.residual_relative at "), "{clauses:?}");
-    // At most four.
-    for tenths in [4, 5] {
-        manifest += &check("restitution.measured", &at(tenths));
-    }
-    let clauses = result(&manifest);
-    assert!(clauses.len() == 4 && !clauses[3].starts_with("energy."), "{clauses:?}");
+fn answer_of_the_manifest_has_its_numbers_in_bold_with_a_badge() {
+    let checked = check("restitution.measured", "tolerance = 0.01");
+    let text = "It is {restitution.measured} <i>, {energy.residual_relative size in percent}.";
+    let page = page(&format!("{}{checked}", with_answer(text)));
+    let expected = "It is <strong>0.8</strong><span class=\"good\" title=\"the check passes\">\u{a0}✓</span> &lt;i&gt;, <strong>0.0609 %</strong>.";
+    assert_eq!(marked(&page), expected);
 }
 
 #[test]
-fn missing_run_times_are_named_with_their_command() {
-    let timed = format!("# How long? Expected: long.\n# kinetoscope benchmark gas.toml\n{DROP}");
-    let clauses = result(&timed);
-    assert_eq!(clauses[0], "Result: none yet");
-    assert!(clauses[1].contains("kinetoscope benchmark gas.toml --output"), "{clauses:?}");
-    let control = result(&format!("{DROP}{}", check("restitution.measured", "")));
-    assert!(control[0].starts_with("Result: restitution.measured = "), "{control:?}");
+fn failed_check_comes_first_with_its_reason_in_words() {
+    let failing = check("restitution.measured", "minimum = 0.9");
+    let text = answer(&format!("{}{failing}", with_answer("It is {restitution.measured}.")));
+    let expected = "A check fails: the measured restitution is 0.8 (its check fails), where at least 0.9 is required. It is 0.8 (its check fails).";
+    assert_eq!(text, expected);
+    let many: String =
+        (1..=4).map(|bound| check("bed.weight", &format!("minimum = {bound}"))).collect();
+    assert!(answer(&format!("{DROP}{many}")).ends_with(" 2 further checks fail."));
 }
 
-/// Setup: a check that fails and one that passes, and a requested plot, which are removed one after the other.
 #[test]
-fn result_answers_what_the_manifest_asks() {
-    let passing = check("restitution.measured", "");
-    let failing = "[[checks]]\nmetric = \"energy.residual_relative\"\nminimum = 1e9\n";
-    let plot = "[[plots]]\ny = \"/energy.kinetic_j\"\ntitle = \"Energy of the fall\"\n";
-    let clauses = result(&format!("{DROP}{passing}{failing}{plot}"));
-    assert_eq!(clauses.len(), 1, "{clauses:?}");
+fn sentences_follow_from_the_checks_and_name_no_metric() {
+    let checks = [
+        check("energy.residual_relative", "maximum = 1"),
+        check("restitution.measured", "tolerance = 0.01"),
+    ];
+    let text = answer(&format!("{DROP}{}", checks.concat()));
+    let expected = "The measured restitution is 0.8, equal to the theoretical 0.8. The sum of all energies is conserved to 0.00061.";
+    assert_eq!(text, expected);
+    let given = check("restitution.measured", "expected = 0.79\ntolerance = 0.1");
+    let expected = "The measured restitution is 0.8, 1.3 % above the expected 0.79.";
+    assert_eq!(answer(&format!("{DROP}{given}")), expected);
+    // Nothing states what the experiment asks for.
+    assert!(!page(DROP).contains("class=\"result\""));
+}
+
+/// Setup: a sweep with one value at all points. Control: without the check, the plot alone gives the range.
+#[test]
+fn sentences_cover_all_points_of_a_sweep() {
+    let sweep = format!("{DROP}[sweep]\n\"model.dem.friction\" = [0.1, 0.2]\n");
+    let checked = check("restitution.measured", "tolerance = 0.01");
+    let expected = "The measured restitution agrees with theory within its standard error at all 2 points of the sweep.";
+    assert_eq!(answer(&format!("{sweep}{checked}")), expected);
+    let plot = "[[plots]]\ny = \"restitution.measured\"\ntitle = \"A plot\"\n";
+    let page = page(&format!("{sweep}{plot}"));
     assert!(
-        clauses[0].starts_with("Result: energy.residual_relative fails: measured "),
-        "{clauses:?}"
+        marked(&page)
+            .contains("The measured restitution is from <strong>0.8</strong> at friction 0.1 to ")
     );
-    assert!(clauses[0].contains("expected at least "), "{clauses:?}");
-    assert_eq!(result(&format!("{DROP}{passing}{plot}")), ["Result: Energy of the fall."]);
-    let clauses = result(&format!("{DROP}{passing}"));
-    assert!(clauses[0].starts_with("Result: restitution.measured = "), "{clauses:?}");
-    assert!(
-        !page(DROP).contains("class=\"result\""),
-        "nothing is asked, and something is answered"
+    assert!(marked(&page).contains("title=\"A plot\">Plot</a>"), "{}", marked(&page));
+}
+
+#[test]
+fn missing_value_is_explained() {
+    let manifest = with_answer("It is {restitution.measured}, high {bed.surface_angle}.");
+    let text = answer(&manifest);
+    assert!(text.starts_with("It is 0.8, high (no value: "), "{text}");
+    let folder = Folder::write(&manifest, drop_frames);
+    let experiment = parse(&manifest, "m.toml", &[]).unwrap();
+    let run = &experiment.runs[0];
+    let fault = Outcome::Fault("the discs are too fast".to_owned());
+    write_run(&folder.file(0), run, &drop_frames(&run.manifest), &fault);
+    analyze(&[folder.name()]).exited_with(3);
+    let page = folder.page();
+    let reason = "(no value: the run failed at 0.6 s: the discs are too fast)";
+    assert!(marked(&page).contains(reason), "{}", marked(&page));
+    assert!(!marked(&page).contains("<strong></strong>"));
+    std::fs::remove_file(folder.file(0)).unwrap();
+    let other = Folder::write(
+        &format!("{manifest}[sweep]\n\"model.dem.friction\" = [0.1, 0.2]\n")
+            .replace("measured}", "measured @ friction = 0.2}"),
+        drop_frames,
     );
+    std::fs::remove_file(other.file(1)).unwrap();
+    analyze(&[other.name()]).exited_with(0);
+    assert!(marked(&other.page()).contains("(no value: the run is not among the recordings)"));
+}
+
+#[test]
+fn same_sentence_is_in_every_output() {
+    let manifest =
+        format!("question = 'How high?'\n{}", with_answer("It is {restitution.measured}."));
+    let folder = Folder::write(&manifest, drop_frames);
+    let junit = folder.path().join("junit.xml");
+    let output = analyze(&["--junit", junit.to_str().unwrap(), folder.name()]).exited_with(0).text;
+    assert!(flat(&output).contains("How high? It is 0.8."), "{output}");
+    let xml = std::fs::read_to_string(junit).unwrap();
+    assert!(xml.contains("<property name=\"answer\" value=\"It is 0.8.\"/>"), "{xml}");
+    let metrics = std::fs::read_to_string(folder.path().join("metrics.json")).unwrap();
+    let metrics: Value = serde_json::from_str(&metrics).unwrap();
+    assert_eq!(metrics["question"], "How high?");
+    assert_eq!(metrics["answer"]["text"], "It is 0.8.");
+    assert_eq!(metrics["answer"]["numbers"][0]["metric"], "restitution.measured");
+    assert!(folder.page().contains("<p class=\"question\">How high?</p>"));
 }

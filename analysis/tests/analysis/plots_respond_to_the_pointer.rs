@@ -251,13 +251,13 @@ fn head_and_numbers_name_question_result_and_files() {
     for shown in [
         "<p class=\"question\">Do &lt;discs&gt; fall?</p>",
         "Expected: </span>&quot;yes&quot; &amp; no.",
-        "<p class=\"result\">Result: ",
+        "<p class=\"result\">The ",
         "<dt>physics</dt><dd>version 1</dd>",
         "href=\"./falling__000.mcap\"",
         "href=\"./metrics.csv\"",
         "href=\"./metrics.json\"",
         ".svg\">",
-        "<summary><h2>Definitions</h2></summary>",
+        "<summary><h2>Definitions</h2>",
         "<summary><h2>Manifest of the first run</h2></summary>",
     ] {
         assert!(text.contains(shown), "the report lacks {shown}");

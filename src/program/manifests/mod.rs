@@ -12,7 +12,7 @@ use clap::Args;
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope::plan::restart_files::StartFiles;
 use kinetoscope::plan::{Plan, Status};
-use kinetoscope_analysis::{figure_names, metric_names};
+use kinetoscope_analysis::{figure_names, fitted_along, metric_names};
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::folder::folder_of;
@@ -242,6 +242,7 @@ impl<'a> ManifestReader<'a> {
             recordings: Some(&recordings),
             metrics: Some(metric_names),
             figures: Some(figure_names),
+            fitted_along: Some(fitted_along),
         };
         parse_with(source, &origin, overrides, lookup)
     }
@@ -296,7 +297,10 @@ impl<'a> ManifestReader<'a> {
                 NoRecording::Invalid(format!("{shown} has errors:\n{errors}"))
             })
         })?;
-        let plan = Plan::outline(&experiment, &self.output, false, &Interrupt::default());
+        // No start is needed to find a recording.
+        let without_starts = Interrupt::default();
+        without_starts.stop();
+        let plan = Plan::outline(&experiment, &self.output, false, &without_starts);
         let [run] = plan.runs.as_slice() else {
             let what = format!("{shown} has {} runs; must have 1", plan.runs.len());
             return Err(NoRecording::Invalid(what));

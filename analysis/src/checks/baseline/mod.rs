@@ -120,7 +120,7 @@ impl Baseline {
             let rule = Rule {
                 rounding: found.map_or(rounding, |(_, metric)| metric.rounding),
                 is_conservation: found.map_or_else(
-                    || laws.iter().any(|law| law.is_conservation),
+                    || laws.iter().any(|law| law.is_conservation()),
                     |(_, metric)| metric.is_of_conservation_law(),
                 ),
                 is_identity: found.is_some_and(|(_, metric)| metric.is_of_identity()),

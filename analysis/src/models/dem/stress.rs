@@ -11,7 +11,7 @@
 
 use super::disc::Disc;
 use super::special_setups::has_floor;
-use crate::statistics::{Entries, Estimate, MissingError};
+use crate::statistics::{Blocking, Entries, Estimate, MissingError};
 use kinetoscope_manifest::model::{DemConfig, DemWall, DemWallShape};
 use kinetoscope_recording::channels::DemContactForces;
 use std::f64::consts::TAU;
@@ -50,6 +50,8 @@ pub(crate) struct StressProfile {
     averaged_s: f64,
     layers: Vec<LayerMeans>,
     lateral_ratio: FrameMean,
+    /// The same by blocks, for its error.
+    lateral_blocks: Blocking,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -109,6 +111,7 @@ impl StressProfile {
             averaged_s: (1.0 - AVERAGED_FROM) * config.duration_s.get(),
             layers: vec![LayerMeans::default(); count],
             lateral_ratio: FrameMean::default(),
+            lateral_blocks: Blocking::of(Entries::AveragedFrames),
         })
     }
 
@@ -204,6 +207,7 @@ impl StressProfile {
         }
         if whole[1] > 0.0 {
             self.lateral_ratio.add(whole[0] / whole[1]);
+            self.lateral_blocks.add(whole[0] / whole[1]);
         }
     }
 
@@ -238,10 +242,10 @@ impl StressProfile {
         Some(Estimate::new(value.value, error).with_unknown_scatter_of_starts())
     }
 
-    /// Ratio of sigma_xx to sigma_yy of the whole bed.
+    /// Ratio of sigma_xx to sigma_yy of the whole bed. Its error, by blocking, is that for a given start.
     pub(super) fn lateral_ratio(&self) -> Option<Estimate> {
-        let ratio = Estimate::bare(self.lateral_ratio.mean()?);
-        Some(ratio.without_error(MissingError::DependsOnStart))
+        let ratio = self.lateral_ratio.mean()?;
+        Some(Estimate::given_the_start(ratio, self.lateral_blocks.estimate()))
     }
 }
 

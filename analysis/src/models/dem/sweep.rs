@@ -5,10 +5,10 @@ use crate::metric::definition::definitions;
 use crate::models::contract::{Fit, FitShape, Ordinate};
 
 definitions! {
-    DISCHARGE_RATE_EXPONENT: "outlet.discharge_rate_vs_effective_width.exponent", "1", "least-squares line through the logarithms of outlet.discharge_rate over outlet.effective_width", [laws::BEVERLOO], 0.0;
-    RUNOUT_EXPONENT: "normalized_runout_vs_discs.exponent", "1", "least-squares line through the logarithms of bed.normalized_runout over the number of discs", [laws::RUNOUT], 0.0;
-    SATURATION_WEIGHT: "silo.saturation_weight", "N", "F_s of piston.force = F_s (1 - exp(-bed.weight/F_s)), by least squares", [laws::JANSSEN], 0.0;
-    JANSSEN_DEVIATION: "silo.janssen_rms_deviation", "1", "root of the mean square of piston.force's relative distance from that fit", [laws::JANSSEN], 0.0;
+    DISCHARGE_RATE_EXPONENT: "outlet.discharge_rate_vs_effective_width.exponent", "1", "exponent of the discharge rate in the orifice's effective width", "least-squares line through the logarithms of outlet.discharge_rate over outlet.effective_width", [laws::BEVERLOO], 0.0;
+    RUNOUT_EXPONENT: "normalized_runout_vs_discs.exponent", "1", "exponent of the runout in the number of discs", "least-squares line through the logarithms of bed.normalized_runout over the number of discs", [laws::RUNOUT], 0.0;
+    SATURATION_WEIGHT: "silo.saturation_weight", "N", "greatest weight that the floor can carry", "F_s of piston.force = F_s (1 - exp(-bed.weight/F_s)), by least squares", [laws::JANSSEN], 0.0;
+    JANSSEN_DEVIATION: "silo.janssen_rms_deviation", "1", "typical deviation from Janssen's law", "root of the mean square of piston.force's relative distance from that fit", [laws::JANSSEN], 0.0;
 }
 
 const DISCS: &str = "model.dem.discs";

@@ -6,14 +6,14 @@ use crate::models::contract::{Fit, FitShape, Ordinate};
 use kinetoscope_manifest::model::ModelConfig;
 
 definitions! {
-    MEASURED_SLOPE: "pressure_vs_temperature.measured.slope", "N/(m K)", "least-squares line of pressure.measured", [laws::PRESSURE_SLOPE], 0.0;
-    MEASURED_INTERCEPT: "pressure_vs_temperature.measured.intercept", "N/m", "least-squares line of pressure.measured", [laws::PRESSURE_SLOPE], 0.0;
-    MEAN_SPEED_SLOPE: "pressure_vs_temperature.mean_speed_formula.slope", "N/(m K)", "least-squares line of pressure.mean_speed_formula", [laws::PRESSURE_SLOPE], 0.0;
-    MEAN_SPEED_INTERCEPT: "pressure_vs_temperature.mean_speed_formula.intercept", "N/m", "least-squares line of pressure.mean_speed_formula", [laws::PRESSURE_SLOPE], 0.0;
-    MEAN_SQUARE_SLOPE: "pressure_vs_temperature.mean_square_formula.slope", "N/(m K)", "least-squares line of pressure.mean_square_formula", [laws::PRESSURE_SLOPE], 0.0;
-    MEAN_SQUARE_INTERCEPT: "pressure_vs_temperature.mean_square_formula.intercept", "N/m", "least-squares line of pressure.mean_square_formula", [laws::PRESSURE_SLOPE], 0.0;
-    RADIUS_EXPONENT: "pressure_vs_radius.measured.exponent", "1", "least-squares line through the logarithms of pressure.measured", [laws::PRESSURE_RADIUS_EXPONENT], 1e-9;
-    MEAN_SPEED_EXPONENT: "mean_speed_vs_temperature.exponent", "1", "least-squares line through the logarithms of mean_speed", [laws::SPEED_EXPONENT], 1e-9;
+    MEASURED_SLOPE: "pressure_vs_temperature.measured.slope", "N/(m K)", "slope of the pressure on the wall over the temperature", "least-squares line of pressure.measured", [laws::PRESSURE_SLOPE], 0.0;
+    MEASURED_INTERCEPT: "pressure_vs_temperature.measured.intercept", "N/m", "pressure on the wall extrapolated to zero temperature", "least-squares line of pressure.measured", [laws::PRESSURE_SLOPE], 0.0;
+    MEAN_SPEED_SLOPE: "pressure_vs_temperature.mean_speed_formula.slope", "N/(m K)", "slope of the pressure by the mean speed over the temperature", "least-squares line of pressure.mean_speed_formula", [laws::PRESSURE_SLOPE], 0.0;
+    MEAN_SPEED_INTERCEPT: "pressure_vs_temperature.mean_speed_formula.intercept", "N/m", "pressure by the mean speed extrapolated to zero temperature", "least-squares line of pressure.mean_speed_formula", [laws::PRESSURE_SLOPE], 0.0;
+    MEAN_SQUARE_SLOPE: "pressure_vs_temperature.mean_square_formula.slope", "N/(m K)", "slope of the pressure by the mean square speed over the temperature", "least-squares line of pressure.mean_square_formula", [laws::PRESSURE_SLOPE], 0.0;
+    MEAN_SQUARE_INTERCEPT: "pressure_vs_temperature.mean_square_formula.intercept", "N/m", "pressure by the mean square speed extrapolated to zero temperature", "least-squares line of pressure.mean_square_formula", [laws::PRESSURE_SLOPE], 0.0;
+    RADIUS_EXPONENT: "pressure_vs_radius.measured.exponent", "1", "exponent of the pressure in the radius", "least-squares line through the logarithms of pressure.measured", [laws::PRESSURE_RADIUS_EXPONENT], 1e-9;
+    MEAN_SPEED_EXPONENT: "mean_speed_vs_temperature.exponent", "1", "exponent of the mean speed in the temperature", "least-squares line through the logarithms of mean_speed", [laws::SPEED_EXPONENT], 1e-9;
 }
 
 const TEMPERATURE: &str = "model.gas.temperature_k";

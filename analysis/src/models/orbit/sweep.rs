@@ -8,8 +8,8 @@ use kinetoscope_manifest::model::{
 };
 
 definitions! {
-    CONVERGENCE_ORDER: "convergence.order", "1", "least-squares line through the logarithms of position_error.final, over the runs in the asymptotic range: phase error up to 0.1 rad, error over 30 times its rounding, and neighboring steps whose orders differ by less than 0.04; at least three", [laws::CONVERGENCE], 1e-9;
-    ENERGY_CONVERGENCE_ORDER: "energy.convergence_order", "1", "least-squares line through the logarithms of energy.max_error_relative, over the runs in the asymptotic range as for convergence.order", [laws::ENERGY_CONVERGENCE], 1e-9;
+    CONVERGENCE_ORDER: "convergence.order", "1", "order of the position error in the time step", "least-squares line through the logarithms of position_error.final, over the runs in the asymptotic range: phase error up to 0.1 rad, error over 30 times its rounding, and neighboring steps whose orders differ by less than 0.04; at least three", [laws::CONVERGENCE], 1e-9;
+    ENERGY_CONVERGENCE_ORDER: "energy.convergence_order", "1", "order of the energy error in the time step", "least-squares line through the logarithms of energy.max_error_relative, over the runs in the asymptotic range as for convergence.order", [laws::ENERGY_CONVERGENCE], 1e-9;
 }
 
 const TIME_STEP: &str = "model.orbit.time_step_days";

@@ -2,6 +2,8 @@
 //!
 //! A test belongs here if it needs the public API of this package only.
 
+// An answer names metrics and points of the sweep that exist.
+mod answers_name_what_exists;
 // The canonical manifest, from which the run key is computed, never changes by accident.
 mod canonical_form_is_stable;
 // Damaged text gives errors, not panics.
@@ -12,6 +14,8 @@ mod differing_keys_are_named;
 mod experiment_record_round_trips;
 // Requested plots name metrics, channels and swept keys that exist.
 mod plots_name_what_exists;
+// The view names points of the sweep that exist.
+mod view_names_points_of_the_sweep;
 // Every rule broken once: the message states the allowed values and the position.
 mod dem_rules_are_enforced;
 mod gas_rules_are_enforced;

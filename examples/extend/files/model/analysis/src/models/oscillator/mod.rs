@@ -11,7 +11,7 @@ use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::RecordedFrame;
 
 definitions! {
-    MAX_ENERGY_ERROR: "energy.max_error_relative", "1", "/energy: max |E - E_0|/E_0 over the frames", [], 0.0;
+    MAX_ENERGY_ERROR: "energy.max_error_relative", "1", "largest error of the energy", "/energy: max |E - E_0|/E_0 over the frames", [], 0.0;
 }
 
 /// The analysis of oscillator runs.

@@ -1,0 +1,150 @@
+//! How a number relates to theory, or to what a check expects, in words.
+
+use super::number::{in_unit, percent, unit_words};
+use crate::metric::{Deviation, Metric};
+use crate::number_text::significant;
+use kinetoscope_manifest::{Bound, Check};
+
+/// Standard errors within which a value agrees with theory.
+const AGREES: f64 = 1.0;
+/// A relative difference below which two numbers are the same to the digits of a sentence.
+const SAME: f64 = 5e-4;
+/// A ratio to theory above this is given as a factor, not in percent.
+const LARGEST_EXCESS: f64 = 10.0;
+
+/// The relation of a passed metric to what its check compares it with, as the end of a sentence: ", 2.1 standard errors above the
+/// theoretical 0.5". A theoretical value is stated in place of bounds around it.
+pub(super) fn relation(check: &Check, metric: &Metric) -> String {
+    match check.bound {
+        Bound::Near { expected: Some(expected), .. }
+        | Bound::NearRelative { expected: Some(expected), .. } => to_expected(metric, expected),
+        Bound::WithinStandardErrors { expected: Some(expected), .. } => {
+            let value = format!("the expected {}", in_unit(expected, metric));
+            metric.deviation_from(expected).map_or_else(String::new, |deviation| {
+                of_deviation(deviation, metric.value(), expected, 0.0, &value)
+            })
+        }
+        Bound::Range { minimum, maximum }
+            if metric.deviation().is_none() || metric.is_of_conservation_law() =>
+        {
+            in_range(minimum, maximum, metric)
+        }
+        _ => to_theory(metric),
+    }
+}
+
+/// The relation of a metric to its theoretical value; empty without one.
+pub(super) fn to_theory(metric: &Metric) -> String {
+    let Some(theory) = metric.theory else { return String::new() };
+    if let Some(violation) = theory.violation {
+        return format!(", outside the range of its law: {violation}");
+    }
+    let value = format!("the theoretical {}", in_unit(theory.value, metric));
+    metric.deviation().map_or_else(String::new, |deviation| {
+        of_deviation(deviation, metric.value(), theory.value, theory.accuracy, &value)
+    })
+}
+
+fn of_deviation(
+    deviation: Deviation,
+    measured: f64,
+    expected: f64,
+    accuracy: f64,
+    value: &str,
+) -> String {
+    match deviation {
+        // A number that is 0, where 0 is expected, needs no words.
+        _ if measured == 0.0 && expected == 0.0 => String::new(),
+        Deviation::Rounding if expected == 0.0 => ", which is 0 up to rounding".to_owned(),
+        Deviation::Rounding => format!(", equal to {value}"),
+        Deviation::StandardErrors(sigma) if sigma.abs() <= AGREES => {
+            format!(", which agrees with {value} within its standard error")
+        }
+        Deviation::StandardErrors(sigma) => {
+            format!(", {} standard errors {} {value}", significant(sigma.abs(), 2), side(sigma))
+        }
+        Deviation::Bound { is_inside } => {
+            let place = if is_inside { "inside" } else { "outside" };
+            let bound = match accuracy / expected.abs() {
+                relative if relative.is_finite() => format!(" of {}", percent(relative)),
+                _ => String::new(),
+            };
+            format!("{}, {place} the law's accuracy{bound}", excess(measured, expected, value))
+        }
+        Deviation::Bare(_) => excess(measured, expected, value),
+    }
+}
+
+/// A difference from an expected value without a standard error.
+fn excess(measured: f64, expected: f64, value: &str) -> String {
+    let difference = measured - expected;
+    let relative = difference.abs() / expected.abs();
+    if measured == expected {
+        return String::new();
+    }
+    if expected == 0.0 || !relative.is_finite() {
+        return format!(", compared with {value}");
+    }
+    if relative < SAME {
+        return format!(", which equals {value} within {}", percent(relative));
+    }
+    if relative > LARGEST_EXCESS {
+        return format!(", {} times {value}", significant(measured / expected, 2));
+    }
+    format!(", {} {} {value}", percent(relative), side(difference))
+}
+
+fn side(difference: f64) -> &'static str {
+    if difference < 0.0 { "below" } else { "above" }
+}
+
+fn to_expected(metric: &Metric, expected: f64) -> String {
+    let value = format!("the expected {}", in_unit(expected, metric));
+    let difference = (metric.value() - expected).abs();
+    if difference <= crate::metric::deviation::ROUNDING_FRACTION * expected.abs() {
+        return if expected == 0.0 { String::new() } else { format!(", equal to {value}") };
+    }
+    excess(metric.value(), expected, &value)
+}
+
+fn in_range(minimum: Option<f64>, maximum: Option<f64>, metric: &Metric) -> String {
+    let number = |value: f64| in_unit(value, metric);
+    match (minimum, maximum) {
+        (Some(minimum), Some(maximum)) => {
+            let unit = unit_words(metric.unit());
+            let from = number(minimum);
+            let from = from.strip_suffix(&unit).unwrap_or(&from);
+            format!(", within the required range of {from} to {}", number(maximum))
+        }
+        (Some(minimum), None) => format!(", where at least {} is required", number(minimum)),
+        (None, Some(maximum)) => format!(", where at most {} is allowed", number(maximum)),
+        (None, None) => String::new(),
+    }
+}
+
+/// What a failed check requires, as the end of a sentence.
+pub(super) fn requirement(check: &Check, metric: &Metric) -> String {
+    let target = |expected: Option<f64>| match (expected, metric.theory_value()) {
+        (Some(expected), _) => format!("the expected {}", in_unit(expected, metric)),
+        (None, Some(theory)) => format!("the theoretical {}", in_unit(theory, metric)),
+        (None, None) => "theory".to_owned(),
+    };
+    match check.bound {
+        Bound::Near { expected, tolerance } => {
+            format!(", not within {} of {}", in_unit(tolerance, metric), target(expected))
+        }
+        Bound::NearRelative { expected, relative_tolerance } => {
+            format!(", not within {} of {}", percent(relative_tolerance), target(expected))
+        }
+        Bound::WithinStandardErrors { expected, standard_errors } => {
+            let limit = significant(standard_errors, 3);
+            format!(", not within {limit} standard errors of {}", target(expected))
+        }
+        Bound::MaxDeviation { sigma } => {
+            let limit = significant(sigma, 3);
+            format!(", not within {limit} standard errors of {}", target(None))
+        }
+        Bound::Range { minimum, maximum } => in_range(minimum, maximum, metric)
+            .replace(", within the required range of", ", outside the required range of"),
+    }
+}
