@@ -28,7 +28,7 @@ mod write_file;
 
 pub use input::UnreadableRecording;
 pub use metric::{Definition, Law, Measurement, Theory, Violation};
-pub use models::{fitted_along, metric_names, needs_replicates};
+pub use models::{figure_names, fitted_along, metric_names, metrics_of_figure, needs_replicates};
 pub use report::metrics_reference;
 pub use run::{RunAnalysis, RunStatus};
 pub use statistics::{Entries, Estimate, MissingError};

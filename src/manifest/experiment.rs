@@ -86,6 +86,8 @@ pub struct Lookup<'a> {
     pub recordings: Option<Recordings<'a>>,
     /// The metrics that checks and plots may name. Without it, any name is accepted.
     pub metrics: Option<MetricNames>,
+    /// The charts of the model that plots may name. Without it, any name is accepted.
+    pub figures: Option<MetricNames>,
     /// The swept keys along which a metric is fitted, so that an answer names none of them.
     pub fitted_along: Option<FittedAlong>,
 }
@@ -347,6 +349,7 @@ fn read_root(
     let model = runs.first().map(|run| run.manifest.model.name());
     let metrics = model.zip(lookup.metrics).map(|(model, metrics)| metrics(model));
     let metrics = metrics.as_deref();
+    let figures = model.zip(lookup.figures).map(|(model, figures)| figures(model));
     let manifest = CheckedManifest { source, axes: Some(&axes), metrics };
     if let Some((template, node)) = head.answer.as_ref().zip(answer) {
         template.check(&node, manifest, lookup.fitted_along, errors);
@@ -358,6 +361,7 @@ fn read_root(
         manifest,
         channels: first.map_or(&[], |first| first.model.channels()),
         recorded: first.and_then(|first| first.record.channels.as_deref()),
+        figures: figures.as_deref(),
     };
     // A manifest whose runs cannot be read has no known channels; its errors are reported first.
     let requesting = first.map(|_| requesting);

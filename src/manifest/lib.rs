@@ -43,7 +43,7 @@ pub use experiment::{Experiment, Lookup, Override, Run, parse, parse_run, parse_
 pub use head::ExpectedOutcome;
 pub use model::starter;
 pub use places::line_of_key_in_message;
-pub use plots::{PlotAxis, PlotRequest, TIME};
+pub use plots::{PlotAxis, PlotFit, PlotRequest, TIME, channel_field};
 pub use schema::json_schema;
 pub use sidecar::{ExperimentRecord, RunRecord};
 pub use start_manifests::{StartManifest, is_manifest_name, start_manifests};

@@ -22,10 +22,7 @@ fn place_table() -> Json {
 fn plot_table() -> Json {
     let mut table = Describer::describe(&mut PlotKeys::default());
     table["properties"]["where"] = place_table();
-    if let Some(y) = table["properties"]["y"].as_object_mut() {
-        y.remove("default");
-    }
-    table["required"] = json!(["y"]);
+    table["oneOf"] = json!([{ "required": ["y"] }, { "required": ["figure"] }]);
     table
 }
 

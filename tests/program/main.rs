@@ -78,6 +78,8 @@ mod oversized_files;
 mod pipelines;
 // Plots as SVG and PNG, and what cannot be plotted.
 mod plots;
+// Plots of the shipped experiments: what they check, and energies that fill their sum.
+mod shipped_plots;
 // The files of `fill` and `zoom`, and what replaces what.
 mod restored_runs;
 // Links, pipes, forged files and other processes in the folder of the recordings.

@@ -100,6 +100,60 @@ fn png_has_the_requested_pixels_and_its_text() {
     assert_eq!(titled("\u{e000}"), titled("\u{e001}"), "control: unknown letters are a box");
 }
 
+/// A plot has several metrics of one unit on its axes, over a key, another metric, or a number that the variants set, and states the
+/// number of a fit: the mean speed is proportional to the root of the temperature, and to the rms speed. Tolerance: rounding, because
+/// all points share their random numbers.
+#[test]
+fn metrics_are_plotted_over_each_other_with_fits() {
+    let bench = sweep();
+    let drawn = |arguments: &[&str]| {
+        let command = ["plot", "recordings/gas", "--json", "--output", "p.svg"];
+        let called = bench.call(&[&command, arguments].concat());
+        assert_eq!(called.code, Some(0), "{}", called.err);
+        called.json()["plot"].clone()
+    };
+    let fitted = |plot: &serde_json::Value| {
+        let curve = plot["curves"].as_array().unwrap().iter().find(|curve| {
+            curve["style"] == "theory" && curve["name"].as_str().unwrap().contains("fit, exponent")
+        });
+        let name = curve.unwrap_or_else(|| panic!("{plot}"))["name"].as_str().unwrap();
+        let number = name.split("exponent ").nth(1).unwrap().split('(').next().unwrap();
+        number.parse::<f64>().unwrap()
+    };
+    let over_key = drawn(&["--y", "mean_speed", "--fit", "power"]);
+    assert!((fitted(&over_key) - 0.5).abs() < 1e-6, "{over_key}");
+    let over_metric = drawn(&["--y", "mean_speed", "--x", "rms_speed", "--fit", "power"]);
+    assert!((fitted(&over_metric) - 1.0).abs() < 1e-6, "{over_metric}");
+    assert_eq!(over_metric["x"]["name"], "rms speed");
+    let two = drawn(&["--y", "mean_speed", "--y", "rms_speed"]);
+    let is_data = |curve: &&serde_json::Value| curve["style"] == "data";
+    assert_eq!(two["curves"].as_array().unwrap().iter().filter(is_data).count(), 2);
+    let refused =
+        bench.call(&["plot", "recordings/gas", "--y", "mean_speed", "--y", "pressure.measured"]);
+    assert!(refused.err.contains("different units"), "{}", refused.err);
+    let histogram = drawn(&["--figure", "speed_histogram", "--where", "temperature_k=300"]);
+    assert_eq!(histogram["x"]["name"], "speed");
+    let refused = bench.call(&["plot", "recordings/gas", "--figure", "speed_histgram"]);
+    assert!(refused.err.contains("did you mean `speed_histogram`?"), "{}", refused.err);
+}
+
+#[test]
+fn number_that_the_variants_set_is_an_axis() {
+    let bench = Bench::new();
+    let variant = |name: &str, radius: f64| {
+        format!("[[sweep.variants]]\nname = \"{name}\"\nmodel.gas.radius_m = {radius}\n")
+    };
+    let base = "seed = 1\n[model.gas]\nparticles = 20\nduration_s = 0.001\n[record]\nframes = 4\n";
+    bench.write("gas.toml", &format!("{base}{}{}", variant("small", 1.0), variant("large", 2.0)));
+    assert_eq!(bench.call(&["run", "--quiet", "gas.toml"]).code, Some(0));
+    let command = ["--x", "radius_m", "--json", "--output", "p.svg"];
+    let drawn = plot(&bench, &command).json();
+    let points = drawn["plot"]["curves"][0]["points"].as_array().unwrap().clone();
+    assert_eq!((&points[0]["x"], &points[1]["x"]), (&1.0.into(), &2.0.into()), "{drawn}");
+    let refused = plot(&bench, &["--x", "radus_m"]);
+    assert_eq!(refused.code, Some(2), "control: {}", refused.err);
+}
+
 /// A metric over words has a place for each, in the order of the sweep; with a number as well, each number has a curve.
 #[test]
 fn metric_is_plotted_over_words() {

@@ -6,6 +6,7 @@ mod export_arguments;
 mod messages;
 mod pages;
 mod plot_arguments;
+mod plotted_names;
 
 pub use arguments::{AnalyzeArguments, EXIT_CODES};
 pub use export_arguments::ExportArguments;

@@ -2,40 +2,46 @@
 
 use super::exit::CommandError;
 use super::messages::{complain_unreadable, concluded};
-use crate::input::coordinates::{keys_of, last_part};
+use super::plotted_names::{check_names, check_places};
 use crate::input::recording::{self, OpenRun};
 use crate::input::{self, OpenedRuns, RecordingFolder, UnreadableRecording};
-use crate::models::{MODELS, metrics_of};
 use crate::plot::png::png;
 use crate::plot::{ChartSize, CurveStyle, Plot, PlotContent, Point};
 use crate::run::cache::AnalysisCache;
-use crate::run::fields::names;
 use crate::run::{self, RunAnalysis, RunOptions, RunStatus};
 use crate::sweep::requested::{PlotData, fields_to_read};
-use crate::sweep::swept_key::swept_key;
+use crate::sweep::samples::Abscissa;
 use crate::sweep::{fits, points};
 use crate::write_file;
 use kinetoscope_console::Message;
 use kinetoscope_console::text::{plural, shown_path};
 use kinetoscope_console::{Exit, StandardOutput, complain};
 use kinetoscope_files::folder::folder_of;
-use kinetoscope_manifest::{Coordinate, PlotAxis, PlotRequest, nearest};
+use kinetoscope_manifest::{Coordinate, PlotAxis, PlotFit, PlotRequest};
 use rayon::iter::{IndexedParallelIterator as _, IntoParallelIterator as _, ParallelIterator as _};
 use serde_json::{Value, json};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-/// Draw one plot from the recordings of an experiment: a metric over a swept key, or a channel's field over time.
+/// Draw one plot from the recordings of an experiment: metrics over a swept key or over another metric, fields of channels over time,
+/// or a chart of the model.
 #[derive(Debug, clap::Args)]
 pub struct PlotArguments {
     /// Recordings of one experiment, or their folder
     #[arg(required = true, value_name = "PATH")]
     paths: Vec<PathBuf>,
     /// Metric, such as bed.height (with its standard error and, if there is one, its theoretical value), or field of a recorded
-    /// channel, such as /energy.kinetic_j
-    #[arg(long, value_name = "NAME", help_heading = "Plot")]
-    y: String,
-    /// Swept key, or `time` for a field of a channel [default: the only swept number, else the only swept key, or time]
+    /// channel, such as /energy.kinetic_j; can be repeated for the same axes
+    #[arg(long, value_name = "NAME", required_unless_present = "figure", help_heading = "Plot")]
+    y: Vec<String>,
+    /// Chart that the analysis of the model draws, such as energy_balance, in place of --y
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["y", "x", "fit", "log_x", "log_y", "linear"], help_heading = "Plot")]
+    figure: Option<String>,
+    /// Function that is fitted to each curve by least squares; its exponent or slope is stated
+    #[arg(long, value_name = "FUNCTION", value_parser = fit, help_heading = "Plot")]
+    fit: Option<PlotFit>,
+    /// Swept key, number that the variants of a sweep set, metric, or `time` for a field of a channel [default: the only swept number,
+    /// else the only swept key, or time]
     #[arg(long, value_name = "KEY", help_heading = "Plot")]
     x: Option<String>,
     /// Show only the points of the sweep with this value of a key; can be repeated
@@ -219,19 +225,22 @@ impl PlotArguments {
                 "name the recordings of one",
             )));
         }
-        check_name(&request, model, first).map_err(CommandError::usage)?;
+        check_names(&request, model, first).map_err(CommandError::usage)?;
         let places: Vec<Vec<Coordinate>> = opened.iter().map(|(_, place)| place.clone()).collect();
         check_places(&request, &places).map_err(CommandError::usage)?;
         let axes = source.record.as_ref().map_or(&[][..], |record| &record.axes);
-        if !request.is_of_channel() {
-            swept_key(request.x.as_deref(), &places, axes).map_err(CommandError::usage)?;
+        if !request.is_of_channel() && request.figure.is_none() {
+            let manifests = opened.iter().map(|(run, _)| &run.manifest);
+            let found = Abscissa::find(request.x.as_deref(), &places, axes, manifests);
+            found.map_err(CommandError::usage)?;
         }
         let fields = fields_to_read(std::slice::from_ref(&request), &places);
         let tasks = opened.into_iter().zip(fields).filter(|((_, coordinates), fields)| {
             request.selects(coordinates) && (!request.is_of_channel() || !fields.is_empty())
         });
         let mut runs = Vec::new();
-        for read in read_all(tasks.collect(), &source.folder) {
+        let has_figures = request.figure.is_some();
+        for read in read_all(tasks.collect(), &source.folder, has_figures) {
             match read {
                 Ok(run) => runs.push(run),
                 Err(why) => unreadable.push(why),
@@ -270,8 +279,12 @@ impl PlotArguments {
         let log: Vec<PlotAxis> =
             logarithmic.iter().filter(|(is_log, _)| *is_log).map(|(_, axis)| *axis).collect();
         PlotRequest {
-            y: self.y.clone(),
+            y: self.y.first().cloned().unwrap_or_default(),
+            also: self.y.iter().skip(1).cloned().collect(),
+            figure: self.figure.clone(),
             x: self.x.clone(),
+            fit: self.fit,
+            exponents: Vec::new(),
             title: self.title.clone(),
             log: (self.linear || !log.is_empty()).then_some(log),
             at: self.at.clone(),
@@ -291,6 +304,7 @@ impl PlotArguments {
                 CurveStyle::Data => "data",
                 CurveStyle::Theory => "theory",
                 CurveStyle::Line => "line",
+                CurveStyle::Area => "area",
             };
             let points = curve.points.iter().map(
                 |point| json!({ "x": x_of(point), "y": point.y, "standard_error": point.error }),
@@ -303,7 +317,7 @@ impl PlotArguments {
             "bytes": bytes.map(|file| file.len()),
             "title": plot.title,
             "x": { "name": chart.x.label, "unit": chart.x.unit },
-            "y": { "name": self.y, "unit": chart.y.unit },
+            "y": { "name": self.request().subject(), "unit": chart.y.unit },
             "curves": curves.collect::<Vec<_>>(),
             "remark": chart.full_remark(),
         })
@@ -314,10 +328,15 @@ impl PlotArguments {
 type Task = ((OpenRun, Vec<Coordinate>), Vec<String>);
 
 /// Reads recordings in parallel, or loads their analyses from the cache next to them, which is not changed.
-fn read_all(tasks: Vec<Task>, folder: &Path) -> Vec<Result<RunAnalysis, UnreadableRecording>> {
+fn read_all(
+    tasks: Vec<Task>,
+    folder: &Path,
+    has_figures: bool,
+) -> Vec<Result<RunAnalysis, UnreadableRecording>> {
     let cache = AnalysisCache::in_folder(folder);
     let read = |((run, coordinates), fields): Task| {
-        let options = RunOptions { fields: &fields, ..RunOptions::default() };
+        let options =
+            RunOptions { fields: &fields, with_figures: has_figures, ..RunOptions::default() };
         if let Some(found) = cache.as_ref().and_then(|it| it.load(&run, &coordinates, options)) {
             return Ok(found);
         }
@@ -326,79 +345,6 @@ fn read_all(tasks: Vec<Task>, folder: &Path) -> Vec<Result<RunAnalysis, Unreadab
         })
     };
     tasks.into_par_iter().with_max_len(1).map(read).collect()
-}
-
-/// Rejects a name that is neither a metric of the model nor a field of its recordings.
-fn check_name(request: &PlotRequest, model: &str, run: &OpenRun) -> Result<(), Message> {
-    let y = request.y.as_str();
-    let of_sweeps = MODELS.iter().filter(|it| it.name == model).flat_map(|it| it.sweep_metrics);
-    let metrics: Vec<&str> =
-        metrics_of(model).iter().chain(of_sweeps).map(|metric| metric.name).collect();
-    // Without a readable frame, no field has a name; the error is that of the recording.
-    let fields = names(run.recording()).unwrap_or_default();
-    let fields: Vec<&str> = fields.iter().map(String::as_str).collect();
-    if metrics.contains(&y) || fields.contains(&y) || (fields.is_empty() && request.is_of_channel())
-    {
-        return Ok(());
-    }
-    let with_slash = format!("/{y}");
-    let help = match nearest(y, metrics.iter().chain(&fields).copied()) {
-        _ if fields.contains(&with_slash.as_str()) => {
-            format!("a field of a channel is written `{with_slash}`")
-        }
-        Some(meant) => format!("did you mean `{meant}`?"),
-        None if request.is_of_channel() => {
-            let topic = y.split('.').next().unwrap_or_default();
-            let of_topic: Vec<&str> = fields
-                .iter()
-                .copied()
-                .filter(|field| field.split('.').next() == Some(topic))
-                .collect();
-            let listed = if of_topic.is_empty() { &fields } else { &of_topic };
-            format!("fields: {}", listed.join(", "))
-        }
-        None => "`kinetoscope analyze --list-metrics` lists all metrics".to_owned(),
-    };
-    let kind =
-        if request.is_of_channel() { "recorded field" } else { "metric of these recordings" };
-    Err(Message::new(format!("`{y}` is not a {kind}"), help))
-}
-
-/// Rejects a place that no recording has.
-fn check_places(request: &PlotRequest, runs: &[Vec<Coordinate>]) -> Result<(), Message> {
-    let keys = keys_of(runs.iter().map(Vec::as_slice));
-    for (key, value) in &request.at {
-        let is_named = |other: &&String| *other == key || last_part(other) == key;
-        let Some(full) = keys.iter().find(is_named) else {
-            let help = match nearest(last_part(key), keys.iter().map(|key| last_part(key))) {
-                Some(meant) => format!("did you mean `{meant}`?"),
-                None => "name a key in which the recordings differ".to_owned(),
-            };
-            return Err(Message::new(format!("`{key}` is not swept"), help));
-        };
-        let mut values: Vec<&str> = Vec::new();
-        for place in runs.iter().flatten().filter(|place| place.key == *full) {
-            if !values.contains(&place.value.as_str()) {
-                values.push(&place.value);
-            }
-        }
-        if !values.contains(&value.as_str()) {
-            let what = format!("the sweep has no point `{key}` = {value}");
-            // Numbers that look alike may be far apart.
-            let is_number = value.parse::<f64>().is_ok();
-            let meant = nearest(value, values.iter().copied()).filter(|_| !is_number);
-            values.truncate(20);
-            let help = meant.map_or_else(
-                || format!("values: {}", values.join(", ")),
-                |meant| format!("did you mean `{meant}`?"),
-            );
-            return Err(Message::new(what, help));
-        }
-    }
-    if runs.iter().any(|run| request.selects(run)) {
-        return Ok(());
-    }
-    Err(Message::new("no recording is at all these points", "leave out one of them"))
 }
 
 /// Whether the folder of a file exists.
@@ -411,6 +357,14 @@ fn place(text: &str) -> Result<(String, String), String> {
     let pair = pair.filter(|(key, value)| !key.is_empty() && !value.is_empty());
     pair.map(|(key, value)| (key.to_owned(), value.to_owned()))
         .ok_or_else(|| "must be KEY=VALUE".to_owned())
+}
+
+fn fit(text: &str) -> Result<PlotFit, String> {
+    match text {
+        "power" => Ok(PlotFit::Power),
+        "linear" => Ok(PlotFit::Linear),
+        _ => Err("must be power or linear".to_owned()),
+    }
 }
 
 fn side(text: &str) -> Result<u32, String> {
@@ -426,30 +380,4 @@ fn font_size(text: &str) -> Result<f64, String> {
 fn scale(text: &str) -> Result<f64, String> {
     let scale = text.parse().ok().filter(|scale| (0.5..=8.0).contains(scale));
     scale.ok_or_else(|| "must be a number from 0.5 to 8".to_owned())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Setup: three variants at two temperatures, so that each value occurs again after others.
-    #[test]
-    fn unknown_value_of_a_key_names_the_nearest_or_each_value_once() {
-        let place =
-            |key: &str, value: &str| Coordinate { key: key.to_owned(), value: value.to_owned() };
-        let variants = |kelvin: &str| {
-            let run = |name: &str| vec![place("temperature_k", kelvin), place("variant", name)];
-            ["smooth", "rough", "steep"].map(run)
-        };
-        let runs = [variants("200"), variants("300")].concat();
-        let help = |key: &str, value: &str| {
-            let at = vec![(key.to_owned(), value.to_owned())];
-            let request = PlotRequest { at, ..PlotRequest::default() };
-            check_places(&request, &runs).unwrap_err().help
-        };
-        assert_eq!(help("variant", "rogh").as_deref(), Some("did you mean `rough`?"));
-        assert_eq!(help("variant", "unknown").as_deref(), Some("values: smooth, rough, steep"));
-        // A near number is not a misspelled one.
-        assert_eq!(help("temperature_k", "201").as_deref(), Some("values: 200, 300"));
-    }
 }

@@ -47,6 +47,23 @@ pub(crate) struct ModelAnalysis {
     pub(crate) ordinates: &'static [Ordinate],
     /// Pairs of metrics that are plotted against each other.
     pub(crate) trade_offs: &'static [TradeOff],
+    /// The charts of a run that a plot may name.
+    pub(crate) figures: &'static [NamedChart],
+}
+
+/// A chart of a run that a plot may name. Whether a run has it depends on its manifest and its channels.
+#[derive(Clone, Copy)]
+pub(crate) struct NamedChart {
+    /// Its file name without the extension.
+    pub(crate) stem: &'static str,
+    /// The metrics that it shows over time, or as numbers of its curves.
+    pub(crate) metrics: &'static [&'static str],
+}
+
+impl NamedChart {
+    pub(crate) const fn new(stem: &'static str, metrics: &'static [&'static str]) -> Self {
+        Self { stem, metrics }
+    }
 }
 
 /// Size and shape of a model's particles and of their container, in the model's length unit.

@@ -2,7 +2,7 @@
 
 use crate::models::snapshots::Snapshots;
 use crate::number_text::short_number;
-use crate::plot::{Axis, Picture, Plot, PlotContent, Point, thinned};
+use crate::plot::{Axis, Picture, Plot, PlotContent, Point, Scale, thinned};
 use kinetoscope_recording::plot_list::is_plot_name;
 use serde::{Deserialize, Serialize};
 
@@ -47,6 +47,24 @@ impl SharedCurve {
         let points = thinned(points.map(|(x, y)| Point::bare(x, y)).collect());
         Self { stem: stem.to_owned(), title: title.to_owned(), axes, points }
     }
+}
+
+/// Ratio of the last to the first frame interval above which a linear time axis would hide the first frames.
+const LOGARITHMIC_RATIO: f64 = 10.0;
+
+/// The scale of a time axis: logarithmic if the frame interval grows, as for frames that are even in the logarithm of time.
+pub(crate) fn time_scale_of(times: impl Iterator<Item = f64>) -> Scale {
+    let times: Vec<f64> = times.filter(|time| *time > 0.0).collect();
+    let gaps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    match (gaps.first(), gaps.last()) {
+        (Some(first), Some(last)) if *last > LOGARITHMIC_RATIO * first => Scale::Logarithmic,
+        _ => Scale::Linear,
+    }
+}
+
+/// A time axis of this scale for these times.
+pub(crate) fn time_axis(times: impl Iterator<Item = f64>, unit: &str) -> Axis {
+    Axis { scale: time_scale_of(times), ..Axis::linear("time", unit) }
 }
 
 /// Pictures of the snapshots of a run and of their velocities if those are drawn; `caption` takes the number of particles and the time as text, and `size` is that of

@@ -83,6 +83,20 @@ pub fn metric_names(model: &str) -> Vec<&'static str> {
     metrics.map(|metric| metric.name).collect()
 }
 
+/// The charts of a model's runs that a plot may name; none for an unknown model.
+#[must_use]
+pub fn figure_names(model: &str) -> Vec<&'static str> {
+    let charts = of_model(model).into_iter().flat_map(|model| model.figures);
+    charts.map(|chart| chart.stem).collect()
+}
+
+/// The metrics that a chart of a model's runs shows; none for an unknown chart.
+#[must_use]
+pub fn metrics_of_figure(model: &str, stem: &str) -> &'static [&'static str] {
+    let mut charts = of_model(model).into_iter().flat_map(|model| model.figures);
+    charts.find(|chart| chart.stem == stem).map_or(&[], |chart| chart.metrics)
+}
+
 /// The label of a metric of any model.
 pub(crate) fn label_of(metric: &str) -> Option<&'static str> {
     let of_model = |model: &&ModelAnalysis| model.metrics.iter().chain(model.sweep_metrics);

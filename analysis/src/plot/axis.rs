@@ -30,6 +30,7 @@ pub(crate) struct Axis {
 impl Axis {
     /// A linear axis.
     pub(crate) fn linear(label: &str, unit: &str) -> Self {
+        let unit = if unit == "1" { "" } else { unit };
         Self { label: label.into(), unit: unit.into(), scale: Scale::Linear, words: Vec::new() }
     }
 
@@ -288,6 +289,22 @@ mod tests {
             assert!(texts.len() >= 3, "{constant}: {texts:?}");
             texts.dedup();
             assert_eq!(texts.len(), layout.ticks.len(), "{constant}: {texts:?}");
+        }
+    }
+
+    /// Guarantee: a logarithmic axis of any range has at least three different labels.
+    #[test]
+    fn logarithmic_axes_have_three_labels() {
+        for start in 0..40 {
+            for width in 1..60 {
+                let least = libm::pow(10.0, f64::from(start) / 40.0 - 3.0);
+                let greatest = least * libm::pow(10.0, f64::from(width) / 10.0);
+                let layout = Layout::new(&Axis::logarithmic("y", ""), least, greatest);
+                let mut texts: Vec<String> =
+                    layout.ticks.iter().map(|tick| layout.tick_text(*tick)).collect();
+                texts.dedup();
+                assert!(texts.len() >= 3, "{least} to {greatest}: {texts:?}");
+            }
         }
     }
 

@@ -1,89 +1,18 @@
 //! Charts: curves, points with error bars, and theory lines over two axes.
 
-use super::axis::{Axis, FLAT_RELATIVE, Layout, extremes};
+use super::axis::{Axis, FLAT_RELATIVE, Layout, Scale, extremes};
 use super::canvas::{
     Canvas, DrawingError, INK, PALE, curve_color, draw, failure, fine, stroke, text_style,
     text_width,
 };
 use super::chart_size::{ChartSize, WIDTH};
+use super::curve::{Curve, CurveStyle, Point};
+use super::legend::{self, EndLabels, LEGEND_ROW_HEIGHT, RIGHT_MARGIN, area_style};
 use super::word_labels::draw_words;
 use kinetoscope_console::text::plural;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 use serde::{Deserialize, Serialize};
-
-/// A point with the standard error of y.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Point {
-    /// x.
-    pub(crate) x: f64,
-    /// y.
-    pub(crate) y: f64,
-    /// The standard error of y.
-    pub(crate) error: Option<f64>,
-}
-
-impl Point {
-    /// A point without an error bar.
-    pub(crate) const fn bare(x: f64, y: f64) -> Self {
-        Self { x, y, error: None }
-    }
-}
-
-/// Style of a curve.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) enum CurveStyle {
-    /// A line through the points.
-    Line,
-    /// A dashed line through the points, for theory.
-    Theory,
-    /// Dots with error bars, for data.
-    Data,
-}
-
-/// A named set of points.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Curve {
-    /// The name in the legend.
-    pub(crate) name: String,
-    /// The style.
-    pub(crate) style: CurveStyle,
-    /// Index of the color; related curves share one.
-    pub(crate) color: usize,
-    /// The points, in the order of the line.
-    pub(crate) points: Vec<Point>,
-}
-
-impl Curve {
-    /// A curve without error bars, thinned to the visible points.
-    pub(crate) fn new(
-        name: impl Into<String>,
-        style: CurveStyle,
-        color: usize,
-        points: impl IntoIterator<Item = (f64, f64)>,
-    ) -> Self {
-        let points = points.into_iter().map(|(x, y)| Point::bare(x, y)).collect();
-        Self { name: name.into(), style, color, points: thinned(points) }
-    }
-
-    /// A line through the points.
-    pub(crate) fn line(
-        name: impl Into<String>,
-        color: usize,
-        points: impl IntoIterator<Item = (f64, f64)>,
-    ) -> Self {
-        Self::new(name, CurveStyle::Line, color, points)
-    }
-
-    /// A dashed line through the points.
-    pub(crate) fn theory(
-        name: impl Into<String>,
-        color: usize,
-        points: impl IntoIterator<Item = (f64, f64)>,
-    ) -> Self {
-        Self::new(name, CurveStyle::Theory, color, points)
-    }
-}
 
 /// Curves over two axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -100,17 +29,15 @@ pub(crate) struct Chart {
     pub(crate) remark: String,
 }
 
+/// Ratio of the greatest to the first value of a curve that grows.
+const GROWTH: f64 = 30.0;
+
 const PLOT_HEIGHT: i32 = 360;
 const TITLE_HEIGHT: i32 = 40;
-const LEGEND_ROW_HEIGHT: i32 = 22;
 const BOTTOM_LABELS: i32 = 58;
-const RIGHT_MARGIN: i32 = 32;
-const LEGEND_LEFT: i32 = 92;
-const LEGEND_TEXT: i32 = 16;
+const TOP_MARGIN: i32 = 10;
 const TITLE_TEXT: i32 = 20;
 const TICK_TEXT: i32 = 15;
-const LEGEND_SAMPLE: i32 = 30;
-const LEGEND_GAP: i32 = 22;
 const REMARK_HEIGHT: i32 = 24;
 const REMARK_TEXT: i32 = 14;
 const REMARK_MARGIN: i32 = 16;
@@ -144,30 +71,48 @@ impl Chart {
         let width = size.map_or(WIDTH, ChartSize::layout_width);
         let curves = self.visible_curves();
         let Some((mut x, mut y)) = self.layouts(&curves) else { return Ok(None) };
-        let legend = legend_rows(&curves, width);
-        let legend_height = legend.len() as i32 * LEGEND_ROW_HEIGHT;
+        let entries = legend::entries(&curves);
+        let rows = legend::rows(&entries, width);
+        let mut legend_height = rows.len() as i32 * LEGEND_ROW_HEIGHT;
         let remark = wrapped(&self.full_remark(), width - 2 * REMARK_MARGIN, REMARK_TEXT);
         let remark_height = if remark.is_empty() {
             0
         } else {
             REMARK_HEIGHT + (remark.len() as i32 - 1) * REMARK_TEXT
         };
-        let around = TITLE_HEIGHT + legend_height + BOTTOM_LABELS + 10;
-        let plot_height = match size {
-            Some(size) => size.plot_height(around + remark_height)?,
-            None if self.equal_aspect => 480,
-            None => PLOT_HEIGHT,
+        let height_of_plot = |legend_height: i32| match size {
+            Some(size) => {
+                size.plot_height(TITLE_HEIGHT + legend_height + BOTTOM_LABELS + 10 + remark_height)
+            }
+            None if self.equal_aspect => Ok(480),
+            None => Ok(PLOT_HEIGHT),
         };
+        let mut plot_height = height_of_plot(legend_height)?;
+        let labels = match size.map_or(Some(PLOT_HEIGHT), |_| height_of_plot(0).ok()) {
+            Some(height) if !self.equal_aspect => EndLabels::new(&entries, &y, [width, height]),
+            _ => None,
+        };
+        if labels.is_some() {
+            legend_height = 0;
+            plot_height = height_of_plot(0)?;
+        }
+        let margin = labels.as_ref().map_or(RIGHT_MARGIN, |labels| labels.width);
         if self.equal_aspect {
-            let plot_width = width - left_labels(&y) - RIGHT_MARGIN;
+            let plot_width = width - left_labels(&y) - margin;
             self.equalize(&mut x, &mut y, f64::from(plot_width) / f64::from(plot_height));
         }
-        let height = around + plot_height;
+        let height = TITLE_HEIGHT + legend_height + BOTTOM_LABELS + 10 + plot_height;
+        let sides = [left_labels(&y), width - margin];
         let svg = draw(width, height + remark_height, |sheet| {
             let style = text_style(title_size(title, width), HPos::Center, VPos::Center);
             sheet.draw(&Text::new(title, (fine(width / 2), fine(22)), style)).map_err(failure)?;
-            for (row, entries) in legend.iter().enumerate() {
-                draw_legend_row(sheet, TITLE_HEIGHT + row as i32 * LEGEND_ROW_HEIGHT, entries)?;
+            if let Some(labels) = &labels {
+                labels.draw(sheet, sides[1], TITLE_HEIGHT + TOP_MARGIN)?;
+            } else {
+                for (row, entries) in rows.iter().enumerate() {
+                    let top = TITLE_HEIGHT + row as i32 * LEGEND_ROW_HEIGHT;
+                    legend::draw_row(sheet, top, entries)?;
+                }
             }
             let (sheet, below) = sheet.split_vertically(fine(height));
             for (row, line) in remark.iter().enumerate() {
@@ -177,12 +122,11 @@ impl Chart {
                 below.draw(&Text::new(line.clone(), middle, style)).map_err(failure)?;
             }
             let (_, plot) = sheet.split_vertically(fine(TITLE_HEIGHT + legend_height));
-            draw_plot(&plot, &x, &y, &curves)?;
+            draw_plot(&plot, &x, &y, &curves, margin)?;
             if x.has_words() {
-                let sides = [left_labels(&y), width - RIGHT_MARGIN];
                 draw_words(&sheet, &x, sides, height - BOTTOM_LABELS)?;
             }
-            let across = (left_labels(&y) + width - RIGHT_MARGIN) / 2;
+            let across = i32::midpoint(sides[0], sides[1]);
             let down = TITLE_HEIGHT + legend_height + plot_height / 2;
             let style = text_style(16, HPos::Center, VPos::Center);
             let below = (fine(across), fine(height - 16));
@@ -223,9 +167,28 @@ impl Chart {
             let error = point.error.unwrap_or(0.0);
             [point.y - error, point.y, point.y + error]
         });
+        let has_areas = curves.iter().any(|curve| curve.style == CurveStyle::Area);
+        let ends = ends.chain(has_areas.then_some(0.0));
         let (left, right) = extremes(points().map(|point| point.x))?;
         let (bottom, top) = extremes(ends.filter(|end| self.y.can_show(*end)))?;
+        let bottom = self.floor(curves).map_or(bottom, |floor| bottom.max(floor.min(top)));
         Some((Layout::new(&self.x, left, right), Layout::new(&self.y, bottom, top)))
+    }
+
+    /// Lower end of a logarithmic axis of lines: the first value above zero of a curve that grows, which is the precision of an error.
+    /// Rounding and changes of sign give values below it, which would stretch the axis. A curve that does not grow is shown as a whole.
+    pub(crate) fn floor(&self, curves: &[Curve]) -> Option<f64> {
+        let is_line = |curve: &Curve| curve.style == CurveStyle::Line;
+        if self.y.scale != Scale::Logarithmic || !curves.iter().all(is_line) {
+            return None;
+        }
+        let floor = |curve: &Curve| {
+            let mut above = curve.points.iter().map(|point| point.y).filter(|y| *y > 0.0);
+            let first = above.next()?;
+            let (least, greatest) = extremes(above)?;
+            Some(if greatest > GROWTH * first { first } else { least.min(first) })
+        };
+        extremes(curves.iter().filter_map(floor)).map(|(least, _)| least)
     }
 
     /// Makes both scales equal by widening the shorter range; `shape` is width over height.
@@ -259,9 +222,12 @@ fn wrapped(text: &str, width: i32, size: i32) -> Vec<String> {
     lines
 }
 
+/// Number of letters of tick labels for which there is space at least, so that charts below each other have equal margins.
+const LEAST_LETTERS: usize = 5;
+
 /// Space for the caption and the tick labels left of the axis.
 fn left_labels(y: &Layout) -> i32 {
-    46 + TICK_TEXT / 2 * (y.longest_text() as i32 + 1)
+    46 + TICK_TEXT / 2 * (y.longest_text().max(LEAST_LETTERS) as i32 + 1)
 }
 
 /// Size of the letters of a title: smaller if it is long, so that it fits the width.
@@ -270,67 +236,16 @@ fn title_size(title: &str, width: i32) -> i32 {
     (TITLE_TEXT * (width - RIGHT_MARGIN) / needed).clamp(TITLE_TEXT / 2, TITLE_TEXT)
 }
 
-/// Arranges the legend in rows that fit the canvas: position from the left, and curve. The parts of an interrupted curve after
-/// the first have no name.
-fn legend_rows(curves: &[Curve], width: i32) -> Vec<Vec<(i32, &Curve)>> {
-    let mut rows: Vec<Vec<(i32, &Curve)>> = Vec::new();
-    let mut left = i32::MAX;
-    for curve in curves.iter().filter(|curve| !curve.name.is_empty()) {
-        let entry = LEGEND_SAMPLE + 8 + text_width(&curve.name, LEGEND_TEXT) + LEGEND_GAP;
-        if left.saturating_add(entry) > width - RIGHT_MARGIN {
-            rows.push(Vec::new());
-            left = LEGEND_LEFT;
-        }
-        if let Some(row) = rows.last_mut() {
-            row.push((left, curve));
-        }
-        left += entry;
-    }
-    rows
-}
-
-fn draw_legend_row(
-    sheet: &Canvas<'_>,
-    top: i32,
-    entries: &[(i32, &Curve)],
-) -> Result<(), DrawingError> {
-    let middle = fine(top + LEGEND_ROW_HEIGHT / 2);
-    for (left, curve) in entries {
-        let color = curve_color(curve.color);
-        let ends = [(fine(*left), middle), (fine(left + LEGEND_SAMPLE), middle)];
-        match curve.style {
-            CurveStyle::Line => sheet.draw(&PathElement::new(ends, stroke(color, 4))),
-            CurveStyle::Theory => {
-                let [from, to] = ends;
-                let dashes =
-                    (from.0..to.0).step_by(fine(11).unsigned_abs() as usize).map(|start| {
-                        let end = (start + fine(7)).min(to.0);
-                        PathElement::new([(start, middle), (end, middle)], stroke(color, 3))
-                    });
-                dashes.into_iter().try_for_each(|dash| sheet.draw(&dash))
-            }
-            CurveStyle::Data => {
-                let center = (fine(left + LEGEND_SAMPLE / 2), middle);
-                sheet.draw(&Circle::new(center, fine(4), color.filled()))
-            }
-        }
-        .map_err(failure)?;
-        let style = text_style(LEGEND_TEXT, HPos::Left, VPos::Center);
-        let at = (fine(left + LEGEND_SAMPLE + 8), middle);
-        sheet.draw(&Text::new(curve.name.clone(), at, style)).map_err(failure)?;
-    }
-    Ok(())
-}
-
 fn draw_plot(
     area: &Canvas<'_>,
     x: &Layout,
     y: &Layout,
     curves: &[Curve],
+    right_margin: i32,
 ) -> Result<(), DrawingError> {
     let mut chart = ChartBuilder::on(area)
-        .margin_top(fine(10))
-        .margin_right(fine(RIGHT_MARGIN))
+        .margin_top(fine(TOP_MARGIN))
+        .margin_right(fine(right_margin))
         .x_label_area_size(fine(BOTTOM_LABELS))
         .y_label_area_size(fine(left_labels(y)))
         .build_cartesian_2d(x.clone(), y.clone())
@@ -347,11 +262,22 @@ fn draw_plot(
         .y_label_formatter(&|tick| y.tick_text(*tick))
         .draw()
         .map_err(failure)?;
+    // Below a raised lower end of a logarithmic axis, curves run along the frame.
+    let place = |point: &Point| (x.position(point.x), y.position(point.y).max(y.low));
+    let mut below: Vec<(f64, f64)> = Vec::new();
     for curve in curves {
         let color = curve_color(curve.color);
-        let positions: Vec<(f64, f64)> =
-            curve.points.iter().map(|point| (x.position(point.x), y.position(point.y))).collect();
+        let positions: Vec<(f64, f64)> = curve.points.iter().map(place).collect();
         match curve.style {
+            CurveStyle::Area => {
+                if below.is_empty() {
+                    below = positions.iter().map(|(x, _)| (*x, y.position(0.0))).collect();
+                }
+                let outline = positions.iter().chain(below.iter().rev()).copied();
+                let area = Polygon::new(outline.collect::<Vec<_>>(), area_style(color));
+                chart.draw_series([area]).map_err(failure)?;
+                below = positions;
+            }
             CurveStyle::Line => {
                 chart.draw_series(LineSeries::new(positions, stroke(color, 3))).map_err(failure)?;
             }
@@ -412,27 +338,4 @@ fn error_bars(
         .flatten()
         .map(|path| PathElement::new(path, style))
         .collect()
-}
-
-/// Maximum number of points of a curve; more would not be visible.
-const MAX_POINTS: usize = 1500;
-
-/// Thins a long curve: keeps the minimum and maximum of each group of neighbors, in order.
-pub(crate) fn thinned(points: Vec<Point>) -> Vec<Point> {
-    if points.len() <= MAX_POINTS {
-        return points;
-    }
-    let run = points.len().div_ceil(MAX_POINTS / 2);
-    let mut kept = Vec::with_capacity(MAX_POINTS);
-    for neighbors in points.chunks(run) {
-        let by_height = |a: &&Point, b: &&Point| a.y.total_cmp(&b.y);
-        let least = neighbors.iter().min_by(by_height);
-        let greatest = neighbors.iter().max_by(by_height);
-        if let (Some(a), Some(b)) = (least, greatest) {
-            let (first, second) = if a.x <= b.x { (a, b) } else { (b, a) };
-            kept.push(*first);
-            kept.push(*second);
-        }
-    }
-    kept
 }

@@ -4,7 +4,9 @@ mod axis;
 mod canvas;
 mod chart;
 mod chart_size;
+mod curve;
 pub(crate) mod drawing;
+mod legend;
 pub(crate) mod page;
 pub(crate) mod palette;
 mod picture;
@@ -19,12 +21,17 @@ mod word_labels;
 
 pub(crate) use axis::{Axis, Scale, extremes};
 use canvas::DrawingError;
-pub(crate) use chart::{Chart, Curve, CurveStyle, Point, thinned};
+pub(crate) use chart::Chart;
 pub(crate) use chart_size::ChartSize;
+pub(crate) use curve::{Curve, CurveStyle, Point, stacked, thinned};
 pub(crate) use picture::Picture;
 
 use kinetoscope_console::text::visible;
 use serde::{Deserialize, Serialize};
+
+/// Boltzmann's constant with its subscript, as the unit of an axis.
+const BOLTZMANN_CONSTANT: &str =
+    "(k<tspan dy=\"0.25em\" font-size=\"75%\">B</tspan><tspan dy=\"-0.19em\">)</tspan>";
 
 /// A plot with its title and its file name without the extension.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -72,6 +79,14 @@ impl Plot {
         self
     }
 
+    /// Whether two plots have the same curves, or are the same picture. Titles and remarks may differ.
+    pub(crate) fn shows_the_same_as(&self, other: &Self) -> bool {
+        match (&self.content, &other.content) {
+            (PlotContent::Chart(one), PlotContent::Chart(other)) => one.curves == other.curves,
+            (one, other) => one == other,
+        }
+    }
+
     /// Whether the plot shows more than one number: not one dot, and not a flat line.
     pub(crate) fn is_informative(&self) -> bool {
         match &self.content {
@@ -92,6 +107,7 @@ impl Plot {
             PlotContent::Chart(chart) => chart.svg(&self.title, size)?,
             PlotContent::Picture(picture) => picture.svg(&self.title),
         };
+        let svg = svg.map(|svg| svg.replace("(k_B)", BOLTZMANN_CONSTANT));
         // TeamCity and Azure find commands such as `##vso[…]` anywhere in a line.
         Ok(svg.map(|svg| visible(&in_lines_of_elements(&svg)).replace("##", "#&#35;")))
     }
@@ -128,6 +144,56 @@ mod tests {
         let svg = plot.with_remark("::warning::r").svg().unwrap().unwrap();
         assert!(svg.contains("::error::c</text>") && svg.contains("#&#35;vso[c]d</text>"), "{svg}");
         assert!(svg.lines().all(|line| line.starts_with('<')), "{svg}");
+    }
+
+    fn svg_of(axes: [Axis; 2], curves: Vec<Curve>) -> String {
+        Plot::chart("a", "a", axes, curves).svg().unwrap().unwrap()
+    }
+
+    /// Guarantee: values and theory of one method are one entry of the legend. Control: theory of another name has its own.
+    #[test]
+    fn theory_named_after_its_curve_shares_its_entry() {
+        let curve =
+            |name: &str, style, color| Curve::new(name, style, color, [(1.0, 2.0), (2.0, 4.0)]);
+        let texts = |theory: &str| {
+            let curves =
+                vec![curve("RK4", CurveStyle::Data, 0), curve(theory, CurveStyle::Theory, 0)];
+            svg_of([Axis::linear("x", ""), Axis::linear("y", "")], curves)
+        };
+        let shared = texts("RK4: order 4");
+        assert!(shared.contains("RK4</text>") && !shared.contains("order 4"), "{shared}");
+        assert!(texts("theory").contains("theory</text>"), "control");
+    }
+
+    /// Guarantee: a logarithmic axis of an error that grows begins at its first value; rounding below it does not stretch the axis.
+    /// Control: an axis of a quantity that falls shows all of it.
+    #[test]
+    fn rounding_does_not_stretch_a_logarithmic_axis() {
+        let floor = |values: &[f64]| {
+            let points = values.iter().enumerate().map(|(index, value)| (index as f64, *value));
+            let axes = [Axis::linear("t", ""), Axis::logarithmic("error", "")];
+            let plot = Plot::chart("a", "a", axes, vec![Curve::line("", 0, points)]);
+            let PlotContent::Chart(chart) = plot.content else { panic!("no chart") };
+            chart.floor(&chart.curves)
+        };
+        assert_eq!(floor(&[0.0, 1e-6, 1e-3, 1e-16, 1e-2]), Some(1e-6));
+        assert_eq!(floor(&[1.0, 1e-3, 1e-6]), Some(1e-6), "control");
+    }
+
+    /// Guarantee: areas stack to the sum of their amounts, none is negative, and the shifts are known.
+    #[test]
+    fn areas_stack_to_the_sum_of_their_amounts() {
+        let times: Vec<f64> = (0..2000).map(f64::from).collect();
+        let falling: Vec<f64> = times.iter().map(|time| 5.0 - 0.01 * time).collect();
+        let columns = [("a", 0, vec![2.0; 2000]), ("b", 1, falling)];
+        let (areas, shifts) = stacked(&times, &columns);
+        assert!((shifts - 14.99).abs() < 1e-12, "{shifts}");
+        let tops = &areas[1].points;
+        assert!(tops.len() < 1500 && tops.last().unwrap().x == 1999.0);
+        for (lower, upper) in areas[0].points.iter().zip(tops) {
+            let sum = 2.0 + 5.0 - 0.01 * upper.x + shifts;
+            assert!((upper.y - sum).abs() < 1e-9 && upper.y >= lower.y, "{upper:?}");
+        }
     }
 
     /// Guarantee: one dot and a flat line are no plots. Control: two dots, and a flat line away from theory, are.

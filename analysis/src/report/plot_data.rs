@@ -85,6 +85,7 @@ impl<'a> ChartData<'a> {
                     CurveStyle::Line => "line",
                     CurveStyle::Theory => "theory",
                     CurveStyle::Data => "data",
+                    CurveStyle::Area => "area",
                 },
                 color: curve.color,
                 x: same.map_or(Abscissas::Own(own), Abscissas::Of),

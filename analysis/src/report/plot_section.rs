@@ -6,7 +6,7 @@ use super::plot_data::{ChartData, CurveRun};
 use super::sweep_data::SweepData;
 use crate::checks::{CheckKind, subject};
 use crate::input::coordinates::label;
-use crate::plot::{Chart, Plot, PlotContent, Point};
+use crate::plot::{Chart, Curve, Plot, PlotContent, Point};
 use crate::run::RunAnalysis;
 use kinetoscope_console::text::visible;
 use maud::{Markup, PreEscaped, html};
@@ -165,7 +165,7 @@ fn labeled_svg(title: &str, svg: &str) -> Markup {
 /// The run whose own plot this is; `None` for a plot of several runs.
 fn own_run<'a>(report: &'a AnalysisReport, drawn: &DrawnPlot<'_>) -> Option<&'a RunAnalysis> {
     let draws =
-        |plot: &Plot| drawn.stem.starts_with(&plot.stem) && plot.content == drawn.plot.content;
+        |plot: &Plot| drawn.stem.starts_with(&plot.stem) && plot.shows_the_same_as(drawn.plot);
     report.runs.iter().find(|run| run.figures.plots.iter().any(draws))
 }
 
@@ -175,9 +175,14 @@ fn runs_of(report: &AnalysisReport, drawn: &DrawnPlot<'_>, chart: &Chart) -> Vec
     let own = own_run(report, drawn);
     let of_curve = |points: &[Point]| {
         let shares = |run: &&RunAnalysis| {
-            run.figures.comparisons.iter().any(|curve| {
+            let is_shared = run.figures.comparisons.iter().any(|curve| {
                 drawn.stem.starts_with(&curve.stem) && curve.points.as_slice() == points
-            })
+            });
+            is_shared
+                || run
+                    .fields
+                    .iter()
+                    .any(|field| Curve::line("", 0, field.points.iter().copied()).points == points)
         };
         own.or_else(|| report.runs.iter().find(shares))
     };

@@ -26,7 +26,11 @@ pub(super) fn plots(
                 requested.push(plot);
             }
             Err(why) => {
-                notes.push(format!("the plot of `{}` was not drawn: {}", request.y, why.clause()));
+                notes.push(format!(
+                    "the plot of `{}` was not drawn: {}",
+                    request.subject(),
+                    why.clause()
+                ));
             }
         }
     }
@@ -46,6 +50,7 @@ pub(super) fn plots(
         ));
     }
     others.retain(Plot::is_informative);
+    others.retain(|plot| !requested.iter().any(|other| other.shows_the_same_as(plot)));
     let on_request = requested.len();
     requested.append(&mut others);
     (uniquely_named(requested), on_request)

@@ -1,5 +1,5 @@
 // Plots that respond to the pointer.
-const COLORS = 7, MOST_CURVES = 14, REACH_PX = 60, TEXT_PX = 12, LEAST_DRAG_PX = 8, PRINT_WIDTH_PX = 350;
+const COLORS = 7, MOST_CURVES = 14, REACH_PX = 60, TEXT_PX = 12, LEAST_DRAG_PX = 8, PRINT_WIDTH_PX = 350, ENTRY_PX = 24, LEAST_TICK_PX = 32, GROWTH = 30;
 let isPrinted = false;
 
 function set(target, attributes) {
@@ -7,10 +7,16 @@ function set(target, attributes) {
 }
 
 function element(name, attributes, parent, text) {
-  const isSvg = /^(svg|g|path|line|rect|text|circle|clipPath)$/.test(name);
+  const isSvg = /^(svg|g|path|line|rect|text|tspan|circle|clipPath)$/.test(name);
   const made = isSvg ? document.createElementNS("http://www.w3.org/2000/svg", name) : document.createElement(name);
   set(made, attributes);
   if (text !== undefined) made.textContent = text;
+  // Boltzmann's constant has a subscript.
+  if (name === "text" && text?.endsWith("(k_B)")) {
+    made.textContent = text.slice(0, -3);
+    element("tspan", { dy: "0.25em", "font-size": "75%" }, made, "B");
+    element("tspan", { dy: "-0.19em" }, made, ")");
+  }
   if (parent) parent.append(made);
   return made;
 }
@@ -55,8 +61,9 @@ function ticksOf(axis, isLog, low, high, count) {
   for (let decade = Math.floor(low / stride) * stride; decade <= high; decade += stride)
     for (const mantissa of mantissas) places.push(decade + Math.log10(mantissa));
   places = places.filter((place) => place >= low && place <= high);
-  if (places.length > 1.5 * count) places = places.filter((place) => Number.isInteger(place));
-  if (places.length < 2) places = evenTicks(10 ** low, 10 ** high, count).ticks.filter((tick) => tick > 0).map(Math.log10);
+  const decades = places.filter((place) => Number.isInteger(place));
+  if (places.length > 1.5 * count && decades.length > 2) places = decades;
+  if (places.length < 3) places = evenTicks(10 ** low, 10 ** high, count).ticks.filter((tick) => tick > 0).map(Math.log10);
   return { ticks: places.map((at) => ({ at, text: number(10 ** at, 0, 4) })), exponent: 0 };
 }
 
@@ -75,8 +82,25 @@ function chart(figure, data) {
   const remark = element("p", { class: "remark" }, figure);
   const tip = element("div", { class: "tip", role: "status", hidden: "" }, figure);
 
+  // Each area lies on the one before it.
+  let below = null;
+  for (const curve of curves.filter(({ style }) => style === "area")) {
+    curve.below = below ? below.y : curve.x.map(() => 0);
+    below = curve;
+  }
+  // Theory that is named after its curve shares the entry of that curve.
+  const measured = (theory) => theory.style === "theory" && curves.find(({ name, color, style }) => style !== "theory" && name && color === theory.color && theory.name.startsWith(`${name}: `));
+  // Lower end of a logarithmic axis of lines that grow: their first value, the precision of an error.
+  function floorOf() {
+    if (curves.some(({ style }) => style !== "line")) return -Infinity;
+    const floors = curves.map(({ y }) => y.filter((value) => value > 0)).filter(({ length }) => length > 1).map(([first, ...rest]) => {
+      const [least, greatest] = [Math.min(...rest), Math.max(...rest)];
+      return greatest > GROWTH * first ? first : Math.min(least, first);
+    });
+    return floors.length ? Math.log10(Math.min(...floors)) : -Infinity;
+  }
   // Colors repeat with another mark or dash.
-  const strokeOf = (curve) => ({ class: `curve ${curve.style} round${Math.floor(curve.color / COLORS)}`, style: `stroke:var(--c${curve.color % COLORS})` });
+  const strokeOf = (curve) => ({ class: `curve ${curve.style} round${Math.floor(curve.color / COLORS)}`, style: `stroke:var(--c${curve.color % COLORS});color:var(--c${curve.color % COLORS})` });
   const showable = (value, isLog) => Number.isFinite(value) && (!isLog || value > 0);
   const place = (value, isLog) => isLog ? Math.log10(value) : value;
   const shown = () => curves.filter((curve) => !hidden.has(curve));
@@ -86,7 +110,7 @@ function chart(figure, data) {
   };
 
   // The range of the visible points with their error bars, and a margin.
-  function range(of, isLog) {
+  function range(of, isLog, isY) {
     let low = Infinity, high = -Infinity;
     for (const [values, errors] of (shown().length ? shown() : curves).map(of)) values.forEach((value, i) => {
       const error = errors[i] || 0, ends = value === null ? [] : [value - error, value, value + error];
@@ -96,6 +120,8 @@ function chart(figure, data) {
       }
     });
     if (low > high) [low, high] = [0, 1];
+    if (isLog && isY) low = Math.min(high, Math.max(low, floorOf()));
+    if (!isLog && isY && below) low = Math.min(low, 0);
     const size = Math.max(Math.abs(low), Math.abs(high));
     const missing = high - low > 1e-9 * size ? 0 : size ? 0.01 * size : 0.5, margin = 0.05 * (high - low + 2 * missing);
     return [low - missing - margin, high + missing + margin];
@@ -103,7 +129,7 @@ function chart(figure, data) {
 
   function ranges(shape) {
     if (zoom) return zoom;
-    const x = range((curve) => [curve.x, []], isLogX), y = range((curve) => [curve.y, curve.e], isLogY);
+    const x = range((curve) => [curve.x, []], isLogX), y = range((curve) => [curve.y, curve.e], isLogY, true);
     if (data.equal) {
       const extra = (y[1] - y[0]) * shape - (x[1] - x[0]);
       const [wider, by] = extra > 0 ? [x, extra / 2] : [y, -extra / shape / 2];
@@ -134,6 +160,7 @@ function chart(figure, data) {
       const lower = (showable(low, isLogY) ? py(low) : view.top + view.height).toFixed(1);
       bars += `M${left} ${upper}V${lower}M${left - 4} ${upper}h8M${left - 4} ${lower}h8`;
     }
+    if (curve.below) for (let i = curve.x.length; i--;) path += `L${px(curve.x[i]).toFixed(1)} ${py(curve.below[i]).toFixed(1)}`;
     element("path", { ...strokeOf(curve), d: path }, parent);
     if (bars) element("path", { ...strokeOf(curve), class: "curve bars", d: bars }, parent);
   }
@@ -148,10 +175,10 @@ function chart(figure, data) {
   function draw() {
     const full = isPrinted ? PRINT_WIDTH_PX : clamp(figure.clientWidth, 240, 760);
     const height = data.equal ? Math.min(0.9 * full, 560) : clamp(0.58 * full, 260, 400);
-    const top = 10, lines = xAxis.words ? 2 : 1, bottom = 32 + 14 * lines, right = 16;
+    const top = 10, lines = xAxis.words ? 2 : 1, bottom = 32 + 14 * lines, right = 16 + endMargin(full, height - bottom);
     const [x, y] = ranges((full - 70) / (height - top - bottom));
     const rows = ticksOf(yAxis, isLogY, ...y, Math.max(2, (height - top - bottom) / 45));
-    const left = 30 + Math.ceil(Math.max(0, ...rows.ticks.map(({ text }) => widthOf(text, TEXT_PX))));
+    const left = 30 + Math.ceil(Math.max(LEAST_TICK_PX, ...rows.ticks.map(({ text }) => widthOf(text, TEXT_PX))));
     view = { x, y, left, top, width: full - left - right, height: height - top - bottom };
     let columns, amount = Math.max(2, lines * Math.floor(view.width / 70));
     // Words are in two lines by turns.
@@ -181,7 +208,8 @@ function chart(figure, data) {
     const area = element("g", { "clip-path": `url(#${id})` }, sheet);
     for (const curve of shown()) drawCurve(curve, area);
     element("rect", { class: "frame", ...box }, sheet);
-    caption(xAxis, columns.exponent, { x: left + view.width / 2, y: height - 8 }, view.width + 2 * right - 4);
+    placeEntries(full);
+    caption(xAxis, columns.exponent, { x: left + view.width / 2, y: height - 8 }, view.width + 28);
     caption(yAxis, rows.exponent, { transform: `translate(14 ${top + view.height / 2}) rotate(-90)` }, view.height + 2 * top - 4);
     view.now = element("line", { class: "now", y1: top, y2: foot, visibility: "hidden" }, area);
     view.mark = element("circle", { class: "mark", r: 6, visibility: "hidden" }, area);
@@ -216,7 +244,7 @@ function chart(figure, data) {
     const [curve, i] = at, left = px(curve.x[i]), top = py(curve.y[i]);
     set(view.mark, { cx: left, cy: top });
     const word = xAxis.words ? xAxis.words[curve.x[i]] : withUnit(number(curve.x[i]), xAxis.unit);
-    const lines = [curve.name, `${xAxis.label} = ${word}`, `${yAxis.label} = ${withUnit(number(curve.y[i], curve.e[i]), yAxis.unit)}`];
+    const lines = [curve.name, `${xAxis.label} = ${word}`, `${yAxis.label} = ${withUnit(number(curve.y[i] - (curve.below ? curve.below[i] : 0), curve.e[i]), yAxis.unit)}`];
     if (curve.run && curve.run.name !== curve.name) lines.push(`run: ${curve.run.name}`);
     if (curve.runs) lines.push(curve.runs[i] === 1 ? "1 run" : `mean of ${curve.runs[i]} runs`);
     tip.textContent = lines.filter(Boolean).join("\n");
@@ -304,14 +332,45 @@ function chart(figure, data) {
   }
   const reset = element("button", { type: "button" }, tools, "reset zoom");
   reset.addEventListener("click", () => setZoom(null));
-  if (!xAxis.words && hasLog((curve) => curve.x)) toggle(tools, "log x", () => isLogX, () => { isLogX = !isLogX; zoom = null; });
-  if (isLogY || hasLog((curve) => curve.y)) toggle(tools, "log y", () => isLogY, () => { isLogY = !isLogY; zoom = null; });
+  if (!below && !xAxis.words && hasLog((curve) => curve.x)) toggle(tools, "log x", () => isLogX, () => { isLogX = !isLogX; zoom = null; });
+  if (!below && (isLogY || hasLog((curve) => curve.y))) toggle(tools, "log y", () => isLogY, () => { isLogY = !isLogY; zoom = null; });
 
-  for (const curve of curves.filter((each) => each.name)) {
-    const button = toggle(legend, "", () => !hidden.has(curve), () => { if (!hidden.delete(curve)) hidden.add(curve); });
+  const entries = curves.filter((curve) => curve.name && !measured(curve)).map((curve) => {
+    const all = [curve, ...curves.filter((other) => measured(other) === curve)];
+    const button = toggle(legend, "", () => !hidden.has(curve), () => {
+      const isHidden = hidden.has(curve);
+      all.forEach((each) => { if (isHidden) hidden.delete(each); else hidden.add(each); });
+    });
     const sample = element("svg", { viewBox: "0 0 26 10", "aria-hidden": true }, button);
-    element("path", { ...strokeOf(curve), d: curve.style === "data" ? "M13 5h.01" : "M0 5h26" }, sample);
+    for (const each of all) element("path", { ...strokeOf(each), d: each.style === "data" ? "M13 5h.01" : each.below ? "M0 1h26v8h-26" : "M0 5h26" }, sample);
     button.append(curve.name);
+    return { curve, button };
+  });
+
+  // Width of the margin for entries at the ends of their curves; 0 where they are in rows above the chart.
+  function endMargin(full, height) {
+    const width = 56 + Math.max(0, ...entries.map(({ curve }) => widthOf(curve.name, 13)));
+    const hasRoom = entries.length > 2 && !data.equal && !isPrinted && width < 0.36 * full && entries.length * ENTRY_PX < height;
+    legend.classList.toggle("ends", hasRoom);
+    return hasRoom ? width : 0;
+  }
+
+  // Places the entries at the heights of the ends of their curves, at distances of a row.
+  function placeEntries(full) {
+    if (!legend.classList.contains("ends")) return;
+    const scale = sheet.getBoundingClientRect().width / full, start = sheet.getBoundingClientRect().top - figure.getBoundingClientRect().top;
+    const placed = entries.map(({ curve, button }) => {
+      const last = curve.x.reduce((best, x, i) => isShowable(curve, i) && (best < 0 || x >= curve.x[best]) ? i : best, -1);
+      const value = last < 0 ? null : curve.below ? (curve.y[last] + curve.below[last]) / 2 : curve.y[last];
+      return { button, at: value === null ? view.top : clamp(py(value), view.top, view.top + view.height) };
+    }).sort((one, other) => one.at - other.at);
+    let least = view.top + ENTRY_PX / 2, most = view.top + view.height - ENTRY_PX / 2;
+    for (const each of placed) { each.at = Math.max(each.at, least); least = each.at + ENTRY_PX; }
+    for (const each of placed.reverse()) { each.at = Math.min(each.at, most); most = each.at - ENTRY_PX; }
+    for (const { button, at } of placed) {
+      button.style.top = `${start + (at - ENTRY_PX / 2) * scale}px`;
+      button.style.left = `${(view.left + view.width + 4) * scale}px`;
+    }
   }
 
   let lastWidth = 0;

@@ -11,6 +11,10 @@ use std::collections::BTreeSet;
 
 /// Maximum number of curves per chart: the number of distinct colors.
 pub(crate) const MAX_CURVES: usize = 7;
+/// The name of a curve of data that has no other.
+pub(super) const MEASURED: &str = "measured";
+/// The color of references.
+pub(super) const REFERENCE_COLOR: usize = 6;
 
 /// All plots over the numeric axes of the sweep.
 pub(crate) fn plots(points: &[SweepPoint<'_>]) -> Vec<Plot> {
@@ -77,7 +81,7 @@ fn plot(points: &[SweepPoint<'_>], key: &str, ordinate: &Ordinate) -> Option<Plo
     for (index, (others, group)) in groups.enumerate() {
         let color = if ordinate.companion.is_some() { 2 * index } else { index };
         let label = coordinates::label(others);
-        let names = ["measured", "theory"];
+        let names = [MEASURED, "theory"];
         curves.extend(curves_of(group, key, ordinate.metric, &label, color, names));
         if ordinate.order.is_some_and(|order| order.key == key) {
             curves.extend(order_line(group, &curves, ordinate, &label, color));
@@ -162,7 +166,12 @@ fn curves_of(
     data.sort_by(by_x);
     theory.sort_by(by_x);
     let curve = |name: &str, style: CurveStyle, points: Vec<Point>| {
-        let name = labeled(label, name);
+        // A curve of data is named after its group only, and its theory after it: they share an entry of the legend.
+        let name = if name == MEASURED && !label.is_empty() {
+            label.to_owned()
+        } else {
+            labeled(label, name)
+        };
         Curve { name, style, color, points }
     };
     let data = (!data.is_empty()).then(|| curve(names[0], CurveStyle::Data, data));
@@ -217,8 +226,13 @@ pub(super) fn words_and_unit(key: &str) -> (String, &'static str) {
 
 /// Charts with one curve per run, if there are at least two runs.
 pub(crate) fn comparisons(runs: &[&RunAnalysis]) -> Vec<Plot> {
+    if runs.len() > 1 { shared_charts(runs) } else { Vec::new() }
+}
+
+/// Charts with one curve per run.
+pub(super) fn shared_charts(runs: &[&RunAnalysis]) -> Vec<Plot> {
     let mut plots = Vec::new();
-    let Some(first) = runs.first().filter(|_| runs.len() > 1) else { return plots };
+    let Some(first) = runs.first() else { return plots };
     for SharedCurve { stem, title, axes, .. } in &first.figures.comparisons {
         let curve = |(color, run): (usize, &&RunAnalysis)| {
             let shared = run.figures.comparisons.iter().find(|other| other.stem == *stem)?;

@@ -3,7 +3,9 @@
 mod asymptotic_range;
 pub(crate) mod figures;
 pub(crate) mod fits;
+mod reference_lines;
 pub(crate) mod requested;
+pub(crate) mod samples;
 pub(crate) mod swept_key;
 
 use crate::input::coordinates::grouped;

@@ -1,18 +1,19 @@
 //! Plots that a manifest or a command line requests: a metric over a swept key, or a field of a channel over time.
 
-use super::swept_key::{position, swept_key, words};
+use super::reference_lines::Lines;
+use super::samples::{self, Abscissa, Sample, definition, label, typographic_unit};
 use crate::input::coordinates::{self, grouped, last_part, without};
 use crate::metric::{Definition, Metric, MetricScope};
-use crate::models::MODELS;
-use crate::number_text::{six_digits, with_error};
+use crate::models::figures::time_scale_of;
 use crate::plot::{Axis, Curve, CurveStyle, Plot, Point, Scale, extremes};
 use crate::run::{RunAnalysis, RunStatus};
-use crate::statistics::Estimate;
-use crate::sweep::figures::{MAX_CURVES, capitalized, stem_of, words_and_unit};
+use crate::sweep::figures::{MAX_CURVES, capitalized, shared_charts, stem_of, words_and_unit};
 use crate::sweep::{SHARED_STREAMS, SweepPoint, share_random_streams};
 use kinetoscope_console::Message;
 use kinetoscope_console::text::one_line;
-use kinetoscope_manifest::{Axis as SweptAxis, Coordinate, PlotAxis, PlotRequest, TIME};
+use kinetoscope_manifest::{
+    Axis as SweptAxis, Coordinate, PlotAxis, PlotRequest, TIME, channel_field,
+};
 
 /// The results that plots show.
 #[derive(Clone, Copy)]
@@ -35,7 +36,9 @@ impl PlotData<'_> {
     /// # Errors
     /// A request that these results cannot satisfy.
     pub(crate) fn draw(&self, request: &PlotRequest) -> Result<Plot, Message> {
-        let mut plot = if request.is_of_channel() {
+        let mut plot = if let Some(figure) = &request.figure {
+            self.chart_of_model(request, figure)?
+        } else if request.is_of_channel() {
             self.field_over_time(request)?
         } else {
             self.metric_over_key(request)?
@@ -48,64 +51,89 @@ impl PlotData<'_> {
     }
 
     fn metric_over_key(&self, request: &PlotRequest) -> Result<Plot, Message> {
-        let y = request.y.as_str();
-        let definition = definition(y).ok_or_else(|| {
-            Message::new(format!("`{y}` is not a metric"), "name a metric of metrics.json")
-        })?;
-        let key = swept_key(request.x.as_deref(), self.places, self.axes)?;
-        let words = words(&key, self.places);
-        let samples = self.samples(request);
-        let mut remarks = Vec::new();
-        let abscissa = |place: &[Coordinate]| position(place, &key, &words);
-        let mut curves =
-            curves(&samples, &key, abscissa, !words.is_empty(), self.axes, &mut remarks);
-        let missing = samples.iter().filter(|sample| !sample.has_value()).count();
-        if curves.is_empty() {
-            return Err(self.without_values(request));
+        let abscissa = Abscissa::find(
+            request.x.as_deref(),
+            self.places,
+            self.axes,
+            self.runs.iter().map(|run| &run.manifest),
+        )?;
+        let names: Vec<&str> = request.ordinates().collect();
+        let definitions = self.definitions(&names)?;
+        let (mut groups, mut remarks) = (Vec::new(), Vec::new());
+        for (definition, metric) in definitions.iter().zip(&names) {
+            let samples = self.samples(request, metric, &abscissa);
+            if !samples.iter().any(Sample::has_value) {
+                return Err(self.without_values(request, metric));
+            }
+            remarks.extend(omissions(&samples, &abscissa));
+            let name = if names.len() > 1 { capitalized(&label(metric).0) } else { String::new() };
+            let of_metric = samples::groups(
+                &samples,
+                &abscissa,
+                self.axes,
+                (&name, groups.len()),
+                &mut remarks,
+            );
+            groups.extend(of_metric.into_iter().map(|group| (*metric, group)));
+            if let ([only], 1) = (samples.as_slice(), names.len()) {
+                remarks.push(only.described(&typographic_unit(definition.unit)));
+            } else if share_random_streams(self.points, metric) {
+                remarks.push(SHARED_STREAMS.to_owned());
+            }
         }
-        if missing > 0 {
-            remarks.push(format!("{missing} of {} points have no value", samples.len()));
+        let (label, is_power_law) = (common_label(&names), label(names[0]).1);
+        let unit = typographic_unit(definitions[0].unit);
+        let lines =
+            Lines { request, abscissa: &abscissa, metrics: self.metrics, points: self.points };
+        let mut curves = lines.added_to(groups, &mut remarks);
+        if curves.iter().all(|curve| curve.points.is_empty()) {
+            return Err(self.without_values(request, names[0]));
         }
-        let has_place = |sample: &&Sample| abscissa(&sample.coordinates).is_some();
-        let elsewhere = samples.iter().filter(|sample| !has_place(sample)).count();
-        if elsewhere > 0 {
-            let key = last_part(&key);
-            remarks.push(format!("{elsewhere} of {} points have no `{key}`", samples.len()));
-        }
-        let unit = if definition.unit == "1" { "" } else { definition.unit };
-        if let [only] = samples.as_slice() {
-            remarks.push(only.described(unit));
-        } else if share_random_streams(self.points, y) {
-            remarks.push(SHARED_STREAMS.to_owned());
-        }
-        let (label, is_power_law) = label(y);
-        let (x_label, x_unit) = words_and_unit(last_part(&key));
+        let (x_label, x_unit) = abscissa.label();
+        let words = abscissa.words().to_vec();
         let scales = scales(request, &curves, is_power_law, !words.is_empty())?;
         // Theory that the axes cannot show has no entry in the legend.
         let has_point = |curve: &Curve| curve.points.iter().any(|point| can_show(scales, point));
         curves.retain(|curve| curve.style == CurveStyle::Data || has_point(curve));
-        let [across, up] = axes([(&x_label, x_unit), (&label, unit)], scales);
+        let [across, up] = axes([(&x_label, &x_unit), (&label, &unit)], scales);
         let axes = [Axis { words, ..across }, up];
-        let stem = format!("{}_vs_{}", stem_of(y), x_label.replace(' ', "_"));
+        let stem = format!("{}_vs_{}", stem_of(names[0]), x_label.replace([' ', '/'], "_"));
         let title = format!("{} against {x_label}", capitalized(&label));
+        remarks.dedup();
         Ok(Plot::chart(stem, title, axes, curves).with_remark(&remarks.join("; ")))
     }
 
+    /// The definitions of metrics that share an axis.
+    ///
+    /// # Errors
+    /// A name that is not a metric, or two metrics with different units.
+    fn definitions(&self, names: &[&str]) -> Result<Vec<&'static Definition>, Message> {
+        let model = self.runs.first().map_or("", |run| run.manifest.model.name());
+        let mut definitions: Vec<&'static Definition> = Vec::new();
+        for name in names {
+            let found = definition(model, name).ok_or_else(|| {
+                Message::new(format!("`{name}` is not a metric"), "name a metric of metrics.json")
+            })?;
+            if let Some(first) = definitions.first().filter(|first| first.unit != found.unit) {
+                return Err(Message::new(
+                    format!("`{}` and `{name}` have different units", first.name),
+                    "draw a plot for each unit",
+                ));
+            }
+            definitions.push(found);
+        }
+        Ok(definitions)
+    }
+
     /// The values at all selected points: means over replicates, or fits along another axis.
-    fn samples(&self, request: &PlotRequest) -> Vec<Sample> {
+    fn samples(&self, request: &PlotRequest, metric: &str, abscissa: &Abscissa) -> Vec<Sample> {
         let selected = self.points.iter().filter(|point| request.selects(&point.coordinates));
-        let of_points: Vec<Sample> = selected
-            .map(|point| {
-                let found = point.mean_of(&request.y);
-                let theory = found.and_then(|(_, theory, _)| theory?.applicable());
-                let estimate = found.map(|(estimate, ..)| estimate);
-                Sample { coordinates: point.coordinates.clone(), estimate, theory }
-            })
-            .collect();
+        let of_points: Vec<Sample> =
+            selected.map(|point| Sample::of_point(point, metric, abscissa)).collect();
         if of_points.iter().any(|sample| sample.estimate.is_some()) {
             return of_points;
         }
-        let fits = self.fits(&request.y);
+        let fits = self.fits(metric);
         let fits = fits.filter(|(_, metric)| request.selects(metric.coordinates()));
         let fits: Vec<(&str, &Metric)> = fits.collect();
         let Some((along, _)) = fits.first() else { return Vec::new() };
@@ -115,6 +143,7 @@ impl PlotData<'_> {
         let sample = |(coordinates, _): (Vec<Coordinate>, Vec<()>)| {
             let fit = fits.iter().find(|(_, fit)| fit.coordinates() == coordinates.as_slice());
             Sample {
+                x: abscissa.of_place(&coordinates),
                 coordinates,
                 estimate: fit.map(|(_, fit)| fit.estimate),
                 theory: fit.and_then(|(_, fit)| fit.theory?.applicable()),
@@ -134,8 +163,7 @@ impl PlotData<'_> {
     }
 
     /// Why a metric has no value at any selected point.
-    fn without_values(&self, request: &PlotRequest) -> Message {
-        let y = &request.y;
+    fn without_values(&self, request: &PlotRequest, y: &str) -> Message {
         if !self.points.iter().any(|point| request.selects(&point.coordinates)) {
             return self.no_run_selected(request);
         }
@@ -184,13 +212,8 @@ impl PlotData<'_> {
         })
     }
 
-    fn field_over_time(&self, request: &PlotRequest) -> Result<Plot, Message> {
-        let y = request.y.as_str();
-        let (topic, field) = request.channel_field().unwrap_or((y, ""));
-        if request.x.as_deref().is_some_and(|x| x != TIME) {
-            let what = format!("`{y}` can be plotted over time only");
-            return Err(Message::new(what, "leave out the horizontal axis, or name `time`"));
-        }
+    /// A run of each selected point of the sweep, and remarks on those that are left out.
+    fn shown(&self, request: &PlotRequest) -> Result<(Vec<&RunAnalysis>, Vec<String>), Message> {
         let mut shown: Vec<&RunAnalysis> = Vec::new();
         for run in self.runs.iter().filter(|run| request.selects(&run.coordinates)) {
             if !shown.iter().any(|other| other.coordinates == run.coordinates) {
@@ -207,11 +230,53 @@ impl PlotData<'_> {
             remarks.push(format!("the first {MAX_CURVES} of {selected} points of the sweep"));
         }
         remarks.extend(self.one_of_several(&shown));
-        let several = shown.len() > 1;
+        Ok((shown, remarks))
+    }
+
+    /// A chart that the model draws: one curve per run if the runs share it, or else that of the first selected run.
+    fn chart_of_model(&self, request: &PlotRequest, figure: &str) -> Result<Plot, Message> {
+        let (shown, remarks) = self.shown(request)?;
+        let compared = shared_charts(&shown).into_iter().find(|plot| plot.stem == figure);
+        let (plot, remarks) = match compared {
+            Some(plot) => (plot, remarks.join("; ")),
+            None => {
+                let mut drawn = shown.iter().flat_map(|run| {
+                    let own = run.figures.plots.iter().find(|plot| plot.stem == figure);
+                    own.map(|plot| (plot.clone(), run))
+                });
+                let (plot, run) = drawn.next().ok_or_else(|| {
+                    let what = format!("no recording has the values of the chart `{figure}`");
+                    let help = "`kinetoscope analyze` draws the charts that these recordings have";
+                    Message::new(what, help)
+                })?;
+                let place = coordinates::label(&run.coordinates);
+                let replicate = self.one_of_several(&[run]);
+                let parts = [Some(place).filter(|place| !place.is_empty()), replicate];
+                (plot, parts.into_iter().flatten().collect::<Vec<_>>().join("; "))
+            }
+        };
+        Ok(plot.with_remark(&remarks))
+    }
+
+    fn field_over_time(&self, request: &PlotRequest) -> Result<Plot, Message> {
+        let y = request.y.as_str();
+        let (topic, field) = channel_field(y).unwrap_or((y, ""));
+        if request.x.as_deref().is_some_and(|x| x != TIME) {
+            let what = format!("`{y}` can be plotted over time only");
+            return Err(Message::new(what, "leave out the horizontal axis, or name `time`"));
+        }
+        let (shown, remarks) = self.shown(request)?;
+        let names: Vec<&str> = request.ordinates().collect();
         let mut curves = Vec::new();
-        for (color, run) in shown.iter().take(MAX_CURVES).enumerate() {
-            let name = if several { coordinates::label(&run.coordinates) } else { String::new() };
-            let recorded = run.fields.iter().find(|recorded| recorded.name == y);
+        let of_runs = names.iter().flat_map(|name| shown.iter().map(move |run| (*name, *run)));
+        for (color, (field, run)) in of_runs.take(MAX_CURVES).enumerate() {
+            let place =
+                if shown.len() > 1 { coordinates::label(&run.coordinates) } else { String::new() };
+            let words = channel_field(field).map_or("", |(_, field)| field);
+            let words = if names.len() > 1 { words_and_unit(words).0 } else { String::new() };
+            let parts = [words, place].into_iter().filter(|part| !part.is_empty());
+            let name = parts.collect::<Vec<_>>().join(", ");
+            let recorded = run.fields.iter().find(|recorded| recorded.name == field);
             let points = recorded.map_or(&[][..], |recorded| &recorded.points);
             curves.extend(uninterrupted(points, &name, color));
         }
@@ -222,10 +287,22 @@ impl PlotData<'_> {
         }
         let (words, unit) = words_and_unit(field);
         let channel = topic.trim_start_matches('/');
-        let label = format!("{}: {words}", channel.replace('_', " "));
+        let label = match words.split(' ').count() {
+            1 if unit == "J" => format!("{words} energy"),
+            1 => format!("{}: {words}", channel.replace('_', " ")),
+            _ => words,
+        };
         let scales = scales(request, &curves, false, false)?;
-        let time_unit = &shown[0].time_unit;
-        let axes = axes([("time", time_unit), (&label, unit)], scales);
+        let time_unit = if shown[0].time_unit == "d" { "days" } else { &shown[0].time_unit };
+        let [_, up] = scales;
+        let across = if request.log.is_none() {
+            curves.first().map_or(Scale::Linear, |curve| {
+                time_scale_of(curve.points.iter().map(|point| point.x))
+            })
+        } else {
+            scales[0]
+        };
+        let axes = axes([("time", time_unit), (&label, unit)], [across, up]);
         let title = format!("{} against time", capitalized(&label));
         let plot = Plot::chart(format!("{channel}_{field}_vs_time"), title, axes, curves);
         Ok(plot.with_remark(&remarks.join("; ")))
@@ -245,8 +322,10 @@ pub(crate) fn fields_to_read<'a>(
             let is_new = request.selects(coordinates) && !read.contains(&coordinates);
             if is_new && read.len() < MAX_CURVES {
                 read.push(coordinates);
-                if !names.contains(&request.y) {
-                    names.push(request.y.clone());
+                for name in request.ordinates() {
+                    if !names.iter().any(|other| other == name) {
+                        names.push(name.to_owned());
+                    }
                 }
             }
         }
@@ -254,80 +333,34 @@ pub(crate) fn fields_to_read<'a>(
     wanted
 }
 
-/// A value at a point of the sweep.
-struct Sample {
-    coordinates: Vec<Coordinate>,
-    estimate: Option<Estimate>,
-    theory: Option<f64>,
+/// The words that the names of all these metrics begin with; all names if there are none.
+fn common_label(names: &[&str]) -> String {
+    let labels: Vec<String> = names.iter().map(|name| label(name).0).collect();
+    let words = |label: &String| label.split(' ').map(str::to_owned).collect::<Vec<_>>();
+    let mut common = words(&labels[0]);
+    for label in &labels[1..] {
+        let shared = common.iter().zip(words(label)).take_while(|(one, other)| *one == other);
+        common.truncate(shared.count());
+    }
+    // "self diffusion from" is "self diffusion".
+    while common
+        .last()
+        .is_some_and(|last| ["from", "of", "by", "at", "in"].contains(&last.as_str()))
+    {
+        common.pop();
+    }
+    if common.is_empty() { labels.join(", ") } else { common.join(" ") }
 }
 
-impl Sample {
-    fn has_value(&self) -> bool {
-        self.estimate.is_some_and(|estimate| estimate.value.is_finite())
-    }
-
-    /// Its place with its numbers: theory is a line only between several points.
-    fn described(&self, unit: &str) -> String {
-        let with_unit = |number: String| format!("{number} {unit}").trim_end().to_owned();
-        let measured = self.estimate.map_or_else(String::new, |estimate| {
-            with_unit(with_error(estimate.value, estimate.standard_error))
-        });
-        let theory =
-            self.theory.map(|theory| format!(", theory {}", with_unit(six_digits(theory))));
-        let place = coordinates::label(&self.coordinates);
-        format!("{place}: measured {measured}{}", theory.unwrap_or_default())
-    }
-}
-
-/// One curve of data and one of theory for each group of points that differ in the key only.
-fn curves(
-    samples: &[Sample],
-    key: &str,
-    abscissa: impl Fn(&[Coordinate]) -> Option<f64>,
-    has_words: bool,
-    axes: &[SweptAxis],
-    remarks: &mut Vec<String>,
-) -> Vec<Curve> {
-    // Keys that advance together with the key are not coordinates of a curve.
-    let along = axes.iter().find(|axis| axis.keys.iter().any(|other| other == key));
-    let is_along = |other: &str| {
-        other == key || along.is_some_and(|axis| axis.keys.iter().any(|one| one == other))
-    };
-    let others = |sample: &Sample| -> Vec<Coordinate> {
-        let others = sample.coordinates.iter().filter(|coordinate| !is_along(&coordinate.key));
-        others.cloned().collect()
-    };
-    let mut groups = grouped(samples.iter().map(|sample| (others(sample), sample)));
-    groups.retain(|(_, group)| group.iter().any(|sample| sample.has_value()));
-    if groups.len() > MAX_CURVES {
-        remarks.push(format!("the first {MAX_CURVES} of {} curves", groups.len()));
-    }
-    let mut curves = Vec::new();
-    for (color, (others, group)) in groups.iter().take(MAX_CURVES).enumerate() {
-        let (mut data, mut theory) = (Vec::new(), Vec::new());
-        for sample in group {
-            let Some(x) = abscissa(&sample.coordinates) else { continue };
-            if let Some(estimate) = sample.estimate.filter(|_| sample.has_value()) {
-                data.push(Point { x, y: estimate.value, error: estimate.standard_error });
-            }
-            theory.extend(sample.theory.map(|y| Point::bare(x, y)));
-        }
-        let name = coordinates::label(others);
-        let of_theory =
-            if name.is_empty() { "theory".to_owned() } else { format!("{name}: theory") };
-        let name = if name.is_empty() { "measured".to_owned() } else { name };
-        for (name, style, mut points) in
-            [(name, CurveStyle::Data, data), (of_theory, CurveStyle::Theory, theory)]
-        {
-            points.sort_by(|a, b| a.x.total_cmp(&b.x));
-            // A line needs two points, except over words.
-            let least = usize::from(style == CurveStyle::Theory && !has_words);
-            if points.len() > least {
-                curves.push(Curve { name, style, color, points });
-            }
-        }
-    }
-    curves
+/// States how many points have no value, or no place on the horizontal axis.
+fn omissions(samples: &[Sample], abscissa: &Abscissa) -> Vec<String> {
+    let missing = samples.iter().filter(|sample| !sample.has_value()).count();
+    let elsewhere = samples.iter().filter(|sample| sample.x.is_none()).count();
+    let all = samples.len();
+    let missing = (missing > 0).then(|| format!("{missing} of {all} points have no value"));
+    let elsewhere = (elsewhere > 0)
+        .then(|| format!("{elsewhere} of {all} points have no `{}`", abscissa.name()));
+    missing.into_iter().chain(elsewhere).collect()
 }
 
 /// A line for each part of a series without a gap; the first part has the name.
@@ -337,21 +370,6 @@ fn uninterrupted(points: &[(f64, f64)], name: &str, color: usize) -> Vec<Curve> 
         Curve::line(if index == 0 { name } else { "" }, color, part.iter().copied())
     };
     parts.enumerate().map(named).collect()
-}
-
-/// The definition of a metric of a run or of a sweep.
-fn definition(name: &str) -> Option<&'static Definition> {
-    let mut all = MODELS.iter().flat_map(|model| model.metrics.iter().chain(model.sweep_metrics));
-    all.find(|definition| definition.name == name).copied()
-}
-
-/// The name of a metric in words, and whether it follows a power law.
-fn label(metric: &str) -> (String, bool) {
-    let mut ordinates = MODELS.iter().flat_map(|model| model.ordinates);
-    match ordinates.find(|ordinate| ordinate.metric == metric) {
-        Some(ordinate) => (ordinate.title.to_owned(), ordinate.is_power_law),
-        None => (metric.replace(['.', '_'], " "), false),
-    }
 }
 
 /// Ratio of the values above which an axis is logarithmic unless the request decides.

@@ -198,7 +198,7 @@ fn plots_respond_and_share_the_time_of_the_replay() {
         ("point(nearest(to));\nscrub", "no values under the pointer"),
         ("seek.time = time;", "the replay is at"),
         ("setZoom([isWide", "dragging does not zoom"),
-        ("if (!hidden.delete(curve)) hidden.add(curve);", "the legend hides nothing"),
+        ("if (isHidden) hidden.delete(each); else hidden.add(each);", "the legend hides nothing"),
         ("${top}h.01`", "a point without neighbors is not drawn"),
     ] {
         assert!(text.contains(handler), "{handler}");
@@ -206,7 +206,7 @@ fn plots_respond_and_share_the_time_of_the_replay() {
             "scrub(isLogX" => "Number(isLogX",
             "seek.time = time;" => "seek.time ??= time;",
             "setZoom([isWide" => "Array.of([isWide",
-            "if (!hidden.delete(curve)) hidden.add(curve);" => "",
+            "if (isHidden) hidden.delete(each); else hidden.add(each);" => "",
             "${top}h.01`" => "${top}`",
             _ => "scrub",
         };

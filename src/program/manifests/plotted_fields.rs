@@ -2,7 +2,7 @@
 
 use crate::messages::Failure;
 use kinetoscope_console::Exit;
-use kinetoscope_manifest::{Experiment, PlotRequest, nearest};
+use kinetoscope_manifest::{Experiment, channel_field, nearest};
 use kinetoscope_physics::kind_of;
 use kinetoscope_recording::channels::{ChannelDeclaration, FrameClock};
 
@@ -16,15 +16,14 @@ pub(crate) fn reject_unknown(experiment: &Experiment) -> Result<(), Failure> {
     let channels: Vec<&ChannelDeclaration> =
         kind_of(&run.manifest.model).channels.iter().chain([&clock]).collect();
     let mut of_channels = experiment.plots.iter().filter(|plot| plot.is_of_channel());
-    of_channels.try_for_each(|plot| check(plot, &channels, &experiment.manifest))
+    of_channels.try_for_each(|plot| {
+        let place = format!("{}:{}", experiment.manifest, plot.line);
+        plot.ordinates().try_for_each(|name| check(name, &channels, &place))
+    })
 }
 
-fn check(
-    plot: &PlotRequest,
-    channels: &[&ChannelDeclaration],
-    manifest: &str,
-) -> Result<(), Failure> {
-    let (topic, field) = plot.channel_field().unwrap_or((&plot.y, ""));
+fn check(name: &str, channels: &[&ChannelDeclaration], place: &str) -> Result<(), Failure> {
+    let (topic, field) = channel_field(name).unwrap_or((name, ""));
     let declared = channels.iter().find(|channel| channel.topic == topic);
     let fields = declared.map_or(&[][..], |channel| channel.fields);
     let is_number = |kind: &str| matches!(kind, "double" | "uint64");
@@ -37,7 +36,7 @@ fn check(
         return Ok(());
     }
     let what = if of_kind(false).contains(&field) {
-        format!("`{}` is not one number per frame", plot.y)
+        format!("`{name}` is not one number per frame")
     } else {
         format!("`{topic}` has no field `{field}`")
     };
@@ -49,6 +48,5 @@ fn check(
         }
         None => format!("fields: {}", numbers.join(", ")),
     };
-    let place = format!("{manifest}:{}", plot.line);
     Err(Failure::new(Exit::BadInput, format!("{place}: {what}")).help(help))
 }

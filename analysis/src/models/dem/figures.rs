@@ -1,15 +1,49 @@
 //! Plots of a DEM run: energy balance, packing fraction and stress by height, snapshots.
 
+use super::laws as law;
 use super::observe::{DemRun, balance_j, supplied_j, total_j};
+use super::special_setups;
 use super::stress::StressLayer;
-use crate::models::contract::PlottedObserver;
+use crate::models::contract::{NamedChart, PlottedObserver};
 use crate::models::figures::{Figures, SharedCurve, box_text, pictures};
 use crate::number_text::short_number;
-use crate::plot::{Axis, Curve, CurveStyle, Plot, Point};
+use crate::plot::{Axis, Curve, CurveStyle, Plot, Point, stacked};
 use crate::statistics::Estimate;
 use kinetoscope_manifest::model::DiscRadius;
 use kinetoscope_recording::channels::DemEnergy;
 use std::f64::consts::PI;
+
+/// The charts that a plot may name.
+pub(super) const CHARTS: &[NamedChart] = &[
+    NamedChart::new("energy_balance", ENERGIES),
+    NamedChart::new("energy_drift", ENERGY_ERRORS),
+    NamedChart::new("energy_total_by_run", &["energy.total_change_relative"]),
+    NamedChart::new("energy_residual_by_run", ENERGY_ERRORS),
+    NamedChart::new("cooling", &["cooling.rate", "granular_temperature"]),
+    NamedChart::new("discharge", &["outlet.discharge_rate", "discs_removed"]),
+    NamedChart::new("packing_by_height", &["bed.packing_fraction", "bed.height"]),
+    NamedChart::new("stress_by_height", STRESSES),
+];
+
+const ENERGIES: &[&str] = &[
+    "energy.kinetic",
+    "energy.gravitational",
+    "energy.elastic",
+    "energy.dissipated",
+    "energy.friction",
+    "energy.wall_work",
+    "energy.total_change_relative",
+    "energy.residual_relative",
+    "energy.max_residual_relative",
+    "settling_time",
+];
+const ENERGY_ERRORS: &[&str] = &["energy.residual_relative", "energy.max_residual_relative"];
+const STRESSES: &[&str] = &[
+    "stress.vertical_at_floor",
+    "stress.vertical_at_mid_height",
+    "stress.lateral_ratio",
+    "stress.overburden_deviation",
+];
 
 impl PlottedObserver for DemRun {
     fn figures(&self) -> Figures {
@@ -17,6 +51,8 @@ impl PlottedObserver for DemRun {
         if let (Some((_, first)), Some((_, last))) = (self.energies.first(), self.energies.last()) {
             add_energies(self, [first, last], &mut figures);
         }
+        figures.plots.extend(cooling(self));
+        figures.plots.extend(discharge(self));
         figures.plots.extend(packing_by_height(self));
         figures.plots.extend(stress_by_height(self));
         let radius = match (self.config.radius_m, self.config.radius_m.range()) {
@@ -36,16 +72,7 @@ fn add_energies(run: &DemRun, [first, last]: [&DemEnergy; 2], figures: &mut Figu
     };
     let residual = |energy: &DemEnergy| balance_j(energy) - balance_j(first);
     let axes = |label: &str, unit: &str| [Axis::linear("time", "s"), Axis::linear(label, unit)];
-    let curves = vec![
-        Curve::line("kinetic", 0, series(&|energy| energy.kinetic_j)),
-        Curve::line("gravitational", 1, series(&|energy| energy.gravitational_j)),
-        Curve::line("elastic", 2, series(&|energy| energy.elastic_j)),
-        Curve::line("dissipated", 3, series(&|energy| energy.dissipated_j)),
-        Curve::theory("sum at the start", 6, series(&|_| balance_j(first))),
-        Curve::line("residual", 5, series(&residual)),
-    ];
-    let energies = Plot::chart("energy_balance", "Energy balance", axes("energy", "J"), curves);
-    figures.plots.push(energies);
+    figures.plots.push(energy_balance(run, first));
     // The denominator of `energy.residual_relative`.
     let supplied = supplied_j(first, last).abs();
     if supplied == 0.0 {
@@ -75,6 +102,80 @@ fn add_energies(run: &DemRun, [first, last]: [&DemEnergy; 2], figures: &mut Figu
             residual(energy).abs()
         }),
     ];
+}
+
+/// Where the energy is: areas that fill the energy that the run was given.
+fn energy_balance(run: &DemRun, first: &DemEnergy) -> Plot {
+    let times: Vec<f64> = run.energies.iter().map(|(time, _)| *time).collect();
+    let amounts = |of: fn(&DemEnergy) -> f64| -> Vec<f64> {
+        run.energies.iter().map(|(_, energy)| of(energy)).collect()
+    };
+    let friction = |energy: &DemEnergy| energy.friction_j + energy.rolling_j;
+    let mut columns = vec![
+        ("potential", 1, amounts(|energy| energy.gravitational_j)),
+        ("kinetic", 0, amounts(|energy| energy.kinetic_j)),
+        ("elastic", 4, amounts(|energy| energy.elastic_j)),
+        (
+            "lost in dashpots",
+            3,
+            amounts(|energy| energy.dissipated_j - energy.friction_j - energy.rolling_j),
+        ),
+        ("lost in friction", 2, amounts(friction)),
+        ("left with discs", 5, amounts(|energy| energy.removed_j)),
+    ];
+    columns.retain(|(.., amounts)| amounts.iter().any(|amount| *amount != 0.0));
+    let (mut curves, shifts) = stacked(&times, &columns);
+    let last = run.energies.last().map(|(_, energy)| energy);
+    let given = last.map_or_else(String::new, |last| {
+        let inserted = if last.entered_j == 0.0 { "" } else { " + inserted" };
+        let work = if last.wall_work_j == 0.0 { "" } else { " + work of walls" };
+        format!("start{inserted}{work}")
+    });
+    let sum = |energy: &DemEnergy| total_j(first) + energy.entered_j + energy.wall_work_j + shifts;
+    let sums = run.energies.iter().map(|(time, energy)| (*time, sum(energy)));
+    curves.push(Curve::theory(given, 6, sums));
+    let axes = [Axis::linear("time", "s"), Axis::linear("energy", "J")];
+    Plot::chart("energy_balance", "Where the energy is", axes, curves)
+}
+
+/// Granular temperature over time with Haff's law, of discs without gravity and walls.
+fn cooling(run: &DemRun) -> Option<Plot> {
+    let (begin, first) = *run.temperature.first()?;
+    if run.temperature.len() < 2 || !special_setups::is_free_gas(&run.config) {
+        return None;
+    }
+    let mut curves = vec![Curve::line("measured", 0, run.temperature.iter().copied())];
+    if let Some(rate) = law::cooling_rate_per_s(&run.config, first) {
+        let haff = |time: f64| first / libm::pow(1.0 + rate.value * (time - begin), 2.0);
+        let line = run.temperature.iter().map(|(time, _)| (*time, haff(*time)));
+        curves.push(Curve::theory("Haff's law, T₀/(1 + t/τ)²", 1, line));
+    }
+    let axes = [Axis::linear("time", "s"), Axis::linear("granular temperature", "m²/s²")];
+    Some(Plot::chart("cooling", "Granular temperature", axes, curves))
+}
+
+/// Number of removed discs over time with the fitted rate, and of inserted discs.
+fn discharge(run: &DemRun) -> Option<Plot> {
+    let (end, all) = *run.removed.last()?;
+    let steady = special_setups::steady_part(&run.removed);
+    if all == 0.0 {
+        return None;
+    }
+    let mut curves = vec![Curve::line("left through the outlet", 0, run.removed.iter().copied())];
+    let rate = special_setups::discharge_rate_per_s(&run.removed);
+    if let (Some(rate), Some(first), Some(last)) = (rate, steady.first(), steady.last()) {
+        let middle = ((first.0 + last.0) / 2.0, (first.1 + last.1) / 2.0);
+        let line = [first.0, end].map(|time| (time, middle.1 + rate.value * (time - middle.0)));
+        curves.push(Curve::theory(format!("{} per second", short_number(rate.value)), 1, line));
+    }
+    if let Some(insertion) = &run.config.insertion {
+        let per_second = insertion.discs_per_s.get();
+        let filled = f64::from(insertion.discs.get()) / per_second;
+        let line = [0.0, filled.min(end), end].map(|time| (time, per_second * time.min(filled)));
+        curves.push(Curve::theory("inserted", 2, line));
+    }
+    let axes = [Axis::linear("time", "s"), Axis::linear("discs", "")];
+    Some(Plot::chart("discharge", "Discs that have left", axes, curves))
 }
 
 /// Maximum number of slabs in the profile of the packing fraction; a slab is one mean diameter thick.

@@ -29,6 +29,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     fits: sweep::FITS,
     ordinates: sweep::ORDINATES,
     trade_offs: &[],
+    figures: figures::CHARTS,
 };
 
 /// The observer of a run.

@@ -51,9 +51,9 @@ pub(super) struct DemRun {
     last_motion_s: f64,
     rebounds: Option<Rebounds>,
     /// Time, s, and number of removed discs.
-    removed: Series<(f64, f64)>,
+    pub(super) removed: Series<(f64, f64)>,
     /// Time, s, and granular temperature, m^2/s^2.
-    temperature: Series<(f64, f64)>,
+    pub(super) temperature: Series<(f64, f64)>,
     /// Time, s, and mean upward force on a piston since the previous frame, N.
     piston: Series<(f64, f64)>,
     deposit_length_at_start_m: Option<f64>,

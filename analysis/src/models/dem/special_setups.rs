@@ -104,13 +104,18 @@ const STEADY_FRACTIONS: [f64; 2] = [0.1, 0.6];
 /// Variance of the slope of a least-squares line through a random walk, over that of the slope between its ends.
 const SLOPE_OVER_ENDS_VARIANCE: f64 = 1.2;
 
+/// The part of the numbers of removed discs in which the flow is steady.
+pub(super) fn steady_part(removed: &Series<(f64, f64)>) -> Vec<(f64, f64)> {
+    let all = removed.last().map_or(0.0, |(_, all)| *all);
+    let [low, high] = STEADY_FRACTIONS.map(|fraction| fraction * all);
+    let steady = removed.iter().filter(|(_, count)| (low..=high).contains(count) && all > 0.0);
+    steady.copied().collect()
+}
+
 /// Discs per second, by a line through the numbers of removed discs in the steady part. Its error follows by blocking from the numbers
 /// between frames: they add up to a random walk, of which a line through all points has 6/5 of the variance of one through the ends.
 pub(super) fn discharge_rate_per_s(removed: &Series<(f64, f64)>) -> Option<Estimate> {
-    let (_, all) = *removed.last()?;
-    let [low, high] = STEADY_FRACTIONS.map(|fraction| fraction * all);
-    let steady = removed.iter().filter(|(_, count)| (low..=high).contains(count) && all > 0.0);
-    let steady: Vec<(f64, f64)> = steady.copied().collect();
+    let steady = steady_part(removed);
     let line = if steady.len() < 3 { None } else { least_squares_line(&steady) }?;
     let mut blocks = Blocking::of(Entries::Intervals);
     for pair in steady.windows(2) {

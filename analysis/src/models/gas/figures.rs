@@ -4,15 +4,38 @@ use super::box_entropy::entropy_at_equilibrium;
 use super::laws as law;
 use super::layers::{BarometricLaw, LAYERS, counts, relative_density};
 use super::observe::GasRun;
-use crate::models::contract::PlottedObserver;
-use crate::models::figures::{Figures, pictures};
+use super::over_time;
+use crate::models::contract::{NamedChart, PlottedObserver};
+use crate::models::figures::{Figures, pictures, time_axis};
 use crate::number_text::short_number;
 use crate::plot::{Axis, Curve, CurveStyle, Plot};
 use kinetoscope_recording::channels::GasSpeeds;
 
+/// The charts that a plot may name.
+pub(super) const CHARTS: &[NamedChart] = &[
+    NamedChart::new("temperature_over_time", over_time::TEMPERATURES),
+    NamedChart::new("escaped_over_time", &["effusion_rate"]),
+    NamedChart::new("wall_collisions_over_time", &["wall_collision_rate"]),
+    NamedChart::new("pressure_over_time", PRESSURES),
+    NamedChart::new("speed_histogram", SPEEDS),
+    NamedChart::new("h_over_time", &["relative_entropy", "relative_entropy.start", "h_function"]),
+    NamedChart::new("density_by_height", &["layers.chi_square_per_layer", "layers.mean_height"]),
+    NamedChart::new("box_entropy_over_time", &["box_entropy.start", "box_entropy.change"]),
+];
+
+const PRESSURES: &[&str] =
+    &["pressure.measured", "pressure.mean_speed_formula", "pressure.mean_square_formula"];
+const SPEEDS: &[&str] = &[
+    "speed_histogram.chi_square_per_bin",
+    "speed_histogram.total_variation_distance",
+    "a2",
+    "mean_speed_over_rms",
+    "relative_entropy",
+];
+
 impl PlottedObserver for GasRun {
     fn figures(&self) -> Figures {
-        let mut plots = Vec::new();
+        let mut plots: Vec<Plot> = over_time::charts(self);
         if self.pressure_series.len() > 1 {
             plots.push(pressure(self));
         }
@@ -62,11 +85,14 @@ fn entropy_over_time(run: &GasRun) -> Plot {
     let mut curves = vec![Curve::line("measured", 0, series.iter().copied())];
     let is_removed = run.config.partition.is_some_and(|partition| partition.opens_s.is_some());
     if let Some(entropy) = entropy_at_equilibrium(&run.config).filter(|_| is_removed) {
-        let level = series.ends().map(|(time, _)| (*time, entropy));
+        // A logarithmic axis cannot show time 0.
+        let first_shown = series.iter().find(|(time, _)| *time > 0.0);
+        let times = series.first().into_iter().chain(first_shown).chain(series.last());
+        let level = times.map(|(time, _)| (*time, entropy));
         curves.push(Curve::theory("uniform gas in the whole container", 1, level));
     }
-    let axes =
-        [Axis::linear("time", "s"), Axis::linear("entropy per particle over k, by boxes", "1")];
+    let across = time_axis(series.iter().map(|(time, _)| *time), "s");
+    let axes = [across, Axis::linear("entropy per particle, by boxes", "k_B")];
     Plot::chart("box_entropy_over_time", "Entropy", axes, curves)
 }
 
@@ -93,15 +119,15 @@ fn pressure(run: &GasRun) -> Plot {
     if let Some(square) = run.mean_square().filter(|_| run.keeps_energy_of_one_mass()) {
         if is_of_points {
             let exact = law::pressure_n_per_m(&run.config, square);
-            curves.push(Curve::theory("N m <v²> / (2A)", 1, level(exact)));
+            curves.push(Curve::theory("N m ⟨v²⟩ / (2A)", 1, level(exact)));
         } else if let Some(exact) = run.pressure_by_virial(square) {
-            curves.push(Curve::theory("by <v²> and the virial of the collisions", 1, level(exact)));
+            curves.push(Curve::theory("by ⟨v²⟩ and the virial of the collisions", 1, level(exact)));
         }
     }
     if let Some(pressure) = run.pressure.as_ref().filter(|_| is_of_points) {
         let formula = pressure.mean_speed_formula_n_per_m;
         curves.push(Curve::theory(
-            "N m <v>² / (2A), formula (12) of the exercise",
+            "N m ⟨v⟩² / (2A), formula (12) of the exercise",
             2,
             level(formula),
         ));
@@ -127,7 +153,7 @@ fn speeds(histogram: &GasSpeeds, particles: u32) -> Plot {
         let initial = over_speed(&histogram.initial_distribution);
         curves.push(Curve::theory("initial distribution", 1, initial));
     }
-    curves.push(Curve::theory("Maxwell, same <v²>", 2, over_speed(&histogram.maxwell)));
+    curves.push(Curve::theory("Maxwell, same ⟨v²⟩", 2, over_speed(&histogram.maxwell)));
     let axes = [Axis::linear("speed", "m/s"), Axis::linear("density", "s/m")];
     Plot::chart("speed_histogram", "Speeds at the end", axes, curves)
 }

@@ -10,6 +10,7 @@ mod laws;
 mod layers;
 mod metrics;
 mod observe;
+mod over_time;
 mod scatter;
 mod state;
 mod sweep;
@@ -32,6 +33,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     fits: sweep::FITS,
     ordinates: sweep::ORDINATES,
     trade_offs: &[],
+    figures: figures::CHARTS,
 };
 
 /// The observer of a run.

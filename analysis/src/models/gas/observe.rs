@@ -34,6 +34,12 @@ pub(super) struct GasRun {
     pub(super) pressure: Option<GasPressure>,
     pub(super) histogram: Option<GasSpeeds>,
     pub(super) snapshots: Snapshots,
+    /// Time, s, then the temperatures by the mean square and by the mean speed, K.
+    pub(super) temperatures: Series<(f64, f64, f64)>,
+    /// Time, s, and radius of the container, m.
+    pub(super) radii: Series<(f64, f64)>,
+    /// Time, s, and number of particles that have left.
+    pub(super) escaped: Series<(f64, f64)>,
     /// As recorded in `/temperature`.
     recorded_speeds: Option<SpeedMeans>,
     pub(super) own_rates: OwnRates,
@@ -50,7 +56,7 @@ pub(super) struct GasRun {
     /// Time, s, and H above its minimum.
     pub(super) relative_entropy: Series<(f64, f64)>,
     pub(super) within_half_radius_at_start: Option<f64>,
-    first_mean_speed_m_per_s: Option<f64>,
+    pub(super) first_mean_speed_m_per_s: Option<f64>,
     first_temperature_k: Option<f64>,
     /// Maximum relative change of the temperature.
     pub(super) max_temperature_change: f64,
@@ -332,6 +338,8 @@ impl Observer for GasRun {
         }
         if let Some(temperature) = frame.get::<GasTemperature>()? {
             let present = temperature.mean_square_temperature_k;
+            let by_speed = temperature.mean_speed_temperature_k;
+            self.temperatures.add((self.time_s, present, by_speed));
             let first = *self.first_temperature_k.get_or_insert(present);
             self.max_temperature_change = max_or_nan(
                 self.max_temperature_change,
@@ -369,6 +377,8 @@ impl Observer for GasRun {
         }
         if let Some(energy_balance) = frame.get::<GasEnergyBalance>()? {
             self.relative_entropy.add((self.time_s, energy_balance.relative_entropy));
+            self.radii.add((self.time_s, energy_balance.radius_m));
+            self.escaped.add((self.time_s, energy_balance.particles_escaped as f64));
             self.energy_balance = Some(energy_balance);
         }
         if let Some(invariants) = frame.get::<GasInvariants>()? {

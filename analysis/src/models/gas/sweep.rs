@@ -62,7 +62,7 @@ fn exact_slope(model: &ModelConfig) -> Option<f64> {
 /// Metrics that are plotted against swept numbers.
 pub(crate) const ORDINATES: &[Ordinate] = &[
     Ordinate {
-        companion: Some(("pressure.mean_speed_formula", "N m <v>² / (2A)")),
+        companion: Some(("pressure.mean_speed_formula", "N m ⟨v⟩² / (2A)")),
         ..Ordinate::new("pressure.measured", "pressure")
     },
     Ordinate::new("mean_speed", "mean speed"),

@@ -1,14 +1,32 @@
 //! Plots of orbits: paths, energy and position error over time.
 
-use super::bodies::BodiesRun;
+use super::bodies::{BodiesRun, SystemState};
 use super::laws as law;
 use super::observe::{OrbitPoint, OrbitRun};
-use crate::models::contract::PlottedObserver;
+use crate::models::contract::{NamedChart, PlottedObserver};
 use crate::models::figures::{Figures, SharedCurve};
-use crate::models::relative_change;
 use crate::models::series::Series;
+use crate::models::{max_or_nan, relative_change};
 use crate::plot::{Axis, Chart, Curve, CurveStyle, Plot, PlotContent, Point};
 use kinetoscope_manifest::model::OrbitIntegrator;
+
+/// The charts that a plot may name.
+pub(super) const CHARTS: &[NamedChart] = &[
+    NamedChart::new("path", &["radius.min", "radius.max", "position_error.final"]),
+    NamedChart::new("energy_drift", ENERGY_ERRORS),
+    NamedChart::new("energy_error_by_run", ENERGY_ERRORS),
+    NamedChart::new("position_error", &["position_error.final"]),
+    NamedChart::new("position_error_by_run", &["position_error.final"]),
+    NamedChart::new("semi_major_axis", &["energy.drift_relative", "radius.max", "semi_major_axis"]),
+    NamedChart::new("distance_from_start", &["period.measured", "position_error.final"]),
+    NamedChart::new("return_distance_by_run", &["return_distance.final"]),
+    NamedChart::new("angle_by_run", &["return_distance.final"]),
+    NamedChart::new("rotating_frame", &["return_distance.final"]),
+    NamedChart::new("closest_approach", &["closest_approach", "closest_approach.time"]),
+];
+
+const ENERGY_ERRORS: &[&str] =
+    &["energy.drift_relative", "energy.max_error_relative", "energy.drift_per_revolution"];
 
 impl PlottedObserver for OrbitRun {
     fn figures(&self) -> Figures {
@@ -18,8 +36,11 @@ impl PlottedObserver for OrbitRun {
             Curve::new("Sun", CurveStyle::Data, 5, [(0.0, 0.0)]),
         ];
         let path = path_chart("Path about the Sun", curves);
+        let axis = semi_major_axis(self);
+        let plots = [Some(path), axis, Some(distance_from_start(self, first))];
+        let plots = plots.into_iter().flatten();
         Figures {
-            plots: vec![path, energy(self, first), position_error(self)],
+            plots: plots.chain([energy(self, first), position_error(self)]).collect(),
             comparisons: comparisons(self, first),
         }
     }
@@ -41,8 +62,50 @@ impl PlottedObserver for BodiesRun {
         let axes = over_time(Axis::linear("(E − E₀) / |E₀|", ""));
         let energy = Plot::chart("energy_drift", "Energy of all bodies", axes, curves);
         let plots = [Some(path), rotating_frame(self), separation(self), Some(energy)];
-        Figures { plots: plots.into_iter().flatten().collect(), comparisons: Vec::new() }
+        Figures { plots: plots.into_iter().flatten().collect(), comparisons: shared(self, first) }
     }
+}
+
+/// Curves of several bodies that runs share: energy error, largest distance of a body from its start, and angle from the planet.
+fn shared(run: &BodiesRun, first: &SystemState) -> Vec<SharedCurve> {
+    let over_instants = |of: &dyn Fn(&SystemState) -> f64| -> Vec<(f64, f64)> {
+        run.instants.iter().map(|instant| (instant.time_days, of(instant))).collect()
+    };
+    let errors = over_instants(&|instant| relative_change(instant.energy, first.energy).abs());
+    let away = over_instants(&|instant| {
+        let pairs = instant.positions.iter().zip(&first.positions);
+        let distances = pairs.map(|(now, start)| law::norm(law::difference(*now, *start)));
+        distances.fold(0.0, max_or_nan)
+    });
+    let error_axes = over_time(Axis::logarithmic("|E − E₀| / |E₀|", ""));
+    let away_axes = over_time(Axis::linear("largest distance of a body from its start", "AU"));
+    let [title, return_title] = ["Size of the energy error", "Distance from the start"];
+    let mut curves = vec![
+        SharedCurve::new("energy_error_by_run", title, error_axes, errors.into_iter()),
+        SharedCurve::new("return_distance_by_run", return_title, away_axes, away.into_iter()),
+    ];
+    if let Some(frame) = &run.rotating_frame
+        && let Some(body) = frame.companions.first()
+    {
+        let mut turns = 0.0;
+        let mut before: Option<f64> = None;
+        // The angle is continued over half a turn.
+        let angles: Vec<(f64, f64)> = over_instants(&|instant| {
+            let (x, y) = frame.position(&instant.positions, *body);
+            libm::atan2(y, x).to_degrees()
+        })
+        .into_iter()
+        .map(|(time, angle)| {
+            turns -= before.map_or(0.0, |before| libm::round((angle - before) / 360.0));
+            before = Some(angle);
+            (time, angle + 360.0 * turns)
+        })
+        .collect();
+        let axes = over_time(Axis::linear("angle ahead of the planet", "degrees"));
+        let title = "Angle between a companion and the planet";
+        curves.push(SharedCurve::new("angle_by_run", title, axes, angles.into_iter()));
+    }
+    curves
 }
 
 /// Paths in the frame that turns with a planet, with the points of equilibrium at 60 degrees.
@@ -114,6 +177,43 @@ fn path_chart(title: &str, curves: Vec<Curve>) -> Plot {
 
 fn over_time(y: Axis) -> [Axis; 2] {
     [Axis::linear("time", "days"), y]
+}
+
+/// The semi-major axis of explicit Euler, which grows, with its law.
+fn semi_major_axis(run: &OrbitRun) -> Option<Plot> {
+    let orbit = run.exact.filter(|_| run.config.integrator == OrbitIntegrator::ExplicitEuler)?;
+    let axis = |point: &OrbitPoint| -law::GM_SUN_AU3_PER_DAY2 / (2.0 * point.energy);
+    let bound = || run.points.iter().filter(|point| point.energy < 0.0);
+    let mut curves =
+        vec![Curve::line("measured", 0, bound().map(|point| (point.time_days, axis(point))))];
+    let step = run.config.time_step_days.get();
+    let end = run.points.last().map_or(0.0, |point| point.time_days);
+    if law::outside_euler_range(step, &orbit, end).is_none() {
+        let at = |time: f64| {
+            orbit.semi_major_axis_au / (1.0 - law::euler_energy_drift(step, &orbit, time))
+        };
+        let line = bound().map(|point| (point.time_days, at(point.time_days)));
+        curves.push(Curve::theory("(a₀³ + 6 Δt GM t)^(1/3)", 1, line));
+    }
+    let axes = over_time(Axis::linear("semi-major axis", "AU"));
+    Some(Plot::chart("semi_major_axis", "Growth of the orbit", axes, curves))
+}
+
+/// Distance from the first position: 0 again after each period of a closed orbit.
+fn distance_from_start(run: &OrbitRun, first: &OrbitPoint) -> Plot {
+    let away =
+        |point: &OrbitPoint| law::norm(law::difference(point.position_au, first.position_au));
+    let measured = run.points.iter().map(|point| (point.time_days, away(point)));
+    let mut curves = vec![Curve::line("distance from the start", 0, measured)];
+    if let Some(orbit) = run.exact {
+        let end = run.points.last().map_or(0.0, |point| point.time_days);
+        let revolutions = (end / orbit.period_days()).floor().min(100.0) as u32;
+        let periods = (1..=revolutions).map(|turn| (f64::from(turn) * orbit.period_days(), 0.0));
+        let name = format!("Kepler's period, {:.2} days", orbit.period_days());
+        curves.push(Curve::new(name, CurveStyle::Data, 1, periods));
+    }
+    let axes = over_time(Axis::linear("distance from the start", "AU"));
+    Plot::chart("distance_from_start", "Return to the start", axes, curves)
 }
 
 fn energy(run: &OrbitRun, first: &OrbitPoint) -> Plot {

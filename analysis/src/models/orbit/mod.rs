@@ -25,6 +25,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     fits: sweep::FITS,
     ordinates: sweep::ORDINATES,
     trade_offs: sweep::TRADE_OFFS,
+    figures: figures::CHARTS,
 };
 
 /// The observer of a run around the Sun, or of several bodies.

@@ -182,6 +182,7 @@ impl OrbitRun {
             metric::MIN_RADIUS,
             metric::MAX_RADIUS,
             metric::PHASE_ERROR,
+            metric::SEMI_MAJOR_AXIS,
             metric::PERIOD,
             metric::THIRD_LAW,
         ];
@@ -197,7 +198,7 @@ impl OrbitRun {
         found.compare(metric::PHASE_ERROR, self.phase_error_rad(last, elements), theory);
         let Some(orbit) = &self.exact else { return };
         if elements.completed_revolutions == 0 {
-            for metric in [metric::PERIOD, metric::THIRD_LAW] {
+            for metric in [metric::SEMI_MAJOR_AXIS, metric::PERIOD, metric::THIRD_LAW] {
                 found.explain(metric, "the run ends before the first revolution");
             }
             return;
@@ -205,6 +206,7 @@ impl OrbitRun {
         let period = elements.last_revolution_end_days / elements.completed_revolutions as f64;
         let axis = (least + greatest) / 2.0;
         let ratio = TAU * TAU * axis * axis * axis / (GM_SUN_AU3_PER_DAY2 * period * period);
+        found.add(metric::SEMI_MAJOR_AXIS, axis);
         found.compare(metric::PERIOD, period, orbit.period_days());
         found.compare(metric::THIRD_LAW, ratio, 1.0);
     }

@@ -3,11 +3,21 @@
 use super::laws as law;
 use super::mean_a2::VelocityMoments;
 use super::observe::PackingRun;
-use crate::models::contract::PlottedObserver;
-use crate::models::figures::{Figures, SharedCurve, box_text, pictures};
+use crate::models::contract::{NamedChart, PlottedObserver};
+use crate::models::figures::{Figures, SharedCurve, box_text, pictures, time_axis};
 use crate::models::series::Series;
 use crate::number_text::short_number;
 use crate::plot::{Axis, Curve, Plot};
+
+/// The charts that a plot may name.
+pub(super) const CHARTS: &[NamedChart] = &[
+    NamedChart::new("temperature", &["temperature.final", "temperature.final_over_initial"]),
+    NamedChart::new("temperature_by_run", &["temperature.final_over_initial"]),
+    NamedChart::new("a2", &["a2.mean", "a2.final"]),
+    NamedChart::new("pair_correlation", &["pair_correlation.near_contact"]),
+    NamedChart::new("mean_square_displacement", &["mean_square_displacement.final"]),
+    NamedChart::new("velocity_autocorrelation", &["velocity_autocorrelation.final"]),
+];
 
 impl PlottedObserver for PackingRun {
     fn figures(&self) -> Figures {
@@ -43,7 +53,7 @@ fn over_collisions(y: Axis) -> [Axis; 2] {
 
 fn temperature(run: &PackingRun) -> Plot {
     let measured = series(run).iter().map(|moments| (moments.events, moments.temperature));
-    let mut curves = vec![Curve::line("T = <v²>/2", 0, measured)];
+    let mut curves = vec![Curve::line("T = ⟨v²⟩/2", 0, measured)];
     if let Some(start) = run.frames.first() {
         let restitution = run.config.restitution.get();
         let discs = run.config.discs.get();
@@ -58,7 +68,7 @@ fn temperature(run: &PackingRun) -> Plot {
     let cooled =
         matches!(ends, [Some(first), Some(last)] if last.temperature < first.temperature / 30.0);
     let axis = if cooled { Axis::logarithmic } else { Axis::linear };
-    let axes = over_collisions(axis("T = <v²>/2", ""));
+    let axes = over_collisions(axis("T = ⟨v²⟩/2", ""));
     Plot::chart("temperature", "Temperature against collisions", axes, curves)
 }
 
@@ -73,7 +83,7 @@ fn a2(run: &PackingRun) -> Plot {
         Curve::line("a₂", 0, series(run).iter().map(|moments| (moments.events, moments.a2))),
         Curve::theory(name, 1, series(run).ends().map(|moments| (moments.events, theory))),
     ];
-    let axes = over_collisions(Axis::linear("a₂ = <v⁴> / (2 <v²>²) − 1", ""));
+    let axes = over_collisions(Axis::linear("a₂ = ⟨v⁴⟩ / (2 ⟨v²⟩²) − 1", ""));
     Plot::chart("a2", "Departure from Maxwell against collisions", axes, curves)
 }
 
@@ -100,27 +110,15 @@ fn pair_correlation(run: &PackingRun) -> Option<Plot> {
     Some(Plot::chart("pair_correlation", "Pair correlation of the discs", axes, curves))
 }
 
-/// Ratio of the last to the first frame interval above which a linear time axis would hide the first frames.
-const LOGARITHMIC_RATIO: f64 = 10.0;
-
-/// The type of time axis: logarithmic if the frame interval grows, as for frames that are even in the logarithm of time.
-fn time_axis(series: &Series<(f64, f64)>) -> fn(&str, &str) -> Axis {
-    let times: Vec<f64> = series.iter().map(|&(time, _)| time).collect();
-    let gaps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    match (gaps.first(), gaps.last()) {
-        (Some(first), Some(last)) if *last > LOGARITHMIC_RATIO * first => Axis::logarithmic,
-        _ => Axis::linear,
-    }
-}
-
 fn displacement(run: &PackingRun) -> Vec<Plot> {
     let squares = &run.displacement.mean_square;
     let correlation = &run.displacement.velocity_autocorrelation;
     let mut plots = Vec::new();
     if squares.len() > 1 {
         let curves = vec![Curve::line("<|r − r(0)|²>", 0, squares.iter().copied())];
-        let axis = time_axis(squares);
-        let axes = [axis("time", ""), axis("mean square displacement", "")];
+        let across = time_axis(squares.iter().map(|(time, _)| *time), "");
+        let up = Axis { scale: across.scale, ..Axis::linear("mean square displacement", "") };
+        let axes = [across, up];
         let title = "Mean square displacement";
         plots.push(Plot::chart("mean_square_displacement", title, axes, curves));
     }
@@ -132,8 +130,8 @@ fn displacement(run: &PackingRun) -> Vec<Plot> {
             Curve::line("Σ v · v(0) / Σ v(0)²", 0, correlation.iter().copied()),
             Curve::theory("uncorrelated", 1, level),
         ];
-        let axes =
-            [time_axis(correlation)("time", ""), Axis::linear("velocity autocorrelation", "")];
+        let across = time_axis(correlation.iter().map(|(time, _)| *time), "");
+        let axes = [across, Axis::linear("velocity autocorrelation", "")];
         let title = "Velocity autocorrelation function";
         plots.push(Plot::chart("velocity_autocorrelation", title, axes, curves));
     }

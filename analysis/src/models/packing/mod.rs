@@ -30,6 +30,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     fits: &[],
     ordinates: sweep::ORDINATES,
     trade_offs: &[],
+    figures: figures::CHARTS,
 };
 
 /// The observer of a run.

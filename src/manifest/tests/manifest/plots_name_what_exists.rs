@@ -6,7 +6,8 @@
 
 use crate::verdicts::{experiment, rejected};
 use kinetoscope_manifest::{
-    ExperimentRecord, Override, PlotAxis, PlotRequest, parse, parse_run, run_key,
+    ExperimentRecord, Lookup, Override, PlotAxis, PlotFit, PlotRequest, channel_field, parse,
+    parse_run, parse_with, run_key,
 };
 
 const SWEEP: &str = "[model.gas]\n[record]\nchannels = [\"state\", \"pressure\"]\n[sweep]\n\
@@ -30,9 +31,9 @@ fn plot_of_a_metric_is_over_the_full_name_of_the_swept_number() {
     assert_eq!(plots[1].log, Some(vec![PlotAxis::Y]));
     assert_eq!(plots[1].title.as_deref(), Some("p"));
     assert_eq!(plots[1].at[0].0, "model.gas.speed_distribution");
-    assert_eq!(plots[2].channel_field(), Some(("/pressure", "measured_n_per_m")));
+    assert_eq!(channel_field(&plots[2].y), Some(("/pressure", "measured_n_per_m")));
     assert_eq!((plots[0].log.as_ref(), plots[2].log.as_ref()), (None, Some(&vec![])));
-    assert_eq!(plots[0].channel_field(), None);
+    assert_eq!(channel_field(&plots[0].y), None);
 }
 
 #[test]
@@ -56,6 +57,10 @@ fn wrong_names_of_a_plot_are_reported_with_the_nearest() {
         ("y = \"mean_speed\"\nwhere = { radius_m = 1 } # <-", "`radius_m` is not swept"),
         ("y = \"mean_speed\"\nwhere = { temperature_k = 1 } # <-", "values: 200, 300"),
         ("y = \"mean_speed\"\nlog = [\"z\"] # <-", "unknown value \"z\""),
+        ("y = \"mean_speed\"\nfit = \"cubic\" # <-", "unknown value \"cubic\""),
+        ("y = \"mean_speed\"\nx = \"mean_sped\" # <-", "did you mean `mean_speed`?"),
+        ("y = \"mean_speed\"\nalso = [\"mean_sped\"] # <-", "did you mean `mean_speed`?"),
+        ("figure = \"a\"\ny = \"mean_speed\" # <-", "the model's chart has axes of its own"),
         ("y = \"mean_speed\"\ntitle = \" \" # <-", "leave it out"),
         ("y = \"mean_speed\"\ntitel = \"t\" # <-", "did you mean `title`?"),
     ] {
@@ -79,6 +84,45 @@ fn wrong_names_of_a_plot_are_reported_with_the_nearest() {
         model.gas.temperature_k = [1, 2]\nmodel.gas.radius_m = [1, 2]\n[[plots]]\ny = \"mean_speed\"\n";
     let x = experiment(paired).plots[0].x.clone();
     assert_eq!(x.as_deref(), Some("model.gas.temperature_k"));
+}
+
+/// A plot may have another metric as its axis, several metrics, fits and power laws, or be a chart of the model; its record has all of
+/// them.
+#[test]
+fn plot_of_a_metric_over_another_or_of_the_model_is_recorded() {
+    let plots = "[[plots]]\ny = \"mean_speed\"\nalso = [\"a2\"]\nx = \"pressure.measured\"\nfit = \"power\"\n\
+        exponents = [0.5, -2]\n[[plots]]\nfigure = \"speed_histogram\"\nwhere = { temperature_k = 200 }\n";
+    let experiment = experiment(&format!("{SWEEP}{plots}"));
+    let [metrics, chart] = experiment.plots.as_slice() else { panic!("{:?}", experiment.plots) };
+    assert_eq!(metrics.ordinates().collect::<Vec<_>>(), ["mean_speed", "a2"]);
+    assert_eq!(
+        (metrics.x.as_deref(), metrics.fit),
+        (Some("pressure.measured"), Some(PlotFit::Power))
+    );
+    assert_eq!(metrics.exponents.iter().map(|it| it.get()).collect::<Vec<_>>(), [0.5, -2.0]);
+    assert_eq!((chart.subject(), chart.ordinates().count()), ("speed_histogram", 0));
+    let text = ExperimentRecord::new(&experiment, []).to_toml();
+    let back = ExperimentRecord::from_toml(&text, "experiment.toml").unwrap();
+    let without_lines = |plot: &PlotRequest| PlotRequest { line: 0, ..plot.clone() };
+    assert_eq!(
+        back.plots,
+        experiment.plots.iter().map(without_lines).collect::<Vec<_>>(),
+        "{text}"
+    );
+}
+
+#[test]
+fn unknown_chart_of_the_model_names_the_nearest() {
+    let lookup =
+        Lookup { figures: Some(|_| vec!["speed_histogram", "h_over_time"]), ..Lookup::default() };
+    let errors = |figure: &str| {
+        let text = format!("[model.gas]\n[[plots]]\nfigure = \"{figure}\"\n");
+        parse_with(&text, "m.toml", &[], lookup).map(|_| ()).map_err(|errors| errors.to_string())
+    };
+    let near = errors("speed_histogramm").unwrap_err();
+    assert!(near.contains("did you mean `speed_histogram`?"), "{near}");
+    assert!(errors("zzz").unwrap_err().contains("must be one of speed_histogram, h_over_time"));
+    assert_eq!(errors("speed_histogram"), Ok(()), "control");
 }
 
 /// Words are an axis on request, and where the sweep has no number.

@@ -25,6 +25,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     fits: &[],
     ordinates: &[],
     trade_offs: &[],
+    figures: &[],
 };
 
 /// The observer of a run.

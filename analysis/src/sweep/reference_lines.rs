@@ -1,0 +1,258 @@
+//! Lines in a plot of metrics: the fits that the model knows or that the plot requests, their laws, and power laws for comparison.
+
+use super::samples::{Abscissa, Group};
+use crate::input::coordinates::label;
+use crate::metric::{Metric, MetricScope};
+use crate::models::MODELS;
+use crate::models::contract::{Fit, FitShape};
+use crate::number_text::{short_number, three_digits, with_error};
+use crate::plot::{Curve, CurveStyle, Point, extremes};
+use crate::statistics::{Estimate, Line, least_squares_line};
+use crate::sweep::SweepPoint;
+use crate::sweep::figures::{MAX_CURVES, MEASURED, REFERENCE_COLOR};
+use kinetoscope_manifest::{Coordinate, PlotFit, PlotRequest};
+
+/// Error over its rounding from which a line shows the order of a method.
+const LEAST_OVER_ROUNDING: f64 = 30.0;
+/// Number of points of a line that is evaluated between those of the data.
+const LINE_POINTS: usize = 61;
+
+/// What lines depend on.
+pub(super) struct Lines<'a> {
+    pub(super) request: &'a PlotRequest,
+    pub(super) abscissa: &'a Abscissa,
+    /// All metrics, among them the fits.
+    pub(super) metrics: &'a [Metric],
+    /// The points of the sweep.
+    pub(super) points: &'a [SweepPoint<'a>],
+}
+
+impl Lines<'_> {
+    /// The curves of all groups, each followed by its lines, and the requested power laws. Remarks state the fitted numbers.
+    pub(super) fn added_to(
+        &self,
+        groups: Vec<(&str, Group)>,
+        remarks: &mut Vec<String>,
+    ) -> Vec<Curve> {
+        let mut curves = Vec::new();
+        for (metric, Group { coordinates, curves: of_group }) in groups {
+            let data = of_group.iter().find(|curve| curve.style == CurveStyle::Data).cloned();
+            let has_theory = of_group.iter().any(|curve| curve.style == CurveStyle::Theory);
+            curves.extend(of_group);
+            let Some(data) = data.filter(|data| data.points.len() > 1) else { continue };
+            let place = label(&coordinates);
+            let fit = match self.request.fit {
+                Some(shape) => requested_fit(shape, &data),
+                None => self.known_fit(metric, &coordinates, &data, has_theory),
+            };
+            let Some(Fitted { line, text }) = fit else { continue };
+            // A fit that is drawn has its number in the legend.
+            let is_named = line
+                .as_ref()
+                .is_some_and(|line| !line.name.contains("theory") && !line.name.contains(": "));
+            if let Some(text) = text.filter(|_| !is_named) {
+                let place = if place.is_empty() { String::new() } else { format!("{place}: ") };
+                remarks.push(format!("{place}{text}"));
+            }
+            curves.extend(line);
+        }
+        let power_laws = self.request.exponents.iter().enumerate();
+        let power_laws: Vec<Curve> = power_laws
+            .filter_map(|(index, exponent)| power_law(&curves, exponent.get(), index))
+            .collect();
+        curves.extend(power_laws);
+        curves
+    }
+
+    /// The fit of this metric over this axis that the model defines: its curve, or the line of its law where points have no theory of
+    /// their own.
+    fn known_fit(
+        &self,
+        metric: &str,
+        coordinates: &[Coordinate],
+        data: &Curve,
+        has_theory: bool,
+    ) -> Option<Fitted> {
+        let is_over = |fit: &&Fit| match (self.abscissa, fit.over) {
+            (Abscissa::Metric(x), Some(over)) => x.name == over,
+            (Abscissa::Key { key, .. }, None) => key == fit.along,
+            _ => false,
+        };
+        let mut fits = MODELS.iter().flat_map(|model| model.fits);
+        let fit = fits.find(|fit| fit.of == metric && is_over(fit))?;
+        let found = |index: usize| {
+            let name = fit.parameters.get(index)?.name;
+            self.metrics.iter().find(|metric| {
+                let is_fit =
+                    matches!(&metric.scope, MetricScope::Sweep(scope) if scope.along.is_some());
+                metric.name() == name && is_fit && metric.coordinates() == coordinates
+            })
+        };
+        let first = found(0).map(|metric| metric.estimate);
+        let has_all = |point: &&SweepPoint<'_>| {
+            coordinates.iter().all(|coordinate| point.coordinates.contains(coordinate))
+        };
+        let run = self.points.iter().find(has_all).and_then(|point| point.runs.first());
+        let theory = run.and_then(|run| (fit.theory)(run.model()));
+        let text = |name: &str| first.map(|first| format!("fitted {name} {}", number(first)));
+        // A single curve has no name that its law could follow.
+        let name = |of: &str| match data.name.as_str() {
+            MEASURED => of.to_owned(),
+            name => format!("{name}: {of}"),
+        };
+        match fit.shape {
+            FitShape::Saturation => {
+                let scale = first?.value;
+                let law = fit.parameters[0].laws.first().map_or("fit", |law| law.source);
+                let name = if has_theory { name(law) } else { format!("fit ({law})") };
+                let points = saturation_points(scale, range_of(data)?[1]);
+                let line = Some(theory_line(name, data.color, points));
+                Some(Fitted { line, text: None })
+            }
+            FitShape::PowerLaw => {
+                let (exponent, of) = match (theory, first) {
+                    (Some(theory), _) => {
+                        (theory, format!("theory, exponent {}", exponent_text(theory)))
+                    }
+                    (None, Some(first)) => {
+                        (first.value, format!("fit, exponent {}", number(first)))
+                    }
+                    (None, None) => return None,
+                };
+                let (anchor, from) = match (&fit.asymptotic_range, run) {
+                    (Some(range), Some(run)) => {
+                        let least =
+                            LEAST_OVER_ROUNDING * (range.rounding)(run.model(), run.end_time);
+                        // The order is seen above the rounding.
+                        let anchor = data.points.iter().find(|point| point.y > least).copied();
+                        (anchor, anchor.map(|anchor| anchor.x))
+                    }
+                    _ => (center(&data.points), None),
+                };
+                let text = text(if from.is_some() { "order" } else { "exponent" });
+                let line = anchor.filter(|_| !has_theory).and_then(|anchor| {
+                    let [low, high] = range_of(data)?;
+                    let points = power_points(anchor, exponent, [from.unwrap_or(low), high])?;
+                    Some(theory_line(name(&of), data.color, points))
+                });
+                Some(Fitted { line, text })
+            }
+            FitShape::Line => Some(Fitted { line: None, text: text("slope") }),
+        }
+    }
+}
+
+/// A line through data, and its numbers.
+struct Fitted {
+    line: Option<Curve>,
+    text: Option<String>,
+}
+
+/// A fitted number with its standard error, or to three digits.
+fn number(estimate: Estimate) -> String {
+    let text = match estimate.standard_error.filter(|error| *error > 0.0) {
+        Some(error) => with_error(estimate.value, Some(error)),
+        None => three_digits(estimate.value),
+    };
+    text.replace('-', "−")
+}
+
+/// An exponent, as a fraction of small numbers if it is close to one.
+fn exponent_text(exponent: f64) -> String {
+    for denominator in 1..=3_i32 {
+        let numerator = libm::round(exponent * f64::from(denominator));
+        if (exponent * f64::from(denominator) - numerator).abs() < 1e-3 {
+            let whole = denominator == 1;
+            let text =
+                if whole { format!("{numerator}") } else { format!("{numerator}/{denominator}") };
+            return text.replace('-', "−");
+        }
+    }
+    short_number(exponent)
+}
+
+fn theory_line(name: String, color: usize, points: Vec<Point>) -> Curve {
+    Curve { name, style: CurveStyle::Theory, color, points }
+}
+
+/// The least and the greatest abscissa.
+fn range_of(curve: &Curve) -> Option<[f64; 2]> {
+    extremes(curve.points.iter().map(|point| point.x)).map(|(low, high)| [low, high])
+}
+
+/// The geometric mean of points above zero.
+fn center(points: &[Point]) -> Option<Point> {
+    let above: Vec<&Point> = points.iter().filter(|point| point.x > 0.0 && point.y > 0.0).collect();
+    let count = above.len() as f64;
+    let mean = |of: fn(&Point) -> f64| {
+        libm::exp(above.iter().map(|point| libm::log(of(point))).sum::<f64>() / count)
+    };
+    (!above.is_empty()).then(|| Point::bare(mean(|point| point.x), mean(|point| point.y)))
+}
+
+/// Points of a power law through an anchor above zero, at equal ratios.
+fn power_points(anchor: Point, exponent: f64, [low, high]: [f64; 2]) -> Option<Vec<Point>> {
+    (low > 0.0 && anchor.x > 0.0).then(|| {
+        let at = |index: usize| {
+            let x = low * libm::pow(high / low, index as f64 / (LINE_POINTS - 1) as f64);
+            Point::bare(x, anchor.y * libm::pow(x / anchor.x, exponent))
+        };
+        (0..LINE_POINTS).map(at).collect()
+    })
+}
+
+/// Points of s (1 - exp(-x/s)) from 0 on, at equal distances.
+fn saturation_points(scale: f64, high: f64) -> Vec<Point> {
+    let at = |index: usize| {
+        let x = high * index as f64 / (LINE_POINTS - 1) as f64;
+        Point::bare(x, -scale * libm::expm1(-x / scale))
+    };
+    (0..LINE_POINTS).map(at).collect()
+}
+
+/// A power law through the middle of all data.
+fn power_law(curves: &[Curve], exponent: f64, index: usize) -> Option<Curve> {
+    let data = curves.iter().filter(|curve| curve.style == CurveStyle::Data);
+    let points: Vec<Point> = data.flat_map(|curve| curve.points.iter().copied()).collect();
+    let (low, high) = extremes(points.iter().map(|point| point.x))?;
+    let line = power_points(center(&points)?, exponent, [low, high])?;
+    let color = (REFERENCE_COLOR + MAX_CURVES - index % MAX_CURVES) % MAX_CURVES;
+    Some(theory_line(format!("exponent {}", exponent_text(exponent)), color, line))
+}
+
+/// A least-squares fit of a requested shape, with the standard error of its slope by the scatter about it.
+fn requested_fit(shape: PlotFit, data: &Curve) -> Option<Fitted> {
+    let of_logarithms = shape == PlotFit::Power;
+    let scaled = |value: f64| if of_logarithms { libm::log(value) } else { value };
+    let points: Vec<(f64, f64)> =
+        data.points.iter().map(|point| (scaled(point.x), scaled(point.y))).collect();
+    let line = least_squares_line(&points)?;
+    let slope = number(Estimate::new(line.slope, error_of_slope(&points, line)));
+    let [low, high] = range_of(data)?;
+    let (drawn, of) = match shape {
+        PlotFit::Power => {
+            let drawn = power_points(center(&data.points)?, line.slope, [low, high])?;
+            (drawn, format!("exponent {slope}"))
+        }
+        PlotFit::Linear => {
+            let end = |x: f64| Point::bare(x, line.slope * x + line.intercept);
+            (vec![end(low), end(high)], format!("slope {slope}"))
+        }
+    };
+    let name = match data.name.as_str() {
+        MEASURED => format!("fit, {of}"),
+        name => format!("{name}: fit, {of}"),
+    };
+    let line = theory_line(name, data.color, drawn);
+    Some(Fitted { line: Some(line), text: Some(format!("fitted {of}")) })
+}
+
+/// The standard error of a least-squares slope of points of equal weight; `None` for fewer than three points.
+fn error_of_slope(points: &[(f64, f64)], line: Line) -> Option<f64> {
+    let count = points.len() as f64;
+    let mean = points.iter().map(|(x, _)| x).sum::<f64>() / count;
+    let spread: f64 = points.iter().map(|(x, _)| (x - mean) * (x - mean)).sum();
+    let residual = |&(x, y): &(f64, f64)| y - line.slope * x - line.intercept;
+    let squares: f64 = points.iter().map(|point| residual(point) * residual(point)).sum();
+    (count > 2.0).then(|| (squares / (count - 2.0) / spread).sqrt())
+}
