@@ -139,7 +139,7 @@ fn slow_compression_can_be_stopped() {
     let discs = placed(at_fraction(10, 0.5), PackingPlacement::Compressed);
     let slow = PackingConfig { compression_rate: Positive::literal(1e-9), ..discs.clone() };
     let asked = Cell::new(0);
-    let proceed = || {
+    let proceed = |_| {
         asked.set(asked.get() + 1);
         asked.get() < 20
     };
