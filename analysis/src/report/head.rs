@@ -27,24 +27,31 @@ pub(super) fn heading(report: &AnalysisReport, links: &FileLinks) -> Markup {
             (question(report))
             (result(report, ""))
             (check_summary(report))
+            (about(report))
             (provenance(report))
             (links.list())
         }
     }
 }
 
-/// The question, and the expected answer by the manifest's first comment; then its description.
+/// The question.
 pub(super) fn question(report: &AnalysisReport) -> Markup {
+    html! {
+        @if !report.question.is_empty() { p class="question" { (report.question) } }
+    }
+}
+
+/// What is run, and the expected answer by the manifest's first comment.
+fn about(report: &AnalysisReport) -> Markup {
     let (first, rest) = report.comment.split_once('\n').unwrap_or((&report.comment, ""));
     let (before, expected) = first.split_once(EXPECTED).unwrap_or((first, ""));
     let note = Some(before.trim()).filter(|note| *note != report.question);
     html! {
-        @if !report.question.is_empty() { p class="question" { (report.question) } }
+        @if !report.description.is_empty() { p { (report.description) } }
         @if !expected.trim().is_empty() { p { span class="facts" { "Expected: " } (expected.trim()) } }
         @for line in note.into_iter().chain(rest.lines()).filter(|line| !line.is_empty()) {
             p class="facts" { (line) }
         }
-        @if !report.description.is_empty() { p { (report.description) } }
     }
 }
 
