@@ -110,7 +110,8 @@ fn missing_value_is_explained() {
     write_run(&folder.file(0), run, &drop_frames(&run.manifest), &fault);
     analyze(&[folder.name()]).exited_with(3);
     let page = folder.page();
-    let reason = "(no value: the run failed at 0.6 s: the discs are too fast)";
+    let reason =
+        "It is <em>(no value: the run failed at 0.6 s: the discs are too fast)</em>, high <em>(no";
     assert!(marked(&page).contains(reason), "{}", marked(&page));
     assert!(!marked(&page).contains("<strong></strong>"));
     let sweep = "[sweep]\n\"model.dem.friction\" = [0.1, 0.2]\n";
