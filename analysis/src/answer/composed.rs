@@ -122,7 +122,7 @@ struct Finding<'a> {
 }
 
 /// Maximum number of values that a sentence lists with their places.
-const MOST_LISTED: usize = 3;
+const MOST_LISTED: usize = 4;
 
 impl<'a> Finding<'a> {
     fn add(&mut self, check: Option<&'a Check>, metrics: &[&'a Metric]) {
@@ -136,27 +136,8 @@ impl<'a> Finding<'a> {
     fn sentence(&self) -> Vec<AnswerPart> {
         match self.metrics.as_slice() {
             [metric] => single(self.check, metric),
-            metrics if self.has_places && metrics.len() <= MOST_LISTED => self.listed(),
-            metrics if self.has_places => range(self.check, metrics),
-            metrics => over_points(self.check, metrics),
+            metrics => several(self.check, metrics, self.has_places),
         }
-    }
-
-    /// Each value with its place.
-    fn listed(&self) -> Vec<AnswerPart> {
-        let label = self.metrics.first().map_or("", |metric| metric.definition.label);
-        let mut parts = vec![AnswerPart::words(format!("The {label} is "))];
-        let count = self.metrics.len();
-        for (index, metric) in self.metrics.iter().enumerate() {
-            let after = match count - index {
-                1 => ".",
-                2 => " and ",
-                _ => ", ",
-            };
-            parts.push(number(metric, self.check.map(|_| true)));
-            parts.push(AnswerPart::words(place_words(metric.coordinates()) + after));
-        }
-        parts
     }
 }
 
@@ -206,18 +187,19 @@ fn size_text(metric: &Metric) -> String {
     format!("{}{}", significant(metric.value().abs(), 2), unit_words(metric.unit()))
 }
 
-/// The worst of several points, if a check compares them with theory; else the range of their values.
-fn over_points(check: Option<&Check>, metrics: &[&Metric]) -> Vec<AnswerPart> {
-    let [first, ..] = metrics else { return Vec::new() };
-    let label = first.definition.label;
+/// The values of several points with their places, or the least and the greatest of many, and how far from theory they are at most.
+fn several(check: Option<&Check>, metrics: &[&Metric], has_places: bool) -> Vec<AnswerPart> {
+    let by_value = |one: &&&Metric, other: &&&Metric| one.value().total_cmp(&other.value());
+    let extremes = metrics.iter().min_by(by_value).zip(metrics.iter().max_by(by_value));
+    let Some((least, greatest)) = extremes else { return Vec::new() };
     let is_passed = check.map(|_| true);
     let everywhere = match metrics.len() {
         2 => " at both points of the sweep".to_owned(),
         all => format!(" at all {all} points of the sweep"),
     };
     let size = |metric: &Metric| metric.value().abs();
-    let largest = metrics.iter().max_by(|one, other| size(one).total_cmp(&size(other)));
-    if let Some((conserved, worst)) = conserved(first).zip(largest) {
+    let worst = if size(least) > size(greatest) { least } else { greatest };
+    if let Some(conserved) = conserved(worst).filter(|_| !has_places) {
         return vec![
             AnswerPart::words(format!("The {conserved} is conserved to ")),
             AnswerPart::Number(AnswerNumber {
@@ -227,45 +209,66 @@ fn over_points(check: Option<&Check>, metrics: &[&Metric]) -> Vec<AnswerPart> {
             AnswerPart::words(format!("{everywhere}.")),
         ];
     }
+    let start = AnswerPart::words(format!("The {} is ", least.definition.label));
+    let relation = if has_places { String::new() } else { common_relation(check, metrics) };
+    let text = |metric: &Metric| metric_text(metric, NumberForm::default());
+    if text(least) == text(greatest) && !has_places {
+        let end = AnswerPart::words(format!("{everywhere}{relation}."));
+        return vec![start, number(least, is_passed), end];
+    }
+    let mut parts = vec![start];
+    if metrics.len() <= MOST_LISTED {
+        for (index, metric) in metrics.iter().enumerate() {
+            let separator = match metrics.len() - index {
+                1 => "",
+                2 => " and ",
+                _ => ", ",
+            };
+            parts.push(number(metric, is_passed));
+            parts.push(AnswerPart::words(place_words(metric.coordinates()) + separator));
+        }
+    } else {
+        let to = format!("{} to ", place_words(least.coordinates()));
+        let end = place_words(greatest.coordinates());
+        parts.extend([
+            AnswerPart::words("from "),
+            number(least, is_passed),
+            AnswerPart::words(to),
+            number(greatest, is_passed),
+            AnswerPart::words(end),
+        ]);
+    }
+    parts.push(AnswerPart::words(format!("{relation}.")));
+    parts
+}
+
+/// How far from theory several points are at most; empty if no check compares them.
+fn common_relation(check: Option<&Check>, metrics: &[&Metric]) -> String {
+    let is_outside = |metric: &&&Metric| metric.theory.is_some_and(|theory| !theory.in_range());
+    if let Some(outside) = metrics.iter().find(is_outside) {
+        return to_theory(outside);
+    }
+    if check.is_none() {
+        return String::new();
+    }
     let sigma = |metric: &&Metric| match metric.deviation() {
         Some(Deviation::StandardErrors(sigma)) => Some(sigma.abs()),
         Some(Deviation::Rounding) => Some(0.0),
         _ => None,
     };
     let sigmas: Option<Vec<f64>> = metrics.iter().map(sigma).collect();
-    let sigmas = sigmas.filter(|_| check.is_some());
-    if let Some(worst) = sigmas.and_then(|all| all.into_iter().reduce(f64::max)) {
-        let within = match worst {
-            0.0 => "rounding".to_owned(),
-            small if small <= 1.0 => "its standard error".to_owned(),
-            worst => format!("{} standard errors", significant(worst, 2)),
-        };
-        let text = format!("The {label} agrees with theory within {within}{everywhere}.");
-        return vec![AnswerPart::words(text)];
+    match sigmas.and_then(|all| all.into_iter().reduce(f64::max)) {
+        Some(0.0) => return ", equal to theory".to_owned(),
+        Some(worst) if worst <= 1.0 => return ", within one standard error of theory".to_owned(),
+        Some(worst) => {
+            return format!(", within {} standard errors of theory", significant(worst, 2));
+        }
+        None => {}
     }
     let is_inside =
         |metric: &&Metric| matches!(metric.deviation(), Some(Deviation::Bound { is_inside: true }));
-    if check.is_some() && metrics.iter().all(is_inside) {
-        let text = format!("The {label} is inside the accuracy of its law{everywhere}.");
-        return vec![AnswerPart::words(text)];
-    }
-    range(check, metrics)
-}
-
-/// The least and the greatest value with their places.
-fn range(check: Option<&Check>, metrics: &[&Metric]) -> Vec<AnswerPart> {
-    let is_passed = check.map(|_| true);
-    let by_value = |one: &&&Metric, other: &&&Metric| one.value().total_cmp(&other.value());
-    let (least, greatest) = (metrics.iter().min_by(by_value), metrics.iter().max_by(by_value));
-    let Some((least, greatest)) = least.zip(greatest) else { return Vec::new() };
-    let label = least.definition.label;
-    vec![
-        AnswerPart::words(format!("The {label} is from ")),
-        number(least, is_passed),
-        AnswerPart::words(format!("{} to ", place_words(least.coordinates()))),
-        number(greatest, is_passed),
-        AnswerPart::words(format!("{}.", place_words(greatest.coordinates()))),
-    ]
+    let all_inside = metrics.iter().all(is_inside);
+    if all_inside { ", inside the accuracy of the law".to_owned() } else { String::new() }
 }
 
 fn number(metric: &Metric, is_passed: Option<bool>) -> AnswerPart {
@@ -297,7 +300,12 @@ fn place_words(coordinates: &[Coordinate]) -> String {
             return format!(" ({value})");
         }
         let unit = unit_of_key(&coordinate.key);
-        format!(" at {} {value}{}", key_words(&coordinate.key, unit), unit_words(unit))
+        let words = key_words(&coordinate.key, unit);
+        // A number of things.
+        if unit == "1" && words.ends_with('s') {
+            return format!(" with {value} {words}");
+        }
+        format!(" at {} {value}{}", words, unit_words(unit))
     });
     words.collect()
 }

@@ -24,13 +24,17 @@ pub(super) fn relation(check: &Check, metric: &Metric) -> String {
                 of_deviation(deviation, metric.value(), expected, 0.0, &value)
             })
         }
-        Bound::Range { minimum, maximum }
-            if metric.deviation().is_none() || metric.is_of_conservation_law() =>
-        {
+        Bound::Range { minimum, maximum } if is_compared_with_range(metric) => {
             in_range(minimum, maximum, metric)
         }
         _ => to_theory(metric),
     }
+}
+
+/// Whether the bounds of a check are stated: of a metric without a theoretical value, and of a conservation law, whose violation is
+/// never 0.
+fn is_compared_with_range(metric: &Metric) -> bool {
+    metric.theory.is_none_or(|theory| theory.in_range() && metric.is_of_conservation_law())
 }
 
 /// The relation of a metric to its theoretical value; empty without one.

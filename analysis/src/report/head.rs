@@ -19,11 +19,11 @@ pub(super) fn background(report: &AnalysisReport) -> Markup {
     let (before, expected) = first.split_once(EXPECTED).unwrap_or((first, ""));
     let note = Some(before.trim()).filter(|note| *note != report.question);
     html! {
+        @if !report.description.is_empty() { p { (report.description) } }
         @if !expected.trim().is_empty() { p { span class="facts" { "Expected: " } (expected.trim()) } }
         @for line in note.into_iter().chain(rest.lines()).filter(|line| !line.is_empty()) {
             p class="facts" { (line) }
         }
-        @if !report.description.is_empty() { p { (report.description) } }
     }
 }
 

@@ -81,15 +81,20 @@ fn sentences_follow_from_the_checks_and_name_no_metric() {
 fn sentences_cover_all_points_of_a_sweep() {
     let sweep = format!("{DROP}[sweep]\n\"model.dem.friction\" = [0.1, 0.2]\n");
     let checked = check("restitution.measured", "tolerance = 0.01");
-    let expected =
-        "The measured restitution agrees with theory within rounding at both points of the sweep.";
+    let expected = "The measured restitution is 0.8 at both points of the sweep, equal to theory.";
     assert_eq!(answer(&format!("{sweep}{checked}")), expected);
+    let places: String = ["0.1", "0.2"]
+        .map(|friction| {
+            let place = format!("where = {{ friction = {friction} }}\ntolerance = 0.01");
+            check("restitution.measured", &place)
+        })
+        .concat();
+    let expected = "The measured restitution is 0.8 at friction 0.1 and 0.8 at friction 0.2.";
+    assert_eq!(answer(&format!("{sweep}{places}")), expected);
     let plot = "[[plots]]\ny = \"restitution.measured\"\ntitle = \"A plot\"\n";
     let page = page(&format!("{sweep}{plot}"));
-    assert!(
-        marked(&page)
-            .contains("The measured restitution is from <strong>0.8</strong> at friction 0.1 to ")
-    );
+    let expected = "The measured restitution is <strong>0.8</strong> at both points of the sweep. ";
+    assert!(marked(&page).starts_with(expected), "{}", marked(&page));
     assert!(marked(&page).contains("title=\"A plot\">Plot</a>"), "{}", marked(&page));
 }
 
@@ -105,7 +110,8 @@ fn missing_value_is_explained() {
     write_run(&folder.file(0), run, &drop_frames(&run.manifest), &fault);
     analyze(&[folder.name()]).exited_with(3);
     let page = folder.page();
-    let reason = "(no value: the run failed at 0.6 s: the discs are too fast)";
+    let reason =
+        "It is <em>(no value: the run failed at 0.6 s: the discs are too fast)</em>, high <em>(no";
     assert!(marked(&page).contains(reason), "{}", marked(&page));
     assert!(!marked(&page).contains("<strong></strong>"));
     let sweep = "[sweep]\n\"model.dem.friction\" = [0.1, 0.2]\n";
