@@ -159,7 +159,7 @@ record_experiments() {
 open_reports() {
     "$programs/analyze-recordings" --quiet "$1"
     INDEX=$1/index.html
-    [ "$(grep -o '<h2><a h' "$INDEX" | wc -l)" = "$(find "$1" -mindepth 1 -maxdepth 1 -type d | wc -l)" ]
+    [ "$(grep -o '<h3><a h' "$INDEX" | wc -l)" = "$(find "$1" -mindepth 1 -maxdepth 1 -type d | wc -l)" ]
     REPORTS=$(printf ':%s' "$1"/*/report.html)
     REPORTS=${REPORTS:1}
     AXE=$(find "$ci/tools" -name axe.min.js)

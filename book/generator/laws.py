@@ -12,19 +12,18 @@ A law is one table `[[law]]` of `book/laws/MODEL.toml`:
     tolerance           expression of the largest |measured - exact| that is accepted
     tolerance_reason    where both come from, and which of them was chosen after the result was known
     constants           numbers that formulas need and no manifest contains
-    [law.control]       text, and one or more of: set = {KEY = "VALUE"}, exact, metric, measured
+    [law.control]       text, and one or both of: set = {KEY = "VALUE"}, replace = {"OLD" = "NEW"} in the text of the manifest
 
 Expressions are Python with the functions of `math`. They may use every key of the manifest by the last part of its name, and
 `theory`, `accuracy` (of the theory), `error` (the standard error) and, in a tolerance and an expected deviation, `exact`; in a
-tolerance also `expected`. A control with `exact` compares the same measurement with a wrong law, which a plausible mistake gives:
-a wrong coefficient, a missing term, a wrong dimension. A control with `set` compares another run, of a changed program or a changed
-system, with the law of the first run.
+tolerance also `expected`. A control is another run, of a changed system or another method, which is compared with the law of the
+first run: the same metric, exact value and tolerance. Keys that a manifest sweeps cannot be set; `replace` changes their line.
 
 Three conditions hold at every point of a law, and the build fails without them:
 
     |measured - exact| <= tolerance                    the law is not violated
     tolerance <= 10 expected                           a tolerance is not so wide that it contains every result
-    |control measured - exact| >= 3 tolerance          the comparison rejects a wrong law clearly, not by chance
+    |control measured - exact| >= 3 tolerance          the comparison rejects another system clearly, not by chance
 
 A deviation is expected from a statistical error, or from a bound that follows from the time step, the number of steps or a
 neglected term. It is never the deviation that was measured. A margin over it that was chosen with the result in view says so.
@@ -35,7 +34,7 @@ import math
 import shlex
 import subprocess
 import tomllib
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 FUNCTIONS = {name: getattr(math, name) for name in dir(math) if not name.startswith("_")}
@@ -76,7 +75,7 @@ class Result:
     points: list[Point]
     control_points: list[Point]
     commands: list[str]
-    control_commands: list[str] = field(default_factory=list)
+    control_commands: list[str]
 
     def failures(self):
         """What is wrong with the law, as sentences."""
@@ -105,6 +104,12 @@ def read_laws(folder):
     return laws
 
 
+def read_mutations():
+    """Lines of the models that `mutations.py` multiplies by a factor, with the factors that violate laws."""
+    with (Path(__file__).parents[1] / "mutations.toml").open("rb") as text:
+        return tomllib.load(text)["mutation"]
+
+
 def evaluate(law, text, names):
     """The value of an expression."""
     try:
@@ -113,17 +118,20 @@ def evaluate(law, text, names):
         raise LawError(f"{law['id']}: `{text}`: {error}") from error
 
 
-def run_experiment(law, bin_folder, folder, overrides):
-    """Runs and analyzes the experiment of a law, and returns its metrics."""
-    manifest = Path(folder) / "manifests" / f"{law['id']}.toml"
+def run_experiment(law, bin_folder, folder, control=None, limit_s=None):
+    """Runs and analyzes the experiment of a law or its control within a time, s, and returns its metrics."""
+    part = "recordings" if control is None else "controls"
+    manifest = Path(folder) / "manifests" / part / f"{law['id']}.toml"
     manifest.parent.mkdir(parents=True, exist_ok=True)
-    manifest.write_text(manifest_text(law))
-    output = Path(folder) / ("controls" if overrides else "recordings")
-    settings = [word for key, value in overrides.items() for word in ("--set", f"{key}={value}")]
+    manifest.write_text(manifest_text(law, control))
+    output = Path(folder) / part
     program = str(Path(bin_folder) / "kinetoscope")
-    for words in ([program, "run", "--quiet", "--prune", "--output", str(output), *settings, str(manifest)],
+    for words in ([program, "run", "--quiet", "--prune", "--output", str(output), *settings(control), str(manifest)],
                   [program, "analyze", "--quiet", "--no-replay", str(output / law["id"])]):
-        done = subprocess.run(words, capture_output=True, text=True)
+        try:
+            done = subprocess.run(words, capture_output=True, text=True, timeout=limit_s)
+        except subprocess.TimeoutExpired as error:
+            raise LawError(f"{law['id']}: did not end within {limit_s} s") from error
         # 3: a check of the experiment fails or a run ends in a fault; the comparison of the law decides.
         if done.returncode not in (0, 3):
             raise LawError(f"{law['id']}: {shlex.join(words)}: exit code {done.returncode}\n{done.stderr}")
@@ -131,20 +139,29 @@ def run_experiment(law, bin_folder, folder, overrides):
         return json.load(text)
 
 
-def manifest_text(law):
-    """The manifest: the question of the law, the name, and the text of its table or of the shipped experiment."""
+def settings(control):
+    """The options that change the keys of a control."""
+    return [word for key, value in (control or {}).get("set", {}).items() for word in ("--set", f"{key}={value}")]
+
+
+def manifest_text(law, control=None):
+    """The manifest: the question of the law, the name, and the text of its table or of the shipped experiment, with the changes of a control."""
     text = law.get("manifest")
     if text is None:
         shipped = (Path(__file__).parents[2] / law["manifest_file"]).read_text()
         head, table, rest = shipped.partition("[model.")
         text = "\n".join(line for line in head.splitlines() if line.startswith(("seed", "replicates"))) + "\n\n" + table + rest
+    for old, new in (control or {}).get("replace", {}).items():
+        if old not in text:
+            raise LawError(f"{law['id']}: the manifest does not contain: {old}")
+        text = text.replace(old, new)
     return f'# {law["title"]}: {law["statement"]}\nname = "{law["id"]}"\n{text.strip()}\n'
 
 
-def commands(law, overrides):
+def commands(law, control=None):
     """The commands by which a reader repeats the runs."""
-    settings = "".join(f" --set {shlex.quote(f'{key}={value}')}" for key, value in overrides.items())
-    return [f"kinetoscope run {law['id']}.toml{settings}", f"kinetoscope analyze recordings/{law['id']}"]
+    options = "".join(f" {shlex.quote(word)}" for word in settings(control))
+    return [f"kinetoscope run {law['id']}.toml{options}", f"kinetoscope analyze recordings/{law['id']}"]
 
 
 def coordinates_match(coordinates, wanted):
@@ -166,9 +183,10 @@ def label_of(coordinates):
     return ", ".join(parts)
 
 
-def points_of(law, metrics, metric, measured):
-    """All points at which a metric has a value: fits, else means over replicates, else runs."""
-    named = metric or law.get("metric") or next(iter(measured.split('m("')[1:])).split('"')[0]
+def points_of(law, metrics):
+    """All points at which the metric of a law has a value, with its unit: fits, else means over replicates, else runs."""
+    measured = law.get("measured")
+    named = law.get("metric") or next(iter(measured.split('m("')[1:])).split('"')[0]
     entries = [entry for entry in metrics["metrics"] if entry["name"] == named and entry["applicable"]]
     fits = [entry for entry in entries if (entry.get("sweep") or {}).get("along")]
     means = [entry for entry in entries if entry.get("sweep") and not entry["sweep"]["along"]]
@@ -200,16 +218,15 @@ def point_at(law, metrics, entry, place, runs, measured):
     return Point(label_of(place), names, value, error, [run["run_key"] for run in runs])
 
 
-def compare(law, points, references, exact):
+def compare(law, points, references):
     """Sets the exact value, the expected deviation and the tolerance of points, from the names of the reference."""
     for point, reference in zip(points, references, strict=True):
         names = reference.names
-        point.exact = evaluate(law, exact, names)
-        law_value = evaluate(law, law.get("exact", "theory"), names)
+        point.exact = evaluate(law, law.get("exact", "theory"), names)
         if names["error"] is None and "expected" not in law:
             raise LawError(f"{law['id']}: the metric has no standard error; give `expected`, the deviation that numerical errors cause")
-        point.expected = evaluate(law, law.get("expected", "error"), names | {"exact": law_value})
-        point.tolerance = evaluate(law, law["tolerance"], names | {"exact": law_value, "expected": point.expected})
+        point.expected = evaluate(law, law.get("expected", "error"), names | {"exact": point.exact})
+        point.tolerance = evaluate(law, law["tolerance"], names | {"exact": point.exact, "expected": point.expected})
         if not (point.expected > 0 and point.tolerance > 0):
             raise LawError(f"{law['id']}: at {point.label or 'the run'}, the expected deviation is {point.expected!r} and the tolerance "
                            f"{point.tolerance!r}; both must be above 0")
@@ -217,18 +234,11 @@ def compare(law, points, references, exact):
 
 def measure(law, bin_folder, folder):
     """Runs a law and its control."""
-    metrics = run_experiment(law, bin_folder, folder, {})
-    points, unit = points_of(law, metrics, law.get("metric"), law.get("measured"))
-    compare(law, points, points, law.get("exact", "theory"))
     control = law["control"]
-    if not control.keys() & {"set", "exact", "metric", "measured"}:
-        raise LawError(f"{law['id']}: the control changes nothing")
-    overrides = control.get("set", {})
-    if overrides:
-        metrics = run_experiment(law, bin_folder, folder, overrides)
-    metric, measured = law.get("metric"), law.get("measured")
-    if "metric" in control or "measured" in control:
-        metric, measured = control.get("metric"), control.get("measured")
-    control_points, _ = points_of(law, metrics, metric, measured)
-    compare(law, control_points, points, control.get("exact", law.get("exact", "theory")))
-    return Result(law, unit, points, control_points, commands(law, {}), commands(law, overrides) if overrides else [])
+    if not control.keys() & {"set", "replace"} or control.keys() - {"text", "set", "replace"}:
+        raise LawError(f"{law['id']}: a control changes the system or the method, by `set` or `replace`, and nothing else")
+    points, unit = points_of(law, run_experiment(law, bin_folder, folder))
+    compare(law, points, points)
+    control_points, _ = points_of(law, run_experiment(law, bin_folder, folder, control))
+    compare(law, control_points, points)
+    return Result(law, unit, points, control_points, commands(law), commands(law, control))

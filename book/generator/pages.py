@@ -2,7 +2,7 @@
 
 import math
 
-from laws import SMALLEST_CONTROL, WIDEST_TOLERANCE
+from laws import SMALLEST_CONTROL, WIDEST_TOLERANCE, read_mutations
 
 MODELS = {"dem": "DEM", "gas": "Gas", "orbit": "Orbit", "packing": "Packing"}
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -51,9 +51,9 @@ def quantity(law, unit):
     return f"`{law.get('metric') or law['measured']}`{unit}"
 
 
-def compared(part, law):
+def compared(law):
     """The expression with which a measurement is compared."""
-    text = part.get("exact", law.get("exact", "theory"))
+    text = law.get("exact", "theory")
     return "the theoretical value of the analysis" if text == "theory" else f"`{text}`"
 
 
@@ -73,16 +73,30 @@ def relative_tolerance(points):
     return number(max(point.tolerance / abs(point.exact) for point in points), 2)
 
 
+def noticed_change(factors):
+    """The smallest change of a line that violates a law, as text; nothing if no line of it is changed."""
+    if not factors:
+        return ""
+    return "none of 10 %" if math.isinf(min(factors)) else f"{number(100 * (min(factors) - 1), 2)} %"
+
+
+def mutations_text(law):
+    """Which changes of the program violate a law."""
+    lines = []
+    for mutation in read_mutations():
+        factor = mutation["laws"].get(law["id"])
+        if factor is not None:
+            found = "even a factor of 1.1 does not violate it" if math.isinf(factor) else f"a factor of {factor} violates it"
+            lines.append(f"- {mutation['name']} (`{mutation['file']}`): {found}")
+    return "\n\n## Changes of the program\n\n" + "\n".join(lines) if lines else ""
+
+
 def law_page(result, manifest):
     """The page of a law."""
     law, control = result.law, result.law["control"]
     commands = "\n".join(result.commands)
-    if result.control_commands:
-        repeat = f"\n\n```console\n{chr(10).join(result.control_commands)}\n```"
-    else:
-        repeat = "\n\nIt needs no run of its own: the measurement is that of the law."
-    measured = control.get("metric") or control.get("measured")
-    measured = f" The quantity compared is `{measured}`." if measured else ""
+    changes = "".join(f"\n\nIn the manifest, `{new}` replaces `{old}`." for old, new in control.get("replace", {}).items())
+    repeat = f"{changes}\n\n```console\n{chr(10).join(result.control_commands)}\n```"
     return f"""# {law['title']}
 
 {law['statement']}
@@ -97,7 +111,7 @@ def law_page(result, manifest):
 
 ## Measured and exact
 
-{quantity(law, result.unit)}, compared with {compared(law, law)}:
+{quantity(law, result.unit)}, compared with {compared(law)}:
 
 {table(result.points, "runs")}
 
@@ -106,9 +120,9 @@ def law_page(result, manifest):
 
 ## The control that fails
 
-{control['text']}{measured} Compared with {compared(control, law)}, within the tolerance of the law; the deviation must be at least {SMALLEST_CONTROL:g} tolerances:
+{control['text']} The same quantity, compared with the exact value and the tolerance of the law; the deviation must be at least {SMALLEST_CONTROL:g} tolerances:
 
-{table(result.control_points, "runs")}{repeat}
+{table(result.control_points, "runs")}{repeat}{mutations_text(law)}
 
 ## Repeat it
 
@@ -150,26 +164,36 @@ def index_page(results, seconds):
 
 Each page compares a measurement with an exact value. The same command that wrote these pages ran the {len(results)} laws and their
 controls, in {seconds:.0f} s. It fails if a law is violated, and also if a control is not rejected clearly, because a comparison that cannot fail
-is no test.
+is no test. Each control is a run of its own, of a changed system or by another method.
 
 No result on these pages was typed: measurements come from `metrics.json`, exact values from the formulas and manifests in
-`book/laws/`. Three columns list how tight each law is, all of them computed from the runs:
+`book/laws/`. These columns list how tight each law is:
 
 - **tolerance / exact**: the tolerance in units of the exact value, the largest of the law's points. A quantity whose exact value is 0
   or smaller than the tolerance has its tolerance itself. A tolerance is at most {WIDEST_TOLERANCE:g} times the expected deviation: the standard
   error, or a bound of the numerical error. The page of the law contains both, and states if the margin was chosen after the deviation was known.
+- **over expected**: the tolerance in units of the expected deviation, the largest of the law's points.
 - **deviation**: the deviation of the measurement in units of the tolerance, the largest of the law's points. Above 1, the law is violated.
 - **control**: the deviation of the control in the same units, the smallest of its points. It must be at least {SMALLEST_CONTROL:g}.
+- **noticed**: the smallest change of a line of the program, 0.1, 1 or 10 %, that violates the law, from `book/mutations.toml`. Laws without an
+  entry have no such line: several lines together make their result, or a factor does not change it.
 """]
+    factors = {}
+    for mutation in read_mutations():
+        for law, factor in mutation["laws"].items():
+            factors.setdefault(law, []).append(factor)
     for model, title in MODELS.items():
         chosen = [result for result in results if result.law["model"] == model]
         if not chosen:
             continue
-        parts.append(f"\n## {title}\n\n| law | formula | points | tolerance / exact | deviation | control |\n|---|---|---|---|---|---|")
+        parts.append(f"\n## {title}\n\n| law | formula | points | tolerance / exact | over expected | deviation | control | noticed |\n"
+                     "|---|---|---|---|---|---|---|---|")
         for result in chosen:
             law = result.law
             largest = max(point.deviation() for point in result.points)
             least = min(point.deviation() for point in result.control_points)
+            widest = max(point.tolerance / point.expected for point in result.points)
             parts.append(f"| [{law['title']}]({law['id']}.md) | {in_cell(law['formula'])} | {len(result.points)} | "
-                         f"{relative_tolerance(result.points)} | {number(largest, 2)} | {number(least, 2)} |")
+                         f"{relative_tolerance(result.points)} | {number(widest, 2)} | {number(largest, 2)} | {number(least, 2)} | "
+                         f"{noticed_change(factors.get(law['id']))} |")
     return "\n".join(parts) + "\n"

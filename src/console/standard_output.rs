@@ -1,7 +1,7 @@
 //! Standard output and standard error of the three programs.
 
 use crate::text;
-use crate::wrap::wrapped_messages;
+use crate::wrap::{wrapped_messages, wrapped_text};
 use std::io::{self, ErrorKind, IsTerminal as _, Write as _};
 use std::sync::OnceLock;
 
@@ -16,6 +16,14 @@ impl StandardOutput {
     /// Prints text without control characters or commands of a CI system.
     pub fn print(&self, text: &str) {
         self.write(&text::output(text, false));
+    }
+
+    /// Prints text as [`Self::print`], wrapped between words at the width of the terminal, or of `COLUMNS` in a file or a pipe.
+    pub fn print_wrapped(&self, text: &str) {
+        let columns = || std::env::var("COLUMNS").ok()?.parse().ok();
+        let width = if io::stdout().is_terminal() { output_width() } else { columns() };
+        let wrapped = width.map(|width| wrapped_text(text, MIN_WIDTH.max(width)));
+        self.print(wrapped.as_deref().unwrap_or(text));
     }
 
     /// Prints text whose styles are the program's own: text that was read from files is escaped in it.
@@ -72,6 +80,17 @@ pub fn complain(text: &str, has_styles: bool) {
 #[cfg(any(unix, windows))]
 fn terminal_width(output: &io::StderrLock<'_>) -> Option<usize> {
     terminal_size::terminal_size_of(output).map(|(width, _)| width.0.into())
+}
+
+/// The width of the terminal to which standard output goes.
+#[cfg(any(unix, windows))]
+fn output_width() -> Option<usize> {
+    terminal_size::terminal_size().map(|(width, _)| width.0.into())
+}
+
+#[cfg(not(any(unix, windows)))]
+fn output_width() -> Option<usize> {
+    None
 }
 
 /// Without a terminal, messages are not wrapped.

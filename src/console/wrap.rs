@@ -54,6 +54,21 @@ pub(crate) fn wrapped_messages(text: &str, width: usize) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
+/// Wraps all lines of a text; further lines are indented by two spaces more than the first one. Rows of a table, whose cells are apart by
+/// several spaces, stay as they are.
+pub(crate) fn wrapped_text(text: &str, width: usize) -> String {
+    let lines = text.split('\n').map(|line| {
+        let content = line.trim_start_matches(' ');
+        if columns(line) <= width || content.contains("  ") {
+            return line.to_owned();
+        }
+        let indent = line.len() - content.len();
+        let (first, rest) = content.split_once(' ').unwrap_or((content, ""));
+        wrapped_after(&format!("{}{first}", " ".repeat(indent)), rest, width, indent + 2)
+    });
+    lines.collect::<Vec<_>>().join("\n")
+}
+
 /// Columns that a text takes.
 fn columns(text: &str) -> usize {
     without_styles(text).chars().count()
@@ -76,6 +91,14 @@ mod tests {
         let text = "error: the manifest cannot be read\n  | source lines stay as they are\nhelp: name a/very/long/path/of/a/file";
         let expected = "error: the manifest\n       cannot be read\n  | source lines stay as they are\nhelp: name\n      a/very/long/path/of/a/file";
         assert_eq!(wrapped_messages(text, 21), expected);
+    }
+
+    #[test]
+    fn lines_of_a_text_keep_their_indentation() {
+        let text = "gas: 2 runs\n  5 discs, at most 3 MiB\na  row  of  a  table\n";
+        let expected = "gas: 2 runs\n  5 discs, at\n    most 3 MiB\na  row  of  a  table\n";
+        assert_eq!(wrapped_text(text, 14), expected);
+        assert_eq!(wrapped_text(text, 24), text);
     }
 
     #[test]

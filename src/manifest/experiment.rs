@@ -14,6 +14,7 @@ use crate::sweep::{self, Axis, Coordinate, Points, Setting, overlap};
 use crate::syntax::parse_toml;
 use crate::tree::{self, Node, Span, Table, Value};
 use crate::value::{ReplicateCount, quoted, refuse_type};
+use crate::view::{self, ViewRequest};
 use toml::de::DeValue;
 
 /// An experiment: the contents of a valid manifest.
@@ -41,6 +42,8 @@ pub struct Experiment {
     pub checks: Vec<Check>,
     /// The plots that the report shows first.
     pub plots: Vec<PlotRequest>,
+    /// How the report shows the runs first.
+    pub view: ViewRequest,
     /// How much metrics may differ from those of an earlier analysis.
     pub baseline: Vec<BaselineTolerance>,
     /// How the runs are expected to end.
@@ -159,6 +162,7 @@ fn experiment(
         runs: document.runs,
         checks: document.checks,
         plots: document.plots,
+        view: document.view,
         baseline: document.baseline,
         expected_outcome: document.head.expected_outcome.unwrap_or(ExpectedOutcome::Complete),
         manifest: origin.to_owned(),
@@ -236,6 +240,7 @@ pub(crate) struct Document {
     pub(crate) runs: Vec<Run>,
     checks: Vec<Check>,
     plots: Vec<PlotRequest>,
+    view: ViewRequest,
     baseline: Vec<BaselineTolerance>,
 }
 
@@ -312,7 +317,9 @@ fn read_root(
                     .at(key_span, "leave it out, or change the sweep")
                     .at(setting.key_span, "swept here"),
             );
-        } else if ["sweep", "checks", "plots", "baseline"].iter().any(|table| overlap(table, &key))
+        } else if ["sweep", "checks", "plots", "view", "baseline"]
+            .iter()
+            .any(|table| overlap(table, &key))
         {
             let label = "change the manifest instead";
             errors.push(Diagnostic::new(format!("`{key}` cannot be set")).at(key_span, label));
@@ -322,6 +329,7 @@ fn read_root(
     }
     let checks = root.take("checks");
     let plots = root.take("plots");
+    let view = root.take("view");
     let baseline = root.take("baseline");
     let model = root.take("model");
     let record = root.take("record");
@@ -331,7 +339,7 @@ fn read_root(
     let mut reader = Reader::new("", root, errors);
     head.keys(&mut reader);
     head.check(&mut reader);
-    reader.also_known(&["model", "record", "sweep", "checks", "plots", "baseline"]);
+    reader.also_known(&["model", "record", "sweep", "checks", "plots", "view", "baseline"]);
     reader.suggest_keys_of(&base);
     reader.finish();
     let runs = expand(&head, &base, &axes, lookup.recordings, errors);
@@ -354,9 +362,11 @@ fn read_root(
     // A manifest whose runs cannot be read has no known channels; its errors are reported first.
     let requesting = first.map(|_| requesting);
     let plots = plots.map_or_else(Vec::new, |plots| plots::read(&plots.node, requesting, errors));
+    let view =
+        view.map_or_else(ViewRequest::default, |view| view::read(&view, Some(&axes), errors));
     let baseline =
         baseline.map_or_else(Vec::new, |baseline| baseline::read(&baseline.node, metrics, errors));
-    Document { head, axes, runs, checks, plots, baseline }
+    Document { head, axes, runs, checks, plots, view, baseline }
 }
 
 /// Inserts a value from the command line or from a sweep.

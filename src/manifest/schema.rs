@@ -6,6 +6,7 @@ use crate::describe::{Describer, model_table, record_table};
 use crate::head::Head;
 use crate::model::ModelConfig;
 use crate::plots::PlotKeys;
+use crate::view::ViewKeys;
 use serde_json::{Map, Value as Json, json};
 
 /// The schema of the table `where` of a check or a plot.
@@ -25,6 +26,20 @@ fn plot_table() -> Json {
         y.remove("default");
     }
     table["required"] = json!(["y"]);
+    table
+}
+
+/// The schema of `[view]`.
+fn view_table() -> Json {
+    let mut table = Describer::describe(&mut ViewKeys::default());
+    table["description"] = json!("How the report shows the runs first.");
+    table["properties"]["compare"] = json!({
+        "type": "array",
+        "items": place_table(),
+        "minItems": 2,
+        "maxItems": 2,
+        "description": "The two points of the sweep that the report compares; by default its ends."
+    });
     table
 }
 
@@ -141,6 +156,7 @@ pub fn json_schema() -> String {
         "items": plot_table(),
         "description": "Plots that the report shows first."
     });
+    properties["view"] = view_table();
     properties["baseline"] = json!({
         "type": "array",
         "items": baseline_table(),

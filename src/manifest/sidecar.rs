@@ -15,6 +15,7 @@ use crate::syntax::parse_toml;
 use crate::table::table;
 use crate::tree::{Node, Table};
 use crate::value::{TomlValue, quoted, tables};
+use crate::view::{self, ViewRequest};
 
 table! {
     /// The runs of an experiment: which file belongs to which point, and the checks.
@@ -47,6 +48,8 @@ table! {
         checks: Vec<Check> [apart] = Vec::new(),
         /// The plots that the report shows first.
         plots: Vec<PlotRequest> [apart] = Vec::new(),
+        /// How the report shows the runs first.
+        view: Option<ViewRequest> [apart] = None,
         /// How much metrics may differ from those of an earlier analysis.
         baseline: Vec<BaselineTolerance> [apart] = Vec::new(),
     }
@@ -99,6 +102,7 @@ impl ExperimentRecord {
             runs: runs.collect(),
             checks: experiment.checks.clone(),
             plots: experiment.plots.clone(),
+            view: Some(experiment.view.clone()),
             baseline: experiment.baseline.clone(),
             expected_outcome: experiment.expected_outcome,
             manifest: experiment.manifest.clone(),
@@ -123,6 +127,7 @@ impl ExperimentRecord {
         }
         checks::write(&self.checks, &mut writer);
         plots::write(&self.plots, &mut writer);
+        view::write(&self.view.unwrap_or_default(), &mut writer);
         baseline::write(&self.baseline, &mut writer);
         writer.text
     }
@@ -141,7 +146,7 @@ impl ExperimentRecord {
         let mut record = Self::default();
         let mut reader = Reader::new("", &root, &mut errors);
         record.keys(&mut reader);
-        reader.also_known(&["axes", "runs", "checks", "plots", "baseline"]);
+        reader.also_known(&["axes", "runs", "checks", "plots", "view", "baseline"]);
         if ModelConfig::with_defaults(&record.model).is_none() {
             reader.report(Diagnostic::new(format!("unknown model {}", quoted(&record.model))));
         }
@@ -173,6 +178,9 @@ impl ExperimentRecord {
         }
         if let Some(entry) = root.get("plots") {
             record.plots = plots::read(&entry.node, None, &mut errors);
+        }
+        if let Some(entry) = root.get("view") {
+            record.view = Some(view::read(entry, None, &mut errors));
         }
         if let Some(entry) = root.get("baseline") {
             record.baseline = baseline::read(&entry.node, None, &mut errors);

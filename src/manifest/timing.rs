@@ -2,6 +2,7 @@
 //! metric reads it.
 
 use crate::sweep::Coordinate;
+use kinetoscope_console::text::json;
 use serde::{Deserialize, Serialize};
 
 /// The times of an experiment's runs: only the engine, one run at a time, without recording.
@@ -79,12 +80,12 @@ impl TimingTable {
     /// The version of its layout.
     pub const SCHEMA: u32 = 1;
 
-    /// The text of the file.
+    /// The text of the file. A terminal may show it.
     ///
     /// # Errors
     /// The serializer's own; none is known.
     pub fn to_json(&self) -> serde_json::Result<String> {
-        serde_json::to_string_pretty(self)
+        serde_json::to_string_pretty(self).map(|text| json(&text))
     }
 
     /// Reads the file's text.

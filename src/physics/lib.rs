@@ -16,6 +16,7 @@ pub mod packing;
 pub mod placement;
 pub mod random;
 mod restart_state;
+mod short_number;
 pub mod simd;
 pub mod sum;
 
@@ -50,7 +51,7 @@ macro_rules! models {
             seed: Seed,
             opt_in: bool,
         ) -> Result<Box<dyn Model>, SetupError> {
-            prepare_while(config, seed, opt_in, &|| true)
+            prepare_while(config, seed, opt_in, &|_| true)
         }
 
         /// Builds the configured model at its start, unless `proceed` returns `false` before it is complete.

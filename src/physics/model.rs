@@ -54,8 +54,9 @@ pub enum Progress {
     Working,
 }
 
-/// Whether to continue with a start that takes long to build. It is asked at least every tenth of a second.
-pub type Proceed<'a> = &'a dyn Fn() -> bool;
+/// Whether to continue with a start that takes long to build. It is asked at least every tenth of a second, with the fraction of the
+/// start that is complete.
+pub type Proceed<'a> = &'a dyn Fn(f64) -> bool;
 
 /// A start that cannot be run: what is wrong and what to change, for the user.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]

@@ -71,7 +71,7 @@ pub fn random_sequential_addition(
         if low[0] > high[0] || low[1] > high[1] {
             return Err(Incomplete::Jammed { placed: index });
         }
-        if !proceed() {
+        if !proceed(index as f64 / radii.len() as f64) {
             return Err(Incomplete::Stopped);
         }
         let free = (0..MAX_TRIALS_PER_DISC).find_map(|_| {

@@ -1,11 +1,12 @@
 //! The plan: all runs of an experiment with their run keys, which of them are finished, and the resources of the others.
 
+pub mod preparation;
 pub mod prune;
 pub mod restart_files;
-mod totals;
+pub mod totals;
 pub mod why;
 
-use crate::interrupt::Interrupt;
+use crate::plan::preparation::{Preparation, RunPreparation, StartProgress};
 use crate::run::RunSpec;
 use crate::run::prepared::Prepared;
 use crate::run::resources::Estimate;
@@ -22,6 +23,7 @@ use rayon::prelude::*;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
 
 /// Memory for the starts that a plan of several runs keeps for their execution, by the runs' memory estimates. A run whose start
 /// is not kept builds it again. The limit is below the estimate for one run, so that a cluster's task stays within the memory
@@ -41,6 +43,8 @@ pub struct PlannedRun {
     pub stem: String,
     /// Whether the run is finished.
     pub status: Status,
+    /// Seconds that the start took to build, or would take if only a sample was built.
+    preparation_s: f64,
     /// The start that planning built, if it is kept for the execution.
     start: Mutex<Option<Prepared>>,
 }
@@ -85,24 +89,27 @@ impl Starts {
         }
     }
 
-    /// The estimate of a run, and its start if that was built.
+    /// The estimate of a run, its start if that was built, and the seconds that the start takes.
     fn estimated(
         self,
         manifest: &RunManifest,
         canonical: &str,
         run_key: &RunKey,
-        interrupt: &Interrupt,
-    ) -> Result<(Estimate, Option<Prepared>), SetupError> {
+        preparation: &RunPreparation<'_>,
+    ) -> Result<(Estimate, Option<Prepared>, f64), SetupError> {
+        let (started, proceed) = (Instant::now(), |fraction| preparation.proceed(fraction));
         if let (Self::Sampled, Some(sample)) = (self, sample_of(manifest)) {
             memory::check(manifest)?;
-            let start = Prepared::new(&sample, canonical, run_key.as_str(), interrupt);
+            let start = Prepared::new_while(&sample, canonical, run_key.as_str(), &proceed);
             // If there is no sample, the start itself tells why.
             if let Ok(start) = start {
-                return Ok((Estimate::of_sample(start.model.as_ref(), manifest)?, None));
+                let size = manifest.model.particles() as f64 / sample.model.particles() as f64;
+                let seconds = size * started.elapsed().as_secs_f64();
+                return Ok((Estimate::of_sample(start.model.as_ref(), manifest)?, None, seconds));
             }
         }
-        let start = Prepared::new(manifest, canonical, run_key.as_str(), interrupt)?;
-        Ok((Estimate::of(&start, manifest), Some(start)))
+        let start = Prepared::new_while(manifest, canonical, run_key.as_str(), &proceed)?;
+        Ok((Estimate::of(&start, manifest), Some(start), started.elapsed().as_secs_f64()))
     }
 }
 
@@ -143,38 +150,44 @@ impl Plan {
     /// Plans all runs of `experiment` below `output`. With `force`, no run counts as finished. After an interrupt, the runs whose
     /// starts are not complete are rejected.
     #[must_use]
-    pub fn new(experiment: &Experiment, output: &Path, force: bool, interrupt: &Interrupt) -> Self {
+    pub fn new<'a>(
+        experiment: &Experiment,
+        output: &Path,
+        force: bool,
+        preparation: impl Into<Preparation<'a>>,
+    ) -> Self {
         let room = if experiment.runs.len() == 1 { u64::MAX } else { KEPT_STARTS_BYTES };
-        Self::of(experiment, (output, force), Starts::All { room }, interrupt, |_| true)
+        let starts = Starts::All { room };
+        Self::of(experiment, (output, force), starts, preparation.into(), |_| true)
     }
 
     /// The plan without the starts of large runs, which are estimated from samples: for a plan that is not executed.
     #[must_use]
-    pub fn outline(
+    pub fn outline<'a>(
         experiment: &Experiment,
         output: &Path,
         force: bool,
-        interrupt: &Interrupt,
+        preparation: impl Into<Preparation<'a>>,
     ) -> Self {
-        Self::of(experiment, (output, force), Starts::Sampled, interrupt, |_| true)
+        Self::of(experiment, (output, force), Starts::Sampled, preparation.into(), |_| true)
     }
 
     /// Plans only the runs with these run keys.
     ///
     /// # Errors
     /// The first key that belongs to no run.
-    pub fn of_keys(
+    pub fn of_keys<'a>(
         experiment: &Experiment,
         output: &Path,
         force: bool,
         keys: &[String],
-        interrupt: &Interrupt,
+        preparation: impl Into<Preparation<'a>>,
     ) -> Result<Self, String> {
         let wanted: HashSet<&str> = keys.iter().map(String::as_str).collect();
         let room = if keys.len() == 1 { u64::MAX } else { KEPT_STARTS_BYTES };
         let starts = Starts::All { room };
         let is_wanted = |key: &RunKey| wanted.contains(key.as_str());
-        let plan = Self::of(experiment, (output, force), starts, interrupt, is_wanted);
+        let plan = Self::of(experiment, (output, force), starts, preparation.into(), is_wanted);
         let planned: HashSet<&str> = plan.runs.iter().map(|run| run.run_key.as_str()).collect();
         match keys.iter().find(|key| !planned.contains(key.as_str())) {
             Some(unknown) => Err(unknown.clone()),
@@ -187,35 +200,39 @@ impl Plan {
         experiment: &Experiment,
         (output, force): (&Path, bool),
         starts: Starts,
-        interrupt: &Interrupt,
+        preparation: Preparation<'_>,
         wanted: impl Fn(&RunKey) -> bool + Sync,
     ) -> Self {
         let folder = output.join(&experiment.name);
         let free_bytes = starts.room();
         let kept = Mutex::new(Kept { free_bytes, layout: None, time_scales: HashSet::new() });
+        let progress = StartProgress::new(preparation, experiment.runs.len());
         let planned = |(index, run): (usize, &Run)| {
+            let preparation = progress.of_run();
             let manifest = &run.manifest;
             let canonical = manifest.canonical();
             let physics_version = kind_of(&manifest.model).physics_version;
             let run_key = run_key(&canonical, physics_version, SCHEMA_VERSION);
             if !wanted(&run_key) {
+                preparation.proceed(1.0);
                 return None;
             }
             let stem = run.file_stem(&experiment.name, &run_key, experiment.replicates);
             let recorded = (!force).then(|| finished(&folder, &stem, &run_key)).flatten();
-            let (status, start) = match recorded {
-                Some(outcome) => (Status::Done(outcome), None),
-                None => match starts.estimated(manifest, &canonical, &run_key, interrupt) {
-                    Ok((estimate, start)) => {
+            let (status, start, preparation_s) = match recorded {
+                Some(outcome) => (Status::Done(outcome), None, 0.0),
+                None => match starts.estimated(manifest, &canonical, &run_key, &preparation) {
+                    Ok((estimate, start, seconds)) => {
                         let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
                         let start = start.and_then(|start| kept.take(index, start, &estimate));
-                        (Status::ToDo(estimate), start)
+                        (Status::ToDo(estimate), start, seconds)
                     }
-                    Err(error) => (Status::Rejected(error), None),
+                    Err(error) => (Status::Rejected(error), None, 0.0),
                 },
             };
+            preparation.proceed(1.0);
             let (run, start) = (run.clone(), Mutex::new(start));
-            Some(PlannedRun { run, canonical, run_key, stem, status, start })
+            Some(PlannedRun { run, canonical, run_key, stem, status, preparation_s, start })
         };
         let runs = experiment.runs.par_iter().enumerate().filter_map(planned).collect();
         let kept = kept.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -284,6 +301,11 @@ impl PlannedRun {
         self.start.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 
+    /// Whether the plan has kept the run's start.
+    fn has_start(&self) -> bool {
+        self.start.lock().unwrap_or_else(PoisonError::into_inner).is_some()
+    }
+
     /// The resources of a run that is to be executed.
     #[must_use]
     pub fn estimate(&self) -> Option<&Estimate> {
@@ -340,6 +362,7 @@ fn outcome(recording: &Recording, run_key: &RunKey) -> Option<Outcome> {
 #[allow(clippy::unwrap_used, reason = "a test may panic")]
 mod tests {
     use super::*;
+    use crate::interrupt::Interrupt;
 
     /// Guarantee: an outline, which builds only the sample of a large run, has the estimates of the plan, which builds its start.
     #[test]

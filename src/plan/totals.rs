@@ -1,5 +1,7 @@
 //! What the runs of a plan take together: disk space, memory and time.
 
+#[cfg(not(target_family = "wasm"))]
+use crate::interrupt::Interrupt;
 use crate::plan::{Plan, PlannedRun};
 #[cfg(not(target_family = "wasm"))]
 use crate::run::resources::time::measured_seconds;
@@ -12,6 +14,15 @@ use std::fs;
 const SECONDS_PER_RUN: f64 = 1.5e-3;
 /// Time of a frame of few particles on one core.
 const SECONDS_PER_FRAME: f64 = 1.8e-5;
+
+/// The expected time of a plan's execution.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExpectedTime {
+    /// Seconds from the call of the program to the end.
+    pub total_s: f64,
+    /// Seconds of it before the first run, in which the starts are built.
+    pub preparation_s: f64,
+}
 
 impl Plan {
     /// Upper estimate of the bytes still to be written.
@@ -40,27 +51,51 @@ impl Plan {
         largest(estimates.map(|estimate| estimate.memory_bytes).collect(), jobs)
     }
 
-    /// Seconds that the runs take on this machine with `jobs` in parallel: the physics from a measurement of the costliest run, and a
-    /// constant time for each run and frame; `None` if nothing could be measured. The frames of many particles take longer.
+    /// The time that the runs take on this machine with `jobs` in parallel: their starts as this plan measured them, the physics from a
+    /// measurement of the costliest run, and a constant time for each run and frame; `None` if nothing could be measured, or after an
+    /// interrupt. The frames of many particles take longer.
     #[cfg(not(target_family = "wasm"))]
     #[must_use]
-    pub fn expected_seconds(&self, jobs: usize) -> Option<f64> {
+    pub fn expected_time(&self, jobs: usize, interrupt: &Interrupt) -> Option<ExpectedTime> {
         let runs = self.to_do_by_cost();
         let costliest = runs.first()?;
-        let longest = measured_seconds(&costliest.run.manifest, costliest.take_start())?;
-        let cost = |run: &PlannedRun| run.estimate().map_or(0.0, |estimate| estimate.relative_cost);
-        let total: f64 = runs.iter().map(|run| cost(run)).sum();
-        let overhead = |run: &PlannedRun| {
-            let frames = run.estimate().map_or(0, |estimate| estimate.frames);
-            SECONDS_PER_RUN + frames as f64 * SECONDS_PER_FRAME
+        // A start that is not kept is built once more, unless it is the only one.
+        let rebuilt = |run: &PlannedRun| {
+            let is_built_again = runs.len() > 1 && !run.has_start();
+            if is_built_again { run.preparation_s } else { 0.0 }
         };
-        let of_all = longest * total / cost(costliest);
-        let in_parallel =
-            (of_all + runs.iter().map(|run| overhead(run)).sum::<f64>()) / jobs as f64;
-        let longest = longest + overhead(costliest);
-        let seconds = if in_parallel > longest { in_parallel } else { longest };
-        seconds.is_finite().then_some(seconds)
+        let overheads: Vec<f64> = runs
+            .iter()
+            .map(|run| {
+                let frames = run.estimate().map_or(0, |estimate| estimate.frames);
+                SECONDS_PER_RUN + frames as f64 * SECONDS_PER_FRAME + rebuilt(run)
+            })
+            .collect();
+        let preparation_s = in_parallel(
+            runs.iter().map(|run| run.preparation_s),
+            std::thread::available_parallelism().map_or(1, usize::from),
+        );
+        let start = costliest.take_start();
+        let longest = measured_seconds(&costliest.run.manifest, start, interrupt)?;
+        let cost = |run: &PlannedRun| run.estimate().map_or(0.0, |estimate| estimate.relative_cost);
+        let per_cost = longest / cost(costliest);
+        let all =
+            runs.iter().zip(&overheads).map(|(run, overhead)| per_cost * cost(run) + overhead);
+        let total_s = preparation_s + in_parallel(all, jobs);
+        total_s.is_finite().then_some(ExpectedTime { total_s, preparation_s })
     }
+}
+
+/// The time of works of these seconds, with `jobs` in parallel.
+#[cfg(not(target_family = "wasm"))]
+fn in_parallel(seconds: impl Iterator<Item = f64>, jobs: usize) -> f64 {
+    let (mut sum, mut longest) = (0.0, 0.0);
+    for seconds in seconds {
+        sum += seconds;
+        longest = if seconds > longest { seconds } else { longest };
+    }
+    let shared = sum / jobs as f64;
+    if shared > longest { shared } else { longest }
 }
 
 /// Sum of the `count` largest numbers of bytes.
@@ -73,7 +108,6 @@ fn largest(mut bytes: Vec<u64>, count: usize) -> u64 {
 #[allow(clippy::unwrap_used, reason = "a test may panic")]
 mod tests {
     use super::*;
-    use crate::interrupt::Interrupt;
 
     /// Law: the time of many tiny runs is at least that of their files and frames.
     /// Setup: 1000 runs of a packing of two discs, whose physics takes microseconds.
@@ -86,11 +120,41 @@ mod tests {
             );
             let experiment = kinetoscope_manifest::parse(&text, "many.toml", &[]).unwrap();
             let plan = Plan::new(&experiment, output.path(), false, &Interrupt::default());
-            plan.expected_seconds(2).unwrap()
+            plan.expected_time(2, &Interrupt::default()).unwrap().total_s
         };
         let least = SECONDS_PER_RUN + 2.0 * SECONDS_PER_FRAME;
         assert!(expected(1) >= least);
         assert!(expected(1000) >= 500.0 * least);
+    }
+
+    /// Law: the starts are built before the first run, on all processors; one that is not kept is built once more, unless it is the only one.
+    /// Setup: starts of microseconds, whose measured time is replaced by hours.
+    #[test]
+    fn expected_time_includes_the_preparation_of_the_starts() {
+        let output = tempfile::tempdir().unwrap();
+        let processors = std::thread::available_parallelism().unwrap().get() as f64;
+        let expected = |replicates: u32, is_kept: bool| {
+            let text = format!(
+                "seed = 1\nreplicates = {replicates}\n[model.packing]\ndiscs = 2\nevents_per_disc = 1\n[record]\nframes = 1\n"
+            );
+            let experiment = kinetoscope_manifest::parse(&text, "many.toml", &[]).unwrap();
+            let mut plan = Plan::new(&experiment, output.path(), false, &Interrupt::default());
+            for run in &mut plan.runs {
+                run.preparation_s = 1e5;
+                drop((!is_kept).then(|| run.take_start()));
+            }
+            plan.expected_time(1, &Interrupt::default()).unwrap()
+        };
+        let is_near = |value: f64, expected: f64| (value - expected).abs() < 1e3;
+        let at_once = |runs: f64| if runs < processors { 1e5 } else { 1e5 * runs / processors };
+        for (runs, is_kept, built_again) in
+            [(1, true, 0.0), (1, false, 0.0), (8, true, 0.0), (8, false, 8e5)]
+        {
+            let expected = expected(runs, is_kept);
+            let preparation = at_once(f64::from(runs));
+            assert!(is_near(expected.preparation_s, preparation), "{expected:?}");
+            assert!(is_near(expected.total_s, preparation + built_again), "{expected:?}");
+        }
     }
 
     /// A disk with exactly the missing space must suffice after it was full.

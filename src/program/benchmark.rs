@@ -1,5 +1,6 @@
 //! `benchmark`: the time of each run without recording, as a table.
 
+use crate::comparison::rerun::{listen, stop_if_interrupted};
 use crate::manifests::pipeline;
 use crate::manifests::{ManifestArguments, ManifestReader};
 use crate::messages::exit;
@@ -45,6 +46,7 @@ impl BenchmarkArguments {
             return Err(bad(format!("the table cannot be written to {}", shown_path(output)))
                 .help("name a local folder with --output DIR"));
         }
+        let interrupt = listen()?;
         let overrides = self.manifest.overrides()?;
         let output = self.output.clone().unwrap_or_else(|| PathBuf::from("recordings"));
         let reader = ManifestReader::new(output, None);
@@ -54,7 +56,9 @@ impl BenchmarkArguments {
             let results = folder.join(&experiment.name);
             check_results_folder(&results).map_err(|error| unwritten(folder, &error))?;
         }
-        let table = time_table(&experiment).map_err(|error| {
+        let table = time_table(&experiment, &interrupt);
+        stop_if_interrupted(&interrupt)?;
+        let table = table.map_err(|error| {
             let exit = match error {
                 TimingError::Setup(_) => Exit::BadInput,
                 TimingError::Fault(_) => Exit::RunFailed,

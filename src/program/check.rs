@@ -1,5 +1,6 @@
 //! `check`: reads manifests and reports the plan with its steps, memory and expected time, without executing a run.
 
+use crate::comparison::rerun::{listen, stop_if_interrupted};
 use crate::executor::thread_count;
 use crate::locking::lock;
 use crate::locking::locked_check::LockedCheck;
@@ -13,6 +14,7 @@ use crate::output::OutputArguments;
 use crate::planning::plan_report::{PlanReport, not_planned};
 use crate::planning::planner::Planner;
 use clap::Args;
+use kinetoscope::interrupt::Interrupt;
 use kinetoscope_console::Exit;
 use kinetoscope_manifest::Override;
 use serde_json::{Value as Json, json};
@@ -73,18 +75,22 @@ impl CheckArguments {
     }
 
     fn check_all(&self) -> Result<Exit, Failure> {
+        let interrupt = &listen()?;
         let overrides = self.manifest.overrides()?;
         let output = self.output.folder()?;
         let reader = ManifestReader::new(output, None);
         let steps = pipeline::order(&expand(&self.manifests)?, &overrides, &reader)?;
         let (mut exit, mut checked, mut errors) = (Exit::Done, Vec::new(), Vec::new());
         for step in &steps {
-            match self.check(step, &overrides, &reader) {
+            match self.check(step, &overrides, &reader, interrupt) {
                 Ok(json) => checked.push(json),
                 Err(failure) => {
                     exit = exit.worst(failure.report());
                     errors.push(failure.plain_text());
                 }
+            }
+            if matches!(exit, Exit::Signal(_)) {
+                break;
             }
         }
         if self.result.json {
@@ -102,19 +108,29 @@ impl CheckArguments {
         step: &Step,
         overrides: &[Override],
         reader: &ManifestReader<'_>,
+        interrupt: &Interrupt,
     ) -> Result<Json, Failure> {
         if let Some(why) = reader.missing_start(step) {
             self.result.say(&not_planned(step, why)?);
             return Ok(json!({ "manifest": step.manifest, "pending": step.starts_from }));
         }
         let experiment = reader.read(&step.manifest, step.overrides(overrides))?;
-        let (output, jobs) = (&self.output, self.jobs);
-        let planner =
-            Planner { output, keys: None, force: false, jobs, is_outline: true, interrupt: None };
+        let planner = Planner {
+            output: &self.output,
+            keys: None,
+            force: false,
+            jobs: self.jobs,
+            is_outline: true,
+            interrupt,
+            verbosity: self.result.verbosity(),
+        };
         let planned = planner.plan(&experiment)?;
+        stop_if_interrupted(interrupt)?;
         planned.reject_invalid_starts(&experiment)?;
         let rerun = planner.rerun(&experiment, &planned)?;
-        let checked = PlanReport::new(&step.manifest, &experiment, &planned, rerun.as_ref());
+        let (manifest, rerun) = (&step.manifest, rerun.as_ref());
+        let checked = PlanReport::new(manifest, &experiment, &planned, rerun, interrupt);
+        stop_if_interrupted(interrupt)?;
         self.result.say(&checked.text());
         Ok(checked.json())
     }

@@ -73,11 +73,11 @@ enum Command {
     Fill(FillArguments),
     #[command(after_help = exit_codes(&[1, 4, 5, 129, 130, 143]))]
     Zoom(ZoomArguments),
-    #[command(after_help = exit_codes(&[1]))]
+    #[command(after_help = exit_codes(OF_RUN))]
     Why(WhyArguments),
     #[command(after_help = exit_codes(&[5]))]
     Info(InfoArguments),
-    #[command(after_help = exit_codes(&[1]))]
+    #[command(after_help = exit_codes(OF_RUN))]
     Benchmark(BenchmarkArguments),
     #[command(after_help = analysis::EXIT_CODES)]
     Analyze(AnalyzeArguments),

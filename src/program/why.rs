@@ -1,5 +1,6 @@
 //! `why`: reports for each run whether it would be executed, and what differs from the nearest recording.
 
+use crate::comparison::rerun::{listen, stop_if_interrupted};
 use crate::manifests::pipeline;
 use crate::manifests::{ManifestArguments, ManifestReader};
 use crate::messages::result_arguments::ResultArguments;
@@ -40,6 +41,7 @@ impl WhyArguments {
             return Err(bad("`why` needs a local folder, but the recordings go to s3://")
                 .help("name a folder of recordings with --output DIR"));
         }
+        let interrupt = &listen()?;
         let overrides = self.manifest.overrides()?;
         let output = self.output.folder()?;
         let reader = ManifestReader::new(output, None);
@@ -59,13 +61,16 @@ impl WhyArguments {
             force: false,
             jobs: None,
             is_outline: true,
-            interrupt: None,
+            interrupt,
+            verbosity: self.result.verbosity(),
         };
         let planned = planner.plan(&experiment)?;
+        stop_if_interrupted(interrupt)?;
         let plan = &planned.plan;
         let earlier = Earlier::in_folder(&plan.folder);
         let (mut lines, mut runs) = (Vec::new(), Vec::<Json>::new());
         for run in &plan.runs {
+            stop_if_interrupted(interrupt)?;
             let name = name_of(run, &experiment);
             let reason = earlier.reason(run, &plan.folder);
             let status = match run.status {

@@ -4,6 +4,8 @@
 //! Runs that differ in a key with two values are executed alternately (A B A B …), so that other load on the machine affects
 //! their ratio as little as possible.
 
+use crate::interrupt::Interrupt;
+use crate::run::adapted_budget;
 use crate::run::published_times::published_s;
 use crate::run::resources::memory;
 use kinetoscope_console::Explained;
@@ -13,7 +15,7 @@ use kinetoscope_manifest::{
     TimingTable,
 };
 use kinetoscope_physics::model::{Progress, SetupError, SimulationFault};
-use kinetoscope_physics::prepare;
+use kinetoscope_physics::prepare_while;
 use kinetoscope_physics::random::Seed;
 use std::path::Path;
 use std::time::Instant;
@@ -52,8 +54,11 @@ struct Point {
 /// Measures every run of an experiment.
 ///
 /// # Errors
-/// The first run that cannot start or fails.
-pub fn time_table(experiment: &Experiment) -> Result<TimingTable, TimingError> {
+/// The first run that cannot start or fails, or [`SetupError::stopped`] after an interrupt.
+pub fn time_table(
+    experiment: &Experiment,
+    interrupt: &Interrupt,
+) -> Result<TimingTable, TimingError> {
     let mut points: Vec<Point> = Vec::new();
     let mut runs: Vec<&Run> = experiment.runs.iter().collect();
     runs.sort_by_key(|run| run.replicate);
@@ -61,9 +66,9 @@ pub fn time_table(experiment: &Experiment) -> Result<TimingTable, TimingError> {
     for run in runs {
         // The first run of a point is a warm-up and is repeated.
         if Some(run.replicate) == first_replicate {
-            measure(&run.manifest)?;
+            measure(&run.manifest, interrupt)?;
         }
-        let (seconds, count) = measure(&run.manifest)?;
+        let (seconds, count) = measure(&run.manifest, interrupt)?;
         match points.iter_mut().find(|point| point.coordinates == run.coordinates) {
             Some(point) => {
                 point.seconds.push(seconds);
@@ -87,14 +92,22 @@ pub fn time_table(experiment: &Experiment) -> Result<TimingTable, TimingError> {
 }
 
 /// Time of a run, s, and number of its steps or events.
-fn measure(manifest: &RunManifest) -> Result<(f64, u64), TimingError> {
+fn measure(manifest: &RunManifest, interrupt: &Interrupt) -> Result<(f64, u64), TimingError> {
     memory::check(manifest)?;
     let seed = Seed { seed: manifest.seed, replicate: manifest.replicate };
-    let mut model = prepare(&manifest.model, seed, false)?;
+    let mut model = prepare_while(&manifest.model, seed, false, &|_| !interrupt.is_raised())?;
     let target = model.extent().end();
-    let started = Instant::now();
-    while model.advance(target, u64::MAX)? == Progress::Working {}
-    Ok((started.elapsed().as_secs_f64(), model.count()))
+    let (started, mut budget) = (Instant::now(), 1);
+    loop {
+        let before = Instant::now();
+        if model.advance(target, budget)? == Progress::Reached {
+            return Ok((started.elapsed().as_secs_f64(), model.count()));
+        }
+        budget = adapted_budget(budget, before.elapsed());
+        if interrupt.is_raised() {
+            return Err(SetupError::stopped().into());
+        }
+    }
 }
 
 /// Description of the machine.

@@ -189,7 +189,7 @@ pub fn record_frames<W: Write + Send + 'static>(
 /// Number of steps or events for the next call of `Model::advance`, from the time that the last call took: large enough for
 /// speed, small enough for a quick reaction to a signal. The division of the work does not change a bit of the trajectory;
 /// therefore, it may depend on the clock.
-fn adapted_budget(steps: u64, took: Duration) -> u64 {
+pub(crate) fn adapted_budget(steps: u64, took: Duration) -> u64 {
     const SHORT: Duration = Duration::from_millis(20);
     const LONG: Duration = Duration::from_millis(100);
     if took < SHORT {

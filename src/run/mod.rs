@@ -17,6 +17,8 @@ pub mod recording;
 pub mod resources;
 pub mod schedule;
 
+#[cfg(not(target_family = "wasm"))]
+pub(crate) use frame_loop::adapted_budget;
 pub use frame_loop::{RunError, RunSpec, RunState, record_frames, record_start};
 pub(crate) use frame_loop::{encoded, record_now};
 #[cfg(not(target_family = "wasm"))]

@@ -6,7 +6,7 @@ use crate::run::schedule::Schedule;
 use kinetoscope_console::Explained as _;
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::record::{Compression, RecordConfig};
-use kinetoscope_physics::model::{Extent, Model, ModelKind, SetupError, Target};
+use kinetoscope_physics::model::{Extent, Model, ModelKind, Proceed, SetupError, Target};
 use kinetoscope_physics::random::Seed;
 use kinetoscope_physics::{kind_of, prepare_while};
 use kinetoscope_recording::recorder::{self, Header, Selection, StoredFrames};
@@ -45,10 +45,23 @@ impl Prepared {
         run_key: &str,
         interrupt: &Interrupt,
     ) -> Result<Self, SetupError> {
+        Self::new_while(manifest, canonical, run_key, &|_| !interrupt.is_raised())
+    }
+
+    /// As [`Prepared::new`], unless `proceed` returns `false` before the start is complete.
+    ///
+    /// # Errors
+    /// Those of [`Prepared::new`].
+    pub fn new_while(
+        manifest: &RunManifest,
+        canonical: &str,
+        run_key: &str,
+        proceed: Proceed<'_>,
+    ) -> Result<Self, SetupError> {
         memory::check(manifest)?;
         let seed = Seed { seed: manifest.seed, replicate: manifest.replicate };
         let opt_in = wants_opt_in(kind_of(&manifest.model), &manifest.record);
-        let model = prepare_while(&manifest.model, seed, opt_in, &|| !interrupt.is_raised())?;
+        let model = prepare_while(&manifest.model, seed, opt_in, proceed)?;
         let prepared = Self::of(model, manifest, canonical, run_key)?;
         prepared.header.check().map_err(|error| SetupError(error.message()))?;
         Ok(prepared)

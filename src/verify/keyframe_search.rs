@@ -11,15 +11,16 @@ use kinetoscope_physics::restore;
 
 /// Where a rerun begins.
 pub(crate) struct Base {
-    /// The model at a recorded frame.
+    /// The model at the start or at a keyframe.
     pub(crate) prepared: Prepared,
-    /// The frame.
-    pub(crate) frame: u64,
+    /// The first frame of the rerun: 0, or the one after the keyframe.
+    pub(crate) first: u64,
     /// What is damaged.
     pub(crate) notes: Vec<String>,
 }
 
-/// The nearest keyframe at or before a target that can be restored; the start of the run if there is none.
+/// The nearest keyframe at or before a target that can be restored; the start of the run if there is none. The state in the first frame is
+/// not used: the rerun begins before it, so that it is compared.
 ///
 /// # Errors
 /// A recording that cannot be opened, a run that does not start, or an interruption.
@@ -57,15 +58,15 @@ pub(crate) fn nearest(
         }
     }
     let (canonical, key) = (&start.header.manifest, &start.header.run_key);
-    for (frame, model) in found.iter().rev() {
+    for (frame, model) in found.iter().rev().filter(|(frame, _)| *frame > 0) {
         if let Some(model) = restore(&source.manifest.model, model)
             && let Ok(prepared) =
                 Prepared::of(model, &source.manifest.with_all_frames(), canonical, key)
             && prepared.is_before_frame(frame + 1)
         {
-            return Ok(Base { prepared, frame: *frame, notes });
+            return Ok(Base { prepared, first: frame + 1, notes });
         }
-        notes.push(format!("the keyframe of frame {frame} is damaged: the one before it is used"));
+        notes.push(format!("the keyframe of frame {frame} is damaged: an earlier one is used"));
     }
-    Ok(Base { prepared: source.prepared_with_all_frames(interrupt)?, frame: 0, notes })
+    Ok(Base { prepared: source.prepared_with_all_frames(interrupt)?, first: 0, notes })
 }

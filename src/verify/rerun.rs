@@ -26,6 +26,8 @@ pub(crate) struct Rerun<'a> {
     pub(crate) first: u64,
     /// The frame after which the rerun ends, and its outcome then. Without it, the rerun ends with the run.
     pub(crate) last: Option<(u64, Outcome)>,
+    /// Whether the recording may continue after the end of the rerun.
+    pub(crate) is_part: bool,
     /// Receives the messages, and the state of the model at the keyframes of `keyframes_of`.
     pub(crate) observer: Option<Box<dyn FrameObserver>>,
     pub(crate) keyframes_of: StoredFrames,
@@ -43,7 +45,8 @@ impl<'a> Rerun<'a> {
     pub(crate) fn new(start: Prepared, interrupt: &'a Interrupt) -> Self {
         let stop = interrupt.with_own_stop();
         let keyframes_of = start.header.stored;
-        Self { start, interrupt, stop, first: 0, last: None, observer: None, keyframes_of }
+        let (first, last, is_part, observer) = (0, None, false, None);
+        Self { start, interrupt, stop, first, last, is_part, observer, keyframes_of }
     }
 
     /// Executes and records the run. `between` is called between two parts of the work.

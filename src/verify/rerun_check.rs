@@ -42,8 +42,8 @@ pub(crate) struct RerunCheck {
 
 impl RerunCheck {
     /// Starts a check of all messages of a rerun, and of the states of its model at the keyframes of the recording. It stops the rerun
-    /// at the first difference. The recording must end with a rerun that begins at the start of the run; if one begins later, the
-    /// paths of the particles are not compared, because they depend on the frames before.
+    /// at the first difference. The recording must end with a rerun that begins at the start of the run and is no part of it; if one
+    /// begins later, the paths of the particles are not compared, because they depend on the frames before.
     ///
     /// # Errors
     /// A recording that cannot be opened, or a system without another thread.
@@ -52,7 +52,8 @@ impl RerunCheck {
         let topics = header.topics().into_iter().filter(|topic| header.wants(topic));
         let topics = topics.map(|topic| (topic, header.schema_name(topic))).collect();
         let expected = ExpectedMessages::of(recording, topics)?;
-        let mut comparison = MessageComparison { expected, first };
+        let has_end = first == 0 && !rerun.is_part;
+        let mut comparison = MessageComparison { expected, first, has_end };
         let (sender, frames) = sync_channel(WAITING);
         let stop = rerun.stop.clone();
         let thread = Builder::new()
@@ -278,6 +279,8 @@ struct MessageComparison {
     expected: ExpectedMessages,
     /// The first frame of the rerun.
     first: u64,
+    /// Whether the recording must end with the rerun.
+    has_end: bool,
 }
 
 impl MessageComparison {
@@ -298,7 +301,7 @@ impl MessageComparison {
                 }
             }
         }
-        if self.first == 0 {
+        if self.has_end {
             match self.expected.next() {
                 Ok(None) => {}
                 Ok(Some(_)) => {

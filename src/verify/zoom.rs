@@ -76,14 +76,14 @@ fn check(
     end: Target,
     interrupt: &Interrupt,
 ) -> Result<Passed, VerifyError> {
-    let Base { prepared: mut start, frame: base, mut notes } = base;
+    let Base { prepared: mut start, first, mut notes } = base;
     let mut model = encoded(&*start.model)?;
     start.header.compression = Compression::None;
     let (frames, schedule) = (start.schedule.frames(), start.schedule.clone());
     let mut rerun = Rerun::new(start, interrupt);
-    rerun.first = base + 1;
+    (rerun.first, rerun.is_part) = (first, true);
     let check = RerunCheck::start(&source.recording, &mut rerun)?;
-    let (mut kept, stop) = (base, rerun.stop.clone());
+    let (mut kept, stop) = (first.saturating_sub(1), rerun.stop.clone());
     rerun.record(io::sink(), &|_, _| {}, |state| {
         let last = state.next - 1;
         if last > kept && is_at_or_before(schedule.target(last), before) {

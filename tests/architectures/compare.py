@@ -53,6 +53,7 @@ WASM_PACKAGES = "clang libclang-rt-dev-wasm32 libstd-rust-dev-wasm32 lld llvm no
 SHORTENED = {
     "dem_column_collapse": ("replicates = 6", "replicates = 1"),
     "dem_heap": ("replicates = 4", "replicates = 1"),
+    "dem_hopper_discharge": ("replicates = 4", "replicates = 1"),
     "dem_silo": ("[80, 120, 240, 480]", "[80]"),
     "gas_barometric": ("replicates = 4", "replicates = 1"),
     "gas_pressure_vs_radius": ("replicates = 10", "replicates = 2"),

@@ -12,7 +12,9 @@ use kinetoscope::executor::local::{LocalPool, run_all};
 use kinetoscope::executor::observer::{ExecutionObserver, RunObserver};
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope::plan::Plan;
+use kinetoscope::plan::preparation::Preparation;
 use kinetoscope::run::in_memory::run_interruptibly;
+use kinetoscope::run::resources::time::measured_seconds;
 use kinetoscope::run::{RunContext, RunError, RunReport};
 use kinetoscope_manifest::{Experiment, parse};
 use kinetoscope_physics::model::SetupError;
@@ -20,6 +22,7 @@ use kinetoscope_recording::provenance::Outcome;
 use std::fs;
 use std::num::NonZeroUsize;
 use std::path::Path;
+use std::sync::Mutex;
 use std::sync::mpsc::channel;
 use std::thread;
 use std::time::Duration;
@@ -53,6 +56,44 @@ fn interrupted<T: Send + 'static>(call: impl FnOnce(&Interrupt) -> T + Send + 's
     assert!(early.is_err(), "the start is complete before the interrupt");
     raised.raise(SIGINT);
     receiver.recv_timeout(ENDLESS).expect("the call does not end")
+}
+
+#[test]
+fn interrupt_stops_an_estimate_whose_start_is_not_complete() {
+    let measured = interrupted(|interrupt| {
+        measured_seconds(&slow().runs[0].manifest, None, interrupt).is_some()
+    });
+    assert!(!measured);
+    let control = &experiment(0.01).runs[0].manifest;
+    assert!(measured_seconds(control, None, &Interrupt::default()).is_some());
+}
+
+/// Guarantee: a plan reports how much of its starts is complete: more and more, up to all of them.
+/// Setup: two replicates of a compression of some 100,000 collisions per disc.
+#[test]
+fn plan_reports_the_complete_part_of_its_starts() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = |text: &str| {
+        let interrupt = Interrupt::default();
+        let seen = Mutex::new(Vec::new());
+        let on_progress = |done, starts| seen.lock().unwrap().push((done, starts));
+        let experiment = parse(text, "reported.toml", &[]).unwrap();
+        let preparation = Preparation { interrupt: &interrupt, on_progress: &on_progress };
+        let plan = Plan::new(&experiment, folder.path(), false, preparation);
+        assert_eq!(plan.rejected().count(), 0);
+        seen.into_inner().unwrap()
+    };
+    let compressed = "seed = 1\nreplicates = 2\n[model.packing]\ndiscs = 10\nplacement = \"compressed\"\ncompression_rate = 3e-6\n";
+    let mut seen = plan(compressed);
+    assert!(seen.iter().all(|(done, starts)| *starts == 2 && (0.0..=2.0).contains(done)));
+    // The threads of two starts may report in either order.
+    seen.sort_by(|one, other| one.0.total_cmp(&other.0));
+    assert_eq!(seen.last(), Some(&(2.0, 2)));
+    assert!(seen.windows(2).all(|pair| pair[0].0 < pair[1].0), "{seen:?}");
+    let parts = seen.iter().filter(|(done, _)| done.fract() > 0.0).count();
+    assert!(parts > 10, "{seen:?}");
+    // Control: a start that is built at once is complete at once.
+    assert_eq!(plan("seed = 1\n[model.packing]\ndiscs = 2\n").last(), Some(&(1.0, 1)));
 }
 
 struct Unobserved;

@@ -57,6 +57,8 @@ mod manifest_accepts_every_channel;
 // Viewer layouts name only topics and fields that the recording contains.
 mod layouts_name_only_recorded_topics;
 
+// Scenes whose seeds are compared with their standard errors.
+mod scenes_of_seeds;
 // Standard errors equal the scatter over seeds.
 mod standard_errors_cover_other_seeds;
 // Runs that state that they draw no random numbers are the same for every seed.

@@ -6,7 +6,7 @@
 //! Programs run with limits of their memory (1 GiB) and processor time (10 s for a file, 109 s for 100). Control: the unchanged recording verifies.
 //!
 //! A change of a recording's manifest may ask for a run of years. What executes a run is interrupted after [`LONGEST_RUN`] and then must
-//! end; the campaigns print the number of these files.
+//! end within [`LONGEST_END`], both of processor time; the campaigns print the number of these files.
 //!
 //! The ignored tests are the campaigns: `MUTATIONS=20000 cargo test --test guarantees -- --ignored full_harness_mutated_recordings`.
 //! `MODEL=gas` limits them to one model.
@@ -26,11 +26,12 @@ use kinetoscope::verify::fine_frames::Interval;
 use kinetoscope::verify::verify;
 use kinetoscope::verify::zoom::zoom;
 use kinetoscope_manifest::{Lookup, parse_with};
+use rayon::ThreadPoolBuilder;
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::mpsc;
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -85,41 +86,78 @@ pub(crate) fn mutations(default: usize) -> usize {
 /// Number of the signal that interrupts a run.
 const SIGTERM: usize = 15;
 
-/// Time after which a run is interrupted.
-const LONGEST_RUN: Duration = Duration::from_secs(2);
+/// Processor time after which a run is interrupted.
+pub(crate) const LONGEST_RUN: Duration = Duration::from_secs(2);
 
-/// Time within which an interrupted run ends, also on a busy machine.
-const LONGEST_END: Duration = Duration::from_secs(30);
+/// Processor time within which an interrupted run ends.
+const LONGEST_END: Duration = Duration::from_secs(1);
+
+/// Elapsed time after which a run that uses no processor time is interrupted.
+const LONGEST_WAIT: Duration = Duration::from_mins(10);
+
+/// Elapsed time between two readings of the processor time.
+const BETWEEN_READINGS: Duration = Duration::from_millis(10);
 
 /// What executed a run: its panic or its failure to end, and whether it was interrupted.
 #[derive(Default)]
 pub(crate) struct Execution {
     pub(crate) finding: Option<String>,
     pub(crate) is_interrupted: bool,
-    /// Time from the interrupt to the end.
+    /// Processor time from the interrupt to the end.
     pub(crate) end_after_signal: Duration,
 }
 
+/// The processor time of a thread, which other work on the machine does not change (`proc_pid_schedstat(5)`).
+fn processor_time(schedstat: &Path) -> Duration {
+    let text = fs::read_to_string(schedstat).unwrap_or_default();
+    let nanoseconds = text.split(' ').next().and_then(|first| first.parse().ok());
+    Duration::from_nanos(nanoseconds.unwrap_or(0))
+}
+
 /// Calls a function that executes a run, and interrupts it after [`LONGEST_RUN`].
-pub(crate) fn execute(function: impl FnOnce(&Interrupt)) -> Execution {
+pub(crate) fn execute(function: impl FnOnce(&Interrupt) + Send) -> Execution {
+    execute_for(LONGEST_RUN, function)
+}
+
+/// Calls a function that executes a run, on one thread, and interrupts it after a processor time of that thread.
+pub(crate) fn execute_for(
+    longest: Duration,
+    function: impl FnOnce(&Interrupt) + Send,
+) -> Execution {
+    let pool = ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    pool.install(|| execute_here_for(longest, function))
+}
+
+fn execute_here_for(longest: Duration, function: impl FnOnce(&Interrupt)) -> Execution {
     let interrupt = Interrupt::default();
     let watched = interrupt.clone();
     let (ended, has_ended) = mpsc::channel::<()>();
-    let start = Instant::now();
+    let own = Path::new("/proc").join(fs::read_link("/proc/thread-self").unwrap());
+    let schedstat = &own.join("schedstat");
+    let start = (Instant::now(), processor_time(schedstat));
     thread::scope(|scope| {
-        scope.spawn(move || {
-            if has_ended.recv_timeout(LONGEST_RUN) == Err(mpsc::RecvTimeoutError::Timeout) {
-                watched.raise(SIGTERM);
+        let watch = scope.spawn(move || {
+            while has_ended.recv_timeout(BETWEEN_READINGS) == Err(RecvTimeoutError::Timeout) {
+                let used = processor_time(schedstat).saturating_sub(start.1);
+                if used > longest || start.0.elapsed() > LONGEST_WAIT {
+                    watched.raise(SIGTERM);
+                    return Some(used);
+                }
             }
+            None
         });
         let panic = panic_of(|| function(&interrupt));
+        let used = processor_time(schedstat).saturating_sub(start.1);
         drop(ended);
-        let end_after_signal = start.elapsed().saturating_sub(LONGEST_RUN);
-        let is_late = end_after_signal > LONGEST_END;
-        let late = || is_late.then(|| "an interrupt did not end the run".to_owned());
+        let used_at_signal = watch.join().unwrap();
+        let end_after_signal = used_at_signal.map_or(Duration::ZERO, |before| used - before);
+        let late = || {
+            let is_late = end_after_signal > LONGEST_END || start.0.elapsed() > 2 * LONGEST_WAIT;
+            is_late.then(|| format!("an interrupt ended the run after {end_after_signal:?}"))
+        };
         Execution {
             finding: panic.or_else(late),
-            is_interrupted: interrupt.is_raised(),
+            is_interrupted: used_at_signal.is_some(),
             end_after_signal,
         }
     })
@@ -186,7 +224,7 @@ impl Findings {
     }
 
     /// Compares, verifies and starts from each file, in this process.
-    fn read(&mut self, original: &Path, files: &[PathBuf], start: impl Fn(&str) -> String) {
+    fn read(&mut self, original: &Path, files: &[PathBuf], start: impl Fn(&str) -> String + Sync) {
         for file in files {
             let name = file.file_name().unwrap().to_str().unwrap();
             let compared = panic_of(|| drop(compare_recordings(original, file, None)));

@@ -2,15 +2,18 @@
 //! with its reason, or soon after a signal; what is recorded verifies and can be analyzed.
 //!
 //! Setup: random manifests of each model with the limits of their keys: restitutions near 0 and 1, noisy walls, denormal speeds, ratios of
-//! masses, radii and stiffnesses of up to 1e30, times that are far too short or too long. A run is interrupted after two seconds and then
-//! must end; the campaign prints how often each outcome was seen, and the longest time from the signal to the end.
+//! masses, radii and stiffnesses of up to 1e30, times that are far too short or too long. A run is interrupted after two seconds of processor
+//! time, in the campaign one in ten after twenty, and then must end within one; the campaign prints how often each outcome was seen, and the
+//! longest time from the signal to the end.
 //! Control: complete runs, faults and errors of the start are all among the outcomes.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 #![cfg(unix)]
 
 use crate::mutated_recording::Numbers;
-use crate::mutated_recordings_are_reported::{BATCH, Findings, assert_none, execute, mutations};
+use crate::mutated_recordings_are_reported::{
+    BATCH, Findings, LONGEST_RUN, assert_none, execute, execute_for, mutations,
+};
 use kinetoscope::Experiment;
 use kinetoscope::run::RunError;
 use kinetoscope::run::in_memory::run_interruptibly;
@@ -142,6 +145,12 @@ const ORBIT: Keys = &[
     ("duration_days", &["1e-300", "1e-3", "60.0", "1e9"]),
 ];
 
+/// Processor time after which one of `LONG_RUN_IN` runs of the campaign is interrupted.
+const LONGEST_LONG_RUN: Duration = Duration::from_secs(20);
+
+/// Of so many runs of the campaign, one may take [`LONGEST_LONG_RUN`].
+const LONG_RUN_IN: usize = 10;
+
 /// A manifest in which a third of the keys has a value of its list, and the length of the run mostly a small one.
 fn random_manifest(numbers: &mut Numbers) -> String {
     let (model, keys) = KEYS[numbers.below(KEYS.len())];
@@ -160,15 +169,27 @@ fn random_manifest(numbers: &mut Numbers) -> String {
 struct Outcomes {
     seen: BTreeMap<&'static str, usize>,
     longest_end: Duration,
+    /// Runs that could take [`LONGEST_LONG_RUN`], and those of them that did and were interrupted.
+    long: [usize; 2],
 }
 
 impl Outcomes {
     /// Runs a manifest; returns the bytes of its recording if it was not interrupted.
-    fn run(&mut self, manifest: &str, findings: &mut Findings) -> Option<Vec<u8>> {
+    fn run(
+        &mut self,
+        manifest: &str,
+        longest: Duration,
+        findings: &mut Findings,
+    ) -> Option<Vec<u8>> {
         let experiment: Experiment = manifest.parse().ok()?;
         let mut ended = None;
-        let run =
-            execute(|interrupt| ended = Some(run_interruptibly(&experiment.runs[0], interrupt)));
+        let run = execute_for(longest, |interrupt| {
+            ended = Some(run_interruptibly(&experiment.runs[0], interrupt));
+        });
+        if longest > LONGEST_RUN {
+            self.long[0] += 1;
+            self.long[1] += usize::from(run.is_interrupted);
+        }
         let mut find = |finding: &str| {
             findings.add("run", Path::new(""), &format!("{finding}\n{manifest}"));
         };
@@ -210,8 +231,15 @@ impl Outcomes {
     }
 }
 
-/// Runs, verifies and analyzes random manifests until `count` have an outcome; returns the findings and the outcomes.
-fn run_random_manifests(count: usize, seed: u64, kept: &Path) -> (Vec<String>, Outcomes) {
+/// Runs, verifies and analyzes random manifests until `count` have an outcome; returns the findings and the outcomes. `after` receives both
+/// after each batch.
+fn run_random_manifests(
+    count: usize,
+    seed: u64,
+    longest: impl Fn(&mut Numbers) -> Duration,
+    kept: &Path,
+    after: impl Fn(&[String], &Outcomes),
+) -> (Vec<String>, Outcomes) {
     let mut findings = Findings::kept_in(kept);
     let mut outcomes = Outcomes::default();
     let mut numbers = Numbers(seed);
@@ -220,7 +248,8 @@ fn run_random_manifests(count: usize, seed: u64, kept: &Path) -> (Vec<String>, O
         let mut files = Vec::new();
         while files.len() < BATCH && outcomes.seen.values().sum::<usize>() < count {
             let manifest = random_manifest(&mut numbers);
-            let Some(bytes) = outcomes.run(&manifest, &mut findings) else { continue };
+            let longest = longest(&mut numbers);
+            let Some(bytes) = outcomes.run(&manifest, longest, &mut findings) else { continue };
             let path = folder.path().join(format!("random_{}.mcap", files.len()));
             fs::write(&path, bytes).unwrap();
             let mut verified = None;
@@ -238,6 +267,7 @@ fn run_random_manifests(count: usize, seed: u64, kept: &Path) -> (Vec<String>, O
             files.push(path);
         }
         findings.analyze(folder.path(), &files);
+        after(&findings.found, &outcomes);
     }
     (findings.found, outcomes)
 }
@@ -245,7 +275,7 @@ fn run_random_manifests(count: usize, seed: u64, kept: &Path) -> (Vec<String>, O
 #[test]
 fn random_manifests_end_with_a_named_outcome() {
     let kept = tempfile::tempdir().unwrap();
-    let (findings, outcomes) = run_random_manifests(40, 1, kept.path());
+    let (findings, outcomes) = run_random_manifests(40, 1, |_| LONGEST_RUN, kept.path(), |_, _| {});
     assert_none(&findings);
     for outcome in ["complete", "fault", "error of the start"] {
         assert!(outcomes.count(outcome) > 0, "control: no {outcome} in {:?}", outcomes.seen);
@@ -257,7 +287,16 @@ fn random_manifests_end_with_a_named_outcome() {
 #[allow(clippy::print_stderr, reason = "the figures of a campaign")]
 fn full_harness_random_manifests() {
     let kept = Path::new("target/mutations");
-    let (findings, outcomes) = run_random_manifests(mutations(500), 2, kept);
-    eprintln!("{:?}; longest end after a signal: {:?}", outcomes.seen, outcomes.longest_end);
+    let longest = |numbers: &mut Numbers| {
+        if numbers.is_one_in(LONG_RUN_IN) { LONGEST_LONG_RUN } else { LONGEST_RUN }
+    };
+    let print = |findings: &[String], outcomes: &Outcomes| {
+        let Outcomes { seen, longest_end, long: [long, interrupted] } = outcomes;
+        eprintln!(
+            "{seen:?}; of {long} long runs, {interrupted} interrupted; longest end after a signal: {longest_end:?}; {} findings",
+            findings.len()
+        );
+    };
+    let (findings, _) = run_random_manifests(mutations(500), 2, longest, kept, print);
     assert_none(&findings);
 }

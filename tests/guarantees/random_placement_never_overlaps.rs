@@ -30,7 +30,7 @@ fn place(
     radii: &[f64],
     generator: &mut Generator,
 ) -> Result<Vec<[f64; 2]>, Incomplete> {
-    random_sequential_addition(rectangle, Boundary::Walls, radii, generator, |_, _| true, &|| true)
+    random_sequential_addition(rectangle, Boundary::Walls, radii, generator, |_, _| true, &|_| true)
 }
 
 fn overlaps(centers: &[[f64; 2]], radii: &[f64]) -> bool {
@@ -120,7 +120,7 @@ fn placement_stops_between_two_discs() {
     let asked = Cell::new(0);
     let stops_after = |discs| {
         asked.set(0);
-        let proceed = || {
+        let proceed = |_: f64| {
             asked.set(asked.get() + 1);
             asked.get() <= discs
         };

@@ -87,6 +87,9 @@ fn scenery_is_at_any_time_that_of_the_start() {
     assert!(runs_with_fewer_or_more_discs > 1, "the number of discs never changes");
 }
 
+/// A run that ends with a fault long before its last event (`tests/packing/cooled_discs_come_to_rest.rs`).
+const AT_REST: &str = "seed = 1\n[model.packing]\ndiscs = 100\nrestitution = 0.9\nwall_noise_variance_rad2 = 0.1\nevents_per_disc = 20000\n[record]\nframes = 2000\n";
+
 /// Reproducible instants from SplitMix64 (Steele, Lea and Flood 2014).
 struct Instants(u64);
 
@@ -126,9 +129,14 @@ impl Workspace {
 
     /// Runs to the end and returns the messages and the only recording.
     fn finish(&self, output: &str) -> (String, Vec<u8>) {
+        self.end(output, 0)
+    }
+
+    /// Runs to the end with this exit code, and returns the messages and the only recording.
+    fn end(&self, output: &str, code: i32) -> (String, Vec<u8>) {
         let done = self.command(output).output().unwrap();
         let said = String::from_utf8_lossy(&done.stderr).into_owned();
-        assert!(done.status.success(), "{}: {said}", self.name);
+        assert_eq!(done.status.code(), Some(code), "{}: {said}", self.name);
         let left = self.files(output);
         let recordings: Vec<&PathBuf> = left
             .iter()
@@ -294,6 +302,26 @@ fn other_reader_recovers_the_messages_of_a_killed_run() {
 fn killed_runs_resume_to_the_same_bytes() {
     let (killed, resumed) = kill_and_compare(6, 1);
     println!("{killed} kills at seeded instants, {resumed} recordings resumed from a checkpoint");
+}
+
+/// Setup: inelastic discs between noisy walls, which come to rest. The run is killed at a checkpoint.
+#[test]
+fn killed_run_of_discs_that_come_to_rest_resumes_to_the_fault() {
+    let bench = Workspace::new("rest", AT_REST);
+    let fault = |said: &str| {
+        let lines =
+            said.lines().skip_while(|line| !line.contains("the discs have come to rest after"));
+        lines.map(str::to_owned).collect::<Vec<_>>().join("\n")
+    };
+    let (said, reference) = bench.end("reference", 1);
+    assert!(fault(&said).contains("\nhelp: end the run earlier"), "{said}");
+    while !bench.kill_at_checkpoint("killed") {
+        fs::remove_dir_all(bench.folder.path().join("killed")).unwrap();
+    }
+    let (resumed, bytes) = bench.end("killed", 1);
+    assert!(resumed.contains(": failed from frame "), "{resumed}");
+    assert_eq!(fault(&resumed), fault(&said));
+    assert!(bytes == reference, "the bytes of the resumed run differ");
 }
 
 #[test]

@@ -51,6 +51,10 @@ fn discs_that_cool_between_noisy_walls_come_to_rest() {
     let (packing, end) = end_of(twenty_discs(Boundary::Walls, 0.9, 10_000), AT_ONCE);
     let fault = end.unwrap_err();
     assert!(fault.recorded().starts_with("the discs have come to rest after"), "{fault}");
+    let is_short = |word: &&str| word.len() <= "1.23456e-123".len() && !word.ends_with("e0");
+    let mut numbers =
+        fault.recorded().split([' ', ',', ';']).filter(|word| word.parse::<f64>().is_ok());
+    assert!(numbers.all(|number| is_short(&number)), "{fault}");
     assert!(fault.help().is_some());
     // The last state has all its digits.
     let temperature = message::<PackingTemperature>(&packing);

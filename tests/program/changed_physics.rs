@@ -39,22 +39,23 @@ const GAS: &str =
 const PACKING: &str = r#"["state", "temperature", "collisions", "pressure"]"#;
 const DEM: &str = r#"["state", "energy", "contact_statistics", "wall_forces", "temperature"]"#;
 
-/// A gas has gravity in the second scene only; elsewhere, its particles are twice as heavy. Its collisions are elastic, so walls that are
-/// colder by e^2 = 0.81 take the energy. Its trajectories have no time step: the duration of scenes that are not stationary is doubled.
-const COLDER_WALLS: Change =
-    change("e 1 → 0.9 (walls at e² T)", "model.gas.wall_temperature_k", "243.0");
-const HEAVIER: Change = change("gravity x 2 (mass x 2)", "model.gas.mass_kg", "2e-26");
+/// A gas has gravity in the second scene only; elsewhere, its particles are twice as heavy. Its collisions are elastic: walls that are
+/// colder by 0.9^2 take the energy instead. Its trajectories have no time step: its speeds are equal instead of Maxwell's, at the same
+/// temperature; with gravity, its particles are twice as heavy.
+const COLDER_WALLS: Change = change("walls at 0.81 T", "model.gas.wall_temperature_k", "243.0");
+const HEAVIER: Change = change("mass x 2", "model.gas.mass_kg", "2e-26");
+const EQUAL_SPEEDS: Change = change("equal speeds", "model.gas.speed_distribution", "\"equal\"");
 const HOTTER: Change = change("T + 25 %", "model.gas.temperature_k", "375.0");
-const WIDER: Change = change("radius + 10 %", "model.gas.radius_m", "1.1");
+const WIDER: Change = change("container radius + 10 %", "model.gas.radius_m", "1.1");
 
-/// Hard discs in a box have no gravity, which would make them denser: there are twice as many. Their temperature is 1 or 1/N. Events have
-/// no time step: the duration is doubled.
+/// Hard discs in a box have no gravity, which would make them denser: there are twice as many. The manifest offers two temperatures, 1 and
+/// 1/N. Events have no time step: the box is wider.
 const PACKING_CHANGES: [Change; 5] = [
-    change("gravity x 2 (density x 2)", "model.packing.discs", "600"),
+    change("discs x 2", "model.packing.discs", "600"),
     change("e 1 → 0.9", "model.packing.restitution", "0.9"),
-    change("T + 25 % (T/N)", "model.packing.initial_velocities", "\"variance-1-over-n\""),
+    change("T → T/N", "model.packing.initial_velocities", "\"variance-1-over-n\""),
     change("radius + 10 %", "model.packing.radius", "1.1"),
-    change("time step x 2 (duration x 2)", "model.packing.duration", "80.0"),
+    change("box width + 25 %", "model.packing.width", "122.5"),
 ];
 
 const DEM_RESTITUTION: Change = change("e 1 → 0.9", "model.dem.restitution", "0.9");
@@ -65,10 +66,10 @@ const DEM_TEMPERATURE: Change =
     change("T + 25 %", "model.dem.velocity_std_m_per_s", "0.5590169943749475");
 const DEM_GRAVITY: Change = change("gravity x 2", "model.dem.gravity_m_per_s2", "[0.0, -19.62]");
 
-/// Orbits do not collide: explicit Euler changes the energy instead. Twice the Sun's attraction has the same period as 0.5^(1/3) of the
-/// axis, and 0.8 of it has 25 % more kinetic energy.
+/// Orbits do not collide: explicit Euler changes the energy instead. The Sun's attraction is no key: 0.5^(1/3) of the axis has the period of
+/// twice the attraction, and 0.8 of it has 25 % more kinetic energy.
 const DISSIPATION: Change =
-    change("e 1 → 0.9 (explicit Euler)", "model.orbit.integrator", "\"explicit-euler\"");
+    change("explicit Euler", "model.orbit.integrator", "\"explicit-euler\"");
 
 const fn orbit(
     gravity: &'static str,
@@ -76,10 +77,10 @@ const fn orbit(
     radius: &'static str,
 ) -> [Change; 5] {
     [
-        change("gravity x 2 (period)", "model.orbit.start", gravity),
+        change("axis x 0.79 (period of gravity x 2)", "model.orbit.start", gravity),
         DISSIPATION,
-        change("T + 25 % (kinetic energy)", "model.orbit.start", temperature),
-        change("radius + 10 %", "model.orbit.start", radius),
+        change("axis x 0.8 (kinetic energy + 25 %)", "model.orbit.start", temperature),
+        change("axis + 10 %", "model.orbit.start", radius),
         change("time step x 2", "model.orbit.time_step_days", "2.0"),
     ]
 }
@@ -106,13 +107,7 @@ pub(crate) const SCENES: [Scene; 12] = [
         name: "gas_points",
         manifest: "[model.gas]\nparticles = 2000\nduration_s = 0.0003\nposition_distribution = \"uniform-in-radius\"\n[record]\nframes = 70\n",
         channels: GAS,
-        changes: [
-            HEAVIER,
-            COLDER_WALLS,
-            HOTTER,
-            WIDER,
-            change("time step x 2 (duration x 2)", "model.gas.duration_s", "0.0006"),
-        ],
+        changes: [HEAVIER, COLDER_WALLS, HOTTER, WIDER, EQUAL_SPEEDS],
     },
     Scene {
         name: "gas_falling",
@@ -123,20 +118,14 @@ pub(crate) const SCENES: [Scene; 12] = [
             COLDER_WALLS,
             HOTTER,
             WIDER,
-            change("time step x 2 (duration x 2)", "model.gas.duration_s", "0.0012"),
+            HEAVIER,
         ],
     },
     Scene {
         name: "gas_effusion",
         manifest: "[model.gas]\nparticles = 20000\nduration_s = 0.008\norifice_width_m = 1.0\n[record]\nframes = 10\n",
         channels: GAS,
-        changes: [
-            HEAVIER,
-            COLDER_WALLS,
-            HOTTER,
-            WIDER,
-            change("time step x 2 (duration x 2)", "model.gas.duration_s", "0.016"),
-        ],
+        changes: [HEAVIER, COLDER_WALLS, HOTTER, WIDER, EQUAL_SPEEDS],
     },
     Scene {
         name: "packing_walls",
@@ -182,7 +171,7 @@ pub(crate) const SCENES: [Scene; 12] = [
             DEM_GRAVITY,
             DEM_RESTITUTION,
             change(
-                "T + 25 %",
+                "horizontal kinetic energy + 25 %",
                 "model.dem.placement",
                 "{ positions_m = [[0.02, 0.02]], velocities_m_per_s = [[0.1118033988749895, 0.0]] }",
             ),
@@ -216,18 +205,18 @@ pub(crate) const SCENES: [Scene; 12] = [
         channels: "",
         changes: [
             change(
-                "gravity x 2",
+                "attraction of the heavier body x 2",
                 "model.orbit.bodies",
                 "[{ gm_au3_per_day2 = 5.918e-4, position_au = [0, 0, 0], velocity_au_per_day = [0, 0, 0] }, { gm_au3_per_day2 = 2.825e-7, position_au = [5.2, 0, 0], velocity_au_per_day = [0, 0.00754, 0] }]",
             ),
             DISSIPATION,
             change(
-                "T + 25 % (kinetic energy)",
+                "kinetic energy of the lighter body + 25 %",
                 "model.orbit.bodies",
                 "[{ gm_au3_per_day2 = 2.959e-4, position_au = [0, 0, 0], velocity_au_per_day = [0, 0, 0] }, { gm_au3_per_day2 = 2.825e-7, position_au = [5.2, 0, 0], velocity_au_per_day = [0, 0.00843, 0] }]",
             ),
             change(
-                "radius + 10 %",
+                "distance + 10 %",
                 "model.orbit.bodies",
                 "[{ gm_au3_per_day2 = 2.959e-4, position_au = [0, 0, 0], velocity_au_per_day = [0, 0, 0] }, { gm_au3_per_day2 = 2.825e-7, position_au = [5.72, 0, 0], velocity_au_per_day = [0, 0.00754, 0] }]",
             ),

@@ -103,7 +103,16 @@ fn failing_disk_under_an_input_gives_75_and_the_next_step() {
     };
     fs::write(folder.path().join("start.toml"), "[model.gas]\nstart_from = \"failing.toml\"\n")
         .unwrap();
+    fs::create_dir(folder.path().join("folder")).unwrap();
+    fs::write(folder.path().join("gas.toml"), GAS).unwrap();
+    let recorded = called("run --quiet gas.toml", "");
+    assert_eq!(recorded.0, Some(0), "{}", recorded.1);
+    let described = folder.path().join("recordings/gas/experiment.toml");
+    fs::remove_file(&described).unwrap();
+    std::os::unix::fs::symlink("/proc/self/mem", described).unwrap();
     std::os::unix::fs::symlink("/proc/self/mem", folder.path().join("failing.toml")).unwrap();
+    std::os::unix::fs::symlink("/proc/self/mem", folder.path().join("folder/failing.mcap"))
+        .unwrap();
     std::os::unix::fs::symlink("/proc/self/mem", folder.path().join("failing.mcap")).unwrap();
     let short = "[model.orbit]\nduration_days = 1.0\n[record]\nframes = 1\n";
     fs::write(folder.path().join("run.toml"), short).unwrap();
@@ -121,6 +130,16 @@ fn failing_disk_under_an_input_gives_75_and_the_next_step() {
         "compare failing.mcap failing.mcap",
         "fill failing.mcap",
         "zoom failing.mcap --from 0 --to 1 --every 1",
+        "analyze failing.mcap",
+        "analyze folder",
+        "analyze --cache-only failing.mcap",
+        "export --format csv failing.mcap",
+        "export --thumbnail still.svg failing.mcap",
+        "plot failing.mcap --y mean_speed",
+        // The description of the experiment.
+        "analyze recordings/gas",
+        "export --format csv recordings/gas",
+        "plot recordings/gas --y /energy.kinetic_j --output p.svg",
     ] {
         let (code, said) = called(arguments, "failing.toml");
         assert_eq!(code, Some(75), "{arguments}: {said}");

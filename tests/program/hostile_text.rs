@@ -63,9 +63,13 @@ fn manifest(is_faulty: bool) -> String {
     )
 }
 
-fn is_hostile(character: char) -> bool {
+fn is_control(character: char) -> bool {
     let is_layout = matches!(character, '\n' | '\t');
     character.is_control() && !is_layout
+}
+
+fn is_hostile(character: char) -> bool {
+    is_control(character)
         || matches!(character, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{fffe}' | '\u{ffff}')
 }
 
@@ -310,6 +314,34 @@ fn text_of_manifests_is_escaped_in_every_file_of_an_analysis() {
         pages[0].1.contains("::error::forged") && !pages[0].1.contains("<&>"),
         "markup is escaped"
     );
+}
+
+/// Tables and side files, which a terminal may show. Control: tables and JSON name the variants, and JSON gives the name back.
+#[test]
+fn text_of_manifests_is_escaped_in_every_table_and_side_file() {
+    let bench = Bench::new();
+    bench.write("dem.toml", &manifest(false));
+    assert_eq!(bench.call(&["run", "--quiet", "dem.toml"]).code, Some(0));
+    assert_eq!(bench.call(&["analyze", "--quiet", "recordings/dem"]).code, Some(3));
+    let timed = bench.call(&["benchmark", "--quiet", "--output", "recordings", "dem.toml"]);
+    assert_eq!(timed.code, Some(0), "{}", timed.err);
+    let exported = bench.call(&["export", "--format", "csv,xyz,gnuplot", "recordings/dem"]);
+    assert_eq!(exported.code, Some(0), "{}", exported.err);
+    for end in ["csv", "json", "toml", "txt", "gp", "xyz"] {
+        let found = files(&bench.path("recordings"), end);
+        assert!(!found.is_empty(), "no file ends in {end}");
+        for (name, text) in found {
+            let found: Vec<char> = text.chars().filter(|it| is_control(*it)).collect();
+            assert!(found.is_empty(), "{name} contains {found:?}");
+        }
+    }
+    let read = |name| fs::read_to_string(bench.path("recordings/dem").join(name)).unwrap();
+    assert!(read("metrics.csv").contains("::error::forged\\u{1b}[8m"));
+    for name in ["metrics.json", "timing.json"] {
+        assert!(read(name).contains("::error::forged\\u001b[8m"), "{name}");
+        let document = serde_json::from_str::<serde_json::Value>(&read(name)).unwrap();
+        assert!(document.to_string().contains("\\u0007\\r\u{202e}"), "{name}");
+    }
 }
 
 /// Annotations are the only commands: one per failed check, each in one line.

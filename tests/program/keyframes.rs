@@ -382,6 +382,44 @@ fn changed_keyframe_is_found() {
     }
 }
 
+/// Setup: 40 bits of the state in the first frame, behind correct checksums, and an interval before the second keyframe. Control: the same
+/// file without a change is recomputed without a note.
+#[test]
+fn zoom_finds_a_changed_state_in_the_first_frame() {
+    let intervals = [
+        ["0.0011", "0.0012", "1e-4"],
+        ["0.0011", "0.0012", "1e-4"],
+        ["110", "112", "1"],
+        ["3", "4", "0.5"],
+    ];
+    for ((name, model, _), interval) in MODELS.into_iter().zip(intervals) {
+        let bench = Bench::new();
+        let keys = keyframes(&bench, model);
+        let forge = |place: Option<usize>| {
+            let message = |topic: &str, frame: u64, payload: &mut Vec<u8>| {
+                if let (KEYFRAME, Some(place), 0) = (topic, place, frame) {
+                    let state = Keyframe::from_bytes(payload).unwrap().model;
+                    let start = payload.windows(state.len()).position(|part| part == state);
+                    payload[start.unwrap() + (state.len() - 1) * place / 9] ^= 1 << (place % 8);
+                }
+                true
+            };
+            let forgery = Forgery { message: Some(&message), ..Forgery::default() };
+            forgery.write(&keys, &bench.path("forged.mcap"));
+            zoom(&bench, &bench.path("forged.mcap"), interval, "out.mcap")
+        };
+        for place in 0..10 {
+            let zoomed = forge(Some(place));
+            assert_eq!(zoomed.code, Some(4), "{name} {place}: {}{}", zoomed.out, zoomed.err);
+            assert!(zoomed.err.contains("in frame 0, /keyframe"), "{name}: {}", zoomed.err);
+            assert!(!bench.path("out.mcap").exists());
+        }
+        let zoomed = forge(None);
+        expect(&zoomed, 0);
+        assert!(!zoomed.err.contains("damaged"), "{name}: {}", zoomed.err);
+    }
+}
+
 /// A manifest with another coefficient under the frames of this one.
 #[test]
 fn rerun_that_differs_is_named_by_frame_and_channel() {

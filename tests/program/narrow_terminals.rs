@@ -39,6 +39,42 @@ fn report_fits_the_columns() {
     }
 }
 
+/// Setup: replicates of a sweep, with a check that has no standard error and a long reason for each run. Control: the same texts in a wide
+/// terminal have longer lines, and the words are the same.
+#[test]
+fn plans_and_summaries_fit_the_columns() {
+    let bench = Bench::new();
+    let sweep = "replicates = 2\n".to_owned()
+        + GAS
+        + "[sweep]\nmodel.gas.speed_distribution = [\"maxwell\", \"equal\"]\n";
+    bench.write("several_temperatures_of_a_gas.toml", &sweep);
+    let name = "several_temperatures_of_a_gas.toml";
+    let (mut longest, mut texts) = (0, Vec::new());
+    for arguments in [
+        &["check", name] as &[&str],
+        &["run", "--dry-run", name],
+        &["run", name],
+        &["check", name],
+        &["why", "--set", "model.gas.particles=21", name],
+        &["analyze", "recordings/several_temperatures_of_a_gas"],
+    ] {
+        let wide = bench.call(arguments).out;
+        longest = wide.lines().map(|line| line.chars().count()).max().unwrap().max(longest);
+        let text = narrow(&bench, arguments);
+        let is_path = |line: &str| line.split_whitespace().any(|word| word.len() > 30);
+        let is_command =
+            |line: &str| line.starts_with("  cargo run ") || line.contains(" analyze ");
+        for line in text.lines().filter(|line| !is_path(line) && !is_command(line)) {
+            assert!(line.chars().count() <= WIDTH, "{arguments:?}: {line}");
+        }
+        texts.push((wide, text));
+    }
+    assert!(longest > WIDTH, "nothing was wrapped");
+    let words = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+    let (wide, text) = &texts[4];
+    assert!(words(wide) == words(text) && wide != text, "{wide}{text}");
+}
+
 #[test]
 fn recording_given_as_a_manifest_is_named() {
     let bench = Bench::new();

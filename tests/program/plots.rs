@@ -7,6 +7,9 @@ use std::fs;
 const SWEEP: &str = "seed = 1\nreplicates = 2\n[model.gas]\nparticles = 20\nduration_s = 0.001\n\
     [record]\nframes = 4\n[sweep]\nmodel.gas.temperature_k = [200, 300, 400]\n";
 
+/// A sweep over two integrators, one of which has no error.
+const ORBITS: &str = "[model.orbit]\nduration_days = 400\n[record]\nframes = 2\n[sweep]\nmodel.orbit.integrator = [\"rk4\", \"kepler\"]\n";
+
 /// The recordings of a sweep over three temperatures.
 fn sweep() -> Bench {
     let bench = Bench::new();
@@ -130,11 +133,7 @@ fn every_point_is_drawn_or_stated() {
         "[model.dem]\ndiscs = 4\nduration_s = 0.001\n[record]\nframes = 2\n\
          [sweep]\nmodel.dem.radius_m = [4e-4, { min = 4e-4, max = 6e-4 }, 5e-4]\n",
     );
-    bench.write(
-        "orbit.toml",
-        "[model.orbit]\nduration_days = 400\n[record]\nframes = 2\n\
-         [sweep]\nmodel.orbit.integrator = [\"rk4\", \"kepler\"]\n",
-    );
+    bench.write("orbit.toml", ORBITS);
     assert_eq!(bench.call(&["run", "--quiet", "mixed.toml", "orbit.toml"]).code, Some(0));
     let plot_with = |name: &str, y: &str, options: &[&str]| {
         let folder = format!("recordings/{name}");
@@ -179,6 +178,17 @@ fn every_point_is_drawn_or_stated() {
     let stated = "1 point at 0 or below: not on a logarithmic axis";
     assert_eq!(zero["plot"]["remark"], stated);
     assert!(svg.contains(stated) && svg.contains("kepler</text>"), "{svg}");
+    let of_zero = ["plot", "recordings/orbit", "--y", "position_error.final", "--output", "p.svg"];
+    assert_eq!(bench.call(&of_zero).err, "", "every point is drawn");
+    assert_eq!(bench.call(&[&of_zero[..], &["--log-y"]].concat()).err, format!("note: {stated}\n"));
+    let noted = format!("note: plot of `position_error.final`: {stated}");
+    for (log, is_noted) in [("[\"y\"]", true), ("[]", false)] {
+        let requested = format!("{ORBITS}[[plots]]\ny = \"position_error.final\"\nlog = {log}\n");
+        bench.write("orbit.toml", &requested);
+        assert_eq!(bench.call(&["run", "--quiet", "orbit.toml"]).code, Some(0));
+        let analyzed = bench.call(&["analyze", "recordings/orbit"]);
+        assert_eq!(analyzed.out.contains(&noted), is_noted, "{}", analyzed.out);
+    }
 }
 
 /// Of one point, place, value and theory are stated, because theory is a line between points; of several replicates, which one is drawn.

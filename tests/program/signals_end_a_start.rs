@@ -1,16 +1,19 @@
-//! Guarantee: the first signal ends a command that executes runs also while it builds a start that would take hours, with the code of the
-//! signal and the next step.
+//! Guarantee: the first signal ends a command also while it builds a start that would take hours, with the code of the signal and the next
+//! step; a command that only needs the recording of a run does not build its start.
 //!
 //! Setup: discs that are compressed at a rate of 1e-9. The signal is sent when the kernel reports that the program catches it.
 //! Control: nothing else ends the command, which is killed after a minute and has no exit code then.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use crate::subcommand_bench::{Bench, command};
+use crate::subcommand_bench::{Bench, Called, command};
 use std::fs;
 use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
+
+/// A manifest that starts from a run whose start would take hours.
+const CONTINUED: &str = "[model.packing]\nstart_from = \"slow.toml\"\nevents_per_disc = 10\n";
 
 const SLOW_START: &str = "seed = 1\n[model.packing]\ndiscs = 10\nplacement = \"compressed\"\ncompression_rate = 1e-9\nevents_per_disc = 10\n[record]\nframes = 10\n";
 const LONGEST: Duration = Duration::from_mins(1);
@@ -41,6 +44,10 @@ fn first_signal_ends_a_command_that_builds_a_start() {
     bench.write("slow_locked.toml", SLOW_START);
     for arguments in [
         "run slow.toml",
+        "run --dry-run slow.toml",
+        "check slow.toml",
+        "why slow.toml",
+        "benchmark slow.toml",
         "lock --lock-file new.lock slow.toml",
         "check --locked --lock-file locked.lock --all slow_locked.toml",
     ] {
@@ -66,4 +73,17 @@ fn first_signal_ends_a_command_that_builds_a_start() {
         assert_eq!(ended.status.code(), Some(130), "{arguments}: {said}");
         assert!(said.to_lowercase().contains("run the same command again"), "{arguments}: {said}");
     }
+}
+
+#[test]
+fn start_of_a_run_that_is_only_looked_up_is_not_built() {
+    let bench = Bench::new();
+    bench.write("slow.toml", SLOW_START);
+    bench.write("next.toml", CONTINUED);
+    let program = command();
+    let mut shell = Command::new("sh");
+    shell.args(["-c", "ulimit -t 20; exec \"$0\" why next.toml"]).arg(program.get_program());
+    let called: Called = shell.current_dir(bench.0.path()).output().unwrap().into();
+    assert_eq!(called.code, Some(0), "{}", called.err);
+    assert!(called.out.contains("slow.toml has no recording"), "{}", called.out);
 }

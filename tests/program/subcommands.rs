@@ -72,6 +72,8 @@ fn check_reports_steps_memory_time_and_unknown_metrics() {
     let experiment = &json["experiments"][0];
     assert!(experiment["steps"]["min"].as_u64() > Some(0), "{json}");
     assert!(experiment["memory_bytes"].as_u64() > Some(0) && experiment["expected_s"].is_number());
+    let [all, start] = ["expected_s", "preparation_s"].map(|key| experiment[key].as_f64().unwrap());
+    assert!(all > start && start > 0.0, "the start is a part of the expected time: {json}");
     assert!(!bench.path("recordings").exists(), "nothing is written");
 
     let dry = bench.call(&["run", "--dry-run", "gas.toml"]);
@@ -98,8 +100,7 @@ fn check_of_a_finished_experiment_reports_the_resources_of_a_rerun() {
     bench.write("dem.toml", "[model.dem]\ndiscs = 20\nduration_s = 0.01\n[record]\nframes = 2\n");
     assert_eq!(bench.call(&["run", "--quiet", "dem.toml"]).code, Some(0));
     let checked = bench.call(&["check", "dem.toml"]);
-    for part in
-        ["1 of 1 runs already finished", " steps per run", "memory: at most", " for a rerun"]
+    for part in ["1 of 1 run already finished", " steps per run", "memory: at most", " for a rerun"]
     {
         assert!(checked.out.contains(part), "{part} in {}", checked.out);
     }

@@ -1,7 +1,7 @@
 //! Outcomes and check results in the formats of CI systems.
 
 use crate::checks::{CheckKind, CheckResult};
-use kinetoscope_console::Message;
+use crate::input::UnreadableRecording;
 use kinetoscope_console::text::{one_line, visible, xml};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -18,7 +18,7 @@ pub(crate) struct ExperimentChecks<'a> {
     /// The outcomes of its runs and the results of its checks.
     pub(crate) check_results: &'a [CheckResult],
     /// What could not be read, with reasons.
-    pub(crate) unreadable: &'a [Message],
+    pub(crate) unreadable: &'a [UnreadableRecording],
 }
 
 /// Formats results as JUnit XML: one suite per experiment, one case per run and per check, one error per failed run and per
@@ -53,7 +53,7 @@ pub(crate) fn junit(experiments: &[ExperimentChecks<'_>]) -> String {
             text += &test_case(&name, result, &mut cases);
         }
         for (index, why) in experiment.unreadable.iter().enumerate() {
-            let (number, why) = (index + 1, xml(&why.clause()));
+            let (number, why) = (index + 1, xml(&why.message.clause()));
             let _ = writeln!(
                 text,
                 "    <testcase classname=\"{name}\" name=\"input {number}\" time=\"0.000\"><error message=\"{why}\"/></testcase>"
@@ -108,8 +108,12 @@ pub(crate) fn github(experiments: &[ExperimentChecks<'_>]) -> String {
         }
         for why in experiment.unreadable {
             let title = property(&format!("{}: unreadable", experiment.name));
-            let _ =
-                writeln!(text, "::error {}title={title}::{}", place(None, 1), data(&why.clause()));
+            let _ = writeln!(
+                text,
+                "::error {}title={title}::{}",
+                place(None, 1),
+                data(&why.message.clause())
+            );
         }
     }
     text
@@ -131,7 +135,7 @@ pub(crate) fn markdown(experiments: &[ExperimentChecks<'_>]) -> String {
             let _ = writeln!(text, "| {word} | {subject} | {requirement} | {finding} |");
         }
         for why in experiment.unreadable {
-            let _ = writeln!(text, "| **unreadable** | | | {} |", cell(&why.clause()));
+            let _ = writeln!(text, "| **unreadable** | | | {} |", cell(&why.message.clause()));
         }
         text.push('\n');
     }

@@ -4,7 +4,9 @@ use super::{CheckKind, CheckResult, one_line};
 use crate::metric::Measurement;
 use crate::models::never_in;
 use crate::run::{RunAnalysis, RunStatus};
+use kinetoscope_console::text::plural;
 use kinetoscope_manifest::{Check, ExpectedOutcome};
+use std::collections::BTreeSet;
 
 /// The finding of a run that was interrupted or is still in progress.
 const UNFINISHED: &str =
@@ -78,9 +80,15 @@ pub(crate) fn unexpected_counts(runs: &[RunAnalysis], checks: &[&Check]) -> Vec<
     runs.iter().flat_map(of_run).collect()
 }
 
+/// The number of runs that these results are about: a run has one for its end, and one for each count above 0.
+pub(crate) fn number_of_runs<'a>(results: impl Iterator<Item = &'a CheckResult>) -> usize {
+    let of_runs = results.filter(|result| result.kind == CheckKind::Outcome);
+    of_runs.map(|result| &result.subject).collect::<BTreeSet<_>>().len()
+}
+
 /// The outcomes that the headline reports: failures, and runs that are unfinished or damaged; `None` if there are none.
 pub(crate) fn headline(runs: &[RunAnalysis], results: &[CheckResult]) -> Option<String> {
-    let count = |number: usize| format!("{number} of {} runs", runs.len());
+    let count = |number: usize| format!("{number} of {}", plural(runs.len() as u64, "run"));
     let is_failed = |result: &&CheckResult| {
         result.kind == CheckKind::Outcome && !result.passed && result.finding != UNFINISHED
     };
@@ -89,7 +97,7 @@ pub(crate) fn headline(runs: &[RunAnalysis], results: &[CheckResult]) -> Option<
     if let Some(first) = failed.first() {
         parts.push(format!(
             "{} without the expected outcome: {}",
-            count(failed.len()),
+            count(number_of_runs(failed.iter().copied())),
             first.text()
         ));
     }

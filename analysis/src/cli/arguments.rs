@@ -14,8 +14,8 @@ pub const EXIT_CODES: &str = "Exit codes:
        baseline
   5    some input is unreadable; the rest was analyzed
   70   an internal error, or not enough memory
-  75   the results cannot be written: the same command may
-       succeed later";
+  75   a disk failed under an input, or the results cannot
+       be written: the same command may succeed later";
 
 /// Compute metrics with standard errors, plots and checks from recordings.
 #[derive(Debug, clap::Args)]

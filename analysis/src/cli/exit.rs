@@ -1,9 +1,11 @@
 //! The errors of the analysis, with the exit codes to which they lead.
 
 use crate::export::{ExportError, needs_parquet};
-use crate::input::InvalidPath;
+use crate::input::{InvalidPath, UnreadableRecording};
+use crate::thumbnail::ThumbnailError;
 use crate::write_file::WriteError;
 use kinetoscope_console::{Exit, Explained as _, Message};
+use kinetoscope_recording::error::ReadError;
 
 /// Why the command ended early, with its exit code.
 #[derive(Debug, thiserror::Error)]
@@ -18,8 +20,26 @@ impl CommandError {
         Self { exit: Exit::BadInput, message: message.into() }
     }
 
-    pub(super) fn unreadable(message: impl Into<Message>) -> Self {
-        Self { exit: Exit::Unreadable, message: message.into() }
+    /// The error of a command that can read none of its inputs.
+    pub(super) fn all_unreadable(reasons: &[UnreadableRecording]) -> Self {
+        let exit = UnreadableRecording::exit(reasons).unwrap_or(Exit::Unreadable);
+        let reasons: Vec<String> = reasons.iter().map(|why| why.message.to_string()).collect();
+        Self { exit, message: reasons.join("\nerror: ").into() }
+    }
+}
+
+impl From<ReadError> for CommandError {
+    fn from(error: ReadError) -> Self {
+        Self::all_unreadable(&[error.into()])
+    }
+}
+
+impl From<ThumbnailError> for CommandError {
+    fn from(error: ThumbnailError) -> Self {
+        match error {
+            ThumbnailError::Read(error) => error.into(),
+            other => Self::all_unreadable(&[other.message().into()]),
+        }
     }
 }
 

@@ -4,13 +4,12 @@ use super::exit::CommandError;
 use super::messages::{complain_unreadable, concluded, terminal};
 use crate::export::{self, Export, ExportFormat};
 use crate::input::recording::with_frame_limit;
-use crate::input::{self, RecordingFolder};
+use crate::input::{self, RecordingFolder, UnreadableRecording};
 use crate::thumbnail::{ThumbnailFormat, ThumbnailOptions, thumbnail};
 use crate::write_file;
 use clap::ValueEnum as _;
 use kinetoscope_console::text::{plural, shown_path};
-use kinetoscope_console::{Exit, StandardOutput};
-use kinetoscope_console::{Explained as _, Message};
+use kinetoscope_console::{Exit, Message, StandardOutput};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::num::NonZeroU32;
@@ -111,7 +110,7 @@ impl ExportArguments {
             exports.extend(export_all(source, &self.format, &folder, say, &mut unreadable)?);
         }
         unreadable.iter().for_each(complain_unreadable);
-        let exit = if unreadable.is_empty() { Exit::Done } else { Exit::Unreadable };
+        let exit = UnreadableRecording::exit(&unreadable).unwrap_or(Exit::Done);
         self.print_json(
             exit,
             exports.iter().map(|export| {
@@ -143,12 +142,10 @@ impl ExportArguments {
                 "name its file",
             )));
         };
-        let recording =
-            source.recording(path).map_err(|error| CommandError::unreadable(error.message()))?;
+        let recording = source.recording(path)?;
         let recording = with_frame_limit(recording);
         let options = ThumbnailOptions { format, width: self.thumbnail_width };
-        let drawn = thumbnail(&recording, options)
-            .map_err(|error| CommandError::unreadable(error.message()))?;
+        let drawn = thumbnail(&recording, options)?;
         let size = drawn.len().div_ceil(1000);
         write_file::write(file, drawn)?;
         self.say(&format!("written: {} ({size} kB)\n", shown_path(file)));
@@ -180,7 +177,7 @@ pub(super) fn export_all(
     formats: &[ExportFormat],
     folder: &Path,
     say: impl Fn(&str),
-    unreadable: &mut BTreeSet<Message>,
+    unreadable: &mut BTreeSet<UnreadableRecording>,
 ) -> Result<Vec<Export>, CommandError> {
     let mut all = Vec::new();
     for format in formats {

@@ -1,8 +1,9 @@
 //! What all commands print: errors, with the exit codes to which they lead, at the width of the terminal.
 
 use super::exit::CommandError;
+use crate::input::UnreadableRecording;
 use crate::report::table::Terminal;
-use kinetoscope_console::{Exit, Message, StandardOutput, complain};
+use kinetoscope_console::{Exit, StandardOutput, complain};
 use serde_json::json;
 use std::io::IsTerminal;
 
@@ -37,8 +38,8 @@ pub(super) fn concluded(
 }
 
 /// Prints why an input cannot be read, and what to do.
-pub(super) fn complain_unreadable(why: &Message) {
-    complain(&format!("error: {why}"), false);
+pub(super) fn complain_unreadable(why: &UnreadableRecording) {
+    complain(&format!("error: {}", why.message), false);
 }
 
 pub(super) fn terminal() -> Terminal {

@@ -11,11 +11,12 @@ pub use arguments::{AnalyzeArguments, EXIT_CODES};
 pub use export_arguments::ExportArguments;
 pub use plot_arguments::PlotArguments;
 
-use crate::checks::CheckKind;
 use crate::checks::baseline::{Baseline, BaselineComparison};
 use crate::checks::ci_formats::{self, ExperimentChecks};
+use crate::checks::outcome::number_of_runs;
+use crate::checks::{CheckKind, CheckResult};
 use crate::export::{self, ExportFormat};
-use crate::input::{self, RecordingFolder};
+use crate::input::{self, ON_FAILED_DISK, RecordingFolder, UnreadableRecording};
 use crate::models::metric_names;
 use crate::report::files;
 use crate::report::table::{Style, Terminal};
@@ -36,8 +37,6 @@ use std::path::{Path, PathBuf};
 
 /// An experiment with its analysis.
 struct Analyzed {
-    /// The folder of its recordings.
-    recordings: PathBuf,
     /// The folder of the results.
     results: PathBuf,
     report: AnalysisReport,
@@ -76,7 +75,7 @@ pub fn cache(recordings: &[PathBuf]) -> Result<(), String> {
         replay_bytes: Some(arguments::REPLAY_BYTES),
         ..AnalysisOptions::default()
     });
-    let errors: Vec<String> = errors.iter().map(Message::clause).collect();
+    let errors: Vec<String> = errors.iter().map(|error| error.message.clause()).collect();
     if errors.is_empty() { Ok(()) } else { Err(errors.join("; ")) }
 }
 
@@ -98,8 +97,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<Exit, CommandError> {
     if arguments.cache_only {
         let errors = fill_caches(sources, |folder| analysis_options(arguments, folder));
         errors.iter().for_each(complain_unreadable);
-        let exit = if errors.is_empty() { Exit::Done } else { Exit::Unreadable };
-        return Ok(exit);
+        return Ok(UnreadableRecording::exit(&errors).unwrap_or(Exit::Done));
     }
     let terminal = terminal();
     let several = input::are_several(&sources);
@@ -130,7 +128,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<Exit, CommandError> {
         if arguments.metrics_table {
             arguments.say(&write_table(&report, &folder, terminal)?);
         }
-        analyzed.push(Analyzed { recordings: source.folder, results: folder, report });
+        analyzed.push(Analyzed { results: folder, report });
     }
     if let Some(unused) = baselines.first() {
         return Err(CommandError::usage(Message::new(
@@ -226,7 +224,7 @@ fn json(analyzed: &[Analyzed], exit: Exit) -> String {
             "analysis": metrics,
             "checks": checks.collect::<Vec<_>>(),
             "baseline": report.baseline.as_ref().map(BaselineComparison::json),
-            "unreadable": report.unreadable.iter().map(Message::clause).collect::<Vec<_>>(),
+            "unreadable": report.unreadable.iter().map(|why| why.message.clause()).collect::<Vec<_>>(),
         })
     });
     let experiments: Vec<_> = experiments.collect();
@@ -237,7 +235,7 @@ fn json(analyzed: &[Analyzed], exit: Exit) -> String {
 fn fill_caches(
     sources: Vec<RecordingFolder>,
     options: impl Fn(&Path) -> AnalysisOptions,
-) -> Vec<Message> {
+) -> Vec<UnreadableRecording> {
     let mut errors = Vec::new();
     for mut source in sources {
         let options = options(&source.folder);
@@ -292,7 +290,7 @@ fn sources(arguments: &AnalyzeArguments) -> Result<Vec<RecordingFolder>, Command
 
 /// Writes that nothing could be analyzed, where a CI system expects the results.
 fn write_unread(arguments: &AnalyzeArguments, reason: &Message) -> Result<(), WriteError> {
-    let unreadable = [reason.clone()];
+    let unreadable = [reason.clone().into()];
     let nothing = ExperimentChecks {
         name: "recordings",
         manifest: None,
@@ -335,20 +333,26 @@ fn write_table(
 
 /// Prints what is unreadable and a summary of failures, and returns the worst exit code.
 fn conclude(analyzed: &[Analyzed], terminal: Terminal) -> Exit {
-    let results = |of_outcomes: bool| {
-        let all = analyzed.iter().flat_map(|one| &one.report.check_results);
-        all.filter(move |result| (result.kind == CheckKind::Outcome) == of_outcomes)
-    };
-    let unreadable: Vec<&Message> =
+    let unreadable: Vec<&UnreadableRecording> =
         analyzed.iter().flat_map(|one| &one.report.unreadable).collect();
     unreadable.iter().for_each(|why| complain_unreadable(why));
+    let runs = |is_counted: fn(&&CheckResult) -> bool| {
+        let of_one =
+            |one: &Analyzed| number_of_runs(one.report.check_results.iter().filter(is_counted));
+        analyzed.iter().map(of_one).sum::<usize>()
+    };
+    let checks = |is_counted: fn(&&CheckResult) -> bool| {
+        let all = analyzed.iter().flat_map(|one| &one.report.check_results);
+        all.filter(is_counted).filter(|result| result.kind != CheckKind::Outcome).count()
+    };
+    let (all, failed) = (|_: &&CheckResult| true, |result: &&CheckResult| !result.passed);
     let mut has_failed = false;
-    for (of_outcomes, what) in
-        [(true, "runs ended otherwise than expected"), (false, "checks failed")]
-    {
-        let failed = results(of_outcomes).filter(|result| !result.passed).count();
+    for (failed, all, what, ending) in [
+        (runs(failed), runs(all), "run", "ended otherwise than expected"),
+        (checks(failed), checks(all), "check", "failed"),
+    ] {
         if failed > 0 {
-            let line = format!("{failed} of {} {what}", results(of_outcomes).count());
+            let line = format!("{failed} of {} {ending}", plural(all as u64, what));
             complain(&terminal.paint(Style::Bad, &line), terminal.colors);
             has_failed = true;
         }
@@ -356,7 +360,7 @@ fn conclude(analyzed: &[Analyzed], terminal: Terminal) -> Exit {
     if has_failed {
         return Exit::CheckFailed;
     }
-    if unreadable.is_empty() { Exit::Done } else { Exit::Unreadable }
+    UnreadableRecording::exit(unreadable).unwrap_or(Exit::Done)
 }
 
 fn read_checks(path: &Path) -> Result<Vec<Check>, CommandError> {
@@ -379,7 +383,7 @@ fn read_argument(path: &Path, what: &str, expected: &str) -> Result<String, Comm
         let (exit, help) = match error.kind() {
             std::io::ErrorKind::NotFound => (Exit::BadInput, "check the path".to_owned()),
             _ if is_of_file(&error) => (Exit::BadInput, format!("name {expected}")),
-            _ => (Exit::Retryable, "check the disk, then run the same command again".to_owned()),
+            _ => (Exit::Retryable, ON_FAILED_DISK.to_owned()),
         };
         let what = format!("the {what} {} cannot be read: {error}", shown_path(path));
         CommandError { exit, message: Message::new(what, help) }

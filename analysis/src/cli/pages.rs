@@ -21,11 +21,7 @@ pub(super) fn write_indexes(
         let listed: Vec<Listed<'_>> = analyzed
             .iter()
             .filter(|one| !one.is_empty() && one.results.starts_with(&folder))
-            .map(|one| Listed {
-                report: &one.report,
-                recordings: &one.recordings,
-                results: &one.results,
-            })
+            .map(|one| Listed { report: &one.report, results: &one.results })
             .collect();
         if index::write(&folder, &listed)? {
             written.push(folder);

@@ -121,9 +121,12 @@ impl PlotArguments {
                 self.write(file, &png(&svg, scale).map_err(|error| CommandError::usage(error.0))?)?;
             }
         }
+        if let Some(hidden) = plot.hidden_data().filter(|_| !self.quiet) {
+            complain(&format!("note: {hidden}"), false);
+        }
         unreadable.dedup();
         unreadable.iter().for_each(complain_unreadable);
-        let exit = if unreadable.is_empty() { Exit::Done } else { Exit::Unreadable };
+        let exit = UnreadableRecording::exit(&unreadable).unwrap_or(Exit::Done);
         if self.json {
             let document = json!({ "exit_code": exit.code(), "plot": self.described(&plot) });
             self.standard_output.print_json(&format!("{document:#}\n"));
@@ -171,14 +174,14 @@ impl PlotArguments {
     fn source(&self) -> Result<RecordingFolder, CommandError> {
         let (mut sources, unlisted): (Vec<_>, Vec<_>) =
             input::sources(&self.paths)?.into_iter().partition(|source| !source.files.is_empty());
-        let unlisted: Vec<Message> =
+        let unlisted: Vec<UnreadableRecording> =
             unlisted.into_iter().flat_map(|folder| folder.unreadable).collect();
         match (sources.pop(), sources.as_slice()) {
             (Some(mut only), []) => {
                 only.unreadable.extend(unlisted);
                 Ok(only)
             }
-            (None, _) => Err(all_unreadable(&unlisted)),
+            (None, _) => Err(CommandError::all_unreadable(&unlisted)),
             (last, others) => {
                 let folders = others.iter().chain(&last).map(|it| shown_path(&it.folder));
                 let folders: Vec<String> = folders.take(5).collect();
@@ -194,13 +197,16 @@ impl PlotArguments {
     }
 
     /// The plot, and what could not be read.
-    fn plot(&self, source: &RecordingFolder) -> Result<(Plot, Vec<Message>), CommandError> {
+    fn plot(
+        &self,
+        source: &RecordingFolder,
+    ) -> Result<(Plot, Vec<UnreadableRecording>), CommandError> {
         let OpenedRuns { runs: opened, unreadable: unopened, .. } =
             source.opened(recording::opened);
         let mut unreadable = [source.unreadable.as_slice(), &unopened].concat();
         let request = self.request();
         let Some((first, _)) = opened.first() else {
-            return Err(all_unreadable(&unreadable));
+            return Err(CommandError::all_unreadable(&unreadable));
         };
         let model = first.manifest.model.name();
         if let Some((other, _)) = opened.iter().find(|(run, _)| run.manifest.model.name() != model)
@@ -228,7 +234,7 @@ impl PlotArguments {
         for read in read_all(tasks.collect(), &source.folder) {
             match read {
                 Ok(run) => runs.push(run),
-                Err(UnreadableRecording(why)) => unreadable.push(why),
+                Err(why) => unreadable.push(why),
             }
         }
         self.say_about(&runs, &mut unreadable);
@@ -239,17 +245,17 @@ impl PlotArguments {
         match data.draw(&request) {
             Ok(plot) => Ok((plot, unreadable)),
             // What could not be read may be the cause.
-            Err(_) if !unreadable.is_empty() => Err(all_unreadable(&unreadable)),
+            Err(_) if !unreadable.is_empty() => Err(CommandError::all_unreadable(&unreadable)),
             Err(why) => Err(CommandError::usage(why)),
         }
     }
 
     /// Prints which runs a plot of a metric omits.
-    fn say_about(&self, runs: &[RunAnalysis], unreadable: &mut Vec<Message>) {
+    fn say_about(&self, runs: &[RunAnalysis], unreadable: &mut Vec<UnreadableRecording>) {
         for run in runs {
             match &run.ending {
                 RunStatus::Complete => {}
-                RunStatus::Damaged(why) => unreadable.push(why.clone()),
+                RunStatus::Damaged(why) => unreadable.push(why.clone().into()),
                 other if !self.quiet => {
                     let (word, frames) = (other.word(), plural(run.frames, "frame"));
                     complain(&format!("note: {}: {word} after {frames}", run.file), false);
@@ -306,12 +312,6 @@ impl PlotArguments {
 
 /// A run with its coordinates, and the fields of channels to read.
 type Task = ((OpenRun, Vec<Coordinate>), Vec<String>);
-
-/// The error of a command that can read none of its recordings.
-fn all_unreadable(reasons: &[Message]) -> CommandError {
-    let reasons: Vec<String> = reasons.iter().map(Message::to_string).collect();
-    CommandError::unreadable(reasons.join("\nerror: "))
-}
 
 /// Reads recordings in parallel, or loads their analyses from the cache next to them, which is not changed.
 fn read_all(tasks: Vec<Task>, folder: &Path) -> Vec<Result<RunAnalysis, UnreadableRecording>> {

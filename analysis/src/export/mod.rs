@@ -11,11 +11,11 @@ mod xyz;
 
 use crate::input::coordinates::AxisNames;
 use crate::input::recording::opened_with_its_frames;
-use crate::input::{OpenedRuns, RecordingFolder};
+use crate::input::{OpenedRuns, RecordingFolder, UnreadableRecording};
 use crate::models;
 use crate::write_file::{WriteError, create_folder};
 use exporter::{ExportedRun, Exporter, WrittenFile};
-use kinetoscope_console::{Explained as _, Message};
+use kinetoscope_console::Message;
 use kinetoscope_files::atomic_file::leftovers;
 use kinetoscope_recording::error::ReadError;
 use std::collections::BTreeSet;
@@ -81,7 +81,7 @@ pub(crate) fn export(
     source: &RecordingFolder,
     format: ExportFormat,
     folder: &Path,
-    unreadable: &mut BTreeSet<Message>,
+    unreadable: &mut BTreeSet<UnreadableRecording>,
 ) -> Result<Vec<Export>, ExportError> {
     let mut exports = Vec::new();
     let OpenedRuns { runs, unreadable: unread, .. } = source.opened(opened_with_its_frames);
@@ -111,7 +111,7 @@ pub(crate) fn export(
         };
         let mut exporter = exporter(format, run, folder)?;
         let mut reported = |error: ReadError| {
-            unreadable.insert(error.message());
+            unreadable.insert(error.into());
         };
         // The intact frames of a damaged recording are exported.
         match recording.frames() {

@@ -179,8 +179,9 @@ struct CsvFile {
 pub(super) fn csv_file(path: &Path, columns: &[Column]) -> Result<Box<dyn TableFile>, WriteError> {
     let path = path.with_extension("csv");
     let mut writer = csv::Writer::from_writer(begin(&path)?);
-    let header = columns.iter().map(|column| column.name.as_str());
-    writer.write_record(header).map_err(|error| WriteError::new(&path, error))?;
+    writer
+        .write_record(columns.iter().map(Column::text))
+        .map_err(|error| WriteError::new(&path, error))?;
     Ok(Box::new(CsvFile { path, writer }))
 }
 

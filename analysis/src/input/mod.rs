@@ -6,12 +6,11 @@ pub(crate) mod host_file;
 mod object_storage;
 pub mod recording;
 
-pub(crate) use error::InvalidPath;
 pub use error::UnreadableRecording;
+pub(crate) use error::{InvalidPath, ON_FAILED_DISK};
 
 use crate::input::recording::{OpenRun, is_partial, restored_file};
-use kinetoscope_console::text::shown_path;
-use kinetoscope_console::{Explained as _, Message};
+use kinetoscope_console::text::{plural, shown_path};
 use kinetoscope_files::folder::folder_of;
 use kinetoscope_files::regular_file::{MAX_EXPERIMENT_RECORD_BYTES, read_opened};
 use kinetoscope_manifest::{Coordinate, ExperimentRecord};
@@ -51,7 +50,7 @@ pub(crate) struct RecordingFolder {
     /// Notes for the user.
     pub(crate) notes: Vec<String>,
     /// What could not be read, with reasons.
-    pub(crate) unreadable: Vec<Message>,
+    pub(crate) unreadable: Vec<UnreadableRecording>,
 }
 
 /// The open recordings of a folder.
@@ -61,7 +60,7 @@ pub(crate) struct OpenedRuns {
     /// Notes for the user.
     notes: Vec<String>,
     /// What could not be read, with reasons.
-    pub(crate) unreadable: Vec<Message>,
+    pub(crate) unreadable: Vec<UnreadableRecording>,
 }
 
 /// Finds the recordings behind paths and addresses (`s3://BUCKET/PREFIX`): one entry per folder, in the order of the
@@ -137,7 +136,8 @@ fn search(folder: &Path, found: &mut Vec<RecordingFolder>) {
                 true,
             );
             let shown = shown_path(folder);
-            unlisted.unreadable.push(Message::new(
+            unlisted.unreadable.push(UnreadableRecording::of_io(
+                &error,
                 format!("{shown} cannot be listed: {error}"),
                 "check its permissions",
             ));
@@ -213,7 +213,8 @@ impl RecordingFolder {
     fn text(&self, path: &Path) -> io::Result<String> {
         let Opened { input, bytes, .. } = self.storage.open(path)?;
         let content = read_opened(input, bytes, MAX_EXPERIMENT_RECORD_BYTES)?;
-        String::from_utf8(content).map_err(io::Error::other)
+        String::from_utf8(content)
+            .map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))
     }
 
     fn read_side_car(&mut self) {
@@ -222,7 +223,8 @@ impl RecordingFolder {
             Ok(text) => text,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return,
             Err(error) => {
-                self.unreadable.push(Message::new(
+                self.unreadable.push(UnreadableRecording::of_io(
+                    &error,
                     format!("{}: {error}; its recordings are read without it", shown_path(&path)),
                     "run the experiment again to write it again",
                 ));
@@ -234,7 +236,7 @@ impl RecordingFolder {
             Err(diagnostics) => {
                 let path = shown_path(&path);
                 let errors = diagnostics.to_string();
-                self.unreadable.push(Message::new(
+                self.unreadable.push(UnreadableRecording::new(
                     format!(
                         "{path} cannot be read: its recordings are analyzed without it, and its checks are not evaluated\n{}",
                         errors.trim_end()
@@ -275,7 +277,7 @@ impl RecordingFolder {
                     "{} is stale: the experiment as run last has no such run; left out",
                     file_name(path)
                 )),
-                Err(error) => self.unreadable.push(error.message()),
+                Err(error) => self.unreadable.push(error.into()),
             }
         }
         self.files = files;
@@ -284,8 +286,8 @@ impl RecordingFolder {
             let missing = record.runs.len().saturating_sub(self.files.len());
             if missing > 0 {
                 self.notes.push(format!(
-                    "{missing} of {} runs have no finished recording yet: run the experiment again to resume",
-                    record.runs.len()
+                    "{missing} of {} have no finished recording yet: run the experiment again to resume",
+                    plural(record.runs.len() as u64, "run")
                 ));
             }
         }
@@ -339,7 +341,7 @@ impl RecordingFolder {
             }
             match recording.and_then(&open) {
                 Ok(run) => opened.push((file_name(path), run)),
-                Err(UnreadableRecording(why)) => unreadable.push(why),
+                Err(why) => unreadable.push(why),
             }
         }
         let Some(record) = &self.record else {

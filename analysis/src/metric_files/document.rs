@@ -5,6 +5,7 @@ use crate::metric::deviation::ROUNDING_FRACTION;
 use crate::metric::{Metric, MetricScope, SCHEMA};
 use crate::run::RunAnalysis;
 use crate::statistics::{SET_BY_MANIFEST, is_of_short_series};
+use kinetoscope_console::text::json;
 use kinetoscope_manifest::{Coordinate, manifest_values, unit_of_key};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -147,12 +148,12 @@ impl Document {
         }
     }
 
-    /// The text of `metrics.json`; equal recordings give equal bytes.
+    /// The text of `metrics.json`; equal recordings give equal bytes. A terminal may show it.
     ///
     /// # Errors
     /// Errors of the serializer; none is expected.
     pub(crate) fn to_json(&self) -> serde_json::Result<String> {
-        serde_json::to_string_pretty(self).map(|text| text + "\n")
+        serde_json::to_string_pretty(self).map(|text| json(&text) + "\n")
     }
 }
 

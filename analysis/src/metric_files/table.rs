@@ -121,7 +121,7 @@ impl<'a> MetricTable<'a> {
 pub(crate) fn to_csv(metrics: &[Metric]) -> Result<String, csv::Error> {
     let table = MetricTable::new(metrics);
     let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(table.columns(&[]).iter().map(|column| column.name.as_str()))?;
+    writer.write_record(table.columns(&[]).iter().map(Column::text))?;
     for row in table.rows(&[]) {
         writer.write_record(row.iter().map(|cell| cell.text()))?;
     }

@@ -53,6 +53,11 @@ fn of_model(name: &str) -> Option<&'static ModelAnalysis> {
     MODELS.iter().find(|model| model.name == name).copied()
 }
 
+/// The heading of a model; `None` for an unknown name.
+pub(crate) fn title_of(name: &str) -> Option<&'static str> {
+    of_model(name).map(|model| model.title)
+}
+
 /// The metrics of a model's runs; empty for an unknown name.
 pub(crate) fn metrics_of(name: &str) -> &'static [&'static Definition] {
     of_model(name).map_or(&[], |model| model.metrics)

@@ -116,20 +116,22 @@ const REMARK_TEXT: i32 = 14;
 const REMARK_MARGIN: i32 = 16;
 
 impl Chart {
-    /// The remark, with the number of points of the data that logarithmic axes cannot show.
-    pub(crate) fn full_remark(&self) -> String {
+    /// The points of the data that logarithmic axes cannot show, in words; `None` if there are none.
+    pub(super) fn hidden_data(&self) -> Option<String> {
         let data = self.curves.iter().filter(|curve| curve.style == CurveStyle::Data);
         let is_hidden = |point: &&Point| {
             let is_number = point.x.is_finite() && point.y.is_finite();
             is_number && !(self.x.can_show(point.x) && self.y.can_show(point.y))
         };
         let hidden = data.flat_map(|curve| &curve.points).filter(is_hidden).count() as u64;
-        if hidden == 0 {
-            return self.remark.clone();
-        }
-        let separator = if self.remark.is_empty() { "" } else { "; " };
         let points = plural(hidden, "point");
-        format!("{}{separator}{points} at 0 or below: not on a logarithmic axis", self.remark)
+        (hidden > 0).then(|| format!("{points} at 0 or below: not on a logarithmic axis"))
+    }
+
+    /// The remark, with the points of the data that logarithmic axes cannot show.
+    pub(crate) fn full_remark(&self) -> String {
+        let own = Some(self.remark.clone()).filter(|remark| !remark.is_empty());
+        own.into_iter().chain(self.hidden_data()).collect::<Vec<_>>().join("; ")
     }
 
     /// The chart as an SVG document; `None` if no curve has a point that the axes can show. Without a size, it has that of the

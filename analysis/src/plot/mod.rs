@@ -56,6 +56,14 @@ impl Plot {
         Self { stem: stem.into(), title: title.into(), content }
     }
 
+    /// The points of the data that logarithmic axes cannot show, in words; `None` if there are none.
+    pub(crate) fn hidden_data(&self) -> Option<String> {
+        match &self.content {
+            PlotContent::Chart(chart) => chart.hidden_data(),
+            PlotContent::Picture(_) => None,
+        }
+    }
+
     /// The same plot with a remark below, if it is a chart.
     pub(crate) fn with_remark(mut self, remark: &str) -> Self {
         if let PlotContent::Chart(chart) = &mut self.content {

@@ -4,101 +4,29 @@ use super::encoding::{
     ABSENT, LARGEST, append_series, append_speeds, base64_bytes, best_order, deflated, quantized,
 };
 use super::film::{Film, Replay};
-use super::lines::{Lines, styles};
-use super::speeds::{Speeds, Velocities};
+use super::lines::{Lines, styles, texts};
+use super::picture::{Look, picture};
+use super::poster::poster;
+use super::speeds::{Speeds, Velocities, legend_top};
+use super::still::{Columns, Point, Still, halve, padded, thinned};
 use super::view::View;
 use crate::input::recording::OpenRun;
 use crate::models;
 use crate::models::contract::Extent;
 use kinetoscope_manifest::record::RecordInterval;
-use kinetoscope_recording::channels::WALLS;
+use kinetoscope_recording::channels::{DISCS, LEGEND, WALLS};
 use kinetoscope_recording::drawing::read_shapes;
-use kinetoscope_recording::reader::{RecordedFrame, StateTable};
+use kinetoscope_recording::reader::RecordedFrame;
 use std::sync::Arc;
 
 /// Maximum number of particles in a replay; a browser draws this many in a few milliseconds.
 const MAX_PARTICLES: usize = 10_000;
 /// Number of frames below which particles are left out rather than more frames.
 const MIN_FRAMES: usize = 60;
+/// Blocks of neighboring frames whose encoding predicts that of all frames.
+const SAMPLED_BLOCKS: usize = 3;
 /// Bytes per particle and frame that the collector counts on; the encoding of most runs takes one to three.
 const MIN_BYTES_PER_POINT: usize = 1;
-
-/// A particle of a frame. A position keeps its digits: a container may be far from the origin.
-#[derive(Clone, Copy, Debug)]
-struct Point {
-    x: f64,
-    y: f64,
-    speed: f32,
-    velocity: [f32; 2],
-    radius: f32,
-}
-
-impl Point {
-    /// A particle that the frame does not have; the radius of others is a number.
-    const ABSENT: Self = Self {
-        x: f64::NAN,
-        y: f64::NAN,
-        speed: f32::NAN,
-        velocity: [f32::NAN; 2],
-        radius: f32::NAN,
-    };
-
-    fn disc(&self) -> [f64; 3] {
-        [self.x, self.y, f64::from(self.radius)]
-    }
-}
-
-/// A frame as a replay shows it.
-#[derive(Clone, Debug)]
-struct Still {
-    number: u64,
-    time: f64,
-    points: Vec<Point>,
-    lines: Arc<Lines>,
-}
-
-/// The columns of the state that a replay shows.
-#[derive(Clone, Debug)]
-struct Columns {
-    position: [usize; 2],
-    velocity: Vec<usize>,
-    /// vx and vy.
-    in_plane: Option<[usize; 2]>,
-    radius: Option<usize>,
-    id: Option<usize>,
-}
-
-impl Columns {
-    fn of(state: &StateTable) -> Option<Self> {
-        let index = |name: &str| state.index(name);
-        Some(Self {
-            position: [index("x")?, index("y")?],
-            velocity: ["vx", "vy", "vz"].into_iter().filter_map(index).collect(),
-            in_plane: index("vx").zip(index("vy")).map(|(x, y)| [x, y]),
-            radius: index("radius"),
-            id: index("id"),
-        })
-    }
-
-    /// The particle's number: its id, or else its row.
-    fn number(&self, row: usize, values: &[f64]) -> u64 {
-        let id = self.id.map(|column| values[column]);
-        let is_number = |id: &f64| *id >= 0.0 && *id < f64::from(u32::MAX) && id.fract() == 0.0;
-        id.filter(is_number).map_or(row as u64, |id| id as u64)
-    }
-
-    fn point(&self, values: &[f64], radius: f64) -> Point {
-        let [x, y] = self.position.map(|column| values[column]);
-        let squares = self.velocity.iter().map(|column| values[*column] * values[*column]);
-        let speed = if self.velocity.is_empty() { f64::NAN } else { squares.sum::<f64>().sqrt() };
-        let velocity = self
-            .in_plane
-            .map_or([f32::NAN; 2], |columns| columns.map(|column| narrowed(values[column])));
-        let radius = self.radius.map_or(radius, |column| values[column]) as f32;
-        let radius = if radius >= 0.0 { radius } else { 0.0 };
-        Point { x, y, speed: narrowed(speed), velocity, radius }
-    }
-}
 
 /// Collects the frames of a replay while a run is read.
 #[derive(Debug)]
@@ -115,6 +43,9 @@ pub(crate) struct ReplayCollector {
     fps: f64,
     units: [String; 3],
     columns: Option<Columns>,
+    /// The speed at the upper end of the recorded color bar, and the recorded names of the first particles.
+    legend_top: Option<f64>,
+    names: Vec<String>,
     lines: Arc<Lines>,
     stills: Vec<Still>,
     last: Option<Still>,
@@ -150,6 +81,8 @@ impl ReplayCollector {
             fps: provenance.playback_fps,
             units: [unit("x"), unit("vx"), provenance.time_unit.clone()],
             columns: None,
+            legend_top: None,
+            names: Vec::new(),
             lines,
             stills: Vec::new(),
             last: None,
@@ -162,9 +95,16 @@ impl ReplayCollector {
     pub(crate) fn observe(&mut self, frame: &RecordedFrame) {
         let number = self.frames;
         self.frames += 1;
-        let message = frame.messages().iter().find(|message| message.topic() == WALLS);
-        if let Some(shapes) = message.and_then(|message| read_shapes(message.payload())) {
+        let shapes = |topic: &str| {
+            let message = frame.messages().iter().find(|message| message.topic() == topic);
+            message.and_then(|message| read_shapes(message.payload()))
+        };
+        if let Some(shapes) = shapes(WALLS) {
             self.lines = Arc::new(Lines::of(&shapes));
+        }
+        if number == 0 {
+            self.legend_top = shapes(LEGEND).and_then(|legend| legend_top(&legend));
+            self.names = shapes(DISCS).map(|discs| texts(&discs)).unwrap_or_default();
         }
         let Some(state) = frame.state() else { return };
         self.columns = self.columns.take().or_else(|| Columns::of(state));
@@ -231,8 +171,8 @@ impl ReplayCollector {
         let Some(view) = self.view() else {
             return missing("no recorded position is a finite number");
         };
-        let mut every = 1;
         let fewest = self.stills.len().div_ceil(MIN_FRAMES);
+        let mut every = self.first_interval(view).min(fewest);
         loop {
             let stills = thinned(&self.stills, every);
             let film = self.film(&stills, view);
@@ -257,14 +197,34 @@ impl ReplayCollector {
         }
     }
 
-    /// The container, or else everything that is drawn.
+    /// The interval of frames that a sample of neighboring frames suggests: encoding all frames of a long run only to find that they
+    /// do not fit would take most of the time.
+    fn first_interval(&self, view: View) -> usize {
+        let frames = self.stills.len();
+        if frames < 2 * MIN_FRAMES {
+            return 1;
+        }
+        let block = MIN_FRAMES / SAMPLED_BLOCKS;
+        let blocks =
+            (0..SAMPLED_BLOCKS).map(|index| (frames - block) * index / (SAMPLED_BLOCKS - 1));
+        let sample: Vec<&Still> =
+            blocks.flat_map(|start| &self.stills[start..start + block]).collect();
+        let bytes = base64_bytes(self.film(&sample, view).data.len());
+        (bytes * frames / sample.len() / self.max_bytes).max(1)
+    }
+
+    /// All positions, within and near the container if there is one, else with everything else that is drawn.
     fn view(&self) -> Option<View> {
+        let points = || self.stills.iter().flat_map(|still| &still.points).map(Point::disc);
         let container = self.stills.iter().flat_map(|still| still.lines.container());
-        View::containing(container).or_else(|| {
-            let points = self.stills.iter().flat_map(|still| &still.points).map(Point::disc);
-            let lines = self.stills.first().into_iter().flat_map(|still| still.lines.extent());
-            View::of_particles(&points.chain(lines).collect::<Vec<_>>())
-        })
+        let shown = match View::containing(container) {
+            Some(container) => View::of_contained(points(), container).or(Some(container)),
+            None => {
+                let lines = self.stills.first().into_iter().flat_map(|still| still.lines.extent());
+                View::of_particles(&points().chain(lines).collect::<Vec<_>>())
+            }
+        };
+        shown.map(View::with_margin)
     }
 
     /// What is shown and what was left out.
@@ -335,14 +295,16 @@ impl ReplayCollector {
         append_series(&mut data, &xs, particles, orders[0]);
         append_series(&mut data, &ys, particles, orders[1]);
         let speed = |still: &&Still| still.points.iter().map(|at| f64::from(at.speed)).collect();
-        let speeds = Speeds::of(stills.iter().map(speed));
+        let speeds = Speeds::of(stills.iter().map(speed), self.legend_top);
         let stored: Vec<u8> = points().map(|point| speeds.stored(point.speed)).collect();
         append_speeds(&mut data, &stored, particles);
         let styles = styles(stills.iter().map(|still| &*still.lines));
         let drawn = if has_moving_walls { stills } else { &stills[..1] };
+        let cut = view.cut();
+        let walls: Vec<_> = drawn.iter().map(|still| still.lines.clipped(cut)).collect();
         for axis in 0..2 {
-            let values = drawn.iter().flat_map(|still| {
-                let stored = still.lines.ends.iter().map(|end| range.stored(*end)[axis]);
+            let values = walls.iter().flat_map(|clipped| {
+                let stored = clipped.iter().map(|end| range.stored(*end)[axis]);
                 stored.chain(std::iter::repeat(ABSENT)).take(ends)
             });
             append_series(&mut data, &values.collect::<Vec<_>>(), ends, 2);
@@ -361,11 +323,19 @@ impl ReplayCollector {
             append_series(&mut data, &stored, particles, 1);
         }
         let shown = stills.len() as f64 / self.frames as f64;
+        let first = poster(stills, view);
+        let has_trails = self.extent.has_trails;
+        let picture =
+            picture(stills, first, view, &Look { top: speeds.top, has_trails, names: &self.names });
         Film {
             frames: stills.len(),
             particles,
             every_particle: self.every_particle,
             view,
+            cut,
+            poster: first,
+            picture,
+            names: self.names.clone(),
             origin: range.origin,
             step: range.step,
             orders,
@@ -380,39 +350,12 @@ impl ReplayCollector {
             has_moving_walls,
             bodies: stills.first().map_or_else(Vec::new, |still| still.lines.bodies.clone()),
             labels: stills.first().map_or_else(Vec::new, |still| still.lines.labels.clone()),
-            has_trails: self.extent.has_trails,
+            has_trails,
             fps: self.fps * shown,
             units: self.units.clone(),
             data: deflated(&data),
         }
     }
-}
-
-/// A finite number stays finite; another one becomes NaN.
-fn narrowed(value: f64) -> f32 {
-    let largest = f64::from(f32::MAX);
-    if value.is_finite() { value.clamp(-largest, largest) as f32 } else { f32::NAN }
-}
-
-/// Every k-th frame, and the last.
-fn thinned(stills: &[Still], every: usize) -> Vec<&Still> {
-    let mut kept: Vec<&Still> = stills.iter().step_by(every).collect();
-    if let Some(last) = stills.last()
-        && !(stills.len() - 1).is_multiple_of(every)
-    {
-        kept.push(last);
-    }
-    kept
-}
-
-/// Removes every second particle.
-fn halve(points: &mut Vec<Point>) {
-    *points = points.iter().copied().step_by(2).collect();
-}
-
-/// The points of a frame, followed by absent ones up to this number.
-fn padded(points: &[Point], number: usize) -> impl Iterator<Item = Point> + Clone + '_ {
-    points.iter().copied().chain(std::iter::repeat(Point::ABSENT)).take(number)
 }
 
 /// The stored coordinates.

@@ -7,7 +7,10 @@
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use miniz_oxide::deflate::compress_to_vec;
+use miniz_oxide::deflate::core::{
+    CompressorOxide, TDEFLFlush, compress_to_output, create_comp_flags_from_zip_params,
+};
+use rayon::prelude::*;
 
 /// The value of a coordinate, or of a speed, that is absent.
 pub(super) const ABSENT: u16 = u16::MAX;
@@ -15,8 +18,10 @@ pub(super) const ABSENT_SPEED: u8 = u8::MAX;
 /// The largest stored value.
 pub(super) const LARGEST: u16 = ABSENT - 1;
 pub(super) const LARGEST_SPEED: u8 = ABSENT_SPEED - 1;
-/// Level of the compression: 9 takes twice as long for less than one percent.
-const LEVEL: u8 = 7;
+/// Level of the compression: 7 takes twice as long for less than one percent.
+const LEVEL: i32 = 4;
+/// Bytes that are compressed together. Blocks are compressed in parallel; their bounds depend on the data only.
+const BLOCK_BYTES: usize = 1 << 20;
 
 /// Rounds a number to a multiple of `step`; absent if it is not finite or out of range.
 pub(super) fn quantized(value: f64, step: f64) -> u16 {
@@ -67,9 +72,28 @@ pub(super) fn append_speeds(bytes: &mut Vec<u8>, values: &[u8], width: usize) {
     }));
 }
 
-/// Compresses as raw DEFLATE; equal bytes give equal bytes.
+/// Compresses as raw DEFLATE; equal bytes give equal bytes, with any number of threads.
 pub(super) fn deflated(bytes: &[u8]) -> Vec<u8> {
-    compress_to_vec(bytes, LEVEL)
+    let whole = bytes.len() / BLOCK_BYTES * BLOCK_BYTES;
+    let (blocks, last) = bytes.split_at(whole);
+    let mut packed: Vec<Vec<u8>> = blocks
+        .par_chunks(BLOCK_BYTES)
+        .map(|block| deflated_block(block, TDEFLFlush::Sync))
+        .collect();
+    packed.push(deflated_block(last, TDEFLFlush::Finish));
+    packed.concat()
+}
+
+/// One block of a raw DEFLATE stream, which refers to no other block. `Sync` ends it at a whole byte, `Finish` ends the stream.
+fn deflated_block(block: &[u8], end: TDEFLFlush) -> Vec<u8> {
+    let (raw, default_strategy) = (0, 0);
+    let flags = create_comp_flags_from_zip_params(LEVEL, raw, default_strategy);
+    let mut packed = Vec::new();
+    compress_to_output(&mut CompressorOxide::new(flags), block, end, |bytes| {
+        packed.extend_from_slice(bytes);
+        true
+    });
+    packed
 }
 
 /// Bytes as text.
@@ -136,6 +160,20 @@ mod tests {
         assert!(packed.len() < bytes.len() / 50, "{} of {}", packed.len(), bytes.len());
         assert_eq!(miniz_oxide::inflate::decompress_to_vec(&packed).unwrap(), bytes);
         assert_eq!(base64(&packed).len(), base64_bytes(packed.len()));
+    }
+
+    #[test]
+    fn blocks_of_any_number_are_one_stream() {
+        let byte = |index: usize| (index.wrapping_mul(2_654_435_761) >> 28) as u8;
+        for length in [0, 1, BLOCK_BYTES - 1, BLOCK_BYTES, BLOCK_BYTES + 1, 3 * BLOCK_BYTES] {
+            let bytes: Vec<u8> = (0..length).map(byte).collect();
+            let packed = deflated(&bytes);
+            assert_eq!(
+                miniz_oxide::inflate::decompress_to_vec(&packed).unwrap(),
+                bytes,
+                "{length}"
+            );
+        }
     }
 
     #[test]

@@ -29,6 +29,14 @@ pub(crate) struct Film {
     pub(super) every_particle: u64,
     /// The region that is shown.
     pub(super) view: View,
+    /// Where walls are cut off.
+    pub(super) cut: View,
+    /// The frame that is shown first.
+    pub(super) poster: usize,
+    /// That frame as an SVG document.
+    pub(crate) picture: String,
+    /// Names of the first particles; may be empty.
+    pub(super) names: Vec<String>,
     /// Position of the coordinates 0, and the length of one step of a coordinate.
     pub(super) origin: [f64; 2],
     pub(super) step: f64,
@@ -67,13 +75,20 @@ impl Film {
     /// What the script needs to decode and draw the data, as JSON.
     pub(crate) fn description(&self) -> String {
         let colors = SPEED_COLORS.map(|[r, g, b]| format!("#{r:02x}{g:02x}{b:02x}"));
-        let [low, high] = self.view.corners;
+        let sides = |view: &View| {
+            let [low, high] = view.corners;
+            [low[0], low[1], high[0], high[1]]
+        };
+        let names: Vec<_> = self.names.iter().map(|name| visible(name)).collect();
         let labels: Vec<_> = self.labels.iter().map(|(at, text)| (at, visible(text))).collect();
         json!({
             "frames": self.frames,
             "particles": self.particles,
             "every": self.every_particle,
-            "view": [low[0], low[1], high[0], high[1]],
+            "view": sides(&self.view),
+            "cut": sides(&self.cut),
+            "poster": self.poster,
+            "names": names,
             "origin": self.origin,
             "step": self.step,
             "orders": self.orders,

@@ -1,5 +1,6 @@
 //! The lines of a frame: the container, lines for comparison, bodies at rest, and texts.
 
+use super::view::View;
 use crate::plot::drawing::is_container;
 use kinetoscope_recording::drawing::{Rgb, Shape};
 use serde::{Deserialize, Serialize};
@@ -55,6 +56,12 @@ impl Lines {
         lines
     }
 
+    /// The ends of each segment where it is cut off; not numbers for a segment that is outside.
+    pub(super) fn clipped(&self, region: View) -> Vec<[f64; 2]> {
+        let segments = self.ends.chunks_exact(2).map(|ends| region.clipped([ends[0], ends[1]]));
+        segments.flat_map(|segment| segment.unwrap_or([[f64::NAN; 2]; 2])).collect()
+    }
+
     /// What the container extends over, as discs of no size.
     pub(super) fn container(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
         self.container.iter().map(|[x, y]| [*x, *y, 0.0])
@@ -64,6 +71,15 @@ impl Lines {
     pub(super) fn extent(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
         self.ends.iter().map(|[x, y]| [*x, *y, 0.0]).chain(self.bodies.iter().copied())
     }
+}
+
+/// The texts of a scene, in its order.
+pub(super) fn texts(shapes: &[Shape]) -> Vec<String> {
+    let text = |shape: &Shape| match shape {
+        Shape::Text { text, .. } => Some(text.clone()),
+        _ => None,
+    };
+    shapes.iter().filter_map(text).collect()
 }
 
 /// The different styles of all frames, in the order of their first use.

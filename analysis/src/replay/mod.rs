@@ -7,7 +7,11 @@ mod collector;
 mod encoding;
 mod film;
 mod lines;
+mod motion;
+mod picture;
+mod poster;
 mod speeds;
+mod still;
 mod view;
 
 pub(crate) use collector::ReplayCollector;

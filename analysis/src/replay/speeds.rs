@@ -1,6 +1,8 @@
 //! Speeds and velocities as small numbers.
 
 use super::encoding::{ABSENT, ABSENT_SPEED, LARGEST, LARGEST_SPEED, quantized};
+use super::lines::texts;
+use kinetoscope_recording::drawing::Shape;
 
 /// Fraction of the particles of a frame that are not faster than its typical top speed.
 const TOP_FRACTION: f64 = 0.99;
@@ -16,8 +18,9 @@ pub(super) struct Speeds {
 }
 
 impl Speeds {
-    /// The top of the color scale is the largest typical top speed of a frame: a few fast particles do not darken the others.
-    pub(super) fn of(frames: impl Iterator<Item = Vec<f64>>) -> Self {
+    /// The top of the color scale is that of the recorded color bar, else the largest typical top speed of a frame: a few fast particles do not darken
+    /// the others.
+    pub(super) fn of(frames: impl Iterator<Item = Vec<f64>>, legend_top: Option<f64>) -> Self {
         let (mut max, mut top) = (0.0_f64, 0.0_f64);
         for mut speeds in frames {
             speeds.retain(|speed| speed.is_finite());
@@ -27,7 +30,7 @@ impl Speeds {
                 max = speeds.into_iter().fold(max, f64::max);
             }
         }
-        Self { max, top }
+        Self { max, top: legend_top.unwrap_or(top) }
     }
 
     pub(super) fn stored(&self, speed: f32) -> u8 {
@@ -38,6 +41,14 @@ impl Speeds {
         let fraction = if self.max > 0.0 { (speed / self.max).sqrt() } else { 0.0 };
         libm::round(fraction * f64::from(LARGEST_SPEED)) as u8
     }
+}
+
+/// The speed at the upper end of a recorded color bar, by its last text, such as "0.848 m/s"; `None` without a positive number.
+pub(super) fn legend_top(legend: &[Shape]) -> Option<f64> {
+    let text = texts(legend).pop()?;
+    let number = text.split(' ').next()?;
+    let top: f64 = number.parse().ok()?;
+    (top > 0.0 && top.is_finite()).then_some(top)
 }
 
 /// The stored components of velocities: equal steps from `-top` to `top`.

@@ -6,6 +6,13 @@ use serde::{Deserialize, Serialize};
 /// numerical blow-up, the others remain visible.
 const MAX_MEDIAN_DISTANCES: f64 = 100.0;
 
+/// Margin of a view on each side, in longer sides of what it shows.
+const MARGIN: f64 = 0.08;
+/// Distance of the place where walls are cut off from the border of a view, in longer sides.
+const CUT: f64 = 0.015;
+/// How far beyond its container a view reaches for positions outside, in longer sides of the container.
+const MAX_OUTSIDE: f64 = 0.25;
+
 /// A rectangle along the axes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct View {
@@ -49,6 +56,60 @@ impl View {
         Self { corners: [corner(low, -1.0), corner(high, 1.0)] }
     }
 
+    /// The view of particles within a container: all of their positions, except for those far outside.
+    pub(super) fn of_contained(
+        discs: impl Iterator<Item = [f64; 3]>,
+        container: Self,
+    ) -> Option<Self> {
+        let limits = container.grown(MAX_OUTSIDE * container.longer_side());
+        Self::containing(discs.filter(|[x, y, _]| limits.contains([*x, *y])))
+    }
+
+    /// The view with a margin around what it shows.
+    pub(super) fn with_margin(self) -> Self {
+        self.grown(MARGIN * self.longer_side())
+    }
+
+    /// Where walls are cut off, within the margin.
+    pub(super) fn cut(&self) -> Self {
+        self.grown(-CUT * self.longer_side())
+    }
+
+    fn grown(&self, by: f64) -> Self {
+        let [low, high] = self.corners;
+        Self { corners: [low.map(|part| part - by), high.map(|part| part + by)] }
+    }
+
+    fn contains(&self, place: [f64; 2]) -> bool {
+        let [low, high] = self.corners;
+        (0..2).all(|axis| (low[axis]..=high[axis]).contains(&place[axis]))
+    }
+
+    /// The part of a segment that is inside; `None` if there is none. Liang and Barsky, ACM Transactions on Graphics 3 (1984) 1.
+    pub(super) fn clipped(&self, [from, to]: [[f64; 2]; 2]) -> Option<[[f64; 2]; 2]> {
+        let [low, high] = self.corners;
+        let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
+        for axis in 0..2 {
+            let length = to[axis] - from[axis];
+            let ends = [low[axis] - from[axis], high[axis] - from[axis]];
+            if length == 0.0 {
+                if ends[0] > 0.0 || ends[1] < 0.0 {
+                    return None;
+                }
+                continue;
+            }
+            let [first, last] = ends.map(|distance| distance / length);
+            enters = enters.max(first.min(last));
+            leaves = leaves.min(first.max(last));
+        }
+        let at = |share: f64| match share {
+            0.0 => from,
+            1.0 => to,
+            _ => [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis])),
+        };
+        (enters <= leaves).then(|| [at(enters), at(leaves)])
+    }
+
     /// The longer side.
     pub(super) fn longer_side(&self) -> f64 {
         let [low, high] = self.corners;
@@ -69,6 +130,22 @@ fn median(numbers: impl Iterator<Item = f64>) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn view_of_a_pile_is_its_part_of_the_container_and_cuts_walls_off() {
+        let container = View { corners: [[0.0, 0.0], [100.0, 100.0]] };
+        let pile = [[10.0, 1.0, 1.0], [29.0, 9.0, 1.0], [200.0, 1.0, 1.0]];
+        let view = View::of_contained(pile.into_iter(), container).unwrap();
+        assert_eq!(view.corners, [[9.0, 0.0], [30.0, 10.0]]);
+        let view = view.with_margin();
+        assert_eq!(view.corners, [[9.0 - 1.68, -1.68], [30.0 + 1.68, 11.68]]);
+        let cut = view.cut();
+        let floor = cut.clipped([[0.0, 0.0], [100.0, 0.0]]).unwrap();
+        assert_eq!(floor, [[cut.corners[0][0], 0.0], [cut.corners[1][0], 0.0]]);
+        assert_eq!(cut.clipped([[0.0, 50.0], [100.0, 50.0]]), None);
+        let inside = [[10.0, 1.0], [12.0, 3.0]];
+        assert_eq!(cut.clipped(inside), Some(inside));
+    }
 
     #[test]
     fn view_contains_the_particles_but_not_one_that_blew_up() {

@@ -5,22 +5,31 @@
 
 use super::file_links::FileLinks;
 use super::markup::{breakable, typographic};
-use super::plot_section::DrawnPlot;
-use super::{AnalysisReport, head, numbers, plot_section, replay_section, timing_section};
+use super::plot_section::{DrawnPlot, SortedPlots};
+use super::{AnalysisReport, head, numbers, provenance, replay_section, timing_section};
 use crate::checks::baseline::BaselineComparison;
 use crate::checks::{CheckKind, CheckResult};
 use crate::number_text::six_digits;
 use crate::plot::palette;
-use kinetoscope_console::Message;
 use kinetoscope_console::text::visible;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 const STYLE_SHEET: &str = include_str!("report.css");
-const SCRIPT: &str = include_str!("report.js");
+/// The parts of the script, in the order in which they use each other.
+const SCRIPTS: [&str; 4] = [
+    include_str!("numbers.js"),
+    include_str!("film.js"),
+    include_str!("replay.js"),
+    include_str!("report.js"),
+];
 
 /// The script as a page contains it: without indentation and lines of comments. No text in it spans lines.
 fn script() -> String {
-    let lines = SCRIPT.lines().map(str::trim_start).filter(|line| !line.starts_with("//"));
+    let lines = SCRIPTS
+        .iter()
+        .flat_map(|part| part.lines())
+        .map(str::trim_start)
+        .filter(|line| !line.starts_with("//"));
     lines.collect::<Vec<_>>().join("\n")
 }
 
@@ -41,25 +50,39 @@ pub(super) fn page_head(title: &str, style_sheet: &str) -> Markup {
 pub(crate) fn page(report: &AnalysisReport, plots: &[DrawnPlot<'_>], links: &FileLinks) -> String {
     let outcomes = report.check_results.iter().filter(|result| result.kind == CheckKind::Outcome);
     let outcomes: Vec<&CheckResult> = outcomes.collect();
-    let unreadable: Vec<String> = report.unreadable.iter().map(Message::clause).collect();
+    let unreadable = report.unreadable.iter().map(|why| why.message.clause());
+    let unreadable: Vec<String> = unreadable.collect();
+    let sorted = SortedPlots::of(report, plots);
+    let background = head::background(report);
     let page = html! {
         (DOCTYPE)
         html lang="en" {
             (page_head(&report.name, &palette::style_sheet()))
             body {
                 main {
-                    (head::heading(report, links))
-                    (replay_section::section(report))
+                    (heading(report))
+                    (replay_section::section(report, &sorted.adjacent(report)))
                     (remarks("Unreadable", "bad", &unreadable))
-                    (remarks("Notes", "", &report.notes))
                     @if report.headline().is_some() { (check_table(&outcomes, "Outcomes")) }
-                    (other_checks(&numbers::checks_without_row(report)))
-                    @if let Some(comparison) = &report.baseline { (baseline(comparison)) }
-                    (plot_section::section(report, plots))
                     @if let Some(table) = &report.timing { (timing_section::section(table)) }
-                    (numbers::section(report))
-                    (numbers::definitions(report))
-                    (manifest(report))
+                    (numbers::checked(report))
+                    @if let Some(comparison) = &report.baseline { (baseline(comparison)) }
+                    (sorted.requested(report))
+                    div class="folds" {
+                        @if !background.0.is_empty() {
+                            details {
+                                summary { h2 { "Expectation and setup" } }
+                                (background)
+                            }
+                        }
+                        (sorted.others(report))
+                        (numbers::section(report))
+                        (numbers::definitions(report))
+                        (folded_remarks(&report.notes))
+                        (replay_section::left_out(report))
+                        (manifest(report))
+                        (provenance::section(report, links))
+                    }
                 }
                 script { (PreEscaped(script())) }
             }
@@ -68,7 +91,41 @@ pub(crate) fn page(report: &AnalysisReport, plots: &[DrawnPlot<'_>], links: &Fil
     visible(&(page.into_string() + "\n")).into_owned()
 }
 
-/// A list of notes, or of what could not be read; nothing for an empty list.
+/// The name, whether the checks pass, the question and the result.
+fn heading(report: &AnalysisReport) -> Markup {
+    let (class, summary) = head::checks_summary(report);
+    html! {
+        header {
+            div class="kicker" {
+                h1 { (breakable(&report.name)) }
+                strong class=(class) { (summary) }
+                span class="facts" { (report.models_and_runs()) }
+            }
+            @if let Some(headline) = report.headline() {
+                p { strong class="bad" { "FAILED: " (headline) } }
+            }
+            @if let Some(unreadable) = report.unreadable_files() {
+                p { strong class="bad" { (unreadable) } }
+            }
+            (head::question(report))
+            (head::result(report, ""))
+        }
+    }
+}
+
+/// A collapsed list of notes; nothing for an empty list.
+fn folded_remarks(lines: &[String]) -> Markup {
+    html! {
+        @if !lines.is_empty() {
+            details {
+                summary { h2 { "Notes" } " " span class="facts" { (lines.len()) } }
+                ul { @for line in lines { li { (line) } } }
+            }
+        }
+    }
+}
+
+/// A list of what could not be read; nothing for an empty list.
 fn remarks(title: &str, class: &str, lines: &[String]) -> Markup {
     html! {
         @if !lines.is_empty() {
@@ -76,25 +133,6 @@ fn remarks(title: &str, class: &str, lines: &[String]) -> Markup {
                 h2 class=(class) { (title) }
                 ul { @for line in lines { li { (line) } } }
             }
-        }
-    }
-}
-
-/// Number of passed checks that are shown openly, so that the first plot is near the head on a phone.
-const PASSED_SHOWN: usize = 3;
-
-/// The checks of metrics that the table of numbers does not list. Many that pass are collapsed.
-fn other_checks(results: &[&CheckResult]) -> Markup {
-    const TITLE: &str = "Checks of metrics that are not listed below";
-    let (passed, failed): (Vec<_>, Vec<_>) = results.iter().partition(|result| result.passed);
-    if passed.len() <= PASSED_SHOWN {
-        return check_table(results, TITLE);
-    }
-    html! {
-        (check_table(&failed, TITLE))
-        details {
-            summary { (passed.len()) " passed checks of metrics that are not listed below" }
-            (check_rows(&passed))
         }
     }
 }
@@ -175,12 +213,10 @@ fn manifest(report: &AnalysisReport) -> Markup {
     let title = if report.runs.len() == 1 { "Manifest" } else { "Manifest of the first run" };
     html! {
         @if let Some(run) = report.runs.first() {
-            section {
-                details {
-                    summary { h2 { (title) } }
-                    p { (breakable(&run.file)) }
-                    pre { (run.manifest.canonical().trim_end()) }
-                }
+            details {
+                summary { h2 { (title) } }
+                p { (breakable(&run.file)) }
+                pre { (run.manifest.canonical().trim_end()) }
             }
         }
     }
@@ -188,13 +224,16 @@ fn manifest(report: &AnalysisReport) -> Markup {
 
 #[cfg(test)]
 mod tests {
-    use super::{SCRIPT, STYLE_SHEET};
+    use super::{SCRIPTS, STYLE_SHEET, script};
 
     #[test]
     fn script_and_style_are_small() {
         let is_whole = |line: &str| line.matches('`').count().is_multiple_of(2);
-        assert!(SCRIPT.lines().all(is_whole), "a text that spans lines would lose its indentation");
-        for (text, most) in [(SCRIPT, 60_000), (STYLE_SHEET, 10_000)] {
+        assert!(
+            SCRIPTS.iter().flat_map(|part| part.lines()).all(is_whole),
+            "a text that spans lines would lose its indentation"
+        );
+        for (text, most) in [(script().as_str(), 60_000), (STYLE_SHEET, 12_000)] {
             assert!(text.len() <= most, "{} of {most} bytes", text.len());
             // The ends of the elements that contain them.
             assert!(!text.contains("</script") && !text.contains("</style"));

@@ -1,40 +1,33 @@
-//! `index.html` of a folder of experiments: for each its name, question, result, date and an animated thumbnail, with a link to its
-//! report.
+//! `index.html` of a folder of experiments, a gallery: for each its picture, name, question and result, with a link to its report, in groups by model, and
+//! a filter by model and words.
 
 use super::file_links::address;
 use super::head::{checks_summary, question, result};
 use super::html::page_head;
-use super::markup::breakable;
 use super::{AnalysisReport, files};
 use crate::input::host_file::utc;
-use crate::thumbnail::{ThumbnailFormat, ThumbnailOptions, thumbnail};
+use crate::models::title_of;
+use crate::thumbnail::still_png;
 use crate::write_file::{WriteError, replace};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use kinetoscope_console::text::visible;
+use kinetoscope_console::text::{plural, visible};
 use kinetoscope_files::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
-use kinetoscope_recording::reader::Recording;
-use maud::{DOCTYPE, Markup, html};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
-use std::num::NonZeroU32;
+use std::collections::BTreeSet;
 use std::path::{Component, Path};
 
 const INDEX_STYLE: &str = include_str!("index.css");
 /// Marks the pages of this program; a page without it is the user's own.
 const MARK: &str = "kinetoscope-index";
-/// Width of a thumbnail, px.
-const THUMBNAIL_WIDTH: NonZeroU32 = NonZeroU32::new(240).unwrap();
-/// Pictures of a thumbnail.
-const THUMBNAIL_FRAMES: NonZeroU32 = NonZeroU32::new(16).unwrap();
-/// A larger thumbnail is replaced by one that does not move, or omitted, bytes.
-const MAX_THUMBNAIL_BYTES: usize = 150_000;
+/// The script of the filter.
+const INDEX_SCRIPT: &str = include_str!("index.js");
 
 /// An experiment with the folder of its recordings and that of its report.
 pub(crate) struct Listed<'a> {
     /// Its analysis.
     pub(crate) report: &'a AnalysisReport,
-    /// The folder of the recordings.
-    pub(crate) recordings: &'a Path,
     /// The folder of the report.
     pub(crate) results: &'a Path,
 }
@@ -44,7 +37,8 @@ struct Card<'a> {
     listed: &'a Listed<'a>,
     link: String,
     date: Option<String>,
-    thumbnail: Option<Vec<u8>>,
+    /// The address of its picture; `None` without a replay.
+    picture: Option<String>,
 }
 
 /// Writes `index.html`, unless the folder contains one that this program has not written. Returns whether it did.
@@ -67,26 +61,32 @@ pub(crate) fn write(folder: &Path, listed: &[Listed<'_>]) -> Result<bool, WriteE
 
 impl<'a> Card<'a> {
     fn of(listed: &'a Listed<'a>, folder: &Path) -> Self {
-        let first = listed.report.runs.first();
-        let recording = first.map(|run| listed.recordings.join(&run.file));
         let ends = listed.report.hosts.iter().filter_map(|host| host.finished_unix_time_s);
         Self {
             listed,
             link: link(folder, &listed.results.join(files::REPORT)),
             date: ends.max().map(utc),
-            thumbnail: recording.as_deref().and_then(drawn),
+            picture: picture(listed.report),
         }
+    }
+
+    /// The model of its runs; empty for several models.
+    fn model(&self) -> &'static str {
+        let mut models = self.listed.report.runs.iter().map(|run| run.model().name());
+        let first = models.next().unwrap_or_default();
+        if models.all(|model| model == first) { first } else { "" }
     }
 }
 
-/// A thumbnail of bounded size; `None` of a recording without drawings.
-fn drawn(path: &Path) -> Option<Vec<u8>> {
-    [THUMBNAIL_FRAMES, NonZeroU32::MIN].into_iter().find_map(|frames| {
-        let format = ThumbnailFormat::Png { frames };
-        let options = ThumbnailOptions { format, width: THUMBNAIL_WIDTH };
-        let bytes = thumbnail(&Recording::open(path).ok()?, options).ok()?;
-        (bytes.len() <= MAX_THUMBNAIL_BYTES).then_some(bytes)
-    })
+/// The picture of the first run that has one, as pixels, which take less space than thousands of discs; without such a build, as lines.
+fn picture(report: &AnalysisReport) -> Option<String> {
+    let mut films = report.runs.iter().filter_map(|run| run.replay.as_ref()?.film.as_ref());
+    let svg = &films.next()?.picture;
+    let (kind, bytes) = match still_png(svg) {
+        Ok(png) => ("png", png),
+        Err(_) => ("svg+xml", svg.clone().into_bytes()),
+    };
+    Some(format!("data:image/{kind};base64,{}", STANDARD.encode(bytes)))
 }
 
 /// A relative link from a folder to a file below it.
@@ -100,6 +100,7 @@ fn link(folder: &Path, file: &Path) -> String {
 }
 
 fn page(cards: &[Card<'_>]) -> String {
+    let models: BTreeSet<&str> = cards.iter().map(Card::model).collect();
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -109,13 +110,42 @@ fn page(cards: &[Card<'_>]) -> String {
                     header {
                         h1 { "Experiments" }
                         p class="facts" { (summary(cards)) }
+                        (filter(&models))
                     }
-                    ul class="cards" { @for entry in cards { li { (card(entry)) } } }
+                    @for model in &models {
+                        section class="shelf" data-model=(model) {
+                            h2 { (title_of(model).unwrap_or("Several models")) }
+                            ul class="cards" {
+                                @for entry in cards.iter().filter(|card| card.model() == *model) {
+                                    li { (card(entry)) }
+                                }
+                            }
+                        }
+                    }
                 }
+                script { (PreEscaped(INDEX_SCRIPT)) }
             }
         }
     };
     visible(&(page.into_string() + "\n")).into_owned()
+}
+
+/// The menu and the field of the filter, which the script shows.
+fn filter(models: &BTreeSet<&str>) -> Markup {
+    html! {
+        p class="filter" hidden {
+            label { "Search " input type="search" name="words" autocomplete="off"; }
+            " "
+            label {
+                "Model "
+                select name="model" autocomplete="off" {
+                    option value="" { "all" }
+                    @for model in models.iter().filter(|model| !model.is_empty()) { option value=(model) { (model) } }
+                }
+            }
+            " " output class="found" {}
+        }
+    }
 }
 
 /// The number of experiments, and how many of them have failures.
@@ -132,19 +162,18 @@ fn card(card: &Card<'_>) -> Markup {
     let report = card.listed.report;
     let (class, outcome) = outcome(report);
     html! {
-        @if let Some(bytes) = &card.thumbnail {
-            img src={ "data:image/png;base64," (STANDARD.encode(bytes)) } alt={ "A run of " (report.name) };
+        @if let Some(picture) = &card.picture {
+            // The words next to it say what it shows.
+            img src=(picture) alt="" width="384" height="216" loading="lazy";
         } @else {
             div class="undrawn" {}
         }
         div class="words" {
-            h2 { a href=(card.link) { (breakable(&report.name)) } }
+            h3 { a href=(card.link) title=[card.date.as_ref()] { (report.name) } }
             (question(report))
             (result(report, &card.link))
-            p { strong class=(class) { (outcome) } }
             p class="facts" {
-                (report.models_and_runs())
-                @if let Some(date) = &card.date { " · " (date) }
+                strong class=(class) { (outcome) } " · " (plural(report.runs.len() as u64, "run"))
             }
         }
     }

@@ -1,6 +1,7 @@
 //! Analysis of one experiment: runs its recordings' analyses, derives sweep metrics, evaluates checks, and collects
 //! plots.
 
+mod drawn_runs;
 mod file_links;
 pub(crate) mod files;
 mod head;
@@ -12,6 +13,7 @@ mod numbers;
 mod plot_data;
 mod plot_section;
 mod plots;
+mod provenance;
 mod replay_section;
 mod sweep_data;
 pub(crate) mod table;
@@ -20,6 +22,7 @@ mod timing_section;
 
 pub use metrics_reference::metrics_reference;
 
+use self::drawn_runs::{drawn_files, drawn_runs};
 use crate::answer::{Answer, AnswerSource};
 use crate::checks::baseline::{Baseline, BaselineComparison};
 use crate::checks::ci_formats::ExperimentChecks;
@@ -37,10 +40,10 @@ use crate::run::cache::AnalysisCache;
 use crate::run::{self, RunAnalysis, RunOptions, RunStatus};
 use crate::sweep;
 use crate::sweep::requested::{self, PlotData};
-use kinetoscope_console::Message;
 use kinetoscope_console::text::plural;
 use kinetoscope_manifest::{
     BaselineTolerance, Check, Coordinate, ExpectedOutcome, ExperimentRecord, TimingTable,
+    ViewRequest,
 };
 use rayon::iter::{
     IndexedParallelIterator as _, IntoParallelRefIterator as _, ParallelIterator as _,
@@ -83,10 +86,12 @@ pub(crate) struct AnalysisReport {
     pub(crate) plots: Vec<(String, Plot)>,
     /// How many of them the manifest requests; these are the first.
     requested_plots: usize,
+    /// How the replay begins.
+    pub(crate) view: ViewRequest,
     /// Notes for the user.
     pub(crate) notes: Vec<String>,
     /// What could not be read, with reasons.
-    pub(crate) unreadable: Vec<Message>,
+    pub(crate) unreadable: Vec<UnreadableRecording>,
     /// The run times, if `timing.json` is next to the recordings.
     pub(crate) timing: Option<TimingTable>,
 }
@@ -179,7 +184,10 @@ fn analyze_all(
 
 /// Analyzes the recordings of one folder and caches the results, with plots where the analysis of the whole experiment
 /// draws them. Returns what could not be read, with reasons.
-pub(crate) fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions) -> Vec<Message> {
+pub(crate) fn fill_cache(
+    source: &mut RecordingFolder,
+    options: &AnalysisOptions,
+) -> Vec<UnreadableRecording> {
     let drawn = source.record.as_ref().map(drawn_files);
     let fields = source.record.as_ref().map(fields_of_files).unwrap_or_default();
     let tasks: Vec<AnalysisTask> = source
@@ -191,25 +199,10 @@ pub(crate) fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions
             AnalysisTask { run, coordinates, fields, is_drawn }
         })
         .collect();
-    let replayed = drawn.map_or(tasks.len(), |drawn| drawn.len());
-    let replayed = replayed.min(sweep::figures::MAX_CURVES);
-    let results = analyze_all(&tasks, replayed, options).into_iter();
-    let unread = results.filter_map(|(result, _)| result.err().map(|UnreadableRecording(why)| why));
+    let replayed = drawn.map_or(tasks.len(), |drawn| drawn.len()).min(sweep::figures::MAX_CURVES);
+    let results = analyze_all(&tasks, replayed, options);
+    let unread = results.into_iter().filter_map(|(result, _)| result.err());
     source.unreadable.drain(..).chain(unread).collect()
-}
-
-/// The recordings that [`analyze`] draws if all runs are complete.
-fn drawn_files(record: &ExperimentRecord) -> Vec<String> {
-    let mut drawn: Vec<(&[Coordinate], String)> = Vec::new();
-    for run in &record.runs {
-        if drawn.len() == sweep::figures::MAX_CURVES {
-            break;
-        }
-        if !drawn.iter().any(|(coordinates, _)| *coordinates == run.coordinates) {
-            drawn.push((&run.coordinates, run.file.clone()));
-        }
-    }
-    drawn.into_iter().map(|(_, file)| file).collect()
 }
 
 /// The fields of channels that [`analyze`] plots from each recording if all runs are complete.
@@ -223,17 +216,16 @@ fn fields_of_files(record: &ExperimentRecord) -> BTreeMap<String, Vec<String>> {
 fn tasks(
     opened: Vec<(OpenRun, Vec<Coordinate>)>,
     fields: Vec<Vec<String>>,
+    view: &ViewRequest,
 ) -> (Vec<AnalysisTask>, usize) {
-    let mut drawn: Vec<Vec<Coordinate>> = Vec::new();
-    let task = |((run, coordinates), fields): ((OpenRun, Vec<Coordinate>), Vec<String>)| {
-        // One run per point is drawn, up to the number of curves in a chart, because plots take most of the memory.
-        let is_drawn = drawn.len() < sweep::figures::MAX_CURVES && !drawn.contains(&coordinates);
-        if is_drawn {
-            drawn.push(coordinates.clone());
-        }
-        AnalysisTask { run, coordinates, fields, is_drawn }
+    let drawn = drawn_runs(opened.iter().map(|(_, place)| place.as_slice()), view);
+    let task = |(index, ((run, coordinates), fields))| AnalysisTask {
+        run,
+        coordinates,
+        fields,
+        is_drawn: drawn.contains(&index),
     };
-    let tasks = opened.into_iter().zip(fields).map(task).collect();
+    let tasks = opened.into_iter().zip(fields).enumerate().map(task).collect();
     (tasks, drawn.len())
 }
 
@@ -243,7 +235,8 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     let requests = source.record.as_ref().map_or(&[][..], |record| &record.plots);
     let places: Vec<Vec<Coordinate>> = opened.iter().map(|(_, place)| place.clone()).collect();
     let fields = requested::fields_to_read(requests, &places);
-    let (tasks, drawn) = tasks(opened, fields);
+    let view = source.record.as_ref().and_then(|record| record.view.clone()).unwrap_or_default();
+    let (tasks, drawn) = tasks(opened, fields, &view);
     let sizes = tasks.iter().map(|task| (task.run.file.clone(), task.run.recording().bytes()));
     let sizes = sizes.collect();
     let hosts = tasks.iter().filter_map(|task| source.host_file(&task.run.file)).collect();
@@ -256,7 +249,7 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
                 runs.push(run);
                 seconds.push(took);
             }
-            Err(UnreadableRecording(why)) => unreadable.push(why),
+            Err(why) => unreadable.push(why),
         }
     }
     add_endings(&runs, &mut notes, &mut unreadable);
@@ -299,6 +292,7 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
         manifest: record.map(|record| record.manifest.clone()).filter(|name| !name.is_empty()),
         plots,
         requested_plots,
+        view,
         notes,
         unreadable,
         timing,
@@ -306,11 +300,15 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
 }
 
 /// Notes the runs that are not complete, and reports damaged files.
-fn add_endings(runs: &[RunAnalysis], notes: &mut Vec<String>, unreadable: &mut Vec<Message>) {
+fn add_endings(
+    runs: &[RunAnalysis],
+    notes: &mut Vec<String>,
+    unreadable: &mut Vec<UnreadableRecording>,
+) {
     for run in runs {
         match &run.ending {
             RunStatus::Complete => {}
-            RunStatus::Damaged(why) => unreadable.push(why.clone()),
+            RunStatus::Damaged(why) => unreadable.push(why.clone().into()),
             other => notes.push(format!(
                 "{}: {} after {}, t = {}; not part of means and fits",
                 run.file,
@@ -384,6 +382,11 @@ impl AnalysisReport {
     /// The first plot that the manifest requests, with the name of its file.
     pub(crate) fn first_requested_plot(&self) -> Option<&(String, Plot)> {
         self.plots.first().filter(|_| self.requested_plots > 0)
+    }
+
+    /// Whether a plot is one that the manifest requests, by the name of its file.
+    pub(crate) fn is_requested_plot(&self, stem: &str) -> bool {
+        self.plots[..self.requested_plots].iter().any(|(requested, _)| requested == stem)
     }
 
     /// How many files could not be read at all; `None` if all were. The damaged ones are in the headline.

@@ -13,22 +13,86 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The checks of each metric, by the metric and its scope.
 type Checks<'a> = BTreeMap<&'a str, Vec<&'a CheckResult>>;
 
-/// The table of all numbers.
+/// Number of passed checks that are shown openly.
+const PASSED_SHOWN: usize = 8;
+
+/// The table of the checked numbers in the order of the checks, first those that fail; many that pass are collapsed. A check of a metric that no run
+/// has is a row with its finding.
+pub(super) fn checked(report: &AnalysisReport) -> Markup {
+    let mut checks: Vec<(&str, Vec<&CheckResult>)> = Vec::new();
+    for result in report.check_results.iter().filter(|result| result.kind == CheckKind::Check) {
+        match checks.iter_mut().find(|(subject, _)| *subject == result.subject) {
+            Some((_, results)) => results.push(result),
+            None => checks.push((&result.subject, vec![result])),
+        }
+    }
+    let (passed, mut shown): (Vec<_>, Vec<_>) =
+        checks.into_iter().partition(|(_, results)| results.iter().all(|result| result.passed));
+    let mut passed = passed.into_iter();
+    shown.extend(passed.by_ref().take(PASSED_SHOWN));
+    let folded: Vec<_> = passed.collect();
+    // Means over replicates precede the runs that they are of.
+    let mut metrics: BTreeMap<String, &Metric> = BTreeMap::new();
+    for metric in &report.metrics {
+        metrics.entry(subject(metric)).or_insert(metric);
+    }
+    let rows = |checks: &[(&str, Vec<&CheckResult>)]| {
+        html! {
+            @for (subject, results) in checks {
+                @match metrics.get(*subject) {
+                    Some(metric) => (row(metric, results, true)),
+                    None => tr {
+                        td { (breakable(subject)) }
+                        td colspan="4" { (typographic(&results[0].finding)) }
+                        td data-label="" { (verdicts(results)) }
+                    },
+                }
+            }
+        }
+    };
+    html! {
+        @if !shown.is_empty() {
+            section {
+                h2 { "Checked numbers" }
+                table class="numbers" { (head(true)) tbody { (rows(&shown)) } }
+                @if !folded.is_empty() {
+                    details class="printed" {
+                        summary { (folded.len()) " more passed checks" }
+                        table class="numbers" { (head(true)) tbody { (rows(&folded)) } }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn head(has_checks: bool) -> Markup {
+    html! {
+        thead {
+            tr {
+                th { "quantity" } th { "value" } th { "unit" } th { "theory" }
+                th { "deviation" } @if has_checks { th { "check" } } @else { td {} }
+            }
+        }
+    }
+}
+
+/// The table of all numbers, collapsed.
 pub(super) fn section(report: &AnalysisReport) -> Markup {
     let mut checks = Checks::new();
     for result in report.check_results.iter().filter(|result| result.kind == CheckKind::Check) {
         checks.entry(&result.subject).or_default().push(result);
     }
     let sections = report.sections();
-    let shown = sections.iter().flat_map(|(_, metrics)| metrics);
-    let has_checks = shown.clone().any(|metric| checks.contains_key(subject(metric).as_str()));
+    let shown = || sections.iter().flat_map(|(_, metrics)| metrics);
+    let has_checks = shown().any(|metric| checks.contains_key(subject(metric).as_str()));
     let widths = [value_text, theory_text].map(|text| {
-        let texts = shown.clone().map(|metric| whole_part(&text(metric)).chars().count());
+        let texts = shown().map(|metric| whole_part(&text(metric)).chars().count());
         texts.max().unwrap_or(0)
     });
     html! {
-        section {
-            h2 { "Numbers" }
+        details class="printed" {
+            summary { h2 { "All numbers" } " " span class="facts" { (shown().count()) } }
             p class="facts" {
                 "Digits in brackets are one standard error, in units of the last digits. "
                 "σ is the deviation from theory in standard errors; with few degrees of freedom ν it is the equally probable one of a normal distribution, by Student's t. "
@@ -36,12 +100,7 @@ pub(super) fn section(report: &AnalysisReport) -> Markup {
                 "Each name leads to its definition."
             }
             table class="numbers" style=(format!("--value:{}ch;--theory:{}ch", widths[0], widths[1])) {
-                thead {
-                    tr {
-                        th { "metric" } th { "value" } th { "unit" } th { "theory" }
-                        th { "deviation" } @if has_checks { th { "check" } } @else { td {} }
-                    }
-                }
+                (head(has_checks))
                 @for (title, metrics) in &sections { (group(title, metrics, &checks)) }
             }
         }
@@ -58,7 +117,7 @@ fn group(title: &str, metrics: &[&Metric], checks: &Checks<'_>) -> Markup {
     html! {
         tbody {
             tr class="group" { th colspan="6" scope="rowgroup" { (breakable(title)) } }
-            @for metric in rows { (row(metric, of_metric(metric).unwrap_or_default())) }
+            @for metric in rows { (row(metric, of_metric(metric).unwrap_or_default(), false)) }
             @if !zeros.is_empty() {
                 tr class="group" {
                     td colspan="6" {
@@ -87,28 +146,34 @@ fn is_zero_by_construction(metric: &Metric) -> bool {
     metric.value() == 0.0 && metric.standard_error().is_none() && metric.theory.is_none()
 }
 
-fn row(metric: &Metric, checks: &[&CheckResult]) -> Markup {
+/// A metric with its checks; with its place in the sweep, unless its group names that.
+fn row(metric: &Metric, checks: &[&CheckResult], has_place: bool) -> Markup {
     let is_bare = metric.unit() == "1" || !metric.value().is_finite();
     let unit = if is_bare { "" } else { metric.unit() };
     let deviation = typographic(&deviation_text(metric));
     let theory = theory_text(metric);
     let label = |label: &'static str, text: &str| if text.is_empty() { "" } else { label };
+    let subject = subject(metric);
+    let place = subject.strip_prefix(metric.name()).filter(|_| has_place).unwrap_or_default();
     html! {
         tr {
-            td { (name(metric)) }
+            td { (name(metric)) @if !place.is_empty() { span class="facts" { (place) } } }
             td class="value" data-label="" { (aligned(&value_text(metric))) }
             td class="unit" data-label="" { (unit) }
             td class="theory" data-label=(label("theory", &theory)) { (aligned(&theory)) }
             td class="deviation" data-label=(label("deviation", &deviation)) { (deviation) }
-            td data-label="" {
-                @for (index, check) in checks.iter().enumerate() {
-                    @if index > 0 { br; }
-                    @let (class, word) =
-                        if check.passed { ("good", "ok") } else { ("bad", "failed") };
-                    strong class=(class) { (word) } ": "
-                    span title=(check.finding) { (typographic(&check.requirement)) }
-                }
-            }
+            td data-label="" { (verdicts(checks)) }
+        }
+    }
+}
+
+fn verdicts(checks: &[&CheckResult]) -> Markup {
+    html! {
+        @for (index, check) in checks.iter().enumerate() {
+            @if index > 0 { br; }
+            @let (class, word) = if check.passed { ("good", "ok") } else { ("bad", "failed") };
+            strong class=(class) { (word) } ": "
+            span title=(check.finding) { (typographic(&check.requirement)) }
         }
     }
 }
@@ -156,35 +221,21 @@ pub(super) fn definitions(report: &AnalysisReport) -> Markup {
     let symbols: Vec<String> =
         symbols::used(formulas).map(|(symbol, meaning)| format!("{symbol}: {meaning}")).collect();
     html! {
-        section {
-            details class="definitions" {
-                summary { h2 { "Definitions" } }
-                @if !symbols.is_empty() { p { (symbols.join(" · ")) } }
-                dl {
-                    @for definition in definitions {
-                        @let laws: Vec<String> =
-                            definition.laws.iter().map(law_text).collect();
-                        dt id=(anchor(definition)) { (breakable(definition.name)) }
-                        dd {
-                            (definition.how)
-                            @if !laws.is_empty() { br; "Theory: " (laws.join("; or ")) }
-                        }
+        details class="definitions" {
+            summary { h2 { "Definitions" } " " span class="facts" { (definitions.len()) } }
+            @if !symbols.is_empty() { p { (symbols.join(" · ")) } }
+            dl {
+                @for definition in definitions {
+                    @let laws: Vec<String> = definition.laws.iter().map(law_text).collect();
+                    dt id=(anchor(definition)) { (breakable(definition.name)) }
+                    dd {
+                        (definition.how)
+                        @if !laws.is_empty() { br; "Theory: " (laws.join("; or ")) }
                     }
                 }
             }
         }
     }
-}
-
-/// The checks that no row of the table shows: of metrics that no run has, and of points that are not listed.
-pub(super) fn checks_without_row(report: &AnalysisReport) -> Vec<&CheckResult> {
-    let shown: BTreeSet<String> = report
-        .sections()
-        .iter()
-        .flat_map(|(_, metrics)| metrics.iter().map(|metric| subject(metric)))
-        .collect();
-    let checks = report.check_results.iter().filter(|result| result.kind == CheckKind::Check);
-    checks.filter(|result| !shown.contains(&result.subject)).collect()
 }
 
 #[cfg(test)]
@@ -237,7 +288,7 @@ mod tests {
     #[test]
     fn row_holds_the_check_and_definitions_are_escaped() {
         let (passed, failed) = (check(true), check(false));
-        let row = row(&metric(3.0, Some(2.0)), &[&passed, &failed]).into_string();
+        let row = row(&metric(3.0, Some(2.0)), &[&passed, &failed], false).into_string();
         assert!(row.contains("<strong class=\"good\">ok</strong>"), "{row}");
         assert!(row.contains("<strong class=\"bad\">failed</strong>"), "{row}");
         assert!(
@@ -247,7 +298,7 @@ mod tests {
         assert!(row.contains("title=\"&lt;F&gt; &amp; &quot;more&quot;\""), "{row}");
         assert!(row.contains("href=\"#metric-force.mean\""), "{row}");
         assert!(row.contains("<td class=\"unit\" data-label=\"\">N</td>"), "{row}");
-        let missing = super::row(&metric(f64::NAN, None), &[]).into_string();
+        let missing = super::row(&metric(f64::NAN, None), &[], false).into_string();
         assert!(
             missing.contains(">none</td><td class=\"unit\" data-label=\"\"></td>"),
             "{missing}"

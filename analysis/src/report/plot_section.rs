@@ -4,11 +4,11 @@
 use super::AnalysisReport;
 use super::plot_data::{ChartData, CurveRun};
 use super::sweep_data::SweepData;
+use crate::checks::{CheckKind, subject};
 use crate::input::coordinates::label;
-use crate::models::figures::Figures;
 use crate::plot::{Chart, Plot, PlotContent, Point};
 use crate::run::RunAnalysis;
-use kinetoscope_console::text::{plural, visible};
+use kinetoscope_console::text::visible;
 use maud::{Markup, PreEscaped, html};
 use serde::Serialize;
 use std::borrow::Cow;
@@ -21,59 +21,104 @@ pub(crate) struct DrawnPlot<'a> {
     pub(crate) svg: String,
 }
 
-/// Number of pictures that are shown openly; the replay shows the same states.
-const PICTURES_SHOWN: usize = 2;
+/// Maximum number of plots next to the replay; further requested ones are below.
+const MOST_ADJACENT: usize = 2;
 
-/// The plots, and for a sweep a plot of any metric over any swept key. Pictures, and the plots of runs after the first, are collapsed.
-pub(super) fn section(report: &AnalysisReport, plots: &[DrawnPlot<'_>]) -> Markup {
-    let sweep = SweepData::of(report);
-    let (charts, pictures): (Vec<_>, Vec<_>) =
-        plots.iter().partition(|drawn| matches!(drawn.plot.content, PlotContent::Chart(_)));
-    let first = report.runs.iter().position(has_figures);
-    let is_of_other_run = |drawn: &&DrawnPlot<'_>| {
-        own_run(report, drawn)
-            .is_some_and(|run| report.runs.iter().position(|it| it.file == run.file) != first)
-    };
-    let (others, charts): (Vec<_>, Vec<_>) = charts.into_iter().partition(is_of_other_run);
-    html! {
-        @if !plots.is_empty() || sweep.is_some() {
-            section {
-                h2 { "Plots" }
-                p class="facts hint" hidden {
-                    "Point at a curve for its values. Drag to zoom, double-click to reset. A legend entry hides its curve. A plot over time moves the replay."
-                }
-                (grid(report, &charts))
-                @if let Some(sweep) = sweep { (any_metric(&sweep)) }
-                @if !others.is_empty() {
-                    details {
-                        summary { (plural(others.len() as u64, "plot")) " of further runs" }
-                        (grid(report, &others))
+/// The plots in the order of the page.
+pub(super) struct SortedPlots<'a> {
+    /// Those that answer the question, next to the replay.
+    adjacent: Vec<&'a DrawnPlot<'a>>,
+    /// Further requested ones.
+    requested: Vec<&'a DrawnPlot<'a>>,
+    /// All others: charts, and pictures of states.
+    charts: Vec<&'a DrawnPlot<'a>>,
+    pictures: Vec<&'a DrawnPlot<'a>>,
+}
+
+impl<'a> SortedPlots<'a> {
+    pub(super) fn of(report: &AnalysisReport, plots: &'a [DrawnPlot<'a>]) -> Self {
+        let is_chart = |drawn: &&DrawnPlot<'_>| matches!(drawn.plot.content, PlotContent::Chart(_));
+        let (charts, pictures): (Vec<_>, Vec<_>) = plots.iter().partition(is_chart);
+        let is_requested = |drawn: &&DrawnPlot<'_>| report.is_requested_plot(drawn.stem);
+        let (mut requested, mut charts): (Vec<_>, Vec<_>) =
+            charts.into_iter().partition(is_requested);
+        if requested.is_empty()
+            && let Some(place) = answering(report, &charts)
+        {
+            requested.push(charts.remove(place));
+        }
+        let further = requested.split_off(requested.len().min(MOST_ADJACENT));
+        Self { adjacent: requested, requested: further, charts, pictures }
+    }
+
+    /// The figures next to the replay; empty if there are none.
+    pub(super) fn adjacent(&self, report: &AnalysisReport) -> Markup {
+        html! { @for drawn in &self.adjacent { (figure(report, drawn)) } }
+    }
+
+    /// The other requested plots.
+    pub(super) fn requested(&self, report: &AnalysisReport) -> Markup {
+        html! { @if !self.requested.is_empty() { section { (grid(report, &self.requested)) } } }
+    }
+
+    /// All other plots, and for a sweep a plot of any metric over any swept key; collapsed.
+    pub(super) fn others(&self, report: &AnalysisReport) -> Markup {
+        let sweep = SweepData::of(report);
+        html! {
+            @if !self.charts.is_empty() {
+                details class="printed" {
+                    summary { h2 { "More plots" } " " span class="facts" { (self.charts.len()) } }
+                    p class="facts hint" hidden {
+                        "Point at a curve for its values. Drag to zoom, double-click to reset. A legend entry hides its curve. A plot over time moves the replay."
                     }
+                    (grid(report, &self.charts))
                 }
-                @if pictures.len() > PICTURES_SHOWN {
-                    details {
-                        summary { (pictures.len()) " pictures of states" }
-                        (grid(report, &pictures))
-                    }
-                } @else { (grid(report, &pictures)) }
+            }
+            @if let Some(sweep) = sweep {
+                details {
+                    summary { h2 { "Any metric against any swept key" } }
+                    (any_metric(&sweep))
+                }
+            }
+            @if !self.pictures.is_empty() {
+                details {
+                    summary { h2 { "Pictures of states" } " " span class="facts" { (self.pictures.len()) } }
+                    (grid(report, &self.pictures))
+                }
             }
         }
     }
 }
 
+/// The chart that comes closest to an answer where none is requested: of the first checked metric over the sweep, else the first one over time, else
+/// the first one.
+fn answering(report: &AnalysisReport, charts: &[&DrawnPlot<'_>]) -> Option<usize> {
+    let checked = report.check_results.iter().filter(|result| result.kind == CheckKind::Check);
+    let mut checked = checked.filter_map(|result| {
+        let metric = report.metrics.iter().find(|metric| subject(metric) == result.subject)?;
+        let stem = metric.name().replace('.', "_");
+        let is_of = |drawn: &&DrawnPlot<'_>| drawn.stem.starts_with(&stem);
+        charts.iter().position(is_of).filter(|_| !metric.is_of_conservation_law())
+    });
+    let is_over_time = |drawn: &&DrawnPlot<'_>| match &drawn.plot.content {
+        PlotContent::Chart(chart) => chart.x.label == "time",
+        PlotContent::Picture(_) => false,
+    };
+    let over_time = || charts.iter().position(is_over_time);
+    checked.next().or_else(over_time).or((!charts.is_empty()).then_some(0))
+}
+
 fn grid(report: &AnalysisReport, plots: &[&DrawnPlot<'_>]) -> Markup {
+    html! { div class="plots" { @for drawn in plots { (figure(report, drawn)) } } }
+}
+
+fn figure(report: &AnalysisReport, drawn: &DrawnPlot<'_>) -> Markup {
+    let is_picture = matches!(drawn.plot.content, PlotContent::Picture(_));
     html! {
-        @if !plots.is_empty() {
-            div class="plots" {
-                @for drawn in plots {
-                    @let is_picture = matches!(drawn.plot.content, PlotContent::Picture(_));
-                    figure id=(format!("plot-{}", drawn.stem)) class=[is_picture.then_some("picture")] {
-                        (labeled_svg(&drawn.plot.title, &drawn.svg))
-                        @if let PlotContent::Chart(chart) = &drawn.plot.content {
-                            (data("chart", &ChartData::of(&drawn.plot.title, chart, runs_of(report, drawn, chart))))
-                        }
-                    }
-                }
+        figure id=(format!("plot-{}", drawn.stem)) class=[is_picture.then_some("picture")] {
+            (labeled_svg(&drawn.plot.title, &drawn.svg))
+            @if let PlotContent::Chart(chart) = &drawn.plot.content {
+                (data("chart", &ChartData::of(&drawn.plot.title, chart, runs_of(report, drawn, chart))))
             }
         }
     }
@@ -83,7 +128,6 @@ fn grid(report: &AnalysisReport, plots: &[&DrawnPlot<'_>]) -> Markup {
 fn any_metric(sweep: &SweepData) -> Markup {
     html! {
         div class="any" hidden {
-            h3 { "Any metric against any swept key" }
             p {
                 label { "metric " select class="metric" autocomplete="off" { @for name in sweep.metrics() { option { (name) } } } }
                 " "
@@ -116,10 +160,6 @@ fn labeled_svg(title: &str, svg: &str) -> Markup {
     let title = html! { (title) }.into_string();
     let opening = format!("<svg role=\"img\" aria-label=\"{title}\"");
     PreEscaped(svg.replacen("<svg", &opening, 1).trim_end().to_owned())
-}
-
-fn has_figures(run: &RunAnalysis) -> bool {
-    run.figures != Figures::default()
 }
 
 /// The run whose own plot this is; `None` for a plot of several runs.

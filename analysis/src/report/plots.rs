@@ -9,8 +9,8 @@ use crate::sweep;
 use crate::sweep::requested::PlotData;
 use kinetoscope_manifest::PlotRequest;
 
-/// All plots, those on request first, and the number of the latter. Other plots without information are omitted. A request that cannot be
-/// drawn adds a note.
+/// All plots, those on request first, and the number of the latter. Other plots without information are omitted. A request adds a
+/// note if it cannot be drawn, or if points of it cannot.
 pub(super) fn plots(
     data: PlotData<'_>,
     requests: &[PlotRequest],
@@ -20,7 +20,11 @@ pub(super) fn plots(
     let mut requested: Vec<Plot> = Vec::new();
     for request in requests {
         match data.draw(request) {
-            Ok(plot) => requested.push(plot),
+            Ok(plot) => {
+                let hidden = plot.hidden_data();
+                notes.extend(hidden.map(|hidden| format!("plot of `{}`: {hidden}", request.y)));
+                requested.push(plot);
+            }
             Err(why) => {
                 notes.push(format!("the plot of `{}` was not drawn: {}", request.y, why.clause()));
             }
@@ -37,7 +41,7 @@ pub(super) fn plots(
     }
     if drawn.len() > MAX_RUNS_DRAWN {
         notes.push(format!(
-            "the first {MAX_RUNS_DRAWN} points of the sweep have plots of their own; plots of several runs show the first {}",
+            "the first {MAX_RUNS_DRAWN} drawn points of the sweep have plots of their own; plots of several runs show at most {} points, from the first to the last",
             sweep::figures::MAX_CURVES
         ));
     }

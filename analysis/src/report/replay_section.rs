@@ -1,109 +1,167 @@
-//! The section of `report.html` in which the runs play. It is hidden until the script of the page shows it.
+//! The section of `report.html` that answers with pictures: the runs play, with the plot of the question next to them. The players are hidden until the
+//! script of the page shows them; the plot is an image without it.
 
 use crate::input::coordinates::label;
 use crate::replay::Replay;
 use crate::report::AnalysisReport;
 use crate::run::RunAnalysis;
+use kinetoscope_console::text::visible;
+use kinetoscope_manifest::{ViewColor, ViewRequest};
 use maud::{Markup, PreEscaped, html};
 use std::collections::BTreeSet;
 
 /// Factors of the speed of the playback.
 const SPEEDS: [&str; 7] = ["0.1", "0.25", "0.5", "1", "2", "4", "10"];
 
-/// The replays of the runs; nothing if there are none.
-pub(super) fn section(report: &AnalysisReport) -> Markup {
-    let replayed =
-        || report.runs.iter().filter_map(|run| run.replay.as_ref().map(|replay| (run, replay)));
-    let others: Vec<&RunAnalysis> = report.runs.iter().filter(|run| run.replay.is_none()).collect();
-    // Without a film there is nothing to control.
-    if replayed().all(|(_, replay)| replay.film.is_none()) {
-        let notes: BTreeSet<&str> = replayed().map(|(_, replay)| replay.note.as_str()).collect();
+/// What the color of a particle can mean, in words.
+const COLORS: [(ViewColor, &str); 3] = [
+    (ViewColor::Speed, "speed"),
+    (ViewColor::Height, "height at start"),
+    (ViewColor::Side, "side at start"),
+];
+
+/// A run that plays.
+type Played<'a> = (&'a RunAnalysis, &'a Replay);
+
+/// The replays of the runs and the plot of the question; nothing if there are neither.
+pub(super) fn section(report: &AnalysisReport, plot: &Markup) -> Markup {
+    let played = played(report);
+    let has_plot = !plot.0.is_empty();
+    html! {
+        @if !played.is_empty() || has_plot {
+            section class="replay" {
+                h2 class="unseen" { "Replay" }
+                div class="split" {
+                    @if !played.is_empty() { (deck(&played, &report.view)) }
+                    @if has_plot { div class="adjacent" { (plot) } }
+                }
+            }
+        }
+        @for (run, replay) in &played { (film(&run.file, replay)) }
+    }
+}
+
+/// What the replays leave out: runs, or all positions. Nothing if all runs are replayed.
+pub(super) fn left_out(report: &AnalysisReport) -> Markup {
+    let replays = || report.runs.iter().filter_map(|run| run.replay.as_ref());
+    if replays().all(|replay| replay.film.is_none()) {
+        let notes: BTreeSet<&str> = replays().map(|replay| replay.note.as_str()).collect();
         return html! { @for note in notes { p class="facts" { (note) } } };
     }
-    // Times in different units have no common clock.
-    let units: BTreeSet<&str> = replayed().map(|(run, _)| run.time_unit.as_str()).collect();
-    let has_pair = units.len() == 1 && replayed().count() > 1;
+    let others: Vec<&RunAnalysis> = report.runs.iter().filter(|run| run.replay.is_none()).collect();
+    let text = match others.len() {
+        1 => " more run is not replayed",
+        _ => " more runs are not replayed",
+    };
     html! {
-        @if replayed().next().is_some() {
-            section class="replay" hidden {
-                h2 { "Replay" }
-                @let names: Vec<String> = replayed().map(|(run, _)| run_name(run)).collect();
-                @if has_pair {
-                    p {
-                        label {
-                            input type="checkbox" class="pair" autocomplete="off";
-                            " two runs in parallel, with one clock"
-                        }
-                    }
-                }
-                div class="split" {
-                    div class="players" {
-                        (player(&names, false))
-                        @if has_pair { (player(&names, true)) }
-                    }
-                    // The script moves plots over time here.
-                    div class="adjacent" {}
-                }
-                @if !others.is_empty() {
-                    details {
-                        @let text = if others.len() == 1 { " more run is not replayed" } else { " more runs are not replayed" };
-                        summary { (others.len()) (text) }
-                        ul { @for run in &others { li { (run_name(run)) " (" (run.file) ")" } } }
-                    }
-                }
+        @if !others.is_empty() {
+            details {
+                summary { (others.len()) (text) }
+                ul { @for run in &others { li { (run_name(run)) " (" (run.file) ")" } } }
             }
-            @for (run, replay) in replayed() { (film(&run.file, replay)) }
         }
     }
 }
 
-/// A menu of runs and the stage of the chosen one. The second player shows the time of the first one, which has the controls.
-fn player(names: &[String], is_second: bool) -> Markup {
+/// The runs with a replay; none if there is no film, because nothing is left to control.
+fn played(report: &AnalysisReport) -> Vec<Played<'_>> {
+    let runs = report.runs.iter();
+    let all: Vec<_> =
+        runs.filter_map(|run| run.replay.as_ref().map(|replay| (run, replay))).collect();
+    if all.iter().any(|(_, replay)| replay.film.is_some()) { all } else { Vec::new() }
+}
+
+/// The players with their common controls. The runs that the manifest names, or those at the ends of a sweep, are compared, unless their times have different
+/// units: then they have no common clock.
+fn deck(played: &[Played<'_>], view: &ViewRequest) -> Markup {
+    let names: Vec<String> = played.iter().map(|(run, _)| run_name(run)).collect();
+    let units: BTreeSet<&str> = played.iter().map(|(run, _)| run.time_unit.as_str()).collect();
+    let has_pair = units.len() == 1 && played.len() > 1;
+    let compared = |place: usize| {
+        played.iter().position(|(run, _)| view.compared(&run.coordinates) == Some(place))
+    };
+    let poster = view.poster.map(|time| time.to_string());
+    let names_given = (!view.names.is_empty()).then(|| visible_list(&view.names));
     html! {
-        div class="player" hidden[is_second] {
-            @if names.len() > 1 {
-                p {
-                    label {
-                        (if is_second { "Second run: " } else { "Run: " })
-                        select class="runs" autocomplete="off" {
-                            @for name in names { option { (name) } }
-                        }
-                    }
-                }
+        div class="deck" data-poster=[poster] data-names=[names_given] hidden {
+            div class="players" {
+                (player(&names, compared(0).unwrap_or(0), false))
+                @if has_pair { (player(&names, compared(1).unwrap_or(names.len() - 1), true)) }
             }
-            (stage(is_second))
-            p class="note" {}
+            (controls(has_pair, view.color.unwrap_or(ViewColor::Speed)))
+            div class="facts readout" {
+                output class="clock" {}
+                span class="scale" { span class="bottom" {} " " span class="bar" {} " " span class="top" {} }
+            }
+            p class="facts row" {}
         }
     }
 }
 
-/// The canvas with its controls.
-fn stage(is_second: bool) -> Markup {
+/// Names as JSON, with every character visible.
+fn visible_list(names: &[String]) -> String {
+    let names: Vec<_> = names.iter().map(|name| visible(name)).collect();
+    // A list of texts cannot be refused.
+    serde_json::to_string(&names).unwrap_or_default()
+}
+
+/// A menu of runs and the canvas of the chosen one. The second player shows the time of the first one, which has the controls.
+fn player(names: &[String], chosen: usize, is_second: bool) -> Markup {
     let label = match is_second {
         true => "Particles of the second run",
         false => "Particles of the run; arrow keys change the frame, space plays",
     };
     html! {
-        div class="stage" {
-            canvas tabindex=[(!is_second).then_some("0")] role="img" aria-label=(label) {}
-            div class="controls" hidden[is_second] {
-                // The script enables these two once the frames are decoded.
-                button type="button" class="play" aria-label="Play" disabled { "▶" }
-                input type="range" class="scrub" min="0" max="0" value="0" step="1" autocomplete="off" aria-label="Frame" disabled;
-                label {
-                    "speed "
-                    select class="speed" autocomplete="off" {
-                        @for speed in SPEEDS {
-                            option value=(speed) selected[speed == "1"] { (speed) "×" }
+        div class="player" {
+            @if names.len() > 1 {
+                p {
+                    label {
+                        (if is_second { "Second run: " } else { "Run: " })
+                        select class="runs" autocomplete="off" {
+                            @for (index, name) in names.iter().enumerate() {
+                                option selected[index == chosen] { (name) }
+                            }
                         }
                     }
                 }
             }
-            div class="facts readout" {
-                output class="clock" {}
-                span class="scale" { "speed 0 " span class="bar" {} " " span class="top" {} }
+            div class="stage" {
+                canvas tabindex=[(!is_second).then_some("0")] role="img" aria-label=(label) {}
             }
-            p class="facts row" {}
+            p class="facts note" {}
+        }
+    }
+}
+
+/// What the first player, and the second one with it, are controlled by.
+fn controls(has_pair: bool, color: ViewColor) -> Markup {
+    html! {
+        div class="controls" {
+            // The script enables these two once the frames are decoded.
+            button type="button" class="play" aria-label="Play" disabled { "▶" }
+            input type="range" class="scrub" min="0" max="0" value="0" step="1" autocomplete="off" aria-label="Frame" disabled;
+            label {
+                "speed "
+                select class="speed" autocomplete="off" {
+                    @for speed in SPEEDS {
+                        option value=(speed) selected[speed == "1"] { (speed) "×" }
+                    }
+                }
+            }
+            label {
+                "color "
+                select class="colors" autocomplete="off" {
+                    @for (value, name) in COLORS {
+                        option value=(value.word()) selected[value == color] { (name) }
+                    }
+                }
+            }
+            @if has_pair {
+                label { input type="checkbox" class="pair" autocomplete="off" checked; " two runs" }
+            }
+            button type="button" class="full" aria-label="Full screen" {
+                svg viewBox="0 0 16 16" aria-hidden="true" { path d="M2 6V2h4M10 2h4v4M14 10v4h-4M6 14H2v-4" {} }
+            }
         }
     }
 }

@@ -60,7 +60,7 @@ impl Terminal {
 }
 
 /// Formats one line per metric: name, value with error, unit, theoretical value and deviation. On a narrow terminal the
-/// numbers are below the name.
+/// numbers are below the name, and the deviation below the numbers if it has no room next to them.
 pub(crate) fn table(metrics: &[&Metric], terminal: Terminal) -> String {
     let rows: Vec<[String; 4]> = metrics.iter().map(|metric| row(metric)).collect();
     let header = ["metric", "value", "theory", "deviation"].map(str::to_owned);
@@ -75,18 +75,24 @@ pub(crate) fn table(metrics: &[&Metric], terminal: Terminal) -> String {
         format!("{text}{}", " ".repeat(missing))
     };
     let wide = 2 + widths.iter().sum::<usize>() + 6 <= terminal.width;
+    let numbers_fit = 6 + widths[1..].iter().sum::<usize>() + 4 <= terminal.width;
     let mut lines = Vec::new();
     let mut add = |cells: &[String; 4], style: Option<Style>| {
         let paint = |text: String| style.map_or(text.clone(), |style| terminal.paint(style, &text));
-        let numbers = |first: usize| {
-            let cells = (first..4).map(|index| pad(&cells[index], widths[index]));
+        let joined = |[first, end]: [usize; 2]| {
+            let cells = (first..end).map(|index| pad(&cells[index], widths[index]));
             cells.collect::<Vec<_>>().join("  ").trim_end().to_owned()
         };
-        if wide {
-            lines.push(format!("  {}", paint(numbers(0))));
-        } else {
-            lines.push(format!("  {}", paint(cells[0].clone())));
-            lines.push(format!("      {}", paint(numbers(1))));
+        let parts: &[[usize; 2]] = match (wide, numbers_fit) {
+            (true, _) => &[[0, 4]],
+            (false, true) => &[[0, 1], [1, 4]],
+            (false, false) => &[[0, 1], [1, 3], [3, 4]],
+        };
+        for &part in parts {
+            let (indent, text) = (if part[0] == 0 { 2 } else { 6 }, joined(part));
+            if !text.is_empty() {
+                lines.push(format!("{}{}", " ".repeat(indent), paint(text)));
+            }
         }
     };
     add(&header, Some(Style::Faint));
@@ -271,6 +277,14 @@ mod tests {
             assert!(line.chars().count() <= 60, "{line}");
         }
         assert!(text.contains("-1.23(23)·10⁻²³ N/(m K)") && text.contains("-5.4 σ"), "{text}");
+        let violation = Quantity::StepAngle.at_most(0.01, 0.02);
+        let bounded = ExpectedValue { value: 4.454_08e-4, accuracy: Some(2.2e-5), violation };
+        let bounded = compared(Estimate::bare(4.452_09e-4), bounded);
+        let text = table(&[&metric, &bounded], Terminal { width: 60, colors: false });
+        for line in text.lines() {
+            assert!(line.chars().count() <= 60, "{line}");
+        }
+        assert!(text.contains("± 2.2·10⁻⁵\n      inside the bound (-0.045 %)"), "{text}");
         let wide = table(&[&metric], Terminal { width: 120, colors: false });
         assert_eq!(wide.lines().count(), 2);
     }

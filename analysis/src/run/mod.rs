@@ -139,7 +139,7 @@ impl RunAnalysis {
 /// size of the replay.
 ///
 /// # Errors
-/// A recording without a readable frame.
+/// A recording without a readable frame, or a disk that fails, after which the frames before are not a result.
 pub fn analyze(
     run: &OpenRun,
     coordinates: Vec<Coordinate>,
@@ -171,7 +171,7 @@ pub fn analyze(
         }
     }
     let ending = match (&failure, &run.recording().provenance().outcome) {
-        (Some(error), _) if frames == 0 => return Err(error.into()),
+        (Some(error), _) if frames == 0 || error.is_of_machine() => return Err(error.into()),
         (Some(error), _) if is_under_way(&run.file, error) => RunStatus::Unfinished,
         (Some(error), _) => RunStatus::Damaged(error.message()),
         (None, Some(Outcome::Complete)) => RunStatus::Complete,
@@ -236,7 +236,9 @@ mod tests {
     fn panic_in_the_analysis_of_one_run_makes_only_this_run_unreadable() {
         let path = Path::new("one.mcap");
         let panicked: Result<(), _> = catch_defect(path, || panic!("a defect, on purpose"));
-        let Err(UnreadableRecording(why)) = panicked else { panic!("the panic was lost") };
+        let Err(why) = panicked.map_err(|error| error.message) else {
+            panic!("the panic was lost")
+        };
         assert!(why.what.contains("one.mcap") && why.what.contains("defect"), "{why}");
         assert_eq!(catch_defect(path, || Ok(7)), Ok(7));
     }

@@ -3,6 +3,8 @@
 #[cfg(feature = "parquet")]
 pub(crate) mod parquet;
 
+use kinetoscope_console::text::visible;
+
 /// The type of a column's cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum CellKind {
@@ -45,14 +47,20 @@ impl Column {
     pub(crate) fn new(name: impl Into<String>, kind: CellKind) -> Self {
         Self { name: name.into(), kind }
     }
+
+    /// The name as CSV, without control characters.
+    pub(crate) fn text(&self) -> String {
+        visible(&self.name).into_owned()
+    }
 }
 
 impl Cell {
-    /// The cell as CSV: empty if there is no value, and numbers in the shortest form that reads back to the same bits.
+    /// The cell as CSV: empty if there is no value, numbers in the shortest form that reads back to the same bits, and text without control
+    /// characters, because a terminal may show the file.
     pub(crate) fn text(&self) -> String {
         match self {
             Self::Missing => String::new(),
-            Self::Text(text) => text.clone(),
+            Self::Text(text) => visible(text).into_owned(),
             Self::Integer(number) => number.to_string(),
             Self::Number(number) => shortest(*number),
             Self::Boolean(value) => value.to_string(),

@@ -124,6 +124,16 @@ pub(crate) fn thumbnail(
     }
 }
 
+/// An SVG document as the pixels of a PNG file.
+///
+/// # Errors
+/// The message of the drawing library.
+pub(crate) fn still_png(svg: &str) -> Result<Vec<u8>, ThumbnailError> {
+    let raster = SvgRenderer::new().raster(svg, 1.0);
+    let raster = raster.map_err(|error| ThumbnailError::NotDrawn(error.0))?;
+    png_file::file(&[raster], 0.0).map_err(|why| ThumbnailError::NotDrawn(why.into()))
+}
+
 /// Which frames of the file are drawn: evenly spread from the first to the last, or only the last.
 fn chosen(frames: u64, wanted: u64) -> Vec<u64> {
     let Some(last) = frames.checked_sub(1) else { return Vec::new() };

@@ -183,8 +183,9 @@ fn lost_particles_fail_unless_a_check_expects_them() {
     };
     let folder = Folder::write(manifest, lost(2));
     let output = analyze(&[folder.name()]).exited_with(3);
-    let headline = "FAILED: 1 of 1 runs without the expected outcome: gas__000.mcap: particles_outside = 2; if that is expected, add a check of it";
+    let headline = "FAILED: 1 of 1 run without the expected outcome: gas__000.mcap: particles_outside = 2; if that is expected, add a check of it";
     assert!(flat(&output.text).contains(headline), "{}", output.text);
+    assert!(output.text.contains("1 of 1 run ended otherwise than expected"), "{}", output.text);
     assert!(folder.page().contains(headline));
     analyze(&[Folder::write(manifest, lost(0)).name()]).exited_with(0);
     let expected = format!("{manifest}[[checks]]\nmetric = \"particles_outside\"\nminimum = 2\n");

@@ -56,6 +56,12 @@ mod plots_respond_to_the_pointer;
 mod replay_shows_the_recording;
 // Two runs play in parallel with one clock.
 mod two_runs_share_a_clock;
+// Particles and their paths are between the frames where they were.
+mod motion_between_frames_is_on_the_path;
+// A speed has one color in the recording, the page and the list of experiments.
+mod speeds_have_one_color;
+// The first screen shows question, answer and action.
+mod first_screen_shows_the_answer;
 // Requested plots come first and show gaps where there is no value.
 mod requested_plots_show_the_metrics;
 // A thumbnail shows the recorded positions and colors.

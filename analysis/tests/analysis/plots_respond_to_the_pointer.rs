@@ -256,7 +256,7 @@ fn head_and_numbers_name_question_result_and_files() {
         "href=\"./metrics.csv\"",
         "href=\"./metrics.json\"",
         ".svg\">",
-        "<summary><h2>Definitions</h2></summary>",
+        "<summary><h2>Definitions</h2>",
         "<summary><h2>Manifest of the first run</h2></summary>",
     ] {
         assert!(text.contains(shown), "the report lacks {shown}");

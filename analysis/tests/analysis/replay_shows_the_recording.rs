@@ -184,14 +184,28 @@ fn film_contains_every_recorded_position() {
     // The fastest discs are on the largest circle, at rad/s times m.
     let top = film.description["speedTop"].as_f64().unwrap();
     assert!((0.4..0.46).contains(&top), "{top}");
-    assert_eq!(film.description["view"], serde_json::json!([0.0, 0.0, 1.0, 1.0]));
+    // All positions with their radii, and 8 % of the longer side around them; not the box.
+    let places = || {
+        let times = film.times.iter();
+        times.flat_map(|time| (0..50).map(|disc| position(disc, *time)))
+    };
+    let [low, high] = [f64::min, f64::max]
+        .map(|of| [0, 1].map(|axis| places().map(|at| at[axis]).reduce(of).unwrap()));
+    let margin = 0.08 * (high[0] - low[0]).max(high[1] - low[1]) + 1e-3;
+    for (index, expected) in
+        [low[0] - margin, low[1] - margin, high[0] + margin, high[1] + margin].iter().enumerate()
+    {
+        let found = film.description["view"][index].as_f64().unwrap();
+        assert!((found - expected).abs() < 1e-3, "{found}, not {expected}");
+    }
+    assert_eq!(film.description["poster"], 40);
 
     // The cached replay gives the same bytes, and so does a new analysis.
     assert_eq!(page(&folder, &[]), text);
     assert_eq!(page(&folder, &["--no-cache"]), text);
     // Without a replay, the page has neither data nor a section.
     let without = page(&folder, &["--no-replay"]);
-    assert!(films(&without).is_empty() && !without.contains("class=\"replay\""));
+    assert!(films(&without).is_empty() && !without.contains("class=\"deck\""));
     assert_eq!(page(&folder, &[]), text);
 }
 

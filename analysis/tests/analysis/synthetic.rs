@@ -167,6 +167,8 @@ pub(crate) fn write_run(path: &Path, run: &Run, frames: &Frames, outcome: &Outco
                     names.as_ref().is_none_or(|names| names.iter().any(|name| name == state))
                 })
                 .chain(channels_of(model).iter().map(|channel| &channel.topic[1..]))
+                // Drawings on request only, because they take most of the time.
+                .chain(names.iter().flatten().map(String::as_str).filter(|name| *name == "discs"))
                 .map(str::to_owned)
                 .collect(),
         ),

@@ -84,7 +84,7 @@ fn drawn(name: &str, more: &[&str]) -> Vec<u8> {
 }
 
 /// The pictures of a PNG file as a browser shows them, row by row, and their width.
-fn pictures(file: &[u8]) -> (Vec<Vec<Rgb>>, usize) {
+pub(crate) fn pictures(file: &[u8]) -> (Vec<Vec<Rgb>>, usize) {
     let mut decoder = png::Decoder::new(Cursor::new(file));
     decoder.set_transformations(png::Transformations::EXPAND);
     let mut reader = decoder.read_info().unwrap();

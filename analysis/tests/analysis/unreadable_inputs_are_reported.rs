@@ -132,7 +132,7 @@ fn partial_files_are_read_only_when_named() {
     let file = folder.path().join("results.xml");
     let output =
         analyze(&["--junit", file.to_str().unwrap(), partial.to_str().unwrap()]).exited_with(3);
-    assert!(flat(&output.text).contains("FAILED: 1 of 1 runs unfinished"), "{}", output.text);
+    assert!(flat(&output.text).contains("FAILED: 1 of 1 run unfinished"), "{}", output.text);
     assert!(flat(&output.text).contains(" s; not part of means and fits"), "{}", output.text);
     let xml = fs::read_to_string(file).unwrap();
     assert!(xml.contains("tests=\"1\" failures=\"0\" errors=\"1\""), "{xml}");

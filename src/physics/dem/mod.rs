@@ -133,7 +133,7 @@ impl Model for Dem {
 
     /// Prepares the first state; with `forces`, frames contain the force of every contact and on every disc.
     fn prepare(config: &DemConfig, seed: Seed, forces: bool) -> Result<Self, SetupError> {
-        Self::prepare_while(config, seed, forces, &|| true)
+        Self::prepare_while(config, seed, forces, &|_| true)
     }
 
     fn prepare_while(

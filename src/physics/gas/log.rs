@@ -4,8 +4,8 @@ use super::Gas;
 use super::clock::{Clock, StepClock};
 use super::numeric_range::max_speed;
 use super::pressure::SpeedMoments;
-use super::short_number::short;
 use super::speed_distribution::InitialSpeeds;
+use crate::short_number::short;
 use kinetoscope_manifest::model::TemperatureDefinition;
 use kinetoscope_recording::frame::{Frame, Level};
 

@@ -25,7 +25,6 @@ mod path;
 pub mod pressure;
 mod propagator;
 mod schemes;
-mod short_number;
 mod sine_cosine;
 pub mod speed_distribution;
 mod state;
@@ -108,7 +107,7 @@ impl Model for Gas {
 
     /// Draws positions and velocities from separate streams. A gas records no single collisions, so `per_collision` has no effect.
     fn prepare(config: &GasConfig, seed: Seed, per_collision: bool) -> Result<Self, SetupError> {
-        Self::prepare_while(config, seed, per_collision, &|| true)
+        Self::prepare_while(config, seed, per_collision, &|_| true)
     }
 
     fn prepare_while(

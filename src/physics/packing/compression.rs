@@ -65,7 +65,8 @@ pub(super) fn compress(
     let initial = if fraction > 2.0 * INITIAL_FRACTION { INITIAL_FRACTION } else { 0.5 * fraction };
     let scale = (initial / fraction).sqrt();
     let small: Vec<f64> = radii.iter().map(|radius| scale * radius).collect();
-    let positions = random_positions(config, &small, seed, proceed)?;
+    // The small discs are placed in a fraction of the time that they take to grow.
+    let positions = random_positions(config, &small, seed, &|_| proceed(0.0))?;
     // A thermal speed of 1, whatever the initial velocities of the run.
     let unmodified =
         PackingConfig { initial_velocities: InitialVelocities::UnitVariance, ..config.clone() };
@@ -113,7 +114,7 @@ fn grow(
     let mut result = GrowthResult { scale: 1.0, collisions: 0, reduced_pressure: 1.0 };
     let (mut virial, mut window_start) = (0.0, 0.0);
     for event in 1_u64.. {
-        if event.is_multiple_of(EVENTS_PER_QUESTION) && !proceed() {
+        if event.is_multiple_of(EVENTS_PER_QUESTION) && !proceed(engine.time() / end) {
             return Err(SetupError::stopped());
         }
         let outcome = engine

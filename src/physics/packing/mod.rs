@@ -111,7 +111,7 @@ impl Model for Packing {
         seed: Seed,
         per_collision: bool,
     ) -> Result<Self, SetupError> {
-        Self::prepare_while(config, seed, per_collision, &|| true)
+        Self::prepare_while(config, seed, per_collision, &|_| true)
     }
 
     fn prepare_while(

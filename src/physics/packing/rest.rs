@@ -2,6 +2,7 @@
 
 use super::motion::Vector;
 use crate::model::SimulationFault;
+use crate::short_number::short;
 
 /// Fraction of the initial `<v²>` below which discs are at rest.
 const REST_FRACTION: f64 = 1e-200;
@@ -25,8 +26,9 @@ pub(super) fn limit(initial_mean_square_speed: f64) -> f64 {
 pub(super) fn fault(events: u64, mean_square_speed: f64, initial: f64) -> SimulationFault {
     SimulationFault::new(
         format!(
-            "the discs have come to rest after {events} events: the mean square velocity is {mean_square_speed:e}, at the start it \
-             was {initial:e}"
+            "the discs have come to rest after {events} events: the mean square velocity is {}, at the start it was {}",
+            short(mean_square_speed),
+            short(initial)
         ),
         HELP,
     )
@@ -37,7 +39,9 @@ pub(super) fn fault_at_wall(disc: u32, [vx, vy]: Vector) -> SimulationFault {
     SimulationFault::new(
         format!(
             "the discs have come to rest: no angle of the wall noise lets disc {disc} leave the wall with the velocity \
-             ({vx:e}, {vy:e})"
+             ({}, {})",
+            short(vx),
+            short(vy)
         ),
         HELP,
     )

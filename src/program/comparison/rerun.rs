@@ -2,7 +2,7 @@
 
 use crate::messages::Failure;
 use crate::messages::exit::exit_of_unread;
-use crate::messages::progress::{ProgressDisplay, Verbosity};
+use crate::messages::progress::ProgressDisplay;
 use crate::messages::result_arguments::ResultArguments;
 use kinetoscope::executor::observer::ExecutionObserver as _;
 use kinetoscope::interrupt::Interrupt;
@@ -18,6 +18,13 @@ pub(crate) fn listen() -> Result<Interrupt, Failure> {
         .map_err(|error| Failure::new(Exit::Retryable, format!("cannot listen to Ctrl-C: {error}")))
 }
 
+/// The error of a command that received a signal.
+pub(crate) fn stop_if_interrupted(interrupt: &Interrupt) -> Result<(), Failure> {
+    interrupt.exit_code().map_or(Ok(()), |code| {
+        Err(Failure::new(Exit::Signal(code), "interrupted").help("run the same command again"))
+    })
+}
+
 /// Executes a run again with a progress bar.
 pub(crate) fn with_progress<T>(
     recording: &Path,
@@ -25,9 +32,7 @@ pub(crate) fn with_progress<T>(
     rerun: impl FnOnce(&Interrupt, &(dyn Fn(u64, u64) + Sync)) -> T,
 ) -> Result<T, Failure> {
     let interrupt = listen()?;
-    let is_silent = result.quiet || result.json;
-    let verbosity = if is_silent { Verbosity::Quiet } else { Verbosity::Normal };
-    let progress = ProgressDisplay::new(1, verbosity);
+    let progress = ProgressDisplay::new(1, result.verbosity());
     let bar = progress.start_run(&shown_path(recording));
     let done = rerun(&interrupt, &|frame, of| bar.frame(frame, of));
     progress.close();

@@ -1,6 +1,6 @@
 //! Runs of manifests from which lock files are derived: fresh ones in a temporary folder, or the finished ones of a folder.
 
-use crate::comparison::rerun::listen;
+use crate::comparison::rerun::{listen, stop_if_interrupted};
 use crate::executor::thread_count;
 use crate::manifests::ManifestReader;
 use crate::messages::exit::unread_recording;
@@ -95,10 +95,7 @@ impl Reruns {
 
     /// The error of a command that received a signal.
     pub(crate) fn stop_if_interrupted(&self) -> Result<(), Failure> {
-        self.interrupt.exit_code().map_or(Ok(()), |code| {
-            Err(Failure::new(Exit::Signal(code), "interrupted".to_owned())
-                .help("run the same command again"))
-        })
+        stop_if_interrupted(&self.interrupt)
     }
 
     /// Executes the runs of a manifest.
@@ -118,8 +115,7 @@ impl Reruns {
         let reader = ManifestReader::new(run.output.folder()?, None);
         let experiment = reader.read(manifest, &[])?;
         // The runs exist, so that no start is built.
-        let planner =
-            Planner { is_outline: true, interrupt: Some(&self.interrupt), ..run.planner() };
+        let planner = Planner { is_outline: true, ..run.planner(&self.interrupt) };
         let plan = planner.plan(&experiment)?.plan;
         self.stop_if_interrupted()?;
         let runs = plan.runs.iter().map(|planned| RerunRun {

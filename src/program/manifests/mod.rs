@@ -296,7 +296,10 @@ impl<'a> ManifestReader<'a> {
                 NoRecording::Invalid(format!("{shown} has errors:\n{errors}"))
             })
         })?;
-        let plan = Plan::outline(&experiment, &self.output, false, &Interrupt::default());
+        // No start is needed to find a recording.
+        let without_starts = Interrupt::default();
+        without_starts.stop();
+        let plan = Plan::outline(&experiment, &self.output, false, &without_starts);
         let [run] = plan.runs.as_slice() else {
             let what = format!("{shown} has {} runs; must have 1", plan.runs.len());
             return Err(NoRecording::Invalid(what));

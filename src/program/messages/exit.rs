@@ -34,7 +34,7 @@ pub(crate) fn exit_codes(others: &[u8]) -> String {
     format!("Exit codes:{}", lines.concat())
 }
 
-/// The exit codes of `run` in addition to those of every command.
+/// The exit codes of `run`, and of other commands that build the starts of runs, in addition to those of every command.
 pub(crate) const OF_RUN: &[u8] = &[1, 129, 130, 143];
 
 /// The exit code of a failed access to object storage.

@@ -1,5 +1,6 @@
 //! Lines about the runs in progress for output that is not a terminal, so that a log shows that a long run is alive.
 
+use kinetoscope_console::text::plural;
 use std::collections::BTreeMap;
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -60,7 +61,8 @@ impl Activity {
     /// Formats the activity in one line.
     pub(crate) fn text(&self) -> String {
         let counts = self.counts();
-        let mut parts = vec![format!("{} of {} runs finished", counts.finished, counts.runs)];
+        let mut parts =
+            vec![format!("{} of {} finished", counts.finished, plural(counts.runs as u64, "run"))];
         parts.extend(counts.running.iter().take(MOST_NAMED).map(|(run, [done, of])| {
             if *of == 0 {
                 format!("{run} starts")
@@ -143,7 +145,7 @@ mod tests {
             sender.send(activity.text()).unwrap();
         });
         for _ in 0..3 {
-            assert_eq!(lines.recv().unwrap(), "0 of 1 runs finished");
+            assert_eq!(lines.recv().unwrap(), "0 of 1 run finished");
         }
         drop(heartbeat);
         // The thread has ended, and with it the sender.

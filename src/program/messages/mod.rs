@@ -178,9 +178,9 @@ pub(crate) fn describe(
     }
     text += &format!("\n  to {destination}");
     if finished > 0 {
-        let runs = plan.runs.len();
+        let runs = plural(plan.runs.len() as u64, "run");
         text += &format!(
-            "\n  {finished} of {runs} runs already finished (use --force to rerun {})",
+            "\n  {finished} of {runs} already finished (use --force to rerun {})",
             if finished == 1 { "it" } else { "them" }
         );
     }

@@ -1,5 +1,5 @@
 //! The progress display: on a terminal, one bar per run in progress and one in total; otherwise, one line per finished run, and one
-//! every ten seconds about those in progress.
+//! every ten seconds about those in progress. Before the runs, starts that take long have a bar or such lines.
 
 use crate::messages::heartbeat::{Activity, Heartbeat};
 use indicatif::{HumanBytes, MultiProgress, ProgressBar, ProgressState, ProgressStyle};
@@ -11,7 +11,7 @@ use kinetoscope_recording::recorder::Outcome;
 use std::fmt;
 use std::io::IsTerminal;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Amount of progress output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,7 +24,7 @@ pub(crate) enum Verbosity {
     Verbose,
 }
 
-/// Time between two lines about the runs in progress, where no bars are shown.
+/// Time between two lines about what is in progress, where no bars are shown.
 const HEARTBEAT: Duration = Duration::from_secs(10);
 
 /// The progress of all runs, on standard error.
@@ -168,4 +168,76 @@ fn rate(state: &ProgressState, text: &mut dyn fmt::Write) {
 fn style(template: &str) -> ProgressStyle {
     // The templates are valid constants of this file; the default style would show the same numbers.
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
+}
+
+/// Time after which starts have a bar.
+const LONG: Duration = Duration::from_secs(1);
+
+/// Length of the bar.
+const PARTS: f64 = 1000.0;
+
+/// Starts that are complete, with the fractions of the others, and all starts.
+type Completion = (f64, usize);
+
+/// The progress of the starts of a plan, on standard error, until it is dropped.
+pub(crate) struct PreparationDisplay {
+    begun: Instant,
+    bar: ProgressBar,
+    progress: Arc<Mutex<Completion>>,
+    /// Prints the progress at intervals; `None` on a terminal, which shows the bar, and without output.
+    _heartbeat: Option<Heartbeat>,
+}
+
+impl PreparationDisplay {
+    pub(crate) fn new(verbosity: Verbosity) -> Self {
+        let (is_quiet, on_terminal) =
+            (verbosity == Verbosity::Quiet, std::io::stderr().is_terminal());
+        let bar = match is_quiet || !on_terminal {
+            true => ProgressBar::hidden(),
+            false => ProgressBar::new(PARTS as u64),
+        };
+        bar.set_style(style("preparing {msg}  {wide_bar} {percent} %, {eta} left"));
+        let progress = Arc::new(Mutex::new((0.0, 0)));
+        let heartbeat = (!is_quiet && !on_terminal).then(|| {
+            let progress = Arc::clone(&progress);
+            Heartbeat::start(HEARTBEAT, move || {
+                let progress = *progress.lock().unwrap_or_else(PoisonError::into_inner);
+                complain(&completion_text(progress), false);
+            })
+        });
+        Self { begun: Instant::now(), bar, progress, _heartbeat: heartbeat }
+    }
+
+    /// Receives the progress from any thread.
+    pub(crate) fn show(&self, done: f64, starts: usize) {
+        *self.progress.lock().unwrap_or_else(PoisonError::into_inner) = (done, starts);
+        if !self.bar.is_hidden() && self.begun.elapsed() > LONG {
+            self.bar.set_message(plural(starts as u64, "start"));
+            self.bar.set_position((PARTS * done / starts as f64) as u64);
+        }
+    }
+}
+
+impl Drop for PreparationDisplay {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// Formats the progress in one line.
+fn completion_text((done, starts): Completion) -> String {
+    let percent = if starts == 0 { 0.0 } else { 100.0 * done / starts as f64 };
+    format!("preparing {}: {percent:.1} %", plural(starts.max(1) as u64, "start"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::completion_text;
+
+    #[test]
+    fn line_states_the_complete_part_of_all_starts() {
+        assert_eq!(completion_text((0.0, 0)), "preparing 1 start: 0.0 %");
+        assert_eq!(completion_text((0.25, 1)), "preparing 1 start: 25.0 %");
+        assert_eq!(completion_text((3.5, 4)), "preparing 4 starts: 87.5 %");
+    }
 }

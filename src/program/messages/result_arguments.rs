@@ -1,5 +1,6 @@
 //! The result of a command: text or JSON on standard output, and the error that ended it.
 
+use crate::messages::progress::Verbosity;
 use crate::messages::{self, Failure};
 use clap::Args;
 use kinetoscope_console::{Exit, StandardOutput};
@@ -25,6 +26,11 @@ impl ResultArguments {
         Self { quiet: true, ..Self::default() }
     }
 
+    /// The amount of progress output.
+    pub(crate) fn verbosity(&self) -> Verbosity {
+        if self.quiet || self.json { Verbosity::Quiet } else { Verbosity::Normal }
+    }
+
     /// Prints the result as text or as JSON.
     pub(crate) fn print(&self, text: &str, json: impl FnOnce() -> serde_json::Value) {
         if self.json {
@@ -35,9 +41,20 @@ impl ResultArguments {
 
     /// Prints a text, unless errors only or JSON are requested.
     pub(crate) fn say(&self, text: &str) {
-        if !self.quiet && !self.json && !text.is_empty() {
+        if self.is_said(text) {
+            self.output.print_wrapped(&format!("{text}\n"));
+        }
+    }
+
+    /// Prints a text with commands, which stay on one line each.
+    pub(crate) fn say_commands(&self, text: &str) {
+        if self.is_said(text) {
             self.output.print(&format!("{text}\n"));
         }
+    }
+
+    fn is_said(&self, text: &str) -> bool {
+        !self.quiet && !self.json && !text.is_empty()
     }
 
     /// Prints a JSON document.

@@ -5,6 +5,8 @@ use crate::manifests::step::Step;
 use crate::messages::progress::size;
 use crate::messages::{Failure, bad, counted, describe, plural};
 use crate::planning::planner::Planned;
+use kinetoscope::interrupt::Interrupt;
+use kinetoscope::plan::totals::ExpectedTime;
 use kinetoscope::run::resources::Estimate;
 use kinetoscope_analysis::needs_replicates;
 use kinetoscope_console::Exit;
@@ -42,20 +44,22 @@ pub(crate) struct PlanReport<'a> {
     planned: &'a Planned,
     /// The plan whose resources are reported: that of a rerun if all runs are finished.
     costs: &'a Planned,
-    seconds: Option<f64>,
+    time: Option<ExpectedTime>,
 }
 
 impl<'a> PlanReport<'a> {
-    /// Checks the plan of an experiment. `rerun` is the plan of its rerun if all runs are finished.
+    /// Checks the plan of an experiment, for a fraction of a second or until the interrupt. `rerun` is the plan of its rerun if all runs are
+    /// finished.
     pub(crate) fn new(
         manifest: &'a Path,
         experiment: &'a Experiment,
         planned: &'a Planned,
         rerun: Option<&'a Planned>,
+        interrupt: &Interrupt,
     ) -> Self {
         let costs = rerun.unwrap_or(planned);
-        let seconds = costs.plan.expected_seconds(costs.jobs);
-        Self { manifest, experiment, planned, costs, seconds }
+        let time = costs.plan.expected_time(costs.jobs, interrupt);
+        Self { manifest, experiment, planned, costs, time }
     }
 
     fn estimates(&self) -> Vec<&Estimate> {
@@ -93,11 +97,16 @@ impl<'a> PlanReport<'a> {
         }
         if !estimates.is_empty() {
             text += &format!("\n  memory: at most {}", size(self.memory_bytes()));
-            text += &match self.seconds {
-                Some(seconds) => {
+            text += &match self.time {
+                Some(ExpectedTime { total_s, preparation_s }) => {
                     let of_rerun = if plan.to_do().is_empty() { " for a rerun" } else { "" };
-                    let time = duration(seconds);
-                    format!("\n  time: {time}{of_rerun} on this machine")
+                    let before = match preparation_s < 1.0 {
+                        true => String::new(),
+                        false => {
+                            format!(", {} of it before the first run", duration(preparation_s))
+                        }
+                    };
+                    format!("\n  time: {}{of_rerun} on this machine{before}", duration(total_s))
                 }
                 None => "\n  time: unknown".to_owned(),
             };
@@ -141,7 +150,8 @@ impl<'a> PlanReport<'a> {
             "events": counts(&|estimate| events(estimate.extent)),
             "bytes": plan.bytes_to_write(),
             "memory_bytes": self.memory_bytes(),
-            "expected_s": self.seconds,
+            "expected_s": self.time.map(|time| time.total_s),
+            "preparation_s": self.time.map(|time| time.preparation_s),
             "checks": self.experiment.checks.len(),
             "checks_without_error": self.checks_without_error().iter().map(|check| check.line).collect::<Vec<_>>(),
             "plots": self.experiment.plots.len(),

@@ -1,11 +1,13 @@
 //! The plan of an experiment for the arguments of a command, and where its recordings go.
 
 use crate::messages::exit;
+use crate::messages::progress::{PreparationDisplay, Verbosity};
 use crate::messages::{Failure, bad, name_of};
 use crate::output::OutputArguments;
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope::outputs::upload::Uploader;
 use kinetoscope::plan::Plan;
+use kinetoscope::plan::preparation::Preparation;
 use kinetoscope_console::Exit;
 use kinetoscope_console::Explained as _;
 use kinetoscope_console::text::shown_path;
@@ -24,8 +26,10 @@ pub(crate) struct Planner<'a> {
     pub(crate) jobs: Option<NonZeroUsize>,
     /// Whether the plan is not executed.
     pub(crate) is_outline: bool,
-    /// Stops the plan; `None` before the program listens to signals, which then end it at once.
-    pub(crate) interrupt: Option<&'a Interrupt>,
+    /// Stops the plan.
+    pub(crate) interrupt: &'a Interrupt,
+    /// The amount of output about starts that take long.
+    pub(crate) verbosity: Verbosity,
 }
 
 /// A plan, and where its recordings go.
@@ -43,13 +47,14 @@ impl Planner<'_> {
     pub(crate) fn plan(&self, experiment: &Experiment) -> Result<Planned, Failure> {
         let folder = self.output.folder()?;
         let depot = self.output.depot(&experiment.name)?;
-        let (force, never) = (self.force, Interrupt::default());
-        let interrupt = self.interrupt.unwrap_or(&never);
+        let (force, display) = (self.force, PreparationDisplay::new(self.verbosity));
+        let on_progress = |done, starts| display.show(done, starts);
+        let preparation = Preparation { interrupt: self.interrupt, on_progress: &on_progress };
         let mut plan = match self.keys {
-            None if self.is_outline => Plan::outline(experiment, &folder, force, interrupt),
-            None => Plan::new(experiment, &folder, force, interrupt),
+            None if self.is_outline => Plan::outline(experiment, &folder, force, preparation),
+            None => Plan::new(experiment, &folder, force, preparation),
             Some(keys) => {
-                let plan = Plan::of_keys(experiment, &folder, force, keys, interrupt);
+                let plan = Plan::of_keys(experiment, &folder, force, keys, preparation);
                 plan.map_err(|key| {
                     bad(format!("no run has the key {key}")).help(
                         "submit the runs again: the manifest or the program has changed since",
@@ -57,6 +62,7 @@ impl Planner<'_> {
                 })?
             }
         };
+        drop(display);
         if let Some(depot) = &depot {
             depot.find(&mut plan, self.force).map_err(|error| {
                 Failure::of(exit::of_storage(error.is_retryable()), error.message())

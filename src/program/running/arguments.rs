@@ -8,6 +8,7 @@ use crate::output::OutputArguments;
 use crate::planning::planner::Planner;
 use crate::running::live::LiveArguments;
 use clap::Args;
+use kinetoscope::interrupt::Interrupt;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -98,14 +99,15 @@ impl RunArguments {
         }
     }
 
-    pub(crate) fn planner(&self) -> Planner<'_> {
+    pub(crate) fn planner<'a>(&'a self, interrupt: &'a Interrupt) -> Planner<'a> {
         Planner {
             output: &self.output,
             keys: self.executor.only_keys.as_deref(),
             force: self.execution.force,
             jobs: self.execution.jobs,
             is_outline: self.execution.dry_run,
-            interrupt: None,
+            interrupt,
+            verbosity: self.verbosity(),
         }
     }
 }

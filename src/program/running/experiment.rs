@@ -1,10 +1,11 @@
 //! One experiment from its manifest to its recordings: the plan, the execution, and the errors of the runs.
 
+use crate::comparison::rerun::stop_if_interrupted;
 use crate::executor::{Executor, MAX_THREADS, TaskOptions};
 use crate::messages::exit;
 use crate::messages::progress::ProgressDisplay;
 use crate::messages::{Failure, bad, complain, describe, disk_shortage, plural, summary};
-use crate::planning::plan_report;
+use crate::planning::plan_report::PlanReport;
 use crate::planning::planner::{Planned, Planner};
 use crate::running::arguments::RunArguments;
 use crate::running::results::{self, RunResult};
@@ -61,14 +62,10 @@ impl Execution<'_> {
     pub(crate) fn run(&self) -> Result<Executed, Failure> {
         self.reject_folder_options()?;
         self.check_outputs()?;
-        // A plan that is not executed ends at once at a signal, as any command that leaves nothing behind.
-        let interrupt = match self.arguments.execution.dry_run {
-            true => None,
-            false => Some(self.listen()?),
-        };
-        let planner = Planner { force: self.force, interrupt, ..self.arguments.planner() };
+        let interrupt = self.listen()?;
+        let planner = Planner { force: self.force, ..self.arguments.planner(interrupt) };
         let planned = planner.plan(self.experiment)?;
-        if let Some(code) = interrupt.and_then(Interrupt::exit_code) {
+        if let Some(code) = interrupt.exit_code() {
             complain(INTERRUPTED);
             let concluded = self.concluded(&planned, &[], Exit::Signal(code));
             return Ok(Executed { destination: None, ..concluded });
@@ -78,7 +75,7 @@ impl Execution<'_> {
         let execution = &self.arguments.execution;
         if execution.dry_run {
             let rerun = planner.rerun(self.experiment, &planned)?;
-            return Ok(self.dry_run(&planned, rerun.as_ref()));
+            return self.dry_run(&planned, rerun.as_ref(), interrupt);
         }
         self.say(&describe(self.experiment, plan, *jobs, &planned.destination()));
         let at_once = if depot.is_some() { *jobs } else { plan.runs.len() };
@@ -139,22 +136,29 @@ impl Execution<'_> {
         }
     }
 
-    fn dry_run(&self, planned: &Planned, rerun: Option<&Planned>) -> Executed {
-        let checked = plan_report::PlanReport::new(self.manifest, self.experiment, planned, rerun);
+    fn dry_run(
+        &self,
+        planned: &Planned,
+        rerun: Option<&Planned>,
+        interrupt: &Interrupt,
+    ) -> Result<Executed, Failure> {
+        let (manifest, experiment) = (self.manifest, self.experiment);
+        let checked = PlanReport::new(manifest, experiment, planned, rerun, interrupt);
+        stop_if_interrupted(interrupt)?;
         self.say(&checked.text());
         let listed = self.arguments.execution.prune.then(|| self.prune(&planned.plan));
         let exit = match listed {
             Some(Err(failure)) => failure.report(),
             Some(Ok(())) | None => Exit::Done,
         };
-        Executed {
+        Ok(Executed {
             exit,
             name: self.experiment.name.clone(),
             destination: None,
             is_remote: false,
             keyframes: Vec::new(),
             json: self.arguments.messages.json.then(|| checked.json()),
-        }
+        })
     }
 
     /// Removes stale files, or lists them in a dry run.
@@ -217,7 +221,7 @@ impl Execution<'_> {
         let runs = plan.to_do_by_cost();
         let live = if runs.is_empty() { None } else { arguments.live.open(interrupt)? };
         if let Some(live) = &live {
-            self.say(&arguments.live.invitation(live, plan));
+            arguments.messages.say_commands(&arguments.live.invitation(live, plan));
         }
         let gnuplot = if runs.is_empty() { None } else { arguments.live.gnuplot_loop()? };
         let progress = ProgressDisplay::new(runs.len(), arguments.verbosity());

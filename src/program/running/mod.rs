@@ -247,7 +247,7 @@ impl Session<'_> {
                 let folder = Path::new("recordings").join(&executed.name);
                 next += &format!(" --output {}", word(&folder.to_string_lossy()));
             }
-            messages.say(&next);
+            messages.say_commands(&next);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What became of the runs of an experiment: their errors, the worst exit code, and the summary as JSON.
 
-use crate::messages::{Failure, complain, name_of};
+use crate::messages::{Failure, complain, name_of, plural};
 use kinetoscope::outputs::sidecars;
 use kinetoscope::plan::{Plan, PlannedRun, Status};
 use kinetoscope::run::{RunError, RunReport};
@@ -56,7 +56,7 @@ pub(crate) fn report_errors(
         exit = exit.worst(class);
     }
     if failed > 0 && results.len() > 1 {
-        complain(&format!("{failed} of {} runs failed", results.len()));
+        complain(&format!("{failed} of {} failed", plural(results.len() as u64, "run")));
     }
     exit
 }

@@ -2,11 +2,13 @@
 //!
 //! A large run is measured by its sample, whose steps cost less per particle where the run does not fit into the cache.
 
+use crate::interrupt::Interrupt;
 use crate::run::prepared::Prepared;
 use crate::run::resources::sample::sample_of;
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_physics::model::{Extent, Model, Progress, Target};
+use kinetoscope_physics::prepare_while;
 use kinetoscope_physics::random::Seed;
 use std::time::{Duration, Instant};
 
@@ -17,15 +19,20 @@ const FIRST_FRACTION: f64 = 1e-4;
 /// Steps or events per call, so that a slow run cannot exceed the measured time by much.
 const STEPS_PER_CALL: u64 = 64;
 
-/// Seconds that a run takes on this machine without recording, measured from its start if that was built already; `None` if
-/// nothing could be measured.
+/// Seconds that a run takes on this machine after its start, without recording; `None` if nothing could be measured. The start is built
+/// unless it is given.
 #[must_use]
-pub fn measured_seconds(manifest: &RunManifest, start: Option<Prepared>) -> Option<f64> {
+pub fn measured_seconds(
+    manifest: &RunManifest,
+    start: Option<Prepared>,
+    interrupt: &Interrupt,
+) -> Option<f64> {
     if let Some(mut start) = start {
         return measure(start.model.as_mut());
     }
     let seed = Seed { seed: manifest.seed, replicate: manifest.replicate };
-    let prepare = |model: &ModelConfig| kinetoscope_physics::prepare(model, seed, false).ok();
+    let proceed = |_: f64| !interrupt.is_raised();
+    let prepare = |model: &ModelConfig| prepare_while(model, seed, false, &proceed).ok();
     if let Some(sample) = sample_of(manifest)
         && let Some(mut start) = prepare(&sample.model)
     {

@@ -46,6 +46,7 @@ definitions! {
     DEPOSIT_LENGTH: "bed.deposit_length", "m", "length of the deposit", "/state: distance from the left wall up to which discs lie without a gap of two diameters, last frame", [], 0.0;
     RUNOUT: "bed.normalized_runout", "1", "runout in units of the initial length", "/state: bed.deposit_length over its initial value, minus 1", [], 0.0;
     SETTLING_TIME: "settling_time", "s", "time until the discs are at rest", "/energy: time of the last frame whose kinetic energy is above a thousandth of the mechanical energy at the start; none where it is the last of all", [], 0.0;
+    TIME_STEP: "time_step", "s", "time step", "/frame: time over the number of steps, last frame", [], 0.0;
 }
 
 /// Metrics of one bed, which differ from bed to bed by an amount that one of them does not tell.

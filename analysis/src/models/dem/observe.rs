@@ -62,6 +62,8 @@ pub(super) struct DemRun {
     contacts: Option<DemContactStatistics>,
     max_overlap_over_radius: f64,
     max_kinetic_disagreement_j: Option<f64>,
+    /// Time over the number of steps in the last frame, s; `None` before the first step.
+    time_step_s: Option<f64>,
     frames: u64,
 }
 
@@ -306,6 +308,8 @@ impl DemRun {
 impl Observer for DemRun {
     fn observe(&mut self, mut frame: RecordedFrame) -> Result<(), ReadError> {
         let time_s = frame.clock.time;
+        let steps = frame.clock.step_or_event_count;
+        self.time_step_s = (steps > 0).then(|| time_s / steps as f64);
         self.frames += 1;
         let energy = frame.get::<DemEnergy>()?;
         if let Some(energy) = &energy {
@@ -379,5 +383,6 @@ impl Observer for DemRun {
         self.measure_bed(found);
         self.measure_stress(found);
         self.measure_special_setups(found);
+        found.add(metric::TIME_STEP, self.time_step_s.map(Estimate::set_by_manifest));
     }
 }

@@ -14,6 +14,8 @@ mod differing_keys_are_named;
 mod experiment_record_round_trips;
 // Requested plots name metrics, channels and swept keys that exist.
 mod plots_name_what_exists;
+// The view names points of the sweep that exist.
+mod view_names_points_of_the_sweep;
 // Every rule broken once: the message states the allowed values and the position.
 mod dem_rules_are_enforced;
 mod gas_rules_are_enforced;

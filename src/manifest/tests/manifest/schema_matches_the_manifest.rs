@@ -53,6 +53,8 @@ fn parser_and_schema_have_the_same_keys() {
     assert_eq!(known_keys(check), keys(&schema["properties"]["checks"]["items"]));
     let plot = "[model.gas]\n[[plots]]\ny = \"/energy.kinetic_j\"\nqqqqqqqqqqqqqqqq = 1\n";
     assert_eq!(known_keys(plot), keys(&schema["properties"]["plots"]["items"]));
+    let view = "[model.gas]\n[view]\nqqqqqqqqqqqqqqqq = 1\n";
+    assert_eq!(known_keys(view), keys(&schema["properties"]["view"]));
     let baseline = "[model.gas]\n[[baseline]]\nmetric = \"a2\"\nrelative_tolerance = 1\nqqqqqqqqqqqqqqqq = 1\n";
     assert_eq!(known_keys(baseline), keys(&schema["properties"]["baseline"]["items"]));
 }

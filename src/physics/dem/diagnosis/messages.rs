@@ -9,6 +9,7 @@ use crate::dem::parameters::Parameters;
 use crate::dem::totals::BlowUp;
 use crate::dem::{restitution, start};
 use crate::model::{SetupError, SimulationFault};
+use crate::short_number::short;
 use kinetoscope_console::Message;
 use kinetoscope_manifest::model::{DemConfig, DemDashpot, Placement, UnstableTimeStep};
 
@@ -127,7 +128,7 @@ pub(crate) fn fault(
     damping_step: f64,
     blow_up: BlowUp,
 ) -> SimulationFault {
-    let what = match blow_up {
+    let what = |number: fn(f64) -> String| match blow_up {
         BlowUp::Overlap(disc, partner, over_radius) => {
             let partner = match partner {
                 Partner::Disc(partner) => format!("disc {}", discs.ids[partner as usize]),
@@ -143,7 +144,11 @@ pub(crate) fn fault(
             let ([x, y], [vx, vy]) = (discs.positions[disc], discs.velocities[disc]);
             let id = discs.ids[disc];
             format!(
-                "the center of disc {id} left the box, at ({x:e}, {y:e}) m with a velocity of ({vx:e}, {vy:e}) m/s"
+                "the center of disc {id} left the box, at ({}, {}) m with a velocity of ({}, {}) m/s",
+                number(x),
+                number(y),
+                number(vx),
+                number(vy)
             )
         }
         BlowUp::Residual(fraction) => format!(
@@ -158,12 +163,10 @@ pub(crate) fn fault(
         "contacts are too soft for the speed or the load: take a higher stiffness_n_per_m or a larger radius_m; or \
          the time step is too long: take more steps_per_wall_contact"
     };
-    let what = format!(
-        "Blow-up at step {} (t = {:e} s): {what}. c = eta dt/m_eff = {}",
-        count,
-        time,
-        figure(damping_step)
-    );
-    let recorded = format!("{what}. The {advice}.");
-    SimulationFault::recorded_as(Message::new(what, format!("the {advice}")), recorded)
+    let text = |number: fn(f64) -> String| {
+        let (what, time, damping_step) = (what(number), number(time), figure(damping_step));
+        format!("Blow-up at step {count} (t = {time} s): {what}. c = eta dt/m_eff = {damping_step}")
+    };
+    let recorded = format!("{}. The {advice}.", text(|number| format!("{number:e}")));
+    SimulationFault::recorded_as(Message::new(text(short), format!("the {advice}")), recorded)
 }

@@ -10,13 +10,13 @@ use self::tournament_tree::TournamentTree;
 use super::clock::Clock;
 use super::motion::{Particle, dot, drifted, elastic_collision, reflected, time_to_wall};
 use super::propagator::Propagator;
-use super::short_number::short;
 use super::state::GasState;
 use super::tallies::{PairTally, WallTallies};
 use crate::cell_grid::{Cell, CellGrid, Side};
 use crate::cell_lists::{CellLists, NO_DISC};
 use crate::collision_time::time_to_contact;
 use crate::model::{SetupError, Target};
+use crate::short_number::short;
 use serde::{Deserialize, Serialize};
 
 /// Minimum chord over the radius. A shorter chord departs from the wall by less than rounding (its square over 8), so a disc that slides

@@ -1,0 +1,560 @@
+// The players of the replay. The first one has the controls and the clock.
+const deck = document.querySelector(".deck");
+// What the players that are shown have in common: the top of the color scale, and what the color means.
+const scale = { top: 0, topText: "", by: "speed" };
+
+// A player; with a leader, it shows the leader's time.
+function player(part, leader) {
+  const find = (selector) => part.querySelector(selector);
+  const canvas = find("canvas"), context = canvas.getContext("2d"), menu = find(".runs");
+  const [play, scrub, clock, speedMenu, row] = [".play", ".scrub", ".clock", ".speed", ".row"].map((selector) => deck.querySelector(selector));
+  let film, data, colors, steps, tones, file, wanted, view, isPlaying = false, before = 0, pixelsPer = 1, left = 0, top = 0;
+  // Where the film is, in frames; how its particles move after a frame; and their places in pixels.
+  let at = 0, isAtPoster = true, moves = { frame: -1 }, across = [], down = [], followed = -1, pointer = null;
+
+  const shown = (value, count, unit) => withUnit(number(value, 0, count), film.units[unit]);
+  const frame = () => Math.round(at);
+  const isThere = (place) => data.xs[place] !== ABSENT;
+  const xOf = (stored) => film.origin[0] + stored * film.step;
+  const yOf = (stored) => film.origin[1] + stored * film.step;
+  // Pixels of positions, and of stored coordinates.
+  const pixel = (x, y) => [left + (x - view[0]) * pixelsPer, top + (view[3] - y) * pixelsPer];
+  const px = (stored) => left + (xOf(stored) - view[0]) * pixelsPer;
+  const py = (stored) => top + (view[3] - yOf(stored)) * pixelsPer;
+  const radiusOf = (i) => data.radii[(film.growing ? frame() * film.particles : 0) + i] * film.radiusStep;
+  // Few particles are drawn larger than many, so that points are visible.
+  const smallestPx = () => (film.particles > 2000 ? 1.5 : film.particles > 50 ? 2.5 : 4) * devicePixelRatio;
+  const speedOf = (stored) => (stored / 254) ** 2 * film.speedMax;
+  const timeAt = (place) => {
+    const low = Math.min(Math.floor(place), film.frames - 1), high = Math.min(low + 1, film.frames - 1);
+    return data.times[low] + (place - low) * (data.times[high] - data.times[low]);
+  };
+  // The place of a time in the film, in frames.
+  function placeOf(time) {
+    const { times } = data;
+    let low = 0;
+    while (low < film.frames - 2 && times[low + 1] <= time) low++;
+    const length = times[low + 1] - times[low];
+    return length > 0 ? clamp(low + (time - times[low]) / length, 0, film.frames - 1) : low;
+  }
+
+  // Height over width of the view.
+  const shape = () => (view[3] - view[1]) / (view[2] - view[0]);
+
+  function resize(room) {
+    const width = canvas.parentElement.clientWidth;
+    // What is not displayed has no width.
+    if (!film || !width) return;
+    const height = Math.max(140, Math.min(width * shape(), room)), [x0, y0, x1, y1] = view;
+    canvas.style.height = `${height}px`;
+    canvas.width = Math.round(width * devicePixelRatio);
+    canvas.height = Math.round(height * devicePixelRatio);
+    sheet = null;
+    pixelsPer = Math.min(canvas.width / (x1 - x0), canvas.height / (y1 - y0));
+    [left, top] = [(canvas.width - (x1 - x0) * pixelsPer) / 2, (canvas.height - (y1 - y0) * pixelsPer) / 2];
+    draw();
+  }
+
+  // A path of discs, given by their places and radii in pixels.
+  function discs(all) {
+    context.beginPath();
+    for (const [x, y, radius] of all) {
+      context.moveTo(x + radius, y);
+      context.arc(x, y, radius, 0, 2 * Math.PI);
+    }
+  }
+
+  // Where the view cuts a wall, its end is ragged.
+  function tear(x, y, isUpright) {
+    const size = 4 * devicePixelRatio;
+    for (let tooth = -2; tooth <= 2; tooth++) {
+      const [aside, along] = [size * (tooth % 2 ? 1 : -1) / 2, size * tooth];
+      context[tooth > -2 ? "lineTo" : "moveTo"](...(isUpright ? [x + aside, y + along] : [x + along, y + aside]));
+    }
+  }
+
+  // The lines of one style are one path.
+  function drawWalls() {
+    const count = film.wallPoints, [xs, ys] = data.walls, [x0, y0, x1, y1] = film.cut;
+    const low = film.movingWalls ? Math.floor(at) * count : 0, high = film.movingWalls ? Math.ceil(at) * count : 0, share = at % 1;
+    const blend = (values, i) => values[low + i] + (values[high + i] === ABSENT ? 0 : share * (values[high + i] - values[low + i]));
+    const isAt = (value, border, origin) => Math.abs(origin + value * film.step - border) < 1.5 * film.step;
+    context.lineCap = "round";
+    film.lineStyles.forEach(([color, width], style) => {
+      context.strokeStyle = color;
+      context.lineWidth = Math.max(1, 0.6 * width) * devicePixelRatio;
+      context.beginPath();
+      for (let i = 0; i < count; i += 2) {
+        if (data.styles[(low + i) / 2] !== style || xs[low + i] === ABSENT || xs[low + i + 1] === ABSENT) continue;
+        const ends = [i, i + 1].map((end) => [blend(xs, end), blend(ys, end)]);
+        context.moveTo(px(ends[0][0]), py(ends[0][1]));
+        context.lineTo(px(ends[1][0]), py(ends[1][1]));
+        // Guides, such as an exact orbit, are not torn.
+        if (width > 3) for (const [x, y] of ends) {
+          const isAside = isAt(x, x0, film.origin[0]) || isAt(x, x1, film.origin[0]);
+          if (isAside || isAt(y, y0, film.origin[1]) || isAt(y, y1, film.origin[1])) tear(px(x), py(y), isAside);
+        }
+      }
+      context.stroke();
+    });
+    context.fillStyle = "#f0c83c";
+    discs(film.bodies.map(([x, y, radius]) => [...pixel(x, y), Math.max(radius * pixelsPer, smallestPx())]));
+    context.fill();
+    context.fillStyle = "#c8c8c8";
+    context.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
+    context.textAlign = "center";
+    context.textBaseline = "middle";
+    for (const [place, text] of film.labels) context.fillText(text, ...pixel(...place));
+  }
+
+  // Paths up to now, where they are known.
+  function drawTrails() {
+    const count = film.particles, { xs, ys } = data, last = Math.floor(at);
+    context.strokeStyle = "#56b4e9";
+    context.lineWidth = devicePixelRatio;
+    context.beginPath();
+    for (let i = 0; i < Math.min(count, TRAILS); i++) {
+      let isDown = false;
+      for (let from = 0; from <= last && from < film.frames - 1; from++) {
+        const motion = film.paths[i][from], place = from * count + i, part = from === last ? at - last : 1;
+        if (!motion) { isDown = false; continue; }
+        if (!part) break;
+        if (!isDown) context.moveTo(px(xs[place]), py(ys[place]));
+        isDown = true;
+        const [x0, y0, x1, y1] = [xs[place], ys[place], xs[place + count], ys[place + count]];
+        if (motion.kind === LINE) {
+          context.lineTo(px(x0 + part * (x1 - x0)), py(y0 + part * (y1 - y0)));
+          continue;
+        }
+        // The control points of the cubic's part.
+        const [a, b, c, d] = motion.slopes, third = part / 3;
+        const [x, y] = [hermite(x0, x1, a, c, part), hermite(y0, y1, b, d, part)];
+        const [u, v] = [hermiteSlope(x0, x1, a, c, part), hermiteSlope(y0, y1, b, d, part)];
+        context.bezierCurveTo(px(x0 + third * a), py(y0 + third * b), px(x - third * u), py(y - third * v), px(x), py(y));
+      }
+    }
+    context.stroke();
+  }
+
+  // The motions of the first particles whose paths are known; null elsewhere.
+  function paths() {
+    return Array.from({ length: Math.min(film.particles, TRAILS) }, (_, i) => Array.from({ length: film.frames - 1 }, (_, from) => {
+      const motion = motionOf(film, data, from, i);
+      return isPathKnown(film, data, from, i, motion) ? motion : null;
+    }));
+  }
+
+  // The places of all particles in pixels; NaN for one that is absent.
+  function placeParticles() {
+    const count = film.particles, low = Math.floor(at), part = at - low, base = low * count, { xs, ys } = data;
+    if (part && moves.frame !== low) {
+      moves = { frame: low, kinds: new Uint8Array(count), slopes: new Float32Array(4 * count) };
+      for (let i = 0; i < count; i++) {
+        const { kind, slopes } = motionOf(film, data, low, i);
+        moves.kinds[i] = kind;
+        if (kind === CURVE) moves.slopes.set(slopes, 4 * i);
+      }
+    }
+    for (let i = 0; i < count; i++) {
+      const from = base + i, to = from + count;
+      let [x, y] = [xs[from], ys[from]];
+      if (part && moves.kinds[i] === CURVE) {
+        const [a, b, c, d] = [0, 1, 2, 3].map((k) => moves.slopes[4 * i + k]);
+        [x, y] = [hermite(x, xs[to], a, c, part), hermite(y, ys[to], b, d, part)];
+      } else if (part && moves.kinds[i] === LINE) [x, y] = [x + part * (xs[to] - x), y + part * (ys[to] - y)];
+      else if (part >= 0.5) [x, y] = [xs[to], ys[to]];
+      [across[i], down[i]] = x === ABSENT ? [NaN, NaN] : [px(x), py(y)];
+    }
+  }
+
+  // The color of a particle, as a step of the palette.
+  const toneOf = (i) => tones[i] >= 0 ? tones[i] : steps[data.speeds[frame() * film.particles + i]];
+
+  // All discs of one color are one path; those that this leaves out were painted.
+  function drawDiscs() {
+    const count = film.particles, smallest = smallestPx();
+    const byColor = Array.from(colors, () => []), painted = count > PAINTED_FROM && paintDiscs(smallest);
+    for (let i = 0; i < count; i++) {
+      if (!(across[i] >= -1e6) || painted[i]) continue;
+      byColor[toneOf(i)].push([across[i], down[i], Math.max(radiusOf(i) * pixelsPer, smallest)]);
+    }
+    byColor.forEach((all, color) => {
+      context.fillStyle = colors[color];
+      discs(all);
+      context.fill();
+    });
+    context.strokeStyle = GROUND;
+    context.lineWidth = 1;
+    discs(byColor.flat().filter(([, , radius]) => radius >= OUTLINE_FROM_PX));
+    context.stroke();
+    context.fillStyle = "#e0e0e0";
+    context.textAlign = "left";
+    film.names.forEach((name, i) => { if (across[i] >= 0) context.fillText(name, across[i] + 7 * devicePixelRatio, down[i] - 7 * devicePixelRatio); });
+    if (!(across[followed] >= 0)) return;
+    context.strokeStyle = "#ffffff";
+    context.lineWidth = 1.5 * devicePixelRatio;
+    discs([[across[followed], down[followed], Math.max(radiusOf(followed) * pixelsPer, smallest) + 4 * devicePixelRatio]]);
+    context.stroke();
+  }
+
+  // Very many discs are painted pixel by pixel, in a quarter of the time of paths. Radius and place are rounded to quarters of a
+  // pixel, so that few stamps remain: lists of offsets and of covered quarters.
+  let sheet, stamps, pixels, shades;
+  function stampOf(radius, across, down) {
+    const reach = Math.ceil(radius / 4 + 1), isOutlined = radius >= 4 * OUTLINE_FROM_PX, stamp = [];
+    for (let y = -reach; y <= reach; y++) for (let x = -reach; x <= reach; x++) {
+      const beyond = Math.hypot(x + 0.5 - across / 4, y + 0.5 - down / 4) - radius / 4 + (isOutlined ? 0.5 : 0);
+      const cover = Math.round(4 * clamp(0.5 - beyond, 0, 1));
+      if (cover || (isOutlined && beyond < 1)) stamp.push(y * canvas.width + x, isOutlined || cover === 4 ? cover : cover - 8);
+    }
+    return Int32Array.from(stamp);
+  }
+
+  function paintDiscs(smallest) {
+    const { width, height } = canvas;
+    if (!sheet) {
+      sheet = Object.assign(document.createElement("canvas"), { width, height }).getContext("2d");
+      stamps = [];
+      pixels = sheet.createImageData(width, height);
+    }
+    const image = new Uint32Array(pixels.data.buffer);
+    image.fill(0);
+    const painted = new Uint8Array(film.particles);
+    for (let i = 0; i < film.particles; i++) {
+      const x = Math.round(4 * across[i]), y = Math.round(4 * down[i]);
+      const radius = Math.round(4 * Math.max(radiusOf(i) * pixelsPer, smallest)), reach = radius + 8;
+      // Comparisons with NaN are false.
+      if (!(x >= reach && y >= reach && x <= 4 * width - reach && y <= 4 * height - reach)) continue;
+      painted[i] = 1;
+      const stamp = stamps[(radius * 4 + (x & 3)) * 4 + (y & 3)] ||= stampOf(radius, x & 3, y & 3);
+      const middle = (y >> 2) * width + (x >> 2), shade = 5 * toneOf(i);
+      // Edges do not darken discs that are painted already.
+      for (let k = 0; k < stamp.length; k += 2) {
+        const place = middle + stamp[k], cover = stamp[k + 1];
+        if (cover >= 0) image[place] = shades[shade + cover];
+        else if (!image[place]) image[place] = shades[shade + cover + 8];
+      }
+    }
+    sheet.putImageData(pixels, 0, 0);
+    context.drawImage(sheet.canvas, 0, 0);
+    return painted;
+  }
+
+  function drawPicture() {
+    context.fillStyle = GROUND;
+    context.fillRect(0, 0, canvas.width, canvas.height);
+    placeParticles();
+    if (film.trails) drawTrails();
+    drawWalls();
+    drawDiscs();
+  }
+
+  function draw() {
+    if (!data || !steps) return;
+    drawPicture();
+    if (leader) return;
+    const time = `t = ${shown(timeAt(at), 4, 2)}`;
+    clock.textContent = `${time} · frame ${data.numbers[frame()]}${scaleOfTime()}`;
+    scrub.value = at;
+    scrub.setAttribute("aria-valuetext", time);
+    showRow();
+    document.dispatchEvent(new CustomEvent("replaytime"));
+  }
+
+  // How much time of the run a second of the playback shows; none if its frames are not evenly spaced.
+  function scaleOfTime() {
+    const { times } = data, last = film.frames - 1, middle = last >> 1, mean = (times[last] - times[0]) / last;
+    if (!(last > 1) || Math.abs((times[middle] - times[0]) / middle / mean - 1) > 0.02) return "";
+    const passed = mean * film.fps * speedMenu.value, thousands = film.units[2] === "s" ? clamp(Math.ceil(-Math.log10(passed) / 3), 0, 3) : 0;
+    return ` · 1 s = ${withUnit(number(passed * 1000 ** thousands, 0, 2), thousands ? ["ms", "µs", "ns"][thousands - 1] : film.units[2])}`;
+  }
+
+  function show(place) {
+    at = clamp(place, 0, film.frames - 1);
+    isAtPoster = false;
+    draw();
+  }
+
+  // The particle under the pointer.
+  function nearest() {
+    let found = -1, least = Infinity;
+    for (let i = 0; i < film.particles; i++) {
+      const distance = Math.hypot(across[i] - pointer[0], down[i] - pointer[1]);
+      const beyond = distance - Math.max(radiusOf(i) * pixelsPer, 8 * devicePixelRatio);
+      if (beyond <= 0 && distance < least) [found, least] = [i, distance];
+    }
+    return found;
+  }
+
+  // The row of the particle under the pointer, or of the one that is followed.
+  function showRow() {
+    if (!data) return;
+    const hovered = pointer ? nearest() : -1, i = hovered < 0 ? followed : hovered, place = frame() * film.particles + i;
+    if (i < 0 || !isThere(place)) return void (row.textContent = i < 0 ? "Point at a particle for its values; click it to follow it." : "The particle is not in this frame.");
+    const radius = radiusOf(i), speed = data.speeds[place];
+    const parts = [film.names[i] || `particle ${i * film.every}`, `x = ${shown(xOf(data.xs[place]), 4, 0)}`, `y = ${shown(yOf(data.ys[place]), 4, 0)}`];
+    if (speed !== ABSENT_SPEED) parts.push(`speed ≈ ${shown(speedOf(speed), 2, 1)}`);
+    data.velocities.forEach((values, axis) => {
+      if (values[place] === ABSENT) return;
+      const value = values[place] * film.velocityStep - film.velocityTop;
+      // As many digits as the stored steps give.
+      const count = clamp(Math.floor(Math.log10(Math.abs(value) / film.velocityStep)), 1, 4);
+      parts.push(`${["vx", "vy"][axis]} ≈ ${shown(value, count, 1)}`);
+    });
+    if (radius) parts.push(`radius = ${shown(radius, 4, 0)}`);
+    row.textContent = parts.join(" · ");
+  }
+
+  function setPlaying(value) {
+    if (leader) return;
+    isPlaying = value && film.frames > 1;
+    play.textContent = isPlaying ? "❚❚" : "▶";
+    play.setAttribute("aria-label", isPlaying ? "Pause" : "Play");
+    if (!isPlaying) return;
+    if (isAtPoster || at >= film.frames - 1) show(0);
+    before = 0;
+    requestAnimationFrame(advance);
+  }
+
+  function advance(now) {
+    if (!isPlaying) return;
+    if (before) show(at + (now - before) / 1000 * film.fps * speedMenu.value);
+    before = now;
+    if (at >= film.frames - 1) return setPlaying(false);
+    requestAnimationFrame(advance);
+  }
+
+  async function select(index) {
+    if (film) setPlaying(false);
+    const source = films[index];
+    wanted = source.dataset.file;
+    if (menu) menu.selectedIndex = index;
+    // That nothing is left out needs no line.
+    const note = find(".note"), isWhole = /^All \d+ frames are shown\.( Points are drawn as dots\.)?$/.test(source.dataset.note);
+    note.textContent = isWhole ? "" : source.dataset.note;
+    const isDrawn = Boolean(source.dataset.film);
+    find(".stage").hidden = !isDrawn;
+    if (!isDrawn) { film = data = file = undefined; return; }
+    const chosen = JSON.parse(source.dataset.film);
+    if (deck.dataset.names) chosen.names = JSON.parse(deck.dataset.names).slice(0, chosen.particles);
+    chosen.longest = Math.max(chosen.view[2] - chosen.view[0], chosen.view[3] - chosen.view[1]) / chosen.step;
+    if (!decodedFilms.has(index)) decodedFilms.set(index, decoded(chosen, source.textContent));
+    const numbers = await decodedFilms.get(index);
+    // Another run may have been selected in the meantime.
+    if (wanted !== source.dataset.file) return;
+    [data, film, file, view] = [numbers, chosen, wanted, chosen.view];
+    [moves, across, down] = [{ frame: -1 }, new Float64Array(film.particles), new Float64Array(film.particles)];
+    [followed, steps] = [-1, null];
+    const parts = palette(film.colors);
+    colors = parts.map((color) => `rgb(${color.join()})`);
+    shades = shadesOf(parts);
+    if (film.trails) {
+      film.paths = paths();
+      const lost = film.paths.flat().filter((motion) => !motion).length;
+      if (lost) note.textContent += ` Paths are not drawn where the frames are too far apart (${lost} of ${film.paths.flat().length} parts).`;
+    }
+    at = deck.dataset.poster ? placeOf(Number(deck.dataset.poster)) : film.poster;
+    isAtPoster = true;
+    if (!leader) {
+      scrub.max = film.frames - 1;
+      scrub.disabled = play.disabled = film.frames < 2;
+      setPlaying(false);
+    }
+    document.dispatchEvent(new CustomEvent("filmchange"));
+    followClock();
+  }
+
+  // Takes over the common region and the colors of the common scale.
+  function agree(region) {
+    view = region;
+    steps = Array.from({ length: 256 }, (_, stored) => {
+      const fraction = scale.top > 0 ? speedOf(stored) / scale.top : 0;
+      return stored === ABSENT_SPEED ? UNKNOWN : Math.min(STEPS - 1, Math.floor(fraction * STEPS));
+    });
+    tones = new Int8Array(film.particles).fill(-1);
+    const start = { height: data.ys, side: data.xs }[scale.by];
+    if (start) {
+      const firsts = Array.from(tones, (_, i) => {
+        for (let place = i; place < start.length; place += film.particles) if (isThere(place)) return start[place];
+        return ABSENT;
+      });
+      const order = firsts.filter((value) => value !== ABSENT).sort((a, b) => a - b), [low, high] = [order[0], order[order.length - 1]];
+      firsts.forEach((value, i) => { tones[i] = value === ABSENT ? UNKNOWN : clamp(Math.floor((value - low) / (high - low || 1) * STEPS), 0, STEPS - 1); });
+    }
+    film.names.forEach((name, i) => { if (name === "Sun") tones[i] = SUN; });
+    draw();
+  }
+
+  function followClock() {
+    if (file && leader?.file) seek(leader.time, file);
+  }
+
+  // Shows a time of a run; the latest time counts.
+  async function seek(time, of) {
+    const index = films.findIndex((source) => source.dataset.file === of);
+    if (index < 0) return;
+    seek.time = time;
+    if (wanted !== of) await select(index);
+    if (file !== of) return;
+    setPlaying(false);
+    show(placeOf(seek.time));
+  }
+
+  canvas.addEventListener("pointermove", (event) => {
+    const ratio = canvas.width / canvas.clientWidth;
+    pointer = [event.offsetX * ratio, event.offsetY * ratio];
+    showRow();
+  });
+  canvas.addEventListener("pointerleave", () => { pointer = null; showRow(); });
+  canvas.addEventListener("click", (event) => {
+    if (!film) return;
+    const ratio = canvas.width / canvas.clientWidth;
+    pointer = [event.offsetX * ratio, event.offsetY * ratio];
+    const found = nearest();
+    followed = found === followed ? -1 : found;
+    draw();
+    showRow();
+  });
+  menu?.addEventListener("change", () => select(menu.selectedIndex));
+  if (leader) document.addEventListener("replaytime", followClock);
+  else {
+    play.addEventListener("click", () => setPlaying(!isPlaying));
+    speedMenu.addEventListener("change", draw);
+    scrub.addEventListener("input", () => { setPlaying(false); show(Number(scrub.value)); });
+    canvas.addEventListener("keydown", (event) => {
+      // The film may not be decoded yet.
+      if (!film) return;
+      const step = { ArrowLeft: -1, ArrowRight: 1, Home: -Infinity, End: Infinity }[event.key];
+      if (step) { setPlaying(false); show(frame() + step); }
+      else if (event.key === " ") setPlaying(!isPlaying);
+      else return;
+      event.preventDefault();
+    });
+  }
+
+  // For plots and tests; positions are in the state's unit, from their pixels.
+  const made = {
+    select,
+    show,
+    seek,
+    shape,
+    resize,
+    agree,
+    part,
+    canvas,
+    has: (of) => films.some((source) => source.dataset.file === of && source.dataset.film),
+    get file() { return file; },
+    get film() { return film; },
+    get time() { return data ? timeAt(at) : NaN; },
+    get frames() { return film.frames; },
+    get numbers() { return data.numbers; },
+    get view() { return view; },
+    positions() {
+      const found = [];
+      for (let i = 0; i < film.particles; i++) {
+        if (!(across[i] >= -1e6)) continue;
+        found.push([i * film.every, (across[i] - left) / pixelsPer + view[0], view[3] - (down[i] - top) / pixelsPer]);
+      }
+      return found;
+    },
+    // Pixel of a position in the state's unit.
+    pixel,
+    // A picture of the canvas at a frame, without moving the clock.
+    pictureAt(place, width) {
+      const copy = document.createElement("canvas"), now = at;
+      [copy.width, copy.height] = [width, Math.round(width * canvas.height / canvas.width)];
+      at = place;
+      drawPicture();
+      copy.getContext("2d").drawImage(canvas, 0, 0, copy.width, copy.height);
+      at = now;
+      drawPicture();
+      return [copy, shown(timeAt(place), 4, 2)];
+    },
+  };
+  made.ready = select(menu ? menu.selectedIndex : 0);
+  return made;
+}
+
+// The players that are displayed.
+const players = () => [window.replay, window.replay?.second].filter((each) => each?.film && !each.part.hidden);
+
+// Players are next to each other or one above the other, whichever shows their runs larger. The first ones are complete on the screen.
+function arrange() {
+  const all = players(), box = deck.querySelector(".players");
+  if (!all.length) return;
+  const isFull = document.fullscreenElement === deck, width = deck.clientWidth;
+  const above = isFull ? 0 : all[0].canvas.getBoundingClientRect().top + scrollY;
+  const below = innerHeight - above - (isFull ? 150 : 90), room = Math.min(900, below > 0.45 * innerHeight ? below : 0.7 * innerHeight);
+  const shape = Math.max(...all.map((each) => each.shape()));
+  const isStacked = all.length > 1 && Math.min(width, (room / 2 - 30) / shape) > Math.min(width / 2, room / shape);
+  box.classList.toggle("stacked", isStacked);
+  all.forEach((each) => each.resize(isStacked ? room / 2 - 20 : room));
+}
+
+// The region that contains all views, or null if the smallest of them would hardly be visible in it.
+const MOST_ENLARGED = 4;
+function common(views) {
+  const side = ([x0, y0, x1, y1]) => Math.max(x1 - x0, y1 - y0), sides = views.map(side);
+  const all = [0, 1, 2, 3].map((k) => (k < 2 ? Math.min : Math.max)(...views.map((view) => view[k])));
+  return side(all) <= MOST_ENLARGED * Math.min(...sides) ? all : null;
+}
+
+// One color scale, and if possible one scale of lengths, for all runs that are displayed.
+function share() {
+  const all = players();
+  const widest = all.reduce((found, each) => each.film.speedTop > (found?.speedTop ?? -1) ? each.film : found, null);
+  if (!widest) return;
+  const max = Math.max(...all.map((each) => each.film.speedMax)), isSpeed = scale.by === "speed";
+  scale.top = widest.speedTop;
+  deck.querySelector(".bar").style.background = `linear-gradient(to right, ${widest.colors.join()})`;
+  deck.querySelector(".scale").hidden = isSpeed && !(scale.top > 0);
+  const [low, high] = { height: ["low at start", "high"], side: ["left at start", "right"] }[scale.by] ?? ["speed 0",
+    `${max > 1.005 * scale.top ? "≥ " : ""}${withUnit(widest.speedTopText, widest.units[1])}`];
+  deck.querySelector(".bottom").textContent = low;
+  deck.querySelector(".top").textContent = high;
+  const region = common(all.map((each) => each.film.view));
+  all.forEach((each) => each.agree(region ?? each.film.view));
+}
+
+if (deck) {
+  deck.hidden = false;
+  const [first, second] = deck.querySelectorAll(".player"), box = deck.querySelector(".pair"), colors = deck.querySelector(".colors");
+  if (typeof DecompressionStream === "undefined") {
+    deck.querySelectorAll(".stage, .controls, .readout").forEach((part) => { part.hidden = true; });
+    deck.querySelector(".note").textContent = "This browser cannot play the replay: it has no DecompressionStream.";
+  } else {
+    const refresh = () => { share(); arrange(); };
+    document.addEventListener("filmchange", refresh);
+    addEventListener("resize", arrange);
+    document.addEventListener("fullscreenchange", arrange);
+    window.replay = player(first);
+    // A second run next to the first one, with its clock.
+    if (second) replay.second = player(second, replay);
+    box?.addEventListener("change", () => {
+      second.hidden = !box.checked;
+      refresh();
+    });
+    const color = () => {
+      scale.by = colors.value;
+      share();
+    };
+    colors.addEventListener("change", color);
+    color();
+    const full = deck.querySelector(".full");
+    full.hidden = !deck.requestFullscreen;
+    full.addEventListener("click", () => document.fullscreenElement ? document.exitFullscreen() : deck.requestFullscreen());
+  }
+}
+
+// On paper, the replay is a strip of five pictures.
+const STRIP = 5;
+function makeStrip() {
+  const [first] = players();
+  if (!first || first.frames < 2) return;
+  const strip = element("div", { class: "strip" }, deck);
+  for (let picture = 0; picture < STRIP; picture++) {
+    const [copy, time] = first.pictureAt(picture * (first.frames - 1) / (STRIP - 1), 360), figure = element("figure", {}, strip);
+    figure.append(copy);
+    element("figcaption", {}, figure, time);
+  }
+}
