@@ -24,6 +24,7 @@ pub(super) fn background(report: &AnalysisReport) -> Markup {
         @for line in note.into_iter().chain(rest.lines()).filter(|line| !line.is_empty()) {
             p class="facts" { (line) }
         }
+        @if !report.description.is_empty() { p { (report.description) } }
     }
 }
 
