@@ -366,7 +366,7 @@ mod tests {
     /// A largest energy error has a standard error from its replicates, and is never compared by it. Control: by another law, it is.
     #[test]
     fn check_of_a_conservation_law_in_standard_errors_names_the_bounds_that_apply() {
-        let finding = |is_conservation| {
+        let finding = |is_conservation: bool| {
             let found = metric(1e-4, Some(1e-5), Some(0.0));
             let law = crate::metric::Law {
                 statement: "",

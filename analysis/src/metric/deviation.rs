@@ -123,7 +123,7 @@ mod tests {
     #[test]
     fn violation_of_a_conservation_law_is_not_statistical() {
         let estimate = Estimate::new(1e-4, 1e-5);
-        let law = |is_conservation| Law {
+        let law = |is_conservation: bool| Law {
             statement: "",
             source: "",
             range: "",
