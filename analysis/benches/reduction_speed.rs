@@ -88,9 +88,9 @@ fn speed(work: impl Fn()) -> f64 {
 }
 
 fn analyze(path: &Path, threads: NonZeroUsize) {
-    let open = recording::open(path).map_err(|error| error.0).unwrap();
+    let open = recording::open(path).map_err(|error| error.message).unwrap();
     let options = RunOptions { with_figures: true, ..RunOptions::default() };
-    let found = run::analyze(&open, Vec::new(), options, threads).map_err(|error| error.0);
+    let found = run::analyze(&open, Vec::new(), options, threads).map_err(|error| error.message);
     assert_eq!(found.unwrap().frames, FRAMES);
 }
 

@@ -102,7 +102,7 @@ impl ExperimentRecord {
             runs: runs.collect(),
             checks: experiment.checks.clone(),
             plots: experiment.plots.clone(),
-            view: Some(experiment.view.clone()),
+            view: Some(experiment.view.clone()).filter(|view| *view != ViewRequest::default()),
             baseline: experiment.baseline.clone(),
             expected_outcome: experiment.expected_outcome,
             manifest: experiment.manifest.clone(),

@@ -4,7 +4,7 @@ use super::encoding::{
     ABSENT, LARGEST, append_series, append_speeds, base64_bytes, best_order, deflated, quantized,
 };
 use super::film::{Film, Replay};
-use super::lines::{Lines, styles, texts};
+use super::lines::{LineStyle, Lines, styles, texts};
 use super::picture::{Look, picture};
 use super::poster::poster;
 use super::speeds::{Speeds, Velocities, legend_top};
@@ -300,21 +300,7 @@ impl ReplayCollector {
         append_speeds(&mut data, &stored, particles);
         let styles = styles(stills.iter().map(|still| &*still.lines));
         let drawn = if has_moving_walls { stills } else { &stills[..1] };
-        let cut = view.cut();
-        let walls: Vec<_> = drawn.iter().map(|still| still.lines.clipped(cut)).collect();
-        for axis in 0..2 {
-            let values = walls.iter().flat_map(|clipped| {
-                let stored = clipped.iter().map(|end| range.stored(*end)[axis]);
-                stored.chain(std::iter::repeat(ABSENT)).take(ends)
-            });
-            append_series(&mut data, &values.collect::<Vec<_>>(), ends, 2);
-        }
-        let style =
-            |style| styles.iter().position(|other| other == style).map_or(0, |at| at as u16);
-        let values = drawn.iter().flat_map(|still| {
-            still.lines.styles.iter().map(style).chain(std::iter::repeat(0)).take(ends / 2)
-        });
-        append_series(&mut data, &values.collect::<Vec<_>>(), ends / 2, 1);
+        append_walls(&mut data, drawn, &range, view.cut(), &styles);
         let parts = points().flat_map(|point| point.velocity);
         let velocities = Velocities::of(parts, particles * stills.len());
         for axis in 0..if velocities.step > 0.0 { 2 } else { 0 } {
@@ -332,7 +318,7 @@ impl ReplayCollector {
             particles,
             every_particle: self.every_particle,
             view,
-            cut,
+            cut: view.cut(),
             poster: first,
             picture,
             names: self.names.clone(),
@@ -356,6 +342,30 @@ impl ReplayCollector {
             data: deflated(&data),
         }
     }
+}
+
+/// Appends the ends of the walls where they are cut off, and their styles; each frame has as many as the one with the most.
+fn append_walls(
+    data: &mut Vec<u8>,
+    drawn: &[&Still],
+    range: &Range,
+    cut: View,
+    styles: &[LineStyle],
+) {
+    let ends = drawn.iter().map(|still| still.lines.ends.len()).max().unwrap_or(0);
+    let walls: Vec<_> = drawn.iter().map(|still| still.lines.clipped(cut)).collect();
+    for axis in 0..2 {
+        let values = walls.iter().flat_map(|clipped| {
+            let stored = clipped.iter().map(|end| range.stored(*end)[axis]);
+            stored.chain(std::iter::repeat(ABSENT)).take(ends)
+        });
+        append_series(data, &values.collect::<Vec<_>>(), ends, 2);
+    }
+    let style = |style| styles.iter().position(|other| other == style).map_or(0, |at| at as u16);
+    let values = drawn.iter().flat_map(|still| {
+        still.lines.styles.iter().map(style).chain(std::iter::repeat(0)).take(ends / 2)
+    });
+    append_series(data, &values.collect::<Vec<_>>(), ends / 2, 1);
 }
 
 /// The stored coordinates.

@@ -185,10 +185,8 @@ fn film_contains_every_recorded_position() {
     let top = film.description["speedTop"].as_f64().unwrap();
     assert!((0.4..0.46).contains(&top), "{top}");
     // All positions with their radii, and 8 % of the longer side around them; not the box.
-    let places = || {
-        let times = film.times.iter();
-        times.flat_map(|time| (0..50).map(|disc| position(disc, *time)))
-    };
+    let at = |time: &f64| (0..50).map(|disc| position(disc, *time)).collect::<Vec<_>>();
+    let places = || film.times.iter().flat_map(at);
     let [low, high] = [f64::min, f64::max]
         .map(|of| [0, 1].map(|axis| places().map(|at| at[axis]).reduce(of).unwrap()));
     let margin = 0.08 * (high[0] - low[0]).max(high[1] - low[1]) + 1e-3;
