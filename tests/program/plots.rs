@@ -124,7 +124,7 @@ fn metrics_are_plotted_over_each_other_with_fits() {
     assert!((fitted(&over_key) - 0.5).abs() < 1e-6, "{over_key}");
     let over_metric = drawn(&["--y", "mean_speed", "--x", "rms_speed", "--fit", "power"]);
     assert!((fitted(&over_metric) - 1.0).abs() < 1e-6, "{over_metric}");
-    assert_eq!(over_metric["x"]["name"], "rms speed");
+    assert_eq!(over_metric["x"]["name"], "root of the mean square speed");
     let two = drawn(&["--y", "mean_speed", "--y", "rms_speed"]);
     let is_data = |curve: &&serde_json::Value| curve["style"] == "data";
     assert_eq!(two["curves"].as_array().unwrap().iter().filter(is_data).count(), 2);

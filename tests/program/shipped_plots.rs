@@ -2,7 +2,7 @@
 //! fill the energy that the run was given, up to the recorded residual.
 
 use crate::subcommand_bench::{Bench, call};
-use kinetoscope_analysis::{figure_names, metric_names, metrics_of_figure};
+use kinetoscope_analysis::{figure_names, fitted_along, metric_names, metrics_of_figure};
 use kinetoscope_manifest::{Experiment, Lookup, PlotRequest, channel_field, parse_with};
 use std::fs;
 use std::path::PathBuf;
@@ -14,8 +14,12 @@ fn shipped() -> Vec<(PathBuf, String, Experiment)> {
     let mut files: Vec<PathBuf> =
         files.filter(|path| path.extension().is_some_and(|end| end == "toml")).collect();
     files.sort();
-    let lookup =
-        Lookup { metrics: Some(metric_names), figures: Some(figure_names), ..Lookup::default() };
+    let lookup = Lookup {
+        recordings: None,
+        metrics: Some(metric_names),
+        figures: Some(figure_names),
+        fitted_along: Some(fitted_along),
+    };
     let read = |path: PathBuf| {
         let text = fs::read_to_string(&path).unwrap();
         let experiment = parse_with(&text, &path.to_string_lossy(), &[], lookup)
