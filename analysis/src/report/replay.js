@@ -191,8 +191,12 @@ function player(part, leader) {
     discs(byColor.flat().filter(([, , radius]) => radius >= OUTLINE_FROM_PX));
     context.stroke();
     context.fillStyle = "#e0e0e0";
-    context.textAlign = "left";
-    film.names.forEach((name, i) => { if (across[i] >= 0) context.fillText(name, across[i] + 7 * devicePixelRatio, down[i] - 7 * devicePixelRatio); });
+    film.names.forEach((name, i) => {
+      if (!(across[i] >= 0)) return;
+      const aside = 7 * devicePixelRatio, isRight = across[i] + aside + context.measureText(name).width > canvas.width;
+      context.textAlign = isRight ? "right" : "left";
+      context.fillText(name, across[i] + (isRight ? -aside : aside), down[i] - aside);
+    });
     if (!(across[followed] >= 0)) return;
     context.strokeStyle = "#ffffff";
     context.lineWidth = 1.5 * devicePixelRatio;
