@@ -264,7 +264,9 @@ impl MetricReference {
         for (key, value) in &self.at {
             check_condition(key, value, axes)?;
         }
-        let along = fitted_along.map_or_else(Vec::new, |fitted| fitted(metric));
+        // Without the fits, it is unknown which keys a metric of a sweep has a value for.
+        let Some(fitted_along) = fitted_along else { return Ok(()) };
+        let along = fitted_along(metric);
         let is_along =
             |axis: &&Axis| matches!(axis.keys.as_slice(), [key] if along.contains(&&**key));
         let fit = axes.iter().find(is_along);

@@ -146,11 +146,12 @@ impl Layout {
         }
         if self.scale == Scale::Logarithmic {
             let (low, high) = (libm::pow(10.0, self.low), libm::pow(10.0, self.high));
-            let (ticks, _) = even_ticks(low, high);
+            let coarse = even_ticks(low, high, 6.0).0;
+            let ticks = if coarse.len() >= 3 { coarse } else { even_ticks(low, high, 12.0).0 };
             self.ticks = ticks.into_iter().filter(|tick| *tick > 0.0).map(libm::log10).collect();
             return;
         }
-        (self.ticks, self.decimals) = even_ticks(self.low, self.high);
+        (self.ticks, self.decimals) = even_ticks(self.low, self.high, 6.0);
     }
 
     /// Number of characters of the longest tick label.
@@ -224,9 +225,9 @@ fn power_of_ten(exponent: i32) -> f64 {
     10.0_f64.powi(exponent)
 }
 
-/// About six ticks at multiples of 1, 2 or 5 times a power of ten, and the number of decimals that distinguishes them.
-fn even_ticks(low: f64, high: f64) -> (Vec<f64>, usize) {
-    let rough = (high - low) / 6.0;
+/// Ticks at multiples of 1, 2 or 5 times a power of ten, at most about this many, and the number of decimals that distinguishes them.
+fn even_ticks(low: f64, high: f64, most: f64) -> (Vec<f64>, usize) {
+    let rough = (high - low) / most;
     let power = libm::log10(rough).floor();
     let unit = libm::pow(10.0, power);
     let step = [1.0, 2.0, 5.0, 10.0]
