@@ -10,7 +10,7 @@ const EXPECTED: &str = "Expected:";
 
 /// The question.
 pub(super) fn question(report: &AnalysisReport) -> Markup {
-    html! { @if !report.question.is_empty() { p class="question" { (report.question) } } }
+    html! { @if !report.question.is_empty() { p class="question" { (with_subscripts(&report.question)) } } }
 }
 
 /// What the manifest states in addition to its question: the expected answer, further comment lines and the description.
@@ -48,10 +48,10 @@ pub(super) fn result(report: &AnalysisReport, page: &str) -> Markup {
 fn answer_part(part: &AnswerPart) -> Markup {
     html! {
         @match part {
-            AnswerPart::Text(text) => (text),
+            AnswerPart::Text(text) => (with_subscripts(text)),
             AnswerPart::Failure(text) => strong class="bad" { (text) },
             AnswerPart::Number(AnswerNumber { text, is_passed, .. }) => {
-                strong { (text) }
+                strong { (with_subscripts(text)) }
                 @match is_passed {
                     Some(true) => span class="good" title="the check passes" { "\u{a0}✓" },
                     Some(false) => strong class="bad" { " (its check fails)" },
@@ -59,6 +59,16 @@ fn answer_part(part: &AnswerPart) -> Markup {
                 }
             },
             AnswerPart::Missing(reason) => em { (missing_text(reason)) },
+        }
+    }
+}
+
+/// A text with the subscript of Boltzmann's constant.
+fn with_subscripts(text: &str) -> Markup {
+    html! {
+        @for (index, part) in text.split("k_B").enumerate() {
+            @if index > 0 { "k" sub { "B" } }
+            (part)
         }
     }
 }

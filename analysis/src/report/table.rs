@@ -138,7 +138,7 @@ const OUT_OF_RANGE: &str = "out of range";
 
 /// Formats the deviation from theory: in standard errors if these are known and meaningful, as inside or outside the accuracy of the
 /// law if that is larger, else in percent, or as a factor; empty
-/// for a deviation from 0, which is the value itself. A number that equals theory is "equal", or "within round-off".
+/// for a deviation from 0, which is the value itself. It is "0" for a number that equals theory, or "within round-off".
 pub(crate) fn deviation_text(metric: &Metric) -> String {
     let theory = metric.theory_value().unwrap_or(0.0);
     let difference = metric.value() - theory;
@@ -148,7 +148,7 @@ pub(crate) fn deviation_text(metric: &Metric) -> String {
     };
     let few = |freedom: &f64| *freedom < MANY_DEGREES_OF_FREEDOM;
     match deviation {
-        _ if difference == 0.0 => "equal".to_owned(),
+        _ if difference == 0.0 => "0".to_owned(),
         Deviation::Rounding => "within round-off".to_owned(),
         Deviation::Bound { is_inside } => {
             let place = if is_inside { "inside" } else { "outside" };
@@ -227,7 +227,7 @@ mod tests {
     fn deviations_add_to_the_value_and_rounding_is_named_only_where_it_is() {
         let text =
             |value: f64, theory: f64| deviation_text(&compared(Estimate::bare(value), theory));
-        assert_eq!(text(3.0, 3.0), "equal");
+        assert_eq!(text(3.0, 3.0), "0");
         assert_eq!(text(3.0 + 1e-10, 3.0), "within round-off");
         assert_eq!(text(3.0 + 3e-8, 3.0), "+1·10⁻⁶ %");
         assert_eq!(text(2.7, 3.0), "-10.00 %");
