@@ -119,7 +119,7 @@ fn areas_of_the_energy_balance_fill_what_the_run_was_given() {
         assert!(areas.iter().all(|area| area["style"] == "area"), "{areas:?}");
         let (tops, sums) = (points(areas.last().unwrap()), points(sum));
         assert_eq!((tops.len(), sums.len()), (residual.len(), residual.len()));
-        let given = sums.iter().copied().fold(0.0, f64::max);
+        let given = sums.iter().copied().fold(0.0, |most, sum| if sum > most { sum } else { most });
         for ((top, sum), residual) in tops.iter().zip(&sums).zip(&residual) {
             let missed = top - sum - residual;
             assert!(missed.abs() <= 1e-9 * given, "{}: {missed} of {given} J", path.display());
