@@ -213,7 +213,7 @@ mod tests {
         let all = [answered];
         assert!(junit(&all).contains("<property name=\"answer\" value=\"It is &lt;1 | 2&gt;.\"/>"));
         assert!(markdown(&all).contains("\nIt is \\<1 \\| 2>.\n"), "{}", markdown(&all));
-        assert!(!junit(&[experiment(&[])]).contains("<propert"));
+        assert!(!junit(&[experiment(&[])]).contains("<prop"));
     }
 
     /// The same experiment in two folders gives two suites with different names.
