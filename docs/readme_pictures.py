@@ -17,7 +17,7 @@ from PIL import Image, ImageChops, ImageFilter
 DOCS = Path(__file__).resolve().parent
 # The report of the thousand discs while they fall.
 FRAME = 14
-SIZE = (1200, 1300)
+SIZE = (1200, 800)
 # The part of a page's pixels that may differ by more than DIFFERENCE of 255 after a blur of BLUR pixels: fonts and their smooth edges depend
 # on the browser and the system. The replay of the next frame changes 0.028.
 MOST_CHANGED = 0.02
