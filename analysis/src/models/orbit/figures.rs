@@ -210,7 +210,9 @@ fn distance_from_start(run: &OrbitRun, first: &OrbitPoint) -> Plot {
         let revolutions = (end / orbit.period_days()).floor().min(100.0) as u32;
         let periods = (1..=revolutions).map(|turn| (f64::from(turn) * orbit.period_days(), 0.0));
         let name = format!("Kepler's period, {:.2} days", orbit.period_days());
-        curves.push(Curve::new(name, CurveStyle::Data, 1, periods));
+        if revolutions > 0 {
+            curves.push(Curve::new(name, CurveStyle::Data, 1, periods));
+        }
     }
     let axes = over_time(Axis::linear("distance from the start", "AU"));
     Plot::chart("distance_from_start", "Return to the start", axes, curves)
