@@ -88,8 +88,7 @@ pub struct Lookup<'a> {
     pub metrics: Option<MetricNames>,
     /// The charts of the model that plots may name. Without it, any name is accepted.
     pub figures: Option<MetricNames>,
-    /// The swept keys along which a metric is fitted, so that an answer names none of them. Without it, an answer may name
-    /// any point.
+    /// The swept keys along which a metric is fitted: an answer names none of them. Without it, an answer may name any point.
     pub fitted_along: Option<FittedAlong>,
 }
 
