@@ -164,7 +164,7 @@ fn changed_physics_of_all_models_is_found() {
     assert!(is_documented(&table), "docs/statistics.md differs from this table");
 }
 
-/// Whether the document on statistics contains a table.
+/// Whether docs/statistics.md contains a table.
 fn is_documented(table: &str) -> bool {
     let document = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/statistics.md");
     std::fs::read_to_string(document).unwrap().contains(table)

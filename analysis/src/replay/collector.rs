@@ -5,7 +5,7 @@ use super::encoding::{
 };
 use super::film::{Film, Replay};
 use super::lines::{LineStyle, Lines, styles, texts};
-use super::picture::{Look, picture};
+use super::picture::{PictureStyle, picture};
 use super::poster::poster;
 use super::speeds::{Speeds, Velocities, legend_top};
 use super::still::{Columns, Point, Still, halve, padded, thinned};
@@ -311,8 +311,12 @@ impl ReplayCollector {
         let shown = stills.len() as f64 / self.frames as f64;
         let first = poster(stills, view);
         let has_trails = self.extent.has_trails;
-        let picture =
-            picture(stills, first, view, &Look { top: speeds.top, has_trails, names: &self.names });
+        let picture = picture(
+            stills,
+            first,
+            view,
+            &PictureStyle { top: speeds.top, has_trails, names: &self.names },
+        );
         Film {
             frames: stills.len(),
             particles,

@@ -20,7 +20,7 @@ const UNKNOWN: Rgb = [154; 3];
 const TRAILS: usize = 8;
 
 /// What the colors and lines of a picture depend on.
-pub(super) struct Look<'a> {
+pub(super) struct PictureStyle<'a> {
     /// Speed at the upper end of the color scale.
     pub(super) top: f64,
     pub(super) has_trails: bool,
@@ -52,14 +52,19 @@ impl Place {
     }
 }
 
-/// The document.
-pub(super) fn picture(stills: &[&Still], poster: usize, view: View, look: &Look<'_>) -> String {
+/// The picture as SVG.
+pub(super) fn picture(
+    stills: &[&Still],
+    poster: usize,
+    view: View,
+    picture_style: &PictureStyle<'_>,
+) -> String {
     let place = Place::of(view);
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{HEIGHT}\" viewBox=\"0 0 {WIDTH} {HEIGHT}\"><rect width=\"100%\" height=\"100%\" fill=\"{GROUND}\"/><g fill=\"none\" stroke-linecap=\"round\">"
     );
     let Some(still) = stills.get(poster) else { return svg + "</g></svg>\n" };
-    if look.has_trails {
+    if picture_style.has_trails {
         let path = trails(&stills[..=poster], &place);
         // Writing to a String cannot fail.
         let _ = write!(svg, "<path stroke=\"#56b4e9\" d=\"{path}\"/>");
@@ -75,7 +80,7 @@ pub(super) fn picture(stills: &[&Still], poster: usize, view: View, look: &Look<
             );
         }
     }
-    for (([r, g, b], width), path) in dots(still, &place, look) {
+    for (([r, g, b], width), path) in dots(still, &place, picture_style) {
         let width = f64::from(width) / 4.0;
         let _ = write!(
             svg,
@@ -86,7 +91,11 @@ pub(super) fn picture(stills: &[&Still], poster: usize, view: View, look: &Look<
 }
 
 /// Discs as dots of wide lines: one path per color and diameter, in quarters of a pixel.
-fn dots(still: &Still, place: &Place, look: &Look<'_>) -> BTreeMap<(Rgb, u32), String> {
+fn dots(
+    still: &Still,
+    place: &Place,
+    picture_style: &PictureStyle<'_>,
+) -> BTreeMap<(Rgb, u32), String> {
     let smallest = match still.points.len() {
         2001.. => 1.2,
         51.. => 2.4,
@@ -105,8 +114,8 @@ fn dots(still: &Still, place: &Place, look: &Look<'_>) -> BTreeMap<(Rgb, u32), S
         add([*x, *y], *radius, YELLOW);
     }
     for (index, point) in still.points.iter().enumerate() {
-        let share = f64::from(point.speed) / look.top;
-        let color = match look.names.get(index) {
+        let share = f64::from(point.speed) / picture_style.top;
+        let color = match picture_style.names.get(index) {
             Some(name) if name == "Sun" => YELLOW,
             _ if !share.is_finite() => UNKNOWN,
             _ => speed_color(share),

@@ -44,7 +44,7 @@ pub(super) fn checked(report: &AnalysisReport) -> Markup {
                     None => tr {
                         td { (breakable(subject)) }
                         td colspan="4" { (typographic(&results[0].finding)) }
-                        td data-label="" { (verdicts(results)) }
+                        td data-label="" { (check_results(results)) }
                     },
                 }
             }
@@ -165,12 +165,12 @@ fn row(metric: &Metric, checks: &[&CheckResult], has_place: bool) -> Markup {
             td class="unit" data-label="" { (unit) }
             td class="theory" data-label=(label("theory", &theory)) { (aligned(&theory)) }
             td class="deviation" data-label=(label("deviation", &deviation)) { (deviation) }
-            td data-label="" { (verdicts(checks)) }
+            td data-label="" { (check_results(checks)) }
         }
     }
 }
 
-fn verdicts(checks: &[&CheckResult]) -> Markup {
+fn check_results(checks: &[&CheckResult]) -> Markup {
     html! {
         @for (index, check) in checks.iter().enumerate() {
             @if index > 0 { br; }
