@@ -27,6 +27,8 @@ mod extended_sweep_keeps_existing_runs;
 mod observation_does_not_affect_the_trajectory;
 // Jobs, threads, folder, user, time zone and build do not change a recording.
 mod recording_is_byte_identical;
+// The layout of the file does not affect the values in it.
+mod recorded_values_are_pinned;
 // A run that was killed and resumed gives the bytes of an undisturbed run.
 mod resumed_run_is_byte_identical;
 // A forged checkpoint with a correct checksum neither panics nor hangs the run.
