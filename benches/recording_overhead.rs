@@ -69,9 +69,21 @@ fn manifest(discs: u32, side_m: f64, steps: u32, every_steps: u32) -> String {
     )
 }
 
-/// A run that records the same cloud of 10^4 discs after each of 400 steps.
-fn dense_manifest(channels: &str) -> String {
-    manifest(10_000, 0.15, 400, 1) + channels
+/// Runs of 10^4 particles that record every step, or 300 times, with their numbers of frames: a falling cloud, a bed with friction that
+/// touches, and both other models of many particles.
+fn dense_manifests() -> [(&'static str, String, u32); 4] {
+    let gas =
+        "seed = 5\n[model.gas]\nparticles = 10000\nduration_s = 0.015\n[record]\nframes = 300\n";
+    let packing = "seed = 5\n[model.packing]\ndiscs = 10000\nwidth = 280.0\nheight = 280.0\nevents_per_disc = 30\n\
+                   [record]\nframes = 300\n";
+    let bed = "seed = 5\n[model.dem]\ndiscs = 10000\nwidth_m = 0.105\nheight_m = 0.105\nfriction = 0.5\nduration_s = 0.0023562\n\
+               stiffness_n_per_m = 4e5\n[record]\nevery_steps = 1\n";
+    [
+        ("dem", manifest(10_000, 0.15, 400, 1), 401),
+        ("dem with friction", bed.to_owned(), 301),
+        ("gas", gas.to_owned(), 301),
+        ("packing", packing.to_owned(), 301),
+    ]
 }
 
 /// Wall time of a run, s.
@@ -132,14 +144,14 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// Runs both in turn; prints median times and the median of the ratios, with their range.
+/// Runs both in turn; prints medians, in s unless `what` states another unit, and the median of the ratios, with their range.
 fn compare(what: &str, count: usize, with: &dyn Fn() -> f64, without: &dyn Fn() -> f64) {
     let pairs: Vec<[f64; 2]> = (0..count).map(|_| [with(), without()]).collect();
     let ratios: Vec<f64> = pairs.iter().map(|[with, without]| with / without).collect();
     let [with, without] = [0, 1].map(|side| median(pairs.iter().map(|pair| pair[side]).collect()));
     let (min, max) = range(&ratios);
     let ratio = median(ratios);
-    println!("{what:<44}{with:>8.3} s {without:>8.3} s {ratio:>8.2} ({min:.2} to {max:.2})");
+    println!("{what:<56}{with:>10.3} {without:>10.3} {ratio:>8.2} ({min:.2} to {max:.2})");
 }
 
 fn range(values: &[f64]) -> (f64, f64) {
@@ -154,7 +166,7 @@ fn main() {
         std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
     let wants = |half: &str| wanted.is_empty() || wanted.iter().any(|word| word == half);
     let folder = tempfile::tempdir().unwrap();
-    println!("{:<44}{:>10} {:>10} {:>8}", "", "with", "without", "ratio");
+    println!("{:<56}{:>10} {:>10} {:>8}", "", "with", "without", "ratio");
     if wants("overhead") {
         for threads in ["1", "2"] {
             let time = |every| {
@@ -174,11 +186,17 @@ fn main() {
         }
     }
     if wants("dense") {
-        let time =
-            |channels| run(folder.path(), "dense", &dense_manifest(channels), &["--threads", "1"]);
-        compare("all channels over the state only, 1e4 discs", PAIRS, &|| time(""), &|| {
-            time("channels = [\"state\"]\n")
-        });
+        for (model, text, frames) in dense_manifests() {
+            let time = |more: &str| {
+                1e3 / f64::from(frames)
+                    * run(folder.path(), "dense", &(text.clone() + more), &["--threads", "1"])
+            };
+            let state_only = || time("channels = [\"state\"]\n");
+            let what = format!("{model}, ms per frame: all over state only");
+            compare(&what, PAIRS, &|| time(""), &state_only);
+            let what = format!("{model}, ms per frame: keyframes over state only");
+            compare(&what, PAIRS, &|| time("keep = \"keyframes\"\n"), &state_only);
+        }
     }
     if wants("checkpoints") {
         // Long enough for two: the first one waits for 23 s, 50 times what its 93 MB are expected to cost.

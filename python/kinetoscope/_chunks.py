@@ -6,7 +6,7 @@ import struct
 import zlib
 from fractions import Fraction
 from pathlib import Path
-from typing import BinaryIO, Dict, NamedTuple, Optional, Tuple
+from typing import BinaryIO, Dict, FrozenSet, NamedTuple, Optional, Tuple
 
 import lz4.frame
 import zstandard
@@ -15,7 +15,7 @@ from mcap.records import Channel, Schema
 
 from ._errors import damaged
 from ._provenance import StoredFrames
-from ._records import MAGIC, MAX_CHANNELS, PREFIX, checksum, or_damaged, parsed, places
+from ._records import MAX_CHANNELS, PREFIX, or_damaged, parsed
 
 # Limits for the size that a chunk claims, as in `src/recording/limits.rs`.
 ANY_RATIO_BYTES = 256 << 20
@@ -32,24 +32,24 @@ _LONGEST_NAME = 4
 
 
 class ChunkSpan(NamedTuple):
-    """A chunk as the index describes it: its place in the file, its times, and the size of its content."""
+    """A chunk as the index describes it: its place in the file, its times, the size of its content, and its channels."""
 
     offset: int
     end: int
     start_time: int
     end_time: int
     size: int
+    channels: FrozenSet[int]
 
 
 class Content(NamedTuple):
-    """The decompressed content of a chunk, with what its record states."""
+    """The decompressed content of a chunk, with what its record states, and the size of the record."""
 
     data: bytes
     start_time: int
     end_time: int
-    # The record without the compressed data, and these data, for the checksum of the file.
-    head: bytes
-    packed: bytes
+    crc: int
+    record_bytes: int
 
 
 class Layout(NamedTuple):
@@ -96,6 +96,22 @@ class Descriptions:
         if len(self.schemas) > MAX_CHANNELS or len(self.channels) > MAX_CHANNELS:
             raise damaged(self.path, "it has more channels than any recording")
 
+    def known_before(self, earlier: FrozenSet[int]) -> "Descriptions":
+        """What chunks with these channels have declared: a chunk declares the channels of which it has the first message."""
+        other = Descriptions(self.path)
+        other.channels = {number: channel for number, channel in self.channels.items() if number in earlier}
+        used = {channel.schema_id for channel in other.channels.values()}
+        other.schemas = {number: schema for number, schema in self.schemas.items() if number in used}
+        return other
+
+    def has_all_of(self, other: "Descriptions") -> bool:
+        """Whether all schemas and channels of another one are the same here."""
+        return other.schemas.items() <= self.schemas.items() and other.channels.items() <= self.channels.items()
+
+    def are_scalars(self, channels: FrozenSet[int]) -> bool:
+        """Whether a chunk with these channels has the clocks of its block, or the line of the log that follows the last block."""
+        return self.number_of(CLOCK) in channels or self.number_of(LOG) in channels
+
     def number_of(self, topic: str) -> Optional[int]:
         """The number of a topic's channel."""
         return next((number for number, channel in self.channels.items() if channel.topic == topic), None)
@@ -119,12 +135,12 @@ def read_chunk(path: Path, stream: BinaryIO, offset: int, end: int) -> Content:
         raise damaged(path, f"the sizes of the chunk at byte {offset} contradict each other")
     packed = stream.read(packed_size)
     data = _unpacked(path, rest[:name_length], packed, size, offset)
-    return Content(data, start_time, end_time, head + rest, packed)
+    return Content(data, start_time, end_time, crc, PREFIX.size + length)
 
 
 def check_content(path: Path, content: Content) -> None:
     """Compares the checksum of a chunk's content."""
-    if zlib.crc32(content.data) != _HEAD.unpack_from(content.head, PREFIX.size)[3]:
+    if zlib.crc32(content.data) != content.crc:
         raise damaged(path, "wrong checksum of a chunk")
 
 
@@ -154,7 +170,7 @@ def _unpacked(path: Path, compression: bytes, packed: bytes, size: int, offset: 
 
 
 class Messages:
-    """The messages in the content of a chunk, which are grouped into frames: a frame begins with its clock."""
+    """The messages in the content of a chunk. In a chunk of scalars, a frame begins with its clock."""
 
     def __init__(self, layout: Layout, descriptions: Descriptions, wanted: Optional[int]) -> None:
         self.counts: Dict[int, int] = {}
@@ -162,6 +178,7 @@ class Messages:
         self.places: Dict[int, Tuple[int, int]] = {}
         self.first_time: Optional[int] = None
         self.last_time: Optional[int] = None
+        self.are_scalars = False
         self._layout = layout
         self._descriptions = descriptions
         self._wanted = wanted
@@ -169,8 +186,9 @@ class Messages:
         self._previous_time: Optional[int] = None
 
     def scan(self, content: bytes, previous_time: Optional[int]) -> None:
-        """Reads the content; `previous_time` is the log time of the last frame in the chunk before."""
-        at, size, time, is_frame = 0, len(content), previous_time, False
+        """Reads the content; `previous_time` is the log time of the last frame in the block before."""
+        at, size, time, is_frame, is_first = 0, len(content), previous_time, False, True
+        has_clocks = False
         self._previous_time = previous_time
         clock, log = self._numbers()
         # The log time of the last message of each channel.
@@ -190,7 +208,13 @@ class Messages:
                 continue
             _, _, channel, _, log_time, _ = _MESSAGE.unpack_from(content, at)
             start = at + _MESSAGE.size
-            if channel == clock:
+            if is_first:
+                has_clocks, is_first = channel in (clock, log), False
+            if not has_clocks:
+                if channel in (clock, log) or (time is not None and log_time < time):
+                    raise self._damaged("a message is outside of its frame")
+                time = log_time
+            elif channel == clock:
                 if time is not None and log_time <= time:
                     raise self._damaged("the frames are not in order")
                 time, is_frame = log_time, True
@@ -207,6 +231,7 @@ class Messages:
                 self.first_time = log_time
             at = end
         self.last_time = time if self.first_time is not None else None
+        self.are_scalars = has_clocks
 
     def _damaged(self, what: str) -> Exception:
         return damaged(self._layout.path, what)
@@ -226,8 +251,6 @@ class Messages:
             raise self._damaged(f"frame {number} has the time of another one")
         if last is None and self._previous_time is None:
             follows = number == layout.stored.first
-        elif layout.stored.distance > 1:
-            follows = last is None or number > last
         else:
             follows = number == last + 1 if last is not None else layout.log_time(number - 1) == self._previous_time
         if not follows:
@@ -246,21 +269,3 @@ def frame_number(content: bytes, start: int, end: int) -> int:
             break
     return value
 
-
-class DataChecksum:
-    """The checksum of all bytes before the end of the data, continued chunk by chunk."""
-
-    def __init__(self, stream: BinaryIO) -> None:
-        self.at = 0
-        self.value = 0
-        self.chunks = 0
-        self._stream = stream
-
-    def add(self, path: Path, offset: int, content: Content) -> None:
-        """Adds a chunk, and what is between it and the last one, which is no chunk."""
-        for _ in places(path, self._stream, self.at or len(MAGIC), offset):
-            pass
-        self.value = checksum(self._stream, self.at, offset, self.value)
-        self.value = zlib.crc32(content.packed, zlib.crc32(content.head, self.value))
-        self.at = offset + len(content.head) + len(content.packed)
-        self.chunks += 1

@@ -26,7 +26,7 @@ from ._records import MAGIC, Place, attachment_of, body_of, checksum, metadata_o
 from ._summary import Summary, read_summary
 
 MANIFEST = "manifest.toml"
-# A file up to this size is compared with its checksum when it is opened, a larger one when all of it is read.
+# A file up to this size is compared with its checksum when it is opened. Each chunk of a larger one has a checksum of its own.
 MAX_CHECKED_BYTES = 16 << 20
 
 
@@ -51,9 +51,6 @@ class Container:
     metadata: Dict[str, Dict[str, str]]
     chunks: List[ChunkSpan] = field(default_factory=list)
     message_counts: Dict[int, int] = field(default_factory=dict)
-    # Of a finished recording: place and value of the checksum of the data, if it has not been compared yet.
-    data_end: int = 0
-    data_checksum: Optional[int] = None
     is_finished: bool = False
 
     @property
@@ -188,33 +185,35 @@ def _from_summary(path: Path, stream: BinaryIO, head: Head, summary: Summary) ->
     container.descriptions = summary.descriptions
     container.message_counts = summary.statistics.channel_message_counts
     container.chunks = summary.chunks
-    container.data_end, container.data_checksum = summary.data_end, summary.data_checksum
-    if summary.data_end <= MAX_CHECKED_BYTES:
-        check_data(container, checksum(stream, 0, summary.data_end))
+    if summary.data_end <= MAX_CHECKED_BYTES and checksum(stream, 0, summary.data_end) != summary.data_checksum:
+        raise damaged(path, "its bytes do not match their checksum")
     return container
-
-
-def check_data(container: Container, value: int) -> None:
-    """Compares the checksum of all bytes before the end of the data."""
-    if value != container.data_checksum:
-        raise damaged(container.path, "its bytes do not match their checksum")
-    container.data_checksum = None
 
 
 def _from_records(path: Path, stream: BinaryIO, head: Head, size: int) -> Container:
     """Reads a file without an index up to its first record that is not intact."""
     container = _of_head(path, head)
-    at = head.end
+    at, block = head.end, OpenBlock(container.descriptions)
     while True:
         try:
-            at = _keep_record(container, stream, at, size)
+            at = _keep_record(container, block, stream, at, size)
         except RecordingError:
             return container
         if at == size:
             return container
 
 
-def _keep_record(container: Container, stream: BinaryIO, at: int, size: int) -> int:
+class OpenBlock:
+    """The chunks of a block that precede the one with its clocks."""
+
+    def __init__(self, descriptions: Descriptions) -> None:
+        self.descriptions = descriptions
+        self.spans: List[ChunkSpan] = []
+        self.counts: Dict[int, int] = {}
+        self.end_time: Optional[int] = None
+
+
+def _keep_record(container: Container, block: OpenBlock, stream: BinaryIO, at: int, size: int) -> int:
     """Reads a record, and returns its end."""
     path = container.path
     stream.seek(at)
@@ -230,15 +229,21 @@ def _keep_record(container: Container, stream: BinaryIO, at: int, size: int) -> 
         return place.end
     content = read_chunk(path, stream, at, size)
     check_content(path, content)
-    descriptions = container.descriptions.copy()
+    descriptions = block.descriptions.copy()
     messages = Messages(container.layout, descriptions, None)
-    messages.scan(content.data, container.chunks[-1].end_time if container.chunks else None)
-    # A chunk counts once all of it is intact.
-    container.descriptions = descriptions
+    messages.scan(content.data, block.end_time)
+    block.descriptions = descriptions
     for channel, count in messages.counts.items():
-        container.message_counts[channel] = container.message_counts.get(channel, 0) + count
-    end = at + len(content.head) + len(content.packed)
+        block.counts[channel] = block.counts.get(channel, 0) + count
+    end = at + content.record_bytes
     if messages.first_time is not None and messages.last_time is not None:
-        span = ChunkSpan(at, end, messages.first_time, messages.last_time, len(content.data))
-        container.chunks.append(span)
+        times, channels = (messages.first_time, messages.last_time), frozenset(messages.counts)
+        block.spans.append(ChunkSpan(at, end, *times, len(content.data), channels))
+    if messages.are_scalars:
+        # A block counts once all of it is intact.
+        container.descriptions, block.end_time = block.descriptions, messages.last_time
+        container.chunks += block.spans
+        for channel, count in block.counts.items():
+            container.message_counts[channel] = container.message_counts.get(channel, 0) + count
+        block.spans, block.counts = [], {}
     return end

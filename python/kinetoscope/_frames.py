@@ -10,11 +10,11 @@ from typing import Any, BinaryIO, Dict, Iterator, List, Mapping, Optional, Tuple
 import numpy as np
 import numpy.typing as npt
 
-from ._chunks import Content, DataChecksum, Descriptions, Messages, check_content, read_chunk
-from ._container import Container, check_data, open_file
+from ._chunks import ChunkSpan, Content, Messages, check_content, read_chunk
+from ._container import Container, open_file
 from ._decoding import Decoder, Table, decoder_of
 from ._errors import KinetoscopeError, RecordingError, UnknownNameError, damaged
-from ._records import checksum, or_damaged, places
+from ._records import or_damaged
 
 
 class Frames:
@@ -171,10 +171,10 @@ def _keep_freed_memory() -> None:
 
 
 class _Places:
-    """The messages of a channel in the chunk that was read last.
+    """The messages of a channel in the chunk that was read last; chunks without the channel are not read.
 
     While its frames are used, a thread decompresses the next chunk. Chunks with one large frame are not read ahead. When all
-    chunks were read in order, the file is compared with its statistics and its checksum.
+    chunks were read in order, the number of messages is compared with the statistics of the file.
     """
 
     MAX_AHEAD_BYTES = 16 << 20
@@ -184,14 +184,16 @@ class _Places:
         self._container = container
         self._channel_id = channel_id
         self._stream = stream
-        self._starts: List[int] = [chunk.start_time for chunk in container.chunks]
+        chunks = enumerate(container.chunks)
+        # Numbers of the chunks with the channel.
+        self._numbers: List[int] = [number for number, chunk in chunks if channel_id in chunk.channels]
+        self._starts: List[int] = [container.chunks[number].start_time for number in self._numbers]
         self._chunk = -1
         self._next: Optional[Tuple[int, "Future[Content]"]] = None
         self._content = b""
         self._messages: Dict[int, Tuple[int, int]] = {}
-        self._counts: Dict[int, int] = {}
+        self._count = 0
         self._in_order = 0
-        self._checksum = DataChecksum(stream)
 
     def find(self, frame: int, log_time: int) -> Tuple[bytes, int, int]:
         """The content of the chunk with a frame, and the place of the frame's message in it."""
@@ -208,14 +210,14 @@ class _Places:
             raise damaged(self._container.path, f"frame {frame} is missing")
         return self._content, place[0], place[1]
 
-    def _read(self, number: int) -> None:
-        if number in (self._chunk, -1):
+    def _read(self, position: int) -> None:
+        if position in (self._chunk, -1):
             return
         # The last chunk is released before the next one is decompressed.
-        self._content, self._messages, self._chunk = b"", {}, number
-        container = self._container
+        self._content, self._messages, self._chunk = b"", {}, position
+        container, number = self._container, self._numbers[position]
         try:
-            content = self._unpacked(number)
+            content = self._unpacked(position)
             check_content(container.path, content)
             messages = self._scanned(number, content)
         except MemoryError:
@@ -223,66 +225,51 @@ class _Places:
         except Exception as error:
             raise or_damaged(container.path, f"chunk {number} cannot be read", error) from error
         self._content, self._messages = content.data, messages.places
-        if number == self._in_order:
-            self._count(messages.counts)
+        if position == self._in_order:
+            self._count_in_order(len(messages.places))
 
     def _scanned(self, number: int, content: Content) -> Messages:
         """The messages of a chunk, which agree with the index."""
         container = self._container
-        span = container.chunks[number]
-        # The first chunk describes all channels.
-        descriptions = Descriptions(container.path) if number == 0 else container.descriptions.copy()
-        messages = Messages(container.layout, descriptions, self._channel_id)
-        messages.scan(content.data, container.chunks[number - 1].end_time if number > 0 else None)
-        if (content.start_time, content.end_time) != (messages.first_time, messages.last_time) or (
-            content.start_time,
-            content.end_time,
-            len(content.data),
-        ) != span[2:]:
+        span, earlier = container.chunks[number], container.chunks[:number]
+        all_before = container.descriptions
+        known = all_before.known_before(frozenset().union(*(chunk.channels for chunk in earlier)))
+        messages = Messages(container.layout, known, self._channel_id)
+        ends = [chunk.end_time for chunk in earlier if all_before.are_scalars(chunk.channels)]
+        messages.scan(content.data, ends[-1] if ends else None)
+        times = content.start_time, content.end_time
+        found = ChunkSpan(span.offset, span.end, *times, len(content.data), frozenset(messages.counts))
+        if times != (messages.first_time, messages.last_time) or found != span:
             raise damaged(container.path, f"chunk {number} is not that of the index")
-        same = descriptions.channels == container.descriptions.channels
-        if not same or descriptions.schemas != container.schemas:
+        if not all_before.has_all_of(known):
             raise damaged(container.path, f"chunk {number} has other channels than the index")
         return messages
 
-    def _count(self, counts: Dict[int, int]) -> None:
+    def _count_in_order(self, messages: int) -> None:
         """Counts the messages of chunks that are read in order."""
         container = self._container
-        for channel, count in counts.items():
-            self._counts[channel] = self._counts.get(channel, 0) + count
+        self._count += messages
         self._in_order += 1
-        if self._in_order == len(container.chunks) and container.is_finished:
-            counted = {channel: count for channel, count in container.message_counts.items() if count > 0}
-            if self._counts != counted:
-                raise damaged(container.path, "it has other numbers of messages than its statistics")
+        if self._in_order == len(self._numbers) and self._count != container.message_counts.get(self._channel_id, 0):
+            raise damaged(container.path, "it has other numbers of messages than its statistics")
 
-    def _unpacked(self, number: int) -> Content:
-        chunks = self._container.chunks
+    def _unpacked(self, position: int) -> Content:
         if self.read_ahead is None:
-            return self._unpack(number)
+            return self._unpack(position)
         # The thread is the only one that reads the file.
         ready, self._next = self._next, None
-        future = ready[1] if ready and ready[0] == number else self.read_ahead.submit(self._unpack, number)
-        is_sequential = ready is None or ready[0] == number
-        if is_sequential and number + 1 < len(chunks) and chunks[number + 1].size <= self.MAX_AHEAD_BYTES:
-            self._next = (number + 1, self.read_ahead.submit(self._unpack, number + 1))
+        future = ready[1] if ready and ready[0] == position else self.read_ahead.submit(self._unpack, position)
+        is_sequential = ready is None or ready[0] == position
+        following = position + 1
+        if is_sequential and following < len(self._numbers):
+            if self._container.chunks[self._numbers[following]].size <= self.MAX_AHEAD_BYTES:
+                self._next = (following, self.read_ahead.submit(self._unpack, following))
         return future.result()
 
-    def _unpack(self, number: int) -> Content:
-        container = self._container
+    def _unpack(self, position: int) -> Content:
+        container, number = self._container, self._numbers[position]
         span = container.chunks[number]
         content = read_chunk(container.path, self._stream, span.offset, span.end)
-        if span.offset + len(content.head) + len(content.packed) != span.end:
+        if span.offset + content.record_bytes != span.end:
             raise damaged(container.path, f"chunk {number} is not that of the index")
-        if container.data_checksum is not None and self._checksum.chunks == number:
-            self._checksum.add(container.path, span.offset, content)
-            if self._checksum.chunks == len(container.chunks):
-                self._check_data()
         return content
-
-    def _check_data(self) -> None:
-        """Compares the checksum of a file that was read in order."""
-        container, end = self._container, self._container.data_end
-        for _ in places(container.path, self._stream, self._checksum.at, end):
-            pass
-        check_data(container, checksum(self._stream, self._checksum.at, end, self._checksum.value))

@@ -41,13 +41,19 @@ class Summary:
     def read_places(self, stream: BinaryIO, head_end: int) -> None:
         """The chunks, and what is between them: no byte of the data is left out, and no chunk is missing in the index."""
         at, entries = head_end, []
+        self._open_block: List[ChunkSpan] = []
+        self._block_end: Optional[int] = None
+        self._latest: Dict[int, int] = {}
         for index in sorted(self.indexes, key=lambda index: index.chunk_start_offset):
             span = self._span(index, at)
             entries += self._between(stream, at, span.offset)
             self.chunks.append(span)
+            self._add_to_block(span)
             at = span.end + index.message_index_length
             if at > self.data_end:
                 raise damaged(self.path, "its index describes chunks beyond the end of the data")
+        if self._open_block:
+            raise damaged(self.path, "its index describes a block without its clocks")
         entries += self._between(stream, at, self.data_end)
         check_end(self.path, [name for _, name in self.metadata], entries)
         self.outcome = entries[-1]
@@ -57,15 +63,26 @@ class Summary:
         offset, after = index.chunk_start_offset, index.chunk_start_offset + index.chunk_length
         if offset < at or index.chunk_length < PREFIX.size or start > end:
             raise damaged(self.path, "its index describes chunks that overlap")
-        # Only a last line of the log has the time of a frame in the chunk before.
-        previous = self.chunks[-1].end_time if self.chunks else None
-        if previous is not None and start <= previous and (start, end) != (previous, previous):
-            raise damaged(self.path, "its index describes chunks that are not in order")
         ends = (after, after + index.message_index_length)
         for channel, place in index.message_index_offsets.items():
             if channel not in self.descriptions.channels or not ends[0] <= place < ends[1]:
                 raise damaged(self.path, "its index describes messages that are not in the chunk")
-        return ChunkSpan(offset, after, start, end, index.uncompressed_size)
+        return ChunkSpan(offset, after, start, end, index.uncompressed_size, frozenset(index.message_index_offsets))
+
+    def _add_to_block(self, span: ChunkSpan) -> None:
+        """Checks that chunks with a channel follow each other in time, and that the clocks of a block come after its other chunks."""
+        log = self.descriptions.number_of(LOG)
+        is_remark = span.channels == {log} and span.start_time == span.end_time == self._block_end
+        is_early = self._block_end is not None and span.start_time <= self._block_end and not is_remark
+        if is_early or any(self._latest.get(channel, -1) >= span.start_time for channel in span.channels - {log}):
+            raise damaged(self.path, "its index describes chunks that are not in order")
+        self._latest.update(dict.fromkeys(span.channels, span.end_time))
+        if not self.descriptions.are_scalars(span.channels):
+            self._open_block.append(span)
+            return
+        if any(not span.start_time <= other.start_time <= other.end_time <= span.end_time for other in self._open_block):
+            raise damaged(self.path, "its index describes chunks that are not in order")
+        self._block_end, self._open_block = span.end_time, []
 
     def _between(self, stream: BinaryIO, at: int, end: int) -> List[Dict[str, str]]:
         """Reads records between chunks, and returns the entries of the metadata among them."""
@@ -111,7 +128,9 @@ class Summary:
     def check_frames(self, layout: Layout) -> None:
         """Compares the numbers of messages with the chunks, and the number of frames with their times."""
         statistics, counts = self.statistics, self.statistics.channel_message_counts
-        times = (self.chunks[0].start_time, self.chunks[-1].end_time) if self.chunks else (0, 0)
+        times = (0, 0)
+        if self.chunks:
+            times = min(chunk.start_time for chunk in self.chunks), max(chunk.end_time for chunk in self.chunks)
         content = sum(chunk.size for chunk in self.chunks)
         indexed = {channel for index in self.indexes for channel in index.message_index_offsets}
         if (
@@ -125,18 +144,9 @@ class Summary:
         frames = 0 if clock is None else counts.get(clock, 0)
         if any(count > frames for channel, count in counts.items() if channel != log):
             raise damaged(self.path, "its statistics count more messages than frames")
-        if frames > 0 and times != (layout.log_time(layout.stored.first), _end_time(layout, frames, times[1])):
+        first = layout.stored.first
+        if frames > 0 and times != (layout.log_time(first), layout.log_time(first + frames - 1)):
             raise damaged(self.path, f"its {frames} frames do not fill the time of the recording")
-
-
-def _end_time(layout: Layout, frames: int, end_time: int) -> Optional[int]:
-    """Log time of the last one of so many frames; as keyframes, they may have the given time."""
-    first, distance = layout.stored
-    if distance == 1:
-        return layout.log_time(first + frames - 1)
-    last = round(end_time * layout.rate / 10**9)
-    # Every frame at the distance, and the last one.
-    return layout.log_time(last) if frames == 1 + -(-last // distance) else None
 
 
 def read_summary(path: Path, stream: BinaryIO, size: int, head_end: int) -> Optional[Summary]:

@@ -75,10 +75,7 @@ def test_numeric_topics_equal_those_of_the_official_reader(run_of_model: k.Run) 
 def test_single_frames_and_slices_equal_those_of_the_iteration(recording: k.Run) -> None:
     state = recording["/state"]
     frames = list(state)
-    # Frames on both sides of the start of a chunk are in it.
-    second_chunk = 181
-    assert len(recording._container.chunks) == 2
-    for index in (0, 1, 77, second_chunk - 1, second_chunk, second_chunk + 1, 250, -1, -251):
+    for index in (0, 1, 77, 180, 181, 182, 250, -1, -251):
         assert state[index].tobytes() == frames[index].tobytes()
     for part in (slice(5, 9), slice(None, None, 50), slice(None, None, -60), slice(3, 3)):
         assert [frame.tobytes() for frame in state[part]] == [frame.tobytes() for frame in frames[part]]
@@ -125,6 +122,19 @@ def test_series_have_the_library_of_choice(recording: k.Run) -> None:
     assert recording.series("/frame")["time_unit"][0] == "s"
 
 
+def test_series_of_keyframes_have_all_frames(experiments: Path, tmp_path: Path, programs: Optional[str]) -> None:
+    change = {"record.keep": "keyframes", "record.keyframe_distance": 30}
+    keys, full = (
+        k.run(experiments / "first_run.toml", set=change, output=tmp_path / name, programs=programs).runs[0]
+        for name, change in (("keys", change), ("full", {}))
+    )
+    assert keys.path.stat().st_size < full.path.stat().st_size / 2
+    assert keys.series("/energy").equals(full.series("/energy"))
+    # Control: states are stored at the keyframes only.
+    with pytest.raises(k.RecordingError, match="does not have frame 1.*\nhelp: `kinetoscope fill"):
+        list(keys["/state"])
+
+
 def test_missing_optional_packages_are_named(recording: k.Run, monkeypatch: pytest.MonkeyPatch) -> None:
     found = importlib.util.find_spec
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "polars" else found(name))
@@ -161,8 +171,8 @@ def test_torn_files_are_rejected_and_their_intact_frames_can_be_read(recording: 
             intact = list(run["/state"])
             assert [frame.tobytes() for frame in intact] == [frame.tobytes() for frame in frames[: len(intact)]]
             counts.add(len(intact))
-    # Nothing, the first chunk, and everything but the index.
-    assert len(counts) == 3 and max(counts) == len(frames)
+    # Nothing, and everything but the index: the recording has one block.
+    assert counts == {0, len(frames)}
     (tmp_path / "start.mcap").write_bytes(whole[:5])
     with pytest.raises(k.RecordingError, match="is not an MCAP file"):
         k.Run(tmp_path / "start.mcap")
@@ -197,21 +207,23 @@ def with_schema_version(source: Path, target: Path, version: bytes) -> None:
 
 def test_newer_schema_is_rejected_with_both_versions(recording: k.Run, tmp_path: Path) -> None:
     other = tmp_path / "other.mcap"
-    with_schema_version(recording.path, other, b"4")
-    with pytest.raises(k.RecordingError, match="schema version 4 .*this package reads version 3\nhelp: upgrade"):
+    with_schema_version(recording.path, other, b"5")
+    with pytest.raises(k.RecordingError, match="schema version 5 .*this package reads version 4\nhelp: upgrade"):
         k.Run(other)
-    with_schema_version(recording.path, other, b"2")
-    with pytest.raises(k.RecordingError, match="schema version 2 .*this package reads version 3\nhelp: record it again"):
+    with_schema_version(recording.path, other, b"3")
+    with pytest.raises(k.RecordingError, match="schema version 3 .*this package reads version 4\nhelp: record it again"):
         k.open(other)
     # Control: the same version.
-    with_schema_version(recording.path, other, b"3")
+    with_schema_version(recording.path, other, b"4")
     assert len(k.Run(other)) == 251
 
 
 def test_a_chunk_that_claims_too_much_is_rejected(recording: k.Run, tmp_path: Path) -> None:
     records = MutatedRecording(recording.path.read_bytes()).records
-    # The size of the content, after two log times.
-    next(record for record in records if record.kind == CHUNK).fields[2] = 1 << 40
+    for record in records:
+        if record.kind == CHUNK:
+            # The size of the content, after two log times.
+            record.fields[2] = 1 << 40
     bomb = tmp_path / "bomb.mcap"
     bomb.write_bytes(encoded(records, True, True))
     with pytest.raises(k.RecordingError, match=f"claims {1 << 40} bytes"):

@@ -56,7 +56,7 @@ pub enum RecordInterval {
 words! {
     /// Compression of a recording's chunks.
     pub enum Compression {
-        /// zstd, level 1.
+        /// zstd, level 1 for chunks of a single frame, level 2 for others.
         Zstd = "zstd",
         /// zstd, level 3: a little smaller, and slower to write.
         Zstd3 = "zstd-3",

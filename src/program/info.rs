@@ -154,13 +154,13 @@ impl Contents {
         let mut contents =
             Self { frames: 0, messages: BTreeMap::new(), end_time: None, error: None };
         let frames = match recording.frames() {
-            Ok(frames) => frames,
+            Ok(frames) => frames.with_scalar_frames(),
             Err(error) => return Self { error: Some(error), ..contents },
         };
         for frame in frames {
             match frame {
                 Ok(frame) => {
-                    contents.frames += 1;
+                    contents.frames += u64::from(frame.is_complete());
                     contents.end_time = Some(frame.clock.time);
                     for message in frame.messages() {
                         *contents.messages.entry(message.topic().to_owned()).or_default() += 1;

@@ -34,7 +34,7 @@ enum Task<W: Write> {
     With(Action<W>),
 }
 
-type Action<W> = Box<dyn FnOnce(&Recorder<W>) + Send>;
+type Action<W> = Box<dyn FnOnce(&mut Recorder<W>) + Send>;
 
 /// Writes one recording, on its own thread where there are threads.
 pub struct FrameWriter<W: Write> {
@@ -165,7 +165,7 @@ impl FrameWriter<RecordingFile> {
             Place::Here(recorder, _) => return recorder.save_point(),
         };
         let (answer, answered) = channel();
-        let task = move |recorder: &Recorder<RecordingFile>| {
+        let task = move |recorder: &mut Recorder<RecordingFile>| {
             // An error means that the caller has stopped waiting.
             let _ = answer.send(recorder.save_point());
         };
@@ -339,7 +339,7 @@ fn work<W: Write>(
                 let _ = give_back.send(batch);
             }
             Task::Remark(line) => recorder.remark(line)?,
-            Task::With(action) => action(&recorder),
+            Task::With(action) => action(&mut recorder),
         }
     }
     Ok(recorder)

@@ -6,7 +6,7 @@ use crate::column::Column as _;
 use prost::Message;
 
 /// Version of the recording's layout; part of the run key.
-pub const SCHEMA_VERSION: u32 = 3;
+pub const SCHEMA_VERSION: u32 = 4;
 
 /// Topic of the exact state of all particles.
 pub const STATE: &str = "/state";

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 const MAGIC: [u8; 8] = *b"\x89KINCKP\n";
 /// Raised when the layout changes, in the file or of the recorder's part of the content.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 const CHECKSUM_BYTES: usize = 4;
 const DAMAGED: &str = "the checkpoint is damaged";
 /// The content of an intact file that cannot be decoded: a part has another layout, or the file was forged.

@@ -6,7 +6,7 @@ use crate::record_kind as kind;
 use crate::storage::Input;
 use crate::unpacking::{Ticket, Unpackers};
 use prost::bytes::Bytes;
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::io::BufReader;
 use std::num::NonZeroUsize;
 
@@ -20,6 +20,9 @@ pub(crate) enum DataRecord {
     End,
 }
 
+/// The start of a record: its position, the checksum of the bytes between the last chunk's body and it, and its prefix.
+type RecordStart = (u64, Result<(crc32fast::Hasher, Prefix), Broken>);
+
 /// A record that is read but not checked yet.
 enum Ahead {
     Chunk {
@@ -28,6 +31,8 @@ enum Ahead {
         ticket: Ticket,
         /// Its size and the size that it claims for its content.
         bytes: u64,
+        /// The first channel in the indexes behind it.
+        channel: Option<u16>,
     },
     Metadata(Vec<u8>),
     DataEnd {
@@ -48,6 +53,10 @@ pub(crate) struct DataSection {
     /// Size of the chunks among them, with the sizes that they claim.
     ahead_bytes: u64,
     all_read: bool,
+    /// The start of the next record, which was read with the last chunk.
+    next: Option<RecordStart>,
+    /// Channels whose chunks are not decompressed.
+    left_out: BTreeSet<u16>,
     /// Memory of delivered chunks, for reuse.
     spare: Vec<Vec<u8>>,
     /// Checksum of the bytes before the current record.
@@ -70,6 +79,8 @@ impl DataSection {
             ahead: VecDeque::new(),
             ahead_bytes: 0,
             all_read: false,
+            next: None,
+            left_out: BTreeSet::new(),
             spare: Vec::new(),
             checksum: crc32fast::Hasher::new(),
             byte: 0,
@@ -81,13 +92,18 @@ impl DataSection {
         self.byte
     }
 
+    /// Decompresses no chunk of these channels from now on. Its bytes are part of the checksum of the file all the same.
+    pub(crate) fn leave_out(&mut self, channels: impl Iterator<Item = u16>) {
+        self.left_out.extend(channels);
+    }
+
     /// The next record.
     pub(crate) fn advance(&mut self) -> Result<DataRecord, Broken> {
-        self.read_ahead();
+        self.pass_over_left_out();
         let Some((byte, record)) = self.ahead.pop_front() else { return Ok(DataRecord::End) };
         self.byte = byte;
         match record? {
-            Ahead::Chunk { before, ticket, bytes } => {
+            Ahead::Chunk { before, ticket, bytes, .. } => {
                 self.ahead_bytes -= bytes;
                 let (chunk, checksum) = self.unpackers.take(ticket)?;
                 self.checksum.combine(&before);
@@ -112,11 +128,35 @@ impl DataSection {
         }
     }
 
-    /// The next record if it is a chunk that was read but not decompressed.
-    pub(crate) fn packed_chunk(&mut self) -> Option<&[u8]> {
+    fn is_left_out(&self, channel: Option<u16>) -> bool {
+        channel.is_some_and(|channel| self.left_out.contains(&channel))
+    }
+
+    /// Reads up to a record that is not a chunk to be left out.
+    fn pass_over_left_out(&mut self) {
+        loop {
+            self.read_ahead();
+            let Some((_, Ok(Ahead::Chunk { ticket, channel, .. }))) = self.ahead.front() else {
+                return;
+            };
+            let Ticket::InPlace(body) = ticket else { return };
+            if !self.is_left_out(*channel) {
+                return;
+            }
+            let mut checksum = crc32fast::Hasher::new();
+            checksum.update(body);
+            let body = self.take_packed(&checksum);
+            self.spare.extend(body);
+        }
+    }
+
+    /// The next record if it is a chunk that was read but not decompressed, with the first channel in its indexes.
+    pub(crate) fn packed_chunk(&mut self) -> Option<(&[u8], Option<u16>)> {
         self.read_ahead();
         match self.ahead.front() {
-            Some((_, Ok(Ahead::Chunk { ticket: Ticket::InPlace(body), .. }))) => Some(body),
+            Some((_, Ok(Ahead::Chunk { ticket: Ticket::InPlace(body), channel, .. }))) => {
+                Some((body, *channel))
+            }
             _ => None,
         }
     }
@@ -125,7 +165,7 @@ impl DataSection {
     pub(crate) fn take_packed(&mut self, checksum: &crc32fast::Hasher) -> Option<Vec<u8>> {
         let (byte, record) = self.ahead.pop_front()?;
         match record {
-            Ok(Ahead::Chunk { before, ticket: Ticket::InPlace(body), bytes }) => {
+            Ok(Ahead::Chunk { before, ticket: Ticket::InPlace(body), bytes, .. }) => {
                 self.byte = byte;
                 self.ahead_bytes -= bytes;
                 self.checksum.combine(&before);
@@ -172,45 +212,85 @@ impl DataSection {
         }
         let mut body = self.spare.pop().unwrap_or_default();
         loop {
-            *byte = self.records.position();
-            let before = self.records.checksum();
-            let prefix = self.records.prefix_or_chunk(self.chunks.body_bytes())?;
+            let (start, found) = match self.next.take() {
+                Some(next) => next,
+                None => self.record_start(),
+            };
+            *byte = start;
+            let (before, prefix) = found?;
             match prefix.kind {
                 kind::CHUNK => {
                     let before = self.records.checksum();
                     self.records.body_without_checksum(prefix, &mut body)?;
                     self.records.restart_checksum();
-                    return Ok(self.submit(before, body));
+                    let channel = self.indexed_channel();
+                    return Ok(self.submit(before, body, channel));
                 }
                 kind::METADATA => {
                     self.records.body(prefix, &mut body)?;
                     return Ok(Ahead::Metadata(body));
                 }
-                kind::FOOTER => {
-                    return Err(damaged("a record is at a place where no recording has one"));
-                }
                 kind::DATA_END => {
                     self.records.body(prefix, &mut body)?;
                     return Ok(Ahead::DataEnd { before, body });
                 }
-                _ => self.records.skip(prefix)?,
+                kind::MESSAGE_INDEX => {
+                    self.index_channel(prefix)?;
+                }
+                kind::HEADER | kind::ATTACHMENT => self.records.skip(prefix)?,
+                // A chunk whose kind has changed must not be skipped.
+                _ => {
+                    return Err(damaged("a record is at a place where no recording has one"));
+                }
             }
         }
     }
 
+    fn record_start(&mut self) -> RecordStart {
+        let (byte, before) = (self.records.position(), self.records.checksum());
+        let prefix = self.records.prefix_or_chunk(self.chunks.body_bytes());
+        (byte, prefix.map(|prefix| (before, prefix)))
+    }
+
+    /// The first channel in the indexes behind a chunk. What is wrong with the record there is reported when it is read.
+    fn indexed_channel(&mut self) -> Option<u16> {
+        let (byte, found) = self.record_start();
+        match found {
+            Ok((_, prefix)) if prefix.kind == kind::MESSAGE_INDEX => {
+                let channel = self.index_channel(prefix);
+                channel.map_err(|broken| self.next = Some((byte, Err(broken)))).ok()
+            }
+            found => {
+                self.next = Some((byte, found));
+                None
+            }
+        }
+    }
+
+    /// The channel of an index of messages, which is read to its end.
+    fn index_channel(&mut self, prefix: Prefix) -> Result<u16, Broken> {
+        let (channel, size) = (self.records.array()?, u32::from_le_bytes(self.records.array()?));
+        if prefix.length != 6 + u64::from(size) {
+            return Err(damaged("the size of an index does not match its record"));
+        }
+        self.records.skip(Prefix { length: size.into(), ..prefix })?;
+        Ok(u16::from_le_bytes(channel))
+    }
+
     /// Submits a chunk. If it exceeds the memory of the chunks ahead together with others, it waits, and no other is read.
-    fn submit(&mut self, before: crc32fast::Hasher, body: Vec<u8>) -> Ahead {
+    fn submit(&mut self, before: crc32fast::Hasher, body: Vec<u8>, channel: Option<u16>) -> Ahead {
         let bytes = claimed_bytes(&body).saturating_add(body.len() as u64);
         // A larger claim is rejected when it is decompressed; the sum of one and the others does not overflow.
         let bytes = bytes.min(u64::MAX / 2);
         let is_alone = self.ahead_bytes == 0;
         self.ahead_bytes += bytes;
-        let ticket = if is_alone || self.ahead_bytes <= MAX_AHEAD_BYTES {
+        let has_memory = is_alone || self.ahead_bytes <= MAX_AHEAD_BYTES;
+        let ticket = if has_memory && !self.is_left_out(channel) {
             self.unpackers.submit(body)
         } else {
             Ticket::InPlace(body)
         };
-        Ahead::Chunk { before, ticket, bytes }
+        Ahead::Chunk { before, ticket, bytes, channel }
     }
 
     /// Submits the chunk that waits, if the memory of the chunks ahead suffices now.
@@ -218,7 +298,8 @@ impl DataSection {
         if self.ahead_bytes > MAX_AHEAD_BYTES {
             return;
         }
-        if let Some((_, Ok(Ahead::Chunk { ticket, .. }))) = self.ahead.back_mut()
+        if let Some((_, Ok(Ahead::Chunk { ticket, channel, .. }))) = self.ahead.back_mut()
+            && !channel.is_some_and(|channel| self.left_out.contains(&channel))
             && let Ticket::InPlace(body) = ticket
         {
             *ticket = self.unpackers.submit(std::mem::take(body));

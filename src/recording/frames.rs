@@ -1,14 +1,17 @@
 //! Iterator over the frames of a recording, with only a few chunks in memory.
 
-use crate::channels::{self, Channel, FrameClock};
+use crate::block_writer::Group;
+use crate::channels::{self, Channel as _, FrameClock};
 use crate::container::{Broken, Fields, damaged};
 use crate::data_section::{DataRecord, DataSection};
 use crate::error::ReadError;
 use crate::frame::{Level, LogLine};
+use crate::keyframe::KEYFRAME;
 use crate::limits::{MAX_CHANNELS, MAX_CHUNK_MESSAGES, MAX_LOG_LINES};
 use crate::log_text::split;
 use crate::provenance::{HASHES_RECORD, OUTCOME_RECORD, Outcome};
 use crate::record_kind as kind;
+use crate::recorded_frame::{RecordedFrame, RecordedMessage, Topic};
 use crate::spare_memory::SpareMemory;
 use crate::stored_frames::StoredFrames;
 use crate::table::StateTable;
@@ -21,122 +24,25 @@ use std::sync::Arc;
 
 const OTHER_OUTCOME: &str = "the outcome differs from the one in the index";
 
-/// A channel as the file declares it.
-#[derive(Debug, PartialEq, Eq)]
-struct Topic {
-    name: String,
-    schema: String,
-}
-
-/// One message of the file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RecordedMessage {
-    topic: Arc<Topic>,
-    log_time_ns: u64,
-    payload: Bytes,
-}
-
-impl RecordedMessage {
-    /// Its topic, with the leading slash.
-    #[must_use]
-    pub fn topic(&self) -> &str {
-        &self.topic.name
-    }
-
-    /// Full name of its schema.
-    #[must_use]
-    pub fn schema(&self) -> &str {
-        &self.topic.schema
-    }
-
-    /// Its log time, ns.
-    #[must_use]
-    pub fn log_time_ns(&self) -> u64 {
-        self.log_time_ns
-    }
-
-    /// Its protobuf bytes.
-    #[must_use]
-    pub fn payload(&self) -> &[u8] {
-        &self.payload
-    }
-}
-
-/// All messages of one instant.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RecordedFrame {
-    /// Index and simulated time of the frame.
-    pub clock: FrameClock,
-    state: Option<StateTable>,
-    log: Vec<LogLine>,
-    messages: Vec<RecordedMessage>,
-    path: Arc<Path>,
-    byte: u64,
-}
-
-impl RecordedFrame {
-    /// The exact state; `None` if it was not recorded.
-    #[must_use]
-    pub fn state(&self) -> Option<&StateTable> {
-        self.state.as_ref()
-    }
-
-    /// Takes the exact state out of the frame, without a copy.
-    pub fn take_state(&mut self) -> Option<StateTable> {
-        self.state.take()
-    }
-
-    /// The lines of the log.
-    #[must_use]
-    pub fn log_lines(&self) -> &[LogLine] {
-        &self.log
-    }
-
-    /// All messages, drawings included, in file order.
-    #[must_use]
-    pub fn messages(&self) -> &[RecordedMessage] {
-        &self.messages
-    }
-
-    /// The error of a frame that contains what no recording does.
-    pub(crate) fn read_error(&self, broken: Broken) -> ReadError {
-        ReadError::new(&self.path, self.clock.frame, self.byte, broken)
-    }
-
-    /// The message of one channel; `None` if this frame has none.
-    ///
-    /// # Errors
-    /// Bytes that are not a message of this channel, or columns of different lengths.
-    pub fn get<C: Channel>(&self) -> Result<Option<C>, ReadError> {
-        let found = self
-            .messages
-            .iter()
-            .find(|message| message.topic.name == C::TOPIC && message.topic.schema == C::SCHEMA);
-        let Some(message) = found else { return Ok(None) };
-        let damaged = |why: &dyn std::fmt::Display| {
-            let what = format!("frame {}, {}: {why}", self.clock.frame, C::TOPIC);
-            self.read_error(Broken::Damaged(what))
-        };
-        let decoded = C::decode(message.payload.clone()).map_err(|error| damaged(&error))?;
-        if decoded.has_equal_columns() {
-            Ok(Some(decoded))
-        } else {
-            Err(damaged(&"its columns have different lengths"))
-        }
-    }
-}
-
 /// The messages of a frame, not decoded yet.
 struct RawFrame {
     messages: Vec<RecordedMessage>,
+}
+
+/// The messages of a block that were read before the chunk with its clocks.
+#[derive(Default)]
+struct OpenBlock {
+    messages: Vec<RecordedMessage>,
+    /// Size of the chunks with them.
+    bytes: u64,
 }
 
 /// The frames of a recording in order. Every frame is complete and bitwise identical to the recorded one. If the file is
 /// truncated or damaged, the last item is an error that reports what is lost.
 ///
 /// Memory: with one thread, one chunk of the file and its content; with `n` threads, at most `2 n` chunks that were read
-/// ahead, with at most 256 MiB together unless one alone is larger, and the chunk whose frames are being delivered. A recorded
-/// chunk has 1 MiB, or one frame if that is larger.
+/// ahead, with at most 256 MiB together unless one alone is larger, and the block whose frames are being delivered. A recorded
+/// block has 4 MiB of states and 12 MiB of drawings, or one frame if that is larger.
 /// Uncompressed chunks are not read ahead. The threads end when this value is dropped.
 pub struct Frames {
     data: DataSection,
@@ -150,6 +56,10 @@ pub struct Frames {
     outcome_seen: bool,
     schemas: BTreeMap<u16, String>,
     topics: BTreeMap<u16, Arc<Topic>>,
+    open: OpenBlock,
+    max_block_bytes: u64,
+    has_drawings: bool,
+    has_scalar_frames: bool,
     waiting: VecDeque<RawFrame>,
     delivered: u64,
     last_frame: Option<u64>,
@@ -163,6 +73,7 @@ impl Frames {
     /// `data` is at the start of the file.
     pub(crate) fn new(
         data: DataSection,
+        max_block_bytes: u64,
         path: Arc<Path>,
         state_columns: Arc<[String]>,
         stored: StoredFrames,
@@ -179,6 +90,10 @@ impl Frames {
             outcome_seen: false,
             schemas: BTreeMap::new(),
             topics: BTreeMap::new(),
+            open: OpenBlock::default(),
+            max_block_bytes,
+            has_drawings: true,
+            has_scalar_frames: false,
             waiting: VecDeque::new(),
             delivered: 0,
             last_frame: None,
@@ -188,10 +103,27 @@ impl Frames {
         }
     }
 
-    /// The next chunk, packed, if a frame begins with it. The first chunk, which declares all channels, cannot be skipped.
-    pub(crate) fn packed_chunk(&mut self) -> Option<&[u8]> {
-        let is_between_chunks = self.waiting.is_empty() && !self.ended && !self.topics.is_empty();
-        if is_between_chunks { self.data.packed_chunk() } else { None }
+    /// The same frames without drawings, whose chunks are not decompressed once the channels are known.
+    #[must_use]
+    pub fn without_drawings(self) -> Self {
+        Self { has_drawings: false, ..self }
+    }
+
+    /// Also the frames between keyframes, of which only scalars are stored.
+    #[must_use]
+    pub fn with_scalar_frames(self) -> Self {
+        Self { has_scalar_frames: true, ..self }
+    }
+
+    /// The next chunk, packed, and whether it ends a block. The first block, which declares all channels, cannot be skipped.
+    pub(crate) fn packed_chunk(&mut self) -> Option<(&[u8], bool)> {
+        let is_between_blocks = self.waiting.is_empty() && self.open.messages.is_empty();
+        if !is_between_blocks || self.ended || self.topics.is_empty() {
+            return None;
+        }
+        let (body, channel) = self.data.packed_chunk()?;
+        let topic = self.topics.get(&channel?)?;
+        Some((body, topic.name == FrameClock::TOPIC))
     }
 
     /// Skips that chunk, whose bytes have this checksum, and returns them.
@@ -206,7 +138,7 @@ impl Frames {
         self.data.reuse(body);
     }
 
-    /// Delivers the frames of the last chunk that was skipped.
+    /// Delivers the messages of a chunk that was skipped; of several, in their order.
     pub(crate) fn deliver(&mut self, body: Vec<u8>) -> Result<(), ReadError> {
         let grouped = self.data.unpack(body).and_then(|content| self.group(&content));
         grouped.map_err(|broken| self.failed(broken))
@@ -227,7 +159,12 @@ impl Frames {
     fn advance(&mut self) -> Result<Option<RecordedFrame>, Broken> {
         loop {
             if let Some(raw) = self.waiting.pop_front() {
-                return self.decode(raw).map(Some);
+                let frame = self.decode(raw)?;
+                if frame.is_complete || self.has_scalar_frames {
+                    self.delivered += 1;
+                    return Ok(Some(frame));
+                }
+                continue;
             }
             match self.data.advance()? {
                 DataRecord::Chunk(content) => self.group(&content)?,
@@ -242,6 +179,9 @@ impl Frames {
                     self.add_hashes(&entries)?;
                 }
                 DataRecord::Metadata(..) => {}
+                DataRecord::End if !self.open.messages.is_empty() => {
+                    return Err(damaged("a message is outside of its frame"));
+                }
                 DataRecord::End if self.outcome_seen && self.outcome.is_some() => return Ok(None),
                 DataRecord::End if self.outcome_seen => return Err(damaged(OTHER_OUTCOME)),
                 DataRecord::End => return Err(damaged("the recording has no outcome")),
@@ -265,10 +205,10 @@ impl Frames {
         Ok(())
     }
 
-    /// Groups a chunk's messages into frames: chunks end where a frame ends, and a frame begins with its clock.
+    /// Adds a chunk's messages to the open block. The chunk with the clocks of its frames ends it.
     fn group(&mut self, unpacked: &Bytes) -> Result<(), Broken> {
         let mut rest = Fields(unpacked);
-        let mut messages = 0;
+        let mut messages = Vec::new();
         while !rest.0.is_empty() {
             let (kind, length) = (rest.u8()?, rest.u64()?);
             let length = usize::try_from(length).map_err(|_| damaged("a record is too long"))?;
@@ -283,8 +223,7 @@ impl Frames {
                 }
                 kind::CHANNEL => self.declare(&mut fields)?,
                 kind::MESSAGE => {
-                    messages += 1;
-                    if messages > MAX_CHUNK_MESSAGES {
+                    if messages.len() + self.open.messages.len() >= MAX_CHUNK_MESSAGES {
                         return Err(damaged("a chunk has more messages than any recording"));
                     }
                     let (channel, _sequence) = (fields.u16()?, fields.u32()?);
@@ -292,7 +231,7 @@ impl Frames {
                     let topic = self.topics.get(&channel).cloned();
                     let topic = topic.ok_or_else(|| damaged("a message has no channel"))?;
                     let payload = unpacked.slice_ref(fields.0);
-                    self.join(RecordedMessage { topic, log_time_ns, payload })?;
+                    messages.push(RecordedMessage { topic, log_time_ns, payload });
                 }
                 _ => {
                     return Err(damaged(
@@ -300,6 +239,43 @@ impl Frames {
                     ));
                 }
             }
+        }
+        self.open.bytes = self.open.bytes.saturating_add(unpacked.len() as u64);
+        if self.open.bytes > self.max_block_bytes {
+            return Err(damaged("a block claims a size that no recording has"));
+        }
+        let is_scalars = |message: &RecordedMessage| {
+            [FrameClock::TOPIC, channels::LOG].contains(&message.topic())
+        };
+        if !messages.iter().any(is_scalars) {
+            self.open.messages.append(&mut messages);
+            return Ok(());
+        }
+        self.end_block(messages)
+    }
+
+    /// Divides the messages of a block into frames.
+    fn end_block(&mut self, scalars: Vec<RecordedMessage>) -> Result<(), Broken> {
+        let OpenBlock { messages, .. } = std::mem::take(&mut self.open);
+        let mut frames = Vec::new();
+        for message in scalars {
+            self.begin_or_join(&mut frames, message)?;
+        }
+        for message in messages {
+            let time = |frame: &RawFrame| frame.messages.first().map(|clock| clock.log_time_ns);
+            let place = frames.binary_search_by_key(&Some(message.log_time_ns), time);
+            let frame = place.ok().and_then(|place| frames.get_mut(place));
+            add(frame.ok_or_else(|| damaged("a message is outside of its frame"))?, message)?;
+        }
+        let is_drawing = |topic: &Topic| Group::of(&topic.name, &[]) == Group::Drawings;
+        for frame in &mut frames {
+            frame.messages.retain(|message| self.has_drawings || !is_drawing(&message.topic));
+            frame.messages.sort_by_key(|message| message.topic.id);
+        }
+        self.waiting.extend(frames);
+        if !self.has_drawings {
+            let drawings = self.topics.values().filter(|topic| is_drawing(topic));
+            self.data.leave_out(drawings.map(|topic| topic.id));
         }
         Ok(())
     }
@@ -309,45 +285,37 @@ impl Frames {
         let name = fields.string()?.to_owned();
         let schema = self.schemas.get(&schema).cloned();
         let schema = schema.ok_or_else(|| damaged("a channel has no schema"))?;
-        self.topics.insert(id, Arc::new(Topic { name, schema }));
+        self.topics.insert(id, Arc::new(Topic { id, name, schema }));
         if self.topics.len() > MAX_CHANNELS {
             return Err(damaged("the file has more channels than any recording"));
         }
         Ok(())
     }
 
-    fn join(&mut self, message: RecordedMessage) -> Result<(), Broken> {
+    /// Begins a frame with its clock, or adds a message of the chunk with the clocks to the last frame.
+    fn begin_or_join(
+        &mut self,
+        frames: &mut Vec<RawFrame>,
+        message: RecordedMessage,
+    ) -> Result<(), Broken> {
         if message.topic() == FrameClock::TOPIC {
             if self.last_log_time.is_some_and(|last| message.log_time_ns <= last) {
                 return Err(damaged("the frames are not in order"));
             }
             self.last_log_time = Some(message.log_time_ns);
-            self.waiting.push_back(RawFrame { messages: vec![message] });
+            frames.push(RawFrame { messages: vec![message] });
             return Ok(());
         }
         let last = self.last_log_time.ok_or_else(|| damaged("a frame has no clock"))?;
         if message.log_time_ns != last {
             return Err(damaged("a message is outside of its frame"));
         }
-        let Some(frame) = self.waiting.back_mut() else {
-            // The log line of a fault, whose frame is in the previous chunk; the outcome has the same text.
-            let remark = message.topic() == channels::LOG;
-            return if remark {
-                Ok(())
-            } else {
-                Err(damaged("a frame is split between two chunks"))
-            };
-        };
-        // At most one message per channel, and a limited number of log lines.
-        if frame.messages.len() >= MAX_CHANNELS + MAX_LOG_LINES {
-            return Err(damaged("a frame has more log lines than any recording"));
+        match frames.last_mut() {
+            Some(frame) => add(frame, message),
+            // The log line of a fault, whose frame is in the previous block; the outcome has the same text.
+            None if message.topic() == channels::LOG => Ok(()),
+            None => Err(damaged("a frame is split between two blocks")),
         }
-        let single = message.topic() != channels::LOG;
-        if single && frame.messages.iter().any(|earlier| earlier.topic == message.topic) {
-            return Err(damaged("a frame has two messages of one topic"));
-        }
-        frame.messages.push(message);
-        Ok(())
     }
 
     fn decode(&mut self, raw: RawFrame) -> Result<RecordedFrame, Broken> {
@@ -377,18 +345,41 @@ impl Frames {
                 _ => {}
             }
         }
+        let is_complete = match self.stored {
+            StoredFrames::Keyframes(_) => raw.messages.iter().any(|one| one.topic() == KEYFRAME),
+            StoredFrames::All | StoredFrames::From(_) => true,
+        };
+        if !is_complete && self.stored.has(clock.frame, None) {
+            return Err(damaged("a frame has no keyframe"));
+        }
+        let has_state = || self.topics.values().any(|topic| topic.name == channels::STATE);
+        if is_complete && state.is_none() && has_state() {
+            return Err(damaged("a frame has no state"));
+        }
         if std::mem::take(&mut self.after_gap) {
             self.delivered = self.stored.count_before(clock.frame);
             self.last_frame = clock.frame.checked_sub(1);
         }
-        if !self.stored.may_follow(clock.frame, self.delivered, self.last_frame) {
+        if !self.stored.may_follow(clock.frame, self.last_frame) {
             return Err(damaged("the frames are not in order"));
         }
         self.last_frame = Some(clock.frame);
-        self.delivered += 1;
         let (path, byte) = (Arc::clone(&self.path), self.data.byte());
-        Ok(RecordedFrame { clock, state, log, messages: raw.messages, path, byte })
+        Ok(RecordedFrame { clock, state, log, is_complete, messages: raw.messages, path, byte })
     }
+}
+
+/// Adds a message to its frame: at most one per channel, and a limited number of log lines.
+fn add(frame: &mut RawFrame, message: RecordedMessage) -> Result<(), Broken> {
+    if frame.messages.len() >= MAX_CHANNELS + MAX_LOG_LINES {
+        return Err(damaged("a frame has more log lines than any recording"));
+    }
+    let single = message.topic() != channels::LOG;
+    if single && frame.messages.iter().any(|earlier| earlier.topic == message.topic) {
+        return Err(damaged("a frame has two messages of one topic"));
+    }
+    frame.messages.push(message);
+    Ok(())
 }
 
 impl Iterator for Frames {

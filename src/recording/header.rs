@@ -15,7 +15,7 @@ use std::num::NonZeroU32;
 /// Compression of the chunks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Compression {
-    /// zstd, level 1.
+    /// zstd, level 1 for chunks of a single frame, level 2 for others.
     Zstd,
     /// zstd, level 3.
     Zstd3,

@@ -1,5 +1,8 @@
-//! Keyframes: the state of the model, from which a run continues, and the hashes of the messages that are not stored.
+//! Keyframes: the state of the model, from which a run continues, and hashes of the states that are not stored.
+//!
+//! Drawings have no hash, because they follow from the state of the model; of a frame that is not stored, none is made.
 
+use crate::channels;
 use crate::error::RecordError;
 use prost::Message;
 use prost_types::field_descriptor_proto::{Label, Type};
@@ -15,13 +18,20 @@ pub const HASH_BYTES: usize = 16;
 /// Ends the hashes of a frame, in the place of a channel.
 const END_OF_FRAME: u8 = u8::MAX;
 
+/// Whether a topic is that of a drawing.
+#[must_use]
+pub fn is_drawing(topic: &str) -> bool {
+    use channels::{DISCS, FORCE_CHAINS, LEGEND, TRAIL, VELOCITY, WALLS};
+    [DISCS, WALLS, LEGEND, VELOCITY, FORCE_CHAINS, TRAIL].contains(&topic)
+}
+
 /// The message of [`KEYFRAME`].
 #[derive(Clone, PartialEq, Message)]
 pub struct Keyframe {
     /// The state of the model, in the encoding of checkpoints.
     #[prost(bytes = "vec", tag = "1")]
     pub model: Vec<u8>,
-    /// The hashes of the frames since the previous keyframe.
+    /// The hashes of the frames since the previous keyframe: of each, the state and the columns that are recorded on request.
     #[prost(bytes = "vec", tag = "2")]
     pub hashes: Vec<u8>,
 }

@@ -1,7 +1,7 @@
 //! Plausible limits for the sizes that a file claims. A claim above its limit is damage, and it is rejected before memory or time
 //! is spent on it.
 //!
-//! A recorded chunk has up to 1 MiB of payloads before its last frame, so its size follows from that of a frame.
+//! A recorded block has up to 17 MiB of messages before its last frame, so its size follows from that of a frame.
 
 use crate::record_kind as kind;
 use kinetoscope_files::regular_file::MAX_MANIFEST_BYTES;
@@ -65,6 +65,11 @@ impl ChunkLimits {
     /// Maximum size of the body of a chunk's record. Compressed data that cannot be compressed grow by less than 1 %.
     pub(crate) fn body_bytes(self) -> u64 {
         self.content_bytes.saturating_add(self.content_bytes / 64)
+    }
+
+    /// Maximum size of the content of a chunk, and of the chunks of a block together.
+    pub(crate) fn max_content_bytes(self) -> u64 {
+        self.content_bytes
     }
 
     /// Maximum size of the content of a chunk with this compressed size.

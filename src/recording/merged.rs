@@ -4,11 +4,11 @@
 use crate::channels::{self, ALL, Channel, ChannelDeclaration};
 use crate::container::Broken;
 use crate::error::{ReadError, RecordError};
-use crate::frames::{Frames, RecordedFrame, RecordedMessage};
+use crate::frames::Frames;
 use crate::ghosts;
-use crate::provenance::MERGED_RECORD;
+use crate::provenance::{LIBRARY, MERGED_RECORD};
 use crate::reader::Recording;
-use crate::recorder::write_options;
+use crate::recorded_frame::{RecordedFrame, RecordedMessage};
 use crate::schema::schema_of;
 use crate::sink::CountingSink;
 use crate::table::StateTable;
@@ -228,8 +228,7 @@ struct Merger<W: Write> {
 impl<W: Write> Merger<W> {
     fn create(runs: &[MergedRun<'_>], sink: W) -> Result<Self, RecordError> {
         let sink = CountingSink::new(sink, Arc::new(AtomicU64::new(0)));
-        let compression = crate::recorder::Compression::Zstd;
-        let mut writer = write_options(compression).create(sink)?;
+        let mut writer = write_options().create(sink)?;
         let mut entries = BTreeMap::from([("runs".to_owned(), runs.len().to_string())]);
         for (index, MergedRun { recording, label }) in runs.iter().enumerate() {
             let name = format!("run_{}", index + 1);
@@ -364,6 +363,27 @@ impl<W: Write> Merger<W> {
         self.writer.finish().map_err(RecordError::from)?;
         Ok(self.writer.into_inner().into_inner().map_err(RecordError::from)?)
     }
+}
+
+/// Sets every option, so that the bytes do not depend on defaults of a release or of the machine.
+fn write_options() -> mcap::WriteOptions {
+    mcap::WriteOptions::new()
+        .profile("")
+        .library(LIBRARY)
+        .compression(Some(mcap::Compression::Zstd))
+        .compression_level(1)
+        .compression_threads(0)
+        .chunk_size(None)
+        .use_chunks(true)
+        // Chunks are packed in memory and go out whole: the sink only ever grows at its end.
+        .disable_seeking(true)
+        .emit_summary_records(true)
+        .emit_summary_offsets(true)
+        .emit_message_indexes(true)
+        .calculate_chunk_crcs(true)
+        .calculate_data_section_crc(true)
+        .calculate_summary_section_crc(true)
+        .calculate_attachment_crcs(true)
 }
 
 /// Where a frame's messages go.

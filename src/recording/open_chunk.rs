@@ -1,68 +1,90 @@
-//! The messages of the open chunk, which is not on the disk yet.
+//! A chunk that is being filled, and one that waits for its compression.
 
-use serde::{Deserialize, Serialize};
+use crate::record_bytes::PutFields as _;
+use crate::record_kind as kind;
+use crate::spare_memory::{Lent, SpareMemory};
+use std::collections::BTreeMap;
+use std::sync::Arc;
 
-/// Messages in file order, their payloads concatenated.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// Bytes of a message's record before its payload: kind, length, channel, sequence number and two times.
+const MESSAGE_HEAD_BYTES: usize = 31;
+
+/// The messages of a group of channels since the last chunk of the group.
+#[derive(Debug)]
 pub(crate) struct OpenChunk {
-    headers: Vec<MessageHeader>,
-    payloads: Vec<u8>,
-    /// Nothing is stored until the chunk is closed, which happens before the next checkpoint.
-    is_discarding: bool,
+    content: Lent<u8>,
+    memory: SpareMemory<u8>,
+    /// For each channel, the index of its messages: log time and place of each.
+    index: BTreeMap<u16, Vec<u8>>,
+    times: Option<[u64; 2]>,
+    frames: u64,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct MessageHeader {
-    channel_id: u16,
-    frame: u64,
-    log_time: u64,
-    length: u64,
+/// A chunk to which nothing is added any more.
+#[derive(Clone, Debug)]
+pub(crate) struct ClosedChunk {
+    /// Its records, which a recorder that can be resumed keeps as well.
+    pub(crate) content: Arc<Lent<u8>>,
+    /// For each channel, the entries of the record that indexes its messages.
+    pub(crate) index: BTreeMap<u16, Vec<u8>>,
+    /// Log times of the first and the last message.
+    pub(crate) times: [u64; 2],
+    /// Number of frames with messages.
+    pub(crate) frames: u64,
 }
 
-/// One of the messages.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct OpenMessage<'a> {
-    pub(crate) channel_id: u16,
-    pub(crate) frame: u64,
-    pub(crate) log_time: u64,
-    pub(crate) payload: &'a [u8],
+impl ClosedChunk {
+    /// Size of an entry of an index.
+    pub(crate) const INDEX_ENTRY_BYTES: usize = 16;
 }
 
 impl OpenChunk {
-    pub(crate) fn push(&mut self, channel_id: u16, frame: u64, log_time: u64, payload: &[u8]) {
-        if self.is_discarding {
-            return;
-        }
-        self.headers.push(MessageHeader {
-            channel_id,
-            frame,
-            log_time,
-            length: payload.len() as u64,
+    pub(crate) fn new() -> Self {
+        let memory = SpareMemory::new();
+        let (index, times) = (BTreeMap::new(), None);
+        Self { content: memory.take(), memory, index, times, frames: 0 }
+    }
+
+    /// Adds the record of a schema or a channel.
+    pub(crate) fn declare(&mut self, record: &[u8]) {
+        self.content.vector.extend_from_slice(record);
+    }
+
+    /// Adds a message.
+    pub(crate) fn push(&mut self, channel: u16, sequence: u32, log_time: u64, payload: &[u8]) {
+        let content = &mut self.content.vector;
+        let entries = self.index.entry(channel).or_default();
+        entries.put_u64(log_time);
+        entries.put_u64(content.len() as u64);
+        content.reserve(MESSAGE_HEAD_BYTES + payload.len());
+        content.put_record(kind::MESSAGE, |body| {
+            body.put_u16(channel);
+            body.put_u32(sequence);
+            body.put_u64(log_time);
+            // The time of publication.
+            body.put_u64(log_time);
+            body.extend_from_slice(payload);
         });
-        self.payloads.extend_from_slice(payload);
+        let [first, last] = self.times.unwrap_or([log_time; 2]);
+        self.frames += u64::from(self.times.is_none() || log_time != last);
+        self.times = Some([first.min(log_time), last.max(log_time)]);
     }
 
-    /// Removes all messages after the chunk was closed.
-    pub(crate) fn clear(&mut self) {
-        self.headers.clear();
-        self.payloads.clear();
-        self.is_discarding = false;
+    /// Size of its records.
+    pub(crate) fn bytes(&self) -> usize {
+        self.content.len()
     }
 
-    /// Stores nothing until the chunk is closed.
-    pub(crate) fn discard_until_closed(&mut self) {
-        self.clear();
-        self.is_discarding = true;
+    /// Its records.
+    pub(crate) fn content(&self) -> &[u8] {
+        &self.content
     }
 
-    /// The messages whose payloads are complete.
-    pub(crate) fn messages(&self) -> impl Iterator<Item = OpenMessage<'_>> {
-        let mut rest = self.payloads.as_slice();
-        self.headers.iter().map_while(move |header| {
-            let (payload, behind) = rest.split_at_checked(usize::try_from(header.length).ok()?)?;
-            rest = behind;
-            let MessageHeader { channel_id, frame, log_time, .. } = *header;
-            Some(OpenMessage { channel_id, frame, log_time, payload })
-        })
+    /// Closes the chunk and opens the next one; `None` without messages, whose chunk would have no times.
+    pub(crate) fn close(&mut self) -> Option<ClosedChunk> {
+        let times = self.times.take()?;
+        let content = Arc::new(std::mem::replace(&mut self.content, self.memory.take()));
+        let (index, frames) = (std::mem::take(&mut self.index), std::mem::take(&mut self.frames));
+        Some(ClosedChunk { content, index, times, frames })
     }
 }

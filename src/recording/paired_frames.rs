@@ -1,16 +1,17 @@
-//! The frames of two recordings in pairs, without decoding what is equal: chunks with the same bytes in both files are passed over.
+//! The frames of two recordings in pairs, without decoding what is equal: blocks with the same bytes in both files are passed over.
 
 use crate::error::ReadError;
-use crate::frames::{Frames, RecordedFrame};
+use crate::frames::Frames;
 use crate::reader::Recording;
+use crate::recorded_frame::RecordedFrame;
 use std::num::NonZeroUsize;
 
-/// The frames of two recordings in pairs.
+/// The frames of two recordings in pairs, also those of which only scalars are stored.
 ///
 /// Equal chunks need no decompression, so the first difference of two long recordings is found at the speed at which their
-/// files are read. Of a row of equal chunks, the frames of the last one are delivered.
+/// files are read. Of a row of equal blocks, the frames of the last one are delivered.
 ///
-/// Memory: two chunks of each file and their content.
+/// Memory: two blocks of each file and their content.
 pub struct PairedFrames {
     left: Frames,
     right: Frames,
@@ -23,7 +24,9 @@ impl PairedFrames {
     /// # Errors
     /// A file that cannot be opened.
     pub fn that_can_differ(left: &Recording, right: &Recording) -> Result<Self, ReadError> {
-        let frames = |recording: &Recording| recording.frames_on(NonZeroUsize::MIN);
+        let frames = |recording: &Recording| {
+            Ok::<_, ReadError>(recording.frames_on(NonZeroUsize::MIN)?.with_scalar_frames())
+        };
         Ok(Self { left: frames(left)?, right: frames(right)?, passes_over: true })
     }
 
@@ -32,7 +35,8 @@ impl PairedFrames {
     /// # Errors
     /// A file that cannot be opened.
     pub fn all(left: &Recording, right: &Recording) -> Result<Self, ReadError> {
-        Ok(Self { left: left.frames()?, right: right.frames()?, passes_over: false })
+        let [left, right] = [left.frames()?, right.frames()?].map(Frames::with_scalar_frames);
+        Ok(Self { left, right, passes_over: false })
     }
 
     /// The next pair; `None` where a recording has ended.
@@ -42,17 +46,19 @@ impl PairedFrames {
     /// at the earliest.
     pub fn advance(&mut self) -> Result<[Option<RecordedFrame>; 2], ReadError> {
         if self.passes_over {
-            self.pass_over_equal_chunks()?;
+            self.pass_over_equal_blocks()?;
         }
         Ok([self.left.next().transpose()?, self.right.next().transpose()?])
     }
 
-    fn pass_over_equal_chunks(&mut self) -> Result<(), ReadError> {
+    fn pass_over_equal_blocks(&mut self) -> Result<(), ReadError> {
         if !self.left.declares_the_channels_of(&self.right) {
             return Ok(());
         }
-        let mut last = None;
-        while let (Some(one), Some(other)) = (self.left.packed_chunk(), self.right.packed_chunk())
+        // The last block, and the chunks of the block that is not passed over yet.
+        let (mut last, mut block) = (Vec::new(), Vec::new());
+        while let (Some((one, ends_block)), Some((other, _))) =
+            (self.left.packed_chunk(), self.right.packed_chunk())
             && one == other
         {
             let mut checksum = crc32fast::Hasher::new();
@@ -60,11 +66,13 @@ impl PairedFrames {
             let bodies = (self.left.skip_chunk(&checksum), self.right.skip_chunk(&checksum));
             let (Some(body), Some(other)) = bodies else { break };
             self.right.reuse(other);
-            if let Some(earlier) = last.replace(body) {
-                self.left.reuse(earlier);
+            block.push(body);
+            if ends_block {
+                let earlier = std::mem::replace(&mut last, std::mem::take(&mut block));
+                earlier.into_iter().for_each(|body| self.left.reuse(body));
             }
         }
-        if let Some(body) = last {
+        for body in last.into_iter().chain(block) {
             self.right.deliver(body.clone())?;
             self.left.deliver(body)?;
         }

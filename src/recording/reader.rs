@@ -1,7 +1,8 @@
 //! Reader of a recording: its manifest, provenance and frames. All contents of the file are checked before use.
 
-pub use crate::frames::{Frames, RecordedFrame, RecordedMessage};
+pub use crate::frames::Frames;
 pub use crate::provenance::{Outcome, Provenance};
+pub use crate::recorded_frame::{RecordedFrame, RecordedMessage};
 pub use crate::stored_frames::StoredFrames;
 pub use crate::table::StateTable;
 
@@ -168,7 +169,8 @@ impl Recording {
         let data = DataSection::new(Records::new(BufReader::new(input), 0, bytes), threads, chunks);
         let (path, columns) = (Arc::clone(&self.path), Arc::clone(&self.state_columns));
         let Provenance { stored, outcome, .. } = &self.provenance;
-        Ok(Frames::new(data, path, columns, *stored, outcome.clone()))
+        let max_block_bytes = chunks.max_content_bytes();
+        Ok(Frames::new(data, max_block_bytes, path, columns, *stored, outcome.clone()))
     }
 }
 

@@ -10,31 +10,27 @@ pub use resuming::RecorderState;
 mod keyframes;
 mod resuming;
 
+use crate::block_writer::{BlockWriter, Group, MessageHead};
 use crate::channels::{self, Channel as _, FrameClock};
 use crate::disc_drawing::DiscDrawing;
 use crate::error::RecordError;
+use crate::file::Syncer;
 use crate::frame::{Frame, Level, LogLine};
 use crate::log_text::joined;
 use crate::observer::{ChannelList, FrameObserver};
 use crate::playback::log_times;
-use crate::provenance::{LIBRARY, MANIFEST_ATTACHMENT, OUTCOME_RECORD, PROVENANCE_RECORD};
+use crate::provenance::{MANIFEST_ATTACHMENT, OUTCOME_RECORD, PROVENANCE_RECORD};
 use crate::scene::{EncodedDiscs, SceneBuilder};
 use crate::schema::schema_of;
 use crate::sink::CountingSink;
 use crate::trail::Trails;
 use foxglove::messages::{Log, Timestamp, log};
 use keyframes::Unstored;
-use mcap::records::{MessageHeader, Metadata};
 use prost::Message;
-use resuming::Resumable;
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::Write;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, LazyLock};
-
-/// Size at which a chunk is closed, at the next end of a frame.
-const CHUNK_PAYLOAD: u64 = 1 << 20;
 
 /// Simulated time of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,17 +47,17 @@ pub struct Recorder<W: Write> {
     header: Header,
     scenes: Arc<SceneBuilder>,
     trails: Trails,
-    // Empty only while being dropped.
-    writer: Option<mcap::Writer<CountingSink<W>>>,
+    writer: BlockWriter<W>,
     // In file order.
     recorded: Vec<&'static str>,
-    channel_ids: BTreeMap<&'static str, u16>,
+    // For each channel, its group and its number.
+    channel_ids: BTreeMap<&'static str, (Group, u16)>,
     frames: u64,
     unstored: Unstored,
-    payload_in_chunk: u64,
-    // Frames in closed chunks.
+    // Frames in complete blocks.
     closed_frames: u64,
-    resumable: Option<Resumable>,
+    // Syncs the file of a recorder that can be resumed.
+    syncer: Option<Syncer>,
     // For an observer of the resumed run.
     first_log: Option<Vec<u8>>,
     observer: Option<Box<dyn FrameObserver>>,
@@ -82,32 +78,22 @@ impl<W: Write> Recorder<W> {
         let scenes = Arc::new(scenes);
         let written = Arc::new(AtomicU64::new(0));
         let sink = CountingSink::new(sink, Arc::clone(&written));
-        let mut writer = write_options(header.compression).create(sink)?;
-        writer.attach(&mcap::Attachment {
-            log_time: 0,
-            create_time: 0,
-            name: MANIFEST_ATTACHMENT.to_owned(),
-            media_type: "application/toml".to_owned(),
-            data: Cow::Borrowed(header.manifest.as_bytes()),
-        })?;
-        writer.write_metadata(&Metadata {
-            name: PROVENANCE_RECORD.to_owned(),
-            metadata: header.provenance().to_metadata(),
-        })?;
-        // No channel exists yet, so this flush writes no chunk. A checkpoint counts on these bytes.
+        let mut writer = BlockWriter::create(sink, header.compression)?;
+        writer.attach(MANIFEST_ATTACHMENT, "application/toml", header.manifest.as_bytes())?;
+        writer.metadata(PROVENANCE_RECORD, &header.provenance().to_metadata())?;
+        // A checkpoint counts on these bytes.
         writer.flush()?;
         Ok(Self {
             header: header.clone(),
             scenes,
             trails: Trails::new(),
-            writer: Some(writer),
+            writer,
             recorded: header.topics().into_iter().filter(|topic| header.wants(topic)).collect(),
             channel_ids: BTreeMap::new(),
             frames: header.stored.first(),
             unstored: Unstored::default(),
-            payload_in_chunk: 0,
             closed_frames: header.stored.first(),
-            resumable: None,
+            syncer: None,
             first_log: None,
             observer: None,
             buffer: Vec::new(),
@@ -153,7 +139,12 @@ impl<W: Write> Recorder<W> {
 
     /// The drawing of the discs, if they are recorded.
     pub(crate) fn disc_drawing(&self) -> Option<DiscDrawing> {
-        let drawing = || DiscDrawing::new(Arc::clone(&self.scenes), self.header.playback_fps);
+        let drawn = match self.observer {
+            Some(_) => (StoredFrames::All, None),
+            None => (self.header.stored, self.header.frames_expected),
+        };
+        let scenes = Arc::clone(&self.scenes);
+        let drawing = || DiscDrawing::new(scenes, self.header.playback_fps, drawn);
         self.wants(channels::DISCS).then(drawing)
     }
 
@@ -194,7 +185,6 @@ impl<W: Write> Recorder<W> {
             frame.swap_discs(&mut self.discs);
             drawing.encode(frame, self.frames);
         }
-        self.expect(frame);
         let frame_clock = FrameClock {
             frame: self.frames,
             step_or_event_count: clock.count,
@@ -212,7 +202,10 @@ impl<W: Write> Recorder<W> {
                 self.payload(channel.topic, log_time, message.payload)?;
             }
         }
-        self.draw(frame, log_time, time)?;
+        self.trace(frame.state());
+        if self.draws(self.frames) {
+            self.draw(frame, log_time, time)?;
+        }
         self.write_log(frame.log_lines(), log_time, time)?;
         self.write_keyframe(frame.model_mut(), log_time)?;
         self.end_frame()?;
@@ -228,28 +221,11 @@ impl<W: Write> Recorder<W> {
 
     fn end_frame(&mut self) -> Result<(), RecordError> {
         self.frames += 1;
-        if self.is_end_of_keyframe() || self.payload_in_chunk >= CHUNK_PAYLOAD {
-            self.writer()?.flush()?;
-            self.payload_in_chunk = 0;
+        let ends_block = self.is_end_of_keyframe();
+        if self.writer.end_frame(ends_block)? {
             self.closed_frames = self.frames;
-            if let Some(Resumable { open, .. }) = &mut self.resumable {
-                open.clear();
-            }
         }
         Ok(())
-    }
-
-    /// If the state and the discs of a frame fill the chunk, the chunk is closed at the end of the frame, and its messages are not
-    /// stored.
-    fn expect(&mut self, frame: &Frame) {
-        let drawn = frame.discs().len();
-        let state = if self.wants(channels::STATE) { size_of_val(frame.state()) } else { 0 };
-        if let Some(Resumable { open, .. }) = &mut self.resumable
-            && (matches!(self.header.stored, StoredFrames::Keyframes(_))
-                || self.payload_in_chunk + (state + drawn) as u64 >= CHUNK_PAYLOAD)
-        {
-            open.discard_until_closed();
-        }
     }
 
     /// Adds a line to the log of the last frame, such as the reason for the end of the run. No effect before the first frame.
@@ -257,9 +233,8 @@ impl<W: Write> Recorder<W> {
     /// # Errors
     /// A sink that fails.
     pub fn remark(&mut self, line: LogLine) -> Result<(), RecordError> {
-        let Some(last) = self.last_stored() else { return Ok(()) };
+        let Some(last) = self.frames.checked_sub(1) else { return Ok(()) };
         let (log_time, time) = self.times_of(last)?;
-        self.unstored.is_now = false;
         self.write_log(&[line], log_time, time)
     }
 
@@ -269,21 +244,8 @@ impl<W: Write> Recorder<W> {
     /// A sink that fails; the recording is then torn.
     pub fn finish(mut self, outcome: &Outcome) -> Result<W, RecordError> {
         self.write_remaining_hashes()?;
-        let writer = self.writer()?;
-        writer.write_metadata(&Metadata {
-            name: OUTCOME_RECORD.to_owned(),
-            metadata: outcome.to_metadata(),
-        })?;
-        writer.finish()?;
-        match self.writer.take() {
-            Some(writer) => Ok(writer.into_inner().into_inner()?),
-            None => Err(RecordError::Container("the recording is closed".to_owned())),
-        }
-    }
-
-    fn writer(&mut self) -> Result<&mut mcap::Writer<CountingSink<W>>, RecordError> {
-        let closed = || RecordError::Container("the recording is closed".to_owned());
-        self.writer.as_mut().ok_or_else(closed)
+        self.writer.metadata(OUTCOME_RECORD, &outcome.to_metadata())?;
+        Ok(self.writer.finish()?)
     }
 
     /// Log time of a frame, ns and as a timestamp.
@@ -311,20 +273,32 @@ impl<W: Write> Recorder<W> {
         Ok(())
     }
 
-    /// Declares all channels at the first frame: a record between a channel and its first message would make mcap 0.26 write
-    /// an empty chunk with times (0, 0), and with it a wrong time range.
+    /// Declares all channels at the first frame, so that a recording without frames has none.
     fn add_channels(&mut self) -> Result<(), RecordError> {
         if !self.channel_ids.is_empty() {
             return Ok(());
         }
         for topic in self.recorded.clone() {
             let schema = schema_of(topic, self.header.channels)?;
-            let writer = self.writer()?;
-            let schema_id = writer.add_schema(&schema.name, &schema.encoding, &schema.data)?;
-            let id = writer.add_channel(schema_id, topic, "protobuf", &BTreeMap::new())?;
-            self.channel_ids.insert(topic, id);
+            let group = Group::of(topic, self.header.channels);
+            let id = self.writer.declare(group, topic, &schema);
+            self.channel_ids.insert(topic, (group, id));
         }
         Ok(())
+    }
+
+    /// Whether a frame is drawn: nobody sees the drawing of a frame that is not stored.
+    fn draws(&self, frame: u64) -> bool {
+        self.observer.is_some() || self.header.stored.has(frame, self.header.frames_expected)
+    }
+
+    /// Adds the positions of a frame to the paths so far.
+    fn trace(&mut self, state: &[f64]) {
+        if self.wants(channels::TRAIL)
+            && let Some(positions) = self.scenes.traced(state)
+        {
+            self.trails.push(self.frames, positions);
+        }
     }
 
     fn draw(&mut self, frame: &Frame, log_time: u64, time: Timestamp) -> Result<(), RecordError> {
@@ -337,12 +311,7 @@ impl<W: Write> Recorder<W> {
                 }
                 channels::VELOCITY => self.scenes.velocity(frame.state(), time),
                 channels::FORCE_CHAINS => self.scenes.contacts(frame.contacts(), time),
-                channels::TRAIL => {
-                    if let Some(positions) = self.scenes.traced(frame.state()) {
-                        self.trails.push(self.frames, positions);
-                    }
-                    self.scenes.trail(&self.trails, time)
-                }
+                channels::TRAIL => self.scenes.trail(&self.trails, time),
                 channels::WALLS if !frame.walls().is_empty() => {
                     self.scenes.walls(frame.walls(), time)
                 }
@@ -417,69 +386,22 @@ impl<W: Write> Recorder<W> {
         log_time: u64,
         payload: &[u8],
     ) -> Result<(), RecordError> {
-        let Some(&channel_id) = self.channel_ids.get(topic) else {
+        let Some(&(group, channel)) = self.channel_ids.get(topic) else {
             return Err(RecordError::Container(format!("{topic} has no channel")));
         };
-        if self.unstored.is_now {
+        if self.unstored.is_now && group != Group::Scalars {
             return self.hash(topic, log_time, payload);
         }
-        let header = MessageHeader {
-            channel_id,
-            // The frame's index; protobuf and MCAP have 32 bits for it, and readers go by `/frame`.
-            sequence: self.frames as u32,
-            log_time,
-            publish_time: log_time,
-        };
-        self.writer()?.write_to_known_channel(&header, payload)?;
-        self.payload_in_chunk += payload.len() as u64;
+        let head = MessageHead { channel, sequence: self.frames as u32, log_time };
+        self.writer.message(group, head, payload);
         if topic == channels::LOG && self.is_first() {
             self.first_log.get_or_insert_with(|| payload.to_vec());
-        }
-        if let Some(Resumable { open, .. }) = &mut self.resumable {
-            open.push(channel_id, self.frames, log_time, payload);
         }
         if let Some(observer) = &mut self.observer {
             observer.message(topic, log_time, payload);
         }
         Ok(())
     }
-}
-
-impl<W: Write> Drop for Recorder<W> {
-    fn drop(&mut self) {
-        // mcap's own drop would close the recording, with a frame cut short and errors swallowed.
-        if let Some(writer) = self.writer.take() {
-            drop(writer.into_inner());
-        }
-    }
-}
-
-/// Sets every option, so that the bytes do not depend on defaults of a release or of the machine.
-pub(crate) fn write_options(compression: Compression) -> mcap::WriteOptions {
-    /// For its defaults, the crate counts the processors, which reads a file of the system.
-    static DEFAULTS: LazyLock<mcap::WriteOptions> = LazyLock::new(mcap::WriteOptions::new);
-    DEFAULTS
-        .clone()
-        .profile("")
-        .library(LIBRARY)
-        .compression(match compression {
-            Compression::Zstd | Compression::Zstd3 => Some(mcap::Compression::Zstd),
-            Compression::Lz4 => Some(mcap::Compression::Lz4),
-            Compression::None => None,
-        })
-        .compression_level(if compression == Compression::Zstd3 { 3 } else { 1 })
-        .compression_threads(0)
-        .chunk_size(None)
-        .use_chunks(true)
-        // Chunks are packed in memory and go out whole: the sink only ever grows at its end.
-        .disable_seeking(true)
-        .emit_summary_records(true)
-        .emit_summary_offsets(true)
-        .emit_message_indexes(true)
-        .calculate_chunk_crcs(true)
-        .calculate_data_section_crc(true)
-        .calculate_summary_section_crc(true)
-        .calculate_attachment_crcs(true)
 }
 
 fn log_level(level: Level) -> log::Level {

@@ -8,7 +8,7 @@ pub enum StoredFrames {
     /// All frames.
     #[default]
     All,
-    /// Every k-th frame and the last one, each with the state of the model; of the others, a hash of each message.
+    /// Every k-th frame and the last one, each with the state of the model; of the others, the scalars and a hash of the state.
     Keyframes(NonZeroU64),
     /// The frames from this one on: a part of a run.
     From(u64),
@@ -46,12 +46,9 @@ impl StoredFrames {
         }
     }
 
-    /// Whether a frame may follow a number of frames in the file, the last of which has the index `last`.
-    pub(crate) fn may_follow(self, frame: u64, delivered: u64, last: Option<u64>) -> bool {
-        match (self, last) {
-            (Self::Keyframes(_), Some(last)) => frame > last,
-            _ => self.first().checked_add(delivered) == Some(frame),
-        }
+    /// Whether a frame follows the last one in the file. Of all frames from the first one on, a file has at least the scalars.
+    pub(crate) fn may_follow(self, frame: u64, last: Option<u64>) -> bool {
+        last.map_or(Some(self.first()), |last| last.checked_add(1)) == Some(frame)
     }
 
     /// The value of the provenance; `None` for a recording of all frames.

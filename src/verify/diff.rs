@@ -73,7 +73,8 @@ fn compare_pairs(left: &Recording, right: &Recording, mut pairs: PairedFrames) -
             [Some(one), Some(other)] => {
                 comparison.equal_frames = left.provenance().stored.count_before(one.clock.frame);
                 comparison.difference = between_frames(&one, &other);
-                comparison.equal_frames += u64::from(comparison.difference.is_none());
+                let is_equal = comparison.difference.is_none() && one.is_complete();
+                comparison.equal_frames += u64::from(is_equal);
             }
             [None, None] => {
                 match between_ends(left, right) {

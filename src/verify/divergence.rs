@@ -151,6 +151,10 @@ pub fn in_frames(left: &Recording, right: &Recording) -> Result<Option<Divergenc
     let (mut points, mut compared) = (Vec::new(), 0);
     let mut pairs = PairedFrames::that_can_differ(left, right)?;
     while let Ok([Some(one), Some(other)]) = pairs.advance() {
+        // Between keyframes, only scalars are stored.
+        if !one.is_complete() || !other.is_complete() {
+            continue;
+        }
         let [a, b] = [values(&one), values(&other)];
         scales.add(&a, columns);
         scales.add(&b, columns);

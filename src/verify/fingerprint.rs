@@ -28,7 +28,7 @@ pub struct FrameTags {
     pub tags: Vec<u8>,
 }
 
-/// The first difference that follows from tags. Frames are counted as they are stored: a recording may keep only keyframes.
+/// The first difference that follows from tags. Frames are counted as they are in the file, which may begin with a later one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FirstDifference {
     /// In this frame.
@@ -44,7 +44,7 @@ pub enum FirstDifference {
 pub fn fingerprint(recording: &Recording) -> Result<Fingerprint, ReadError> {
     let mut all = Sha256::new();
     let mut found = FrameTags { frames: 0, tags: Vec::new() };
-    for frame in recording.frames()? {
+    for frame in recording.frames()?.with_scalar_frames() {
         add_messages(&mut all, &frame?);
         if found.frames < TAGGED_FRAMES {
             found.tags.push(all.clone().finalize()[0]);

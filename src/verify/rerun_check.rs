@@ -1,4 +1,5 @@
-//! Compares the messages of a rerun with those of a recording, or with the hashes that it keeps of them, while they are produced.
+//! Compares the messages of a rerun with those of a recording, or with the hashes that it keeps of them, while they are produced. Of a
+//! frame that is not stored, its drawings are not compared: they follow from the state.
 //!
 //! The comparison has a thread of its own, because hashing messages takes about as long as compressing them.
 
@@ -8,9 +9,10 @@ use crate::verify::rerun::Rerun;
 use kinetoscope_recording::channels::{LOG, TRAIL};
 use kinetoscope_recording::error::{ReadError, ReadFault, RecordError};
 use kinetoscope_recording::frame::LogLine;
-use kinetoscope_recording::keyframe::{FrameHashes, KEYFRAME, Keyframe, MessageHash};
+use kinetoscope_recording::keyframe::{FrameHashes, KEYFRAME, Keyframe, MessageHash, is_drawing};
 use kinetoscope_recording::observer::{ChannelList, FrameObserver};
 use kinetoscope_recording::reader::{Frames, Outcome, RecordedFrame, RecordedMessage, Recording};
+use std::collections::VecDeque;
 use std::mem::replace;
 use std::ops::Range;
 use std::panic::resume_unwind;
@@ -134,6 +136,8 @@ pub(crate) fn keyframe_of(frame: &RecordedFrame) -> Option<Keyframe> {
 struct Expected {
     hashes: Vec<MessageHash>,
     keyframe: Option<RecordedMessage>,
+    /// Whether all channels of the frame are stored.
+    is_stored: bool,
     /// A topic whose schema is not that of the rerun.
     other_schema: Option<&'static str>,
 }
@@ -162,6 +166,8 @@ struct ExpectedMessages {
     topics: Vec<(&'static str, Option<String>)>,
     /// The hashes of frames that are not stored, before the frame of `stored`.
     hashes: FrameHashes,
+    /// The scalars of the frames that are not stored, before the frame of `stored`.
+    scalars: VecDeque<Expected>,
     /// The stored frame that was read last.
     stored: Option<Expected>,
     /// Why the run failed.
@@ -178,9 +184,10 @@ impl ExpectedMessages {
     ) -> Result<Self, ReadError> {
         Ok(Self {
             path: recording.path().to_path_buf(),
-            frames: recording.frames()?,
+            frames: recording.frames()?.with_scalar_frames(),
             topics,
             hashes: FrameHashes::default(),
+            scalars: VecDeque::new(),
             stored: None,
             fault: match &recording.provenance().outcome {
                 Some(Outcome::Fault(fault)) => Some(fault.clone()),
@@ -214,7 +221,7 @@ impl ExpectedMessages {
     fn next(&mut self) -> Result<Option<Expected>, ReadError> {
         loop {
             let next = match self.hashes.next() {
-                Some(Ok(hashes)) => Some(Expected { hashes, ..Expected::default() }),
+                Some(Ok(hashes)) => Some(self.unstored(hashes)?),
                 Some(Err(_)) => return Err(self.damaged("the hashes of its frames")),
                 None => self.stored.take(),
             };
@@ -235,6 +242,15 @@ impl ExpectedMessages {
         }
     }
 
+    /// A frame that is not stored, with these hashes in addition to those of its scalars.
+    fn unstored(&mut self, hashes: Vec<MessageHash>) -> Result<Expected, ReadError> {
+        let scalars = self.scalars.pop_front();
+        let mut expected = scalars.ok_or_else(|| self.damaged("scalars of frames are missing"))?;
+        expected.hashes.extend(hashes);
+        expected.hashes.sort_by_key(|hash| hash.channel);
+        Ok(expected)
+    }
+
     /// The messages of a frame without the line about the end of the run, which was added to its last frame later. The outcome, which is
     /// compared, has the same text.
     fn without_remark<'a>(&self, frame: &'a RecordedFrame) -> &'a [RecordedMessage] {
@@ -248,29 +264,40 @@ impl ExpectedMessages {
         }
     }
 
-    /// Reads a stored frame, and the hashes of the frames before it.
+    /// Reads a stored frame and the hashes of the frames before it, or the scalars of a frame that is not stored.
     fn read(&mut self, frame: &RecordedFrame) -> Result<(), ReadError> {
+        if !frame.is_complete() {
+            let scalars = self.expected(frame)?;
+            self.scalars.push_back(scalars);
+            return Ok(());
+        }
         let hashes = keyframe_of(frame).map(|keyframe| keyframe.hashes).unwrap_or_default();
         let before = FrameHashes::new(hashes.clone()).filter(Result::is_ok).count() as u64;
-        if frame.clock.frame != self.next.saturating_add(before) {
+        let scalars = self.scalars.len() as u64;
+        if frame.clock.frame != self.next.saturating_add(before) || before != scalars {
             return Err(self.damaged("hashes of frames are missing"));
         }
         self.hashes = FrameHashes::new(hashes);
-        let keyframe = keyframe_message(frame).cloned();
-        let mut stored = Expected { keyframe, ..Expected::default() };
+        self.stored = Some(self.expected(frame)?);
+        Ok(())
+    }
+
+    /// The hashes of the messages of a frame.
+    fn expected(&self, frame: &RecordedFrame) -> Result<Expected, ReadError> {
+        let (keyframe, is_stored) = (keyframe_message(frame).cloned(), frame.is_complete());
+        let mut expected = Expected { keyframe, is_stored, ..Expected::default() };
         let messages = self.without_remark(frame).iter();
         for message in messages.filter(|message| message.topic() != KEYFRAME) {
             let channel = self.position(message.topic());
             let channel = channel.ok_or_else(|| self.damaged("a channel that no run has"))?;
             let (topic, schema) = &self.topics[channel];
             if schema.as_deref() != Some(message.schema()) {
-                stored.other_schema.get_or_insert(topic);
+                expected.other_schema.get_or_insert(topic);
             }
             let hash = MessageHash::of(channel, message.log_time_ns(), message.payload());
-            stored.hashes.push(hash.map_err(|error| self.damaged(&error.to_string()))?);
+            expected.hashes.push(hash.map_err(|error| self.damaged(&error.to_string()))?);
         }
-        self.stored = Some(stored);
-        Ok(())
+        Ok(expected)
     }
 }
 
@@ -323,7 +350,11 @@ impl MessageComparison {
             return Ok(Some(topic.to_owned()));
         }
         let mut found = Vec::new();
+        let is_compared = |topic: &str| expected.is_stored || !is_drawing(topic);
         for (topic, log_time_ns, payload) in &messages.list {
+            if !is_compared(topic) {
+                continue;
+            }
             let channel = self.expected.position(topic);
             // A channel that is missing from the list gives a difference.
             let payload = &messages.bytes[payload.clone()];

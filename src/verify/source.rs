@@ -114,9 +114,9 @@ fn unless_interrupted(
 
 /// The readable part of a recording, whose file may be damaged behind it.
 pub(crate) struct ReadablePart {
-    /// Number of frames.
+    /// Number of frames with all channels.
     pub(crate) frames: u64,
-    /// Index of the last frame.
+    /// Index of the last frame, of which at least the scalars are stored.
     pub(crate) last: u64,
     /// Why the rest cannot be read.
     pub(crate) damage: Option<ReadError>,
@@ -126,12 +126,15 @@ impl ReadablePart {
     /// Reads a recording to its end.
     pub(crate) fn of(source: &Source, interrupt: &Interrupt) -> Result<Self, VerifyError> {
         let mut part = Self { frames: 0, last: 0, damage: None };
-        for frame in source.recording.frames()? {
+        for frame in source.recording.frames()?.with_scalar_frames() {
             if let Some(code) = interrupt.exit_code() {
                 return Err(VerifyError::Interrupted(code));
             }
             match frame {
-                Ok(frame) => (part.frames, part.last) = (part.frames + 1, frame.clock.frame),
+                Ok(frame) => {
+                    part.frames += u64::from(frame.is_complete());
+                    part.last = frame.clock.frame;
+                }
                 Err(error) => {
                     // A run may have been resumed meanwhile.
                     source.reject_growing()?;

@@ -85,7 +85,9 @@ fn filled_recording_has_the_bytes_of_the_full_one() {
         let filled = keys.with_file_name(full.file_name().unwrap());
         let expected = fs::read(&full).unwrap();
         assert!(fs::read(&filled).unwrap() == expected, "{name}");
-        assert!(fs::read(&keys).unwrap() == original && original.len() < expected.len(), "{name}");
+        assert!(fs::read(&keys).unwrap() == original && original != expected, "{name}");
+        // Of two bodies, the scalars take most of the space.
+        assert!(name == "orbit" || original.len() < expected.len(), "{name}");
         expect(&bench.call(&["verify", keys.to_str().unwrap()]), 0);
         // There is nothing to fill in a full recording.
         expect(&bench.call(&["fill", filled.to_str().unwrap()]), 2);
@@ -301,11 +303,15 @@ fn damaged_keyframe_is_replaced_by_the_one_before() {
     let keys = keyframes(&bench, model);
     expect(&zoom(&bench, &keys, [from, to, every], "intact.mcap"), 0);
     let mut bytes = fs::read(&keys).unwrap();
-    // The third chunk belongs to frame 14, at a third of the run: its record begins with opcode 6.
-    let chunks = mcap::Summary::read(&bytes).unwrap().unwrap().chunk_indexes;
-    let frame = 13;
-    let index = usize::try_from(frame / 7).unwrap();
-    let middle = chunks[index].chunk_start_offset + chunks[index].chunk_length / 2;
+    // The keyframe of frame 7, which is before the interval.
+    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    let (id, _) = summary.channels.iter().find(|(_, channel)| channel.topic == KEYFRAME).unwrap();
+    let mut chunks = summary.chunk_indexes.iter();
+    let chunk = chunks.rfind(|chunk| {
+        chunk.message_index_offsets.contains_key(id) && chunk.message_start_time < 10 * 40_000_000
+    });
+    let chunk = chunk.unwrap();
+    let middle = chunk.chunk_start_offset + chunk.chunk_length / 2;
     bytes[usize::try_from(middle).unwrap()] ^= 1;
     let copy = keys.with_file_name("damaged.mcap");
     fs::write(&copy, bytes).unwrap();
@@ -363,8 +369,8 @@ fn changed_keyframe_is_found() {
             forgery.write(&keys, &bench.path("forged.mcap"));
         };
         let fill = || bench.call(&["fill", "forged.mcap", "-o", "out.mcap"]);
-        // Of the frames 0, 7, …, 35, 40.
-        for keyframe in [0, 2, 6] {
+        // Frames 0, 7, …, 35 and 40 are keyframes.
+        for keyframe in [0, 14, 40] {
             for place in [0, 2, 4] {
                 forge(keyframe, Some(place));
                 let filled = fill();
@@ -374,7 +380,7 @@ fn changed_keyframe_is_found() {
             }
         }
         // The interval is after the second keyframe, and the third one is in it or next to it.
-        forge(2, Some(2));
+        forge(14, Some(2));
         let zoomed = zoom(&bench, &bench.path("forged.mcap"), [from, to, every], "out.mcap");
         assert!(zoomed.code != Some(0), "{name}: {}{}", zoomed.out, zoomed.err);
         forge(0, None);

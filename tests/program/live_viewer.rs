@@ -101,15 +101,16 @@ pub(crate) fn bytes(files: &[PathBuf]) -> Vec<Vec<u8>> {
     files.iter().map(|file| fs::read(file).unwrap()).collect()
 }
 
+/// The messages in the order of frames and channels; in the file, groups of channels have chunks of their own.
 pub(crate) fn messages(recording: &Path) -> Vec<Recorded> {
     let bytes = fs::read(recording).unwrap();
-    mcap::MessageStream::new(&bytes)
-        .unwrap()
-        .map(|message| {
-            let message = message.unwrap();
-            (message.channel.topic.clone(), message.log_time, message.data.into_owned())
-        })
-        .collect()
+    let messages = mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap);
+    let mut messages: Vec<mcap::Message<'_>> = messages.collect();
+    messages.sort_by_key(|message| (message.log_time, message.channel.id));
+    let recorded = |message: mcap::Message<'_>| {
+        (message.channel.topic.clone(), message.log_time, message.data.into_owned())
+    };
+    messages.into_iter().map(recorded).collect()
 }
 
 /// What a viewer receives.

@@ -60,8 +60,11 @@ impl Forgery<'_> {
             records.into_iter().partition(|record| record.name == "kinetoscope.outcome");
         start.iter().for_each(|record| writer.write_metadata(record).unwrap());
         let mut frames = 0;
-        for message in mcap::MessageStream::new(&bytes).unwrap() {
-            let mut message = message.unwrap();
+        let messages = mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap);
+        let mut messages: Vec<_> = messages.collect();
+        // In the file, groups of channels have chunks of their own.
+        messages.sort_by_key(|message| (message.log_time, message.channel.id));
+        for mut message in messages {
             if message.channel.topic == "/frame" {
                 if frames > 0 {
                     writer.flush().unwrap();

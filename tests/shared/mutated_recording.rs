@@ -94,14 +94,19 @@ impl<'a> Records<'a> {
             Attachment { name, media_type, text: String::from_utf8(data.into_owned()).unwrap() }
         });
         let metadata = summary.metadata_indexes.iter();
+        let messages = mcap::MessageStream::new(bytes).unwrap().map(Result::unwrap);
+        let mut messages: Vec<mcap::Message<'a>> = messages.collect();
+        // In the file, groups of channels have chunks of their own.
+        messages.sort_by_key(|message| (message.log_time, message.channel.id));
         Self {
             attachments: attachments.collect(),
             metadata: metadata.map(|index| mcap::read::metadata(bytes, index).unwrap()).collect(),
-            messages: mcap::MessageStream::new(bytes).unwrap().map(Result::unwrap).collect(),
+            messages,
         }
     }
 
-    /// Encodes the records; as in a recording of the program, each frame has a chunk of its own, except for some mutations.
+    /// Encodes the records. Each frame has a chunk of its own, except for some mutations; in every other file, states and drawings are in
+    /// chunks of their own before the one with the other messages, as in a recording of the program.
     fn encode(&self, numbers: &mut Numbers) -> Vec<u8> {
         let compression = match numbers.below(4) {
             0 => Some(mcap::Compression::Zstd),
@@ -125,13 +130,20 @@ impl<'a> Records<'a> {
         let (end, start): (Vec<_>, Vec<_>) =
             self.metadata.iter().partition(|record| record.name == "kinetoscope.outcome");
         start.iter().for_each(|record| writer.write_metadata(record).unwrap());
-        let has_one_chunk = numbers.is_one_in(8);
-        for (index, message) in self.messages.iter().enumerate() {
-            if message.channel.topic == "/frame" && index > 0 && !has_one_chunk {
-                writer.flush().unwrap();
+        let (has_one_chunk, has_groups) = (numbers.is_one_in(8), numbers.is_one_in(2));
+        let is_first_group = |message: &mcap::Message<'_>| {
+            ["/state", "/walls", "/discs", "/keyframe"].contains(&message.channel.topic.as_str())
+        };
+        for frame in self.messages.chunk_by(|_, next| next.channel.topic != "/frame") {
+            let (first, rest): (Vec<_>, Vec<_>) =
+                frame.iter().partition(|message| has_groups && is_first_group(message));
+            for group in [first, rest] {
+                // Two channels with one id that differ are the writer's own error.
+                group.iter().for_each(|message| drop(writer.write(message)));
+                if !has_one_chunk {
+                    writer.flush().unwrap();
+                }
             }
-            // Two channels with one id that differ are the writer's own error.
-            let _ = writer.write(message);
         }
         end.iter().for_each(|record| writer.write_metadata(record).unwrap());
         writer.finish().unwrap();

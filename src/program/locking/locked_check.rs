@@ -248,7 +248,8 @@ fn described_place(difference: FirstDifference, recording: &Recording) -> String
 /// A frame with its time, and the steps or events since the one before it; `None` if the recording is shorter.
 fn described_frame(recording: &Recording, position: u64) -> Option<String> {
     let mut before = None;
-    for (index, found) in (0..=position).zip(recording.frames().ok()?) {
+    let frames = recording.frames().ok()?.with_scalar_frames();
+    for (index, found) in (0..=position).zip(frames) {
         let FrameClock { frame, step_or_event_count: count, time, time_unit } = found.ok()?.clock;
         if index == position {
             let space = if time_unit.is_empty() { "" } else { " " };

@@ -1,10 +1,9 @@
-//! Recordings that keep only keyframes: of the other frames, a hash of each message.
+//! Recordings that keep only keyframes: of the other frames, the scalars and a hash of the state.
 
 use super::{Recorder, StoredFrames};
 use crate::error::RecordError;
-use crate::keyframe::{KEYFRAME, Keyframe, MessageHash, end_frame};
+use crate::keyframe::{KEYFRAME, Keyframe, MessageHash, end_frame, is_drawing};
 use crate::provenance::HASHES_RECORD;
-use mcap::records::Metadata;
 use std::collections::BTreeMap;
 use std::io::Write;
 
@@ -18,8 +17,6 @@ pub(super) struct Unstored {
     pub(super) is_now: bool,
     /// The hashes of the messages that are not stored.
     pub(super) hashes: Vec<u8>,
-    /// Index of the last stored frame, if not all are.
-    last: Option<u64>,
 }
 
 impl<W: Write> Recorder<W> {
@@ -35,29 +32,23 @@ impl<W: Write> Recorder<W> {
         self.frames == self.header.stored.first()
     }
 
-    /// Index of the last frame in the file.
-    pub(super) fn last_stored(&self) -> Option<u64> {
-        match self.header.stored {
-            StoredFrames::Keyframes(_) => self.unstored.last,
-            StoredFrames::All | StoredFrames::From(_) => self.frames.checked_sub(1),
-        }
-    }
-
     pub(super) fn begin_frame(&mut self) {
         let stored = self.header.stored.has(self.frames, self.header.frames_expected);
         self.unstored.is_now = !stored;
     }
 
-    /// Keeps the hash of a message.
+    /// Keeps the hash of a message. Drawings follow from the state, and only an observer receives them.
     pub(super) fn hash(
         &mut self,
         topic: &'static str,
         log_time: u64,
         payload: &[u8],
     ) -> Result<(), RecordError> {
-        let channel = self.recorded.iter().position(|recorded| *recorded == topic);
-        let hash = MessageHash::of(channel.unwrap_or(usize::MAX), log_time, payload)?;
-        hash.append_to(&mut self.unstored.hashes);
+        if !is_drawing(topic) {
+            let channel = self.recorded.iter().position(|recorded| *recorded == topic);
+            let hash = MessageHash::of(channel.unwrap_or(usize::MAX), log_time, payload)?;
+            hash.append_to(&mut self.unstored.hashes);
+        }
         if let Some(observer) = &mut self.observer {
             observer.message(topic, log_time, payload);
         }
@@ -84,13 +75,8 @@ impl<W: Write> Recorder<W> {
     }
 
     /// Whether the frame that ends now is a keyframe, after which the chunk is closed: damage to one leaves the others.
-    pub(super) fn is_end_of_keyframe(&mut self) -> bool {
-        let is_keyframe =
-            matches!(self.header.stored, StoredFrames::Keyframes(_)) && !self.unstored.is_now;
-        if is_keyframe {
-            self.unstored.last = self.frames.checked_sub(1);
-        }
-        is_keyframe
+    pub(super) fn is_end_of_keyframe(&self) -> bool {
+        matches!(self.header.stored, StoredFrames::Keyframes(_)) && !self.unstored.is_now
     }
 
     /// Writes the hashes after the last keyframe, which only a run that failed or was interrupted has.
@@ -98,10 +84,7 @@ impl<W: Write> Recorder<W> {
         let hashes = std::mem::take(&mut self.unstored.hashes);
         for part in hashes.chunks(HASHES_PER_RECORD) {
             let text = part.iter().map(|byte| format!("{byte:02x}")).collect();
-            self.writer()?.write_metadata(&Metadata {
-                name: HASHES_RECORD.to_owned(),
-                metadata: BTreeMap::from([("hashes".to_owned(), text)]),
-            })?;
+            self.writer.metadata(HASHES_RECORD, &BTreeMap::from([("hashes".to_owned(), text)]))?;
         }
         Ok(())
     }

@@ -1,28 +1,26 @@
 //! Resumption of a recording after a kill: the recorder's part of the checkpoint, and the reuse of the file's bytes.
 
 use super::{Header, Recorder};
+use crate::container::{Broken, Fields, damaged};
 use crate::error::RecordError;
-use crate::file::{RecordingFile, Syncer};
-use crate::open_chunk::OpenChunk;
+use crate::file::RecordingFile;
 use crate::reader::{RecordedFrame, Recording};
+use crate::record_kind as kind;
 use crate::trail::Trails;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The part of a recorder with which a killed run can resume.
-pub(super) struct Resumable {
-    pub(super) open: OpenChunk,
-    syncer: Syncer,
-}
-
-/// The state from which a recorder resumes, in addition to the complete chunks in its file.
+/// The state from which a recorder resumes, in addition to the chunks in its file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RecorderState {
     frames: u64,
+    /// Number of frames in complete blocks.
     closed_frames: u64,
-    closed_bytes: u64,
-    open: OpenChunk,
+    /// Size of the file, which may have chunks of the open block at its end.
+    bytes: u64,
+    /// The contents of the chunks of the open block.
+    open_block: Vec<Vec<u8>>,
     trails: Trails,
     hashes: Vec<u8>,
 }
@@ -43,7 +41,8 @@ impl Recorder<RecordingFile> {
     pub fn create_resumable(file: RecordingFile, header: &Header) -> Result<Self, RecordError> {
         let syncer = file.syncer()?;
         let mut recorder = Self::create(file, header)?;
-        recorder.resumable = Some(Resumable { open: OpenChunk::default(), syncer });
+        recorder.writer.keep_open_block();
+        recorder.syncer = Some(syncer);
         Ok(recorder)
     }
 
@@ -51,16 +50,17 @@ impl Recorder<RecordingFile> {
     ///
     /// # Errors
     /// A disk that fails, or a recorder that was not created to be resumed: a defect of the program.
-    pub fn save_point(&self) -> Result<RecorderState, RecordError> {
-        let Some(Resumable { open, syncer }) = &self.resumable else {
+    pub fn save_point(&mut self) -> Result<RecorderState, RecordError> {
+        self.writer.flush()?;
+        let Some(syncer) = &self.syncer else {
             return Err(RecordError::Container("this recording cannot be resumed".to_owned()));
         };
         syncer.sync()?;
         Ok(RecorderState {
             frames: self.frames,
             closed_frames: self.closed_frames,
-            closed_bytes: self.bytes_written(),
-            open: open.clone(),
+            bytes: self.bytes_written(),
+            open_block: self.writer.open_block(),
             trails: self.trails.clone(),
             hashes: self.unstored.hashes.clone(),
         })
@@ -77,13 +77,14 @@ impl Recorder<RecordingFile> {
         header: &Header,
         state: RecorderState,
     ) -> Result<Self, RecordError> {
-        let file = RecordingFile::reopen(folder, stem, state.closed_bytes)?;
+        let file = RecordingFile::reopen(folder, stem, state.bytes)?;
         let path = file.partial_path().to_owned();
         let broken = |what: String| RecordError::NotContinued { path: path.clone(), what };
         let mut recorder = Self::create_resumable(file, header)?;
         if state.closed_frames > 0 {
             let intact = Recording::open(&path).and_then(|recording| recording.frames());
-            let mut intact = intact.map_err(|error| broken(error.to_string()))?;
+            let intact = intact.map_err(|error| broken(error.to_string()))?;
+            let mut intact = intact.with_scalar_frames();
             while recorder.frames < state.closed_frames {
                 match intact.next() {
                     Some(Ok(frame)) => recorder.replay(&frame)?,
@@ -92,19 +93,24 @@ impl Recorder<RecordingFile> {
                 }
             }
         }
-        if recorder.bytes_written() != state.closed_bytes {
+        let bytes = state.bytes;
+        recorder.replay_open(state).map_err(|error| match error {
+            Broken::Damaged(what) => broken(what),
+            Broken::Io(error) => RecordError::Io(error),
+            Broken::Torn | Broken::NotMcap | Broken::Merged => broken("it is cut off".to_owned()),
+        })?;
+        if recorder.bytes_written() != bytes {
             return Err(broken("its chunks do not end where its checkpoint expects".to_owned()));
         }
-        recorder.replay_open(state)?;
         Ok(recorder)
     }
 
     fn replay(&mut self, frame: &RecordedFrame) -> Result<(), RecordError> {
         self.add_channels()?;
         self.frames = frame.clock.frame;
+        self.begin_frame();
         for message in frame.messages() {
-            let known = self.recorded.iter().find(|topic| **topic == message.topic());
-            let topic = *known.ok_or_else(|| {
+            let topic = self.known(message.topic()).ok_or_else(|| {
                 RecordError::Container(format!("{} has no channel", message.topic()))
             })?;
             self.payload(topic, message.log_time_ns(), message.payload())?;
@@ -112,23 +118,68 @@ impl Recorder<RecordingFile> {
         self.end_frame()
     }
 
-    fn replay_open(&mut self, state: RecorderState) -> Result<(), RecordError> {
+    fn known(&self, topic: &str) -> Option<&'static str> {
+        self.recorded.iter().find(|known| **known == topic).copied()
+    }
+
+    /// Writes the messages of the open block again, frame by frame.
+    fn replay_open(&mut self, state: RecorderState) -> Result<(), Broken> {
+        let refused = |error: RecordError| match error {
+            RecordError::Io(error) => Broken::Io(error),
+            error => Broken::Damaged(error.to_string()),
+        };
         if state.frames > 0 {
-            self.add_channels()?;
+            self.add_channels().map_err(refused)?;
         }
-        let topics: BTreeMap<u16, &str> =
-            self.channel_ids.iter().map(|(topic, id)| (*id, *topic)).collect();
-        for message in state.open.messages() {
-            let topic = topics.get(&message.channel_id);
-            let topic =
-                *topic.ok_or_else(|| RecordError::Container("a channel is missing".to_owned()))?;
-            // The sequence number is the frame's index.
-            self.frames = message.frame;
-            self.payload(topic, message.log_time, message.payload)?;
+        let topics: BTreeMap<u16, &'static str> =
+            self.channel_ids.iter().map(|(topic, (_, id))| (*id, *topic)).collect();
+        let mut frames: BTreeMap<u32, Vec<OpenMessage<'_>>> = BTreeMap::new();
+        for content in &state.open_block {
+            for message in OpenMessage::all(content)? {
+                frames.entry(message.frame).or_default().push(message);
+            }
         }
+        for (frame, messages) in frames {
+            self.frames = frame.into();
+            self.begin_frame();
+            for message in messages {
+                let topic = topics.get(&message.channel);
+                let topic = *topic.ok_or_else(|| damaged("a channel is missing"))?;
+                self.payload(topic, message.log_time, message.payload).map_err(refused)?;
+            }
+            self.end_frame().map_err(refused)?;
+        }
+        self.writer.flush()?;
         self.frames = state.frames;
         self.trails = state.trails;
         self.unstored.hashes = state.hashes;
         Ok(())
+    }
+}
+
+/// A message in the content of an open chunk.
+struct OpenMessage<'a> {
+    channel: u16,
+    /// The sequence number is the frame's index.
+    frame: u32,
+    log_time: u64,
+    payload: &'a [u8],
+}
+
+impl<'a> OpenMessage<'a> {
+    /// The messages of a content, in order.
+    fn all(content: &'a [u8]) -> Result<Vec<Self>, Broken> {
+        let (mut rest, mut messages) = (Fields(content), Vec::new());
+        while !rest.0.is_empty() {
+            let (kind, length) = (rest.u8()?, rest.u64()?);
+            let length = usize::try_from(length).map_err(|_| damaged("a record is too long"))?;
+            let mut fields = Fields(rest.bytes(length)?);
+            if kind == kind::MESSAGE {
+                let (channel, frame) = (fields.u16()?, fields.u32()?);
+                let (log_time, _publish_time) = (fields.u64()?, fields.u64()?);
+                messages.push(Self { channel, frame, log_time, payload: fields.0 });
+            }
+        }
+        Ok(messages)
     }
 }

@@ -18,8 +18,8 @@ use std::time::Duration;
 
 /// Columns of the sample's state.
 const WIDTH: usize = 5;
-/// 1.6 MB per frame, more than a chunk, so that every frame is written to the disk at its end.
-const SMALL: usize = 40_000;
+/// 4.4 MB per frame, more than a block, so that every frame is written to the disk at its end.
+const SMALL: usize = 110_000;
 /// 40 MB.
 const LARGE: usize = 1_000_000;
 
@@ -172,7 +172,7 @@ impl Write for Writers {
 }
 
 /// Setup: two frames of a few bytes, up to a hundred times, because a run that takes long enough has a thread. Control: two frames of
-/// 1.6 MB are written by another thread.
+/// 4.4 MB are written by another thread.
 #[test]
 fn short_run_has_no_thread() {
     let own = HashSet::from([thread::current().id()]);

@@ -15,6 +15,8 @@ mod fields_are_read_by_name;
 mod log_lines_are_recorded;
 // The same frames give the same bytes, and come back bitwise identical.
 mod recording_is_byte_identical;
+// Keyframes have the scalars of all frames, and no hash of a drawing.
+mod keyframes_hold_all_scalars;
 
 // Frames read from damaged files are bitwise equal, and the error states the loss.
 mod damage_is_reported;

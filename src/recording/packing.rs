@@ -1,0 +1,299 @@
+//! Compression of chunks on whichever thread is free, in a bounded pipeline. Chunks leave it in the order in which they entered;
+//! therefore, the bytes of a file do not depend on the threads.
+
+use crate::header::Compression;
+use crate::open_chunk::ClosedChunk;
+use crate::record_bytes::PutFields as _;
+use crate::record_kind as kind;
+use crate::spare_memory::{Lent, SpareMemory};
+use std::collections::VecDeque;
+use std::io::{self, Write as _};
+use std::ops::Deref;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::thread::{Builder, JoinHandle};
+
+/// Size of the contents in the pipeline above which a chunk leaves it before another one enters.
+const MAX_BYTES: usize = 16 << 20;
+/// Size of a chunk below which no thread is started for it: its compression takes less time than the start of a thread.
+const THREAD_BYTES: usize = 128 << 10;
+
+/// The record of a compressed chunk.
+pub(crate) struct PackedChunk {
+    /// Its bytes before the compressed content.
+    pub(crate) head: Vec<u8>,
+    /// The compressed content; `None` if the content is not compressed.
+    pub(crate) body: Option<Lent<u8>>,
+    /// Checksum of both.
+    pub(crate) checksum: crc32fast::Hasher,
+    /// Name of the compression.
+    pub(crate) compression: &'static str,
+}
+
+type Outcome = io::Result<PackedChunk>;
+
+/// A chunk that nobody compresses yet.
+struct Job {
+    chunk: ClosedChunk,
+    outcome: SyncSender<Outcome>,
+}
+
+/// The chunks that wait for a thread.
+#[derive(Default)]
+struct Queue {
+    jobs: VecDeque<Job>,
+    is_closed: bool,
+}
+
+#[derive(Default)]
+struct SharedQueue {
+    queue: Mutex<Queue>,
+    changed: Condvar,
+}
+
+impl SharedQueue {
+    fn change<T>(&self, change: impl FnOnce(&mut Queue) -> T) -> T {
+        let changed = change(&mut self.queue.lock().unwrap_or_else(PoisonError::into_inner));
+        self.changed.notify_one();
+        changed
+    }
+
+    /// Waits for a chunk; `None` once the queue is closed.
+    fn next(&self) -> Option<Job> {
+        let mut queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
+        loop {
+            if let Some(job) = queue.jobs.pop_front() {
+                return Some(job);
+            }
+            if queue.is_closed {
+                return None;
+            }
+            queue = self.changed.wait(queue).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+}
+
+/// The pipeline, with one thread in addition to the one that writes the chunks.
+pub(crate) struct Packing {
+    own: Packer,
+    shared: Arc<SharedQueue>,
+    thread: Option<JoinHandle<()>>,
+    /// The chunks in the pipeline, in order.
+    under_way: VecDeque<(ClosedChunk, Receiver<Outcome>)>,
+    bytes: usize,
+}
+
+impl Packing {
+    pub(crate) fn new(compression: Compression) -> Self {
+        Self {
+            own: Packer::new(compression, SpareMemory::new()),
+            shared: Arc::default(),
+            thread: None,
+            under_way: VecDeque::new(),
+            bytes: 0,
+        }
+    }
+
+    /// Adds a chunk. It may leave the pipeline at once.
+    pub(crate) fn push(&mut self, chunk: ClosedChunk) {
+        self.bytes += chunk.content.len();
+        let (outcome, ticket) = sync_channel(1);
+        if !self.has_thread_for(&chunk) {
+            // The receiver exists, and has room for one value.
+            let _ = outcome.send(self.own.pack(&chunk));
+        } else {
+            let job = Job { chunk: chunk.clone(), outcome };
+            self.shared.change(|queue| queue.jobs.push_back(job));
+        }
+        self.under_way.push_back((chunk, ticket));
+    }
+
+    /// The first chunk, if it is compressed or the pipeline is full; with `all`, until the pipeline is empty.
+    pub(crate) fn pop(&mut self, all: bool) -> io::Result<Option<(ClosedChunk, PackedChunk)>> {
+        let Some((chunk, ticket)) = self.under_way.pop_front() else { return Ok(None) };
+        let packed = match ticket.try_recv() {
+            Ok(packed) => packed?,
+            Err(_) if !all && self.bytes <= MAX_BYTES => {
+                self.under_way.push_front((chunk, ticket));
+                return Ok(None);
+            }
+            Err(_) => self.wait_for(&ticket)?,
+        };
+        self.bytes -= chunk.content.len();
+        Ok(Some((chunk, packed)))
+    }
+
+    /// Compresses the chunks that wait while the thread compresses another one.
+    fn wait_for(&mut self, ticket: &Receiver<Outcome>) -> Outcome {
+        loop {
+            if let Ok(packed) = ticket.try_recv() {
+                return packed;
+            }
+            let Some(job) = self.shared.change(|queue| queue.jobs.pop_front()) else {
+                let stopped = |_| Err(io::Error::other("a thread that packs chunks has stopped"));
+                return ticket.recv().unwrap_or_else(stopped);
+            };
+            let _ = job.outcome.send(self.own.pack(&job.chunk));
+        }
+    }
+
+    /// Whether the thread compresses a chunk. It is started with the first large one.
+    fn has_thread_for(&mut self, chunk: &ClosedChunk) -> bool {
+        if self.own.compression == Compression::None || cfg!(target_family = "wasm") {
+            return false;
+        }
+        if self.thread.is_none() && chunk.content.len() >= THREAD_BYTES {
+            let shared = Arc::clone(&self.shared);
+            let mut packer = Packer::new(self.own.compression, self.own.memory.clone());
+            let work = move || {
+                while let Some(job) = shared.next() {
+                    // An error means that the recorder was dropped.
+                    let _ = job.outcome.send(packer.pack(&job.chunk));
+                }
+            };
+            // Without the thread, chunks are compressed here.
+            self.thread = Builder::new().name("pack".to_owned()).spawn(work).ok();
+        }
+        self.thread.is_some()
+    }
+}
+
+impl Drop for Packing {
+    fn drop(&mut self) {
+        self.shared.change(|queue| {
+            queue.is_closed = true;
+            queue.jobs.clear();
+        });
+        if let Some(thread) = self.thread.take() {
+            // A panic of the thread has been reported.
+            drop(thread.join());
+        }
+    }
+}
+
+/// Compresses chunks one after the other.
+struct Packer {
+    compression: Compression,
+    // Its tables are reused.
+    zstd: zstd::bulk::Compressor<'static>,
+    /// Memory of compressed contents.
+    memory: SpareMemory<u8>,
+}
+
+impl Packer {
+    fn new(compression: Compression, memory: SpareMemory<u8>) -> Self {
+        Self { compression, zstd: zstd::bulk::Compressor::default(), memory }
+    }
+
+    fn pack(&mut self, chunk: &ClosedChunk) -> Outcome {
+        let (name, body) = match self.compression {
+            Compression::Zstd => ("zstd", Some(self.zstd(chunk, level_of(chunk))?)),
+            Compression::Zstd3 => ("zstd", Some(self.zstd(chunk, 3)?)),
+            Compression::Lz4 => ("lz4", Some(self.lz4(chunk)?)),
+            Compression::None => ("", None),
+        };
+        let content: &[u8] = &chunk.content;
+        let packed = body.as_deref().unwrap_or(content);
+        let mut head = Vec::new();
+        head.put_record(kind::CHUNK, |head| {
+            let [start, end] = chunk.times;
+            head.put_u64(start);
+            head.put_u64(end);
+            head.put_u64(content.len() as u64);
+            head.put_u32(crc32fast::hash(content));
+            head.put_bytes(name.as_bytes());
+            head.put_u64(packed.len() as u64);
+        });
+        // The length of the record includes the content behind the head.
+        let length = (head.len() - 9 + packed.len()) as u64;
+        head[1..9].copy_from_slice(&length.to_le_bytes());
+        let mut checksum = crc32fast::Hasher::new();
+        checksum.update(&head);
+        checksum.update(packed);
+        Ok(PackedChunk { head, body, checksum, compression: name })
+    }
+
+    fn zstd(&mut self, chunk: &ClosedChunk, level: i32) -> io::Result<Lent<u8>> {
+        let mut packed = self.memory.take();
+        packed.vector.reserve(zstd::zstd_safe::compress_bound(chunk.content.len()));
+        self.zstd.set_compression_level(level)?;
+        self.zstd.compress_to_buffer(chunk.content.deref(), &mut packed.vector)?;
+        Ok(packed)
+    }
+
+    fn lz4(&self, chunk: &ClosedChunk) -> io::Result<Lent<u8>> {
+        let mut encoder = lz4::EncoderBuilder::new()
+            .level(1)
+            // Some programs compute it wrongly; the chunk has a checksum of its own.
+            .block_checksum(lz4::liblz4::BlockChecksum::NoBlockChecksum)
+            .build(self.memory.take())?;
+        encoder.write_all(&chunk.content)?;
+        let (packed, ended) = encoder.finish();
+        ended.map(|()| packed)
+    }
+}
+
+/// The level of zstd for `compression = "zstd"`. At level 2, repetitions are found in a window of 1 MiB instead of 512 KiB, at the
+/// same speed: the rows of the frame before are part of it, so that states of several frames take 0.43 to 0.96 of the space
+/// (`cargo bench -p kinetoscope-recording --bench chunk_compression`). A single frame repeats nothing so far away.
+fn level_of(chunk: &ClosedChunk) -> i32 {
+    if chunk.frames > 1 { 2 } else { 1 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::open_chunk::OpenChunk;
+
+    /// Chunks of many sizes and compressibilities, below and above the size for which a thread is started.
+    fn chunks() -> Vec<ClosedChunk> {
+        let mut open = OpenChunk::new();
+        let chunk = |index: usize| {
+            for frame in 0..1 + index % 3 {
+                let payload: Vec<u8> =
+                    (0..(index * 7919) % 400_000).map(|i| (i * i / 97) as u8).collect();
+                open.push(1, frame as u32, 40 * frame as u64, &payload);
+            }
+            open.close().unwrap()
+        };
+        (0..40).map(chunk).collect()
+    }
+
+    fn bytes((chunk, packed): (ClosedChunk, PackedChunk)) -> Vec<u8> {
+        [&packed.head[..], packed.body.as_deref().unwrap_or(&chunk.content)].concat()
+    }
+
+    /// Guarantee: chunks leave the pipeline in order, with the bytes that each has alone, whenever they are taken.
+    /// Control: another level gives other bytes.
+    #[test]
+    fn pipeline_gives_the_bytes_of_chunks_compressed_alone() {
+        for compression in
+            [Compression::Zstd, Compression::Zstd3, Compression::Lz4, Compression::None]
+        {
+            let alone = |chunk: ClosedChunk| {
+                let packed = Packer::new(compression, SpareMemory::new()).pack(&chunk).unwrap();
+                bytes((chunk, packed))
+            };
+            let expected: Vec<_> = chunks().into_iter().map(alone).collect();
+            for taken_after in [1, 2, 5, 40] {
+                let (mut packing, mut found) = (Packing::new(compression), Vec::new());
+                for (index, chunk) in chunks().into_iter().enumerate() {
+                    packing.push(chunk);
+                    while index % taken_after == 0
+                        && let Some(chunk) = packing.pop(false).unwrap()
+                    {
+                        found.push(bytes(chunk));
+                    }
+                }
+                while let Some(chunk) = packing.pop(true).unwrap() {
+                    found.push(bytes(chunk));
+                }
+                assert!(found == expected, "{compression:?}, taken after {taken_after}");
+            }
+        }
+        let [one, other] = [Compression::Zstd, Compression::Zstd3].map(|compression| {
+            Packer::new(compression, SpareMemory::new()).pack(&chunks()[39]).unwrap().head
+        });
+        assert_ne!(one, other);
+    }
+}
