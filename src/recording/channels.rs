@@ -1,9 +1,9 @@
 //! The messages of Kinetoscope: topic, schema, and fields with their units. Writer, reader, schema and documentation are derived
 //! from this file. Tags are never reused: a changed meaning takes a new tag and a new [`SCHEMA_VERSION`].
 
+pub use crate::channel::{Channel, ChannelDeclaration};
 pub use crate::channel_field::Field;
 use crate::column::Column as _;
-use prost::Message;
 
 /// Version of the recording's layout; part of the run key.
 pub const SCHEMA_VERSION: u32 = 4;
@@ -24,48 +24,6 @@ pub const FORCE_CHAINS: &str = "/force_chains";
 pub const TRAIL: &str = "/trail";
 /// Topic of what happened and when.
 pub const LOG: &str = "/log";
-
-/// A message with a fixed topic and schema.
-pub trait Channel: Message + Clone + Default + 'static {
-    /// The topic, with its leading slash.
-    const TOPIC: &'static str;
-    /// The schema's full name.
-    const SCHEMA: &'static str;
-    /// The fields, in tag order.
-    const FIELDS: &'static [Field];
-
-    /// Whether all series of the message have the same length: they are the columns of one table.
-    fn has_equal_columns(&self) -> bool;
-    /// The message with the bits of `f64::NAN` in place of those of every other NaN, if it has one.
-    fn with_canonical_nan(&self) -> Option<Self>;
-}
-
-/// A channel as a model declares it, without its Rust type.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ChannelDeclaration {
-    /// The topic, with its leading slash.
-    pub topic: &'static str,
-    /// The schema's full name.
-    pub schema: &'static str,
-    /// The fields, in tag order.
-    pub fields: &'static [Field],
-    /// Recorded only when the manifest names it.
-    pub opt_in: bool,
-}
-
-impl ChannelDeclaration {
-    /// A channel that is recorded unless the manifest leaves it out.
-    #[must_use]
-    pub const fn of<C: Channel>() -> Self {
-        Self { topic: C::TOPIC, schema: C::SCHEMA, fields: C::FIELDS, opt_in: false }
-    }
-
-    /// A channel that is recorded only when the manifest names it.
-    #[must_use]
-    pub const fn opt_in<C: Channel>() -> Self {
-        Self { opt_in: true, ..Self::of::<C>() }
-    }
-}
 
 macro_rules! channels {
     ($($(#[$doc:meta])* $name:ident on $topic:literal {
@@ -194,6 +152,10 @@ channels! {
         force_x_n: Vec<f64> [double, repeated] = "5",
         /// Force on the first disc, y, N.
         force_y_n: Vec<f64> [double, repeated] = "6",
+        /// The number of the first disc, `id` of `/state`.
+        first_id: Vec<u64> [uint64, repeated] = "7",
+        /// The number of the touching disc; for a wall, that of the first disc.
+        second_id: Vec<u64> [uint64, repeated] = "8",
     }
 
     /// DEM: the sum of the contact forces on each disc, m (a - g), as columns of equal length in the order of `/state`: the

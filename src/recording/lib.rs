@@ -3,6 +3,7 @@
 //! Invariant: the package depends on no model; a model declares its columns and messages.
 
 pub mod background;
+mod channel;
 mod channel_field;
 pub mod channels;
 pub mod checkpoint;

@@ -3,7 +3,7 @@
 //!
 //! Source: Newton's second and third laws; equation (3) of the DEM exercise discretizes the second.
 //! Setup: every scene of `threads_and_simd_do_not_affect_results`, with friction, moving walls and periodic sides,
-//! after 1500 steps; the discs of a pair are identified by their centers only.
+//! after 1500 steps; the discs of a pair are identified by their centers, and their recorded numbers are compared with those.
 //! Tolerance: 1e-9 of the largest force, for the rounding of v' - v.
 //! Control: forces without their tangential part are rejected in every scene with friction.
 //!
@@ -67,10 +67,13 @@ fn sums(
         let force = [recorded.force_x_n[contact], recorded.force_y_n[contact]];
         let [fx, fy] = transform(force, [from[0] - to[0], from[1] - to[1]]);
         let first = centers.disc_at(from).expect("every force starts at the center of a disc");
+        let ids = [recorded.first_id[contact], recorded.second_id[contact]];
+        assert_eq!(ids[0], u64::from(discs[first].id));
         sums[first] = [sums[first][0] + fx, sums[first][1] + fy];
         let images: &[f64] =
             if config.periodic == PeriodicSides::X { &[0.0, -width, width] } else { &[0.0] };
         let partner = images.iter().find_map(|shift| centers.disc_at([to[0] + shift, to[1]]));
+        assert_eq!(ids[1], u64::from(discs[partner.unwrap_or(first)].id));
         if let Some(other) = partner {
             sums[other] = [sums[other][0] - fx, sums[other][1] - fy];
         }

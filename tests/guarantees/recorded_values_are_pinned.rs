@@ -53,7 +53,11 @@ fn add_frame(hashes: &mut BTreeMap<String, Hash>, frame: &RecordedFrame) {
             hash.add(message.payload());
             continue;
         };
-        for field in read_fields(channel, message.payload()).unwrap() {
+        let fields = read_fields(channel, message.payload()).unwrap();
+        // Fields of later versions.
+        for field in
+            fields.into_iter().filter(|field| !["first_id", "second_id"].contains(&field.name))
+        {
             hash.add(field.name.as_bytes());
             for value in field.values {
                 match value {

@@ -44,6 +44,9 @@ fn push(forces: &mut DemContactForces, from: [f64; 2], to: [f64; 2], force: [f64
     forces.to_y_m.push(to[1]);
     forces.force_x_n.push(force[0]);
     forces.force_y_n.push(force[1]);
+    // No metric needs the numbers of the discs.
+    forces.first_id.push(0);
+    forces.second_id.push(0);
 }
 
 /// A column on the floor. The lowest contact is recorded with a fraction of its load; the velocities of the discs cancel.

@@ -299,6 +299,8 @@ fn contact_forces_with_unequal_columns_are_damage_and_the_rest_is_analyzed() {
             to_y_m: vec![0.0; 2],
             force_x_n: vec![0.0; 2 - lost],
             force_y_n: vec![1e-3; 2 - lost],
+            first_id: vec![0, 1],
+            second_id: vec![0, 1],
         });
         vec![(Clock { count: 1, time: 1.0 }, frame)]
     });

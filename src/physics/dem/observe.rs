@@ -1,6 +1,7 @@
 //! Frames: state, channels and drawing of the discs, with the forces of the next step.
 
 use super::Dem;
+use super::block::Partner;
 use super::energy::{ClosedBalance, Energies};
 use super::parameters::Parameters;
 use super::step::{ContactStatistics, Evaluation};
@@ -34,6 +35,9 @@ impl Dem {
             let line = self.line(contact);
             if records_forces {
                 push_force(contact, &line, &mut forces);
+                let [first, second] = self.ids_of(contact);
+                forces.first_id.push(first);
+                forces.second_id.push(second);
             }
             frame.push_contact(line);
         });
@@ -150,6 +154,15 @@ impl Dem {
             coordination_number: (2 * pairs + walls) as f64 / Ord::max(self.discs.len(), 1) as f64,
             max_overlap_over_radius: now.larger(self.window.max_overlap),
         });
+    }
+
+    /// The numbers of the touching discs; for a wall, twice that of the disc.
+    fn ids_of(&self, contact: &Contact) -> [u64; 2] {
+        let second = match contact.partner {
+            Partner::Disc(other) => other,
+            Partner::Wall(_) => contact.disc,
+        };
+        [contact.disc, second].map(|disc| self.discs.ids[disc as usize].into())
     }
 
     /// The line from the disc's center to the partner's (or its image beyond a periodic side), or to the wall.
