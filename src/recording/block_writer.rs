@@ -10,7 +10,7 @@ use crate::container_writer::ContainerWriter;
 use crate::error::RecordError;
 use crate::header::Compression;
 use crate::keyframe::KEYFRAME;
-use crate::open_chunk::OpenChunk;
+use crate::open_chunk::{OpenChunk, put_message_head};
 use crate::packing::Packing;
 use crate::sink::CountingSink;
 use crate::spare_memory::Lent;
@@ -26,7 +26,9 @@ const STATE_BYTES: usize = 4 << 20;
 /// Size of the scalars at which a block ends.
 const SCALARS_BYTES: usize = 1 << 20;
 /// Size of the drawings at which a block ends: a reader has a block in memory.
-const DRAWINGS_OF_BLOCK_BYTES: usize = 12 << 20;
+const DRAWINGS_OF_BLOCK_BYTES: usize = 8 << 20;
+/// Size of a message that is compressed without a copy, in a chunk of its own. The block ends with its frame.
+const LARGE_MESSAGE_BYTES: usize = 16 << 20;
 
 /// A group of channels with chunks of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,6 +78,8 @@ pub(crate) struct BlockWriter<W: Write> {
     open: [OpenChunk; 3],
     /// Size of the drawings in closed chunks of the open block.
     closed_drawings: usize,
+    /// Whether the open block has a large message.
+    is_large: bool,
     /// Contents of closed chunks of the open block, if a checkpoint needs them.
     closed: Option<Vec<Arc<Lent<u8>>>>,
     /// For each schema, its number, its record, and the groups that have declared it.
@@ -89,6 +93,7 @@ impl<W: Write> BlockWriter<W> {
             packing: Packing::new(compression),
             open: [OpenChunk::new(), OpenChunk::new(), OpenChunk::new()],
             closed_drawings: 0,
+            is_large: false,
             closed: None,
             schemas: BTreeMap::new(),
         })
@@ -140,9 +145,34 @@ impl<W: Write> BlockWriter<W> {
     }
 
     /// Adds a message to the chunk of a group.
-    pub(crate) fn message(&mut self, group: Group, head: MessageHead, payload: &[u8]) {
+    pub(crate) fn message(
+        &mut self,
+        group: Group,
+        head: MessageHead,
+        payload: &[u8],
+    ) -> io::Result<()> {
+        if payload.len() >= LARGE_MESSAGE_BYTES {
+            return self.large_message(group, head, payload);
+        }
         let MessageHead { channel, sequence, log_time } = head;
         self.open[group as usize].push(channel, sequence, log_time, payload);
+        Ok(())
+    }
+
+    /// Writes a chunk with one message, after those that are closed.
+    fn large_message(&mut self, group: Group, head: MessageHead, payload: &[u8]) -> io::Result<()> {
+        if !self.open[group as usize].has_no_message() {
+            self.close(group)?;
+        }
+        self.write_packed(true)?;
+        self.is_large = true;
+        let mut before = self.open[group as usize].take_declarations();
+        let MessageHead { channel, sequence, log_time } = head;
+        let entry = [log_time.to_le_bytes(), (before.len() as u64).to_le_bytes()].concat();
+        put_message_head(&mut before.vector, channel, sequence, log_time, payload.len());
+        let (parts, times) = ([&before[..], payload], [log_time; 2]);
+        let packed = self.packing.pack_now(times, &parts)?;
+        self.container.chunk(&BTreeMap::from([(channel, entry)]), times, &packed, &parts)
     }
 
     /// Ends a frame, and with it the block if it is large enough or `ends_block`. Returns whether the block has ended.
@@ -151,7 +181,7 @@ impl<W: Write> BlockWriter<W> {
         let is_full = state >= STATE_BYTES
             || scalars >= SCALARS_BYTES
             || self.closed_drawings + drawings >= DRAWINGS_OF_BLOCK_BYTES;
-        if ends_block || is_full {
+        if ends_block || is_full || self.is_large {
             self.end_block()?;
             return Ok(true);
         }
@@ -167,6 +197,7 @@ impl<W: Write> BlockWriter<W> {
             self.close(group)?;
         }
         self.closed_drawings = 0;
+        self.is_large = false;
         if let Some(closed) = &mut self.closed {
             closed.clear();
         }
@@ -185,7 +216,7 @@ impl<W: Write> BlockWriter<W> {
     /// Writes the chunks that are compressed; with `all`, waits for the others.
     fn write_packed(&mut self, all: bool) -> io::Result<()> {
         while let Some((chunk, packed)) = self.packing.pop(all)? {
-            self.container.chunk(&chunk, &packed)?;
+            self.container.chunk(&chunk.index, chunk.times, &packed, &[&chunk.content])?;
         }
         Ok(())
     }

@@ -145,16 +145,26 @@ impl<W: Write> ContainerWriter<W> {
         (id, record)
     }
 
-    /// Writes a compressed chunk with the indexes of its messages.
-    pub(crate) fn chunk(&mut self, closed: &ClosedChunk, packed: &PackedChunk) -> io::Result<()> {
-        let (offset, body) = (self.position, packed.body.as_deref().unwrap_or(&closed.content));
+    /// Writes a compressed chunk with the indexes of its messages; `content` are the parts of its content.
+    pub(crate) fn chunk(
+        &mut self,
+        index: &BTreeMap<u16, Vec<u8>>,
+        [start, end]: [u64; 2],
+        packed: &PackedChunk,
+        content: &[&[u8]],
+    ) -> io::Result<()> {
+        let offset = self.position;
         self.sink.write_all(&packed.head)?;
-        self.sink.write_all(body)?;
-        self.position += (packed.head.len() + body.len()) as u64;
+        let body = packed.body.as_deref().map(|body| [body]);
+        let body: &[&[u8]] = body.as_ref().map_or(content, |body| body);
+        body.iter().try_for_each(|part| self.sink.write_all(part))?;
+        let [body_bytes, content_bytes] =
+            [body, content].map(|parts| parts.iter().map(|part| part.len() as u64).sum::<u64>());
+        self.position += packed.head.len() as u64 + body_bytes;
         self.checksum.combine(&packed.checksum);
         let length = self.position - offset;
         let (mut indexes, mut offsets) = (Vec::new(), BTreeMap::new());
-        for (channel, messages) in &closed.index {
+        for (channel, messages) in index {
             offsets.insert(*channel, self.position + indexes.len() as u64);
             indexes.put_record(kind::MESSAGE_INDEX, |body| {
                 body.put_u16(*channel);
@@ -165,11 +175,8 @@ impl<W: Write> ContainerWriter<W> {
         }
         self.write(&indexes)?;
         self.chunk_count += 1;
-        let [start, end] = closed.times;
-        self.times = Some(match self.times {
-            Some([first, last]) => [first.min(start), last.max(end)],
-            None => closed.times,
-        });
+        let [first, last] = self.times.unwrap_or([start, end]);
+        self.times = Some([first.min(start), last.max(end)]);
         self.chunk_indexes.put_record(kind::CHUNK_INDEX, |index| {
             index.put_u64(start);
             index.put_u64(end);
@@ -178,8 +185,8 @@ impl<W: Write> ContainerWriter<W> {
             index.put_numbers(&offsets);
             index.put_u64(indexes.len() as u64);
             index.put_bytes(packed.compression.as_bytes());
-            index.put_u64(body.len() as u64);
-            index.put_u64(closed.content.len() as u64);
+            index.put_u64(body_bytes);
+            index.put_u64(content_bytes);
         });
         Ok(())
     }

@@ -42,7 +42,7 @@ struct OpenBlock {
 ///
 /// Memory: with one thread, one chunk of the file and its content; with `n` threads, at most `2 n` chunks that were read
 /// ahead, with at most 256 MiB together unless one alone is larger, and the block whose frames are being delivered. A recorded
-/// block has 4 MiB of states and 12 MiB of drawings, or one frame if that is larger.
+/// block has 4 MiB of states and 8 MiB of drawings, or one frame if that is larger.
 /// Uncompressed chunks are not read ahead. The threads end when this value is dropped.
 pub struct Frames {
     data: DataSection,

@@ -1,7 +1,7 @@
 //! Plausible limits for the sizes that a file claims. A claim above its limit is damage, and it is rejected before memory or time
 //! is spent on it.
 //!
-//! A recorded block has up to 17 MiB of messages before its last frame, so its size follows from that of a frame.
+//! A recorded block has up to 13 MiB of messages before its last frame, so its size follows from that of a frame.
 
 use crate::record_kind as kind;
 use kinetoscope_files::regular_file::MAX_MANIFEST_BYTES;

@@ -1,5 +1,6 @@
 //! A chunk that is being filled, and one that waits for its compression.
 
+use crate::container::PREFIX;
 use crate::record_bytes::PutFields as _;
 use crate::record_kind as kind;
 use crate::spare_memory::{Lent, SpareMemory};
@@ -8,6 +9,23 @@ use std::sync::Arc;
 
 /// Bytes of a message's record before its payload: kind, length, channel, sequence number and two times.
 const MESSAGE_HEAD_BYTES: usize = 31;
+
+/// Writes a message's record up to its payload.
+pub(crate) fn put_message_head(
+    content: &mut Vec<u8>,
+    channel: u16,
+    sequence: u32,
+    log_time: u64,
+    payload_bytes: usize,
+) {
+    content.push(kind::MESSAGE);
+    content.put_u64((MESSAGE_HEAD_BYTES - PREFIX as usize + payload_bytes) as u64);
+    content.put_u16(channel);
+    content.put_u32(sequence);
+    content.put_u64(log_time);
+    // The time of publication.
+    content.put_u64(log_time);
+}
 
 /// The messages of a group of channels since the last chunk of the group.
 #[derive(Debug)]
@@ -57,17 +75,21 @@ impl OpenChunk {
         entries.put_u64(log_time);
         entries.put_u64(content.len() as u64);
         content.reserve(MESSAGE_HEAD_BYTES + payload.len());
-        content.put_record(kind::MESSAGE, |body| {
-            body.put_u16(channel);
-            body.put_u32(sequence);
-            body.put_u64(log_time);
-            // The time of publication.
-            body.put_u64(log_time);
-            body.extend_from_slice(payload);
-        });
+        put_message_head(content, channel, sequence, log_time, payload.len());
+        content.extend_from_slice(payload);
         let [first, last] = self.times.unwrap_or([log_time; 2]);
         self.frames += u64::from(self.times.is_none() || log_time != last);
         self.times = Some([first.min(log_time), last.max(log_time)]);
+    }
+
+    /// Whether it has no message.
+    pub(crate) fn has_no_message(&self) -> bool {
+        self.times.is_none()
+    }
+
+    /// Takes its declarations, if it has no message.
+    pub(crate) fn take_declarations(&mut self) -> Lent<u8> {
+        std::mem::replace(&mut self.content, self.memory.take())
     }
 
     /// Size of its records.

@@ -8,13 +8,12 @@ use crate::record_kind as kind;
 use crate::spare_memory::{Lent, SpareMemory};
 use std::collections::VecDeque;
 use std::io::{self, Write as _};
-use std::ops::Deref;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::{Builder, JoinHandle};
 
 /// Size of the contents in the pipeline above which a chunk leaves it before another one enters.
-const MAX_BYTES: usize = 16 << 20;
+const MAX_BYTES: usize = 8 << 20;
 /// Size of a chunk below which no thread is started for it: its compression takes less time than the start of a thread.
 const THREAD_BYTES: usize = 128 << 10;
 
@@ -100,12 +99,17 @@ impl Packing {
         let (outcome, ticket) = sync_channel(1);
         if !self.has_thread_for(&chunk) {
             // The receiver exists, and has room for one value.
-            let _ = outcome.send(self.own.pack(&chunk));
+            let _ = outcome.send(self.own.pack_chunk(&chunk));
         } else {
             let job = Job { chunk: chunk.clone(), outcome };
             self.shared.change(|queue| queue.jobs.push_back(job));
         }
         self.under_way.push_back((chunk, ticket));
+    }
+
+    /// Compresses a chunk of one large message here and now: the parts of its content are not copied into one.
+    pub(crate) fn pack_now(&mut self, times: [u64; 2], parts: &[&[u8]]) -> Outcome {
+        self.own.pack(times, parts, 1)
     }
 
     /// The first chunk, if it is compressed or the pipeline is full; with `all`, until the pipeline is empty.
@@ -133,7 +137,7 @@ impl Packing {
                 let stopped = |_| Err(io::Error::other("a thread that packs chunks has stopped"));
                 return ticket.recv().unwrap_or_else(stopped);
             };
-            let _ = job.outcome.send(self.own.pack(&job.chunk));
+            let _ = job.outcome.send(self.own.pack_chunk(&job.chunk));
         }
     }
 
@@ -148,7 +152,7 @@ impl Packing {
             let work = move || {
                 while let Some(job) = shared.next() {
                     // An error means that the recorder was dropped.
-                    let _ = job.outcome.send(packer.pack(&job.chunk));
+                    let _ = job.outcome.send(packer.pack_chunk(&job.chunk));
                 }
             };
             // Without the thread, chunks are compressed here.
@@ -185,49 +189,74 @@ impl Packer {
         Self { compression, zstd: zstd::bulk::Compressor::default(), memory }
     }
 
-    fn pack(&mut self, chunk: &ClosedChunk) -> Outcome {
+    fn pack_chunk(&mut self, chunk: &ClosedChunk) -> Outcome {
+        self.pack(chunk.times, &[&chunk.content], level_of(chunk))
+    }
+
+    /// Compresses the parts of a content, with `level` where zstd has no fixed one.
+    fn pack(&mut self, [start, end]: [u64; 2], parts: &[&[u8]], level: i32) -> Outcome {
         let (name, body) = match self.compression {
-            Compression::Zstd => ("zstd", Some(self.zstd(chunk, level_of(chunk))?)),
-            Compression::Zstd3 => ("zstd", Some(self.zstd(chunk, 3)?)),
-            Compression::Lz4 => ("lz4", Some(self.lz4(chunk)?)),
+            Compression::Zstd => ("zstd", Some(self.zstd(parts, level)?)),
+            Compression::Zstd3 => ("zstd", Some(self.zstd(parts, 3)?)),
+            Compression::Lz4 => ("lz4", Some(self.lz4(parts)?)),
             Compression::None => ("", None),
         };
-        let content: &[u8] = &chunk.content;
-        let packed = body.as_deref().unwrap_or(content);
+        let mut content = crc32fast::Hasher::new();
+        parts.iter().for_each(|part| content.update(part));
+        let content_bytes = parts.iter().map(|part| part.len()).sum::<usize>();
+        let packed_bytes = body.as_ref().map_or(content_bytes, |body| body.len());
         let mut head = Vec::new();
         head.put_record(kind::CHUNK, |head| {
-            let [start, end] = chunk.times;
             head.put_u64(start);
             head.put_u64(end);
-            head.put_u64(content.len() as u64);
-            head.put_u32(crc32fast::hash(content));
+            head.put_u64(content_bytes as u64);
+            head.put_u32(content.clone().finalize());
             head.put_bytes(name.as_bytes());
-            head.put_u64(packed.len() as u64);
+            head.put_u64(packed_bytes as u64);
         });
         // The length of the record includes the content behind the head.
-        let length = (head.len() - 9 + packed.len()) as u64;
+        let length = (head.len() - 9 + packed_bytes) as u64;
         head[1..9].copy_from_slice(&length.to_le_bytes());
         let mut checksum = crc32fast::Hasher::new();
         checksum.update(&head);
-        checksum.update(packed);
+        match &body {
+            Some(body) => checksum.update(body),
+            None => checksum.combine(&content),
+        }
         Ok(PackedChunk { head, body, checksum, compression: name })
     }
 
-    fn zstd(&mut self, chunk: &ClosedChunk, level: i32) -> io::Result<Lent<u8>> {
-        let mut packed = self.memory.take();
-        packed.vector.reserve(zstd::zstd_safe::compress_bound(chunk.content.len()));
+    /// Memory for compressed parts. That of a large message is given back: small chunks would keep it in use.
+    fn room_for(&self, parts: &[&[u8]]) -> Lent<u8> {
+        if let [_] = parts {
+            return self.memory.take();
+        }
+        let mut room = SpareMemory::new().take();
+        room.vector.reserve(parts.iter().map(|part| part.len()).sum::<usize>() / 2);
+        room
+    }
+
+    /// One part is compressed by one call, which is faster.
+    fn zstd(&mut self, parts: &[&[u8]], level: i32) -> io::Result<Lent<u8>> {
+        let mut packed = self.room_for(parts);
+        let [content] = parts else {
+            let mut encoder = zstd::Encoder::new(packed, level)?;
+            parts.iter().try_for_each(|part| encoder.write_all(part))?;
+            return encoder.finish();
+        };
+        packed.vector.reserve(zstd::zstd_safe::compress_bound(content.len()));
         self.zstd.set_compression_level(level)?;
-        self.zstd.compress_to_buffer(chunk.content.deref(), &mut packed.vector)?;
+        self.zstd.compress_to_buffer(content, &mut packed.vector)?;
         Ok(packed)
     }
 
-    fn lz4(&self, chunk: &ClosedChunk) -> io::Result<Lent<u8>> {
+    fn lz4(&self, parts: &[&[u8]]) -> io::Result<Lent<u8>> {
         let mut encoder = lz4::EncoderBuilder::new()
             .level(1)
             // Some programs compute it wrongly; the chunk has a checksum of its own.
             .block_checksum(lz4::liblz4::BlockChecksum::NoBlockChecksum)
-            .build(self.memory.take())?;
-        encoder.write_all(&chunk.content)?;
+            .build(self.room_for(parts))?;
+        parts.iter().try_for_each(|part| encoder.write_all(part))?;
         let (packed, ended) = encoder.finish();
         ended.map(|()| packed)
     }
@@ -271,7 +300,8 @@ mod tests {
             [Compression::Zstd, Compression::Zstd3, Compression::Lz4, Compression::None]
         {
             let alone = |chunk: ClosedChunk| {
-                let packed = Packer::new(compression, SpareMemory::new()).pack(&chunk).unwrap();
+                let packed =
+                    Packer::new(compression, SpareMemory::new()).pack_chunk(&chunk).unwrap();
                 bytes((chunk, packed))
             };
             let expected: Vec<_> = chunks().into_iter().map(alone).collect();
@@ -292,7 +322,7 @@ mod tests {
             }
         }
         let [one, other] = [Compression::Zstd, Compression::Zstd3].map(|compression| {
-            Packer::new(compression, SpareMemory::new()).pack(&chunks()[39]).unwrap().head
+            Packer::new(compression, SpareMemory::new()).pack_chunk(&chunks()[39]).unwrap().head
         });
         assert_ne!(one, other);
     }

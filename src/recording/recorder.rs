@@ -393,7 +393,7 @@ impl<W: Write> Recorder<W> {
             return self.hash(topic, log_time, payload);
         }
         let head = MessageHead { channel, sequence: self.frames as u32, log_time };
-        self.writer.message(group, head, payload);
+        self.writer.message(group, head, payload)?;
         if topic == channels::LOG && self.is_first() {
             self.first_log.get_or_insert_with(|| payload.to_vec());
         }

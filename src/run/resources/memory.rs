@@ -9,8 +9,8 @@ use std::path::Path;
 /// Memory that any machine has. The available memory is not read for a run that needs less.
 const ALWAYS_AVAILABLE_BYTES: u64 = 256 << 20;
 
-/// Memory of a run without particles: the program, and the chunk that its recorder fills.
-pub(crate) const PROGRAM_BYTES: u64 = 64 << 20;
+/// Memory of a run without particles: the program, and the chunks of a block that its recorder fills and compresses.
+pub(crate) const PROGRAM_BYTES: u64 = 80 << 20;
 /// Memory of a model, its neighbors or events and its recorder's queue, as a number of recorded frames. The maximum measured
 /// with 10^6 particles is 3.5, for a bed that starts from a recording; it is 3.3 with recorded contact forces.
 const FRAMES_NEEDED: u64 = 4;

@@ -144,7 +144,7 @@ fn killed_run_leaves_the_frames_of_its_closed_blocks() {
     }
     drop(recorder);
     let (frames, error) = read(&bytes, &path);
-    // 500 particles need 20 kB of state and about 90 kB of drawings per frame; a block of 12 MiB of drawings contains about 137 frames.
+    // 500 particles need 20 kB of state and about 90 kB of drawings per frame; a block of 8 MiB of drawings contains about 92 frames.
     assert!(frames.len() > 100 && frames.len() < 200, "{}", frames.len());
     let error = error.unwrap();
     assert!(error.contains(&format!("frames 0 to {} are intact", frames.len() - 1)), "{error}");
