@@ -103,9 +103,9 @@ impl Frames {
         }
     }
 
-    /// The same frames without drawings, whose chunks are not decompressed once the channels are known.
+    /// The same frames, of which only the first one has its drawings: their chunks are not decompressed once the channels are known.
     #[must_use]
-    pub fn without_drawings(self) -> Self {
+    pub fn with_first_drawing_only(self) -> Self {
         Self { has_drawings: false, ..self }
     }
 
@@ -268,8 +268,10 @@ impl Frames {
             add(frame.ok_or_else(|| damaged("a message is outside of its frame"))?, message)?;
         }
         let is_drawing = |topic: &Topic| Group::of(&topic.name, &[]) == Group::Drawings;
-        for frame in &mut frames {
-            frame.messages.retain(|message| self.has_drawings || !is_drawing(&message.topic));
+        let is_first_block = self.last_frame.is_none();
+        for (index, frame) in frames.iter_mut().enumerate() {
+            let is_drawn = self.has_drawings || (is_first_block && index == 0);
+            frame.messages.retain(|message| is_drawn || !is_drawing(&message.topic));
             frame.messages.sort_by_key(|message| message.topic.id);
         }
         self.waiting.extend(frames);

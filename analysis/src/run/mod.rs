@@ -150,7 +150,7 @@ pub fn analyze(
     let mut replay = options.replay_bytes.map(|bytes| ReplayCollector::new(bytes, run));
     let mut fields = FieldCollector::new(options.fields);
     let (mut frames, mut end_time, mut failure) = (0, 0.0, None);
-    for frame in run.recording().frames_on(threads)?.without_drawings() {
+    for frame in run.recording().frames_on(threads)?.with_first_drawing_only() {
         let observed = frame.and_then(|frame| {
             let time = frame.clock.time;
             if let Some(replay) = &mut replay {
