@@ -23,7 +23,7 @@
 //! | 10^4 particles | wall time | processor time, ms per frame | file, MB |
 //! |---|---|---|---|
 //! | dem, all channels / state / keyframes | 0.70 / 0.65 / 0.43 | 4.2 to 4.1 / 2.2 to 2.0 / 3.3 to 1.5 | 89.3 to 51.7 / 70.6 to 32.9 / 2.9 |
-//! | gas | 0.81 / 1.07 / 0.84 | 5.5 to 5.8 / 3.2 to 3.3 / 4.4 to 2.7 | 122.7 to 79.7 / 67.8 to 50.1 / 6.4 |
+//! | gas | 0.81 / 1.07 / 0.84 | 5.5 to 5.8 / 3.2 to 3.3 / 4.4 to 2.7 | 122.7 to 82.6 / 67.8 to 50.1 / 6.4 |
 //! | packing | 0.67 / 0.98 / 0.50 | 5.3 to 5.1 / 2.7 to 2.4 / 3.5 to 1.6 | 122.9 to 85.5 / 94.2 to 56.9 / 3.7 |
 //!
 //! The first three bars are not reached (the reasons are from before version 4):
