@@ -54,6 +54,9 @@ mod bare_names;
 mod baselines;
 // Scenes of all models with changes of their physics.
 mod changed_physics;
+// The scripts of `action/` for CI systems.
+#[cfg(unix)]
+mod ci_scripts;
 // Changed physics against an earlier analysis of another seed.
 mod baselines_find_changed_physics;
 // Standard output and standard error on a full disk.

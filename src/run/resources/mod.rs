@@ -11,4 +11,4 @@ pub mod sample;
 #[cfg(not(target_family = "wasm"))]
 pub mod time;
 
-pub use estimate::Estimate;
+pub use estimate::{Estimate, nominal_seconds};
