@@ -265,7 +265,6 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     let record = source.record.as_ref();
     let axes = record.map_or(&[][..], |record| &record.axes);
     let data = PlotData { runs: &runs, points: &points, metrics: &metrics, places: &places, axes };
-    let (plots, requested_plots) = plots::plots(data, requests, &mut notes);
     let expected = record.map_or(ExpectedOutcome::Complete, |record| record.expected_outcome);
     let mut check_results = outcome::evaluate(&runs, &seconds, expected);
     let stated: Vec<&Check> =
@@ -277,6 +276,8 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     let (timed, checks) = (timing.as_ref(), checks.as_slice());
     let answer =
         Answer::of(&AnswerSource { record, runs: &runs, metrics: &metrics, checks, timing: timed });
+    let requests = plots::requests(record, &answer, data);
+    let (plots, requested_plots) = plots::plots(data, &requests, &mut notes);
     let text = |of: fn(&ExperimentRecord) -> &String| record.map(of).cloned().unwrap_or_default();
     AnalysisReport {
         name: source.name.clone(),
