@@ -1,16 +1,16 @@
 // The players of the replay. The first one has the controls and the clock.
 const deck = document.querySelector(".deck");
-// What the players that are shown have in common: the top of the color scale, and what the color means.
-const scale = { top: 0, topText: "", by: "speed" };
+// What the players that are shown have in common: the top of the color scale, what the color means, and what else is drawn.
+const scale = { top: 0, by: "speed", hasArrows: false, isRotating: false };
 
 // A player; with a leader, it shows the leader's time.
 function player(part, leader) {
   const find = (selector) => part.querySelector(selector);
   const canvas = find("canvas"), context = canvas.getContext("2d"), menu = find(".runs");
   const [play, scrub, clock, speedMenu, row] = [".play", ".scrub", ".clock", ".speed", ".row"].map((selector) => deck.querySelector(selector));
-  let film, data, colors, steps, tones, file, wanted, view, isPlaying = false, before = 0, pixelsPer = 1, left = 0, top = 0;
+  let film, data, colors, steps, tones, file, wanted, view, whole, isPlaying = false, before = 0, pixelsPer = 1, left = 0, top = 0;
   // Where the film is, in frames; how its particles move after a frame; and their places in pixels.
-  let at = 0, isAtPoster = true, moves = { frame: -1 }, across = [], down = [], followed = -1, pointer = null;
+  let at = 0, isAtPoster = true, moves = { frame: -1 }, across = [], down = [], followed = -1, pointer = null, written = [];
 
   const shown = (value, count, unit) => withUnit(number(value, 0, count), film.units[unit]);
   const frame = () => Math.round(at);
@@ -38,21 +38,44 @@ function player(part, leader) {
     return length > 0 ? clamp(low + (time - times[low]) / length, 0, film.frames - 1) : low;
   }
 
-  // Height over width of the view.
-  const shape = () => (view[3] - view[1]) / (view[2] - view[0]);
+  // Height over width of the whole view, which the canvas has.
+  const shape = () => (whole[3] - whole[1]) / (whole[2] - whole[0]);
+
+  // What the first picture shows: of a bed at rest the box of its positions, else the whole view, as during playback.
+  function firstView() {
+    const count = film.particles, place = Math.round(leader?.file ? placeOf(leader.time) : at), box = [Infinity, Infinity, -Infinity, -Infinity];
+    if (!(leader ?? made).isAtPoster || film.trails || count < FEWEST_IN_BED) return film.view;
+    let speeds = 0;
+    for (let i = 0; i < count; i++) {
+      if (!isThere(place * count + i)) continue;
+      speeds += speedOf(data.speeds[place * count + i]);
+      const [x, y, radius] = [xOf(data.xs[place * count + i]), yOf(data.ys[place * count + i]), radiusOf(i)];
+      [x - radius, y - radius].forEach((low, axis) => { box[axis] = Math.min(box[axis], low); });
+      [x + radius, y + radius].forEach((high, axis) => { box[axis + 2] = Math.max(box[axis + 2], high); });
+    }
+    const margin = 0.08 * Math.max(box[2] - box[0], box[3] - box[1]);
+    const grown = box.map((side, k) => k < 2 ? Math.max(side - margin, film.view[k]) : Math.min(side + margin, film.view[k]));
+    return grown.every(Number.isFinite) && speeds < AT_REST * count * film.speedTop ? grown : film.view;
+  }
 
   function resize(room) {
     const width = canvas.parentElement.clientWidth;
     // What is not displayed has no width.
     if (!film || !width) return;
-    const height = Math.max(140, Math.min(width * shape(), room)), [x0, y0, x1, y1] = view;
+    const height = Math.max(140, Math.min(width * shape(), room));
     canvas.style.height = `${height}px`;
     canvas.width = Math.round(width * devicePixelRatio);
     canvas.height = Math.round(height * devicePixelRatio);
     sheet = null;
+    fit();
+    draw();
+  }
+
+  // Fits the view into the canvas.
+  function fit() {
+    const [x0, y0, x1, y1] = view;
     pixelsPer = Math.min(canvas.width / (x1 - x0), canvas.height / (y1 - y0));
     [left, top] = [(canvas.width - (x1 - x0) * pixelsPer) / 2, (canvas.height - (y1 - y0) * pixelsPer) / 2];
-    draw();
   }
 
   // A path of discs, given by their places and radii in pixels.
@@ -100,11 +123,28 @@ function player(part, leader) {
     context.fillStyle = "#f0c83c";
     discs(film.bodies.map(([x, y, radius]) => [...pixel(x, y), Math.max(radius * pixelsPer, smallestPx())]));
     context.fill();
-    context.fillStyle = "#c8c8c8";
-    context.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
-    context.textAlign = "center";
-    context.textBaseline = "middle";
-    for (const [place, text] of film.labels) context.fillText(text, ...pixel(...place));
+  }
+
+  // A text at a place, or below texts that are there already.
+  function write(text, align, x, y) {
+    const width = context.measureText(text).width, left = align === "center" ? x - width / 2 : align === "right" ? x - width : x, row = 13 * devicePixelRatio;
+    while (written.some(([a, b, c]) => left < b + row / 2 && a < left + width + row / 2 && Math.abs(c - y) < row)) y += row;
+    written.push([left, left + width, y]);
+    context.textAlign = align;
+    context.fillText(text, x, y);
+  }
+
+  // A bar of a round length.
+  function drawScale() {
+    const most = canvas.width / pixelsPer / 5, unit = 10 ** exponentOf(most), length = [5, 2, 1].find((factor) => factor * unit <= most * (1 + 1e-9)) * unit;
+    const tick = 4 * devicePixelRatio, [x, y] = [2 * tick, canvas.height - 2 * tick], end = x + length * pixelsPer;
+    context.strokeStyle = context.fillStyle = "#e0e0e0";
+    context.lineWidth = 1.5 * devicePixelRatio;
+    context.beginPath();
+    for (const place of [[x, y - tick], [x, y], [end, y], [end, y - tick]]) context.lineTo(...place);
+    context.stroke();
+    context.textAlign = "left";
+    context.fillText(withUnit(number(length, 0, 1), film.units[0]), x + tick, y - 2.5 * tick);
   }
 
   // Paths up to now, where they are known.
@@ -113,7 +153,8 @@ function player(part, leader) {
     context.strokeStyle = "#56b4e9";
     context.lineWidth = devicePixelRatio;
     context.beginPath();
-    for (let i = 0; i < Math.min(count, TRAILS); i++) {
+    if (isRotating()) turnTrails(last);
+    else for (let i = 0; i < Math.min(count, TRAILS); i++) {
       let isDown = false;
       for (let from = 0; from <= last && from < film.frames - 1; from++) {
         const motion = film.paths[i][from], place = from * count + i, part = from === last ? at - last : 1;
@@ -134,6 +175,32 @@ function player(part, leader) {
       }
     }
     context.stroke();
+  }
+
+  // In the frame that rotates with the planet about the Sun, the particles 1 and 0, both stay where they are.
+  const canRotate = () => film.trails && film.particles > 2;
+  const isRotating = () => scale.isRotating && canRotate();
+  function turned([x, y], [sunX, sunY], planet) {
+    const [a, b] = [planet[0] - sunX, planet[1] - sunY], size = Math.hypot(a, b), [u, v] = [x - sunX, y - sunY], [left, top] = pixel(0, 0);
+    return [left + (a * u + b * v) / size, top + (a * v - b * u) / size];
+  }
+
+  // Such paths, as chords of parts between frames.
+  function turnTrails(last) {
+    const placeAt = (i, from, part) => {
+      const motion = film.paths[i][from], place = from * film.particles + i, next = place + film.particles, { xs, ys } = data;
+      if (!motion) return null;
+      const [a, b, c, d] = motion.kind === LINE ? [xs[next] - xs[place], ys[next] - ys[place], xs[next] - xs[place], ys[next] - ys[place]] : motion.slopes;
+      return [px(hermite(xs[place], xs[next], a, c, part)), py(hermite(ys[place], ys[next], b, d, part))];
+    };
+    for (let i = 1; i < Math.min(film.particles, TRAILS); i++) {
+      let isDown = false;
+      for (let from = 0; from <= last && from < film.frames - 1; from++) for (let k = 0; k <= PARTS; k++) {
+        const part = k / PARTS * (from === last ? at - last : 1), [place, sun, planet] = [i, 0, 1].map((body) => placeAt(body, from, part));
+        if (place && sun && planet) context[isDown ? "lineTo" : "moveTo"](...turned(place, sun, planet));
+        isDown = Boolean(place && sun && planet);
+      }
+    }
   }
 
   // The motions of the first particles whose paths are known; null elsewhere.
@@ -168,6 +235,9 @@ function player(part, leader) {
       across[i] = x === ABSENT ? NaN : px(x);
       down[i] = x === ABSENT ? NaN : py(y);
     }
+    if (!isRotating()) return;
+    const [sun, planet] = [0, 1].map((i) => [across[i], down[i]]);
+    for (let i = 0; i < count; i++) [across[i], down[i]] = turned([across[i], down[i]], sun, planet);
   }
 
   // The color of a particle, as a step of the palette.
@@ -194,8 +264,7 @@ function player(part, leader) {
     film.names.forEach((name, i) => {
       if (!(across[i] >= 0)) return;
       const aside = 7 * devicePixelRatio, isRight = across[i] + aside + context.measureText(name).width > canvas.width;
-      context.textAlign = isRight ? "right" : "left";
-      context.fillText(name, across[i] + (isRight ? -aside : aside), down[i] - aside);
+      write(name, isRight ? "right" : "left", across[i] + (isRight ? -aside : aside), down[i] - aside);
     });
     if (!(across[followed] >= 0)) return;
     context.strokeStyle = "#ffffff";
@@ -247,13 +316,41 @@ function player(part, leader) {
     return painted;
   }
 
+  // Velocities; that of the top of the color scale has a length of a twentieth of the picture.
+  function drawArrows() {
+    const [vx, vy] = data.velocities, base = frame() * film.particles, length = Math.max(canvas.width, canvas.height) / 20 / (scale.top || film.speedMax || 1);
+    context.strokeStyle = "#ffffff";
+    context.lineWidth = devicePixelRatio;
+    context.beginPath();
+    for (let i = 0; i < film.particles; i++) {
+      if (!(across[i] >= -1e6) || vx[base + i] === ABSENT) continue;
+      const [u, v] = [vx, vy].map((values) => (values[base + i] * film.velocityStep - film.velocityTop) * length), size = Math.hypot(u, v);
+      if (!(size > 1)) continue;
+      const [x, y] = [across[i] + u, down[i] - v], head = Math.min(size / 3, 5 * devicePixelRatio) / size, [a, b] = [u * head, -v * head];
+      context.moveTo(across[i], down[i]);
+      context.lineTo(x, y);
+      context.moveTo(x - a - b / 2, y - b + a / 2);
+      context.lineTo(x, y);
+      context.lineTo(x - a + b / 2, y - b - a / 2);
+    }
+    context.stroke();
+  }
+  const canHaveArrows = () => data.velocities.length > 0;
+
   function drawPicture() {
     context.fillStyle = GROUND;
     context.fillRect(0, 0, canvas.width, canvas.height);
+    context.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
+    context.textBaseline = "middle";
+    written = [];
     placeParticles();
     if (film.trails) drawTrails();
-    drawWalls();
+    if (!isRotating()) drawWalls();
     drawDiscs();
+    context.fillStyle = "#c8c8c8";
+    if (!isRotating()) for (const [place, text] of film.labels) write(text, "center", ...pixel(...place));
+    if (scale.hasArrows && canHaveArrows() && !isRotating()) drawArrows();
+    drawScale();
   }
 
   function draw() {
@@ -278,8 +375,10 @@ function player(part, leader) {
 
   function show(place) {
     at = clamp(place, 0, film.frames - 1);
+    const wasAtPoster = isAtPoster;
     isAtPoster = false;
-    draw();
+    if (wasAtPoster && !leader) share();
+    else draw();
   }
 
   // The particle under the pointer.
@@ -349,7 +448,7 @@ function player(part, leader) {
     const numbers = await decodedFilms.get(index);
     // Another run may have been selected in the meantime.
     if (wanted !== source.dataset.file) return;
-    [data, film, file, view] = [numbers, chosen, wanted, chosen.view];
+    [data, film, file, view, whole] = [numbers, chosen, wanted, chosen.view, chosen.view];
     [moves, across, down] = [{ frame: -1 }, new Float64Array(film.particles), new Float64Array(film.particles)];
     [followed, steps] = [-1, null];
     const parts = palette(film.colors);
@@ -371,9 +470,10 @@ function player(part, leader) {
     followClock();
   }
 
-  // Takes over the common region and the colors of the common scale.
-  function agree(region) {
-    view = region;
+  // Takes over the common region, of the first picture and as a whole, and the colors of the common scale.
+  function agree(region, all) {
+    [view, whole] = [region, all];
+    fit();
     steps = Array.from({ length: 256 }, (_, stored) => {
       const fraction = scale.top > 0 ? speedOf(stored) / scale.top : 0;
       return stored === ABSENT_SPEED ? UNKNOWN : Math.min(STEPS - 1, Math.floor(fraction * STEPS));
@@ -447,6 +547,9 @@ function player(part, leader) {
     shape,
     resize,
     agree,
+    firstView,
+    canRotate,
+    canHaveArrows,
     part,
     canvas,
     has: (of) => films.some((source) => source.dataset.file === of && source.dataset.film),
@@ -456,6 +559,9 @@ function player(part, leader) {
     get frames() { return film.frames; },
     get numbers() { return data.numbers; },
     get view() { return view; },
+    get isAtPoster() { return isAtPoster; },
+    // Speeds of the particles in the frame.
+    speeds: () => Array.from(data.speeds.subarray(frame() * film.particles, (frame() + 1) * film.particles)).filter((stored) => stored !== ABSENT_SPEED).map(speedOf),
     positions() {
       const found = [];
       for (let i = 0; i < film.particles; i++) {
