@@ -82,6 +82,8 @@ def summary(name, values, unit):
 
 def main(recordings):
     reports = sorted(recordings.glob("*/report.html"))
+    if not reports or not (recordings / "index.html").exists():
+        sys.exit(f"{recordings} has no reports with an index.html: analyze the folder")
     all_faults, screens, phones, sizes = [], [], [], []
     with tempfile.TemporaryDirectory() as folder, Browser(folder) as browser:
         require_control(browser, reports[0], folder)

@@ -10,7 +10,7 @@ function player(part, leader) {
   const [play, scrub, clock, speedMenu, row] = [".play", ".scrub", ".clock", ".speed", ".row"].map((selector) => deck.querySelector(selector));
   let film, data, colors, steps, tones, file, wanted, view, whole, isPlaying = false, before = 0, pixelsPer = 1, left = 0, top = 0;
   // Where the film is, in frames; how its particles move after a frame; and their places in pixels.
-  let at = 0, isAtPoster = true, moves = { frame: -1 }, across = [], down = [], followed = -1, pointer = null, written = [];
+  let at = 0, isAtPoster = true, moves = { frame: -1 }, across = [], down = [], followed = -1, pointer = null, write;
 
   const shown = (value, count, unit) => withUnit(number(value, 0, count), film.units[unit]);
   const frame = () => Math.round(at);
@@ -43,19 +43,8 @@ function player(part, leader) {
 
   // What the first picture shows: of a bed at rest the box of its positions, else the whole view, as during playback.
   function firstView() {
-    const count = film.particles, place = Math.round(leader?.file ? placeOf(leader.time) : at), box = [Infinity, Infinity, -Infinity, -Infinity];
-    if (!(leader ?? made).isAtPoster || film.trails || count < FEWEST_IN_BED) return film.view;
-    let speeds = 0;
-    for (let i = 0; i < count; i++) {
-      if (!isThere(place * count + i)) continue;
-      speeds += speedOf(data.speeds[place * count + i]);
-      const [x, y, radius] = [xOf(data.xs[place * count + i]), yOf(data.ys[place * count + i]), radiusOf(i)];
-      [x - radius, y - radius].forEach((low, axis) => { box[axis] = Math.min(box[axis], low); });
-      [x + radius, y + radius].forEach((high, axis) => { box[axis + 2] = Math.max(box[axis + 2], high); });
-    }
-    const margin = 0.08 * Math.max(box[2] - box[0], box[3] - box[1]);
-    const grown = box.map((side, k) => k < 2 ? Math.max(side - margin, film.view[k]) : Math.min(side + margin, film.view[k]));
-    return grown.every(Number.isFinite) && speeds < AT_REST * count * film.speedTop ? grown : film.view;
+    const box = (leader ?? made).isAtPoster && !film.trails && film.particles >= FEWEST_IN_BED && boxOfBed(film, data, Math.round(leader?.file ? placeOf(leader.time) : at), radiusOf);
+    return box || film.view;
   }
 
   function resize(room) {
@@ -78,24 +67,6 @@ function player(part, leader) {
     [left, top] = [(canvas.width - (x1 - x0) * pixelsPer) / 2, (canvas.height - (y1 - y0) * pixelsPer) / 2];
   }
 
-  // A path of discs, given by their places and radii in pixels.
-  function discs(all) {
-    context.beginPath();
-    for (const [x, y, radius] of all) {
-      context.moveTo(x + radius, y);
-      context.arc(x, y, radius, 0, 2 * Math.PI);
-    }
-  }
-
-  // Where the view cuts a wall, its end is ragged.
-  function tear(x, y, isUpright) {
-    const size = 4 * devicePixelRatio;
-    for (let tooth = -2; tooth <= 2; tooth++) {
-      const [aside, along] = [size * (tooth % 2 ? 1 : -1) / 2, size * tooth];
-      context[tooth > -2 ? "lineTo" : "moveTo"](...(isUpright ? [x + aside, y + along] : [x + along, y + aside]));
-    }
-  }
-
   // The lines of one style are one path.
   function drawWalls() {
     const count = film.wallPoints, [xs, ys] = data.walls, [x0, y0, x1, y1] = film.cut;
@@ -115,36 +86,14 @@ function player(part, leader) {
         // Guides, such as an exact orbit, are not torn.
         if (width > 3) for (const [x, y] of ends) {
           const isAside = isAt(x, x0, film.origin[0]) || isAt(x, x1, film.origin[0]);
-          if (isAside || isAt(y, y0, film.origin[1]) || isAt(y, y1, film.origin[1])) tear(px(x), py(y), isAside);
+          if (isAside || isAt(y, y0, film.origin[1]) || isAt(y, y1, film.origin[1])) tear(context, px(x), py(y), isAside);
         }
       }
       context.stroke();
     });
     context.fillStyle = "#f0c83c";
-    discs(film.bodies.map(([x, y, radius]) => [...pixel(x, y), Math.max(radius * pixelsPer, smallestPx())]));
+    discs(context, film.bodies.map(([x, y, radius]) => [...pixel(x, y), Math.max(radius * pixelsPer, smallestPx())]));
     context.fill();
-  }
-
-  // A text at a place, or below texts that are there already.
-  function write(text, align, x, y) {
-    const width = context.measureText(text).width, left = align === "center" ? x - width / 2 : align === "right" ? x - width : x, row = 13 * devicePixelRatio;
-    while (written.some(([a, b, c]) => left < b + row / 2 && a < left + width + row / 2 && Math.abs(c - y) < row)) y += row;
-    written.push([left, left + width, y]);
-    context.textAlign = align;
-    context.fillText(text, x, y);
-  }
-
-  // A bar of a round length.
-  function drawScale() {
-    const most = canvas.width / pixelsPer / 5, unit = 10 ** exponentOf(most), length = [5, 2, 1].find((factor) => factor * unit <= most * (1 + 1e-9)) * unit;
-    const tick = 4 * devicePixelRatio, [x, y] = [2 * tick, canvas.height - 2 * tick], end = x + length * pixelsPer;
-    context.strokeStyle = context.fillStyle = "#e0e0e0";
-    context.lineWidth = 1.5 * devicePixelRatio;
-    context.beginPath();
-    for (const place of [[x, y - tick], [x, y], [end, y], [end, y - tick]]) context.lineTo(...place);
-    context.stroke();
-    context.textAlign = "left";
-    context.fillText(withUnit(number(length, 0, 1), film.units[0]), x + tick, y - 2.5 * tick);
   }
 
   // Paths up to now, where they are known.
@@ -177,15 +126,10 @@ function player(part, leader) {
     context.stroke();
   }
 
-  // In the frame that rotates with the planet about the Sun, the particles 1 and 0, both stay where they are.
   const canRotate = () => film.trails && film.particles > 2;
   const isRotating = () => scale.isRotating && canRotate();
-  function turned([x, y], [sunX, sunY], planet) {
-    const [a, b] = [planet[0] - sunX, planet[1] - sunY], size = Math.hypot(a, b), [u, v] = [x - sunX, y - sunY], [left, top] = pixel(0, 0);
-    return [left + (a * u + b * v) / size, top + (a * v - b * u) / size];
-  }
 
-  // Such paths, as chords of parts between frames.
+  // Paths in the rotating frame, as chords of parts between frames.
   function turnTrails(last) {
     const placeAt = (i, from, part) => {
       const motion = film.paths[i][from], place = from * film.particles + i, next = place + film.particles, { xs, ys } = data;
@@ -197,7 +141,7 @@ function player(part, leader) {
       let isDown = false;
       for (let from = 0; from <= last && from < film.frames - 1; from++) for (let k = 0; k <= PARTS; k++) {
         const part = k / PARTS * (from === last ? at - last : 1), [place, sun, planet] = [i, 0, 1].map((body) => placeAt(body, from, part));
-        if (place && sun && planet) context[isDown ? "lineTo" : "moveTo"](...turned(place, sun, planet));
+        if (place && sun && planet) context[isDown ? "lineTo" : "moveTo"](...turned(place, sun, planet, pixel(0, 0)));
         isDown = Boolean(place && sun && planet);
       }
     }
@@ -237,7 +181,7 @@ function player(part, leader) {
     }
     if (!isRotating()) return;
     const [sun, planet] = [0, 1].map((i) => [across[i], down[i]]);
-    for (let i = 0; i < count; i++) [across[i], down[i]] = turned([across[i], down[i]], sun, planet);
+    for (let i = 0; i < count; i++) [across[i], down[i]] = turned([across[i], down[i]], sun, planet, pixel(0, 0));
   }
 
   // The color of a particle, as a step of the palette.
@@ -253,12 +197,12 @@ function player(part, leader) {
     }
     byColor.forEach((all, color) => {
       context.fillStyle = colors[color];
-      discs(all);
+      discs(context, all);
       context.fill();
     });
     context.strokeStyle = GROUND;
     context.lineWidth = 1;
-    discs(byColor.flat().filter(([, , radius]) => radius >= OUTLINE_FROM_PX));
+    discs(context, byColor.flat().filter(([, , radius]) => radius >= OUTLINE_FROM_PX));
     context.stroke();
     context.fillStyle = "#e0e0e0";
     film.names.forEach((name, i) => {
@@ -269,23 +213,13 @@ function player(part, leader) {
     if (!(across[followed] >= 0)) return;
     context.strokeStyle = "#ffffff";
     context.lineWidth = 1.5 * devicePixelRatio;
-    discs([[across[followed], down[followed], Math.max(radiusOf(followed) * pixelsPer, smallest) + 4 * devicePixelRatio]]);
+    discs(context, [[across[followed], down[followed], Math.max(radiusOf(followed) * pixelsPer, smallest) + 4 * devicePixelRatio]]);
     context.stroke();
   }
 
   // Very many discs are painted pixel by pixel, in a quarter of the time of paths. Radius and place are rounded to quarters of a
   // pixel, so that few stamps remain: lists of offsets and of covered quarters.
   let sheet, stamps, pixels, shades;
-  function stampOf(radius, across, down) {
-    const reach = Math.ceil(radius / 4 + 1), isOutlined = radius >= 4 * OUTLINE_FROM_PX, stamp = [];
-    for (let y = -reach; y <= reach; y++) for (let x = -reach; x <= reach; x++) {
-      const beyond = Math.hypot(x + 0.5 - across / 4, y + 0.5 - down / 4) - radius / 4 + (isOutlined ? 0.5 : 0);
-      const cover = Math.round(4 * clamp(0.5 - beyond, 0, 1));
-      if (cover || (isOutlined && beyond < 1)) stamp.push(y * canvas.width + x, isOutlined || cover === 4 ? cover : cover - 8);
-    }
-    return Int32Array.from(stamp);
-  }
-
   function paintDiscs(smallest) {
     const { width, height } = canvas;
     if (!sheet) {
@@ -302,7 +236,7 @@ function player(part, leader) {
       // Comparisons with NaN are false.
       if (!(x >= reach && y >= reach && x <= 4 * width - reach && y <= 4 * height - reach)) continue;
       painted[i] = 1;
-      const stamp = stamps[(radius * 4 + (x & 3)) * 4 + (y & 3)] ||= stampOf(radius, x & 3, y & 3);
+      const stamp = stamps[(radius * 4 + (x & 3)) * 4 + (y & 3)] ||= stampOf(radius, x & 3, y & 3, width);
       const middle = (y >> 2) * width + (x >> 2), shade = 5 * toneOf(i);
       // Edges do not darken discs that are painted already.
       for (let k = 0; k < stamp.length; k += 2) {
@@ -316,25 +250,6 @@ function player(part, leader) {
     return painted;
   }
 
-  // Velocities; that of the top of the color scale has a length of a twentieth of the picture.
-  function drawArrows() {
-    const [vx, vy] = data.velocities, base = frame() * film.particles, length = Math.max(canvas.width, canvas.height) / 20 / (scale.top || film.speedMax || 1);
-    context.strokeStyle = "#ffffff";
-    context.lineWidth = devicePixelRatio;
-    context.beginPath();
-    for (let i = 0; i < film.particles; i++) {
-      if (!(across[i] >= -1e6) || vx[base + i] === ABSENT) continue;
-      const [u, v] = [vx, vy].map((values) => (values[base + i] * film.velocityStep - film.velocityTop) * length), size = Math.hypot(u, v);
-      if (!(size > 1)) continue;
-      const [x, y] = [across[i] + u, down[i] - v], head = Math.min(size / 3, 5 * devicePixelRatio) / size, [a, b] = [u * head, -v * head];
-      context.moveTo(across[i], down[i]);
-      context.lineTo(x, y);
-      context.moveTo(x - a - b / 2, y - b + a / 2);
-      context.lineTo(x, y);
-      context.lineTo(x - a + b / 2, y - b - a / 2);
-    }
-    context.stroke();
-  }
   const canHaveArrows = () => data.velocities.length > 0;
 
   function drawPicture() {
@@ -342,15 +257,15 @@ function player(part, leader) {
     context.fillRect(0, 0, canvas.width, canvas.height);
     context.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
     context.textBaseline = "middle";
-    written = [];
+    write = writer(context);
     placeParticles();
     if (film.trails) drawTrails();
     if (!isRotating()) drawWalls();
     drawDiscs();
     context.fillStyle = "#c8c8c8";
     if (!isRotating()) for (const [place, text] of film.labels) write(text, "center", ...pixel(...place));
-    if (scale.hasArrows && canHaveArrows() && !isRotating()) drawArrows();
-    drawScale();
+    if (scale.hasArrows && canHaveArrows() && !isRotating()) drawArrows(context, film, data.velocities, frame() * film.particles, [across, down]);
+    drawScale(context, pixelsPer, film.units[0]);
   }
 
   function draw() {
@@ -358,19 +273,11 @@ function player(part, leader) {
     drawPicture();
     if (leader) return;
     const time = `t = ${shown(timeAt(at), 4, 2)}`;
-    clock.textContent = `${time} · frame ${data.numbers[frame()]}${scaleOfTime()}`;
+    clock.textContent = `${time} · frame ${data.numbers[frame()]}${scaleOfTime(film, data.times, speedMenu.value)}`;
     scrub.value = at;
     scrub.setAttribute("aria-valuetext", time);
     showRow();
     document.dispatchEvent(new CustomEvent("replaytime"));
-  }
-
-  // How much time of the run a second of the playback shows; none if its frames are not evenly spaced.
-  function scaleOfTime() {
-    const { times } = data, last = film.frames - 1, middle = last >> 1, mean = (times[last] - times[0]) / last;
-    if (!(last > 1) || Math.abs((times[middle] - times[0]) / middle / mean - 1) > 0.02) return "";
-    const passed = mean * film.fps * speedMenu.value, thousands = film.units[2] === "s" ? clamp(Math.ceil(-Math.log10(passed) / 3), 0, 3) : 0;
-    return ` · 1 s = ${withUnit(number(passed * 1000 ** thousands, 0, 2), thousands ? ["ms", "µs", "ns"][thousands - 1] : film.units[2])}`;
   }
 
   function show(place) {
