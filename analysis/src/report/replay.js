@@ -126,7 +126,7 @@ function player(part, leader) {
     context.stroke();
   }
 
-  const canRotate = () => film.trails && film.particles > 2;
+  const canRotate = () => film.trails && film.particles > 2 && (film.names[0] === "Sun" || deck.querySelector(".rotating").defaultChecked);
   const isRotating = () => scale.isRotating && canRotate();
 
   // Paths in the rotating frame, as chords of parts between frames.

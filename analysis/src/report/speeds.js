@@ -3,7 +3,8 @@ const speedsFigure = document.querySelector(".speeds-now"), BINS = 24, SPEEDS_SI
 
 function drawSpeeds() {
   const film = window.replay?.film, svg = speedsFigure.querySelector("svg"), speeds = film && scale.top > 0 ? replay.speeds() : [];
-  speedsFigure.hidden = speeds.length < FEWEST_SPEEDS;
+  // Of two runs, it would not show which one it is of.
+  speedsFigure.hidden = speeds.length < FEWEST_SPEEDS || players().length > 1;
   if (speedsFigure.hidden) return;
   const [width, height] = SPEEDS_SIZE, [left, right, foot] = [8, width - 8, height - 20], most = 1.25 * scale.top, meanSquare = speeds.reduce((sum, v) => sum + v * v, 0) / speeds.length;
   // Densities in units in which the top of Maxwell's is 1.

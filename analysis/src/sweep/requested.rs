@@ -348,7 +348,7 @@ fn common_label(names: &[&str]) -> String {
     // "self diffusion from" is "self diffusion".
     while common
         .last()
-        .is_some_and(|last| ["from", "of", "by", "at", "in"].contains(&last.as_str()))
+        .is_some_and(|last| ["from", "of", "by", "at", "in", "the"].contains(&last.as_str()))
     {
         common.pop();
     }
