@@ -52,4 +52,4 @@ pub use start_manifests::{StartManifest, is_manifest_name, start_manifests};
 pub use sweep::{Axis, Coordinate};
 pub use syntax::{excess_of_toml, toml_error};
 pub use timing::{TimingComparison, TimingPoint, TimingRatio, TimingTable};
-pub use view::{ViewColor, ViewRequest};
+pub use view::{ViewColor, ViewFrame, ViewRequest};
