@@ -118,8 +118,10 @@ fn bytes_per_frame(frame: &Frame, particles: u64, kind: &ModelKind) -> u64 {
     bytes_of_particles(particles, kind) + scalars.iter().sum::<u64>() + headers
 }
 
-/// Work per second of a slow processor, 1/10 of one core of a server of 2024: steps times particles, or events. `None` for
-/// models whose work is not known from the plan.
+/// Speed of a slow processor over that of one core of a server of 2024.
+pub(crate) const SPEED_OF_SLOW_PROCESSOR: f64 = 0.1;
+
+/// Work per second of a slow processor: steps times particles, or events. `None` for models whose work is not known from the plan.
 fn work_per_second(model: &ModelConfig) -> Option<f64> {
     match model {
         ModelConfig::Gas(config) => config.propagation.time_step_s().map(|_| 1e7),

@@ -12,3 +12,4 @@ pub mod sample;
 pub mod time;
 
 pub use estimate::Estimate;
+pub(crate) use estimate::SPEED_OF_SLOW_PROCESSOR;
