@@ -69,6 +69,8 @@ mod hostile_paths;
 mod hostile_text;
 // Recordings that keep only keyframes, `fill` and `zoom`.
 mod keyframes;
+// Keyframes and manifests that do not agree with the rerun.
+mod changed_keyframes;
 // Golden values of runs, and the place of the first difference.
 mod lock;
 // Several runs in one recording.
