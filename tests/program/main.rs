@@ -66,6 +66,8 @@ mod hostile_paths;
 mod hostile_text;
 // Recordings that keep only keyframes, `fill` and `zoom`.
 mod keyframes;
+// Analysis, plots and exports of recordings that keep only keyframes.
+mod analysis_of_keyframes;
 // Golden values of runs, and the place of the first difference.
 mod lock;
 // Several runs in one recording.

@@ -3,7 +3,8 @@
 use super::reference_lines::Lines;
 use super::samples::{self, Abscissa, Sample, definition, label, typographic_unit};
 use crate::input::coordinates::{self, grouped, last_part, without};
-use crate::metric::{Definition, Metric, MetricScope};
+use crate::metric::{Definition, Metric, MetricScope, NEEDS_ALL_STATES};
+use crate::models::chart_needs_all_states;
 use crate::models::figures::time_scale_of;
 use crate::plot::{Axis, Curve, CurveStyle, Plot, Point, Scale, extremes};
 use crate::run::{RunAnalysis, RunStatus};
@@ -244,11 +245,8 @@ impl PlotData<'_> {
                     let own = run.figures.plots.iter().find(|plot| plot.stem == figure);
                     own.map(|plot| (plot.clone(), run))
                 });
-                let (plot, run) = drawn.next().ok_or_else(|| {
-                    let what = format!("no recording has the values of the chart `{figure}`");
-                    let help = "`kinetoscope analyze` draws the charts that these recordings have";
-                    Message::new(what, help)
-                })?;
+                let drawn = drawn.next();
+                let (plot, run) = drawn.ok_or_else(|| without_chart(&shown, figure))?;
                 let place = coordinates::label(&run.coordinates);
                 let replicate = self.one_of_several(&[run]);
                 let parts = [Some(place).filter(|place| !place.is_empty()), replicate];
@@ -306,6 +304,23 @@ impl PlotData<'_> {
         let title = format!("{} against time", capitalized(&label));
         let plot = Plot::chart(format!("{channel}_{field}_vs_time"), title, axes, curves);
         Ok(plot.with_remark(&remarks.join("; ")))
+    }
+}
+
+/// Why none of these runs has a chart.
+fn without_chart(runs: &[&RunAnalysis], figure: &str) -> Message {
+    let what = format!("no recording has the values of the chart `{figure}`");
+    let lacks_states =
+        |run: &&&RunAnalysis| chart_needs_all_states(run.manifest.model.name(), figure);
+    let mut lacking = runs.iter().filter(lacks_states);
+    match lacking.find_map(|run| run.restored_by.as_ref()) {
+        Some(command) => {
+            let help = format!("restore them with `{command}`");
+            Message::new(format!("{what}: {NEEDS_ALL_STATES}"), help)
+        }
+        None => {
+            Message::new(what, "`kinetoscope analyze` draws the charts that these recordings have")
+        }
     }
 }
 

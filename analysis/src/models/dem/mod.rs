@@ -25,6 +25,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     metrics: metrics::ALL,
     never: &[],
     needs_replicates: metrics::NEED_REPLICATES,
+    needs_all_states: metrics::NEED_ALL_STATES,
     sweep_metrics: sweep::ALL,
     fits: sweep::FITS,
     ordinates: sweep::ORDINATES,

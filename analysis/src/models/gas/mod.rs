@@ -29,6 +29,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     metrics: metrics::ALL,
     never: &[metrics::PARTICLES_OUTSIDE],
     needs_replicates: &[],
+    needs_all_states: &[],
     sweep_metrics: sweep::ALL,
     fits: sweep::FITS,
     ordinates: sweep::ORDINATES,

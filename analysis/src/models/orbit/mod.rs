@@ -21,6 +21,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     metrics: metrics::ALL,
     never: &[],
     needs_replicates: &[],
+    needs_all_states: metrics::NEED_ALL_STATES,
     sweep_metrics: sweep::ALL,
     fits: sweep::FITS,
     ordinates: sweep::ORDINATES,
