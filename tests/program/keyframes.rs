@@ -317,23 +317,3 @@ fn killed_run_with_keyframes_resumes_to_the_same_bytes() {
     let found = recordings(&bench.path("killed/m")).remove(0);
     assert!(fs::read(found).unwrap() == expected);
 }
-
-/// Control: the filled recording is analyzed.
-#[test]
-fn analysis_names_fill_for_keyframes() {
-    let bench = Bench::new();
-    let keys = keyframes(&bench, MODELS[3].1);
-    let called = bench.call(&["analyze", keys.to_str().unwrap()]);
-    assert!(called.err.contains("keeps only keyframes (every 7th frame)"), "{}", called.err);
-    assert!(called.err.contains("kinetoscope fill"), "{}", called.err);
-    expect(&called, 5);
-    expect(&bench.call(&["fill", keys.to_str().unwrap(), "-o", "filled.mcap"]), 0);
-    expect(&bench.call(&["analyze", "filled.mcap"]), 0);
-    let record = "frames = 4\nkeep = \"keyframes\"\nkeyframe_distance = 2";
-    let keys = recorded(&bench, "twos", MODELS[3].1, record);
-    for command in ["info", "analyze"] {
-        let called = bench.call(&[command, keys.to_str().unwrap()]);
-        let text = called.out + &called.err;
-        assert!(text.contains("every 2nd frame"), "{command}: {text}");
-    }
-}

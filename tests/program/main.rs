@@ -71,6 +71,8 @@ mod hostile_text;
 mod keyframes;
 // Keyframes and manifests that do not agree with the rerun.
 mod changed_keyframes;
+// Analysis, plots and exports of recordings that keep only keyframes.
+mod analysis_of_keyframes;
 // Golden values of runs, and the place of the first difference.
 mod lock;
 // Several runs in one recording.
