@@ -5,7 +5,6 @@ use crate::header::Compression;
 use crate::open_chunk::ClosedChunk;
 use crate::record_bytes::PutFields as _;
 use crate::record_kind as kind;
-use crate::spare_memory::{Lent, SpareMemory};
 use std::collections::VecDeque;
 use std::io::{self, Write as _};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -22,7 +21,7 @@ pub(crate) struct PackedChunk {
     /// Its bytes before the compressed content.
     pub(crate) head: Vec<u8>,
     /// The compressed content; `None` if the content is not compressed.
-    pub(crate) body: Option<Lent<u8>>,
+    pub(crate) body: Option<Vec<u8>>,
     /// Checksum of both.
     pub(crate) checksum: crc32fast::Hasher,
     /// Name of the compression.
@@ -85,7 +84,7 @@ pub(crate) struct Packing {
 impl Packing {
     pub(crate) fn new(compression: Compression) -> Self {
         Self {
-            own: Packer::new(compression, SpareMemory::new()),
+            own: Packer::new(compression),
             shared: Arc::default(),
             thread: None,
             under_way: VecDeque::new(),
@@ -148,7 +147,7 @@ impl Packing {
         }
         if self.thread.is_none() && chunk.content.len() >= THREAD_BYTES {
             let shared = Arc::clone(&self.shared);
-            let mut packer = Packer::new(self.own.compression, self.own.memory.clone());
+            let mut packer = Packer::new(self.own.compression);
             let work = move || {
                 while let Some(job) = shared.next() {
                     // An error means that the recorder was dropped.
@@ -180,13 +179,13 @@ struct Packer {
     compression: Compression,
     // Its tables are reused.
     zstd: zstd::bulk::Compressor<'static>,
-    /// Memory of compressed contents.
-    memory: SpareMemory<u8>,
+    /// Memory for the largest compressed content. A copy takes what it needs, so that few chunks that wait reserve so much.
+    room: Vec<u8>,
 }
 
 impl Packer {
-    fn new(compression: Compression, memory: SpareMemory<u8>) -> Self {
-        Self { compression, zstd: zstd::bulk::Compressor::default(), memory }
+    fn new(compression: Compression) -> Self {
+        Self { compression, zstd: zstd::bulk::Compressor::default(), room: Vec::new() }
     }
 
     fn pack_chunk(&mut self, chunk: &ClosedChunk) -> Outcome {
@@ -198,7 +197,7 @@ impl Packer {
         let (name, body) = match self.compression {
             Compression::Zstd => ("zstd", Some(self.zstd(parts, level)?)),
             Compression::Zstd3 => ("zstd", Some(self.zstd(parts, 3)?)),
-            Compression::Lz4 => ("lz4", Some(self.lz4(parts)?)),
+            Compression::Lz4 => ("lz4", Some(Self::lz4(parts)?)),
             Compression::None => ("", None),
         };
         let mut content = crc32fast::Hasher::new();
@@ -226,40 +225,35 @@ impl Packer {
         Ok(PackedChunk { head, body, checksum, compression: name })
     }
 
-    /// Memory for compressed parts. That of a large message is given back: small chunks would keep it in use.
-    fn room_for(&self, parts: &[&[u8]]) -> Lent<u8> {
-        if let [_] = parts {
-            return self.memory.take();
-        }
-        let mut room = SpareMemory::new().take();
-        room.vector.reserve(parts.iter().map(|part| part.len()).sum::<usize>() / 2);
-        room
-    }
-
     /// One part is compressed by one call, which is faster.
-    fn zstd(&mut self, parts: &[&[u8]], level: i32) -> io::Result<Lent<u8>> {
-        let mut packed = self.room_for(parts);
+    fn zstd(&mut self, parts: &[&[u8]], level: i32) -> io::Result<Vec<u8>> {
         let [content] = parts else {
-            let mut encoder = zstd::Encoder::new(packed, level)?;
+            let mut encoder = zstd::Encoder::new(half_of(parts), level)?;
             parts.iter().try_for_each(|part| encoder.write_all(part))?;
             return encoder.finish();
         };
-        packed.vector.reserve(zstd::zstd_safe::compress_bound(content.len()));
+        self.room.clear();
+        self.room.reserve(zstd::zstd_safe::compress_bound(content.len()));
         self.zstd.set_compression_level(level)?;
-        self.zstd.compress_to_buffer(content, &mut packed.vector)?;
-        Ok(packed)
+        self.zstd.compress_to_buffer(content, &mut self.room)?;
+        Ok(self.room.clone())
     }
 
-    fn lz4(&self, parts: &[&[u8]]) -> io::Result<Lent<u8>> {
+    fn lz4(parts: &[&[u8]]) -> io::Result<Vec<u8>> {
         let mut encoder = lz4::EncoderBuilder::new()
             .level(1)
             // Some programs compute it wrongly; the chunk has a checksum of its own.
             .block_checksum(lz4::liblz4::BlockChecksum::NoBlockChecksum)
-            .build(self.room_for(parts))?;
+            .build(half_of(parts))?;
         parts.iter().try_for_each(|part| encoder.write_all(part))?;
         let (packed, ended) = encoder.finish();
         ended.map(|()| packed)
     }
+}
+
+/// Memory for half of the bytes of these parts, which grows if they are less compressible.
+fn half_of(parts: &[&[u8]]) -> Vec<u8> {
+    Vec::with_capacity(parts.iter().map(|part| part.len()).sum::<usize>() / 2)
 }
 
 /// The level of zstd for `compression = "zstd"`. At level 2, repetitions are found in a window of 1 MiB instead of 512 KiB, at the
@@ -300,8 +294,7 @@ mod tests {
             [Compression::Zstd, Compression::Zstd3, Compression::Lz4, Compression::None]
         {
             let alone = |chunk: ClosedChunk| {
-                let packed =
-                    Packer::new(compression, SpareMemory::new()).pack_chunk(&chunk).unwrap();
+                let packed = Packer::new(compression).pack_chunk(&chunk).unwrap();
                 bytes((chunk, packed))
             };
             let expected: Vec<_> = chunks().into_iter().map(alone).collect();
@@ -321,9 +314,8 @@ mod tests {
                 assert!(found == expected, "{compression:?}, taken after {taken_after}");
             }
         }
-        let [one, other] = [Compression::Zstd, Compression::Zstd3].map(|compression| {
-            Packer::new(compression, SpareMemory::new()).pack_chunk(&chunks()[39]).unwrap().head
-        });
+        let [one, other] = [Compression::Zstd, Compression::Zstd3]
+            .map(|compression| Packer::new(compression).pack_chunk(&chunks()[39]).unwrap().head);
         assert_ne!(one, other);
     }
 }

@@ -1,7 +1,6 @@
 //! Vectors that are no longer used, kept for later ones: the system would have to clear fresh memory page by page. Copying states into
 //! fresh memory, and returning it, took a fifth of the processor time of an analysis.
 
-use std::io;
 use std::mem;
 use std::ops::Deref;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -49,16 +48,6 @@ impl<T> Deref for Lent<T> {
 impl<T> AsRef<[T]> for Lent<T> {
     fn as_ref(&self) -> &[T] {
         &self.vector
-    }
-}
-
-impl io::Write for Lent<u8> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.vector.write(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
     }
 }
 
