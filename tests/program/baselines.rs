@@ -80,6 +80,39 @@ fn every_metric_has_an_error_or_a_reason() {
     }
 }
 
+/// Guarantee: the first report of a new user asks a question, answers it with a number, and shows a plot of it, also if a number is swept.
+#[test]
+fn first_report_of_every_starter_answers_its_question() {
+    let swept = ["gas.temperature_k", "packing.discs", "dem.restitution", "orbit.time_step_days"];
+    let values = ["[300.0, 400.0]", "[20, 40]", "[0.5, 0.8]", "[0.5, 1.0]"];
+    for ((model, _), (key, values)) in CHANGES.iter().zip(swept.iter().zip(values)) {
+        let starter = Starter::new(model);
+        let sweep = format!("[sweep]\n\"model.{key}\" = {values}\n");
+        let text = call(["new", model]).out + &sweep;
+        starter.bench.write("swept.toml", &text);
+        let ran = starter.bench.call(&["run", "--quiet", "--output", "baseline", "swept.toml"]);
+        assert_eq!(ran.code, Some(0), "{model}: {}", ran.err);
+        let analyzed = starter.bench.call(&["analyze", "--quiet", "baseline/swept"]);
+        assert_eq!(analyzed.code, Some(0), "{model}: {}", analyzed.err);
+        for name in ["starter", "swept"] {
+            let folder = starter.bench.path("baseline").join(name);
+            let metrics = fs::read_to_string(folder.join("metrics.json")).unwrap();
+            let metrics: serde_json::Value = serde_json::from_str(&metrics).unwrap();
+            assert!(metrics["question"].as_str().unwrap().ends_with('?'), "{model}: {name}");
+            let answer = &metrics["answer"];
+            assert!(answer["numbers"][0]["text"].is_string(), "{model}, {name}: {answer}");
+            let text = answer["text"].as_str().unwrap();
+            assert!(text.starts_with("The ") && !text.contains('_'), "{model}, {name}: {text}");
+            let page = fs::read_to_string(folder.join("report.html")).unwrap();
+            let result = page.split("<p class=\"result\">").nth(1).unwrap();
+            let result = result.split("</p>").next().unwrap();
+            assert!(result.contains(">Plot</a>"), "{model}, {name}: {result}");
+            let is_over_key = result.contains(" against ") && !result.contains(" against time\"");
+            assert_eq!(name == "swept", is_over_key, "{model}: {result}");
+        }
+    }
+}
+
 #[test]
 #[ignore = "records 160 runs"]
 fn forty_seeds_of_every_starter_agree_with_one() {

@@ -19,6 +19,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     name: "oscillator",
     title: "Oscillator",
     metrics: ALL,
+    main: &["energy.max_error_relative"],
     never: &[],
     needs_replicates: &[],
     needs_all_states: &[],
