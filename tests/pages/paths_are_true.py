@@ -4,7 +4,8 @@ Usage: python tests/pages/paths_are_true.py PROGRAMS RECORDINGS [NAME ...]    (p
 
 PROGRAMS: the folder of run-experiment and kinetoscope. RECORDINGS: the folder of the analyzed experiments. For each of them, the first and the last run that its report
 plays are recorded again, and their states are exported as tables. Prints the largest distance of a drawn particle from its place in these tables, in percent of the
-picture's width: at any instant, and on the parts of its path that are drawn. Exit code 1 if a distance is larger than MOST_PERCENT.
+picture's width: at any instant, and on the parts of its path that are drawn. Exit code 1 if a distance on drawn parts is larger than MOST_PERCENT; for models without
+paths, at any instant.
 Control: the chords between the frames, in place of the drawn parts, are farther away.
 """
 
@@ -31,6 +32,9 @@ FRAMES = """(async () => {
   await replay.ready;
   await replay.second?.ready;
   await replay.select(%d);
+  // The recorded positions are those of the fixed frame.
+  const rotating = document.querySelector(".rotating");
+  if (rotating.checked) rotating.click();
   const frames = [];
   for (let frame = 0; frame < replay.frames; frame++) {
     replay.show(frame);
@@ -131,8 +135,8 @@ def main(programs, recordings, names):
                 parts = sum(map(sum, seen.get("drawn") or []))
                 print(f"{without_key(seen['file'])}: {len(instants)} instants of {len(seen['frames'])} frames; {anywhere:.3f} % anywhere, "
                       f"{on_path:.3f} % on {parts} drawn parts, {of_chord:.3f} % for their chords", flush=True)
-                # Without drawn paths, a particle must be true at any instant.
-                worst = max(worst, on_path if parts else anywhere)
+                # Where no model's paths are drawn, a particle must be true at any instant.
+                worst = max(worst, anywhere if seen.get("drawn") is None else on_path)
                 worst_chord = max(worst_chord, of_chord)
     print(f"largest distance: {worst:.3f} % of the width; of chords: {worst_chord:.3f} %")
     if worst > MOST_PERCENT:

@@ -467,8 +467,12 @@ function player(part, leader) {
     get numbers() { return data.numbers; },
     get view() { return view; },
     get isAtPoster() { return isAtPoster; },
-    // Speeds of the particles in the frame.
-    speeds: () => Array.from(data.speeds.subarray(frame() * film.particles, (frame() + 1) * film.particles)).filter((stored) => stored !== ABSENT_SPEED).map(speedOf),
+    // The speeds of the frame, with the number of particles that have each.
+    speeds() {
+      const counts = new Uint32Array(ABSENT_SPEED + 1), base = frame() * film.particles;
+      for (let i = 0; i < film.particles; i++) counts[data.speeds[base + i]]++;
+      return Array.from(counts.subarray(0, ABSENT_SPEED), (count, stored) => [speedOf(stored), count]);
+    },
     positions() {
       const found = [];
       for (let i = 0; i < film.particles; i++) {
