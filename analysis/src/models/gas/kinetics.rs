@@ -8,7 +8,7 @@ use super::scatter::StartScatter;
 use super::state::{fraction_within_half_radius, squares_of};
 use crate::metric::Measurements;
 use crate::models::hard_discs::fixed_energy_speed;
-use crate::statistics::{Estimate, mean};
+use crate::statistics::{Estimate, MissingError, mean};
 use std::f64::consts::PI;
 
 /// Collisions per disc after which the initial speeds are forgotten. The deviation of the fourth moment from Maxwell's
@@ -139,6 +139,7 @@ impl GasRun {
         let start = law::fraction_within_at_start(distribution);
         let later = law::fraction_within_later(distribution);
         let later = (start == later || crossings > CROSSINGS_TO_FORGET).then_some(later);
+        let later = later.filter(|_| !self.loses_particles());
         let last = self.snapshots.last();
         let last = last.and_then(|state| fraction_within_half_radius(state, &self.config));
         for (definition, fraction, theory) in [
@@ -161,6 +162,11 @@ impl GasRun {
             return;
         };
         let second = (since_start * time - first * middle) / (time - middle);
+        if self.loses_particles() {
+            let ratio = Estimate::bare(second / first).without_error(MissingError::DependsOnStart);
+            found.add(metric::PRESSURE_DRIFT, ratio);
+            return;
+        }
         let keeps_particles = self.keeps_particles();
         let square =
             self.mean_square_of_one_mass().filter(|square| keeps_particles && *square > 0.0);

@@ -62,7 +62,7 @@ impl GasRun {
 
     /// Whether the reflection as printed moves particles out of the container for good. Which ones depends on the start, so numbers and
     /// momenta of wall collisions scatter more than those of particles that stay on their chords.
-    fn loses_particles(&self) -> bool {
+    pub(super) fn loses_particles(&self) -> bool {
         matches!(self.config.propagation, Propagation::AsPrinted { .. })
     }
 
