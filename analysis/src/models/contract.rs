@@ -35,6 +35,8 @@ pub(crate) struct ModelAnalysis {
     pub(crate) title: &'static str,
     /// The metrics of a run.
     pub(crate) metrics: &'static [&'static Definition],
+    /// The metrics that answer where neither a check nor a plot states what is asked.
+    pub(crate) main: &'static [&'static str],
     /// Counts of what a correct run never has: a run with one above 0 fails, unless a check states that it is expected.
     pub(crate) never: &'static [&'static Definition],
     /// Metrics that have no standard error in a single run, because other starts give other values.

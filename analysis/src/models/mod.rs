@@ -108,6 +108,11 @@ pub fn metrics_of_figure(model: &str, stem: &str) -> &'static [&'static str] {
     charts.find(|chart| chart.stem == stem).map_or(&[], |chart| chart.metrics)
 }
 
+/// The metrics of a model's runs that answer where nothing states what is asked, the first ones that a run has; none for an unknown model.
+pub(crate) fn main_metrics(model: &str) -> &'static [&'static str] {
+    of_model(model).map_or(&[], |model| model.main)
+}
+
 /// The label of a metric of any model.
 pub(crate) fn label_of(metric: &str) -> Option<&'static str> {
     let of_model = |model: &&ModelAnalysis| model.metrics.iter().chain(model.sweep_metrics);
@@ -153,6 +158,17 @@ mod tests {
                     .any(|other| other.name.contains('.') && label.contains(other.name));
                 assert!(!is_named && !label.ends_with('.'), "{label:?} contains a name");
                 assert!(!["the ", "a ", "an "].iter().any(|it| label.starts_with(it)), "{label}");
+            }
+        }
+    }
+
+    #[test]
+    fn main_metrics_exist() {
+        for model in MODELS {
+            assert!(!model.main.is_empty(), "{}", model.name);
+            for name in model.main {
+                let mut all = model.metrics.iter();
+                assert!(all.any(|known| known.name == *name), "{}: {name}", model.name);
             }
         }
     }

@@ -23,6 +23,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     name: "dem",
     title: "DEM",
     metrics: metrics::ALL,
+    main: &["energy.total_change_relative", "settling_time"],
     never: &[],
     needs_replicates: metrics::NEED_REPLICATES,
     needs_all_states: metrics::NEED_ALL_STATES,

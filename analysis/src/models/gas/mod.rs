@@ -27,6 +27,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     name: "gas",
     title: "Gas",
     metrics: metrics::ALL,
+    main: &["pressure.measured", "effusion_rate", "box_entropy.change", "layers.mean_height"],
     never: &[metrics::PARTICLES_OUTSIDE],
     needs_replicates: &[],
     needs_all_states: &[],

@@ -19,6 +19,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     name: "orbit",
     title: "Orbit",
     metrics: metrics::ALL,
+    main: &["position_error.final", "energy.max_error_relative", "closest_approach"],
     never: &[],
     needs_replicates: &[],
     needs_all_states: metrics::NEED_ALL_STATES,

@@ -24,6 +24,11 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     name: "packing",
     title: "Packing",
     metrics: metrics::ALL,
+    main: &[
+        "pair_collision_rate_per_disc",
+        "temperature.final_over_initial",
+        "compressibility_factor",
+    ],
     never: &[],
     needs_replicates: &[],
     needs_all_states: metrics::NEED_ALL_STATES,
