@@ -30,7 +30,7 @@ use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recor
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery};
 use std::fs::File;
 use std::io::{BufReader, Read};
-use std::num::{NonZeroU32, NonZeroUsize};
+use std::num::{NonZeroU32, NonZeroU64, NonZeroUsize};
 use std::path::Path;
 use std::sync::mpsc::sync_channel;
 use std::sync::{Arc, Mutex};
@@ -169,6 +169,7 @@ fn record(path: &Path, model: &'static str, config: &str, scale: f64) {
         },
         playback_fps: 25.0,
         max_drawn_particles: NonZeroU32::new(10_000).unwrap(),
+        draw_every: NonZeroU64::MIN,
         compression: Compression::Zstd,
         stored: kinetoscope_recording::recorder::StoredFrames::All,
         frames_expected: None,

@@ -12,7 +12,7 @@ use kinetoscope_recording::recorder::{
     Clock, Compression, Header, Outcome, Recorder, RecorderState, Selection,
 };
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery};
-use std::num::{NonZeroU32, NonZeroUsize};
+use std::num::{NonZeroU32, NonZeroU64, NonZeroUsize};
 use std::path::{Path, PathBuf};
 
 const COLUMNS: &[StateColumn] =
@@ -55,6 +55,7 @@ fn header(compression: Compression) -> Header {
         },
         playback_fps: 25.0,
         max_drawn_particles: NonZeroU32::new(10_000).unwrap(),
+        draw_every: NonZeroU64::MIN,
         compression,
         stored: kinetoscope_recording::recorder::StoredFrames::All,
         frames_expected: Some(3),

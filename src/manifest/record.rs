@@ -25,6 +25,9 @@ table! {
         /// Maximum number of particles drawn: of more, every k-th, and the strongest contact forces. The recorded state has
         /// all of them.
         max_drawn_particles: NonZeroU32 ["1"] = count(10_000),
+        /// Every k-th frame is drawn, and the first and the last one; where not given, every frame of a run that draws at most
+        /// 2,010,000 particles in all of them, and one in 2, 5, 10, 20, … of a larger one. The state is recorded in every frame.
+        draw_every: Option<NonZeroU64> ["1", optional],
         /// Compression of the recording's chunks.
         compression: Compression [""] = Compression::Zstd,
         /// Which frames are stored: all of them, or only keyframes, from which `kinetoscope fill` restores the others.
@@ -37,6 +40,10 @@ table! {
 /// Distance of keyframes where none is given: a keyframe takes up to five times the space of a frame (`benches/keyframes.py`), so
 /// that recordings of many particles are at least 20 times smaller.
 const DEFAULT_KEYFRAME_DISTANCE: NonZeroU64 = NonZeroU64::new(100).expect("not zero");
+
+/// Number of particles drawn in all frames together above which not every frame is drawn: the maximum per frame in the default number of
+/// frames, 201. Their drawings have 241 MB.
+const DRAWN_PARTICLES: u64 = 2_010_000;
 
 /// When frames are taken. The start is frame 0 and the end is always a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -149,6 +156,18 @@ impl RecordConfig {
     #[must_use]
     pub fn with_all_frames(&self) -> Self {
         Self { keep: Keep::All, keyframe_distance: None, ..self.clone() }
+    }
+
+    /// Distance of the drawn frames of a run with so many particles and frames: as few of 1, 2, 5, 10, 20, 50, … as suffice. Keyframes, whose
+    /// default distance is 100, are then drawn.
+    #[must_use]
+    pub fn distance_of_drawings(&self, particles: u64, frames: u64) -> NonZeroU64 {
+        let drawn = particles.min(self.max_drawn_particles.get().into()).saturating_mul(frames);
+        let least = drawn.div_ceil(DRAWN_PARTICLES);
+        let mut distances =
+            (0..18).flat_map(|zeros| [1, 2, 5].map(|digit| digit * 10_u64.pow(zeros)));
+        let by_size = distances.find(|distance| *distance >= least).and_then(NonZeroU64::new);
+        self.draw_every.or(by_size).unwrap_or(NonZeroU64::MAX)
     }
 
     /// Distance of the keyframes; `None` if all frames are stored.

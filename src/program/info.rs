@@ -10,6 +10,7 @@ use kinetoscope_console::Exit;
 use kinetoscope_console::text::{every, one_line, shown_path};
 use kinetoscope_files::regular_file::{self, MAX_EXPERIMENT_RECORD_BYTES};
 use kinetoscope_manifest::{ExperimentRecord, parse_run};
+use kinetoscope_recording::channels::DISCS;
 use kinetoscope_recording::error::{ReadError, ReadFault};
 use kinetoscope_recording::reader::{Outcome, Recording, StoredFrames};
 use serde_json::{Value as Json, json};
@@ -240,7 +241,10 @@ impl Report<'_> {
             }
             StoredFrames::From(first) => format!(" (a part of a run, from frame {first} on)"),
         };
-        lines.push(("frames", format!("{}{kept}{until}", self.contents.frames)));
+        let drawn = self.contents.messages.get(DISCS);
+        let drawn = drawn.filter(|count| **count < self.contents.frames);
+        let drawn = drawn.map_or_else(String::new, |count| format!(", {count} of them drawn"));
+        lines.push(("frames", format!("{}{kept}{until}{drawn}", self.contents.frames)));
         lines.push(("size", size(self.recording.bytes())));
         let mut text = shown_path(self.recording.path());
         for (name, value) in lines {

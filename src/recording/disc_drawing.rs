@@ -3,7 +3,7 @@
 use crate::frame::Frame;
 use crate::playback::log_times;
 use crate::scene::SceneBuilder;
-use crate::stored_frames::StoredFrames;
+use crate::stored_frames::DrawnFrames;
 use std::sync::Arc;
 
 /// Encodes the drawing of the discs of a frame, on any thread: the bytes do not depend on which one.
@@ -11,16 +11,11 @@ use std::sync::Arc;
 pub(crate) struct DiscDrawing {
     scenes: Arc<SceneBuilder>,
     playback_fps: f64,
-    /// The frames that are drawn, and the number of all frames.
-    drawn: (StoredFrames, Option<u64>),
+    drawn: DrawnFrames,
 }
 
 impl DiscDrawing {
-    pub(crate) fn new(
-        scenes: Arc<SceneBuilder>,
-        playback_fps: f64,
-        drawn: (StoredFrames, Option<u64>),
-    ) -> Self {
+    pub(crate) fn new(scenes: Arc<SceneBuilder>, playback_fps: f64, drawn: DrawnFrames) -> Self {
         Self { scenes, playback_fps, drawn }
     }
 
@@ -32,9 +27,8 @@ impl DiscDrawing {
     /// Encodes the drawing of the frame with this index, unless it is encoded already or not drawn. A frame without a time is left for the recorder
     /// to reject.
     pub(crate) fn encode(&self, frame: &mut Frame, index: u64) {
-        let (drawn, frames) = self.drawn;
         if frame.discs().is_empty()
-            && drawn.has(index, frames)
+            && self.drawn.has(index)
             && let Some((_, time)) = log_times(index, self.playback_fps)
         {
             frame.make_nan_canonical();

@@ -10,7 +10,7 @@ use crate::scenery::Scenery;
 use crate::schema::schema_of;
 use crate::stored_frames::StoredFrames;
 use kinetoscope_files::regular_file::MAX_MANIFEST_BYTES;
-use std::num::NonZeroU32;
+use std::num::{NonZeroU32, NonZeroU64};
 
 /// Compression of the chunks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,6 +61,8 @@ pub struct Header {
     pub playback_fps: f64,
     /// Maximum number of particles drawn; of more particles, every k-th is drawn.
     pub max_drawn_particles: NonZeroU32,
+    /// Every k-th frame is drawn, and the first and the last one.
+    pub draw_every: NonZeroU64,
     /// Compression of the chunks.
     pub compression: Compression,
     /// Which frames are stored.

@@ -23,6 +23,7 @@ use crate::provenance::{MANIFEST_ATTACHMENT, OUTCOME_RECORD, PROVENANCE_RECORD};
 use crate::scene::{EncodedDiscs, SceneBuilder};
 use crate::schema::schema_of;
 use crate::sink::CountingSink;
+use crate::stored_frames::DrawnFrames;
 use crate::trail::Trails;
 use foxglove::messages::{Log, Timestamp, log};
 use keyframes::Unstored;
@@ -139,12 +140,8 @@ impl<W: Write> Recorder<W> {
 
     /// The drawing of the discs, if they are recorded.
     pub(crate) fn disc_drawing(&self) -> Option<DiscDrawing> {
-        let drawn = match self.observer {
-            Some(_) => (StoredFrames::All, None),
-            None => (self.header.stored, self.header.frames_expected),
-        };
-        let scenes = Arc::clone(&self.scenes);
-        let drawing = || DiscDrawing::new(scenes, self.header.playback_fps, drawn);
+        let (scenes, rate) = (Arc::clone(&self.scenes), self.header.playback_fps);
+        let drawing = || DiscDrawing::new(scenes, rate, self.drawn_frames());
         self.wants(channels::DISCS).then(drawing)
     }
 
@@ -203,9 +200,7 @@ impl<W: Write> Recorder<W> {
             }
         }
         self.trace(frame.state());
-        if self.draws(self.frames) {
-            self.draw(frame, log_time, time)?;
-        }
+        self.draw(frame, log_time, time)?;
         self.write_log(frame.log_lines(), log_time, time)?;
         self.write_keyframe(frame.model_mut(), log_time)?;
         self.end_frame()?;
@@ -287,9 +282,14 @@ impl<W: Write> Recorder<W> {
         Ok(())
     }
 
-    /// Whether a frame is drawn: nobody sees the drawing of a frame that is not stored.
-    fn draws(&self, frame: u64) -> bool {
-        self.observer.is_some() || self.header.stored.has(frame, self.header.frames_expected)
+    /// The frames that are drawn: only an observer sees the drawing of a frame that is not stored.
+    fn drawn_frames(&self) -> DrawnFrames {
+        let Header { stored, frames_expected: frames, draw_every: every, .. } = self.header;
+        let stored = match (&self.observer, stored) {
+            (Some(_), StoredFrames::Keyframes(_)) => StoredFrames::All,
+            _ => stored,
+        };
+        DrawnFrames { stored, frames, every }
     }
 
     /// Adds the positions of a frame to the paths so far.
@@ -303,8 +303,11 @@ impl<W: Write> Recorder<W> {
 
     fn draw(&mut self, frame: &Frame, log_time: u64, time: Timestamp) -> Result<(), RecordError> {
         let is_first = self.is_first();
+        let is_drawn = self.drawn_frames().has(self.frames);
         for topic in self.recorded.clone() {
             let scene = match topic {
+                // An analysis reads the walls of every frame.
+                _ if !is_drawn && topic != channels::WALLS => continue,
                 channels::DISCS => {
                     self.payload(topic, log_time, frame.discs())?;
                     continue;
@@ -360,8 +363,13 @@ impl<W: Write> Recorder<W> {
     fn drawing_facts(&self) -> Vec<LogLine> {
         let scale = self.header.simulated_per_second();
         let scale = scale.map(|simulated| format!("1 s of playback = {simulated} simulated"));
-        let enlarged = self.header.scenery.enlargement().filter(|_| self.wants(channels::DISCS));
-        let facts = scale.into_iter().chain(enlarged);
+        let enlarged = self.header.scenery.enlargement();
+        let every = self.header.draw_every.get();
+        let drawn = (every > 1).then(|| {
+            format!("one frame in {every} is drawn, the states of all are recorded (`draw_every` in [record])")
+        });
+        let of_discs = enlarged.into_iter().chain(drawn).filter(|_| self.wants(channels::DISCS));
+        let facts = scale.into_iter().chain(of_discs);
         facts.map(|text| LogLine { level: Level::Info, text }).collect()
     }
 

@@ -2,6 +2,23 @@
 
 use std::num::NonZeroU64;
 
+/// Which frames of a run are drawn: every k-th of those that are stored, and the first and the last one.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DrawnFrames {
+    pub(crate) stored: StoredFrames,
+    /// Number of frames of the run.
+    pub(crate) frames: Option<u64>,
+    pub(crate) every: NonZeroU64,
+}
+
+impl DrawnFrames {
+    /// Whether a frame is drawn.
+    pub(crate) fn has(self, frame: u64) -> bool {
+        let is_end = frame == self.stored.first() || self.frames == frame.checked_add(1);
+        self.stored.has(frame, self.frames) && (is_end || frame.is_multiple_of(self.every.get()))
+    }
+}
+
 /// Which frames of a run a recording holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum StoredFrames {

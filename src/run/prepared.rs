@@ -78,6 +78,7 @@ impl Prepared {
         run_key: &str,
     ) -> Result<Self, SetupError> {
         let schedule = Schedule::new(manifest.record.interval, model.extent())?;
+        let frames = schedule.frames().saturating_add(1);
         let (kind, record) = (kind_of(&manifest.model), &manifest.record);
         let header = Header {
             manifest: canonical.to_owned(),
@@ -95,6 +96,7 @@ impl Prepared {
             scenery: model.scenery(),
             playback_fps: record.playback_fps.get(),
             max_drawn_particles: record.max_drawn_particles,
+            draw_every: record.distance_of_drawings(manifest.model.particles(), frames),
             compression: match record.compression {
                 Compression::Zstd => recorder::Compression::Zstd,
                 Compression::Zstd3 => recorder::Compression::Zstd3,
@@ -104,7 +106,7 @@ impl Prepared {
             stored: record
                 .distance_of_keyframes()
                 .map_or(StoredFrames::All, StoredFrames::Keyframes),
-            frames_expected: Some(schedule.frames().saturating_add(1)),
+            frames_expected: Some(frames),
             model_time: match model.extent() {
                 Extent::Steps { total, step } => Some(total as f64 * step),
                 Extent::Time(duration) => Some(duration),

@@ -78,8 +78,15 @@ pub fn compare_recordings(
 /// Whether a key decides at which times frames are recorded: states of other times differ without another physics.
 fn selects_frames(difference: &KeyDifference) -> bool {
     difference.key.strip_prefix("record.").is_some_and(|key| {
-        matches!(key, "frames" | "frames_per_decade" | "decades" | "keep" | "keyframe_distance")
-            || key.starts_with("every_")
+        matches!(
+            key,
+            "frames"
+                | "frames_per_decade"
+                | "decades"
+                | "keep"
+                | "keyframe_distance"
+                | "draw_every"
+        ) || key.starts_with("every_")
     })
 }
 

@@ -20,6 +20,7 @@ use kinetoscope_recording::file::RecordingFile;
 use kinetoscope_recording::reader::{Outcome, StoredFrames};
 use kinetoscope_recording::recorder::Compression;
 use std::io;
+use std::num::NonZeroU64;
 use std::path::Path;
 
 /// Recomputes an interval and records it to `output`, by default a file next to the recording.
@@ -111,6 +112,8 @@ fn record(
 ) -> Result<Outcome, VerifyError> {
     let mut start = fine.prepared(source, restored(source, model)?)?;
     start.header.stored = StoredFrames::From(fine.first);
+    // By default, all frames of the part are drawn, which are few of the run.
+    start.header.draw_every = source.manifest.record.draw_every.unwrap_or(NonZeroU64::MIN);
     if fine.first > 0 {
         advance_to(&mut *start.model, fine.target(fine.first - 1), interrupt)?;
     }

@@ -10,7 +10,7 @@ use kinetoscope_recording::channels::{
 use kinetoscope_recording::frame::{Frame, StateColumn};
 use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recorder, Selection};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery};
-use std::num::NonZeroU32;
+use std::num::{NonZeroU32, NonZeroU64};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use tempfile::TempDir;
@@ -139,6 +139,7 @@ pub(crate) fn header(model: &'static str) -> Header {
         },
         playback_fps: 25.0,
         max_drawn_particles: NonZeroU32::new(10_000).unwrap(),
+        draw_every: NonZeroU64::MIN,
         compression: Compression::Zstd,
         stored: kinetoscope_recording::recorder::StoredFrames::All,
         frames_expected: None,

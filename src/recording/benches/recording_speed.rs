@@ -18,7 +18,7 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufWriter, Write};
-use std::num::{NonZeroU32, NonZeroUsize};
+use std::num::{NonZeroU32, NonZeroU64, NonZeroUsize};
 use std::path::Path;
 use std::time::Instant;
 
@@ -123,6 +123,7 @@ fn header(compression: Compression) -> Header {
         },
         playback_fps: 25.0,
         max_drawn_particles: NonZeroU32::new(10_000).unwrap(),
+        draw_every: NonZeroU64::MIN,
         compression,
         stored: kinetoscope_recording::recorder::StoredFrames::All,
         frames_expected: None,

@@ -45,6 +45,7 @@ every_steps = 100
 channels = ["state", "energy"]
 playback_fps = 12.5
 max_drawn_particles = 500
+draw_every = 3
 compression = "none"
 "#;
 
@@ -103,6 +104,7 @@ fn canonical_form_is_pinned() {
             compression: Compression::None,
             keep: Keep::All,
             keyframe_distance: None,
+            draw_every: NonZeroU64::new(3),
         },
     };
     assert_eq!(dem.canonical(), GOLDEN_DEM);
@@ -282,6 +284,7 @@ impl Numbers {
             record: RecordConfig {
                 keep: if distance.is_some() { Keep::Keyframes } else { Keep::All },
                 keyframe_distance: distance,
+                draw_every: distance,
                 interval,
                 channels: [None, Some(vec![]), Some(vec!["state".to_owned(), "log".to_owned()])]
                     [self.below(3) as usize]

@@ -42,6 +42,7 @@ fn numbers_outside_their_ranges_are_rejected() {
         "[model.gas]\n[record]\nkeyframe_distance = 5 # <-",
         "`record.keyframe_distance` needs `keep = \"keyframes\"`",
     );
+    rejected("[model.gas]\n[record]\ndraw_every = 0 # <-", "must be a whole number from 1 to");
     rejected("[model.gas]\n[record]\nplayback_fps = 50.1 # <-", "must be a number in (0, 50]");
     let whole = "must be a whole number from 1 to 4294967295";
     for bad in ["0", "-3", "1.5", "4294967296", "1e10", "1e40"] {
@@ -333,4 +334,33 @@ fn lines_of_many_checks_are_exact() {
     let checks = experiment(&text).checks;
     let lines: Vec<u32> = checks.iter().map(|check| check.line).collect();
     assert_eq!(lines, (0..200).map(|number| 2 + 4 * number).collect::<Vec<_>>());
+}
+
+/// 2,010,000 particles are drawn at most, 10,000 in each of 201 frames; a run of more draws one frame in as few of 1, 2, 5, 10, … as suffice,
+/// whatever the sizes.
+#[test]
+fn drawings_of_large_runs_are_within_a_budget() {
+    let distance = |record: &str, particles, frames| {
+        let gas = experiment(&format!("seed = 1\n[model.gas]\n[record]\n{record}"));
+        gas.runs[0].manifest.record.distance_of_drawings(particles, frames).get()
+    };
+    for (particles, frames, expected) in [
+        (1, 1, 1),
+        (10_000, 201, 1),
+        (10_000, 202, 2),
+        (10_000, 401, 2),
+        (10_000, 403, 5),
+        (1_000_000, 2_010, 10),
+        (1_000_000, 2_011, 20),
+        (100, 20_100, 1),
+        // 10^4 (2^64 - 1) particles are more than a number holds: 2^64 - 1 over 2,010,000 is 9.2e12.
+        (u64::MAX, u64::MAX, 10_000_000_000_000),
+    ] {
+        assert_eq!(distance("", particles, frames), expected, "{particles}, {frames}");
+        for every in [1, 7, u64::MAX >> 1] {
+            let record = format!("draw_every = {every}\n");
+            assert_eq!(distance(&record, particles, frames), every);
+        }
+    }
+    assert_eq!(distance("max_drawn_particles = 100\n", 10_000, 20_100), 1);
 }

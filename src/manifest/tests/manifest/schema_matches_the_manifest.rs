@@ -98,6 +98,7 @@ const NO_DEFAULT: &[&str] = &[
     "decades",
     "keep",
     "keyframe_distance",
+    "draw_every",
     "channels",
     "name",
     "description",
@@ -217,7 +218,7 @@ fn canonical_form_contains_every_key_of_the_schema() {
         "[model.packing]\nstart_from = \"packing.mcap\"",
         "[model.orbit]\nstart_from = \"orbit.mcap\"",
         "[model.gas]\ndisc_radius_m = 0.01\nspeeds_m_per_s = [1]",
-        "[model.dem]\n[record]\nkeep = \"keyframes\"",
+        "[model.dem]\n[record]\nkeep = \"keyframes\"\ndraw_every = 2",
         "[model.gas]",
     ];
     let mut written = BTreeSet::new();

@@ -17,6 +17,8 @@ mod log_lines_are_recorded;
 mod recording_is_byte_identical;
 // Keyframes have the scalars of all frames, and no hash of a drawing.
 mod keyframes_hold_all_scalars;
+// Drawings at a distance change no other message.
+mod frames_are_drawn_at_a_distance;
 
 // Frames read from damaged files are bitwise equal, and the error states the loss.
 mod damage_is_reported;

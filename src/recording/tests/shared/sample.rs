@@ -10,7 +10,7 @@ use kinetoscope_recording::frame::{ContactLine, Frame, Level, StateColumn};
 use kinetoscope_recording::reader::{Frames, RecordedFrame, Recording};
 use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recorder, Selection};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};
-use std::num::{NonZeroU32, NonZeroUsize};
+use std::num::{NonZeroU32, NonZeroU64, NonZeroUsize};
 use std::path::Path;
 
 pub(crate) const COLUMNS: &[StateColumn] = &[
@@ -57,6 +57,7 @@ pub(crate) fn header(compression: Compression) -> Header {
         },
         playback_fps: 25.0,
         max_drawn_particles: NonZeroU32::new(10_000).unwrap(),
+        draw_every: NonZeroU64::MIN,
         compression,
         stored: kinetoscope_recording::recorder::StoredFrames::All,
         frames_expected: Some(201),
