@@ -75,6 +75,17 @@ pub fn needs_replicates(model: &str, metric: &str) -> bool {
         .is_some_and(|model| model.needs_replicates.iter().any(|known| known.name == metric))
 }
 
+/// Whether a metric of this model follows from the states of all frames.
+pub(crate) fn needs_all_states(model: &str, metric: &Definition) -> bool {
+    of_model(model).is_some_and(|model| model.needs_all_states.contains(&metric))
+}
+
+/// Whether a chart of this model shows the states of all frames.
+pub(crate) fn chart_needs_all_states(model: &str, stem: &str) -> bool {
+    let mut charts = of_model(model).into_iter().flat_map(|model| model.figures);
+    charts.any(|chart| chart.stem == stem && chart.needs_all_states)
+}
+
 /// The names of the metrics of a model's runs, and of sweeps over them; none for an unknown model.
 #[must_use]
 pub fn metric_names(model: &str) -> Vec<&'static str> {

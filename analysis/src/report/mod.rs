@@ -1,6 +1,7 @@
 //! Analysis of one experiment: runs its recordings' analyses, derives sweep metrics, evaluates checks, and collects
 //! plots.
 
+mod checked_values;
 mod drawn_runs;
 mod file_links;
 pub(crate) mod files;
@@ -20,6 +21,7 @@ pub(crate) mod table;
 mod text;
 mod timing_section;
 
+pub use checked_values::{CheckedExperiment, CheckedValue, checked_experiment, value_text};
 pub use metrics_reference::metrics_reference;
 
 use self::drawn_runs::{drawn_files, drawn_runs};

@@ -78,3 +78,15 @@ pub(super) const NEED_REPLICATES: &[&Definition] = &[
     RUNOUT,
     SETTLING_TIME,
 ];
+
+/// Metrics that follow from the states of all frames.
+pub(super) const NEED_ALL_STATES: &[&Definition] = &[
+    RESIDUAL_PER_REBOUND,
+    KINETIC_DISAGREEMENT,
+    RESTITUTION,
+    CONTACT_DURATION,
+    STRESS_AT_FLOOR,
+    STRESS_AT_MID_HEIGHT,
+    LATERAL_STRESS_RATIO,
+    OVERBURDEN_DEVIATION,
+];

@@ -26,6 +26,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     main: &["energy.total_change_relative", "settling_time"],
     never: &[],
     needs_replicates: metrics::NEED_REPLICATES,
+    needs_all_states: metrics::NEED_ALL_STATES,
     sweep_metrics: sweep::ALL,
     fits: sweep::FITS,
     ordinates: sweep::ORDINATES,

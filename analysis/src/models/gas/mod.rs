@@ -30,6 +30,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     main: &["pressure.measured", "effusion_rate", "box_entropy.change", "layers.mean_height"],
     never: &[metrics::PARTICLES_OUTSIDE],
     needs_replicates: &[],
+    needs_all_states: &[],
     sweep_metrics: sweep::ALL,
     fits: sweep::FITS,
     ordinates: sweep::ORDINATES,

@@ -22,6 +22,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     main: &["position_error.final", "energy.max_error_relative", "closest_approach"],
     never: &[],
     needs_replicates: &[],
+    needs_all_states: metrics::NEED_ALL_STATES,
     sweep_metrics: sweep::ALL,
     fits: sweep::FITS,
     ordinates: sweep::ORDINATES,

@@ -1,7 +1,7 @@
 //! Metrics of a packing run.
 
 use super::laws as law;
-use crate::metric::definition::definitions;
+use crate::metric::definition::{Definition, definitions};
 
 definitions! {
     TEMPERATURE_INITIAL: "temperature.initial", "", "granular temperature at the start", "T = <v^2>/2, first frame", [], 0.0;
@@ -29,3 +29,13 @@ definitions! {
     DIFFUSION_EINSTEIN: "self_diffusion.from_displacements", "", "diffusion coefficient from the displacements", "/state: D = growth of mean |r - r(0)|^2 over 4 t, from five to ten mean free times after the start of the window; otherwise as self_diffusion.from_velocities", [law::SELF_DIFFUSION], 0.0;
     VELOCITY_AUTOCORRELATION: "velocity_autocorrelation.final", "1", "correlation of the velocities with those at the start", "/state: sum of v . v(0) over sum of v(0)^2 of the first 1000 discs, last frame", [], 0.0;
 }
+
+/// Metrics that follow from the states of all frames.
+pub(super) const NEED_ALL_STATES: &[&Definition] = &[
+    PSI6_GLOBAL,
+    PSI6_LOCAL,
+    PAIR_CORRELATION,
+    DISPLACEMENT,
+    DIFFUSION_GREEN_KUBO,
+    DIFFUSION_EINSTEIN,
+];

@@ -31,6 +31,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     ],
     never: &[],
     needs_replicates: &[],
+    needs_all_states: metrics::NEED_ALL_STATES,
     sweep_metrics: &[],
     fits: &[],
     ordinates: sweep::ORDINATES,

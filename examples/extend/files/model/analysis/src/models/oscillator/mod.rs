@@ -22,6 +22,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     main: &["energy.max_error_relative"],
     never: &[],
     needs_replicates: &[],
+    needs_all_states: &[],
     sweep_metrics: &[],
     fits: &[],
     ordinates: &[],
