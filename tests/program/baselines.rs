@@ -104,11 +104,10 @@ fn first_report_of_every_starter_answers_its_question() {
             let text = answer["text"].as_str().unwrap();
             assert!(text.starts_with("The ") && !text.contains('_'), "{model}, {name}: {text}");
             let page = fs::read_to_string(folder.join("report.html")).unwrap();
-            let result = page.split("<p class=\"result\">").nth(1).unwrap();
-            let result = result.split("</p>").next().unwrap();
-            assert!(result.contains(">Plot</a>"), "{model}, {name}: {result}");
-            let is_over_key = result.contains(" against ") && !result.contains(" against time\"");
-            assert_eq!(name == "swept", is_over_key, "{model}: {result}");
+            let plot = page.split("class=\"adjacent\"").nth(1).unwrap();
+            let plot = plot.split("</figure>").next().unwrap();
+            let is_over_key = plot.contains("_vs_") && !plot.contains("_vs_time\"");
+            assert_eq!(name == "swept", is_over_key, "{model}: {}", &plot[..200]);
         }
     }
 }

@@ -245,6 +245,7 @@ fn requested(model: &'static str, subjects: &[&[&str]]) -> Value {
     let mut header = crate::sample::header(Compression::Zstd);
     header.model = model;
     header.selection = Selection::All;
+    header.channels = ALL;
     let request = |subjects: &&[&str]| PanelRequest {
         subjects: subjects.iter().map(|subject| (*subject).to_owned()).collect(),
         title: Some("as the manifest says".to_owned()),
