@@ -6,6 +6,7 @@ use crate::replay::Replay;
 use crate::report::AnalysisReport;
 use crate::run::RunAnalysis;
 use kinetoscope_console::text::visible;
+use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_manifest::{ViewColor, ViewFrame, ViewRequest};
 use maud::{Markup, PreEscaped, html};
 use std::collections::BTreeSet;
@@ -41,10 +42,14 @@ pub(super) fn section(report: &AnalysisReport, plot: &Markup) -> Markup {
     }
 }
 
-/// The distribution of the speeds in the frame that is shown, which the script draws for a gas of points or of elastic discs.
+/// The distribution of the speeds in the frame that is shown, which the script draws for a gas of equal particles.
 fn speeds_now(played: &[Played<'_>]) -> Markup {
-    let has_law =
-        played.first().is_some_and(|(run, _)| ["gas", "packing"].contains(&run.model().name()));
+    // The speeds of several masses have no common distribution.
+    let has_law = played.first().is_some_and(|(run, _)| match &run.manifest.model {
+        ModelConfig::Gas(gas) => gas.additional_masses_kg.is_empty(),
+        ModelConfig::Packing(_) => true,
+        _ => false,
+    });
     let unit = played.first().and_then(|(_, replay)| Some(replay.film.as_ref()?.units[1].as_str()));
     let unit = unit.filter(|unit| !unit.is_empty()).map(|unit| format!(" ({unit})"));
     html! {
