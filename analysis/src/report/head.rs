@@ -1,7 +1,7 @@
 //! The head of `report.html`: the question, the answer with its numbers, and pass or fail.
 
 use super::AnalysisReport;
-use crate::answer::{AnswerNumber, AnswerPart, missing_text};
+use crate::answer::{AnswerPart, missing_text};
 use crate::checks::CheckKind;
 use maud::{Markup, html};
 
@@ -50,9 +50,9 @@ fn answer_part(part: &AnswerPart) -> Markup {
         @match part {
             AnswerPart::Text(text) => (with_subscripts(text)),
             AnswerPart::Failure(text) => strong class="bad" { (text) },
-            AnswerPart::Number(AnswerNumber { text, is_passed, .. }) => {
-                strong { (with_subscripts(text)) }
-                @match is_passed {
+            AnswerPart::Number(number) => {
+                strong { (with_subscripts(&number.text)) }
+                @match number.mark() {
                     Some(true) => span class="good" title="the check passes" { "\u{a0}✓" },
                     Some(false) => strong class="bad" { " (its check fails)" },
                     None => {},

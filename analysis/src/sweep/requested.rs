@@ -3,7 +3,8 @@
 use super::reference_lines::Lines;
 use super::samples::{self, Abscissa, Sample, definition, label, typographic_unit};
 use crate::input::coordinates::{self, grouped, last_part, without};
-use crate::metric::{Definition, Metric, MetricScope};
+use crate::metric::{Definition, Metric, MetricScope, NEEDS_ALL_STATES};
+use crate::models::chart_needs_all_states;
 use crate::models::figures::time_scale_of;
 use crate::plot::{Axis, Curve, CurveStyle, Plot, Point, Scale, extremes};
 use crate::run::{RunAnalysis, RunStatus};
@@ -249,11 +250,7 @@ impl PlotData<'_> {
                     let own = run.figures.plots.iter().find(|plot| plot.stem == figure);
                     own.map(|plot| (plot.clone(), run))
                 });
-                let (plot, run) = drawn.next().ok_or_else(|| {
-                    let what = format!("no recording has the values of the chart `{figure}`");
-                    let help = "`kinetoscope analyze` draws the charts that these recordings have";
-                    Message::new(what, help)
-                })?;
+                let (plot, run) = drawn.next().ok_or_else(|| without_chart(&shown, figure))?;
                 (plot, coordinates::label(&run.coordinates), self.one_of_several(run))
             }
         };
@@ -309,6 +306,23 @@ impl PlotData<'_> {
         let plot = Plot::chart(format!("{channel}_{field}_vs_time"), title, axes, curves);
         let replicate = if let [run] = shown[..] { self.one_of_several(run) } else { None };
         Ok((plot.with_remark(&remarks.join("; ")), replicate))
+    }
+}
+
+/// Why none of these runs has a chart.
+fn without_chart(runs: &[&RunAnalysis], figure: &str) -> Message {
+    let what = format!("no recording has the values of the chart `{figure}`");
+    let lacks_states =
+        |run: &&&RunAnalysis| chart_needs_all_states(run.manifest.model.name(), figure);
+    let mut lacking = runs.iter().filter(lacks_states);
+    match lacking.find_map(|run| run.restored_by.as_ref()) {
+        Some(command) => {
+            let help = format!("restore them with `{command}`");
+            Message::new(format!("{what}: {NEEDS_ALL_STATES}"), help)
+        }
+        None => {
+            Message::new(what, "`kinetoscope analyze` draws the charts that these recordings have")
+        }
     }
 }
 
