@@ -19,6 +19,8 @@ words! {
         Height = "height",
         /// Its horizontal position in the first frame, so that mixing from side to side is visible.
         Side = "side",
+        /// Its species, such as the masses of a gas; its speed if there is only one.
+        Species = "species",
     }
 }
 
@@ -37,7 +39,7 @@ table! {
     pub(crate) struct ViewKeys {
         /// Time of the frame that the report shows first, in the model's unit; by default the most telling one, mostly the last.
         poster: Option<NonNegative> ["", optional],
-        /// What the color of a particle means in the replay: its speed, or its height or side in the first frame.
+        /// What the color of a particle means in the replay: its speed, its height or side in the first frame, or its species.
         color: ViewColor ["", sparse] = ViewColor::Speed,
         /// The frame of reference of the replay: that of the recorded positions, or the one that rotates with the second of several bodies about the first one.
         frame: ViewFrame ["", sparse] = ViewFrame::Fixed,

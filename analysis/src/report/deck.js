@@ -32,7 +32,7 @@ function share() {
   scale.top = widest.speedTop;
   deck.querySelector(".bar").style.background = `linear-gradient(to right, ${widest.colors.join()})`;
   deck.querySelector(".scale").hidden = isSpeed && !(scale.top > 0);
-  const [low, high] = { height: ["low at start", "high"], side: ["left at start", "right"] }[scale.by] ?? ["speed 0",
+  const [low, high] = { height: ["low at start", "high"], side: ["left at start", "right"], species: ["first species", "last"] }[scale.by] ?? ["speed 0",
     `${max > 1.005 * scale.top ? "≥ " : ""}${withUnit(widest.speedTopText, widest.units[1])}`];
   deck.querySelector(".bottom").textContent = low;
   deck.querySelector(".top").textContent = high;

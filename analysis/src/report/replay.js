@@ -395,6 +395,7 @@ function player(part, leader) {
       const order = firsts.filter((value) => value !== ABSENT).sort((a, b) => a - b), [low, high] = [order[0], order[order.length - 1]];
       firsts.forEach((value, i) => { tones[i] = value === ABSENT ? UNKNOWN : clamp(Math.floor((value - low) / (high - low || 1) * STEPS), 0, STEPS - 1); });
     }
+    if (scale.by === "species") tones = tones.map((_, i) => Math.round(i * film.every % deck.dataset.species / (deck.dataset.species - 1) * (STEPS - 1)));
     film.names.forEach((name, i) => { if (name === "Sun") tones[i] = SUN; });
     draw();
   }
@@ -463,8 +464,7 @@ function player(part, leader) {
     get file() { return file; },
     get film() { return film; },
     get time() { return data ? timeAt(at) : NaN; },
-    get frames() { return film.frames; },
-    get numbers() { return data.numbers; },
+    get frames() { return film.frames; }, get numbers() { return data.numbers; },
     get view() { return view; },
     get isAtPoster() { return isAtPoster; },
     // The speeds of the frame, with the number of particles that have each.

@@ -6,6 +6,7 @@ use crate::replay::Replay;
 use crate::report::AnalysisReport;
 use crate::run::RunAnalysis;
 use kinetoscope_console::text::visible;
+use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_manifest::{ViewColor, ViewFrame, ViewRequest};
 use maud::{Markup, PreEscaped, html};
 use std::collections::BTreeSet;
@@ -14,10 +15,11 @@ use std::collections::BTreeSet;
 const SPEEDS: [&str; 7] = ["0.1", "0.25", "0.5", "1", "2", "4", "10"];
 
 /// What the color of a particle can mean, in words.
-const COLORS: [(ViewColor, &str); 3] = [
+const COLORS: [(ViewColor, &str); 4] = [
     (ViewColor::Speed, "speed"),
     (ViewColor::Height, "height at start"),
     (ViewColor::Side, "side at start"),
+    (ViewColor::Species, "species"),
 ];
 
 /// A run that plays.
@@ -41,10 +43,14 @@ pub(super) fn section(report: &AnalysisReport, plot: &Markup) -> Markup {
     }
 }
 
-/// The distribution of the speeds in the frame that is shown, which the script draws for a gas of points or of elastic discs.
+/// The distribution of the speeds in the frame that is shown, which the script draws for a gas of equal particles.
 fn speeds_now(played: &[Played<'_>]) -> Markup {
-    let has_law =
-        played.first().is_some_and(|(run, _)| ["gas", "packing"].contains(&run.model().name()));
+    // The speeds of several masses have no common distribution.
+    let has_law = played.first().is_some_and(|(run, _)| match &run.manifest.model {
+        ModelConfig::Gas(gas) => gas.additional_masses_kg.is_empty(),
+        ModelConfig::Packing(_) => true,
+        _ => false,
+    });
     let unit = played.first().and_then(|(_, replay)| Some(replay.film.as_ref()?.units[1].as_str()));
     let unit = unit.filter(|unit| !unit.is_empty()).map(|unit| format!(" ({unit})"));
     html! {
@@ -99,12 +105,12 @@ fn deck(played: &[Played<'_>], view: &ViewRequest) -> Markup {
     let poster = view.poster.map(|time| time.to_string());
     let names_given = (!view.names.is_empty()).then(|| visible_list(&view.names));
     html! {
-        div class="deck" data-poster=[poster] data-names=[names_given] hidden {
+        div class="deck" data-poster=[poster] data-names=[names_given] data-species=(species(played)) hidden {
             div class="players" {
                 (player(&names, compared(0).unwrap_or(0), false))
                 @if has_pair { (player(&names, compared(1).unwrap_or(names.len() - 1), true)) }
             }
-            (controls(has_pair, view))
+            (controls(has_pair, view, species(played)))
             div class="facts readout" {
                 output class="clock" {}
                 span class="scale" { span class="bottom" {} " " span class="bar" {} " " span class="top" {} }
@@ -112,6 +118,15 @@ fn deck(played: &[Played<'_>], view: &ViewRequest) -> Markup {
             p class="facts row" {}
         }
     }
+}
+
+/// Number of the species of a gas, which its particles have in turn; 1 for other models.
+fn species(played: &[Played<'_>]) -> usize {
+    let of_run = |(run, _): &Played<'_>| match &run.manifest.model {
+        ModelConfig::Gas(gas) => 1 + gas.additional_masses_kg.len(),
+        _ => 1,
+    };
+    played.iter().map(of_run).min().unwrap_or(1)
 }
 
 /// Names as JSON, with every character visible.
@@ -150,7 +165,7 @@ fn player(names: &[String], chosen: usize, is_second: bool) -> Markup {
 }
 
 /// What the first player, and the second one with it, are controlled by.
-fn controls(has_pair: bool, view: &ViewRequest) -> Markup {
+fn controls(has_pair: bool, view: &ViewRequest, species: usize) -> Markup {
     let color = view.color.unwrap_or(ViewColor::Speed);
     let is_rotating = view.frame == Some(ViewFrame::Rotating);
     html! {
@@ -169,8 +184,8 @@ fn controls(has_pair: bool, view: &ViewRequest) -> Markup {
             label {
                 "color "
                 select class="colors" autocomplete="off" {
-                    @for (value, name) in COLORS {
-                        option value=(value.word()) selected[value == color] { (name) }
+                    @for (value, name) in COLORS.iter().filter(|(value, _)| species > 1 || *value != ViewColor::Species) {
+                        option value=(value.word()) selected[*value == color] { (name) }
                     }
                 }
             }

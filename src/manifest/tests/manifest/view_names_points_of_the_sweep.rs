@@ -35,6 +35,7 @@ fn wrong_values_are_reported() {
         ("color = \"spedd\" # <-", "did you mean \"speed\"?"),
         ("compare = [{ temperature_k = 250 }] # <-", "does not name two points of the sweep"),
         ("frame = \"rotated\" # <-", "must be one of \"fixed\", \"rotating\""),
+        ("color = \"speces\" # <-", "did you mean \"species\"?"),
         ("compare = 3 # <-", "does not name two points of the sweep"),
         ("compare = [{ temperature_k = 251 }, { temperature_k = 300 }] # <-", "has no point"),
         ("compare = [{ temprature_k = 250 }, { temperature_k = 300 }] # <-", "is not swept"),
