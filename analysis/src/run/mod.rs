@@ -137,8 +137,8 @@ impl RunAnalysis {
 }
 
 /// Reads all frames of a recording in order; `threads` is the number of threads that decompress chunks. Of a recording of keyframes,
-/// metrics and charts that need the states of all frames are withheld, as is the replay. The memory is bounded for any file size: that of `Frames`, three frames, some megabytes for series and snapshots, and twelve times the maximum
-/// size of the replay.
+/// metrics and charts that need the states of all frames are withheld, as is the replay. The memory is bounded for any file size: that
+/// of `Frames`, three frames, some megabytes for series and snapshots, and twelve times the maximum size of the replay.
 ///
 /// # Errors
 /// A recording without a readable frame, or a disk that fails, after which the frames before are not a result.
@@ -176,14 +176,10 @@ pub fn analyze(
             }
         }
     }
-    let ending = match (&failure, &run.recording().provenance().outcome) {
-        (Some(error), _) if frames == 0 || error.is_of_machine() => return Err(error.into()),
-        (Some(error), _) if is_under_way(&run.file, error) => RunStatus::Unfinished,
-        (Some(error), _) => RunStatus::Damaged(error.message()),
-        (None, Some(Outcome::Complete)) => RunStatus::Complete,
-        (None, Some(Outcome::Fault(what))) => RunStatus::Fault(what.clone()),
-        (None, Some(Outcome::Interrupted) | None) => RunStatus::Unfinished,
-    };
+    if let Some(error) = failure.take_if(|error| frames == 0 || error.is_of_machine()) {
+        return Err(error.into());
+    }
+    let ending = ending(run, failure.as_ref());
     if frames == 0 {
         let path = shown_path(run.recording().path());
         return Err(UnreadableRecording::new(
@@ -200,15 +196,7 @@ pub fn analyze(
     let mut replay = replay.map(ReplayCollector::finish);
     let restored_by = run.keyframes().map(|(_, command)| command);
     if let Some(command) = restored_by.as_deref().filter(|_| lacks_states) {
-        let model = run.manifest.model.name();
-        measurements.withhold(|metric| models::needs_all_states(model, metric), command);
-        figures.retain(|chart| !models::chart_needs_all_states(model, chart));
-        replay = replay.map(|_| Replay {
-            note: format!(
-                "No replay: the recording holds keyframes, and `{command}` restores all frames."
-            ),
-            film: None,
-        });
+        withhold(run, command, &mut measurements, &mut figures, &mut replay);
     }
     Ok(RunAnalysis {
         coordinates,
@@ -225,6 +213,36 @@ pub fn analyze(
         manifest: run.manifest.clone(),
         origin: run.origin(),
     })
+}
+
+/// Leaves out what needs the states of all frames, which a command restores.
+fn withhold(
+    run: &OpenRun,
+    command: &str,
+    measurements: &mut Measurements,
+    figures: &mut Figures,
+    replay: &mut Option<Replay>,
+) {
+    let model = run.manifest.model.name();
+    measurements.withhold(|metric| models::needs_all_states(model, metric), command);
+    figures.retain(|chart| !models::chart_needs_all_states(model, chart));
+    if let Some(replay) = replay {
+        replay.film = None;
+        replay.note = format!(
+            "No replay: the recording holds keyframes, and `{command}` restores all frames."
+        );
+    }
+}
+
+/// How a run ended; `failure` is the error after which no frame was read.
+fn ending(run: &OpenRun, failure: Option<&ReadError>) -> RunStatus {
+    match (failure, &run.recording().provenance().outcome) {
+        (Some(error), _) if is_under_way(&run.file, error) => RunStatus::Unfinished,
+        (Some(error), _) => RunStatus::Damaged(error.message()),
+        (None, Some(Outcome::Complete)) => RunStatus::Complete,
+        (None, Some(Outcome::Fault(what))) => RunStatus::Fault(what.clone()),
+        (None, Some(Outcome::Interrupted) | None) => RunStatus::Unfinished,
+    }
 }
 
 /// The error of a recording of keyframes that ends between two of them: most metrics need the state at the end.

@@ -124,9 +124,9 @@ impl Trials {
         assert!(found.len() <= self.expected.len(), "{what}");
         for (one, other) in found.iter().zip(&self.expected) {
             let all = messages(other, |_| true);
-            let known = messages(one, |_| true).into_iter();
+            let mut known = messages(one, |_| true).into_iter();
             let is_recorded = |(topic, payload)| all.get(&topic) == Some(&payload);
-            assert!(known.map(is_recorded).all(|it| it), "{what}: frame {}", one.clock.frame);
+            assert!(known.all(is_recorded), "{what}: frame {}", one.clock.frame);
             let is_wanted = |topic: &str| has_same_drawings || !is_drawing(topic);
             let has_all = messages(one, is_wanted) == messages(other, is_wanted);
             assert!(has_all || error.is_some(), "{what}: frame {}", one.clock.frame);
