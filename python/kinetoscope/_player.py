@@ -8,10 +8,12 @@ from pathlib import Path
 
 from ._errors import KinetoscopeError
 
-# The page without everything except the player and the plot of the question.
+# The page without everything except the player and, at its right from the width of a narrow cell on, the plot of the question.
 PLAYER_ONLY = (
     "<style>main > :not(.replay) { display: none !important } "
-    "body, main, .replay { margin: 0; padding: 4px; border: 0 }</style>"
+    "main { max-width: none !important } body, main, .replay { margin: 0; padding: 4px; border: 0 } "
+    "@media (min-width: 560px) { .split:has(.deck):has(.adjacent) "
+    "{ grid-template-columns: minmax(0, 11fr) minmax(0, 9fr) } }</style>"
 )
 
 

@@ -147,6 +147,18 @@ class Summary:
         first = layout.stored.first
         if frames > 0 and times != (layout.log_time(first), layout.log_time(first + frames - 1)):
             raise damaged(self.path, f"its {frames} frames do not fill the time of the recording")
+        self._check_states(frames, layout.stored.distance)
+
+    def _check_states(self, frames: int, distance: int) -> None:
+        """Compares the number of states with that of the frames: the last frame of a complete run has one as well."""
+        channel = self.descriptions.number_of("/state")
+        if channel is None or frames == 0:
+            return
+        states, regular = self.statistics.channel_message_counts.get(channel, 0), -(-frames // distance)
+        with_last = regular if (frames - 1) % distance == 0 else regular + 1
+        is_complete = self.outcome.get("outcome") == "complete"
+        if states != with_last and (is_complete or states != regular):
+            raise damaged(self.path, f"its statistics count {states} states of {frames} frames")
 
 
 def read_summary(path: Path, stream: BinaryIO, size: int, head_end: int) -> Optional[Summary]:

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import struct
 import zlib
+from collections import Counter
 from dataclasses import dataclass
 from random import Random
-from typing import Any, Dict, Iterator, List, Tuple
+from typing import Any, Dict, Iterable, Iterator, List, Tuple
 
 import zstandard
 
@@ -123,6 +124,47 @@ class MutatedRecording:
             change(records, numbers)
         has_checksums = numbers.random() < 0.8
         return encoded(records, has_checksums, has_checksums and numbers.random() < 0.9)
+
+    @property
+    def chunks(self) -> int:
+        """The number of chunks."""
+        return sum(record.kind == CHUNK for record in self.records)
+
+    def with_chunks(self, order: Iterable[int]) -> bytes:
+        """The file with these chunks in this order, each with its indexes, and with their numbers of messages in the statistics."""
+        groups: List[List[Record]] = []
+        indexes: List[Record] = []
+        others: List[Record] = []
+        for record in self.records:
+            if record.kind == CHUNK:
+                groups.append([record])
+            elif record.kind == MESSAGE_INDEX:
+                groups[-1].append(record)
+            elif record.kind == CHUNK_INDEX:
+                indexes.append(record)
+            else:
+                others.append(record.copy())
+        chosen = list(order)
+        counts = Counter(
+            message.fields[0] for number in chosen for message in groups[number][0].content if message.kind == MESSAGE
+        )
+        records: List[Record] = []
+        for record in others:
+            if record.kind == METADATA and record.fields[0] == "kinetoscope.outcome":
+                records += [part.copy() for number in chosen for part in groups[number]]
+            records.append(record)
+            if record.kind == STATISTICS:
+                record.fields[0], record.fields[5] = sum(counts.values()), len(chosen)
+                record.fields[8] = {channel: counts[channel] for channel in record.fields[8] if counts[channel]}
+                records += [indexes[number].copy() for number in chosen]
+        return encoded(records, True, True)
+
+    def with_moved_message(self, source: int, target: int) -> bytes:
+        """The file with the last message of a chunk at the end of another chunk."""
+        records = [record.copy() for record in self.records]
+        chunks = [record for record in records if record.kind == CHUNK]
+        chunks[target].content.append(chunks[source].content.pop())
+        return encoded(records, True, True)
 
     def unchanged(self) -> bytes:
         """The file without a change, encoded again."""

@@ -188,3 +188,47 @@ def test_changed_records_are_errors_or_what_other_readers_find(
     for seed in range(CHANGED_PER_MODEL):
         tally.read(original.changed(random.Random(f"{small.stem} {seed}")), f"seed {seed}")
     tally.check()
+
+
+@pytest.fixture(scope="module")
+def blocks(tmp_path_factory: pytest.TempPathFactory, programs: Optional[str]) -> Path:
+    """A recording of five blocks, each with a chunk of drawings, of states and of scalars."""
+    folder = tmp_path_factory.mktemp("blocks")
+    manifest = folder / "blocks.toml"
+    record = '[record]\nframes = 4\nchannels = ["state", "discs", "energy"]\nkeep = "keyframes"\nkeyframe_distance = 1\n'
+    manifest.write_text(f"[model.gas]\n{SMALL['gas']}{record}", encoding="utf-8")
+    return k.run(manifest, output=folder, programs=programs).runs[0].path
+
+
+def test_missing_repeated_and_reordered_chunks_are_errors_or_what_other_readers_find(
+    blocks: Path, tmp_path: Path, programs: Optional[str]
+) -> None:
+    original = MutatedRecording(blocks.read_bytes())
+    count = original.chunks
+    assert count == 15
+    # Control: all chunks in their order.
+    assert original.with_chunks(range(count)) == blocks.read_bytes()
+    tally = Tally(blocks, tmp_path / "changed.mcap", programs)
+    for chunk in range(count):
+        others = [other for other in range(count) if other != chunk]
+        tally.read(original.with_chunks(others), f"without chunk {chunk}")
+        for place in range(count + 1):
+            repeated = [*range(place), chunk, *range(place, count)]
+            tally.read(original.with_chunks(repeated), f"chunk {chunk} again before {place}")
+        for other in range(chunk):
+            swapped = list(range(count))
+            swapped[chunk], swapped[other] = other, chunk
+            tally.read(original.with_chunks(swapped), f"chunks {other} and {chunk} swapped")
+    tally.check()
+
+
+def test_messages_in_chunks_of_other_groups_and_blocks_are_errors_or_what_other_readers_find(
+    blocks: Path, tmp_path: Path, programs: Optional[str]
+) -> None:
+    original = MutatedRecording(blocks.read_bytes())
+    tally = Tally(blocks, tmp_path / "changed.mcap", programs)
+    for source in range(original.chunks):
+        for target in range(original.chunks):
+            if source != target:
+                tally.read(original.with_moved_message(source, target), f"from chunk {source} to {target}")
+    tally.check()

@@ -3,7 +3,7 @@
 //! Viewers receive the recorded messages byte for byte. Invariant: they never change a recording. A slow viewer misses whole
 //! frames and delays neither the run nor other viewers. Without a speed, the run advances at full speed, and viewers receive as
 //! many frames as the playback shows in the same time. With a speed, the run is held to it and waits for the first viewer;
-//! viewers can pause, step and change the speed.
+//! viewers with the protocol's playback control can pause, step and change the speed. Lichtblick has no such control.
 //!
 //! Clients may be hostile, such as a web page in the user's browser. `admission.rs` rejects pages that are not known viewers.
 //! `connection.rs` ends every exchange at a deadline and limits the number of connections, so that no client can delay the end of

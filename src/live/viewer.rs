@@ -24,7 +24,7 @@ const MAX_MESSAGES_PER_TURN: usize = 32;
 const MAX_REQUEST_BYTES: usize = 1 << 16;
 /// Size of the buffer for requests, which each connection allocates.
 const READ_BUFFER_BYTES: usize = 1 << 12;
-/// The first time that a viewer receives. Viewers take 0 for a missing time.
+/// The first time that a viewer receives in a session, ns, from which its plots count. Viewers take 0 for a missing time.
 const FIRST_TIME_NS: u64 = 1;
 
 /// What all viewers of a server share.
@@ -140,7 +140,7 @@ impl Viewer<'_> {
         self.send(protocol::time(time_ns))
     }
 
-    /// Sends the server's information, the run and its channels, and the time at which the viewer joins.
+    /// Sends the server's information, the run and its channels, the start of the run, and the time at which the viewer joins.
     fn announce(&mut self) -> Result<(), Error> {
         let (run_info, joined_ns) = self.buffer.run_info();
         self.run_info = Arc::clone(&run_info);
@@ -154,8 +154,9 @@ impl Viewer<'_> {
             return Ok(());
         }
         self.send(protocol::advertise(channels, run_info.first_channel_id))?;
-        // Plots begin at the first time that a viewer receives.
-        self.send_time(joined_ns.max(FIRST_TIME_NS))
+        // Viewers subtract the first time that they receive from all times of their plots: it must be the start of the run.
+        self.send_time(FIRST_TIME_NS)?;
+        self.send_time(joined_ns)
     }
 
     /// Switches to the next run, if one was announced.

@@ -71,6 +71,63 @@ pub fn manifest_values(canonical: &str) -> Vec<(String, String)> {
     keys(canonical).into_iter().map(short).collect()
 }
 
+/// Keys of a manifest that affect no run.
+const WITHOUT_EFFECT: [&str; 9] = [
+    "name",
+    "question",
+    "answer",
+    "description",
+    "expected_outcome",
+    "checks",
+    "plots",
+    "view",
+    "baseline",
+];
+/// Maximum length of a written value that is stored in full.
+const LONGEST_WRITTEN_VALUE: usize = 80;
+
+/// Returns the keys that a manifest states and that affect its runs, with their values as TOML. Tables of an array are named after
+/// their `name`, or numbered from 1. A value of more than 80 characters is represented by the start of its SHA-256. A text that is no
+/// TOML has none.
+#[must_use]
+pub fn written_values(manifest: &str) -> BTreeMap<String, String> {
+    let mut values = BTreeMap::new();
+    for (key, value) in manifest.parse::<toml::Table>().unwrap_or_default() {
+        if !WITHOUT_EFFECT.contains(&key.as_str()) {
+            add_written(key, &value, &mut values);
+        }
+    }
+    values
+}
+
+fn add_written(key: String, value: &toml::Value, values: &mut BTreeMap<String, String>) {
+    match value {
+        toml::Value::Table(table) => {
+            for (name, value) in table {
+                add_written(format!("{key}.{name}"), value, values);
+            }
+        }
+        toml::Value::Array(tables) if tables.iter().any(toml::Value::is_table) => {
+            for (index, table) in tables.iter().enumerate() {
+                let name = table.get("name").and_then(toml::Value::as_str);
+                let name = name.map_or_else(|| (index + 1).to_string(), str::to_owned);
+                let mut table = table.clone();
+                table.as_table_mut().map(|table| table.remove("name"));
+                add_written(format!("{key}[{name}]"), &table, values);
+            }
+        }
+        _ => {
+            let mut text = value.to_string().replace('\n', "\\n");
+            if text.len() > LONGEST_WRITTEN_VALUE {
+                let hash = Sha256::digest(text.as_bytes());
+                let start: String = hash.iter().take(8).map(|byte| format!("{byte:02x}")).collect();
+                text = format!("sha256 {start}…");
+            }
+            values.insert(key, text);
+        }
+    }
+}
+
 /// The dotted keys of a canonical text with their values. It has one key per line, below the header of its table.
 fn keys(canonical: &str) -> Vec<(String, String)> {
     let mut table = String::new();
@@ -87,7 +144,25 @@ fn keys(canonical: &str) -> Vec<(String, String)> {
 
 #[cfg(test)]
 mod tests {
-    use super::{differing_values, manifest_values};
+    use super::{differing_values, manifest_values, written_values};
+
+    /// Control: keys without effect on the runs, and another way to write the same number or table.
+    #[test]
+    fn written_values_are_those_that_affect_the_runs() {
+        let manifest = "name = \"x\"\nseed = 3\nanswer = \"{y}\"\n[model.gas]\nparticles = 10\nspeed = 1.50\n\
+            [[sweep.variants]]\nname = \"a\"\n\"model.gas.particles\" = 20\n[[checks]]\nmetric = \"y\"\n";
+        let found = written_values(manifest);
+        let found: Vec<_> = found.iter().map(|(key, value)| format!("{key} = {value}")).collect();
+        let expected = [
+            "model.gas.particles = 10",
+            "model.gas.speed = 1.5",
+            "seed = 3",
+            "sweep.variants[a].model.gas.particles = 20",
+        ];
+        assert_eq!(found, expected);
+        let long = written_values(&format!("x = [{}1]", "1, ".repeat(100)));
+        assert!(long["x"].starts_with("sha256 ") && long["x"].len() < 30, "{}", long["x"]);
+    }
 
     #[test]
     fn long_values_are_compared_by_their_hash() {

@@ -345,6 +345,7 @@ fn read_root(
     reader.suggest_keys_of(&base);
     reader.finish();
     let runs = expand(&head, &base, &axes, lookup.recordings, errors);
+    let numbers_of_variants = sweep::numbers_of_variants(&axes);
     let axes: Vec<Axis> = axes.into_iter().map(|points| points.axis).collect();
     let model = runs.first().map(|run| run.manifest.model.name());
     let metrics = model.zip(lookup.metrics).map(|(model, metrics)| metrics(model));
@@ -356,15 +357,14 @@ fn read_root(
     }
     let checks =
         checks.map_or_else(Vec::new, |checks| checks::read(&checks.node, Some(manifest), errors));
-    let first = runs.first().map(|run| &run.manifest);
-    let requesting = PlottedManifest {
-        manifest,
-        channels: first.map_or(&[], |first| first.model.channels()),
-        recorded: first.and_then(|first| first.record.channels.as_deref()),
-        figures: figures.as_deref(),
-    };
     // A manifest whose runs cannot be read has no known channels; its errors are reported first.
-    let requesting = first.map(|_| requesting);
+    let requesting = runs.first().map(|run| PlottedManifest {
+        manifest,
+        numbers_of_variants: &numbers_of_variants,
+        channels: run.manifest.model.channels(),
+        recorded: run.manifest.record.channels.as_deref(),
+        figures: figures.as_deref(),
+    });
     let plots = plots.map_or_else(Vec::new, |plots| plots::read(&plots.node, requesting, errors));
     let view =
         view.map_or_else(ViewRequest::default, |view| view::read(&view, Some(&axes), errors));

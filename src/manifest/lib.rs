@@ -36,7 +36,9 @@ pub use answer::{AnswerPart, AnswerTemplate, FittedAlong, MetricReference};
 pub use baseline::BaselineTolerance;
 pub use canonical::{RunKey, RunManifest, run_key};
 pub use checks::{Bound, Check, IfUndecided, MetricNames, parse_checks};
-pub use comparison::{KeyDifference, differing_keys, differing_values, manifest_values};
+pub use comparison::{
+    KeyDifference, differing_keys, differing_values, manifest_values, written_values,
+};
 pub use describe::unit_of_key;
 pub use diagnostics::{Diagnostics, nearest};
 pub use experiment::{Experiment, Lookup, Override, Run, parse, parse_run, parse_with};
@@ -50,4 +52,4 @@ pub use start_manifests::{StartManifest, is_manifest_name, start_manifests};
 pub use sweep::{Axis, Coordinate};
 pub use syntax::{excess_of_toml, toml_error};
 pub use timing::{TimingComparison, TimingPoint, TimingRatio, TimingTable};
-pub use view::{ViewColor, ViewRequest};
+pub use view::{ViewColor, ViewFrame, ViewRequest};

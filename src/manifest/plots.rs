@@ -1,6 +1,8 @@
 //! `[[plots]]`: the plots that the analysis shows first.
 
-use crate::checks::{CheckedManifest, Points, check_metric, read_where, selects, write_where};
+use crate::checks::{
+    CheckedManifest, Points, check_metric, names, read_where, selects, write_where,
+};
 use crate::diagnostics::{Diagnostic, Errors, nearest};
 use crate::keys::{HasKeys as _, Reader, Writer};
 use crate::quantity::Finite;
@@ -20,8 +22,8 @@ pub struct PlotRequest {
     pub also: Vec<String>,
     /// A chart that the analysis of the model draws, such as `energy_balance`, in place of `y`.
     pub figure: Option<String>,
-    /// The swept key, as its full name or its last part, or a metric; `None` for time, and if the sweep has one numeric axis only, or
-    /// one axis.
+    /// The swept key or a key to which variants give numbers, as its full name or its last part, or a metric; `None` for time, and if the
+    /// sweep has one numeric axis only, or one axis.
     pub x: Option<String>,
     /// The function that is fitted to each curve.
     pub fit: Option<PlotFit>,
@@ -107,8 +109,8 @@ table! {
         /// In place of `y`: a chart that the analysis of the model draws for a run, such as `energy_balance`. `kinetoscope analyze` names
         /// the file of each.
         figure: Option<String> ["", optional],
-        /// The horizontal axis: a swept key, another metric, or `time` for a field of a channel. By default time, or the only numeric key
-        /// of the sweep, or its only key.
+        /// The horizontal axis: a swept key, a key to which the variants of the sweep give numbers, another metric, or `time` for a field
+        /// of a channel. By default time, or the only numeric key of the sweep, or its only key.
         x: Option<String> ["", optional],
         /// A function that is fitted to each curve by least squares: `power` or `linear`.
         fit: Option<PlotFit> ["", optional],
@@ -126,6 +128,8 @@ table! {
 pub(crate) struct PlottedManifest<'a> {
     /// Its text, axes and metrics.
     pub(crate) manifest: CheckedManifest<'a>,
+    /// The keys to which the variants of its sweep give numbers.
+    pub(crate) numbers_of_variants: &'a [String],
     /// The channels that the model can record.
     pub(crate) channels: &'a [&'static str],
     /// The channels that are recorded; `None` for the default.
@@ -189,7 +193,13 @@ fn read_one(
         plot.also.iter().for_each(|name| check_y(name, "also", manifest, element, &mut reader));
         let metrics = manifest.and_then(|known| known.manifest.metrics);
         let is_metric = |x: &str| metrics.is_none_or(|metrics| metrics.contains(&x));
-        if let Some(points) = points
+        let of_variants = manifest.map_or(&[][..], |known| known.numbers_of_variants);
+        let x = plot.x.as_deref().filter(|x| points.is_some_and(|it| it.full_name(x).is_none()));
+        let set = x.filter(|x| metrics.is_none_or(|metrics| !metrics.contains(x)));
+        let set = set.and_then(|x| of_variants.iter().find(|key| names(x, key)));
+        if let Some(key) = set {
+            plot.x = Some(key.clone());
+        } else if let Some(points) = points
             && reader.has("y")
             && !plot.x.as_deref().is_some_and(|x| points.full_name(x).is_none() && is_metric(x))
         {

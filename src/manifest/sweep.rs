@@ -65,6 +65,22 @@ words! {
     }
 }
 
+/// The keys to which the variants of a sweep give numbers.
+pub(crate) fn numbers_of_variants(axes: &[Points]) -> Vec<String> {
+    let variants = axes.iter().filter(|points| points.axis.keys.iter().any(|key| key == VARIANT));
+    let settings: Vec<&Setting> =
+        variants.flat_map(|points| points.settings.iter().flatten()).collect();
+    let is_number = |node: &Node| matches!(node.value, Value::Integer(_) | Value::Float(_));
+    let mut numbers: Vec<String> = Vec::new();
+    for Setting { key, .. } in &settings {
+        let mut of_key = settings.iter().filter(|setting| setting.key == *key);
+        if !numbers.contains(key) && of_key.all(|setting| is_number(&setting.node)) {
+            numbers.push(key.clone());
+        }
+    }
+    numbers
+}
+
 /// Reads the table `[sweep]` into its axes, in the order of the file.
 pub(crate) fn read(sweep: &Entry, errors: &mut Errors) -> Vec<Points> {
     let Some(table) = sweep.node.table() else {

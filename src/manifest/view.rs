@@ -22,6 +22,16 @@ words! {
     }
 }
 
+words! {
+    /// The frame of reference of a replay.
+    pub enum ViewFrame {
+        /// That of the recorded positions.
+        Fixed = "fixed",
+        /// The frame that rotates with the second body about the first one, such as Jupiter about the Sun; of more than two bodies.
+        Rotating = "rotating",
+    }
+}
+
 table! {
     /// The keys of `[view]` except the list `compare`.
     pub(crate) struct ViewKeys {
@@ -29,6 +39,8 @@ table! {
         poster: Option<NonNegative> ["", optional],
         /// What the color of a particle means in the replay: its speed, or its height or side in the first frame.
         color: ViewColor ["", sparse] = ViewColor::Speed,
+        /// The frame of reference of the replay: that of the recorded positions, or the one that rotates with the second of several bodies about the first one.
+        frame: ViewFrame ["", sparse] = ViewFrame::Fixed,
         /// Names of the first particles, such as those of planets; "" for none. The Sun is yellow. By default those of the recording.
         names: Vec<String> ["", sparse] = Vec::new(),
     }
@@ -44,6 +56,8 @@ pub struct ViewRequest {
     pub poster: Option<f64>,
     /// What the color of a particle means; `None` for its speed.
     pub color: Option<ViewColor>,
+    /// The frame of reference; `None` for that of the recorded positions.
+    pub frame: Option<ViewFrame>,
     /// Names of the first particles; empty for those of the recording.
     pub names: Vec<String>,
     /// The two points of the sweep that are compared, in the form of [`Coordinate`]; empty for its ends.
@@ -74,6 +88,7 @@ pub(crate) fn read(entry: &Entry, axes: Option<&[Axis]>, errors: &mut Errors) ->
     ViewRequest {
         poster: keys.poster.map(NonNegative::get),
         color: Some(keys.color).filter(|color| *color != ViewColor::Speed),
+        frame: Some(keys.frame).filter(|frame| *frame != ViewFrame::Fixed),
         names: keys.names,
         compare,
     }
@@ -110,8 +125,9 @@ pub(crate) fn write(view: &ViewRequest, writer: &mut Writer) {
     }
     writer.text.push_str("\n[view]\n");
     let poster = view.poster.and_then(NonNegative::new);
-    ViewKeys { poster, color: view.color.unwrap_or(ViewColor::Speed), names: view.names.clone() }
-        .keys(writer);
+    let color = view.color.unwrap_or(ViewColor::Speed);
+    let frame = view.frame.unwrap_or(ViewFrame::Fixed);
+    ViewKeys { poster, color, frame, names: view.names.clone() }.keys(writer);
     if !view.compare.is_empty() {
         let pair = |(key, value): &(String, String)| format!("{} = {}", quoted(key), quoted(value));
         let point = |point: &Vec<(String, String)>| {

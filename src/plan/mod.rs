@@ -12,13 +12,14 @@ use crate::run::prepared::Prepared;
 use crate::run::resources::Estimate;
 use crate::run::resources::memory::{self, PROGRAM_BYTES};
 use crate::run::resources::sample::sample_of;
-use kinetoscope_manifest::{Experiment, Run, RunKey, RunManifest, run_key};
+use kinetoscope_manifest::{Experiment, PlotRequest, Run, RunKey, RunManifest, run_key};
 use kinetoscope_physics::kind_of;
 use kinetoscope_physics::model::SetupError;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
 use kinetoscope_recording::layout::{layout_json, without_time_scale};
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::recorder::Outcome;
+use kinetoscope_recording::requested_panels::PanelRequest;
 use rayon::prelude::*;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -113,9 +114,26 @@ impl Starts {
     }
 }
 
+/// The plots that a manifest requests, as the layout needs them.
+fn panel_requests(experiment: &Experiment) -> Vec<PanelRequest> {
+    let request = |plot: &PlotRequest| PanelRequest {
+        subjects: plot
+            .figure
+            .as_deref()
+            .into_iter()
+            .chain(plot.ordinates())
+            .map(str::to_owned)
+            .collect(),
+        title: plot.title.clone(),
+    };
+    experiment.plots.iter().map(request).collect()
+}
+
 /// What planning keeps of the starts that it builds.
 struct Kept {
     free_bytes: u64,
+    /// The plots for which the layout has panels.
+    requests: Vec<PanelRequest>,
     /// Height of the largest view so far, index of its run, and the layout.
     layout: Option<(f64, usize, Option<String>)>,
     /// The different time scales so far.
@@ -132,7 +150,7 @@ impl Kept {
         });
         if is_largest {
             // A template that does not fit the model leaves the experiment without a layout.
-            self.layout = Some((height, index, layout_json(&start.header).ok()));
+            self.layout = Some((height, index, layout_json(&start.header, &self.requests).ok()));
         }
         self.time_scales.insert(start.header.simulated_per_second());
         let bytes = estimate.memory_bytes.saturating_sub(PROGRAM_BYTES);
@@ -205,7 +223,9 @@ impl Plan {
     ) -> Self {
         let folder = output.join(&experiment.name);
         let free_bytes = starts.room();
-        let kept = Mutex::new(Kept { free_bytes, layout: None, time_scales: HashSet::new() });
+        let requests = panel_requests(experiment);
+        let time_scales = HashSet::new();
+        let kept = Mutex::new(Kept { free_bytes, requests, layout: None, time_scales });
         let progress = StartProgress::new(preparation, experiment.runs.len());
         let planned = |(index, run): (usize, &Run)| {
             let preparation = progress.of_run();

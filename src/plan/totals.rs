@@ -3,6 +3,7 @@
 #[cfg(not(target_family = "wasm"))]
 use crate::interrupt::Interrupt;
 use crate::plan::{Plan, PlannedRun};
+use crate::run::resources::SPEED_OF_SLOW_PROCESSOR;
 #[cfg(not(target_family = "wasm"))]
 use crate::run::resources::time::measured_seconds;
 use kinetoscope_recording::file;
@@ -59,16 +60,11 @@ impl Plan {
     pub fn expected_time(&self, jobs: usize, interrupt: &Interrupt) -> Option<ExpectedTime> {
         let runs = self.to_do_by_cost();
         let costliest = runs.first()?;
-        // A start that is not kept is built once more, unless it is the only one.
-        let rebuilt = |run: &PlannedRun| {
-            let is_built_again = runs.len() > 1 && !run.has_start();
-            if is_built_again { run.preparation_s } else { 0.0 }
-        };
         let overheads: Vec<f64> = runs
             .iter()
             .map(|run| {
                 let frames = run.estimate().map_or(0, |estimate| estimate.frames);
-                SECONDS_PER_RUN + frames as f64 * SECONDS_PER_FRAME + rebuilt(run)
+                SECONDS_PER_RUN + frames as f64 * SECONDS_PER_FRAME + rebuilt_s(run, runs.len())
             })
             .collect();
         let preparation_s = in_parallel(
@@ -84,6 +80,22 @@ impl Plan {
         let total_s = preparation_s + in_parallel(all, jobs);
         total_s.is_finite().then_some(ExpectedTime { total_s, preparation_s })
     }
+}
+
+/// Seconds in which a start is built once more, because a plan of `runs` runs does not keep it; that of the only run is kept.
+fn rebuilt_s(run: &PlannedRun, runs: usize) -> f64 {
+    let is_built_again = runs > 1 && !run.has_start();
+    if is_built_again { run.preparation_s } else { 0.0 }
+}
+
+/// The time of these runs one after the other on a slow processor, with their starts, which this plan measured; `None` if the work of a run
+/// is not known before.
+pub(crate) fn seconds_on_slow_processor(runs: &[&PlannedRun]) -> Option<f64> {
+    let seconds = |run: &&PlannedRun| {
+        let start = (run.preparation_s + rebuilt_s(run, runs.len())) / SPEED_OF_SLOW_PROCESSOR;
+        Some(run.estimate()?.seconds_on_slow_processor? + start)
+    };
+    runs.iter().map(seconds).sum()
 }
 
 /// The time of works of these seconds, with `jobs` in parallel.
@@ -155,6 +167,27 @@ mod tests {
             assert!(is_near(expected.preparation_s, preparation), "{expected:?}");
             assert!(is_near(expected.total_s, preparation + built_again), "{expected:?}");
         }
+    }
+
+    /// Law: a task of a cluster builds the starts of its runs on a slow processor, and those that it does not keep once more, unless it has
+    /// one run. Setup: runs of microseconds; the measured time of their starts is replaced by hours.
+    #[test]
+    fn time_on_a_slow_processor_includes_the_starts() {
+        let output = tempfile::tempdir().unwrap();
+        let text = "seed = 1\nreplicates = 8\n[model.packing]\ndiscs = 2\nevents_per_disc = 1\n[record]\nframes = 1\n";
+        let experiment = kinetoscope_manifest::parse(text, "many.toml", &[]).unwrap();
+        let mut plan = Plan::new(&experiment, output.path(), false, &Interrupt::default());
+        for run in &mut plan.runs {
+            run.preparation_s = 1e5;
+        }
+        let expect = |runs: &[&PlannedRun], expected: f64| {
+            let seconds = seconds_on_slow_processor(runs).unwrap();
+            assert!((seconds - expected).abs() < 1e3, "{seconds} instead of {expected}");
+        };
+        expect(&plan.to_do(), 8e6);
+        plan.runs.iter().for_each(|run| drop(run.take_start()));
+        expect(&plan.to_do(), 16e6);
+        expect(&plan.to_do()[..1], 1e6);
     }
 
     /// A disk with exactly the missing space must suffice after it was full.

@@ -37,12 +37,22 @@ pub(crate) struct CheckArguments {
     /// Run the manifests of a lock file, or those named here, and compare the messages with those that are locked
     #[arg(long, conflicts_with = "set", help_heading = "Lock file")]
     locked: bool,
-    /// Run the slow manifests as well: those that took more than 5 s
+    /// Run the slow manifests as well: those of more than 5 s by their number of steps
     #[arg(long, requires = "locked", help_heading = "Lock file")]
     all: bool,
+    /// Of the named manifests, run those that take at most 5 s, and compare the others with their locked values; skip other files
+    #[arg(long, requires = "locked", conflicts_with = "all", help_heading = "Lock file")]
+    quick: bool,
     /// Compare the finished recordings of the output folder, and run only what is missing there
     #[arg(long, requires = "locked", help_heading = "Lock file")]
     recorded: bool,
+    /// Folder with recordings of the locked runs, such as those of an earlier CI job, for the particle and both values of a
+    /// difference [default: the output folder]
+    #[arg(long, requires = "locked", value_name = "DIR", help_heading = "Lock file")]
+    earlier: Option<PathBuf>,
+    /// Append the result in Markdown to a file, such as $GITHUB_STEP_SUMMARY
+    #[arg(long, requires = "locked", value_name = "FILE", help_heading = "Lock file")]
+    summary: Option<PathBuf>,
     /// The lock file
     #[arg(long, requires = "locked", value_name = "FILE", default_value = lock::USUAL, help_heading = "Lock file")]
     lock_file: PathBuf,
@@ -62,11 +72,15 @@ impl CheckArguments {
     }
 
     fn compare_with_lock(&self) -> Result<Exit, Failure> {
+        let recordings = self.output.folder()?;
         let check = LockedCheck {
+            earlier: self.earlier.clone().unwrap_or_else(|| recordings.clone()),
+            summary: self.summary.as_deref(),
             lock_file: &self.lock_file,
             manifests: &self.manifests,
             all: self.all,
-            recordings: self.output.folder()?,
+            quick: self.quick,
+            recordings,
             recorded: self.recorded,
             parallel: Parallel { jobs: self.jobs, threads: None },
             result: &self.result,

@@ -64,6 +64,10 @@ pub struct Frames {
     delivered: u64,
     last_frame: Option<u64>,
     last_log_time: Option<u64>,
+    /// Whether the line of the log that follows the last block was read.
+    has_late_log: bool,
+    /// Whether the last frame so far is complete.
+    has_end: bool,
     /// Whether frames before the next one were skipped.
     after_gap: bool,
     ended: bool,
@@ -98,6 +102,8 @@ impl Frames {
             delivered: 0,
             last_frame: None,
             last_log_time: None,
+            has_late_log: false,
+            has_end: true,
             after_gap: false,
             ended: false,
         }
@@ -181,6 +187,10 @@ impl Frames {
                 DataRecord::Metadata(..) => {}
                 DataRecord::End if !self.open.messages.is_empty() => {
                     return Err(damaged("a message is outside of its frame"));
+                }
+                // The last frame of a run that did not fail is a keyframe.
+                DataRecord::End if !self.has_end && self.outcome == Some(Outcome::Complete) => {
+                    return Err(damaged("the last frame has no keyframe"));
                 }
                 DataRecord::End if self.outcome_seen && self.outcome.is_some() => return Ok(None),
                 DataRecord::End if self.outcome_seen => return Err(damaged(OTHER_OUTCOME)),
@@ -301,6 +311,9 @@ impl Frames {
         message: RecordedMessage,
     ) -> Result<(), Broken> {
         if message.topic() == FrameClock::TOPIC {
+            if self.has_late_log {
+                return Err(damaged("a frame is split between two blocks"));
+            }
             if self.last_log_time.is_some_and(|last| message.log_time_ns <= last) {
                 return Err(damaged("the frames are not in order"));
             }
@@ -315,7 +328,10 @@ impl Frames {
         match frames.last_mut() {
             Some(frame) => add(frame, message),
             // The log line of a fault, whose frame is in the previous block; the outcome has the same text.
-            None if message.topic() == channels::LOG => Ok(()),
+            None if message.topic() == channels::LOG => {
+                self.has_late_log = true;
+                Ok(())
+            }
             None => Err(damaged("a frame is split between two blocks")),
         }
     }
@@ -366,6 +382,7 @@ impl Frames {
             return Err(damaged("the frames are not in order"));
         }
         self.last_frame = Some(clock.frame);
+        self.has_end = is_complete;
         let (path, byte) = (Arc::clone(&self.path), self.data.byte());
         Ok(RecordedFrame { clock, state, log, is_complete, messages: raw.messages, path, byte })
     }

@@ -4,6 +4,7 @@
 use crate::channels;
 use crate::error::RecordError;
 use crate::header::Header;
+use crate::requested_panels::{PanelRequest, add_requested, move_to_the_top};
 use crate::scenery::{GuideMeaning, Scenery, Wall};
 use serde_json::{Map, Value, json};
 
@@ -39,11 +40,12 @@ pub fn template(model: &str) -> Option<&'static str> {
     }
 }
 
-/// The layout of a run for Foxglove and Lichtblick, as JSON. It names only topics that the run records.
+/// The layout of a run for Foxglove and Lichtblick, as JSON: panels for the plots that the manifest requests, and those of the template.
+/// It names only topics that the run records.
 ///
 /// # Errors
 /// A model without a template, or a template that is no layout: defects of the program.
-pub fn layout_json(header: &Header) -> Result<String, RecordError> {
+pub fn layout_json(header: &Header, requests: &[PanelRequest]) -> Result<String, RecordError> {
     let defect = |what: &str| {
         RecordError::Declaration(format!("the layout of model {} {what}", header.model))
     };
@@ -52,6 +54,7 @@ pub fn layout_json(header: &Header) -> Result<String, RecordError> {
         serde_json::from_str(template).map_err(|error| defect(&format!("is no JSON ({error})")))?;
     let panels = layout.get_mut("configById").and_then(Value::as_object_mut);
     let panels = panels.ok_or_else(|| defect("has no panels"))?;
+    let requested = add_requested(panels, requests, header);
     panels.retain(|_, panel| keep_recorded(panel, header));
     for (id, panel) in panels.iter_mut() {
         let panel = panel.as_object_mut().ok_or_else(|| defect("has a panel that is no object"))?;
@@ -65,7 +68,11 @@ pub fn layout_json(header: &Header) -> Result<String, RecordError> {
     }
     let kept: Vec<String> = panels.keys().cloned().collect();
     let tree = layout.get("layout").and_then(|tree| pruned(tree, &kept));
-    layout["layout"] = tree.ok_or_else(|| defect("has no panel for what is recorded"))?;
+    let mut tree = tree.ok_or_else(|| defect("has no panel for what is recorded"))?;
+    if let Some(panels) = layout.get_mut("configById").and_then(Value::as_object_mut) {
+        move_to_the_top(&mut tree, panels, &requested);
+    }
+    layout["layout"] = tree;
     Ok(format!("{layout:#}\n"))
 }
 

@@ -23,6 +23,7 @@ pub mod provenance;
 pub mod reader;
 pub mod recorder;
 pub mod removal;
+pub mod requested_panels;
 pub mod scenery;
 pub mod storage;
 

@@ -155,6 +155,18 @@ fn between_frames(left: &RecordedFrame, right: &RecordedFrame) -> Option<Differe
     let has = |messages: &[RecordedMessage], topic| {
         messages.iter().any(|message| message.topic() == topic)
     };
+    // The state explains more than what follows from it, and the log less.
+    let common = 0..ours.len().min(theirs.len());
+    let in_state = common.clone().filter(|&index| ours[index].topic() == channels::STATE);
+    let in_others =
+        common.filter(|&index| !matches!(ours[index].topic(), channels::STATE | channels::LOG));
+    for index in in_state.chain(in_others) {
+        if ours[index].topic() == theirs[index].topic()
+            && let Some(mismatch) = between_messages(left, right, index)
+        {
+            return at(&ours[index], mismatch);
+        }
+    }
     for index in 0..ours.len().max(theirs.len()) {
         match (ours.get(index), theirs.get(index)) {
             (Some(one), Some(other)) if one.topic() == other.topic() => {

@@ -7,34 +7,36 @@ use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::{RecordedFrame, Recording};
 use sha2::{Digest, Sha256};
 
-/// Frames that have a tag. Differences in later frames are located after them.
-const TAGGED_FRAMES: u64 = 4096;
+/// Tags that a lock file keeps of a run. Those of a longer run cover several frames each.
+const MOST_TAGS: u64 = 384;
 
 /// Hash and tags of a recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fingerprint {
     /// The first half of the SHA-256 of all messages, 32 hexadecimal digits.
     pub messages: String,
-    /// The tags of its frames.
-    pub tags: FrameTags,
+    /// Six bits per frame: the state of the hash of all messages after the frame.
+    pub frames: Vec<u8>,
+    /// Steps or events of the last frame.
+    pub steps_or_events: u64,
 }
 
-/// The tags of a recording's frames.
+/// The tags of a run's frames as a lock file keeps them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FrameTags {
     /// Number of frames.
     pub frames: u64,
-    /// One byte per frame: the state of the hash of all messages after the frame.
+    /// The tag of the last frame of each group of [`FrameTags::frames_per_tag`].
     pub tags: Vec<u8>,
 }
 
-/// The first difference that follows from tags. Frames are counted as they are in the file, which may begin with a later one.
+/// The frames that contain the first difference. They are counted as they are in the file, which may begin with a later one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FirstDifference {
-    /// In this frame.
-    At(u64),
-    /// In a frame after this one, which is the last one with a tag.
-    After(u64),
+pub struct FirstDifference {
+    /// The first frame in which it may be.
+    pub first: u64,
+    /// The last one.
+    pub last: u64,
 }
 
 /// Reads a recording and derives its fingerprint.
@@ -43,16 +45,31 @@ pub enum FirstDifference {
 /// A recording that is not complete and intact.
 pub fn fingerprint(recording: &Recording) -> Result<Fingerprint, ReadError> {
     let mut all = Sha256::new();
-    let mut found = FrameTags { frames: 0, tags: Vec::new() };
+    let (mut frames, mut steps_or_events) = (Vec::new(), 0);
     for frame in recording.frames()?.with_scalar_frames() {
-        add_messages(&mut all, &frame?);
-        if found.frames < TAGGED_FRAMES {
-            found.tags.push(all.clone().finalize()[0]);
-        }
-        found.frames += 1;
+        let frame = frame?;
+        add_messages(&mut all, &frame);
+        frames.push(all.clone().finalize()[0] % 64);
+        steps_or_events = frame.clock.step_or_event_count;
     }
     let messages = data_encoding::HEXLOWER.encode(&all.finalize()[..16]);
-    Ok(Fingerprint { messages, tags: found })
+    Ok(Fingerprint { messages, frames, steps_or_events })
+}
+
+impl Fingerprint {
+    /// The tags that a lock file keeps.
+    #[must_use]
+    pub fn tags(&self) -> FrameTags {
+        let frames = self.frames.len() as u64;
+        let group = usize::try_from(frames_per_tag(frames)).unwrap_or(usize::MAX);
+        let last_of = |group: &[u8]| group.last().copied().unwrap_or_default();
+        FrameTags { frames, tags: self.frames.chunks(group).map(last_of).collect() }
+    }
+}
+
+/// The number of frames that share a tag, in a run of so many.
+const fn frames_per_tag(frames: u64) -> u64 {
+    if frames == 0 { 1 } else { frames.div_ceil(MOST_TAGS) }
 }
 
 fn add_messages(hash: &mut Sha256, frame: &RecordedFrame) {
@@ -66,55 +83,85 @@ fn add_messages(hash: &mut Sha256, frame: &RecordedFrame) {
 }
 
 impl FrameTags {
-    /// Whether equal tags show that two runs have the same messages: every frame has a tag. A change k frames before the end has
-    /// equal tags with a probability of 256^-(k + 1); runs of fewer than three frames are not decided.
+    /// Tags that were read; `None` if their number is not that of a run of so many frames.
     #[must_use]
-    pub fn shows_equal_messages(&self, other: &Self) -> bool {
-        self == other && self.frames == self.tags.len() as u64 && self.frames >= 3
+    pub fn new(frames: u64, tags: Vec<u8>) -> Option<Self> {
+        let expected = frames.div_ceil(frames_per_tag(frames));
+        (tags.len() as u64 == expected).then_some(Self { frames, tags })
     }
 
-    /// The first difference to the tags of another recording of the same run, whose messages are not the same. A frame that differs
-    /// has the same tag one time in 256; then, a later frame is named.
+    /// Whether equal tags show that two runs have the same messages. A change k groups of frames before the end has equal tags with a
+    /// probability of 64^-(k + 1); runs of fewer than four frames are not decided.
     #[must_use]
-    pub fn first_difference(&self, other: &Self) -> FirstDifference {
-        let tagged = self.tags.len().min(other.tags.len()) as u64;
-        let mut pairs = self.tags.iter().zip(&other.tags);
-        match pairs.position(|(one, other)| one != other) {
-            Some(frame) => FirstDifference::At(frame as u64),
-            None if self.frames.min(other.frames) == tagged && self.frames != other.frames => {
-                FirstDifference::At(tagged)
+    pub fn shows_equal_messages(&self, found: &Fingerprint) -> bool {
+        *self == found.tags() && self.tags.len() >= 4
+    }
+
+    /// The frames with the first difference of another recording of the same run, whose messages are not the same. A frame that
+    /// differs has the same tag one time in 64; then, a later frame is named.
+    #[must_use]
+    pub fn first_difference(&self, found: &Fingerprint) -> FirstDifference {
+        let group = frames_per_tag(self.frames);
+        let there = found.frames.len() as u64;
+        for (tag, first) in self.tags.iter().zip((0..).map(|index| index * group)) {
+            let last = if first + group < self.frames { first + group } else { self.frames } - 1;
+            let other = usize::try_from(last).ok().and_then(|last| found.frames.get(last));
+            if other != Some(tag) {
+                let end = if last < there { last } else { there };
+                return FirstDifference { first, last: if end < first { first } else { end } };
             }
-            None => FirstDifference::After(tagged.saturating_sub(1)),
         }
+        FirstDifference { first: self.frames, last: self.frames }
     }
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may panic")]
 mod tests {
     use super::*;
 
-    fn tags(frames: u64, tags: &[u8]) -> FrameTags {
-        FrameTags { frames, tags: tags.to_vec() }
+    fn found(frames: &[u8]) -> Fingerprint {
+        Fingerprint { messages: String::new(), frames: frames.to_vec(), steps_or_events: 0 }
     }
 
     #[test]
     fn first_differing_frame_follows_from_the_tags() {
-        let locked = tags(4, &[1, 2, 3, 4]);
-        let difference = |other| locked.first_difference(&other);
-        assert_eq!(difference(tags(4, &[1, 2, 9, 8])), FirstDifference::At(2));
-        assert_eq!(difference(tags(2, &[1, 2])), FirstDifference::At(2));
-        assert_eq!(difference(tags(5, &[1, 2, 3, 4, 5])), FirstDifference::At(4));
-        let long = tags(9, &[1, 2]);
-        assert_eq!(long.first_difference(&tags(9, &[1, 2])), FirstDifference::After(1));
-        assert_eq!(long.first_difference(&tags(8, &[1, 2])), FirstDifference::After(1));
+        let locked = found(&[1, 2, 3, 4]).tags();
+        let difference = |frames: &[u8]| {
+            let FirstDifference { first, last } = locked.first_difference(&found(frames));
+            (first, last)
+        };
+        assert_eq!(difference(&[1, 2, 9, 8]), (2, 2));
+        assert_eq!(difference(&[1, 2]), (2, 2));
+        assert_eq!(difference(&[1, 2, 3, 4, 5]), (4, 4));
     }
 
-    /// Controls: frames without a tag, and a run of two frames, prove nothing.
+    /// Setup: 1000 frames, whose tags cover three each. Control: the last group has one frame.
+    #[test]
+    fn first_differing_frames_of_a_long_run_share_a_tag() {
+        let frames: Vec<u8> = (0..1000_u32).map(|frame| (frame % 61) as u8).collect();
+        let locked = found(&frames).tags();
+        assert_eq!(locked.tags.len(), 334);
+        assert_eq!(FrameTags::new(1000, locked.tags.clone()).unwrap(), locked);
+        assert!(FrameTags::new(1001, locked.tags.clone()).is_some());
+        assert!(FrameTags::new(1003, locked.tags.clone()).is_none());
+        for (change, first, last) in [(0, 0, 2), (500, 498, 500), (501, 501, 503), (999, 999, 999)]
+        {
+            let mut other = frames.clone();
+            other[change..].iter_mut().for_each(|tag| *tag ^= 63);
+            assert_eq!(locked.first_difference(&found(&other)), FirstDifference { first, last });
+        }
+        let cut = locked.first_difference(&found(&frames[..10]));
+        assert_eq!(cut, FirstDifference { first: 9, last: 10 });
+    }
+
+    /// Controls: a run of three frames proves little, and neither do other tags.
     #[test]
     fn equal_tags_of_all_frames_show_equal_messages() {
-        let shows = |one: FrameTags| one.shows_equal_messages(&one);
-        assert!(shows(tags(3, &[1, 2, 3])));
-        assert!(!shows(tags(4, &[1, 2, 3])) && !shows(tags(2, &[1, 2])));
-        assert!(!tags(3, &[1, 2, 3]).shows_equal_messages(&tags(3, &[1, 2, 4])));
+        let shows =
+            |one: &[u8], other: &[u8]| found(one).tags().shows_equal_messages(&found(other));
+        assert!(shows(&[1, 2, 3, 4], &[1, 2, 3, 4]));
+        assert!(!shows(&[1, 2], &[1, 2]) && !shows(&[1, 2, 3, 4], &[1, 2, 3, 5]));
+        assert!(!shows(&[1, 2, 3, 4], &[1, 2, 3, 4, 5]));
     }
 }

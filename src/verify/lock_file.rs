@@ -1,21 +1,28 @@
 //! `kinetoscope.lock`: what the runs of manifests gave, in a text file that is reviewed like any other.
 
 use crate::verify::fingerprint::FrameTags;
-use data_encoding::BASE64_NOPAD;
+use data_encoding::{BASE64_NOPAD, HEXLOWER};
 use kinetoscope_console::text::one_line;
 use kinetoscope_files::output_file;
 use kinetoscope_files::regular_file::{MAX_LOCK_FILE_BYTES, read_text};
 use kinetoscope_manifest::{Diagnostics, excess_of_toml, toml_error};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use sha2::{Digest as _, Sha256};
 use std::io;
+use std::ops::Range;
 use std::path::{Component, Path};
 use thiserror::Error;
 
 /// Version of the file's layout.
-const VERSION: u32 = 3;
-/// Time that a manifest of the quick tier may take, s.
+const VERSION: u32 = 4;
+/// Estimated time that a manifest of the quick tier may take, s.
 pub const QUICK_S: u64 = 5;
+/// Groups of runs that have a hash of their own in an entry.
+const MOST_GROUPS: usize = 64;
+/// Bytes of the hash of a group of runs.
+const GROUP_BYTES: usize = 2;
+/// The digits of tags, those of base64.
+const TAG_DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 const HEAD: &str =
     "# Written by `kinetoscope lock`, compared by `kinetoscope check --locked`. Do not edit.\n";
 /// The last line begins with it, and states how many entries the file has: a file that was cut between two of them is valid TOML.
@@ -45,17 +52,29 @@ pub struct LockedExperiment {
     pub model: String,
     /// Its physics version.
     pub physics_version: u32,
-    /// Bound of the time that the runs took, s: 1, 2, 5, 10, 20, 50, …
+    /// Bound of the time that the runs take by their number of steps or events, s: 1, 2, 5, 10, 20, 50, …
     pub at_most_s: u64,
-    /// The runs in the manifest's order, each as run key (16 digits) and hash of its messages (32 digits).
-    pub runs: Vec<String>,
+    /// Number of runs.
+    pub runs: usize,
+    /// Hash of their run keys in the manifest's order, 16 digits.
+    pub keys: String,
+    /// Hash of their messages, 32 digits: that of the run, or of the hashes of all runs.
+    pub messages: String,
+    /// Two bytes per run, in base64: the start of the hash of its messages; of more than 64 runs, each group of neighbors has one.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub groups: String,
     /// Number of frames of the first run.
     pub frames: u64,
-    /// Tags of the frames of the first run, in base64; see [`FrameTags`].
+    /// Tags of the frames of the first run, one digit each; see [`FrameTags`].
     pub tags: String,
-    /// Metrics of the first run.
+    /// Hash of the metrics of the first run, 16 digits; see [`metrics_hash`].
+    pub metrics: String,
+    /// The keys of the manifest that affect its runs, one line `key = value` each.
     #[serde(default)]
-    pub metrics: BTreeMap<String, f64>,
+    pub values: String,
+    /// The checked metrics, one line each: `name = value`, or `name = value ± standard error`.
+    #[serde(default)]
+    pub checked: String,
 }
 
 /// The reason why a lock file cannot be used.
@@ -153,18 +172,10 @@ impl LockFile {
         self.experiments.iter().find(|experiment| experiment.manifest == manifest)
     }
 
-    /// Adds or replaces the entry of a manifest. A time that is at most one bound away from the old one is not changed.
-    pub fn put(&mut self, mut experiment: LockedExperiment) {
+    /// Adds or replaces the entry of a manifest.
+    pub fn put(&mut self, experiment: LockedExperiment) {
         match self.experiments.binary_search_by(|other| other.manifest.cmp(&experiment.manifest)) {
-            Ok(index) => {
-                let old = self.experiments[index].at_most_s;
-                if bound_s(old as f64 + 0.5) == experiment.at_most_s
-                    || bound_s(experiment.at_most_s as f64 + 0.5) == old
-                {
-                    experiment.at_most_s = old;
-                }
-                self.experiments[index] = experiment;
-            }
+            Ok(index) => self.experiments[index] = experiment,
             Err(index) => self.experiments.insert(index, experiment),
         }
     }
@@ -200,10 +211,8 @@ pub fn bound_s(seconds: f64) -> u64 {
 
 impl LockedExperiment {
     fn reject_damage(&self) -> Result<(), LockError> {
-        let is_hash = |run: &String| {
-            let digits = run.split_once(' ').map(|(key, hash)| (key.len(), hash.len()));
-            digits == Some((16, 32))
-                && run.bytes().all(|byte| byte == b' ' || byte.is_ascii_hexdigit())
+        let is_hash = |text: &String, digits: usize| {
+            text.len() == digits && text.bytes().all(|byte| byte.is_ascii_hexdigit())
         };
         if self.manifest.is_empty() {
             return Err(LockError::Damaged("an entry has no name of its manifest".to_owned()));
@@ -215,7 +224,14 @@ impl LockedExperiment {
                 one_line(&self.manifest)
             )));
         }
-        if self.runs.is_empty() || !self.runs.iter().all(is_hash) || self.frame_tags().is_none() {
+        let is_intact = self.runs > 0
+            && is_hash(&self.keys, 16)
+            && is_hash(&self.messages, 32)
+            && is_hash(&self.metrics, 16)
+            && self.frame_tags().is_some()
+            && self.group_hashes().is_some()
+            && self.checked.lines().all(|line| locked_value(line).is_some());
+        if !is_intact {
             return Err(LockError::Damaged(format!(
                 "the entry of {} is damaged",
                 one_line(&self.manifest)
@@ -224,22 +240,213 @@ impl LockedExperiment {
         Ok(())
     }
 
-    /// The text of the tags of a run.
-    #[must_use]
-    pub fn tags_text(tags: &FrameTags) -> String {
-        BASE64_NOPAD.encode(&tags.tags)
-    }
-
     /// The tags of the first run; `None` if their text is damaged.
     #[must_use]
     pub fn frame_tags(&self) -> Option<FrameTags> {
-        let tags = BASE64_NOPAD.decode(self.tags.as_bytes()).ok()?;
-        Some(FrameTags { frames: self.frames, tags })
+        let digit = |byte: u8| TAG_DIGITS.iter().position(|other| *other == byte);
+        let tags = self.tags.bytes().map(|byte| u8::try_from(digit(byte)?).ok());
+        FrameTags::new(self.frames, tags.collect::<Option<_>>()?)
     }
 
-    /// The line of a run.
+    /// The keys of the manifest with their values.
     #[must_use]
-    pub fn run_line(run_key: &str, messages: &str) -> String {
-        format!("{} {messages}", &run_key[..16.min(run_key.len())])
+    pub fn manifest_values(&self) -> Vec<(String, String)> {
+        let pairs = self.values.lines().filter_map(|line| line.split_once(" = "));
+        pairs.map(|(key, value)| (key.to_owned(), value.to_owned())).collect()
+    }
+
+    /// The checked metrics by name.
+    #[must_use]
+    pub fn checked_values(&self) -> Vec<(String, LockedValue)> {
+        self.checked.lines().filter_map(locked_value).collect()
+    }
+
+    /// The text of the tags of a run.
+    #[must_use]
+    pub fn tags_text(tags: &FrameTags) -> String {
+        tags.tags.iter().map(|tag| char::from(TAG_DIGITS[usize::from(tag % 64)])).collect()
+    }
+
+    /// The hashes of the groups of runs; `None` if their text is damaged.
+    fn group_hashes(&self) -> Option<Vec<u8>> {
+        let hashes = BASE64_NOPAD.decode(self.groups.as_bytes()).ok()?;
+        let groups = if self.runs == 1 { 0 } else { self.runs.div_ceil(self.runs_per_group()) };
+        (hashes.len() == GROUP_BYTES * groups).then_some(hashes)
+    }
+
+    fn runs_per_group(&self) -> usize {
+        self.runs.div_ceil(MOST_GROUPS)
+    }
+
+    /// The numbers of the runs, from 0, of the first group that differs from runs of these hashes; `None` if no group does.
+    #[must_use]
+    pub fn first_other_runs(&self, found: &[String]) -> Option<Range<usize>> {
+        let locked = self.group_hashes()?;
+        let size = self.runs_per_group();
+        let mut pairs = found.chunks(size).zip(locked.chunks(GROUP_BYTES));
+        let index = pairs.position(|(runs, locked)| group_hash(runs) != locked)?;
+        Some(index * size..found.len().min((index + 1) * size))
+    }
+
+    /// Whether the messages of a run, which has a hash of its own, are those that are locked. Another run passes one time in 65,536.
+    #[must_use]
+    pub fn is_locked_run(&self, run: usize, messages: &str) -> bool {
+        if self.runs == 1 {
+            return self.messages == messages;
+        }
+        let Some(hashes) = self.group_hashes().filter(|_| self.runs_per_group() == 1) else {
+            return false;
+        };
+        hashes.chunks(GROUP_BYTES).nth(run) == Some(&group_hash(&[messages.to_owned()])[..])
+    }
+}
+
+/// What an entry keeps of the messages of all runs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RunHashes {
+    /// See [`LockedExperiment::keys`].
+    pub keys: String,
+    /// See [`LockedExperiment::messages`].
+    pub messages: String,
+    /// See [`LockedExperiment::groups`].
+    pub groups: String,
+}
+
+impl RunHashes {
+    /// The hashes of runs with these keys and hashes of their messages.
+    #[must_use]
+    pub fn new(keys: &[String], messages: &[String]) -> Self {
+        let groups: Vec<u8> = match messages {
+            [_] => Vec::new(),
+            _ => messages
+                .chunks(messages.len().div_ceil(MOST_GROUPS).max(1))
+                .flat_map(group_hash)
+                .collect(),
+        };
+        let all = match messages {
+            [one] => one.clone(),
+            _ => HEXLOWER.encode(&hash_of(messages)[..16]),
+        };
+        let keys = HEXLOWER.encode(&hash_of(keys)[..8]);
+        Self { keys, messages: all, groups: BASE64_NOPAD.encode(&groups) }
+    }
+}
+
+/// The hash of metrics in the order of the analysis: names and bits of the values.
+#[must_use]
+pub fn metrics_hash<'a>(metrics: impl Iterator<Item = (&'a str, f64)>) -> String {
+    let texts: Vec<String> =
+        metrics.map(|(name, value)| format!("{name} {:016x}\n", value.to_bits())).collect();
+    HEXLOWER.encode(&hash_of(&texts)[..8])
+}
+
+fn hash_of(texts: &[String]) -> [u8; 32] {
+    let mut hash = Sha256::new();
+    texts.iter().for_each(|text| hash.update(text));
+    hash.finalize().into()
+}
+
+fn group_hash(runs: &[String]) -> [u8; GROUP_BYTES] {
+    let [first, second, ..] = hash_of(runs);
+    [first, second]
+}
+
+/// A line of a checked metric, whose name may contain ` = `.
+fn locked_value(line: &str) -> Option<(String, LockedValue)> {
+    let (name, value) = line.rsplit_once(" = ")?;
+    Some((name.to_owned(), LockedValue::read(value)?))
+}
+
+/// A metric as the file keeps it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LockedValue {
+    /// The value.
+    pub value: f64,
+    /// Its standard error, if it is known.
+    pub standard_error: Option<f64>,
+}
+
+impl LockedValue {
+    /// Reads `value` or `value ± standard error`.
+    #[must_use]
+    pub fn read(text: &str) -> Option<Self> {
+        let (value, error) = match text.split_once(" ± ") {
+            Some((value, error)) => (value, Some(error.parse().ok()?)),
+            None => (text, None),
+        };
+        Some(Self { value: value.parse().ok()?, standard_error: error })
+    }
+
+    /// The text of the file: ten digits of the value, two of the error.
+    #[must_use]
+    pub fn text(self) -> String {
+        let digits = |value: f64, digits: usize| {
+            let rounded = format!("{value:.digits$e}").parse::<f64>().unwrap_or(value);
+            format!("{rounded:?}")
+        };
+        let value = digits(self.value, 9);
+        self.standard_error
+            .map_or_else(|| value.clone(), |error| format!("{value} ± {}", digits(error, 1)))
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may panic")]
+mod tests {
+    use super::*;
+
+    fn entry(runs: usize) -> (LockedExperiment, Vec<String>) {
+        let messages: Vec<String> = (0..runs).map(|run| format!("{run:032x}")).collect();
+        let RunHashes { keys, messages: all, groups } = RunHashes::new(&messages, &messages);
+        let entry = LockedExperiment {
+            manifest: "x.toml".to_owned(),
+            model: "gas".to_owned(),
+            physics_version: 1,
+            at_most_s: 1,
+            runs,
+            keys,
+            messages: all,
+            groups,
+            frames: 0,
+            tags: String::new(),
+            metrics: "0".repeat(16),
+            values: String::new(),
+            checked: String::new(),
+        };
+        entry.reject_damage().unwrap();
+        (entry, messages)
+    }
+
+    /// Control: no run differs.
+    #[test]
+    fn first_other_run_follows_from_the_hashes_of_groups() {
+        for (runs, changed, expected) in
+            [(2, 1, 1..2), (64, 33, 33..34), (65, 33, 32..34), (600, 599, 590..600)]
+        {
+            let (entry, mut messages) = entry(runs);
+            assert_eq!(entry.first_other_runs(&messages), None);
+            assert_eq!(entry.is_locked_run(changed, &messages[changed]), runs <= 64);
+            messages[changed] = "f".repeat(32);
+            assert_eq!(entry.first_other_runs(&messages), Some(expected));
+            assert!(!entry.is_locked_run(changed, &messages[changed]));
+            assert_ne!(RunHashes::new(&[], &messages).messages, entry.messages);
+        }
+        let (one, messages) = entry(1);
+        assert!(one.is_locked_run(0, &messages[0]) && one.groups.is_empty());
+    }
+
+    #[test]
+    fn locked_values_are_read_as_they_are_written() {
+        for (value, error, text) in [
+            (0.043_062_282_535_577_47, None, "0.04306228254"),
+            (24.5, Some(2.2222), "24.5 ± 2.2"),
+            (-1e-300, Some(1e-310), "-1e-300 ± 1e-310"),
+            (0.0, None, "0.0"),
+        ] {
+            let locked = LockedValue { value, standard_error: error };
+            assert_eq!(locked.text(), text);
+            assert_eq!(LockedValue::read(text).unwrap().text(), text);
+        }
+        assert!(LockedValue::read("1 ± x").is_none() && LockedValue::read("x").is_none());
     }
 }

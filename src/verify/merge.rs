@@ -99,7 +99,8 @@ fn layout_path(file: &Path) -> PathBuf {
 /// # Errors
 /// A run that this program cannot start.
 fn layout(recording: &Recording) -> Result<String, VerifyError> {
-    Ok(layout_json(&Source::of(recording)?.prepared(&Interrupt::default())?.header)?)
+    let prepared = Source::of(recording)?.prepared(&Interrupt::default())?;
+    Ok(layout_json(&prepared.header, &[])?)
 }
 
 /// What tells the runs apart: the values of the manifest's keys that are not the same in all of them, or a number.

@@ -213,9 +213,10 @@ def registry():
 
 
 def entries(lock):
-    """The entries of a lock file by manifest, without the time that the runs took."""
+    """The entries of a lock file by manifest, without what `lock_in_memory` does not write: the bound of the time, values and checked metrics."""
     parts = re.split(r"(?m)^\[\[experiment\]\]\n", lock)[1:]
-    kept = (re.sub(r"(?m)^(at_most_s = |# End of the file: ).*\n", "", part) for part in parts)
+    left_out = r'(?ms)^(at_most_s = [^\n]*|# End of the file: [^\n]*|(values|checked) = ("""|\'\'\').*?^\3|(values|checked) = "")\n'
+    kept = (re.sub(left_out, "", part) for part in parts)
     return {re.search(r'manifest = "(.*)"', part)[1]: part.strip() for part in kept}
 
 
@@ -226,7 +227,7 @@ def only(lock, names):
 
 def differences(ours, theirs):
     """The experiments with other messages, and those with other metrics only."""
-    messages = lambda part: part.split("[experiment.metrics]")[0]
+    messages = lambda part: re.sub(r"(?m)^metrics = .*", "", part)
     ours, theirs = entries(ours), entries(theirs)
     other = [name for name in ours if messages(ours[name]) != messages(theirs.get(name, ""))]
     metrics = [name for name in ours if name not in other and ours[name] != theirs[name]]

@@ -9,6 +9,8 @@ use std::process::Command;
 
 const SWEEP: &str =
     "replicates = 3\n[model.gas]\nparticles = 20\nduration_s = 0.001\n[record]\nframes = 4\n";
+const FAILS_BETWEEN_KEYFRAMES: &str = "seed = 1\n[model.packing]\ndiscs = 40\nrestitution = 0.5\nevents_per_disc = 2000\n\
+    [record]\nframes = 40\nkeep = \"keyframes\"\nkeyframe_distance = 7\n";
 
 #[test]
 fn each_task_analyzes_its_recordings() {
@@ -41,10 +43,10 @@ fn each_task_analyzes_its_recordings() {
         .collect();
     assert_eq!(after_each, [2, 3]);
 
-    // The metrics of a recording that keeps only keyframes need the other frames.
-    fs::write(path("sweep.toml"), format!("{SWEEP}keep = \"keyframes\"\n")).unwrap();
+    // A run that fails between two keyframes has no state of its end, which metrics need.
+    fs::write(path("sweep.toml"), FAILS_BETWEEN_KEYFRAMES).unwrap();
     let again = run(&["--force"]);
-    assert_eq!(again.status.code(), Some(0));
+    assert_eq!(again.status.code(), Some(1));
     let complaint = String::from_utf8_lossy(&again.stderr).into_owned();
     assert!(complaint.contains("not all recordings were analyzed"), "{complaint}");
 }

@@ -59,6 +59,8 @@ mod manifest_accepts_every_channel;
 // Viewer layouts name only topics and fields that the recording contains.
 mod layouts_name_only_recorded_topics;
 
+// Checks of laws that hold up to the error of a method allow five times its scatter.
+mod bounds_follow_from_scatter;
 // Scenes whose seeds are compared with their standard errors.
 mod scenes_of_seeds;
 // Standard errors equal the scatter over seeds.

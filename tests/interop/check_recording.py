@@ -2,20 +2,23 @@
 
 Usage: python check_recording.py RECORDING.mcap ...    (packages: requirements.txt)
 
-For each file: every checksum of the container is validated, every message is decoded by the schema that the file itself
-contains, and the rules of recordings/README.md are checked. Exit code 1 at the first file that violates a rule.
+For each file: every checksum of the container is validated, the summary is compared with the data as by `mcap doctor`, every message
+is decoded by the schema that the file itself contains, and the rules of recordings/README.md are checked. Exit code 1 at the first file that violates a rule.
 """
 
+import io
 import struct
 import sys
 from itertools import groupby
 from pathlib import Path
 
 from mcap.reader import make_reader
-from mcap.records import Chunk, Message
-from mcap.stream_reader import StreamReader
+from mcap.records import Channel, Chunk, ChunkIndex, DataEnd, Message, Schema, Statistics
+from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap_protobuf.decoder import DecoderFactory
 
+MAGIC = b"\x89MCAP0\r\n"
+CHUNK_HEAD = 9 + 8 + 8 + 8 + 4 + 4 + 8  # bytes of a chunk record without the name of its compression and its content
 FLOAT64 = 8  # foxglove.PackedElementField.NumericType
 DRAWN_AT_THE_START = {"/walls", "/legend"}  # moving walls are drawn in every frame
 DRAWN_EVERY_FRAME = {"/discs", "/velocity", "/force_chains", "/trail"}
@@ -42,6 +45,59 @@ def check_container(path):
                     f"chunk {chunks} has no time range",
                 )
     return messages, chunks
+
+
+def check_index(path):
+    """The errors that `mcap doctor` reports: indexes, channels and statistics of the summary against the data section."""
+    with open(path, "rb") as stream:
+        content = stream.read()
+    chunks, indexes, counts, times = {}, {}, {}, []
+    declared, repeated, used, statistics, is_summary = {}, {}, {}, None, False
+    offset, kinds = len(MAGIC), (Channel, Schema)
+    for record in StreamReader(io.BytesIO(content), emit_chunks=True, validate_crcs=True).records:
+        if isinstance(record, Chunk):
+            start = content.index(record.data, offset) - len(record.compression) - CHUNK_HEAD
+            chunks[start], offset = record, start
+            used[start] = set()
+            for inner in breakup_chunk(record, validate_crc=True):
+                if isinstance(inner, kinds):
+                    require(declared.setdefault((type(inner), inner.id), inner) == inner, f"{inner} is declared twice")
+                else:
+                    require((Channel, inner.channel_id) in declared, f"channel {inner.channel_id} is not declared")
+                    used[start].add(inner.channel_id)
+                    counts[inner.channel_id] = counts.get(inner.channel_id, 0) + 1
+                    require(
+                        record.message_start_time <= inner.log_time <= record.message_end_time,
+                        f"a message is outside of the times of the chunk at {start}",
+                    )
+                    times.append(inner.log_time)
+        elif isinstance(record, DataEnd):
+            is_summary = True
+        elif is_summary and isinstance(record, kinds):
+            require(statistics is None, "the statistics precede a channel")
+            repeated[type(record), record.id] = record
+        elif isinstance(record, ChunkIndex):
+            indexes[record.chunk_start_offset] = record
+        elif isinstance(record, Statistics):
+            statistics = record
+    require(repeated == declared, "the summary does not repeat the schemas and channels")
+    require(indexes.keys() == chunks.keys(), "the index does not name the chunks")
+    for start, chunk in chunks.items():
+        index = indexes[start]
+        length = CHUNK_HEAD + len(chunk.compression) + len(chunk.data)
+        found = chunk.message_start_time, chunk.message_end_time, chunk.compression, chunk.uncompressed_size
+        stated = index.message_start_time, index.message_end_time, index.compression, index.uncompressed_size
+        require(found == stated, f"the index contradicts the chunk at {start}")
+        require((index.chunk_length, index.compressed_size) == (length, len(chunk.data)), f"sizes of chunk {start}")
+        require(index.message_index_offsets.keys() == used[start], f"channels of the chunk at {start}")
+    require(statistics.channel_message_counts == counts, "the statistics miscount the messages of a channel")
+    require((statistics.message_start_time, statistics.message_end_time) == (min(times), max(times)), "time range")
+    require((statistics.schema_count, statistics.channel_count) == count_kinds(declared), "number of channels")
+
+
+def count_kinds(declared):
+    kinds = [kind for kind, _ in declared]
+    return kinds.count(Schema), kinds.count(Channel)
 
 
 def check_scene(topic, scene):
@@ -104,6 +160,7 @@ def check_messages(reader, provenance, statistics):
 
 def check(path):
     messages, chunks = check_container(path)
+    check_index(path)
     with open(path, "rb") as stream:
         reader = make_reader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
         require(reader.get_header().library == "kinetoscope", "another program's file")

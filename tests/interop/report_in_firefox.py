@@ -1,10 +1,10 @@
 """Opens pages in Firefox from files, in a light and a dark theme, at 1280 and 390 pixels.
 
-Usage: python report_in_firefox.py REPORT.html ...    (packages: requirements.txt; program: firefox-esr)
+Usage: python report_in_firefox.py [--axe AXE.min.js] REPORT.html ...    (packages: requirements.txt; program: firefox-esr)
 
 Exit code 1 if a page has an error in its console, fetches something, is wider than the window, has a plot without a size, or has a replay
-that does not reach its first, middle and last frame, draws nothing there or does not play to its end. Control: a page with an error, and one that is too wide, are
-found first.
+that does not reach its first, middle and last frame, draws nothing there or does not play to its end, or, with the script of axe-core, violates a rule of
+accessibility. Control: a page with an error, one that is too wide, and one with pale text are found first.
 """
 
 import itertools
@@ -59,11 +59,18 @@ PROBE = """async () => {
   return JSON.stringify({ faults, frames, plots: plots.length });
 }"""
 
+# Lists stay closed: in Chromium, they are examined open.
+EXAMINE = """async () => {
+  const { violations } = await axe.run(document, { iframes: false, resultTypes: ["violations"] });
+  return JSON.stringify(violations.map(({ id, nodes }) => `${id}: ${nodes.slice(0, 3).map((node) => node.target).join(" | ")}`));
+}"""
+
 
 class Browser:
     """A headless Firefox with a profile of its own, controlled through WebDriver BiDi. To be used as a context manager."""
 
-    def __init__(self, folder, is_dark):
+    def __init__(self, folder, is_dark, axe):
+        self.axe = axe
         profile = Path(folder) / ("dark" if is_dark else "light")
         profile.mkdir()
         settings = {"layout.css.prefers-color-scheme.content-override": 0 if is_dark else 1, "network.proxy.type": 1}
@@ -103,11 +110,19 @@ class Browser:
         self.errors.clear()
         self.call("browsingContext.setViewport", context=self.tab, viewport={"width": width, "height": 900})
         self.call("browsingContext.navigate", context=self.tab, url=page.resolve().as_uri(), wait="complete")
-        answer = self.call("script.callFunction", functionDeclaration=PROBE, target={"context": self.tab}, awaitPromise=True)
-        if answer["type"] == "exception":
-            return [answer["exceptionDetails"]["text"]], {}
-        seen = json.loads(answer["result"]["value"])
+        seen = self.result_of(PROBE)
+        if self.axe and width > 1000:
+            self.call("script.evaluate", expression=self.axe + ";0", target={"context": self.tab}, awaitPromise=False)
+            seen["faults"] += self.result_of(EXAMINE)
         return self.errors + seen["faults"], seen
+
+    def result_of(self, function):
+        """The result of a function in the page; a fault if it throws."""
+        answer = self.call("script.callFunction", functionDeclaration=function, target={"context": self.tab}, awaitPromise=True)
+        if answer["type"] == "exception":
+            fault = [answer["exceptionDetails"]["text"]]
+            return {"faults": fault} if function is PROBE else fault
+        return json.loads(answer["result"]["value"])
 
     def __exit__(self, *error):
         self.connection.__exit__(*error)
@@ -117,7 +132,10 @@ class Browser:
 
 def require_control(browser, folder):
     """Faults that are there must be found."""
-    for body, fault in [("<script>undefined.x</script>", "undefined"), ('<div style="width: 2000px">x</div>', "px wide on")]:
+    controls = [("<script>undefined.x</script>", "undefined"), ('<div style="width: 2000px">x</div>', "px wide on")]
+    if browser.axe:
+        controls.append(('<p style="color: #ccc; background: #fff">pale</p>', "color-contrast"))
+    for body, fault in controls:
         page = Path(folder) / "control.html"
         page.write_text(f"<!doctype html><title>control</title><body>{body}</body>")
         faults, _ = browser.open(page, 1280)
@@ -125,11 +143,11 @@ def require_control(browser, folder):
             sys.exit(f"the control is not found: {body} gave {faults}")
 
 
-def main(pages):
+def main(pages, axe):
     faulty = False
     with tempfile.TemporaryDirectory() as folder:
         for is_dark in [False, True]:
-            with Browser(folder, is_dark) as browser:
+            with Browser(folder, is_dark, axe) as browser:
                 require_control(browser, folder)
                 for page, width in itertools.product(pages, [1280, 390]):
                     faults, seen = browser.open(page, width)
@@ -140,4 +158,6 @@ def main(pages):
 
 
 if __name__ == "__main__":
-    main([Path(page) for page in sys.argv[1:]])
+    words = sys.argv[1:]
+    script = Path(words[1]).read_text() if words[:1] == ["--axe"] else None
+    main([Path(page) for page in words[2 if script else 0:]], script)

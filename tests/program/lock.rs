@@ -21,10 +21,17 @@ fn expect(called: &Called, code: i32) {
     assert_eq!(called.code, Some(code), "{}{}", called.out, called.err);
 }
 
-/// The run key of the manifest, its first 16 digits.
-fn key(bench: &Bench) -> String {
-    let found = bench.call(&["why", "--json", "discs.toml"]).json();
-    found["runs"][0]["run_key"].as_str().unwrap()[..16].to_owned()
+/// The hash of the run keys that the manifest has now, in its line of a lock file.
+fn keys(bench: &Bench) -> String {
+    expect(&bench.call(&["lock", "--lock-file", "other.lock", "discs.toml"]), 0);
+    let text = fs::read_to_string(bench.path("other.lock")).unwrap();
+    fs::remove_file(bench.path("other.lock")).unwrap();
+    line(&text, "keys = ")
+}
+
+/// The line of a text that starts with a word.
+fn line(text: &str, start: &str) -> String {
+    text.lines().find(|line| line.starts_with(start)).unwrap().to_owned()
 }
 
 fn edit(bench: &Bench, file: &str, edits: &[(&str, &str)]) {
@@ -39,9 +46,9 @@ fn edit(bench: &Bench, file: &str, edits: &[(&str, &str)]) {
 /// A folder in which the program seems to have changed: collisions lose energy.
 fn changed() -> Bench {
     let bench = locked();
-    let old = key(&bench);
+    let old = keys(&bench);
     edit(&bench, "discs.toml", &[("restitution = 1.0", "restitution = 0.9")]);
-    let new = key(&bench);
+    let new = keys(&bench);
     edit(&bench, "kinetoscope.lock", &[(&old, &new)]);
     bench
 }
@@ -70,7 +77,7 @@ fn first_difference_is_named_without_a_recording() {
         " steps or events)",
         "copy a recording of the locked run to ",
         "`kinetoscope compare`",
-        "metric ",
+        " → ",
     ] {
         assert!(called.out.contains(part), "{part}: {}", called.out);
     }
@@ -140,30 +147,28 @@ fn runs_without_a_recorded_state_are_locked() {
 #[test]
 fn changed_manifests_and_other_versions_are_reported() {
     let bench = locked();
-    let old = key(&bench);
     edit(&bench, "discs.toml", &[("seed = 4", "seed = 5")]);
     let called = bench.call(&["check", "--locked"]);
     expect(&called, 4);
-    assert!(
-        called.out.contains("other runs than those locked (1 run, locked 1)"),
-        "{}",
-        called.out
-    );
-    let keys = format!("the run key of run 1 is {}, locked {old}\n", key(&bench));
-    assert!(called.out.contains(&keys), "{}", called.out);
+    assert!(called.out.contains("\n  the manifest was edited: seed: 4 → 5\n"), "{}", called.out);
+    assert!(!called.out.contains("first difference"), "{}", called.out);
     bench.write("discs.toml", &DISCS.replace("seed = 4", "seed = 4\nreplicates = 2"));
     let called = bench.call(&["check", "--locked"]);
-    assert!(called.out.contains("(2 runs, locked 1): the run key of run 2 is "), "{}", called.out);
-    assert!(called.out.contains(", locked missing\n"), "{}", called.out);
+    for part in ["the manifest was edited: replicates: (none) → 2\n", "  2 runs, locked 1\n"] {
+        assert!(called.out.contains(part), "{part}: {}", called.out);
+    }
+    // The same values in other words are the same runs.
+    bench.write("discs.toml", &DISCS.replace("radius = 0.5", "radius = 0.50 # m"));
+    expect(&bench.call(&["check", "--locked"]), 0);
     bench.write("discs.toml", DISCS);
     let whole = fs::read_to_string(bench.path("kinetoscope.lock")).unwrap();
-    let key = key(&bench);
+    let keys = keys(&bench);
     // With the same run keys as well: the version is named, and not a place of other bits.
     for other_keys in [false, true] {
         bench.write("kinetoscope.lock", &whole);
         edit(&bench, "kinetoscope.lock", &[("physics_version = ", "physics_version = 9")]);
         if other_keys {
-            edit(&bench, "kinetoscope.lock", &[(&key, "0123456789abcdef")]);
+            edit(&bench, "kinetoscope.lock", &[(&keys, "keys = \"0123456789abcdef\"")]);
         }
         let called = bench.call(&["check", "--locked"]);
         expect(&called, 4);
@@ -178,10 +183,10 @@ fn changed_manifests_and_other_versions_are_reported() {
     edit(&bench, "kinetoscope.lock", &[("program_version = \"", "program_version = \"7.")]);
     let called = bench.call(&["check", "--locked"]);
     assert!(called.err.contains("which version 7."), "{}", called.err);
-    edit(&bench, "kinetoscope.lock", &[("\nversion = 3", "\nversion = 2")]);
+    edit(&bench, "kinetoscope.lock", &[("\nversion = 4", "\nversion = 3")]);
     for called in [bench.call(&["check", "--locked"]), bench.call(&["lock", "discs.toml"])] {
         expect(&called, 4);
-        assert!(called.err.contains("version 2 of the layout; this program reads version 3"));
+        assert!(called.err.contains("version 3 of the layout; this program reads version 4"));
     }
 }
 
@@ -205,8 +210,12 @@ fn damaged_and_missing_lock_files_are_reported() {
     expect(&bench.call(&["check", "--locked", "other.toml"]), 2);
     let whole = fs::read_to_string(bench.path("kinetoscope.lock")).unwrap();
     for damaged in [
-        whole.replace("runs = [\"", "runs = [\"x"),
+        whole.replace("keys = \"", "keys = \"x"),
+        whole.replace("runs = 1", "runs = 2"),
         whole.replace("tags = \"", "tags = \"?"),
+        whole
+            .replace(" = 40\n", " = 40\nx = y\n")
+            .replace("checked = \"\"\"", "checked = \"\"\"\nx"),
         whole.replace("model =", "modal ="),
         // The number of frames of a run that is equal.
         whole.replace("frames = 61", "frames = 62"),
@@ -234,8 +243,7 @@ fn damaged_and_missing_lock_files_are_reported() {
 fn damaged_hash_is_told_from_changed_physics() {
     let damaged = |bench: &Bench| {
         let whole = fs::read_to_string(bench.path("kinetoscope.lock")).unwrap();
-        let run = whole.find(&format!("{} ", key(bench))).unwrap();
-        let last = run + 16 + 32;
+        let last = whole.find("messages = \"").unwrap() + "messages = \"".len() + 31;
         let digit = if &whole[last..=last] == "0" { "1" } else { "0" };
         whole[..last].to_owned() + digit + &whole[last + 1..]
     };
@@ -269,7 +277,7 @@ fn cut_lock_files_are_damaged() {
     let without = |from: usize, to: usize| whole[..from].to_owned() + &whole[to..];
     for cut in [
         whole[..second].to_owned(),
-        whole[..lines[lines.len() - 4]].to_owned(),
+        whole[..whole.rfind("checked = ").unwrap()].to_owned(),
         without(first, second),
         without(second, lines[lines.len() - 2]),
     ] {
@@ -348,7 +356,7 @@ fn lock_file_that_cannot_be_written_is_rejected_before_the_first_run() {
     assert!(missing.err.contains("cannot read the manifest missing.toml"), "{}", missing.err);
 }
 
-/// Metrics need all frames; the hashes do not.
+/// The hashes need no frames between the keyframes.
 #[test]
 fn runs_that_keep_only_keyframes_are_locked() {
     let bench = Bench::new();
@@ -356,9 +364,9 @@ fn runs_that_keep_only_keyframes_are_locked() {
     bench.write("discs.toml", &format!("{DISCS}{keep}"));
     expect(&bench.call(&["lock", "discs.toml"]), 0);
     expect(&bench.call(&["check", "--locked"]), 0);
-    let old = key(&bench);
+    let old = keys(&bench);
     edit(&bench, "discs.toml", &[("restitution = 1.0", "restitution = 0.9")]);
-    let new = key(&bench);
+    let new = keys(&bench);
     edit(&bench, "kinetoscope.lock", &[(&old, &new)]);
     expect(&bench.call(&["check", "--locked"]), 4);
 }
@@ -375,8 +383,8 @@ fn hostile_lock_files_are_reported() {
     let other_model = whole.replace(old, &format!("model = \"{hostile}\""));
     for (text, code) in [
         (&changed, 2),
-        (&changed.replace("runs = [\"", "runs = [\"x"), 5),
-        (&other_model.replace(&key(&bench), "0123456789abcdef"), 4),
+        (&changed.replace("keys = \"", "keys = \"x"), 5),
+        (&other_model.replace(&line(&whole, "keys = "), "keys = \"0123456789abcdef\""), 4),
     ] {
         bench.write("kinetoscope.lock", text);
         let called = bench.call(&["check", "--locked"]);
@@ -389,14 +397,11 @@ fn hostile_lock_files_are_reported() {
         }
     }
     // The run claims the last possible number of frames, and its messages are others.
-    let hash = whole.lines().find(|line| line.starts_with("runs = ")).unwrap();
-    let forged = hash.replace(' ', "").replace("runs=[\"", "").replace("\"]", "");
-    let text = whole.replace(&forged[16..48], &"0".repeat(32));
+    let hash = line(&whole, "messages = ");
+    let text = whole.replace(&hash, &format!("messages = \"{}\"", "0".repeat(32)));
     let text = text.replace("frames = 61", &format!("frames = {}", i64::MAX));
     bench.write("kinetoscope.lock", &text);
-    let called = bench.call(&["check", "--locked"]);
-    expect(&called, 4);
-    assert!(called.out.contains("first difference in frame 61; "), "{}", called.out);
+    expect(&bench.call(&["check", "--locked"]), 5);
 }
 
 #[cfg(unix)]

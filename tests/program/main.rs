@@ -54,6 +54,9 @@ mod bare_names;
 mod baselines;
 // Scenes of all models with changes of their physics.
 mod changed_physics;
+// The scripts of `action/` for CI systems.
+#[cfg(unix)]
+mod ci_scripts;
 // Changed physics against an earlier analysis of another seed.
 mod baselines_find_changed_physics;
 // Standard output and standard error on a full disk.
@@ -66,6 +69,10 @@ mod hostile_paths;
 mod hostile_text;
 // Recordings that keep only keyframes, `fill` and `zoom`.
 mod keyframes;
+// Keyframes and manifests that do not agree with the rerun.
+mod changed_keyframes;
+// Analysis, plots and exports of recordings that keep only keyframes.
+mod analysis_of_keyframes;
 // Golden values of runs, and the place of the first difference.
 mod lock;
 // Several runs in one recording.

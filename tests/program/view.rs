@@ -154,6 +154,22 @@ fn the_printed_address_names_recording_and_layout() {
     assert_eq!(view.status("/gas/gas.layout.json", &[]), 200);
 }
 
+/// Guarantee: the gallery that an analysis has written is the first page, and leads to the list of the recordings. Control: a user's own page is not it.
+#[test]
+fn gallery_of_the_experiments_is_the_first_page() {
+    let (bench, path) = recorded();
+    let gallery = "<main class=\"kinetoscope-index\"><header><h1>Experiments</h1></header></main>";
+    for (page, is_first) in [(gallery, true), ("<main><h1>Experiments</h1></main>", false)] {
+        bench.write("recordings/index.html", page);
+        let view = View::start(&bench.path("."), &["recordings"]);
+        let [first, list] = ["/", "/recordings"]
+            .map(|address| String::from_utf8(view.request("GET", address, &[]).1).unwrap());
+        assert_eq!(first.contains("kinetoscope-index"), is_first, "{first}");
+        assert_eq!(first.contains("href=\"/recordings\""), is_first, "{first}");
+        assert!(list.contains(&path) && (is_first || first == list), "{list}");
+    }
+}
+
 #[test]
 fn other_web_pages_and_other_names_of_this_machine_are_rejected() {
     let (bench, path) = recorded();

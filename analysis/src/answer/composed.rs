@@ -6,7 +6,7 @@ use super::{AnswerNumber, AnswerPart, AnswerSource};
 use crate::checks::{checked_metrics, compare};
 use crate::input::coordinates::{VARIANT, last_part, shown_value};
 use crate::metric::{Deviation, Metric};
-use crate::models::label_of;
+use crate::models::{label_of, main_metrics};
 use crate::number_text::{plus_minus, significant};
 use crate::run::RunStatus;
 use kinetoscope_console::text::one_line;
@@ -23,8 +23,11 @@ pub(super) fn failures(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
         if checked.is_empty() {
             failures.push(without_value(check, source));
         }
+        let all = checked.len();
         let failed = checked.into_iter().filter(|metric| !compare(check, metric).passed);
-        failures.extend(failed.map(|metric| failure(check, metric)));
+        let (failed, missing): (Vec<_>, Vec<_>) = failed.partition(|it| it.is_applicable());
+        failures.extend(missing.into_iter().map(missing_value));
+        failures.extend((!failed.is_empty()).then(|| failure(check, &failed, all)));
     }
     let more = failures.len().saturating_sub(MOST_SENTENCES);
     failures.truncate(MOST_SENTENCES);
@@ -68,24 +71,52 @@ fn without_value(check: &Check, source: &AnswerSource<'_>) -> Vec<AnswerPart> {
     vec![AnswerPart::Failure(text)]
 }
 
-fn failure(check: &Check, metric: &Metric) -> Vec<AnswerPart> {
+/// A metric without a number, which a check compares.
+fn missing_value(metric: &Metric) -> Vec<AnswerPart> {
     let place = place_words(metric.coordinates());
+    let reason = metric.reason().unwrap_or_else(|| "there is no number".to_owned());
     let label = metric.definition.label;
-    if !metric.is_applicable() {
-        let reason = metric.reason().unwrap_or_else(|| "there is no number".to_owned());
-        let text = format!("A check fails: the {label}{place} has no value, because {reason}.");
-        return vec![AnswerPart::Failure(text)];
-    }
-    vec![
-        AnswerPart::Failure("A check fails: ".to_owned()),
-        AnswerPart::words(format!("the {label}{place} is ")),
-        number(metric, Some(false)),
-        AnswerPart::words(format!("{}.", requirement(check, metric))),
-    ]
+    let text = format!("A check fails: the {label}{place} has no value, because {reason}.");
+    vec![AnswerPart::Failure(text)]
 }
 
-/// What the requested plots show, then what the checks found, those of conservation laws last. Without any of these, nothing states
-/// what the experiment asks for, and there is no answer.
+/// The values that violate a check, out of `all` that it compares.
+fn failure(check: &Check, failed: &[&Metric], all: usize) -> Vec<AnswerPart> {
+    let count = failed.len();
+    let points = match (count, all) {
+        (1, _) => String::new(),
+        (_, _) if count < all => format!(" at {count} of {all} points of the sweep"),
+        _ => everywhere(all),
+    };
+    let worst = failed.iter().copied().max_by(|one, other| {
+        let excess = |metric: &Metric| metric.theory_value().map_or(0.0, |it| metric.value() - it);
+        excess(one).abs().total_cmp(&excess(other).abs())
+    });
+    let label = failed.first().map_or("", |metric| metric.definition.label);
+    let mut parts = vec![
+        AnswerPart::Failure(format!("A check fails{points}: ")),
+        AnswerPart::words(format!("the {label}")),
+    ];
+    if let [metric] = failed {
+        parts.push(AnswerPart::words(place_words(metric.coordinates())));
+    }
+    parts.push(AnswerPart::words(" is "));
+    let requirement = worst.map_or_else(String::new, |metric| requirement(check, metric));
+    match failed {
+        [metric] => parts.push(number(metric, Some(false))),
+        several => parts.extend(listed(several, Some(false))),
+    }
+    parts.push(AnswerPart::words(format!("{requirement}.")));
+    for part in &mut parts {
+        if let AnswerPart::Number(number) = part {
+            number.is_failure_stated = true;
+        }
+    }
+    parts
+}
+
+/// What the requested plots show, then what the checks found, those of conservation laws last. If this leaves a sentence free, the main
+/// metrics of the model follow, so that every experiment has an answer.
 pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
     let plots = source.record.map_or(&[][..], |record| &record.plots);
     let shown = plots.iter().filter(|plot| !plot.is_of_channel()).map(|plot| Check {
@@ -106,9 +137,43 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
         }
     }
     findings.retain(|finding| finding.metrics.iter().all(|metric| metric.is_applicable()));
-    findings.sort_by_key(|it| it.metrics.iter().any(|metric| metric.is_of_conservation_law()));
+    if findings.iter().all(Finding::is_of_conservation_law) {
+        findings.extend(main_findings(source));
+    }
+    findings.sort_by_key(Finding::is_of_conservation_law);
     let sentences = findings.iter().take(MOST_SENTENCES).map(Finding::sentence).collect::<Vec<_>>();
     if sentences.is_empty() { unfinished(source) } else { joined(sentences) }
+}
+
+/// The main metrics of the model that every run has.
+fn main_findings<'a>(source: &AnswerSource<'a>) -> Vec<Finding<'a>> {
+    let runs = source.runs.iter().map(|run| run.model().name());
+    let names = runs.map(main_metrics).next().unwrap_or_default();
+    let finding = |name: &&'static str| {
+        let everywhere = Check {
+            metric: (*name).to_owned(),
+            at: Vec::new(),
+            bound: Bound::Range { minimum: None, maximum: None },
+            if_undecided: IfUndecided::Pass,
+            line: 0,
+        };
+        let metrics = checked_metrics(&everywhere, source.metrics);
+        let is_known = !metrics.is_empty() && metrics.iter().all(|metric| metric.is_applicable());
+        is_known.then_some(Finding { check: None, has_places: false, metrics })
+    };
+    let mut findings: Vec<Finding<'_>> = names.iter().filter_map(finding).collect();
+    findings.sort_by_key(Finding::is_equal_to_theory);
+    findings
+}
+
+/// What the main metrics of the model show, in a sentence after failed checks of others.
+pub(super) fn main_sentence(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
+    let is_checked = |finding: &Finding<'_>| {
+        source.checks.iter().any(|check| check.metric == finding.metrics[0].name())
+    };
+    let findings = main_findings(source);
+    let first = findings.iter().find(|finding| !is_checked(finding));
+    first.map_or_else(Vec::new, Finding::sentence)
 }
 
 /// What is known of one metric.
@@ -131,6 +196,15 @@ impl<'a> Finding<'a> {
         self.has_places |= !new.is_empty();
         self.metrics.extend(new);
         self.check = self.check.or(check);
+    }
+
+    fn is_of_conservation_law(&self) -> bool {
+        self.metrics.iter().any(|metric| metric.is_of_conservation_law())
+    }
+
+    /// Whether all values equal theory up to rounding, as conserved quantities do.
+    fn is_equal_to_theory(&self) -> bool {
+        self.metrics.iter().all(|metric| matches!(metric.deviation(), Some(Deviation::Rounding)))
     }
 
     fn sentence(&self) -> Vec<AnswerPart> {
@@ -193,10 +267,7 @@ fn several(check: Option<&Check>, metrics: &[&Metric], has_places: bool) -> Vec<
     let extremes = metrics.iter().min_by(by_value).zip(metrics.iter().max_by(by_value));
     let Some((least, greatest)) = extremes else { return Vec::new() };
     let is_passed = check.map(|_| true);
-    let everywhere = match metrics.len() {
-        2 => " at both points of the sweep".to_owned(),
-        all => format!(" at all {all} points of the sweep"),
-    };
+    let everywhere = everywhere(metrics.len());
     let size = |metric: &Metric| metric.value().abs();
     let worst = if size(least) > size(greatest) { least } else { greatest };
     if let Some(conserved) = conserved(worst).filter(|_| !has_places) {
@@ -210,13 +281,30 @@ fn several(check: Option<&Check>, metrics: &[&Metric], has_places: bool) -> Vec<
         ];
     }
     let start = AnswerPart::words(format!("The {} is ", least.definition.label));
-    let relation = if has_places { String::new() } else { common_relation(check, metrics) };
-    let text = |metric: &Metric| metric_text(metric, NumberForm::default());
+    let relation = if has_places { String::new() } else { common_relation(metrics) };
+    let text = |metric: &Metric| metric_text(metric, form_of(metric));
     if text(least) == text(greatest) && !has_places {
         let end = AnswerPart::words(format!("{everywhere}{relation}."));
         return vec![start, number(least, is_passed), end];
     }
     let mut parts = vec![start];
+    parts.extend(listed(metrics, is_passed));
+    parts.push(AnswerPart::words(format!("{relation}.")));
+    parts
+}
+
+fn everywhere(points: usize) -> String {
+    match points {
+        2 => " at both points of the sweep".to_owned(),
+        all => format!(" at all {all} points of the sweep"),
+    }
+}
+
+/// Values with their places, or the least and the greatest of many.
+fn listed(metrics: &[&Metric], is_passed: Option<bool>) -> Vec<AnswerPart> {
+    let mut parts = Vec::new();
+    let by_value = |one: &&&Metric, other: &&&Metric| one.value().total_cmp(&other.value());
+    let extremes = metrics.iter().min_by(by_value).zip(metrics.iter().max_by(by_value));
     if metrics.len() <= MOST_LISTED {
         for (index, metric) in metrics.iter().enumerate() {
             let separator = match metrics.len() - index {
@@ -227,7 +315,7 @@ fn several(check: Option<&Check>, metrics: &[&Metric], has_places: bool) -> Vec<
             parts.push(number(metric, is_passed));
             parts.push(AnswerPart::words(place_words(metric.coordinates()) + separator));
         }
-    } else {
+    } else if let Some((least, greatest)) = extremes {
         let to = format!("{} to ", place_words(least.coordinates()));
         let end = place_words(greatest.coordinates());
         parts.extend([
@@ -238,18 +326,17 @@ fn several(check: Option<&Check>, metrics: &[&Metric], has_places: bool) -> Vec<
             AnswerPart::words(end),
         ]);
     }
-    parts.push(AnswerPart::words(format!("{relation}.")));
     parts
 }
 
-/// How far from theory several points are at most; empty if no check compares them.
-fn common_relation(check: Option<&Check>, metrics: &[&Metric]) -> String {
+/// Standard errors above which values are not called close to theory.
+const LARGEST_AGREEMENT: f64 = 4.0;
+
+/// How far from theory several points are at most.
+fn common_relation(metrics: &[&Metric]) -> String {
     let is_outside = |metric: &&&Metric| metric.theory.is_some_and(|theory| !theory.in_range());
     if let Some(outside) = metrics.iter().find(is_outside) {
         return to_theory(outside);
-    }
-    if check.is_none() {
-        return String::new();
     }
     let sigma = |metric: &&Metric| match metric.deviation() {
         Some(Deviation::StandardErrors(sigma)) => Some(sigma.abs()),
@@ -260,8 +347,11 @@ fn common_relation(check: Option<&Check>, metrics: &[&Metric]) -> String {
     match sigmas.and_then(|all| all.into_iter().reduce(f64::max)) {
         Some(0.0) => return ", equal to theory".to_owned(),
         Some(worst) if worst <= 1.0 => return ", within one standard error of theory".to_owned(),
-        Some(worst) => {
+        Some(worst) if worst <= LARGEST_AGREEMENT => {
             return format!(", within {} standard errors of theory", significant(worst, 2));
+        }
+        Some(worst) => {
+            return format!(", up to {} standard errors from theory", significant(worst, 2));
         }
         None => {}
     }
@@ -271,13 +361,19 @@ fn common_relation(check: Option<&Check>, metrics: &[&Metric]) -> String {
     if all_inside { ", inside the accuracy of the law".to_owned() } else { String::new() }
 }
 
+/// A relative change is in percent.
+fn form_of(metric: &Metric) -> NumberForm {
+    let is_in_percent = metric.definition.label.starts_with("relative ");
+    NumberForm { is_in_percent, ..NumberForm::default() }
+}
+
 fn number(metric: &Metric, is_passed: Option<bool>) -> AnswerPart {
     AnswerPart::Number(answer_number(metric, is_passed))
 }
 
 fn answer_number(metric: &Metric, is_passed: Option<bool>) -> AnswerNumber {
-    let text = metric_text(metric, NumberForm::default());
-    AnswerNumber { metric: metric.name(), text, is_passed }
+    let text = metric_text(metric, form_of(metric));
+    AnswerNumber { metric: metric.name(), text, is_passed, is_failure_stated: false }
 }
 
 /// Sentences with spaces between them.
@@ -305,7 +401,11 @@ fn place_words(coordinates: &[Coordinate]) -> String {
         if unit == "1" && words.ends_with('s') {
             return format!(" with {value} {words}");
         }
-        format!(" at {} {value}{}", words, unit_words(unit))
+        let unit = unit_words(unit);
+        // "1 day" is singular.
+        let unit =
+            unit.strip_suffix('s').filter(|it| value == "1" && *it == " day").unwrap_or(&unit);
+        format!(" at {words} {value}{unit}")
     });
     words.collect()
 }

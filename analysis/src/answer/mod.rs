@@ -73,7 +73,7 @@ impl Answer {
         let answer = match template {
             Some(template) => template::parts(template, source),
             None if parts.is_empty() => composed::findings(source),
-            None => Vec::new(),
+            None => composed::main_sentence(source),
         };
         if !parts.is_empty() && !answer.is_empty() {
             parts.push(AnswerPart::words(" "));
@@ -85,6 +85,14 @@ impl Answer {
     /// Whether there is no answer.
     pub(crate) fn is_empty(&self) -> bool {
         self.parts.is_empty() && self.timing.is_none()
+    }
+
+    /// The metric of its first number.
+    pub(crate) fn first_metric(&self) -> Option<&'static str> {
+        self.parts.iter().find_map(|part| match part {
+            AnswerPart::Number(number) => Some(number.metric),
+            _ => None,
+        })
     }
 
     /// The answer in one line.
@@ -120,7 +128,7 @@ impl AnswerPart {
     fn text(&self) -> String {
         match self {
             Self::Text(text) | Self::Failure(text) => text.clone(),
-            Self::Number(number) if number.is_passed == Some(false) => {
+            Self::Number(number) if number.mark() == Some(false) => {
                 format!("{} (its check fails)", number.text)
             }
             Self::Number(number) => number.text.clone(),

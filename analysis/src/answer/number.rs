@@ -12,6 +12,15 @@ pub(crate) struct AnswerNumber {
     pub(crate) text: String,
     /// Whether its checks pass; `None` without a check.
     pub(crate) is_passed: Option<bool>,
+    /// Whether the sentence itself states that a check fails.
+    pub(crate) is_failure_stated: bool,
+}
+
+impl AnswerNumber {
+    /// What the number is marked with: whether its checks pass, unless the sentence states it.
+    pub(crate) fn mark(&self) -> Option<bool> {
+        self.is_passed.filter(|is_passed| *is_passed || !self.is_failure_stated)
+    }
 }
 
 /// The form of a number.
@@ -29,6 +38,8 @@ pub(super) struct NumberForm {
 
 /// Significant digits of a value without a standard error.
 const DIGITS: u8 = 3;
+/// Maximum number of digits of a theoretical value.
+const MOST_DIGITS: i32 = 12;
 
 /// The value of a metric with its standard error and its unit.
 pub(super) fn metric_text(metric: &Metric, form: NumberForm) -> String {
@@ -65,6 +76,19 @@ fn value_text(value: f64, digits: Option<u8>) -> String {
 /// A bare value in the metric's unit.
 pub(super) fn in_unit(value: f64, metric: &Metric) -> String {
     format!("{}{}", value_text(value, None), unit_words(metric.unit()))
+}
+
+/// A theoretical value in the metric's unit, with the digits that the metric's standard error has: rounded to fewer, it may lie on the
+/// other side of the measured value.
+pub(super) fn theory_text(theory: f64, metric: &Metric) -> String {
+    let exponent = |value: f64| libm::log10(value.abs()).floor() as i32;
+    let digits = metric
+        .standard_error()
+        .filter(|error| *error > 0.0 && theory != 0.0)
+        .map(|error| exponent(theory) - exponent(error) + 2)
+        .and_then(|digits| u8::try_from(digits.min(MOST_DIGITS)).ok())
+        .filter(|digits| *digits > DIGITS);
+    format!("{}{}", value_text(theory, digits), unit_words(metric.unit()))
 }
 
 /// A fraction in percent, with two digits.

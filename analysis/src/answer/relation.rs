@@ -1,6 +1,6 @@
 //! How a number relates to theory, or to what a check expects, in words.
 
-use super::number::{in_unit, percent, unit_words};
+use super::number::{in_unit, percent, theory_text, unit_words};
 use crate::metric::{Deviation, Metric};
 use crate::number_text::significant;
 use kinetoscope_manifest::{Bound, Check};
@@ -9,6 +9,8 @@ use kinetoscope_manifest::{Bound, Check};
 const AGREES: f64 = 1.0;
 /// A relative difference below which two numbers are the same to the digits of a sentence.
 const SAME: f64 = 5e-4;
+/// A relative tolerance below which a check requires the same number.
+const SAME_NUMBER: f64 = 1e-9;
 /// A ratio to theory above this is given as a factor, not in percent.
 const LARGEST_EXCESS: f64 = 10.0;
 
@@ -19,7 +21,7 @@ pub(super) fn relation(check: &Check, metric: &Metric) -> String {
         Bound::Near { expected: Some(expected), .. }
         | Bound::NearRelative { expected: Some(expected), .. } => to_expected(metric, expected),
         Bound::WithinStandardErrors { expected: Some(expected), .. } => {
-            let value = format!("the expected {}", in_unit(expected, metric));
+            let value = format!("the expected {}", theory_text(expected, metric));
             metric.deviation_from(expected).map_or_else(String::new, |deviation| {
                 of_deviation(deviation, metric.value(), expected, 0.0, &value)
             })
@@ -43,10 +45,23 @@ pub(super) fn to_theory(metric: &Metric) -> String {
     if let Some(violation) = theory.violation {
         return format!(", outside the range of its law: {violation}");
     }
-    let value = format!("the theoretical {}", in_unit(theory.value, metric));
-    metric.deviation().map_or_else(String::new, |deviation| {
-        of_deviation(deviation, metric.value(), theory.value, theory.accuracy, &value)
-    })
+    let value = format!("the theoretical {}", theory_text(theory.value, metric));
+    let Some(deviation) = metric.deviation() else { return String::new() };
+    match (deviation, metric.estimate.conditional_standard_error) {
+        (Deviation::StandardErrors(sigma), Some(_)) => {
+            conditional(sigma, metric.value(), theory.value, &value)
+        }
+        _ => of_deviation(deviation, metric.value(), theory.value, theory.accuracy, &value),
+    }
+}
+
+/// The deviation from theory for the start of this run, whose standard error is not that of the value.
+fn conditional(sigma: f64, measured: f64, theory: f64, value: &str) -> String {
+    if sigma.abs() <= AGREES {
+        return format!(", which agrees with {value} of this start within the standard error");
+    }
+    let (difference, sigma) = (excess(measured, theory, value), significant(sigma.abs(), 2));
+    format!("{difference} of this start, by {sigma} standard errors of the difference")
 }
 
 fn of_deviation(
@@ -129,13 +144,18 @@ fn in_range(minimum: Option<f64>, maximum: Option<f64>, metric: &Metric) -> Stri
 /// What a failed check requires, as the end of a sentence.
 pub(super) fn requirement(check: &Check, metric: &Metric) -> String {
     let target = |expected: Option<f64>| match (expected, metric.theory_value()) {
-        (Some(expected), _) => format!("the expected {}", in_unit(expected, metric)),
-        (None, Some(theory)) => format!("the theoretical {}", in_unit(theory, metric)),
+        (Some(expected), _) => format!("the expected {}", theory_text(expected, metric)),
+        (None, Some(theory)) => format!("the theoretical {}", theory_text(theory, metric)),
         (None, None) => "theory".to_owned(),
     };
     match check.bound {
         Bound::Near { expected, tolerance } => {
             format!(", not within {} of {}", in_unit(tolerance, metric), target(expected))
+        }
+        Bound::NearRelative { expected, relative_tolerance }
+            if relative_tolerance < SAME_NUMBER =>
+        {
+            format!(", not equal to {}", target(expected))
         }
         Bound::NearRelative { expected, relative_tolerance } => {
             format!(", not within {} of {}", percent(relative_tolerance), target(expected))

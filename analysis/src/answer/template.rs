@@ -46,7 +46,8 @@ fn number(
     };
     if !reference.is_theory {
         let (text, is_passed) = (metric_text(metric, form), source.is_passed(metric));
-        return AnswerPart::Number(AnswerNumber { metric: metric.name(), text, is_passed });
+        let (metric, is_failure_stated) = (metric.name(), false);
+        return AnswerPart::Number(AnswerNumber { metric, text, is_passed, is_failure_stated });
     }
     match metric.theory.filter(|theory| theory.in_range()) {
         Some(theory) => AnswerPart::words(text_of(theory.value, None, metric.unit(), form)),

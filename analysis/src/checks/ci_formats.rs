@@ -78,7 +78,8 @@ impl UniqueNames {
 
 /// One result as a test case.
 fn test_case(suite: &str, result: &CheckResult, cases: &mut UniqueNames) -> String {
-    let name = format!("{}: {}", result.subject, result.requirement);
+    let subject = result.run.as_ref().unwrap_or(&result.subject);
+    let name = format!("{subject}: {}", result.requirement);
     let (name, finding) = (xml(&cases.unique(one_line(&name).into_owned())), xml(&result.finding));
     let body = match (result.passed, result.kind) {
         (true, _) => format!("<system-out>{finding}</system-out>"),
@@ -123,34 +124,42 @@ pub(crate) fn github(experiments: &[ExperimentChecks<'_>]) -> String {
 pub(crate) fn markdown(experiments: &[ExperimentChecks<'_>]) -> String {
     let mut text = String::new();
     for experiment in experiments {
-        let _ = writeln!(text, "### {}\n", cell(experiment.name));
+        let _ = writeln!(text, "### {}\n", markdown_text(experiment.name));
         if !experiment.answer.is_empty() {
-            let _ = writeln!(text, "{}\n", cell(&experiment.answer));
+            let _ = writeln!(text, "{}\n", markdown_text(&experiment.answer));
         }
         text += "| result | subject | requirement | finding |\n|---|---|---|---|\n";
         for result in experiment.check_results {
             let word = if result.passed { "passed" } else { "**failed**" };
             let [subject, requirement, finding] =
-                [&result.subject, &result.requirement, &result.finding].map(|text| cell(text));
+                [&result.subject, &result.requirement, &result.finding]
+                    .map(|text| markdown_text(text));
             let _ = writeln!(text, "| {word} | {subject} | {requirement} | {finding} |");
         }
         for why in experiment.unreadable {
-            let _ = writeln!(text, "| **unreadable** | | | {} |", cell(&why.message.clause()));
+            let _ =
+                writeln!(text, "| **unreadable** | | | {} |", markdown_text(&why.message.clause()));
         }
         text.push('\n');
     }
     text
 }
 
-/// Escapes the text of a cell of a Markdown table.
-fn cell(text: &str) -> String {
+/// Escapes text for a cell of a Markdown table, or a line: no part of it is markup, a mention or a formula.
+#[must_use]
+pub fn markdown_text(text: &str) -> String {
     let text = one_line(text);
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {
-        if matches!(character, '|' | '\\' | '`' | '*' | '_' | '<' | '[') {
-            escaped.push('\\');
+        match character {
+            '|' | '\\' | '`' | '*' | '_' | '<' | '[' | '$' | '~' => {
+                escaped.extend(['\\', character])
+            }
+            // A name after it would be notified in a comment.
+            '@' => escaped += "&#64;",
+            '&' => escaped += "&amp;",
+            _ => escaped.push(character),
         }
-        escaped.push(character);
     }
     escaped
 }
@@ -174,6 +183,7 @@ mod tests {
             passed: false,
             kind: CheckKind::Outcome,
             subject: subject.to_owned(),
+            run: None,
             requirement: "completes".to_owned(),
             finding: "a \u{ffff} b\n::error::c".to_owned(),
             file: None,

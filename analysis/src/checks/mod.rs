@@ -19,6 +19,8 @@ pub(crate) struct CheckResult {
     pub(crate) kind: CheckKind,
     /// The metric and its scope.
     pub(crate) subject: String,
+    /// The name of the run in a test report, where the subject is its file.
+    pub(crate) run: Option<String>,
     /// What the manifest requires, such as "within 4 standard errors".
     pub(crate) requirement: String,
     /// The measured value, the expected value, and the tolerance.
@@ -92,6 +94,7 @@ fn missing(check: &Check, named: &[&Metric]) -> CheckResult {
         passed: false,
         kind: CheckKind::Check,
         subject: check.metric.clone(),
+        run: None,
         requirement: requirement(check.bound),
         finding: why,
         file: None,
@@ -117,6 +120,7 @@ pub(crate) fn compare(check: &Check, metric: &Metric) -> CheckResult {
         passed,
         kind: CheckKind::Check,
         subject: subject(metric),
+        run: None,
         requirement: requirement(check.bound),
         finding,
         file: None,

@@ -1,6 +1,7 @@
 //! The outcomes of the runs against the one that the manifest expects.
 
 use super::{CheckKind, CheckResult, one_line};
+use crate::input::coordinates;
 use crate::metric::Measurement;
 use crate::models::never_in;
 use crate::run::{RunAnalysis, RunStatus};
@@ -38,6 +39,7 @@ pub(crate) fn evaluate(
             passed,
             kind: CheckKind::Outcome,
             subject: run.file.clone(),
+            run: Some(name_of(run)),
             requirement: match expected {
                 ExpectedOutcome::Complete => "completes".to_owned(),
                 ExpectedOutcome::Fault => "fails".to_owned(),
@@ -49,6 +51,20 @@ pub(crate) fn evaluate(
         })
     });
     results.collect()
+}
+
+/// The experiment, the point of the sweep and the replicate, which stay the same when a value changes, as the file's name does not.
+fn name_of(run: &RunAnalysis) -> String {
+    let experiment = run.file.split("__").next().unwrap_or_default();
+    let mut name = experiment.trim_end_matches(".mcap").to_owned();
+    let place = coordinates::text(&run.coordinates);
+    if !place.is_empty() {
+        name += &format!(" at {place}");
+    }
+    match run.manifest.replicate {
+        0 => name,
+        replicate => format!("{name}, replicate {replicate}"),
+    }
 }
 
 /// The runs with a count above 0 of what never happens in a correct one, such as particles outside of their container. A check of
@@ -66,6 +82,7 @@ pub(crate) fn unexpected_counts(runs: &[RunAnalysis], checks: &[&Check]) -> Vec<
             passed: false,
             kind: CheckKind::Outcome,
             subject: run.file.clone(),
+            run: Some(name_of(run)),
             requirement: format!("{} = 0", count.definition.name),
             finding: format!(
                 "{} = {}; if that is expected, add a check of it",

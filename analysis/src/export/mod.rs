@@ -116,7 +116,9 @@ pub(crate) fn export(
         // The intact frames of a damaged recording are exported.
         match recording.frames() {
             Ok(frames) => {
-                for frame in frames.map_while(|frame| frame.map_err(&mut reported).ok()) {
+                for frame in
+                    frames.with_scalar_frames().map_while(|frame| frame.map_err(&mut reported).ok())
+                {
                     exporter.write_frame(&frame)?;
                 }
             }

@@ -10,7 +10,7 @@ pub use error::UnreadableRecording;
 pub(crate) use error::{InvalidPath, ON_FAILED_DISK};
 
 use crate::input::recording::{OpenRun, is_partial, restored_file};
-use kinetoscope_console::text::{plural, shown_path};
+use kinetoscope_console::text::{every, plural, shown_path};
 use kinetoscope_files::folder::folder_of;
 use kinetoscope_files::regular_file::{MAX_EXPERIMENT_RECORD_BYTES, read_opened};
 use kinetoscope_manifest::{Coordinate, ExperimentRecord};
@@ -322,6 +322,7 @@ impl RecordingFolder {
     pub(crate) fn open(&mut self) -> Vec<(OpenRun, Vec<Coordinate>)> {
         let OpenedRuns { runs, notes, unreadable } = self.opened(recording::opened);
         self.notes.extend(notes);
+        self.notes.extend(runs.iter().filter_map(|(run, _)| keyframes_note(run)));
         self.unreadable.extend(unreadable);
         runs
     }
@@ -392,6 +393,16 @@ fn remove_copies(opened: &mut Vec<(String, OpenRun)>) -> Vec<String> {
 /// Whether a recording has only an interval of its run, which `kinetoscope zoom` recomputed.
 fn is_part(recording: &Recording) -> bool {
     matches!(recording.provenance().stored, StoredFrames::From(_))
+}
+
+/// What the analysis of a recording of keyframes lacks.
+fn keyframes_note(run: &OpenRun) -> Option<String> {
+    let (distance, command) = run.keyframes()?;
+    let stored = every(distance, "frame");
+    Some(format!(
+        "{} holds keyframes ({stored}) and the scalars of all frames: metrics and charts that need the states of all frames, and the replay, are left out; `{command}` restores them",
+        run.file
+    ))
 }
 
 fn part_note(path: &Path) -> String {

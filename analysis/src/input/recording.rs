@@ -2,7 +2,7 @@
 
 use crate::input::error::UnreadableRecording;
 use crate::metric::RunOrigin;
-use kinetoscope_console::text::{every, shown_path};
+use kinetoscope_console::text::shown_path;
 use kinetoscope_manifest::{RunKey, RunManifest, parse_run, run_key};
 use kinetoscope_recording::reader::{Provenance, Recording, StoredFrames};
 use std::path::{Path, PathBuf};
@@ -24,6 +24,17 @@ impl OpenRun {
     /// The recording.
     pub(crate) fn recording(&self) -> &Recording {
         &self.recording
+    }
+
+    /// The distance of the keyframes, in frames, and the command that restores the frames between them; `None` if all frames are stored.
+    pub(crate) fn keyframes(&self) -> Option<(u64, String)> {
+        match self.recording.provenance().stored {
+            StoredFrames::Keyframes(distance) if distance.get() > 1 => {
+                let path = shown_path(self.recording.path());
+                Some((distance.get(), format!("kinetoscope fill {path}")))
+            }
+            _ => None,
+        }
     }
 
     /// The run's identity and the programs behind it.
@@ -50,11 +61,11 @@ pub fn open(path: &Path) -> Result<OpenRun, UnreadableRecording> {
 /// # Errors
 /// An invalid manifest.
 pub(crate) fn opened(recording: Recording) -> Result<OpenRun, UnreadableRecording> {
-    check_all_frames(&recording)?;
+    check_whole_run(&recording)?;
     opened_with_its_frames(recording)
 }
 
-/// As [`opened`], for a recording that may hold only some frames of its run.
+/// As [`opened`], for a recording that may hold a part of its run.
 ///
 /// # Errors
 /// An invalid manifest.
@@ -81,18 +92,11 @@ pub(crate) fn opened_with_its_frames(recording: Recording) -> Result<OpenRun, Un
     Ok(OpenRun { recording, file, canonical, manifest, run_key })
 }
 
-/// Rejects a recording that holds only some frames: most metrics of a run follow from all of them.
-fn check_all_frames(recording: &Recording) -> Result<(), UnreadableRecording> {
+/// Rejects a recording that holds a part of its run: most metrics need its start.
+fn check_whole_run(recording: &Recording) -> Result<(), UnreadableRecording> {
     let path = shown_path(recording.path());
     match recording.provenance().stored {
-        StoredFrames::All => Ok(()),
-        StoredFrames::Keyframes(distance) => Err(UnreadableRecording::new(
-            format!(
-                "{path}: it keeps only keyframes ({}), and metrics need all frames; no frame was read",
-                every(distance.get(), "frame")
-            ),
-            format!("restore them with `kinetoscope fill {path}`"),
-        )),
+        StoredFrames::All | StoredFrames::Keyframes(_) => Ok(()),
         StoredFrames::From(_) => Err(UnreadableRecording::new(
             format!(
                 "{path}: it is a part of a run, and metrics need all frames; no frame was read"

@@ -43,6 +43,9 @@ impl Measurement {
     }
 }
 
+/// Why a metric has no value in a recording that has the states of some frames only.
+pub(crate) const NEEDS_ALL_STATES: &str = "it needs the states of all frames";
+
 /// The metrics of a run, in the order in which they are derived. A value that is `None` adds no metric.
 #[derive(Debug, Default)]
 pub(crate) struct Measurements(pub(crate) Vec<Measurement>);
@@ -76,6 +79,19 @@ impl Measurements {
         debug_assert!(law.is_none_or(|law| definition.laws.contains(&law)));
         let theory = theory.expected().map(|expected| expected.by(law));
         self.0.push(Measurement { definition, estimate, theory, reason: None });
+    }
+
+    /// Replaces the values that need the states of all frames by the reason, with the command that restores these.
+    pub(crate) fn withhold(&mut self, needs_all: impl Fn(&Definition) -> bool, command: &str) {
+        for found in &mut self.0 {
+            if found.reason.is_none() && needs_all(found.definition)
+                || found.reason.as_deref() == Some(NEEDS_ALL_STATES)
+            {
+                found.estimate = Estimate::bare(f64::NAN);
+                found.theory = None;
+                found.reason = Some(format!("{NEEDS_ALL_STATES}: `{command}`").into());
+            }
+        }
     }
 
     /// Adds a metric that applies to the run but has no value, with the reason.

@@ -12,7 +12,7 @@ pub use definition::Definition;
 pub(crate) use deviation::Deviation;
 pub use law::Law;
 pub use measurement::Measurement;
-pub(crate) use measurement::Measurements;
+pub(crate) use measurement::{Measurements, NEEDS_ALL_STATES};
 pub use theory::Theory;
 pub(crate) use violation::Quantity;
 pub use violation::Violation;

@@ -67,6 +67,8 @@ quantities! {
     Discs = "the number of discs",
     /// Flow or clusters, above those of independent discs.
     FlowOrClusters = "flow or clusters above those of independent discs",
+    /// Flow and clusters cannot be excluded from the states of some frames.
+    FlowBetweenKeyframes = "flow and clusters are found from the states of all frames, which `kinetoscope fill` restores",
     /// No state from which flow and clusters could be found.
     StateOfManyDiscs = "no frame contains a state of 128 discs or more",
     /// Rms speed times time over the diameter of the container.

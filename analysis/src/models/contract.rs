@@ -35,10 +35,14 @@ pub(crate) struct ModelAnalysis {
     pub(crate) title: &'static str,
     /// The metrics of a run.
     pub(crate) metrics: &'static [&'static Definition],
+    /// The metrics that answer where neither a check nor a plot states what is asked.
+    pub(crate) main: &'static [&'static str],
     /// Counts of what a correct run never has: a run with one above 0 fails, unless a check states that it is expected.
     pub(crate) never: &'static [&'static Definition],
     /// Metrics that have no standard error in a single run, because other starts give other values.
     pub(crate) needs_replicates: &'static [&'static Definition],
+    /// Metrics that follow from the states of all frames, not only from scalars and from the first and the last state.
+    pub(crate) needs_all_states: &'static [&'static Definition],
     /// The metrics of a sweep, which [`Self::fits`] derive.
     pub(crate) sweep_metrics: &'static [&'static Definition],
     /// Fits along an axis of a sweep.
@@ -58,11 +62,22 @@ pub(crate) struct NamedChart {
     pub(crate) stem: &'static str,
     /// The metrics that it shows over time, or as numbers of its curves.
     pub(crate) metrics: &'static [&'static str],
+    /// Whether it shows the states of all frames.
+    pub(crate) needs_all_states: bool,
 }
 
 impl NamedChart {
+    /// A chart of scalars, or of the first and the last state.
     pub(crate) const fn new(stem: &'static str, metrics: &'static [&'static str]) -> Self {
-        Self { stem, metrics }
+        Self { stem, metrics, needs_all_states: false }
+    }
+
+    /// A chart of the states of all frames.
+    pub(crate) const fn of_all_states(
+        stem: &'static str,
+        metrics: &'static [&'static str],
+    ) -> Self {
+        Self { stem, metrics, needs_all_states: true }
     }
 }
 

@@ -16,6 +16,12 @@ pub(crate) struct Figures {
 }
 
 impl Figures {
+    /// Keeps the plots whose file names satisfy a condition.
+    pub(crate) fn retain(&mut self, keeps: impl Fn(&str) -> bool) {
+        self.plots.retain(|plot| keeps(&plot.stem));
+        self.comparisons.retain(|curve| keeps(&curve.stem));
+    }
+
     /// Whether all plots have names of files in their folder. A cache may claim others.
     pub(crate) fn have_plain_names(&self) -> bool {
         let stems = self.plots.iter().map(|plot| &plot.stem);

@@ -24,9 +24,15 @@ pub(crate) struct FlowStatistics {
     clustering: f64,
     states: f64,
     cells_per_side: f64,
+    lacks_states: bool,
 }
 
 impl FlowStatistics {
+    /// Adds a frame of which the recording has no state.
+    pub(crate) fn add_frame_without_state(&mut self) {
+        self.lacks_states = true;
+    }
+
     /// Adds a state of discs in a rectangle with this lower left corner.
     pub(crate) fn add_state(&mut self, state: &StateTable, corner: [f64; 2], sides: [f64; 2]) {
         self.cells_per_side = (state.rows() as f64 / DISCS_PER_CELL).sqrt().floor();
@@ -57,6 +63,7 @@ impl FlowStatistics {
         let greatest = self.flow.max(self.clustering) / self.states;
         let largest = MAX_EXCESS / self.cells_per_side;
         (Quantity::StateOfManyDiscs.required(self.states > 0.0))
+            .or_else(|| Quantity::FlowBetweenKeyframes.required(!self.lacks_states))
             .or_else(|| Quantity::FlowOrClusters.at_most(greatest - 1.0, largest))
     }
 }

@@ -75,6 +75,17 @@ pub fn needs_replicates(model: &str, metric: &str) -> bool {
         .is_some_and(|model| model.needs_replicates.iter().any(|known| known.name == metric))
 }
 
+/// Whether a metric of this model follows from the states of all frames.
+pub(crate) fn needs_all_states(model: &str, metric: &Definition) -> bool {
+    of_model(model).is_some_and(|model| model.needs_all_states.contains(&metric))
+}
+
+/// Whether a chart of this model shows the states of all frames.
+pub(crate) fn chart_needs_all_states(model: &str, stem: &str) -> bool {
+    let mut charts = of_model(model).into_iter().flat_map(|model| model.figures);
+    charts.any(|chart| chart.stem == stem && chart.needs_all_states)
+}
+
 /// The names of the metrics of a model's runs, and of sweeps over them; none for an unknown model.
 #[must_use]
 pub fn metric_names(model: &str) -> Vec<&'static str> {
@@ -95,6 +106,11 @@ pub fn figure_names(model: &str) -> Vec<&'static str> {
 pub fn metrics_of_figure(model: &str, stem: &str) -> &'static [&'static str] {
     let mut charts = of_model(model).into_iter().flat_map(|model| model.figures);
     charts.find(|chart| chart.stem == stem).map_or(&[], |chart| chart.metrics)
+}
+
+/// The metrics of a model's runs that answer where nothing states what is asked, the first ones that a run has; none for an unknown model.
+pub(crate) fn main_metrics(model: &str) -> &'static [&'static str] {
+    of_model(model).map_or(&[], |model| model.main)
 }
 
 /// The label of a metric of any model.
@@ -142,6 +158,17 @@ mod tests {
                     .any(|other| other.name.contains('.') && label.contains(other.name));
                 assert!(!is_named && !label.ends_with('.'), "{label:?} contains a name");
                 assert!(!["the ", "a ", "an "].iter().any(|it| label.starts_with(it)), "{label}");
+            }
+        }
+    }
+
+    #[test]
+    fn main_metrics_exist() {
+        for model in MODELS {
+            assert!(!model.main.is_empty(), "{}", model.name);
+            for name in model.main {
+                let mut all = model.metrics.iter();
+                assert!(all.any(|known| known.name == *name), "{}: {name}", model.name);
             }
         }
     }

@@ -66,7 +66,7 @@ pub(crate) struct Film {
     /// Frames per second of the replay at normal speed.
     pub(super) fps: f64,
     /// Units of length, speed and time; empty for dimensionless ones.
-    pub(super) units: [String; 3],
+    pub(crate) units: [String; 3],
     /// The numbers: raw DEFLATE of the layout in `encoding`.
     pub(super) data: Vec<u8>,
 }

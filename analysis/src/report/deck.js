@@ -36,8 +36,10 @@ function share() {
     `${max > 1.005 * scale.top ? "≥ " : ""}${withUnit(widest.speedTopText, widest.units[1])}`];
   deck.querySelector(".bottom").textContent = low;
   deck.querySelector(".top").textContent = high;
-  const region = common(all.map((each) => each.film.view));
-  all.forEach((each) => each.agree(region ?? each.film.view));
+  const whole = common(all.map((each) => each.film.view)), first = common(all.map((each) => each.firstView()));
+  all.forEach((each) => each.agree(whole ? first ?? whole : each.film.view, whole ?? each.film.view));
+  for (const [name, can] of [["arrows", all.some((each) => each.canHaveArrows())], ["rotating", all.some((each) => each.canRotate())]])
+    deck.querySelector(`.${name}`).parentElement.hidden = !can;
 }
 
 if (deck) {
@@ -63,7 +65,13 @@ if (deck) {
       share();
     };
     colors.addEventListener("change", color);
-    color();
+    const [arrows, rotating] = ["arrows", "rotating"].map((name) => deck.querySelector(`.${name}`));
+    const draw = () => {
+      [scale.hasArrows, scale.isRotating] = [arrows.checked, rotating.checked];
+      color();
+    };
+    for (const each of [arrows, rotating]) each.addEventListener("change", draw);
+    draw();
     const full = deck.querySelector(".full");
     full.hidden = !deck.requestFullscreen;
     full.addEventListener("click", () => document.fullscreenElement ? document.exitFullscreen() : deck.requestFullscreen());

@@ -30,7 +30,7 @@ async function decoded(film, text) {
   return { times, numbers, radii, xs, ys, speeds, walls, styles, velocities };
 }
 
-const ABSENT = 65535, ABSENT_SPEED = 255, STEPS = 64, OUTLINE_FROM_PX = 6, PAINTED_FROM = 1500, GROUND = "#101418", TRAILS = 8;
+const ABSENT = 65535, ABSENT_SPEED = 255, STEPS = 64, OUTLINE_FROM_PX = 6, PAINTED_FROM = 1500, GROUND = "#101418", TRAILS = 8, PARTS = 3, FEWEST_IN_BED = 50, AT_REST = 0.05;
 const rgb = (color) => [1, 3, 5].map((i) => parseInt(color.slice(i, i + 2), 16));
 
 // Colors from rest to the top speed, then that of an unknown speed, and that of the Sun.

@@ -1,7 +1,7 @@
 //! The head of `report.html`: the question, the answer with its numbers, and pass or fail.
 
 use super::AnalysisReport;
-use crate::answer::{AnswerNumber, AnswerPart, missing_text};
+use crate::answer::{AnswerPart, missing_text};
 use crate::checks::CheckKind;
 use maud::{Markup, html};
 
@@ -28,15 +28,15 @@ pub(super) fn background(report: &AnalysisReport) -> Markup {
     }
 }
 
-/// The answer in one or two sentences, with a link to the plot that the manifest requests first. `page` is the address of the report in
-/// the page that shows the sentence; empty in the report itself.
+/// The answer in one or two sentences, elsewhere than in the report with a link to the plot that the manifest requests first. `page` is the address of the
+/// report in the page that shows the sentence; empty in the report itself, where the plot is on the first screen.
 pub(super) fn result(report: &AnalysisReport, page: &str) -> Markup {
     html! {
         @if !report.answer.is_empty() {
             p class="result" {
                 @for part in &report.answer.parts { (answer_part(part)) }
                 @if let Some(timing) = &report.answer.timing { " " (timing) }
-                @if let Some((stem, plot)) = report.first_requested_plot() {
+                @if !page.is_empty() && let Some((stem, plot)) = report.first_requested_plot() {
                     " " a href=(format!("{page}#plot-{stem}")) title=(plot.title) { "Plot" }
                 }
             }
@@ -50,9 +50,9 @@ fn answer_part(part: &AnswerPart) -> Markup {
         @match part {
             AnswerPart::Text(text) => (with_subscripts(text)),
             AnswerPart::Failure(text) => strong class="bad" { (text) },
-            AnswerPart::Number(AnswerNumber { text, is_passed, .. }) => {
-                strong { (with_subscripts(text)) }
-                @match is_passed {
+            AnswerPart::Number(number) => {
+                strong { (with_subscripts(&number.text)) }
+                @match number.mark() {
                     Some(true) => span class="good" title="the check passes" { "\u{a0}✓" },
                     Some(false) => strong class="bad" { " (its check fails)" },
                     None => {},

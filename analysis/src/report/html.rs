@@ -16,12 +16,14 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 const STYLE_SHEET: &str = include_str!("report.css");
 /// The parts of the script, in the order in which they use each other.
-const SCRIPTS: [&str; 5] = [
+const SCRIPTS: [&str; 7] = [
     include_str!("numbers.js"),
     include_str!("film.js"),
+    include_str!("pictures.js"),
     include_str!("replay.js"),
     include_str!("deck.js"),
     include_str!("report.js"),
+    include_str!("speeds.js"),
 ];
 
 /// The script as a page contains it: without indentation and lines of comments. No text in it spans lines.

@@ -1,6 +1,7 @@
 //! Analysis of one experiment: runs its recordings' analyses, derives sweep metrics, evaluates checks, and collects
 //! plots.
 
+mod checked_values;
 mod drawn_runs;
 mod file_links;
 pub(crate) mod files;
@@ -20,6 +21,7 @@ pub(crate) mod table;
 mod text;
 mod timing_section;
 
+pub use checked_values::{CheckedExperiment, CheckedValue, checked_experiment, value_text};
 pub use metrics_reference::metrics_reference;
 
 use self::drawn_runs::{drawn_files, drawn_runs};
@@ -263,7 +265,6 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     let record = source.record.as_ref();
     let axes = record.map_or(&[][..], |record| &record.axes);
     let data = PlotData { runs: &runs, points: &points, metrics: &metrics, places: &places, axes };
-    let (plots, requested_plots) = plots::plots(data, requests, &mut notes);
     let expected = record.map_or(ExpectedOutcome::Complete, |record| record.expected_outcome);
     let mut check_results = outcome::evaluate(&runs, &seconds, expected);
     let stated: Vec<&Check> =
@@ -275,6 +276,8 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     let (timed, checks) = (timing.as_ref(), checks.as_slice());
     let answer =
         Answer::of(&AnswerSource { record, runs: &runs, metrics: &metrics, checks, timing: timed });
+    let requests = plots::requests(record, &answer, data);
+    let (plots, requested_plots) = plots::plots(data, &requests, &mut notes);
     let text = |of: fn(&ExperimentRecord) -> &String| record.map(of).cloned().unwrap_or_default();
     AnalysisReport {
         name: source.name.clone(),

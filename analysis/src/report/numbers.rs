@@ -278,6 +278,7 @@ mod tests {
             passed,
             kind: CheckKind::Check,
             subject: "force.mean".to_owned(),
+            run: None,
             requirement: "at most <2>".to_owned(),
             finding: "measured \"3\"".to_owned(),
             file: None,

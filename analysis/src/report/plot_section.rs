@@ -30,7 +30,7 @@ pub(super) struct SortedPlots<'a> {
     adjacent: Vec<&'a DrawnPlot<'a>>,
     /// Further requested ones.
     requested: Vec<&'a DrawnPlot<'a>>,
-    /// All others: charts, and pictures of states.
+    /// All others: charts, and pictures of states of runs without a replay.
     charts: Vec<&'a DrawnPlot<'a>>,
     pictures: Vec<&'a DrawnPlot<'a>>,
 }
@@ -38,7 +38,11 @@ pub(super) struct SortedPlots<'a> {
 impl<'a> SortedPlots<'a> {
     pub(super) fn of(report: &AnalysisReport, plots: &'a [DrawnPlot<'a>]) -> Self {
         let is_chart = |drawn: &&DrawnPlot<'_>| matches!(drawn.plot.content, PlotContent::Chart(_));
-        let (charts, pictures): (Vec<_>, Vec<_>) = plots.iter().partition(is_chart);
+        let (charts, mut pictures): (Vec<_>, Vec<_>) = plots.iter().partition(is_chart);
+        // The replay shows the same; the files next to the page have them.
+        let plays =
+            |run: &RunAnalysis| run.replay.as_ref().is_some_and(|replay| replay.film.is_some());
+        pictures.retain(|drawn| !own_run(report, drawn).is_some_and(plays));
         let is_requested = |drawn: &&DrawnPlot<'_>| report.is_requested_plot(drawn.stem);
         let (mut requested, mut charts): (Vec<_>, Vec<_>) =
             charts.into_iter().partition(is_requested);
@@ -155,10 +159,11 @@ fn data(class: &str, data: &impl Serialize) -> Markup {
     html! { script type="application/json" class=(class) { (PreEscaped(json)) } }
 }
 
-/// An SVG document of the program's own with its title as a label for screen readers.
+/// An SVG document of the program's own with its title as a label for screen readers, without attributes that the page gives all of them.
 fn labeled_svg(title: &str, svg: &str) -> Markup {
     let title = html! { (title) }.into_string();
     let opening = format!("<svg role=\"img\" aria-label=\"{title}\"");
+    let svg = svg.replace(" opacity=\"1\"", "").replace(" font-family=\"sans-serif\"", "");
     PreEscaped(svg.replacen("<svg", &opening, 1).trim_end().to_owned())
 }
 

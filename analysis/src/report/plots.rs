@@ -1,13 +1,38 @@
 //! The plots of a report with their file names: those on request, of the sweep, of several runs, and of single runs.
 
 use super::MAX_RUNS_DRAWN;
+use crate::answer::Answer;
 use crate::input::coordinates;
 use crate::models::figures::Figures;
-use crate::plot::Plot;
+use crate::plot::{Plot, PlotContent};
 use crate::run::RunAnalysis;
 use crate::sweep;
 use crate::sweep::requested::PlotData;
-use kinetoscope_manifest::PlotRequest;
+use kinetoscope_manifest::{ExperimentRecord, PlotRequest};
+
+/// The plots that the manifest requests. A sweep over a number without an answer of its own whose requests show no metric has one of the
+/// metric that the composed answer names, in front.
+pub(super) fn requests(
+    record: Option<&ExperimentRecord>,
+    answer: &Answer,
+    data: PlotData<'_>,
+) -> Vec<PlotRequest> {
+    let stated = record.map_or(&[][..], |record| &record.plots);
+    let shows_metric = |plot: &PlotRequest| !plot.y.is_empty() && !plot.is_of_channel();
+    let is_answered = record.is_none_or(|record| record.answer.is_some());
+    let mut composed = None;
+    if !is_answered && data.points.len() > 1 && !stated.iter().any(shows_metric) {
+        let y = answer.first_metric().unwrap_or_default().to_owned();
+        composed = Some(PlotRequest { y, ..PlotRequest::default() });
+        composed =
+            composed.filter(|request| data.draw(request).is_ok_and(|plot| is_over_number(&plot)));
+    }
+    composed.into_iter().chain(stated.iter().cloned()).collect()
+}
+
+fn is_over_number(plot: &Plot) -> bool {
+    matches!(&plot.content, PlotContent::Chart(chart) if chart.x.words.is_empty())
+}
 
 /// All plots, those on request first, and the number of the latter. Other plots without information are omitted. A request adds a
 /// note if it cannot be drawn, or if points of it cannot.

@@ -1,16 +1,16 @@
 // The players of the replay. The first one has the controls and the clock.
 const deck = document.querySelector(".deck");
-// What the players that are shown have in common: the top of the color scale, and what the color means.
-const scale = { top: 0, topText: "", by: "speed" };
+// What the players that are shown have in common: the top of the color scale, what the color means, and what else is drawn.
+const scale = { top: 0, by: "speed", hasArrows: false, isRotating: false };
 
 // A player; with a leader, it shows the leader's time.
 function player(part, leader) {
   const find = (selector) => part.querySelector(selector);
   const canvas = find("canvas"), context = canvas.getContext("2d"), menu = find(".runs");
   const [play, scrub, clock, speedMenu, row] = [".play", ".scrub", ".clock", ".speed", ".row"].map((selector) => deck.querySelector(selector));
-  let film, data, colors, steps, tones, file, wanted, view, isPlaying = false, before = 0, pixelsPer = 1, left = 0, top = 0;
+  let film, data, colors, steps, tones, file, wanted, view, whole, isPlaying = false, before = 0, pixelsPer = 1, left = 0, top = 0;
   // Where the film is, in frames; how its particles move after a frame; and their places in pixels.
-  let at = 0, isAtPoster = true, moves = { frame: -1 }, across = [], down = [], followed = -1, pointer = null;
+  let at = 0, isAtPoster = true, moves = { frame: -1 }, across = [], down = [], followed = -1, pointer = null, write;
 
   const shown = (value, count, unit) => withUnit(number(value, 0, count), film.units[unit]);
   const frame = () => Math.round(at);
@@ -38,39 +38,33 @@ function player(part, leader) {
     return length > 0 ? clamp(low + (time - times[low]) / length, 0, film.frames - 1) : low;
   }
 
-  // Height over width of the view.
-  const shape = () => (view[3] - view[1]) / (view[2] - view[0]);
+  // Height over width of the whole view, which the canvas has.
+  const shape = () => (whole[3] - whole[1]) / (whole[2] - whole[0]);
+
+  // What the first picture shows: of a bed at rest the box of its positions, else the whole view, as during playback.
+  function firstView() {
+    const box = (leader ?? made).isAtPoster && !film.trails && film.particles >= FEWEST_IN_BED && boxOfBed(film, data, Math.round(leader?.file ? placeOf(leader.time) : at), radiusOf);
+    return box || film.view;
+  }
 
   function resize(room) {
     const width = canvas.parentElement.clientWidth;
     // What is not displayed has no width.
     if (!film || !width) return;
-    const height = Math.max(140, Math.min(width * shape(), room)), [x0, y0, x1, y1] = view;
+    const height = Math.max(140, Math.min(width * shape(), room));
     canvas.style.height = `${height}px`;
     canvas.width = Math.round(width * devicePixelRatio);
     canvas.height = Math.round(height * devicePixelRatio);
     sheet = null;
-    pixelsPer = Math.min(canvas.width / (x1 - x0), canvas.height / (y1 - y0));
-    [left, top] = [(canvas.width - (x1 - x0) * pixelsPer) / 2, (canvas.height - (y1 - y0) * pixelsPer) / 2];
+    fit();
     draw();
   }
 
-  // A path of discs, given by their places and radii in pixels.
-  function discs(all) {
-    context.beginPath();
-    for (const [x, y, radius] of all) {
-      context.moveTo(x + radius, y);
-      context.arc(x, y, radius, 0, 2 * Math.PI);
-    }
-  }
-
-  // Where the view cuts a wall, its end is ragged.
-  function tear(x, y, isUpright) {
-    const size = 4 * devicePixelRatio;
-    for (let tooth = -2; tooth <= 2; tooth++) {
-      const [aside, along] = [size * (tooth % 2 ? 1 : -1) / 2, size * tooth];
-      context[tooth > -2 ? "lineTo" : "moveTo"](...(isUpright ? [x + aside, y + along] : [x + along, y + aside]));
-    }
+  // Fits the view into the canvas.
+  function fit() {
+    const [x0, y0, x1, y1] = view;
+    pixelsPer = Math.min(canvas.width / (x1 - x0), canvas.height / (y1 - y0));
+    [left, top] = [(canvas.width - (x1 - x0) * pixelsPer) / 2, (canvas.height - (y1 - y0) * pixelsPer) / 2];
   }
 
   // The lines of one style are one path.
@@ -92,19 +86,14 @@ function player(part, leader) {
         // Guides, such as an exact orbit, are not torn.
         if (width > 3) for (const [x, y] of ends) {
           const isAside = isAt(x, x0, film.origin[0]) || isAt(x, x1, film.origin[0]);
-          if (isAside || isAt(y, y0, film.origin[1]) || isAt(y, y1, film.origin[1])) tear(px(x), py(y), isAside);
+          if (isAside || isAt(y, y0, film.origin[1]) || isAt(y, y1, film.origin[1])) tear(context, px(x), py(y), isAside);
         }
       }
       context.stroke();
     });
     context.fillStyle = "#f0c83c";
-    discs(film.bodies.map(([x, y, radius]) => [...pixel(x, y), Math.max(radius * pixelsPer, smallestPx())]));
+    discs(context, film.bodies.map(([x, y, radius]) => [...pixel(x, y), Math.max(radius * pixelsPer, smallestPx())]));
     context.fill();
-    context.fillStyle = "#c8c8c8";
-    context.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
-    context.textAlign = "center";
-    context.textBaseline = "middle";
-    for (const [place, text] of film.labels) context.fillText(text, ...pixel(...place));
   }
 
   // Paths up to now, where they are known.
@@ -113,7 +102,8 @@ function player(part, leader) {
     context.strokeStyle = "#56b4e9";
     context.lineWidth = devicePixelRatio;
     context.beginPath();
-    for (let i = 0; i < Math.min(count, TRAILS); i++) {
+    if (isRotating()) turnTrails(last);
+    else for (let i = 0; i < Math.min(count, TRAILS); i++) {
       let isDown = false;
       for (let from = 0; from <= last && from < film.frames - 1; from++) {
         const motion = film.paths[i][from], place = from * count + i, part = from === last ? at - last : 1;
@@ -134,6 +124,27 @@ function player(part, leader) {
       }
     }
     context.stroke();
+  }
+
+  const canRotate = () => film.trails && film.particles > 2 && (film.names[0] === "Sun" || deck.querySelector(".rotating").defaultChecked);
+  const isRotating = () => scale.isRotating && canRotate();
+
+  // Paths in the rotating frame, as chords of parts between frames.
+  function turnTrails(last) {
+    const placeAt = (i, from, part) => {
+      const motion = film.paths[i][from], place = from * film.particles + i, next = place + film.particles, { xs, ys } = data;
+      if (!motion) return null;
+      const [a, b, c, d] = motion.kind === LINE ? [xs[next] - xs[place], ys[next] - ys[place], xs[next] - xs[place], ys[next] - ys[place]] : motion.slopes;
+      return [px(hermite(xs[place], xs[next], a, c, part)), py(hermite(ys[place], ys[next], b, d, part))];
+    };
+    for (let i = 1; i < Math.min(film.particles, TRAILS); i++) {
+      let isDown = false;
+      for (let from = 0; from <= last && from < film.frames - 1; from++) for (let k = 0; k <= PARTS; k++) {
+        const part = k / PARTS * (from === last ? at - last : 1), [place, sun, planet] = [i, 0, 1].map((body) => placeAt(body, from, part));
+        if (place && sun && planet) context[isDown ? "lineTo" : "moveTo"](...turned(place, sun, planet, pixel(0, 0)));
+        isDown = Boolean(place && sun && planet);
+      }
+    }
   }
 
   // The motions of the first particles whose paths are known; null elsewhere.
@@ -168,6 +179,9 @@ function player(part, leader) {
       across[i] = x === ABSENT ? NaN : px(x);
       down[i] = x === ABSENT ? NaN : py(y);
     }
+    if (!isRotating()) return;
+    const [sun, planet] = [0, 1].map((i) => [across[i], down[i]]);
+    for (let i = 0; i < count; i++) [across[i], down[i]] = turned([across[i], down[i]], sun, planet, pixel(0, 0));
   }
 
   // The color of a particle, as a step of the palette.
@@ -183,40 +197,29 @@ function player(part, leader) {
     }
     byColor.forEach((all, color) => {
       context.fillStyle = colors[color];
-      discs(all);
+      discs(context, all);
       context.fill();
     });
     context.strokeStyle = GROUND;
     context.lineWidth = 1;
-    discs(byColor.flat().filter(([, , radius]) => radius >= OUTLINE_FROM_PX));
+    discs(context, byColor.flat().filter(([, , radius]) => radius >= OUTLINE_FROM_PX));
     context.stroke();
     context.fillStyle = "#e0e0e0";
     film.names.forEach((name, i) => {
       if (!(across[i] >= 0)) return;
       const aside = 7 * devicePixelRatio, isRight = across[i] + aside + context.measureText(name).width > canvas.width;
-      context.textAlign = isRight ? "right" : "left";
-      context.fillText(name, across[i] + (isRight ? -aside : aside), down[i] - aside);
+      write(name, isRight ? "right" : "left", across[i] + (isRight ? -aside : aside), down[i] - aside);
     });
     if (!(across[followed] >= 0)) return;
     context.strokeStyle = "#ffffff";
     context.lineWidth = 1.5 * devicePixelRatio;
-    discs([[across[followed], down[followed], Math.max(radiusOf(followed) * pixelsPer, smallest) + 4 * devicePixelRatio]]);
+    discs(context, [[across[followed], down[followed], Math.max(radiusOf(followed) * pixelsPer, smallest) + 4 * devicePixelRatio]]);
     context.stroke();
   }
 
   // Very many discs are painted pixel by pixel, in a quarter of the time of paths. Radius and place are rounded to quarters of a
   // pixel, so that few stamps remain: lists of offsets and of covered quarters.
   let sheet, stamps, pixels, shades;
-  function stampOf(radius, across, down) {
-    const reach = Math.ceil(radius / 4 + 1), isOutlined = radius >= 4 * OUTLINE_FROM_PX, stamp = [];
-    for (let y = -reach; y <= reach; y++) for (let x = -reach; x <= reach; x++) {
-      const beyond = Math.hypot(x + 0.5 - across / 4, y + 0.5 - down / 4) - radius / 4 + (isOutlined ? 0.5 : 0);
-      const cover = Math.round(4 * clamp(0.5 - beyond, 0, 1));
-      if (cover || (isOutlined && beyond < 1)) stamp.push(y * canvas.width + x, isOutlined || cover === 4 ? cover : cover - 8);
-    }
-    return Int32Array.from(stamp);
-  }
-
   function paintDiscs(smallest) {
     const { width, height } = canvas;
     if (!sheet) {
@@ -233,7 +236,7 @@ function player(part, leader) {
       // Comparisons with NaN are false.
       if (!(x >= reach && y >= reach && x <= 4 * width - reach && y <= 4 * height - reach)) continue;
       painted[i] = 1;
-      const stamp = stamps[(radius * 4 + (x & 3)) * 4 + (y & 3)] ||= stampOf(radius, x & 3, y & 3);
+      const stamp = stamps[(radius * 4 + (x & 3)) * 4 + (y & 3)] ||= stampOf(radius, x & 3, y & 3, width);
       const middle = (y >> 2) * width + (x >> 2), shade = 5 * toneOf(i);
       // Edges do not darken discs that are painted already.
       for (let k = 0; k < stamp.length; k += 2) {
@@ -247,13 +250,22 @@ function player(part, leader) {
     return painted;
   }
 
+  const canHaveArrows = () => data.velocities.length > 0;
+
   function drawPicture() {
     context.fillStyle = GROUND;
     context.fillRect(0, 0, canvas.width, canvas.height);
+    context.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
+    context.textBaseline = "middle";
+    write = writer(context);
     placeParticles();
     if (film.trails) drawTrails();
-    drawWalls();
+    if (!isRotating()) drawWalls();
     drawDiscs();
+    context.fillStyle = "#c8c8c8";
+    if (!isRotating()) for (const [place, text] of film.labels) write(text, "center", ...pixel(...place));
+    if (scale.hasArrows && canHaveArrows() && !isRotating()) drawArrows(context, film, data.velocities, frame() * film.particles, [across, down]);
+    drawScale(context, pixelsPer, film.units[0]);
   }
 
   function draw() {
@@ -261,25 +273,19 @@ function player(part, leader) {
     drawPicture();
     if (leader) return;
     const time = `t = ${shown(timeAt(at), 4, 2)}`;
-    clock.textContent = `${time} · frame ${data.numbers[frame()]}${scaleOfTime()}`;
+    clock.textContent = `${time} · frame ${data.numbers[frame()]}${scaleOfTime(film, data.times, speedMenu.value)}`;
     scrub.value = at;
     scrub.setAttribute("aria-valuetext", time);
     showRow();
     document.dispatchEvent(new CustomEvent("replaytime"));
   }
 
-  // How much time of the run a second of the playback shows; none if its frames are not evenly spaced.
-  function scaleOfTime() {
-    const { times } = data, last = film.frames - 1, middle = last >> 1, mean = (times[last] - times[0]) / last;
-    if (!(last > 1) || Math.abs((times[middle] - times[0]) / middle / mean - 1) > 0.02) return "";
-    const passed = mean * film.fps * speedMenu.value, thousands = film.units[2] === "s" ? clamp(Math.ceil(-Math.log10(passed) / 3), 0, 3) : 0;
-    return ` · 1 s = ${withUnit(number(passed * 1000 ** thousands, 0, 2), thousands ? ["ms", "µs", "ns"][thousands - 1] : film.units[2])}`;
-  }
-
   function show(place) {
     at = clamp(place, 0, film.frames - 1);
+    const wasAtPoster = isAtPoster;
     isAtPoster = false;
-    draw();
+    if (wasAtPoster && !leader) share();
+    else draw();
   }
 
   // The particle under the pointer.
@@ -349,7 +355,7 @@ function player(part, leader) {
     const numbers = await decodedFilms.get(index);
     // Another run may have been selected in the meantime.
     if (wanted !== source.dataset.file) return;
-    [data, film, file, view] = [numbers, chosen, wanted, chosen.view];
+    [data, film, file, view, whole] = [numbers, chosen, wanted, chosen.view, chosen.view];
     [moves, across, down] = [{ frame: -1 }, new Float64Array(film.particles), new Float64Array(film.particles)];
     [followed, steps] = [-1, null];
     const parts = palette(film.colors);
@@ -371,9 +377,10 @@ function player(part, leader) {
     followClock();
   }
 
-  // Takes over the common region and the colors of the common scale.
-  function agree(region) {
-    view = region;
+  // Takes over the common region, of the first picture and as a whole, and the colors of the common scale.
+  function agree(region, all) {
+    [view, whole] = [region, all];
+    fit();
     steps = Array.from({ length: 256 }, (_, stored) => {
       const fraction = scale.top > 0 ? speedOf(stored) / scale.top : 0;
       return stored === ABSENT_SPEED ? UNKNOWN : Math.min(STEPS - 1, Math.floor(fraction * STEPS));
@@ -447,6 +454,9 @@ function player(part, leader) {
     shape,
     resize,
     agree,
+    firstView,
+    canRotate,
+    canHaveArrows,
     part,
     canvas,
     has: (of) => films.some((source) => source.dataset.file === of && source.dataset.film),
@@ -456,6 +466,9 @@ function player(part, leader) {
     get frames() { return film.frames; },
     get numbers() { return data.numbers; },
     get view() { return view; },
+    get isAtPoster() { return isAtPoster; },
+    // Speeds of the particles in the frame.
+    speeds: () => Array.from(data.speeds.subarray(frame() * film.particles, (frame() + 1) * film.particles)).filter((stored) => stored !== ABSENT_SPEED).map(speedOf),
     positions() {
       const found = [];
       for (let i = 0; i < film.particles; i++) {

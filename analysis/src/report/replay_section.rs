@@ -6,7 +6,7 @@ use crate::replay::Replay;
 use crate::report::AnalysisReport;
 use crate::run::RunAnalysis;
 use kinetoscope_console::text::visible;
-use kinetoscope_manifest::{ViewColor, ViewRequest};
+use kinetoscope_manifest::{ViewColor, ViewFrame, ViewRequest};
 use maud::{Markup, PreEscaped, html};
 use std::collections::BTreeSet;
 
@@ -33,11 +33,27 @@ pub(super) fn section(report: &AnalysisReport, plot: &Markup) -> Markup {
                 h2 class="unseen" { "Replay" }
                 div class="split" {
                     @if !played.is_empty() { (deck(&played, &report.view)) }
-                    @if has_plot { div class="adjacent" { (plot) } }
+                    @if has_plot { div class="adjacent" { (plot) (speeds_now(&played)) } }
                 }
             }
         }
         @for (run, replay) in &played { (film(&run.file, replay)) }
+    }
+}
+
+/// The distribution of the speeds in the frame that is shown, which the script draws for a gas of points or of elastic discs.
+fn speeds_now(played: &[Played<'_>]) -> Markup {
+    let has_law =
+        played.first().is_some_and(|(run, _)| ["gas", "packing"].contains(&run.model().name()));
+    let unit = played.first().and_then(|(_, replay)| Some(replay.film.as_ref()?.units[1].as_str()));
+    let unit = unit.filter(|unit| !unit.is_empty()).map(|unit| format!(" ({unit})"));
+    html! {
+        @if has_law {
+            figure class="speeds-now" hidden {
+                figcaption { "Speeds" (unit.unwrap_or_default()) " in this frame, with Maxwell's distribution" }
+                svg class="sheet" viewBox="0 0 480 170" role="img" aria-label="Histogram of the speeds, with Maxwell's distribution of the same mean square" {}
+            }
+        }
     }
 }
 
@@ -88,7 +104,7 @@ fn deck(played: &[Played<'_>], view: &ViewRequest) -> Markup {
                 (player(&names, compared(0).unwrap_or(0), false))
                 @if has_pair { (player(&names, compared(1).unwrap_or(names.len() - 1), true)) }
             }
-            (controls(has_pair, view.color.unwrap_or(ViewColor::Speed)))
+            (controls(has_pair, view))
             div class="facts readout" {
                 output class="clock" {}
                 span class="scale" { span class="bottom" {} " " span class="bar" {} " " span class="top" {} }
@@ -134,7 +150,9 @@ fn player(names: &[String], chosen: usize, is_second: bool) -> Markup {
 }
 
 /// What the first player, and the second one with it, are controlled by.
-fn controls(has_pair: bool, color: ViewColor) -> Markup {
+fn controls(has_pair: bool, view: &ViewRequest) -> Markup {
+    let color = view.color.unwrap_or(ViewColor::Speed);
+    let is_rotating = view.frame == Some(ViewFrame::Rotating);
     html! {
         div class="controls" {
             // The script enables these two once the frames are decoded.
@@ -156,6 +174,9 @@ fn controls(has_pair: bool, color: ViewColor) -> Markup {
                     }
                 }
             }
+            // The script shows the switches that the run has data for.
+            label hidden { input type="checkbox" class="arrows" autocomplete="off"; " velocities" }
+            label hidden { input type="checkbox" class="rotating" autocomplete="off" checked[is_rotating]; " rotating frame" }
             @if has_pair {
                 label { input type="checkbox" class="pair" autocomplete="off" checked; " two runs" }
             }

@@ -56,14 +56,15 @@ function ticksOf(axis, isLog, low, high, count) {
     const text = (tick) => (tick / 10 ** exponent).toFixed(decimals).replace("-", "−").replace(/^−(0\.?0*)$/, "$1");
     return { ticks: ticks.map((tick) => ({ at: tick, text: text(tick) })), exponent };
   }
-  const stride = Math.max(1, Math.ceil((high - low) / count)), mantissas = high - low < 3 ? [1, 2, 5] : [1];
-  let places = [];
-  for (let decade = Math.floor(low / stride) * stride; decade <= high; decade += stride)
-    for (const mantissa of mantissas) places.push(decade + Math.log10(mantissa));
-  places = places.filter((place) => place >= low && place <= high);
-  const decades = places.filter((place) => Number.isInteger(place));
-  if (places.length > 1.5 * count && decades.length > 2) places = decades;
-  if (places.length < 3) places = evenTicks(10 ** low, 10 ** high, count).ticks.filter((tick) => tick > 0).map(Math.log10);
+  const within = (mantissas, stride) => {
+    const all = [];
+    for (let decade = Math.floor(low / stride) * stride; decade <= high; decade += stride) all.push(...mantissas.map((mantissa) => decade + Math.log10(mantissa)));
+    return all.filter((place) => place >= low && place <= high);
+  };
+  // The finest ticks that are not too many.
+  let places = [[1, 2, 5], [1, 3], [1]].map((mantissas) => within(mantissas, 1)).find((all) => all.length <= 1.5 * count);
+  for (let stride = 2; !places; stride++) if (within([1], stride).length <= 1.5 * count) places = within([1], stride);
+  if (within([1, 2, 5], 1).length < 3) places = evenTicks(10 ** low, 10 ** high, count).ticks.filter((tick) => tick > 0).map(Math.log10);
   return { ticks: places.map((at) => ({ at, text: number(10 ** at, 0, 4) })), exponent: 0 };
 }
 

@@ -136,6 +136,7 @@ impl AnalysisCache {
             figures: cached.figures.filter(|_| with_figures).unwrap_or_default(),
             replay: cached.replay.filter(|_| replay_bytes.is_some()),
             fields,
+            restored_by: run.keyframes().map(|(_, command)| command),
         })
     }
 

@@ -76,7 +76,7 @@ const SEARCHED_FRAMES: usize = 2;
 /// A recording whose first frame cannot be read.
 pub(crate) fn names(recording: &Recording) -> Result<Vec<String>, ReadError> {
     let mut found = Vec::new();
-    for frame in recording.frames()?.take(SEARCHED_FRAMES) {
+    for frame in recording.frames()?.with_scalar_frames().take(SEARCHED_FRAMES) {
         let frame = match frame {
             Ok(frame) => frame,
             Err(_) if !found.is_empty() => break,

@@ -95,6 +95,8 @@ pub struct RunAnalysis {
     pub(crate) replay: Option<Replay>,
     /// The requested fields over time.
     pub(crate) fields: Vec<RecordedField>,
+    /// The command that restores frames whose states are not stored; `None` if all are.
+    pub(crate) restored_by: Option<String>,
 }
 
 impl RunAnalysis {
@@ -134,8 +136,8 @@ impl RunAnalysis {
     }
 }
 
-/// Reads all frames of a recording in order; `threads` is the number of threads that decompress chunks. The memory is
-/// bounded for any file size: that of `Frames`, three frames, some megabytes for series and snapshots, and twelve times the maximum
+/// Reads all frames of a recording in order; `threads` is the number of threads that decompress chunks. Of a recording of keyframes,
+/// metrics and charts that need the states of all frames are withheld, as is the replay. The memory is bounded for any file size: that of `Frames`, three frames, some megabytes for series and snapshots, and twelve times the maximum
 /// size of the replay.
 ///
 /// # Errors
@@ -150,8 +152,12 @@ pub fn analyze(
     let mut replay = options.replay_bytes.map(|bytes| ReplayCollector::new(bytes, run));
     let mut fields = FieldCollector::new(options.fields);
     let (mut frames, mut end_time, mut failure) = (0, 0.0, None);
-    for frame in run.recording().frames_on(threads)?.with_first_drawing_only() {
+    let (mut lacks_states, mut has_end) = (false, true);
+    let all = run.recording().frames_on(threads)?.with_first_drawing_only().with_scalar_frames();
+    for frame in all {
         let observed = frame.and_then(|frame| {
+            has_end = frame.is_complete();
+            lacks_states |= !has_end;
             let time = frame.clock.time;
             if let Some(replay) = &mut replay {
                 replay.observe(&frame);
@@ -185,8 +191,25 @@ pub fn analyze(
             "run its manifest again",
         ));
     }
+    if !has_end {
+        return Err(between_keyframes(run, failure, &ending));
+    }
     let mut measurements = Measurements::default();
     observer.measure(&mut measurements);
+    let mut figures = if options.with_figures { observer.figures() } else { Figures::default() };
+    let mut replay = replay.map(ReplayCollector::finish);
+    let restored_by = run.keyframes().map(|(_, command)| command);
+    if let Some(command) = restored_by.as_deref().filter(|_| lacks_states) {
+        let model = run.manifest.model.name();
+        measurements.withhold(|metric| models::needs_all_states(model, metric), command);
+        figures.retain(|chart| !models::chart_needs_all_states(model, chart));
+        replay = replay.map(|_| Replay {
+            note: format!(
+                "No replay: the recording holds keyframes, and `{command}` restores all frames."
+            ),
+            film: None,
+        });
+    }
     Ok(RunAnalysis {
         coordinates,
         frames,
@@ -194,13 +217,37 @@ pub fn analyze(
         time_unit: run.recording().provenance().time_unit.clone(),
         ending,
         measurements: measurements.0,
-        replay: replay.map(ReplayCollector::finish),
+        replay,
         fields: fields.finish(),
-        figures: if options.with_figures { observer.figures() } else { Figures::default() },
+        restored_by,
+        figures,
         file: run.file.clone(),
         manifest: run.manifest.clone(),
         origin: run.origin(),
     })
+}
+
+/// The error of a recording of keyframes that ends between two of them: most metrics need the state at the end.
+fn between_keyframes(
+    run: &OpenRun,
+    failure: Option<ReadError>,
+    ending: &RunStatus,
+) -> UnreadableRecording {
+    match (failure, ending) {
+        (Some(error), RunStatus::Damaged(_)) => error.into(),
+        (_, ending) => {
+            let command = run.keyframes().filter(|_| matches!(ending, RunStatus::Fault(_)));
+            let help = match command {
+                Some((_, command)) => format!("restore all frames with `{command}`"),
+                None => "run the experiment again to resume it".to_owned(),
+            };
+            let path = shown_path(run.recording().path());
+            let what = format!(
+                "{path}: it holds keyframes and ends between two of them, and metrics need the state at the end"
+            );
+            UnreadableRecording::new(what, help)
+        }
+    }
 }
 
 /// Analyzes a recording so that a panic, which is a defect of the program, leaves only this recording unread.

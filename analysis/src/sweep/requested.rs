@@ -3,7 +3,8 @@
 use super::reference_lines::Lines;
 use super::samples::{self, Abscissa, Sample, definition, label, typographic_unit};
 use crate::input::coordinates::{self, grouped, last_part, without};
-use crate::metric::{Definition, Metric, MetricScope};
+use crate::metric::{Definition, Metric, MetricScope, NEEDS_ALL_STATES};
+use crate::models::chart_needs_all_states;
 use crate::models::figures::time_scale_of;
 use crate::plot::{Axis, Curve, CurveStyle, Plot, Point, Scale, extremes};
 use crate::run::{RunAnalysis, RunStatus};
@@ -36,15 +37,19 @@ impl PlotData<'_> {
     /// # Errors
     /// A request that these results cannot satisfy.
     pub(crate) fn draw(&self, request: &PlotRequest) -> Result<Plot, Message> {
-        let mut plot = if let Some(figure) = &request.figure {
+        let (mut plot, replicate) = if let Some(figure) = &request.figure {
             self.chart_of_model(request, figure)?
         } else if request.is_of_channel() {
             self.field_over_time(request)?
         } else {
-            self.metric_over_key(request)?
+            (self.metric_over_key(request)?, None)
         };
         if let Some(title) = &request.title {
             plot.title = one_line(title).into_owned();
+        }
+        // A single run next to a mean of several must not pass for the mean.
+        if let Some(replicate) = replicate {
+            plot.title += &format!(" ({replicate})");
         }
         plot.stem += &coordinates::file_part(&places(&request.at));
         Ok(plot)
@@ -201,15 +206,10 @@ impl PlotData<'_> {
         )
     }
 
-    /// Which of several replicates is drawn.
-    fn one_of_several(&self, shown: &[&RunAnalysis]) -> Option<String> {
-        let replicates =
-            |run: &&RunAnalysis| self.places.iter().filter(|it| **it == run.coordinates).count();
-        let most = shown.iter().map(replicates).max().filter(|most| *most > 1)?;
-        Some(match shown {
-            [run] => format!("replicate {}, one of {most}", run.manifest.replicate),
-            _ => "one replicate of each point".to_owned(),
-        })
+    /// The number of replicates of a run, in words; `None` for one.
+    fn one_of_several(&self, run: &RunAnalysis) -> Option<String> {
+        let replicates = self.places.iter().filter(|it| **it == run.coordinates).count();
+        (replicates > 1).then(|| format!("one of {replicates} replicates"))
     }
 
     /// A run of each selected point of the sweep, and remarks on those that are left out.
@@ -229,36 +229,35 @@ impl PlotData<'_> {
         if selected > MAX_CURVES {
             remarks.push(format!("the first {MAX_CURVES} of {selected} points of the sweep"));
         }
-        remarks.extend(self.one_of_several(&shown));
+        if shown.len() > 1 && shown.iter().any(|run| self.one_of_several(run).is_some()) {
+            remarks.push("one replicate of each point".to_owned());
+        }
         Ok((shown, remarks))
     }
 
-    /// A chart that the model draws: one curve per run if the runs share it, or else that of the first selected run.
-    fn chart_of_model(&self, request: &PlotRequest, figure: &str) -> Result<Plot, Message> {
+    /// A chart that the model draws: one curve per run if the runs share it, or else that of the first selected run, with the number of its replicates.
+    fn chart_of_model(
+        &self,
+        request: &PlotRequest,
+        figure: &str,
+    ) -> Result<(Plot, Option<String>), Message> {
         let (shown, remarks) = self.shown(request)?;
         let compared = shared_charts(&shown).into_iter().find(|plot| plot.stem == figure);
-        let (plot, remarks) = match compared {
-            Some(plot) => (plot, remarks.join("; ")),
+        let (plot, remarks, replicate) = match compared {
+            Some(plot) => (plot, remarks.join("; "), None),
             None => {
                 let mut drawn = shown.iter().flat_map(|run| {
                     let own = run.figures.plots.iter().find(|plot| plot.stem == figure);
                     own.map(|plot| (plot.clone(), run))
                 });
-                let (plot, run) = drawn.next().ok_or_else(|| {
-                    let what = format!("no recording has the values of the chart `{figure}`");
-                    let help = "`kinetoscope analyze` draws the charts that these recordings have";
-                    Message::new(what, help)
-                })?;
-                let place = coordinates::label(&run.coordinates);
-                let replicate = self.one_of_several(&[run]);
-                let parts = [Some(place).filter(|place| !place.is_empty()), replicate];
-                (plot, parts.into_iter().flatten().collect::<Vec<_>>().join("; "))
+                let (plot, run) = drawn.next().ok_or_else(|| without_chart(&shown, figure))?;
+                (plot, coordinates::label(&run.coordinates), self.one_of_several(run))
             }
         };
-        Ok(plot.with_remark(&remarks))
+        Ok((plot.with_remark(&remarks), replicate))
     }
 
-    fn field_over_time(&self, request: &PlotRequest) -> Result<Plot, Message> {
+    fn field_over_time(&self, request: &PlotRequest) -> Result<(Plot, Option<String>), Message> {
         let y = request.y.as_str();
         let (topic, field) = channel_field(y).unwrap_or((y, ""));
         if request.x.as_deref().is_some_and(|x| x != TIME) {
@@ -305,7 +304,25 @@ impl PlotData<'_> {
         let axes = axes([("time", time_unit), (&label, unit)], [across, up]);
         let title = format!("{} against time", capitalized(&label));
         let plot = Plot::chart(format!("{channel}_{field}_vs_time"), title, axes, curves);
-        Ok(plot.with_remark(&remarks.join("; ")))
+        let replicate = if let [run] = shown[..] { self.one_of_several(run) } else { None };
+        Ok((plot.with_remark(&remarks.join("; ")), replicate))
+    }
+}
+
+/// Why none of these runs has a chart.
+fn without_chart(runs: &[&RunAnalysis], figure: &str) -> Message {
+    let what = format!("no recording has the values of the chart `{figure}`");
+    let lacks_states =
+        |run: &&&RunAnalysis| chart_needs_all_states(run.manifest.model.name(), figure);
+    let mut lacking = runs.iter().filter(lacks_states);
+    match lacking.find_map(|run| run.restored_by.as_ref()) {
+        Some(command) => {
+            let help = format!("restore them with `{command}`");
+            Message::new(format!("{what}: {NEEDS_ALL_STATES}"), help)
+        }
+        None => {
+            Message::new(what, "`kinetoscope analyze` draws the charts that these recordings have")
+        }
     }
 }
 
@@ -345,7 +362,7 @@ fn common_label(names: &[&str]) -> String {
     // "self diffusion from" is "self diffusion".
     while common
         .last()
-        .is_some_and(|last| ["from", "of", "by", "at", "in"].contains(&last.as_str()))
+        .is_some_and(|last| ["from", "of", "by", "at", "in", "the"].contains(&last.as_str()))
     {
         common.pop();
     }

@@ -7,8 +7,6 @@ use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::GasPressure;
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::Path;
-use std::process::Command;
 
 const MANIFEST: &str = r#"
 name = "gas"
@@ -134,52 +132,4 @@ fn cached_analyses_of_tasks_are_combined_without_the_frames() {
         assert!(of(&folder) == of(&read), "{file}");
     }
     assert_eq!(analyze(&["--no-cache", folder.name()]).code, 5);
-}
-
-/// The commands of the workflow's steps, in order.
-fn steps(workflow: &str) -> Vec<String> {
-    let mut steps = Vec::new();
-    let mut lines = workflow.lines().peekable();
-    while let Some(line) = lines.next() {
-        let Some((indent, command)) = line.split_once("run: ") else { continue };
-        if command != "|" {
-            steps.push(command.to_owned());
-            continue;
-        }
-        let deeper = " ".repeat(indent.len() + 2);
-        let mut block = String::new();
-        while let Some(inner) =
-            lines.next_if(|inner| inner.starts_with(&deeper) || inner.is_empty())
-        {
-            block += inner.trim();
-            block.push('\n');
-        }
-        steps.push(block);
-    }
-    steps
-}
-
-#[test]
-#[ignore = "builds both programs and runs the steps of docs/ci-workflow.yml"]
-fn documented_workflow_runs_unchanged() {
-    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
-    let workflow = fs::read_to_string(root.join("docs/ci-workflow.yml")).unwrap();
-    let steps = steps(&workflow);
-    assert!(steps.len() >= 3, "{steps:?}");
-    let output = tempfile::tempdir().unwrap();
-    let mut environment = vec![("RESULTS", output.path().join("results"))];
-    environment.push(("CARGO_TARGET_DIR", root.join("target")));
-    for step in steps {
-        let done = Command::new("bash")
-            .args(["-e", "-o", "pipefail", "-c", &step])
-            .current_dir(root)
-            .envs(environment.iter().map(|(name, value)| (*name, value)))
-            .output()
-            .unwrap();
-        let messages = String::from_utf8_lossy(&done.stdout).into_owned()
-            + &String::from_utf8_lossy(&done.stderr);
-        assert!(done.status.success(), "{step}\n{messages}");
-    }
-    assert!(output.path().join("results/results.xml").exists());
-    assert!(output.path().join("results/first_run/report.html").exists());
 }

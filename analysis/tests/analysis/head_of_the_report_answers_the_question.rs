@@ -1,5 +1,5 @@
 //! Guarantee: the head of the report answers in sentences: the failed checks with their reasons, then the manifest's answer with its
-//! numbers, else what the requested plots and the checks state, conservation laws last, else nothing. No sentence of the program contains the
+//! numbers, else what the requested plots and the checks state, else the main results of the model, conservation laws last. No sentence of the program contains the
 //! name of a metric, and no number is invented: a missing one is explained.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
@@ -53,11 +53,24 @@ fn answer_of_the_manifest_has_its_numbers_in_bold_with_a_badge() {
 fn failed_check_comes_first_with_its_reason_in_words() {
     let failing = check("restitution.measured", "minimum = 0.9");
     let text = answer(&format!("{}{failing}", with_answer("It is {restitution.measured}.")));
-    let expected = "A check fails: the measured restitution is 0.8 (its check fails), where at least 0.9 is required. It is 0.8 (its check fails).";
+    let expected = "A check fails: the measured restitution is 0.8, where at least 0.9 is required. It is 0.8 (its check fails).";
     assert_eq!(text, expected);
     let many: String =
         (1..=4).map(|bound| check("bed.weight", &format!("minimum = {bound}"))).collect();
-    assert!(answer(&format!("{DROP}{many}")).ends_with(" 2 further checks fail."));
+    let text = answer(&format!("{DROP}{many}"));
+    assert!(text.contains(" 2 further checks fail. The relative change"), "{text}");
+}
+
+#[test]
+fn check_that_fails_at_several_points_has_one_sentence() {
+    let sweep = format!("{DROP}[sweep]\n\"model.dem.friction\" = [0.1, 0.2]\n");
+    let failing = check("restitution.measured", "minimum = 0.9");
+    let expected = "A check fails at both points of the sweep: the measured restitution is 0.8 at friction 0.1 and 0.8 at friction 0.2, where at least 0.9 is required.";
+    let text = answer(&format!("{sweep}{failing}"));
+    assert!(text.starts_with(expected), "{text}");
+    let same = check("restitution.measured", "expected = 0.7\nrelative_tolerance = 1e-12");
+    let text = answer(&format!("{DROP}{same}"));
+    assert!(text.contains("is 0.8, not equal to the expected 0.7."), "{text}");
 }
 
 #[test]
@@ -72,8 +85,20 @@ fn sentences_follow_from_the_checks_and_name_no_metric() {
     let given = check("restitution.measured", "expected = 0.79\ntolerance = 0.1");
     let expected = "The measured restitution is 0.8, 1.3 % above the expected 0.79.";
     assert_eq!(answer(&format!("{DROP}{given}")), expected);
-    // Nothing states what the experiment asks for.
-    assert!(!page(DROP).contains("class=\"result\""));
+}
+
+/// Control: a plot over the sweep that the manifest requests is the only one.
+#[test]
+fn experiment_without_checks_and_plots_has_the_main_results_and_their_plot() {
+    let text = answer(DROP);
+    assert!(text.starts_with("The relative change of the mechanical energy is −"), "{text}");
+    assert!(text.contains(" %."), "{text}");
+    let sweep = format!("{DROP}[sweep]\n\"model.dem.friction\" = [0.1, 0.2]\n");
+    let text = page(&sweep);
+    let plot = "title=\"Relative change of the mechanical energy against friction\">Plot</a>";
+    assert!(marked(&text).contains(plot), "{}", marked(&text));
+    let requested = "[[plots]]\ny = \"restitution.measured\"\n";
+    assert!(!marked(&page(&format!("{sweep}{requested}"))).contains(plot));
 }
 
 /// Setup: a sweep with one value at all points. Control: without the check, the plot alone gives the range.
@@ -93,9 +118,11 @@ fn sentences_cover_all_points_of_a_sweep() {
     assert_eq!(answer(&format!("{sweep}{places}")), expected);
     let plot = "[[plots]]\ny = \"restitution.measured\"\ntitle = \"A plot\"\n";
     let page = page(&format!("{sweep}{plot}"));
-    let expected = "The measured restitution is <strong>0.8</strong> at both points of the sweep. ";
+    let expected = "The measured restitution is <strong>0.8</strong> at both points of the sweep, equal to theory.";
     assert!(marked(&page).starts_with(expected), "{}", marked(&page));
-    assert!(marked(&page).contains("title=\"A plot\">Plot</a>"), "{}", marked(&page));
+    // The plot itself is on the first screen; only other pages lead to it.
+    assert!(!marked(&page).contains("Plot</a>"), "{}", marked(&page));
+    assert!(page.contains("id=\"plot-restitution"));
 }
 
 #[test]

@@ -42,7 +42,7 @@ mod exports_contain_the_recorded_bits;
 mod metrics_reference_is_current;
 // The report opens in a browser without errors and on a phone.
 mod report_opens_in_a_browser;
-// The pages have no serious violation of accessibility.
+// The pages have no violation of accessibility.
 mod report_is_accessible;
 // The head of the report answers the question.
 mod head_of_the_report_answers_the_question;
@@ -62,6 +62,8 @@ mod motion_between_frames_is_on_the_path;
 mod speeds_have_one_color;
 // The first screen shows question, answer and action.
 mod first_screen_shows_the_answer;
+// A bed at rest is enlarged in the first picture, and a planet can rest.
+mod first_picture_and_frame_of_reference;
 // Requested plots come first and show gaps where there is no value.
 mod requested_plots_show_the_metrics;
 // A thumbnail shows the recorded positions and colors.

@@ -66,6 +66,20 @@ fn value_that_is_not_a_number_is_a_gap() {
     assert_eq!(lines(&[1.0, 2.0, 3.0, 4.0]), 1);
 }
 
+/// Guarantee: the plot of a single run states in its title that there are replicates, so that it does not pass for their mean. Control: a run
+/// without replicates has the requested title.
+#[test]
+fn plot_of_one_replicate_states_their_number() {
+    let plots = "[[plots]]\ny = \"/pressure.measured_n_per_m\"\ntitle = \"Pressure\"\n";
+    for (replicates, title) in [(1, "Pressure"), (3, "Pressure (one of 3 replicates)")] {
+        let manifest = format!("replicates = {replicates}\n[model.gas]\nparticles = 1\n{plots}");
+        let folder = Folder::write(&manifest, |_| pressures(&[1.0, 2.0]));
+        analyze(&[folder.name()]).exited_with(0);
+        let label = format!("aria-label=\"{title}\"");
+        assert!(folder.page().contains(&label), "{label}");
+    }
+}
+
 #[test]
 fn plot_that_cannot_be_drawn_is_noted() {
     let plots = "[[plots]]\ny = \"effusion_rate\"\n[[plots]]\ny = \"/collisions.wall_collisions\"\n\

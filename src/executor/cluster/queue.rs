@@ -11,6 +11,7 @@ use crate::executor::cluster::task::{TaskCommand, dealt};
 use crate::executor::observer::ExecutionObserver;
 use crate::interrupt::Interrupt;
 use crate::outputs::sidecars::{self, Failure};
+use crate::plan::totals::seconds_on_slow_processor;
 use crate::plan::{Plan, PlannedRun};
 use kinetoscope_console::Message;
 use kinetoscope_console::text::shown_path;
@@ -273,7 +274,6 @@ impl Watch<'_> {
 
 /// Time limit of a task in minutes; `None` if it cannot be estimated.
 fn time_limit_min(runs: &[&PlannedRun]) -> Option<u64> {
-    let seconds = runs.iter().map(|run| run.estimate()?.seconds_on_slow_processor);
-    let minutes = (TIME_MARGIN * seconds.sum::<Option<f64>>()? / 60.0).ceil() as u64;
+    let minutes = (TIME_MARGIN * seconds_on_slow_processor(runs)? / 60.0).ceil() as u64;
     Some(minutes.max(MIN_LIMIT_MIN))
 }

@@ -72,13 +72,22 @@ impl Gas {
             arrows: self.state.particles.len() <= MAX_ARROWS,
             force_range_top: None,
             trail: false,
-            unused_fields: if self.has_moving_wall() {
-                vec!["/pressure.pressure_over_mean_square_formula"]
-            } else {
-                Vec::new()
-            },
+            unused_fields: self.unused_fields(),
             names: Vec::new(),
             central_particle: None,
+        }
+    }
+
+    /// Ratios of the pressure to a formula that does not apply: with a moving wall, the formula is that of the end of each frame's window;
+    /// in gravity, the pressure depends on the height.
+    fn unused_fields(&self) -> Vec<&'static str> {
+        if self.has_moving_wall() || self.scheme.gravity_m_per_s2() > 0.0 {
+            vec![
+                "/pressure.pressure_over_mean_square_formula",
+                "/pressure.window_pressure_over_mean_square_formula",
+            ]
+        } else {
+            Vec::new()
         }
     }
 

@@ -9,8 +9,12 @@ use crate::messages::result_arguments::ResultArguments;
 use crate::messages::{Failure, bad, complain, plural};
 use clap::Args;
 use kinetoscope::run::recording;
+use kinetoscope::run::resources::nominal_seconds;
 use kinetoscope::verify::fingerprint::fingerprint;
-use kinetoscope::verify::lock_file::{LockError, LockFile, LockedExperiment, bound_s};
+use kinetoscope::verify::lock_file::{
+    LockError, LockFile, LockedExperiment, LockedValue, RunHashes, bound_s, metrics_hash,
+};
+use kinetoscope_analysis::{CheckedExperiment, CheckedValue, checked_experiment};
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::{one_line, shown_path};
 use kinetoscope_files::folder::folder_of;
@@ -21,7 +25,6 @@ use kinetoscope_physics::kind_of;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
 use kinetoscope_recording::reader::{Recording, StoredFrames};
 use serde_json::json;
-use std::collections::BTreeMap;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -41,7 +44,7 @@ pub(crate) struct LockArguments {
     /// Manifests (TOML files), or folders of manifests
     #[arg(required = true, value_name = "MANIFEST")]
     manifests: Vec<PathBuf>,
-    /// The lock file. Entries of other manifests are kept
+    /// The lock file. Entries of other manifests are kept while these exist
     #[arg(long, value_name = "FILE", default_value = USUAL)]
     lock_file: PathBuf,
     #[command(flatten)]
@@ -69,7 +72,7 @@ impl LockArguments {
         for (manifest, path) in manifests.iter().zip(&paths) {
             let rerun = reruns.execute(manifest)?;
             let entry = entry(path.clone(), &rerun)?;
-            let runs = plural(entry.runs.len() as u64, "run");
+            let runs = plural(entry.runs as u64, "run");
             let (shown, seconds) = (shown_path(manifest), rerun.seconds);
             self.result.say(&format!("{shown}: {runs}, {seconds:.1} s"));
             reruns.remove(rerun);
@@ -80,6 +83,14 @@ impl LockArguments {
         let mut file = self.existing(&paths)?;
         file.program_version = env!("CARGO_PKG_VERSION").to_owned();
         entries.into_iter().for_each(|entry| file.put(entry));
+        file.experiments.retain(|entry| {
+            let exists = self.lock_file.with_file_name(&entry.manifest).exists();
+            if !exists {
+                let manifest = one_line(&entry.manifest);
+                self.result.say(&format!("{manifest} no longer exists: its entry is removed"));
+            }
+            exists
+        });
         file.write(&self.lock_file).map_err(|error| self.unwritten(&error))?;
         let count = plural(file.experiments.len() as u64, "manifest");
         let text = format!("{}: {count}", shown_path(&self.lock_file));
@@ -163,25 +174,55 @@ pub(crate) fn unreadable(path: &Path, error: &LockError) -> Failure {
 
 /// The entry of a manifest.
 fn entry(manifest: String, rerun: &RerunExperiment) -> Result<LockedExperiment, Failure> {
-    let (mut runs, mut first) = (Vec::new(), None);
-    for run in &rerun.runs {
+    let (mut messages, mut first, mut seconds) = (Vec::new(), None, 0.0);
+    for (index, run) in rerun.runs.iter().enumerate() {
         let (recording, found) = run.fingerprint()?;
-        runs.push(LockedExperiment::run_line(&run.run_key, &found.messages));
+        let manifest = &rerun.experiment.runs[index].manifest;
+        seconds += nominal_seconds(manifest, found.steps_or_events);
+        messages.push(found.messages.clone());
         if first.is_none() {
-            first = Some((metrics_of(&recording)?, found.tags));
+            first = Some((found.tags(), metrics_of(&recording)?));
         }
     }
-    let (metrics, tags) = first.ok_or_else(|| bad(format!("{manifest} has no run")))?;
+    let (tags, metrics) = first.ok_or_else(|| bad(format!("{manifest} has no run")))?;
+    let keys: Vec<String> = rerun.runs.iter().map(|run| run.run_key.clone()).collect();
+    let hashes = RunHashes::new(&keys, &messages);
     Ok(LockedExperiment {
         manifest,
         model: rerun.experiment.model().to_owned(),
         physics_version: physics_version(&rerun.experiment.runs[0].manifest),
-        at_most_s: bound_s(rerun.seconds),
-        runs,
+        at_most_s: bound_s(seconds),
+        runs: rerun.runs.len(),
+        keys: hashes.keys,
+        messages: hashes.messages,
+        groups: hashes.groups,
         frames: tags.frames,
         tags: LockedExperiment::tags_text(&tags),
         metrics,
+        values: rerun.values.iter().map(|(key, value)| format!("{key} = {value}\n")).collect(),
+        checked: checked(rerun)?.values.iter().map(line_of).collect(),
     })
+}
+
+/// The hash of all metrics of a recording; of none for one that holds only keyframes, because they need all frames.
+pub(crate) fn metrics_of(recording: &Recording) -> Result<String, Failure> {
+    if let StoredFrames::Keyframes(_) = recording.provenance().stored {
+        return Ok(metrics_hash(std::iter::empty()));
+    }
+    let unreadable = |error| Failure::new(Exit::Unreadable, error);
+    let analysis = kinetoscope_analysis::analyze(recording).map_err(unreadable)?;
+    let with_value = analysis.measurements.iter().filter(|found| found.reason.is_none());
+    Ok(metrics_hash(with_value.map(|found| (found.name(), found.estimate.value))))
+}
+
+/// The checked metrics of an experiment.
+pub(crate) fn checked(rerun: &RerunExperiment) -> Result<CheckedExperiment, Failure> {
+    checked_experiment(&rerun.folder).map_err(|error| Failure::new(Exit::Unreadable, error))
+}
+
+fn line_of(found: &CheckedValue) -> String {
+    let CheckedValue { value, standard_error, .. } = *found;
+    format!("{} = {}\n", found.name, LockedValue { value, standard_error }.text())
 }
 
 /// The version of the physics of a run.
@@ -189,21 +230,15 @@ pub(crate) fn physics_version(run: &RunManifest) -> u32 {
     kind_of(&run.model).physics_version
 }
 
-/// The metrics of a recording by name; none of one that holds only keyframes, because they need all frames.
-pub(crate) fn metrics_of(recording: &Recording) -> Result<BTreeMap<String, f64>, Failure> {
-    if let StoredFrames::Keyframes(_) = recording.provenance().stored {
-        return Ok(BTreeMap::new());
-    }
-    let unreadable = |error| Failure::new(Exit::Unreadable, error);
-    let analysis = kinetoscope_analysis::analyze(recording).map_err(unreadable)?;
-    let with_value = analysis.measurements.iter().filter(|found| found.reason.is_none());
-    Ok(with_value.map(|found| (found.name().to_owned(), found.estimate.value)).collect())
-}
-
-/// The recording at a path, if its messages are those that are locked.
-pub(crate) fn locked_recording(path: &Path, messages: &str) -> Option<Recording> {
+/// The recording at a path, if its messages are those of a locked run.
+pub(crate) fn locked_recording(
+    path: &Path,
+    entry: &LockedExperiment,
+    run: usize,
+) -> Option<Recording> {
     let recording = recording::open(path).ok()?;
-    (fingerprint(&recording).ok()?.messages == messages).then_some(recording)
+    let messages = fingerprint(&recording).ok()?.messages;
+    entry.is_locked_run(run, &messages).then_some(recording)
 }
 
 /// The path of a manifest below the folder of the lock file, the same on every system. Manifests elsewhere have no entry: a lock file

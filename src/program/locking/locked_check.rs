@@ -1,26 +1,30 @@
 //! `check --locked`: compares the runs of a lock file's manifests with it and names the first difference of each.
 
 use crate::locking::lock::{
-    locked_recording, manifest_of, metrics_of, physics_version, relative_to, unreadable,
+    checked, locked_recording, manifest_of, metrics_of, physics_version, relative_to, unreadable,
 };
-use crate::locking::locked_runs::{Parallel, RerunExperiment, RerunRun, Reruns};
+use crate::locking::lock_summary::markdown;
+use crate::locking::locked_runs::{Parallel, RerunExperiment, RerunRun, Reruns, values_of};
+use crate::locking::moved::{Movement, lines as lines_of, moved};
 use crate::manifests::expand;
-use crate::messages::exit::unread_recording;
+use crate::messages::exit::{of_output, unread_recording};
 use crate::messages::result_arguments::ResultArguments;
 use crate::messages::{Failure, bad, plural, word};
 use kinetoscope::verify::diff::compare_messages;
-use kinetoscope::verify::fingerprint::{Fingerprint, FirstDifference, FrameTags};
-use kinetoscope::verify::lock_file::{LockError, LockFile, LockedExperiment};
+use kinetoscope::verify::divergence::{Cause, in_frames};
+use kinetoscope::verify::fingerprint::FirstDifference;
+use kinetoscope::verify::lock_file::{LockError, LockFile, LockedExperiment, QUICK_S, RunHashes};
+use kinetoscope_analysis::CheckedExperiment;
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::{one_line, shown_path};
+use kinetoscope_files::output_file::append;
+use kinetoscope_manifest::differing_values;
 use kinetoscope_recording::channels::{FrameClock, SCHEMA_VERSION};
 use kinetoscope_recording::reader::Recording;
 use serde_json::{Value as Json, json};
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
-
-/// How many metrics of a run are listed.
-const LISTED_METRICS: usize = 8;
 
 /// A check of a lock file.
 pub(crate) struct LockedCheck<'a> {
@@ -29,8 +33,14 @@ pub(crate) struct LockedCheck<'a> {
     pub(crate) manifests: &'a [PathBuf],
     /// Whether the slow manifests are checked as well.
     pub(crate) all: bool,
-    /// The folder of recordings, where finished runs or the details of a difference may be found.
+    /// Whether slow manifests that are named are only compared with their locked values, and other files are skipped.
+    pub(crate) quick: bool,
+    /// The folder of recordings, where finished runs may be found.
     pub(crate) recordings: PathBuf,
+    /// The folder where recordings of the locked runs may be found.
+    pub(crate) earlier: PathBuf,
+    /// The file to which a summary in Markdown is appended.
+    pub(crate) summary: Option<&'a Path>,
     /// Whether finished runs of that folder are compared instead of new ones.
     pub(crate) recorded: bool,
     pub(crate) parallel: Parallel,
@@ -61,6 +71,7 @@ impl LockedCheck<'_> {
             false => Reruns::new(self.parallel)?,
         };
         let (mut exit, mut checked) = (Exit::Done, Vec::<Json>::new());
+        let (mut equal, mut differing) = (0, Vec::new());
         for entry in &entries {
             let findings = match self.findings(entry, &reruns) {
                 Ok(findings) => findings,
@@ -70,13 +81,25 @@ impl LockedCheck<'_> {
                     continue;
                 }
             };
-            self.result.say(&described(entry, &findings));
+            self.result.say(&described(entry, findings.as_ref()));
+            let lines = findings.as_ref().map_or_else(Vec::new, Findings::text);
             checked.push(json!({
-                "manifest": entry.manifest, "equal": findings.is_empty(), "findings": findings,
+                "manifest": entry.manifest, "equal": findings.is_none(), "findings": lines,
             }));
-            if !findings.is_empty() {
-                exit = exit.worst(Exit::Differs);
+            match findings {
+                None => equal += 1,
+                Some(findings) => {
+                    exit = exit.worst(Exit::Differs);
+                    differing.push((entry.manifest.as_str(), findings));
+                }
             }
+        }
+        if let Some(path) = self.summary {
+            let unchecked = entries.len() - equal - differing.len();
+            append(path, &markdown(equal, unchecked, &differing)).map_err(|error| {
+                let what = format!("cannot write {}: {error}", shown_path(path));
+                Failure::new(of_output(&error), what).help("name another file with --summary")
+            })?;
         }
         self.conclude(&file, exit, entries.len(), &checked);
         Ok(exit)
@@ -112,7 +135,7 @@ impl LockedCheck<'_> {
         }
         let of = |manifest: &PathBuf| {
             let path = relative_to(self.lock_file, manifest)?;
-            file.experiment(&path).ok_or_else(|| {
+            file.experiment(&path).map(Some).or(self.quick.then_some(None)).ok_or_else(|| {
                 bad(format!("{} has no entry for {}", shown_path(self.lock_file), one_line(&path)))
                     .help(format!(
                         "add it with `kinetoscope lock {}`",
@@ -120,93 +143,153 @@ impl LockedCheck<'_> {
                     ))
             })
         };
-        expand(self.manifests)?.iter().map(of).collect()
+        let found: Vec<_> = expand(self.manifests)?.iter().map(of).collect::<Result<_, _>>()?;
+        Ok(found.into_iter().flatten().collect())
     }
 
-    /// What differs from the entry.
-    fn findings(&self, entry: &LockedExperiment, reruns: &Reruns) -> Result<Vec<String>, Failure> {
-        let rerun = reruns.execute(&manifest_of(self.lock_file, entry)?)?;
-        let other = other_physics(entry, &rerun).or_else(|| other_runs(entry, &rerun));
-        let findings = match other {
+    /// What differs from the entry; `None` if nothing does.
+    fn findings(
+        &self,
+        entry: &LockedExperiment,
+        reruns: &Reruns,
+    ) -> Result<Option<Findings>, Failure> {
+        let manifest = manifest_of(self.lock_file, entry)?;
+        if self.quick && entry.at_most_s > QUICK_S {
+            let lines = edited(entry, &values_of(&manifest));
+            return Ok((!lines.is_empty()).then(|| Findings { lines, ..Findings::default() }));
+        }
+        let rerun = reruns.execute(&manifest)?;
+        let lines = match other_model(entry, &rerun) {
             Some(finding) => vec![finding],
-            None => self.differences(entry, &rerun)?,
+            None => {
+                let mut lines = other_runs(entry, &rerun);
+                if lines.is_empty() {
+                    lines = self.differences(entry, &rerun)?;
+                }
+                lines
+            }
+        };
+        let findings = match lines.is_empty() {
+            true => None,
+            false => {
+                let checked = checked(&rerun)?;
+                let movements = moved(entry, &checked.values);
+                Some(Findings { lines, movements, checked })
+            }
         };
         reruns.remove(rerun);
         Ok(findings)
     }
 
-    /// What differs in the messages and metrics of the same runs.
+    /// What differs in the messages of the same runs.
     fn differences(
         &self,
         entry: &LockedExperiment,
         rerun: &RerunExperiment,
     ) -> Result<Vec<String>, Failure> {
-        let (mut findings, mut differing) = (Vec::new(), 0);
-        for (index, (line, run)) in entry.runs.iter().zip(&rerun.runs).enumerate() {
-            let (recording, found) = run.fingerprint()?;
-            let locked = line.rsplit(' ').next().unwrap_or_default();
-            if found.messages != locked {
-                differing += 1;
-                if differing == 1 {
-                    let tags = entry.frame_tags().filter(|_| index == 0);
-                    let at = self.place(rerun, run, (&recording, &found), tags.as_ref(), locked)?;
-                    findings.push(format!("{}: {at}", run.name));
-                }
-            } else if index == 0 && entry.frame_tags().as_ref() != Some(&found.tags) {
+        let mut messages = Vec::new();
+        for run in &rerun.runs {
+            messages.push(run.fingerprint()?.1.messages);
+        }
+        let same_messages = RunHashes::new(&[], &messages).messages == entry.messages;
+        let first = &rerun.runs[0];
+        let (recording, found) = first.fingerprint()?;
+        if same_messages {
+            if entry.frame_tags() != Some(found.tags()) {
                 let manifest = one_line(&entry.manifest);
                 let what =
                     format!("the tags of {manifest} are not those of its run, which is equal");
                 return Err(unreadable(self.lock_file, &LockError::Damaged(what)));
             }
-            if index == 0 {
-                findings.extend(moved(&entry.metrics, &metrics_of(&recording)?));
+            let is_equal = metrics_of(&recording)? == entry.metrics;
+            let other = "the messages are equal, but the first run has other metrics: the analysis has changed";
+            return Ok(if is_equal { Vec::new() } else { vec![other.to_owned()] });
+        }
+        let tags = entry.frame_tags().filter(|tags| *tags != found.tags() || entry.runs == 1);
+        if let Some(tags) = &tags
+            && tags.shows_equal_messages(&found)
+        {
+            let what =
+                format!("the hash of {} is not that of its tags, which are equal", first.name);
+            return Err(unreadable(self.lock_file, &LockError::Damaged(what)));
+        }
+        let others = entry.first_other_runs(&messages).unwrap_or(0..1);
+        let run = &rerun.runs[others.start];
+        let place = match self.locked_values(entry, rerun, others.clone())? {
+            Some(lines) => lines,
+            None => {
+                let place = match tags.filter(|_| others == (0..1)) {
+                    Some(tags) => described_place(tags.first_difference(&found), &recording),
+                    None if others.len() == 1 => "the messages differ".to_owned(),
+                    None => format!("the messages of one of {} runs differ", others.len()),
+                };
+                let local = self.local(rerun, run);
+                vec![format!(
+                    "{place}; for the particle and both values, copy a recording of the locked run to {}, or compare it with `kinetoscope compare`",
+                    shown_path(&local)
+                )]
             }
-        }
-        if differing > 1 {
-            findings
-                .push(format!("{differing} of {} differ", plural(entry.runs.len() as u64, "run")));
-        }
-        Ok(findings)
+        };
+        let mut lines = place;
+        lines[0] = format!("{}: {}", run.name, lines[0]);
+        Ok(lines)
     }
 
-    /// The first difference of a run: with its values, if a recording with the locked messages is there, otherwise its frame.
-    fn place(
-        &self,
-        rerun: &RerunExperiment,
-        run: &RerunRun,
-        (recording, found): (&Recording, &Fingerprint),
-        tags: Option<&FrameTags>,
-        locked: &str,
-    ) -> Result<String, Failure> {
+    /// Where the recording of a locked run may be.
+    fn local(&self, rerun: &RerunExperiment, run: &RerunRun) -> PathBuf {
         let name = run.recording.file_name().unwrap_or_default();
-        let local = self.recordings.join(&rerun.experiment.name).join(name);
-        if let Some(local) = locked_recording(&local, locked) {
-            let comparison =
-                compare_messages(&local, recording).map_err(|error| unread_recording(&error))?;
-            if let Some(difference) = comparison.difference {
-                return Ok(difference.describe("the locked recording", "this run"));
-            }
-        }
-        let place = match tags {
-            Some(tags) if tags.shows_equal_messages(&found.tags) => {
-                let what =
-                    format!("the hash of {} is not that of its tags, which are equal", run.name);
-                return Err(unreadable(self.lock_file, &LockError::Damaged(what)));
-            }
-            Some(tags) => described_place(tags.first_difference(&found.tags), recording),
-            None => "the messages differ".to_owned(),
-        };
-        Ok(format!(
-            "{place}; for the particle and both values, copy a recording of the locked run to {}, or compare it with `kinetoscope compare`",
-            shown_path(&local)
-        ))
+        self.earlier.join(&rerun.experiment.name).join(name)
+    }
+
+    /// The first difference with its values and its cause, if a recording with the locked messages is there.
+    fn locked_values(
+        &self,
+        entry: &LockedExperiment,
+        rerun: &RerunExperiment,
+        others: Range<usize>,
+    ) -> Result<Option<Vec<String>>, Failure> {
+        let run = &rerun.runs[others.start];
+        let local = self.local(rerun, run);
+        let Some(local) = locked_recording(&local, entry, others.start) else { return Ok(None) };
+        let (recording, _) = run.fingerprint()?;
+        let comparison =
+            compare_messages(&local, &recording).map_err(|error| unread_recording(&error))?;
+        let Some(difference) = comparison.difference else { return Ok(None) };
+        let mut lines = vec![difference.describe("the locked recording", "this run")];
+        let divergence = in_frames(&local, &recording).map_err(|error| unread_recording(&error))?;
+        let cause = divergence.map(|divergence| match divergence.cause() {
+            Cause::Rounding => "cause: rounding errors",
+            Cause::Physics => "cause: other coefficients or equations",
+            Cause::Undecided => "cause: not decided by the frames; record more frames, or compare both programs step by step",
+        });
+        lines.extend(cause.map(str::to_owned));
+        Ok(Some(lines))
+    }
+}
+
+/// What differs from an entry.
+#[derive(Default)]
+pub(crate) struct Findings {
+    /// The keys that changed, or the first difference.
+    pub(crate) lines: Vec<String>,
+    /// The checked metrics that moved.
+    pub(crate) movements: Vec<Movement>,
+    /// The experiment as it is now.
+    pub(crate) checked: CheckedExperiment,
+}
+
+impl Findings {
+    /// All findings as text, without line breaks.
+    fn text(&self) -> Vec<String> {
+        let lines = self.lines.iter().map(|line| one_line(line).into_owned());
+        lines.chain(lines_of(&self.movements)).collect()
     }
 }
 
 const WRITE_ANEW: &str = "if the change is intended, write the file again with `kinetoscope lock`, and review what changed";
 
-/// Whether the physics of this program is another one than that of the locked runs, whose bits are then expected to differ.
-fn other_physics(entry: &LockedExperiment, rerun: &RerunExperiment) -> Option<String> {
+/// Whether the model, or the physics of this program, is another one than that of the locked runs, whose bits are then expected to differ.
+fn other_model(entry: &LockedExperiment, rerun: &RerunExperiment) -> Option<String> {
     let (model, locked) = (rerun.experiment.model(), entry.physics_version);
     if entry.model != model {
         return Some(format!("the model is {model}, locked {}", one_line(&entry.model)));
@@ -217,32 +300,37 @@ fn other_physics(entry: &LockedExperiment, rerun: &RerunExperiment) -> Option<St
     })
 }
 
-/// Why the manifest describes other runs than those that are locked.
-fn other_runs(entry: &LockedExperiment, rerun: &RerunExperiment) -> Option<String> {
-    let short = |key: &str| key.chars().take(16).collect::<String>();
-    let mut locked = entry.runs.iter().map(|line| short(line));
-    let mut found = rerun.runs.iter().map(|run| short(&run.run_key));
-    let runs = entry.runs.len().max(rerun.runs.len());
-    let (number, keys) = (1..=runs)
-        .map(|number| (number, [found.next(), locked.next()]))
-        .find(|(_, [now, locked])| now != locked)?;
-    let [now, was] = keys.map(|key| key.unwrap_or_else(|| "missing".to_owned()));
-    Some(format!(
-        "the manifest describes other runs than those locked ({}, locked {}): the run key of run {number} is {now}, locked {was}",
-        plural(rerun.runs.len() as u64, "run"),
-        entry.runs.len()
-    ))
+/// The keys that were edited, one line each.
+fn edited(entry: &LockedExperiment, values: &BTreeMap<String, String>) -> Vec<String> {
+    let now: Vec<(String, String)> = values.clone().into_iter().collect();
+    let changed = differing_values(entry.manifest_values(), &now);
+    changed.iter().map(|key| format!("the manifest was edited: {key}")).collect()
+}
+
+/// Why the manifest describes other runs than those that are locked: one line per key. Empty if it describes the same.
+fn other_runs(entry: &LockedExperiment, rerun: &RerunExperiment) -> Vec<String> {
+    let keys: Vec<String> = rerun.runs.iter().map(|run| run.run_key.clone()).collect();
+    if RunHashes::new(&keys, &[]).keys == entry.keys && entry.runs == keys.len() {
+        return Vec::new();
+    }
+    let mut lines = edited(entry, &rerun.values);
+    if lines.is_empty() {
+        lines.push("the manifest has the locked values, but describes other runs: a file that it names, or a default of the program, has changed".to_owned());
+    }
+    if entry.runs != keys.len() {
+        lines.push(format!("{}, locked {}", plural(keys.len() as u64, "run"), entry.runs));
+    }
+    lines
 }
 
 /// The place of a difference as text, with the time of its frame.
 fn described_place(difference: FirstDifference, recording: &Recording) -> String {
-    match difference {
-        FirstDifference::At(position) => described_frame(recording, position)
-            .unwrap_or_else(|| format!("first difference in frame {position}")),
-        FirstDifference::After(position) => {
-            format!("first difference after frame {position} of the file")
-        }
+    let FirstDifference { first, last } = difference;
+    if first < last {
+        return format!("first difference in one of the frames {first} to {last} of the file");
     }
+    described_frame(recording, first)
+        .unwrap_or_else(|| format!("first difference in frame {first}"))
 }
 
 /// A frame with its time, and the steps or events since the one before it; `None` if the recording is shorter.
@@ -265,41 +353,10 @@ fn described_frame(recording: &Recording, position: u64) -> Option<String> {
     None
 }
 
-/// The metrics that moved, those that moved most first.
-fn moved(locked: &BTreeMap<String, f64>, found: &BTreeMap<String, f64>) -> Vec<String> {
-    let mut lines: Vec<(f64, String)> = Vec::new();
-    for (name, old) in locked {
-        match found.get(name) {
-            Some(new) if new == old || (new.is_nan() && old.is_nan()) => {}
-            Some(new) => {
-                let relative = ((new - old) / old).abs();
-                let order = if relative.is_nan() { f64::INFINITY } else { relative };
-                let shown =
-                    format!("metric {name}: {old:?} → {new:?} (relative change {relative:.1e})");
-                lines.push((order, shown));
-            }
-            None => lines.push((f64::INFINITY, format!("metric {name}: {old:?} → no value"))),
-        }
-    }
-    let is_new = |name: &&String| !locked.contains_key(*name);
-    for name in found.keys().filter(is_new) {
-        lines.push((f64::INFINITY, format!("metric {name}: not locked")));
-    }
-    lines.sort_by(|one, other| other.0.total_cmp(&one.0));
-    let rest = lines.len().saturating_sub(LISTED_METRICS);
-    let mut shown: Vec<String> =
-        lines.into_iter().take(LISTED_METRICS).map(|(_, line)| line).collect();
-    if rest > 0 {
-        shown.push(format!("{} more moved", plural(rest as u64, "metric")));
-    }
-    shown
-}
-
-fn described(entry: &LockedExperiment, findings: &[String]) -> String {
+fn described(entry: &LockedExperiment, findings: Option<&Findings>) -> String {
     let manifest = one_line(&entry.manifest);
-    if findings.is_empty() {
-        return format!("{manifest}: {} equal", plural(entry.runs.len() as u64, "run"));
+    match findings {
+        None => format!("{manifest}: {} equal", plural(entry.runs as u64, "run")),
+        Some(findings) => format!("{manifest}: differs\n  {}", findings.text().join("\n  ")),
     }
-    let findings: Vec<_> = findings.iter().map(|finding| one_line(finding)).collect();
-    format!("{manifest}: differs\n  {}", findings.join("\n  "))
 }

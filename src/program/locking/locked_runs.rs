@@ -13,10 +13,12 @@ use kinetoscope::interrupt::Interrupt;
 use kinetoscope::verify::fingerprint::{Fingerprint, fingerprint};
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::shown_path;
-use kinetoscope_manifest::Experiment;
+use kinetoscope_files::regular_file::{MAX_MANIFEST_BYTES, read_text};
+use kinetoscope_manifest::{Experiment, written_values};
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::Recording;
 use std::cell::OnceCell;
+use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -62,6 +64,10 @@ pub(crate) struct Parallel {
 pub(crate) struct RerunExperiment {
     pub(crate) experiment: Experiment,
     pub(crate) runs: Vec<RerunRun>,
+    /// The keys of the manifest that affect the runs, with their values.
+    pub(crate) values: BTreeMap<String, String>,
+    /// The folder of their recordings.
+    pub(crate) folder: PathBuf,
     /// Time that the runs took, s.
     pub(crate) seconds: f64,
 }
@@ -124,7 +130,8 @@ impl Reruns {
             recording: plan.folder.join(planned.file_name()),
         });
         let runs = runs.collect();
-        Ok(RerunExperiment { experiment, runs, seconds })
+        let (values, folder) = (values_of(manifest), plan.folder.clone());
+        Ok(RerunExperiment { experiment, runs, values, folder, seconds })
     }
 
     /// Removes recordings from the temporary folder: those of all manifests together would need much space.
@@ -136,6 +143,11 @@ impl Reruns {
             }
         }
     }
+}
+
+/// The keys of a manifest that affect its runs, with their values; none if it cannot be read.
+pub(crate) fn values_of(manifest: &Path) -> BTreeMap<String, String> {
+    written_values(&read_text(manifest, MAX_MANIFEST_BYTES).unwrap_or_default())
 }
 
 impl RerunRun {

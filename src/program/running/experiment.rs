@@ -51,7 +51,7 @@ pub(crate) struct Executed {
     /// Where its recordings are, if they are complete and can be analyzed.
     pub(crate) destination: Option<String>,
     pub(crate) is_remote: bool,
-    /// Its recordings that keep only keyframes and were not restored, which the analysis rejects.
+    /// Its recordings that keep only keyframes and were not restored, so that their analysis lacks what needs all states.
     pub(crate) keyframes: Vec<PathBuf>,
     /// The summary, if it is requested.
     pub(crate) json: Option<Json>,

@@ -21,8 +21,8 @@ pub(crate) struct LiveArguments {
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, require_equals = true, default_missing_value = "8765",
           value_parser = live::address, conflicts_with_all = ["dry_run", "executor", "export_commands"])]
     live: Option<SocketAddr>,
-    /// Limit the runs to this number of seconds of playback per second. They wait for the first viewer; viewers can pause,
-    /// step and change the speed
+    /// Limit the runs to this number of seconds of playback per second. They wait for the first viewer. A viewer with controls
+    /// for live connections can pause, step and change the speed; Lichtblick has none
     #[arg(long, value_name = "SPEED", requires = "live", value_parser = live::speed)]
     live_speed: Option<f64>,
     /// Admit a viewer that is served as a web page from this origin, such as `https://viewer.example:8080`. Foxglove,

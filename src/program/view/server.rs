@@ -17,10 +17,10 @@ use axum::middleware::{self, Next};
 use axum::response::{Html, IntoResponse as _, Response};
 use axum::routing::get;
 use kinetoscope::live::Admission;
-use kinetoscope_files::regular_file::{OpenFolder, path_of_open};
+use kinetoscope_files::regular_file::{MAX_SIDE_FILE_BYTES, OpenFolder, path_of_open};
 use maud::{DOCTYPE, Markup, html};
 use percent_encoding::percent_decode_str;
-use std::io;
+use std::io::{self, Read as _};
 use std::net::{SocketAddr, TcpListener};
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
@@ -43,6 +43,9 @@ const SERVED: [(&str, &str); 10] = [
     ("parquet", "application/octet-stream"),
     ("xyz", "chemical/x-xyz"),
 ];
+/// The page of the experiments, and the address of the list of the recordings.
+const INDEX: &str = "index.html";
+const LIST: &str = "/recordings";
 /// Time for which a list of the recordings is kept, so that no number of requests makes more lists.
 const LIST_AGE: Duration = Duration::from_secs(1);
 /// A page of the folder runs its own script and style, and sends nothing anywhere. The sandbox gives each page an origin of its own, so that
@@ -77,8 +80,17 @@ pub(super) struct Server {
 struct Served {
     server: Server,
     admission: Admission,
-    /// The last page of the recordings, and when it was made. One is made at a time.
-    listed: Mutex<Option<(Instant, String)>>,
+    /// The last pages of the recordings, and when they were made. They are made once at a time.
+    listed: Mutex<Option<(Instant, Pages)>>,
+}
+
+/// The pages that are made for each folder.
+#[derive(Clone, Debug, Default)]
+struct Pages {
+    /// The list of the recordings.
+    list: String,
+    /// The gallery of the experiments, if an analysis has written one.
+    gallery: Option<String>,
 }
 
 impl Server {
@@ -115,7 +127,8 @@ impl Server {
             .expose_headers(readable)
             .allow_private_network(true);
         Router::new()
-            .route("/", get(list))
+            .route("/", get(front))
+            .route(LIST, get(list))
             .fallback(file)
             .layer(cors)
             .layer(middleware::from_fn_with_state(served.clone(), admit))
@@ -163,7 +176,7 @@ impl Served {
         if headers.get(RANGE).is_some_and(|range| range.as_bytes().contains(&b',')) {
             return Some((StatusCode::RANGE_NOT_SATISFIABLE, "ask for one part of the file"));
         }
-        let is_served = address.path() == "/" || self.path_of(address).is_some();
+        let is_served = ["/", LIST].contains(&address.path()) || self.path_of(address).is_some();
         (!is_served).then_some((StatusCode::NOT_FOUND, NO_SUCH_FILE))
     }
 
@@ -186,34 +199,53 @@ impl Served {
         is_wanted.then_some((path, *media_type))
     }
 
-    /// The page of the recordings, not older than [`LIST_AGE`].
-    async fn listed(self: Arc<Self>) -> String {
+    /// The pages of the recordings, not older than [`LIST_AGE`].
+    async fn listed(self: Arc<Self>) -> Pages {
         let mut listed = self.listed.lock().await;
-        if let Some((_, page)) = listed.as_ref().filter(|(made, _)| made.elapsed() < LIST_AGE) {
-            return page.clone();
+        if let Some((_, pages)) = listed.as_ref().filter(|(made, _)| made.elapsed() < LIST_AGE) {
+            return pages.clone();
         }
         let served = Arc::clone(&self);
-        let made = spawn_blocking(move || served.server.page());
+        let made = spawn_blocking(move || served.server.pages());
         // Only a panic ends the thread early.
-        let page = made.await.unwrap_or_default();
-        *listed = Some((Instant::now(), page.clone()));
-        page
+        let pages = made.await.unwrap_or_default();
+        *listed = Some((Instant::now(), pages.clone()));
+        pages
     }
 }
 
 impl Server {
-    fn page(&self) -> String {
+    fn pages(&self) -> Pages {
         let Self { folder, file, viewer, address, .. } = self;
         let contents = Contents::of(folder, file.as_deref());
-        let has_index = file.is_none() && folder.join("index.html").is_file();
-        page(&contents, has_index, |found| viewer_address(viewer, *address, found))
+        let list = page(&contents, |found| viewer_address(viewer, *address, found));
+        Pages { list, gallery: self.gallery() }
+    }
+
+    /// The page of the experiments that an analysis of the folder has written, with a link to the list of the recordings.
+    fn gallery(&self) -> Option<String> {
+        let (file, _) = self.opened.file(Path::new(INDEX)).ok().filter(|_| self.file.is_none())?;
+        let mut text = String::new();
+        file.take(MAX_SIDE_FILE_BYTES).read_to_string(&mut text).ok()?;
+        // A page of the user's own is not the gallery.
+        let (start, rest) = text.split_once("<h1>Experiments</h1>")?;
+        let link = html! { p { a href=(LIST) { "Recordings in the viewer" } } }.into_string();
+        start
+            .contains("<main class=\"kinetoscope-index\">")
+            .then(|| format!("{start}<h1>Experiments</h1>{link}{rest}"))
     }
 }
 
-/// The page that lists the recordings. It is made on a thread of its own, because a folder of many files takes long and downloads go
-/// on, and by a task of its own, because a client that leaves does not end it.
+/// The gallery of the experiments, or the list of the recordings where there is none. The pages are made on a thread of their own, because a folder of
+/// many files takes long and downloads go on, and by a task of its own, because a client that leaves does not end it.
+async fn front(State(served): State<Arc<Served>>) -> Html<String> {
+    let pages = tokio::spawn(served.listed()).await.unwrap_or_default();
+    Html(pages.gallery.unwrap_or(pages.list))
+}
+
+/// The list of the recordings.
 async fn list(State(served): State<Arc<Served>>) -> Html<String> {
-    Html(tokio::spawn(served.listed()).await.unwrap_or_default())
+    Html(tokio::spawn(served.listed()).await.unwrap_or_default().list)
 }
 
 /// A file, or the part of it that the request asks for.
@@ -239,7 +271,7 @@ fn parent(found: &Found) -> &str {
     found.path.rsplit_once('/').map_or(".", |(folder, _)| folder)
 }
 
-fn page(contents: &Contents, has_index: bool, viewer: impl Fn(&Found) -> String) -> String {
+fn page(contents: &Contents, viewer: impl Fn(&Found) -> String) -> String {
     let link = |path: &Option<String>, text: &str| -> Markup {
         html! { @if let Some(path) = path { " · " a href=(path_of_address(path)) { (text) } } }
     };
@@ -256,7 +288,6 @@ fn page(contents: &Contents, has_index: bool, viewer: impl Fn(&Found) -> String)
             body {
                 main {
                     h1 { "Recordings" }
-                    @if has_index { p { a href="/index.html" { "Gallery of all experiments with their results" } } }
                     @for folder in contents.recordings.chunk_by(|one, next| parent(one) == parent(next)) {
                         // A sweep of many runs does not hide the other folders.
                         details open[folder.len() <= LISTED_OPENLY] {

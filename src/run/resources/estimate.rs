@@ -118,8 +118,20 @@ fn bytes_per_frame(frame: &Frame, particles: u64, kind: &ModelKind) -> u64 {
     bytes_of_particles(particles, kind) + scalars.iter().sum::<u64>() + headers
 }
 
-/// Work per second of a slow processor, 1/10 of one core of a server of 2024: steps times particles, or events. `None` for
-/// models whose work is not known from the plan.
+/// Seconds that a run of this many steps or events takes on one core of a server of 2024, the same on every machine.
+#[must_use]
+pub fn nominal_seconds(manifest: &RunManifest, steps_or_events: u64) -> f64 {
+    let is_of_events = matches!(manifest.model, ModelConfig::Packing(_));
+    let each = if is_of_events { 1 } else { manifest.model.particles() };
+    let slow_rate =
+        if is_of_events { 2e5 } else { work_per_second(&manifest.model).unwrap_or(1e6) };
+    steps_or_events as f64 * each as f64 * SPEED_OF_SLOW_PROCESSOR / slow_rate
+}
+
+/// Speed of a slow processor over that of one core of a server of 2024.
+pub(crate) const SPEED_OF_SLOW_PROCESSOR: f64 = 0.1;
+
+/// Work per second of a slow processor: steps times particles, or events. `None` for models whose work is not known from the plan.
 fn work_per_second(model: &ModelConfig) -> Option<f64> {
     match model {
         ModelConfig::Gas(config) => config.propagation.time_step_s().map(|_| 1e7),

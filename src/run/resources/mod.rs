@@ -11,4 +11,5 @@ pub mod sample;
 #[cfg(not(target_family = "wasm"))]
 pub mod time;
 
-pub use estimate::Estimate;
+pub(crate) use estimate::SPEED_OF_SLOW_PROCESSOR;
+pub use estimate::{Estimate, nominal_seconds};

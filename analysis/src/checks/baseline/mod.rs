@@ -264,6 +264,7 @@ impl BaselineComparison {
             passed,
             kind: CheckKind::Baseline,
             subject: subject.clone(),
+            run: None,
             requirement: "equal to the baseline".to_owned(),
             finding,
             file: None,

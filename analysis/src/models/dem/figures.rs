@@ -22,7 +22,7 @@ pub(super) const CHARTS: &[NamedChart] = &[
     NamedChart::new("cooling", &["cooling.rate", "granular_temperature"]),
     NamedChart::new("discharge", &["outlet.discharge_rate", "discs_removed"]),
     NamedChart::new("packing_by_height", &["bed.packing_fraction", "bed.height"]),
-    NamedChart::new("stress_by_height", STRESSES),
+    NamedChart::of_all_states("stress_by_height", STRESSES),
 ];
 
 const ENERGIES: &[&str] = &[

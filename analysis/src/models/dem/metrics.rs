@@ -13,7 +13,7 @@ definitions! {
     ROTATIONAL: "energy.rotational", "J", "energy of rotation at the end", "/state: sum of I Ω^2/2, the part of energy.kinetic due to rotation, last frame", [], 0.0;
     WALL_WORK: "energy.wall_work", "J", "work of the moving walls", "/energy, last frame: wall work since the start", [], 0.0;
     DISCS_REMOVED: "discs_removed", "1", "number of discs that have left", "/wall_forces: discs removed through the outlet, last frame", [], 0.0;
-    TOTAL_CHANGE: "energy.total_change_relative", "1", "change of the mechanical energy", "/energy: change of the mechanical energy, minus inserted energy, over the initial and inserted energy, last frame", [], 0.0;
+    TOTAL_CHANGE: "energy.total_change_relative", "1", "relative change of the mechanical energy", "/energy: change of the mechanical energy, minus inserted energy, over the initial and inserted energy, last frame", [], 0.0;
     RELATIVE_RESIDUAL: "energy.residual_relative", "1", "error of the energy balance at the end", "/energy: change of the energy balance over the initial and inserted energy, last frame", [law::ENERGY_BALANCE], 1e-9;
     RESIDUAL: "energy.residual", "J", "error of the energy balance at the end", "/energy: change of the energy balance from the first to the last frame", [law::ENERGY_BALANCE], 0.0;
     RESIDUAL_PER_REBOUND: "energy.residual_per_rebound", "J", "error of the energy balance per rebound", "/energy and /state: energy-balance error divided by the number of rebounds of a single disc", [law::ENERGY_BALANCE], 0.0;
@@ -77,4 +77,16 @@ pub(super) const NEED_REPLICATES: &[&Definition] = &[
     DEPOSIT_LENGTH,
     RUNOUT,
     SETTLING_TIME,
+];
+
+/// Metrics that follow from the states of all frames.
+pub(super) const NEED_ALL_STATES: &[&Definition] = &[
+    RESIDUAL_PER_REBOUND,
+    KINETIC_DISAGREEMENT,
+    RESTITUTION,
+    CONTACT_DURATION,
+    STRESS_AT_FLOOR,
+    STRESS_AT_MID_HEIGHT,
+    LATERAL_STRESS_RATIO,
+    OVERBURDEN_DEVIATION,
 ];

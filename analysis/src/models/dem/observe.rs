@@ -65,6 +65,8 @@ pub(super) struct DemRun {
     /// Time over the number of steps in the last frame, s; `None` before the first step.
     time_step_s: Option<f64>,
     frames: u64,
+    /// Whether the recording has no state of some frames.
+    lacks_states: bool,
 }
 
 /// Discs have settled when their kinetic energy stays below this fraction of the mechanical energy at the start.
@@ -138,9 +140,10 @@ impl DemRun {
         found.add(metric::WALL_WORK, last.wall_work_j);
         let residual = balance_j(last) - balance_j(first);
         found.compare(metric::RESIDUAL, residual, 0.0);
-        let rebounds = self.rebounds.as_ref().map(Rebounds::count).filter(|&count| count > 0);
-        let per_rebound = rebounds.map(|count| residual / count as f64);
-        found.compare(metric::RESIDUAL_PER_REBOUND, per_rebound, 0.0);
+        if let Some(rebounds) = self.known_rebounds() {
+            let per_rebound = residual / rebounds.count() as f64;
+            found.compare(metric::RESIDUAL_PER_REBOUND, per_rebound, 0.0);
+        }
         let has_settled = self.last_motion_s < *end_s;
         found.add(metric::SETTLING_TIME, has_settled.then_some(self.last_motion_s));
         let start = supplied_j(first, last);
@@ -152,6 +155,12 @@ impl DemRun {
         found.compare(metric::MAX_RESIDUAL, self.max_residual_j / start.abs(), 0.0);
         let disagreement = self.max_kinetic_disagreement_j.map(|energy| energy / start.abs());
         found.compare(metric::KINETIC_DISAGREEMENT, disagreement, 0.0);
+    }
+
+    /// The rebounds, if there are any. Between keyframes, there may be.
+    fn known_rebounds(&self) -> Option<&Rebounds> {
+        let may_have = self.lacks_states && self.snapshots.last().is_some();
+        self.rebounds.as_ref().filter(|rebounds| rebounds.count() > 0 || may_have)
     }
 
     /// Bed of the last frame: its height and packing fraction, and the forces on floor and side walls.
@@ -311,6 +320,10 @@ impl Observer for DemRun {
         let steps = frame.clock.step_or_event_count;
         self.time_step_s = (steps > 0).then(|| time_s / steps as f64);
         self.frames += 1;
+        if !frame.is_complete() {
+            self.lacks_states = true;
+            self.flow.add_frame_without_state();
+        }
         let energy = frame.get::<DemEnergy>()?;
         if let Some(energy) = &energy {
             self.add_energy(time_s, energy);
@@ -356,7 +369,7 @@ impl Observer for DemRun {
 
     fn measure(&self, found: &mut Measurements) {
         self.measure_energies(found);
-        if let Some(rebounds) = self.rebounds.as_ref().filter(|rebounds| rebounds.count() > 0) {
+        if let Some(rebounds) = self.known_rebounds() {
             let contact = law::WallContact::of(&self.config);
             let theory = contact.map(|contact| contact.restitution());
             found.compare(metric::RESTITUTION, rebounds.restitution(), theory);

@@ -20,7 +20,10 @@ pub(super) const CHARTS: &[NamedChart] = &[
     NamedChart::new("speed_histogram", SPEEDS),
     NamedChart::new("h_over_time", &["relative_entropy", "relative_entropy.start", "h_function"]),
     NamedChart::new("density_by_height", &["layers.chi_square_per_layer", "layers.mean_height"]),
-    NamedChart::new("box_entropy_over_time", &["box_entropy.start", "box_entropy.change"]),
+    NamedChart::of_all_states(
+        "box_entropy_over_time",
+        &["box_entropy.start", "box_entropy.change"],
+    ),
 ];
 
 const PRESSURES: &[&str] =

@@ -12,17 +12,20 @@ use kinetoscope_manifest::model::OrbitIntegrator;
 
 /// The charts that a plot may name.
 pub(super) const CHARTS: &[NamedChart] = &[
-    NamedChart::new("path", &["radius.min", "radius.max", "position_error.final"]),
-    NamedChart::new("energy_drift", ENERGY_ERRORS),
-    NamedChart::new("energy_error_by_run", ENERGY_ERRORS),
-    NamedChart::new("position_error", &["position_error.final"]),
-    NamedChart::new("position_error_by_run", &["position_error.final"]),
-    NamedChart::new("semi_major_axis", &["energy.drift_relative", "radius.max", "semi_major_axis"]),
-    NamedChart::new("distance_from_start", &["period.measured", "position_error.final"]),
-    NamedChart::new("return_distance_by_run", &["return_distance.final"]),
-    NamedChart::new("angle_by_run", &["return_distance.final"]),
-    NamedChart::new("rotating_frame", &["return_distance.final"]),
-    NamedChart::new("closest_approach", &["closest_approach", "closest_approach.time"]),
+    NamedChart::of_all_states("path", &["radius.min", "radius.max", "position_error.final"]),
+    NamedChart::of_all_states("energy_drift", ENERGY_ERRORS),
+    NamedChart::of_all_states("energy_error_by_run", ENERGY_ERRORS),
+    NamedChart::of_all_states("position_error", &["position_error.final"]),
+    NamedChart::of_all_states("position_error_by_run", &["position_error.final"]),
+    NamedChart::of_all_states(
+        "semi_major_axis",
+        &["energy.drift_relative", "radius.max", "semi_major_axis"],
+    ),
+    NamedChart::of_all_states("distance_from_start", &["period.measured", "position_error.final"]),
+    NamedChart::of_all_states("return_distance_by_run", &["return_distance.final"]),
+    NamedChart::of_all_states("angle_by_run", &["return_distance.final"]),
+    NamedChart::of_all_states("rotating_frame", &["return_distance.final"]),
+    NamedChart::of_all_states("closest_approach", &["closest_approach", "closest_approach.time"]),
 ];
 
 const ENERGY_ERRORS: &[&str] =

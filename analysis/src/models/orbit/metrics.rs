@@ -1,7 +1,7 @@
 //! Metrics of an orbit run.
 
 use super::laws as law;
-use crate::metric::definition::definitions;
+use crate::metric::definition::{Definition, definitions};
 
 definitions! {
     ENERGY_DRIFT: "energy.drift_relative", "1", "change of the energy", "/state: (E - E_0)/|E_0|, last frame", [law::EULER_ENERGY, law::ENERGY], 1e-13;
@@ -25,3 +25,6 @@ definitions! {
     CLOSEST_APPROACH_TIME_STEPS: "closest_approach.time_steps", "1", "number of time steps during the closest approach", "/closest_approach of several bodies: time steps in which the bodies of closest_approach move by their separation; below about ten, the method does not follow the encounter", [], 0.0;
     APSIDAL_ROTATION: "apsidal_rotation", "rad", "rotation of the perihelion", "/state: angle by which the eccentricity vector has turned about L of the start, in (-pi, pi], first frame to last", [law::EXACT], 1e-7;
 }
+
+/// Metrics that follow from the states of all frames.
+pub(super) const NEED_ALL_STATES: &[&Definition] = &[MAX_ENERGY_ERROR, ANGULAR_MOMENTUM_CHANGE];

@@ -14,9 +14,9 @@ pub(super) const CHARTS: &[NamedChart] = &[
     NamedChart::new("temperature", &["temperature.final", "temperature.final_over_initial"]),
     NamedChart::new("temperature_by_run", &["temperature.final_over_initial"]),
     NamedChart::new("a2", &["a2.mean", "a2.final"]),
-    NamedChart::new("pair_correlation", &["pair_correlation.near_contact"]),
-    NamedChart::new("mean_square_displacement", &["mean_square_displacement.final"]),
-    NamedChart::new("velocity_autocorrelation", &["velocity_autocorrelation.final"]),
+    NamedChart::of_all_states("pair_correlation", &["pair_correlation.near_contact"]),
+    NamedChart::of_all_states("mean_square_displacement", &["mean_square_displacement.final"]),
+    NamedChart::of_all_states("velocity_autocorrelation", &["velocity_autocorrelation.final"]),
 ];
 
 impl PlottedObserver for PackingRun {
@@ -42,9 +42,9 @@ impl PlottedObserver for PackingRun {
     }
 }
 
-/// The moments per collision if recorded, else per frame.
+/// The moments per collision if recorded in all frames, else per frame.
 fn series(run: &PackingRun) -> &Series<VelocityMoments> {
-    if run.collisions.is_empty() { &run.frames } else { &run.collisions }
+    if run.collisions.is_empty() || run.lacks_states { &run.frames } else { &run.collisions }
 }
 
 fn over_collisions(y: Axis) -> [Axis; 2] {

@@ -1,7 +1,7 @@
 //! Metrics of a packing run.
 
 use super::laws as law;
-use crate::metric::definition::definitions;
+use crate::metric::definition::{Definition, definitions};
 
 definitions! {
     TEMPERATURE_INITIAL: "temperature.initial", "", "granular temperature at the start", "T = <v^2>/2, first frame", [], 0.0;
@@ -12,7 +12,7 @@ definitions! {
     ENERGY_DRIFT: "energy.drift_relative", "1", "change of the kinetic energy", "kinetic energy, last frame against the first", [law::ELASTIC_ENERGY], 1e-9;
     A2_FINAL: "a2.final", "1", "excess of the fourth moment of the velocities at the end", "<v^4>/(2 <v^2>^2) - 1, last frame", [], 0.0;
     A2_MEAN: "a2.mean", "1", "mean excess of the fourth moment of the velocities", "/per_collision, or sums over all collisions in /temperature: mean over time (over events for e < 1) after 5 events per disc; error by blocking, for e < 1 only in boxes in which no shear flow grows", [law::A2_FIXED_ENERGY, law::A2_FIXED_MOMENTUM, law::A2_COOLING], 0.0;
-    COLLISION_RATE: "pair_collision_rate_per_disc", "", "rate of collisions between discs, per disc", "/collisions: pair collisions per disc and unit of time; conditional error at the energy of the run by blocking, to which the scatter of drawn energies is added", [law::COLLISION_RATE, law::COLLISION_RATE_OF_SIZES], 0.0;
+    COLLISION_RATE: "pair_collision_rate_per_disc", "", "collision rate per disc", "/collisions: pair collisions per disc and unit of time; conditional error at the energy of the run by blocking, to which the scatter of drawn energies is added", [law::COLLISION_RATE, law::COLLISION_RATE_OF_SIZES], 0.0;
     MEAN_FREE_TIME: "mean_free_time", "", "mean time between two collisions of a disc", "1 over pair_collision_rate_per_disc: mean time between two collisions with other discs", [law::COLLISION_RATE, law::COLLISION_RATE_OF_SIZES], 0.0;
     CONTACT_VALUE: "contact_value.from_collision_rate", "1", "enhancement of the collision rate by the density", "pair_collision_rate_per_disc over 2 sqrt(pi) n <d> sqrt(T) of discs without walls: χ, of several sizes <d_ij χ_ij>/<d>", [law::CONTACT_VALUE], 0.0;
     WALL_COLLISION_RATE: "wall_collision_rate_per_disc", "", "rate of wall collisions per disc", "/collisions: wall collisions per disc and unit of time; errors as of pair_collision_rate_per_disc", [law::WALL_COLLISION_RATE], 0.0;
@@ -29,3 +29,13 @@ definitions! {
     DIFFUSION_EINSTEIN: "self_diffusion.from_displacements", "", "diffusion coefficient from the displacements", "/state: D = growth of mean |r - r(0)|^2 over 4 t, from five to ten mean free times after the start of the window; otherwise as self_diffusion.from_velocities", [law::SELF_DIFFUSION], 0.0;
     VELOCITY_AUTOCORRELATION: "velocity_autocorrelation.final", "1", "correlation of the velocities with those at the start", "/state: sum of v . v(0) over sum of v(0)^2 of the first 1000 discs, last frame", [], 0.0;
 }
+
+/// Metrics that follow from the states of all frames.
+pub(super) const NEED_ALL_STATES: &[&Definition] = &[
+    PSI6_GLOBAL,
+    PSI6_LOCAL,
+    PAIR_CORRELATION,
+    DISPLACEMENT,
+    DIFFUSION_GREEN_KUBO,
+    DIFFUSION_EINSTEIN,
+];

@@ -8,7 +8,7 @@ use super::mean_a2::{A2Sums, A2Weights, MeanA2, VelocityMoments};
 use super::metrics as metric;
 use super::structure::Structure;
 use crate::metric::theory::{Expected, ExpectedValue};
-use crate::metric::{Law, Measurements};
+use crate::metric::{Law, Measurements, NEEDS_ALL_STATES};
 use crate::models::contract::{Extent, Observer};
 use crate::models::flow_statistics::FlowStatistics;
 use crate::models::hard_discs::DiscSizes;
@@ -51,6 +51,8 @@ pub(crate) struct PackingRun {
     virial_rate: Blocking,
     pressure: Option<PackingPressure>,
     counts: Option<PackingCollisions>,
+    /// Whether the recording has neither state nor single collisions of some frames.
+    pub(super) lacks_states: bool,
 }
 
 /// Events per disc after which means begin: velocities forget their start within a few collisions per disc.
@@ -247,7 +249,9 @@ impl PackingRun {
         };
         let theory = theory
             .map(|theory| ExpectedValue { violation: self.drift().or(theory.violation), ..theory });
+        let lacks_collisions = self.lacks_states && !self.collisions.is_empty();
         match self.mean_a2() {
+            _ if lacks_collisions => found.explain(metric::A2_MEAN, NEEDS_ALL_STATES),
             Some(mean) => found.compare_with(metric::A2_MEAN, mean, law, theory),
             None => found.explain(
                 metric::A2_MEAN,
@@ -369,7 +373,12 @@ impl PackingRun {
             true => moved.with_further_error(self.drift_scatter()),
             false => moved.without_error(MissingError::DependsOnStart),
         });
-        found.add(metric::DISPLACEMENT, displacement);
+        if self.lacks_states && self.snapshots.last().is_some() {
+            // Whether a disc has gone too far between two frames is not known.
+            found.explain(metric::DISPLACEMENT, NEEDS_ALL_STATES);
+        } else {
+            found.add(metric::DISPLACEMENT, displacement);
+        }
         let correlation = self.displacement.velocity_autocorrelation.last();
         found.add(metric::VELOCITY_AUTOCORRELATION, correlation.map(|(_, value)| *value));
         self.measure_self_diffusion(found);
@@ -379,6 +388,10 @@ impl PackingRun {
 impl Observer for PackingRun {
     fn observe(&mut self, mut frame: RecordedFrame) -> Result<(), ReadError> {
         let (time, events) = (frame.clock.time, frame.clock.step_or_event_count as f64);
+        if !frame.is_complete() {
+            self.lacks_states = true;
+            self.flow.add_frame_without_state();
+        }
         if let Some(batch) = frame.get::<PerCollision>()? {
             self.add_collisions(&batch);
         }

@@ -6,7 +6,7 @@ use super::laws as law;
 use super::metrics as metric;
 use super::observe::PackingRun;
 use crate::metric::theory::ExpectedValue;
-use crate::metric::{Measurements, Quantity};
+use crate::metric::{Measurements, NEEDS_ALL_STATES, Quantity};
 use crate::models::hard_discs::contact_value;
 use crate::statistics::{Estimate, MissingError};
 use kinetoscope_recording::reader::StateTable;
@@ -51,6 +51,10 @@ impl PackingRun {
             return definitions.iter().for_each(|definition| found.explain(definition, BOUNDED));
         }
         let Some(windows) = &self.self_diffusion else { return };
+        if self.lacks_states {
+            let explain = |definition| found.explain(definition, NEEDS_ALL_STATES);
+            return definitions.into_iter().for_each(explain);
+        }
         match windows.estimates() {
             Ok(estimates) => {
                 let values = estimates.into_iter().zip(moments_of_window());

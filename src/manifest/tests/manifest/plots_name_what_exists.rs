@@ -36,6 +36,27 @@ fn plot_of_a_metric_is_over_the_full_name_of_the_swept_number() {
     assert_eq!(channel_field(&plots[0].y), None);
 }
 
+/// Control: a word and a key that only one variant sets to a word are rejected.
+#[test]
+fn plot_is_over_a_number_that_the_variants_set() {
+    let variant = |name: &str, distribution: &str, radius: f64| {
+        format!(
+            "[[sweep.variants]]\nname = \"{name}\"\nmodel.gas.radius_m = {radius:?}\n\
+             model.gas.speed_distribution = \"{distribution}\"\n"
+        )
+    };
+    let variants = variant("narrow", "maxwell", 1.0) + &variant("wide", "uniform", 2.0);
+    let text = |x: &str| {
+        format!("[model.gas]\n{variants}[[plots]]\ny = \"mean_speed\"\nx = \"{x}\" # <-\n")
+    };
+    for x in ["radius_m", "model.gas.radius_m"] {
+        let plots = experiment(&text(x)).plots;
+        assert_eq!(plots[0].x.as_deref(), Some("model.gas.radius_m"));
+    }
+    assert_eq!(experiment(&text("variant")).plots[0].x.as_deref(), Some("variant"));
+    rejected(&text("speed_distribution"), "is neither swept nor a metric");
+}
+
 #[test]
 fn wrong_names_of_a_plot_are_reported_with_the_nearest() {
     let plot = |text: &str| format!("{SWEEP}[[plots]]\n{text}");

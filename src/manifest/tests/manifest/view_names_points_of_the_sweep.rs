@@ -4,16 +4,17 @@
 
 use crate::verdicts::{experiment, rejected};
 use kinetoscope_manifest::{
-    ExperimentRecord, Override, ViewColor, ViewRequest, parse, parse_run, run_key,
+    ExperimentRecord, Override, ViewColor, ViewFrame, ViewRequest, parse, parse_run, run_key,
 };
 
 const SWEEP: &str = "[model.gas]\n[sweep]\nmodel.gas.temperature_k = [200.0, 250.0, 300.0]\n";
 
 #[test]
 fn view_is_read_and_recorded() {
-    let view = "[view]\nposter = 0.5\ncolor = \"side\"\nnames = [\"Sun\", \"\"]\ncompare = [{ temperature_k = 250 }, { temperature_k = 300 }]\n";
+    let view = "[view]\nposter = 0.5\ncolor = \"side\"\nframe = \"rotating\"\nnames = [\"Sun\", \"\"]\ncompare = [{ temperature_k = 250 }, { temperature_k = 300 }]\n";
     let experiment = experiment(&format!("{SWEEP}{view}"));
     assert_eq!((experiment.view.poster, experiment.view.color), (Some(0.5), Some(ViewColor::Side)));
+    assert_eq!(experiment.view.frame, Some(ViewFrame::Rotating));
     assert_eq!(experiment.view.names, ["Sun", ""]);
     let compared = experiment.runs.iter().map(|run| experiment.view.compared(&run.coordinates));
     assert_eq!(compared.collect::<Vec<_>>(), [None, Some(0), Some(1)]);
@@ -33,6 +34,7 @@ fn wrong_values_are_reported() {
         ("poster = -1.0 # <-", "must be a number >= 0"),
         ("color = \"spedd\" # <-", "did you mean \"speed\"?"),
         ("compare = [{ temperature_k = 250 }] # <-", "does not name two points of the sweep"),
+        ("frame = \"rotated\" # <-", "did you mean \"rotating\"?"),
         ("compare = 3 # <-", "does not name two points of the sweep"),
         ("compare = [{ temperature_k = 251 }, { temperature_k = 300 }] # <-", "has no point"),
         ("compare = [{ temprature_k = 250 }, { temperature_k = 300 }] # <-", "is not swept"),

@@ -1,10 +1,12 @@
-//! Guarantee: a layout names only topics and fields that exist, in the form that viewers require.
+//! Guarantee: a layout names only topics and fields that exist, in the form that viewers require, and plots that the manifest requests
+//! come first.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
 use kinetoscope_recording::channels::{self, ALL};
 use kinetoscope_recording::layout::{layout_json, template};
 use kinetoscope_recording::recorder::{Compression, Header, Selection};
+use kinetoscope_recording::requested_panels::PanelRequest;
 use kinetoscope_recording::scenery::DrawnRadius;
 use serde_json::Value;
 
@@ -135,7 +137,7 @@ fn every_panel_is_placed_once() {
 #[test]
 fn unrecorded_channels_have_no_panel() {
     let mut header = crate::sample::header(Compression::Zstd);
-    let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
+    let layout: Value = serde_json::from_str(&layout_json(&header, &[]).unwrap()).unwrap();
     let mut placed = Vec::new();
     leaves(&layout["layout"], &mut placed);
     assert_eq!(placed, ["3D!scene", "RosOut!log", "Plot!speeds", "Plot!temperature"]);
@@ -144,12 +146,12 @@ fn unrecorded_channels_have_no_panel() {
     assert_eq!(layout["layout"]["first"]["splitPercentage"], 74);
     assert_eq!(layout["configById"].as_object().unwrap().len(), 4);
     header.selection = Selection::Named(vec!["temperature".to_owned()]);
-    let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
+    let layout: Value = serde_json::from_str(&layout_json(&header, &[]).unwrap()).unwrap();
     let mut placed = Vec::new();
     leaves(&layout["layout"], &mut placed);
     assert_eq!(placed, ["RosOut!log", "Plot!temperature"]);
     header.selection = Selection::Named(vec!["discs".to_owned()]);
-    let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
+    let layout: Value = serde_json::from_str(&layout_json(&header, &[]).unwrap()).unwrap();
     let topics = layout["configById"]["3D!scene"]["topics"].as_object().unwrap();
     assert_eq!(topics.keys().collect::<Vec<_>>(), ["/discs", "/legend", "/walls"]);
 }
@@ -160,7 +162,7 @@ fn camera_shows_container_and_color_bar() {
     let mut header = crate::sample::header(Compression::Zstd);
     header.model = "dem";
     header.scenery.view = [[0.0, 0.0], [0.04, 0.04]];
-    let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
+    let layout: Value = serde_json::from_str(&layout_json(&header, &[]).unwrap()).unwrap();
     let camera = &layout["configById"]["3D!scene"]["cameraState"];
     let close = |value: &Value, expected: f64| {
         let rounding = 1e-15 * (1.0 + expected.abs());
@@ -172,7 +174,7 @@ fn camera_shows_container_and_color_bar() {
     // Orbit: no color bar, a margin of 6 %. The width of 4 determines the height in a panel 1.15 times as wide as high.
     header.model = "orbit";
     header.scenery.view = [[-2.0, -1.0], [2.0, 1.0]];
-    let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
+    let layout: Value = serde_json::from_str(&layout_json(&header, &[]).unwrap()).unwrap();
     let camera = &layout["configById"]["3D!scene"]["cameraState"];
     close(&camera["distance"], 4.24 / 1.15);
     close(&camera["targetOffset"][1], 0.0);
@@ -180,7 +182,7 @@ fn camera_shows_container_and_color_bar() {
     // margins, hence a height of 22.4 / 1.15; center at (0 + 1 - 2) / 2.
     header.model = "gas";
     header.scenery.view = [[0.0, 0.0], [20.0, 1.0]];
-    let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
+    let layout: Value = serde_json::from_str(&layout_json(&header, &[]).unwrap()).unwrap();
     let camera = &layout["configById"]["3D!scene"]["cameraState"];
     close(&camera["distance"], 22.4 / 1.15);
     close(&camera["targetOffset"][1], -0.5);
@@ -190,8 +192,9 @@ fn camera_shows_container_and_color_bar() {
 #[test]
 fn titles_name_only_recorded_lines_and_unused_fields_have_no_curve() {
     let mut header = crate::sample::header(Compression::Zstd);
-    let layout =
-        |header: &Header| -> Value { serde_json::from_str(&layout_json(header).unwrap()).unwrap() };
+    let layout = |header: &Header| -> Value {
+        serde_json::from_str(&layout_json(header, &[]).unwrap()).unwrap()
+    };
     let title = |layout: &Value| layout["configById"]["3D!scene"]["lichtblickPanelTitle"].clone();
     assert_eq!(
         title(&layout(&header)),
@@ -219,7 +222,7 @@ fn discs_below_six_pixels_have_no_outlines() {
     let mut header = crate::sample::header(Compression::Zstd);
     for (min, outlined) in [(0.01, false), (0.015, true), (1e-6, false)] {
         header.scenery.drawn_radius = DrawnRadius::Column { min };
-        let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
+        let layout: Value = serde_json::from_str(&layout_json(&header, &[]).unwrap()).unwrap();
         let discs = &layout["configById"]["3D!scene"]["topics"]["/discs"];
         assert_eq!(discs["showOutlines"], outlined, "{min}");
     }
@@ -228,11 +231,77 @@ fn discs_below_six_pixels_have_no_outlines() {
 #[test]
 fn time_axis_states_the_playback_speed() {
     let mut header = crate::sample::header(Compression::Zstd);
-    let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
+    let layout: Value = serde_json::from_str(&layout_json(&header, &[]).unwrap()).unwrap();
     let label = |layout: &Value, panel: &str| layout["configById"][panel]["xAxisLabel"].clone();
     assert_eq!(label(&layout, "Plot!temperature"), "playback time (s), 1 s = 75 ms simulated");
     assert_eq!(label(&layout, "Plot!speeds"), "speed / rms speed");
     header.model_time = None;
-    let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
+    let layout: Value = serde_json::from_str(&layout_json(&header, &[]).unwrap()).unwrap();
     assert_eq!(label(&layout, "Plot!temperature"), "playback time (s)");
+}
+
+/// The layout of a run that records all default channels, for requested plots.
+fn requested(model: &'static str, subjects: &[&[&str]]) -> Value {
+    let mut header = crate::sample::header(Compression::Zstd);
+    header.model = model;
+    header.selection = Selection::All;
+    let request = |subjects: &&[&str]| PanelRequest {
+        subjects: subjects.iter().map(|subject| (*subject).to_owned()).collect(),
+        title: Some("as the manifest says".to_owned()),
+    };
+    let requests: Vec<PanelRequest> = subjects.iter().map(request).collect();
+    serde_json::from_str(&layout_json(&header, &requests).unwrap()).unwrap()
+}
+
+/// The names of the plots in the right column, from the top.
+fn column(layout: &Value) -> Vec<String> {
+    let mut placed = Vec::new();
+    leaves(&layout["layout"]["second"], &mut placed);
+    placed
+}
+
+#[test]
+fn requested_plots_come_first_with_fields_that_exist() {
+    // Charts and metrics of the shipped experiments, with the panel that shows them.
+    for (model, subject, panel) in [
+        ("gas", "escaped_over_time", "Plot!escaped"),
+        ("gas", "h_over_time", "Plot!entropy"),
+        ("gas", "temperature_over_time", "Plot!temperature"),
+        ("gas", "/energy_balance.particles_escaped", "Plot!request1"),
+        ("gas", "/collisions.wall_collisions", "Plot!collisions"),
+        ("dem", "piston.force", "Plot!floor"),
+        ("dem", "energy_balance", "Plot!energy"),
+        ("orbit", "position_error.final", "Plot!position"),
+        ("orbit", "energy_error_by_run", "Plot!energy"),
+        ("packing", "a2", "Plot!a2"),
+    ] {
+        let layout = requested(model, &[&[subject]]);
+        let column = column(&layout);
+        assert_eq!(column[0], panel, "{model}: {subject}");
+        assert!(column.len() <= 6, "{column:?}");
+        let plots = layout["configById"].as_object().unwrap();
+        let configured = plots.keys().filter(|id| id.starts_with("Plot!")).count();
+        assert_eq!(column.len(), configured, "{model}: every plot is placed");
+        for path in plots[panel]["paths"].as_array().unwrap() {
+            let path = path["value"].as_str().unwrap();
+            // "[2]" selects one wall of all.
+            let all =
+                path.split_once('[').map_or(path.to_owned(), |(field, _)| format!("{field}[:]"));
+            assert!(exists(model, &all), "{model}: {path}");
+        }
+        assert_eq!(plots[panel]["isSynced"], true);
+    }
+    let two = requested(
+        "gas",
+        &[&["escaped_over_time"], &["/energy.kinetic_j", "/energy.particles_outside"]],
+    );
+    assert_eq!(column(&two)[..2], ["Plot!escaped", "Plot!request2"]);
+    assert_eq!(two["configById"]["Plot!request2"]["lichtblickPanelTitle"], "as the manifest says");
+}
+
+/// Control: a chart that no recorded field shows over time leaves the layout as it is.
+#[test]
+fn control_other_requests_change_nothing() {
+    let other = requested("gas", &[&["density_by_height"], &["mean_speed"]]);
+    assert_eq!(other, requested("gas", &[]));
 }

@@ -22,6 +22,8 @@ mod frames_are_drawn_at_a_distance;
 
 // Frames read from damaged files are bitwise equal, and the error states the loss.
 mod damage_is_reported;
+// Chunks of one group that are missing, repeated, in another order or of another group.
+mod changed_chunks_are_reported;
 // Claims of a file are compared with what a recording can have.
 mod claims_are_plausible;
 // Two recordings are compared without decoding what is equal.

@@ -21,6 +21,7 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     metrics: ALL,
     never: &[],
     needs_replicates: &[],
+    needs_all_states: &[],
     sweep_metrics: &[],
     fits: &[],
     ordinates: &[],

@@ -1,0 +1,227 @@
+//! Guarantee: chunks of one group that are missing, repeated, in another order, of overlapping times, or that have messages of another
+//! group give the recorded frames or an error that names the damage, never other messages. Only a drawing can be absent without an error:
+//! a reader does not know which frames are drawn, and `verify` compares them.
+//!
+//! Setup: recordings of several blocks, whose chunks are changed and written again by the container's own library, with correct checksums
+//! and indexes. Control: the chunks without a change are read.
+
+#![allow(clippy::unwrap_used, reason = "a test's own failure")]
+
+use crate::sample::{header, record};
+use kinetoscope_recording::channels::{DISCS, FORCE_CHAINS, LEGEND, STATE, TRAIL, VELOCITY, WALLS};
+use kinetoscope_recording::keyframe::KEYFRAME;
+use kinetoscope_recording::reader::{RecordedFrame, Recording, StoredFrames};
+use kinetoscope_recording::recorder::{Compression, Header};
+use std::collections::BTreeMap;
+use std::io::Cursor;
+use std::num::NonZeroU64;
+use std::path::Path;
+
+type Chunk = Vec<mcap::Message<'static>>;
+/// Drawings, states and scalars: their chunks have this order in each block.
+const GROUPS: usize = 3;
+
+/// A recording of eight frames with a keyframe at each second one, after which a block ends; or of each frame.
+fn recorded(distance: u64) -> Vec<u8> {
+    let stored = StoredFrames::Keyframes(NonZeroU64::new(distance).unwrap());
+    record(&Header { stored, frames_expected: Some(8), ..header(Compression::Zstd) }, 8, 3)
+}
+
+fn group(topic: &str) -> usize {
+    match topic {
+        DISCS | VELOCITY | FORCE_CHAINS | TRAIL | LEGEND => 0,
+        STATE | WALLS | KEYFRAME => 1,
+        _ => 2,
+    }
+}
+
+fn is_drawing(topic: &str) -> bool {
+    group(topic) == 0
+}
+
+fn chunks(bytes: &[u8]) -> Vec<Chunk> {
+    let messages = mcap::MessageStream::new(bytes).unwrap().map(Result::unwrap);
+    let messages: Chunk = messages
+        .map(|message| mcap::Message { data: message.data.into_owned().into(), ..message })
+        .collect();
+    let is_same = |one: &mcap::Message<'_>, other: &mcap::Message<'_>| {
+        group(&one.channel.topic) == group(&other.channel.topic)
+    };
+    messages.chunk_by(is_same).map(<[_]>::to_vec).collect()
+}
+
+/// The file `original` with other chunks.
+fn with_chunks(original: &[u8], chunks: &[Chunk]) -> Vec<u8> {
+    let summary = mcap::Summary::read(original).unwrap().unwrap();
+    let mut writer = mcap::WriteOptions::new()
+        .library("kinetoscope")
+        .compression(None)
+        .chunk_size(None)
+        .create(Cursor::new(Vec::new()))
+        .unwrap();
+    for index in &summary.attachment_indexes {
+        writer.attach(&mcap::read::attachment(original, index).unwrap()).unwrap();
+    }
+    let metadata: Vec<mcap::records::Metadata> = summary
+        .metadata_indexes
+        .iter()
+        .map(|index| mcap::read::metadata(original, index).unwrap())
+        .collect();
+    let (end, start): (Vec<_>, Vec<_>) =
+        metadata.into_iter().partition(|record| record.name == "kinetoscope.outcome");
+    start.iter().for_each(|record| writer.write_metadata(record).unwrap());
+    for chunk in chunks {
+        chunk.iter().for_each(|message| writer.write(message).unwrap());
+        writer.flush().unwrap();
+    }
+    end.iter().for_each(|record| writer.write_metadata(record).unwrap());
+    writer.finish().unwrap();
+    writer.into_inner().into_inner()
+}
+
+/// The frames before the first error, with those between keyframes, and the error.
+fn frames(bytes: Vec<u8>) -> (Vec<RecordedFrame>, Option<String>) {
+    let recording = match Recording::from_bytes(bytes, Path::new("changed.mcap")) {
+        Ok(recording) => recording,
+        Err(error) => return (Vec::new(), Some(error.to_string())),
+    };
+    let mut whole = Vec::new();
+    for frame in recording.frames().unwrap().with_scalar_frames() {
+        match frame {
+            Ok(frame) => whole.push(frame),
+            Err(error) => return (whole, Some(error.to_string())),
+        }
+    }
+    (whole, None)
+}
+
+/// The messages of a frame that a filter of topics selects.
+fn messages(frame: &RecordedFrame, is_wanted: impl Fn(&str) -> bool) -> BTreeMap<String, Vec<u8>> {
+    let messages = frame.messages().iter().filter(|message| is_wanted(message.topic()));
+    messages.map(|message| (message.topic().to_owned(), message.payload().to_vec())).collect()
+}
+
+/// A recording with its chunks, and what became of the changed ones.
+struct Trials {
+    original: Vec<u8>,
+    chunks: Vec<Chunk>,
+    expected: Vec<RecordedFrame>,
+    counts: BTreeMap<&'static str, usize>,
+}
+
+impl Trials {
+    fn of(distance: u64) -> Self {
+        let original = recorded(distance);
+        let chunks = chunks(&original);
+        let (expected, error) = frames(original.clone());
+        assert_eq!((expected.len(), error), (8, None));
+        Self { original, chunks, expected, counts: BTreeMap::new() }
+    }
+
+    /// Reads a file with other chunks; `has_same_drawings` states whether all drawings are still in it.
+    fn read(&mut self, what: &str, chunks: &[Chunk], has_same_drawings: bool) -> &'static str {
+        let (found, error) = frames(with_chunks(&self.original, chunks));
+        assert!(found.len() <= self.expected.len(), "{what}");
+        for (one, other) in found.iter().zip(&self.expected) {
+            let all = messages(other, |_| true);
+            let known = messages(one, |_| true).into_iter();
+            let is_recorded = |(topic, payload)| all.get(&topic) == Some(&payload);
+            assert!(known.map(is_recorded).all(|it| it), "{what}: frame {}", one.clock.frame);
+            let is_wanted = |topic: &str| has_same_drawings || !is_drawing(topic);
+            let has_all = messages(one, is_wanted) == messages(other, is_wanted);
+            assert!(has_all || error.is_some(), "{what}: frame {}", one.clock.frame);
+        }
+        let result = match error {
+            Some(error) => {
+                assert!(error.contains("changed.mcap"), "{what}: {error}");
+                "error"
+            }
+            None => {
+                assert_eq!(found.len(), self.expected.len(), "{what}: frames are missing silently");
+                "same numbers"
+            }
+        };
+        *self.counts.entry(result).or_default() += 1;
+        result
+    }
+}
+
+#[test]
+fn chunks_without_a_change_are_read() {
+    for distance in [1, 2] {
+        let mut trials = Trials::of(distance);
+        let chunks = trials.chunks.clone();
+        assert!(chunks.len() >= 4 * GROUPS, "{} chunks", chunks.len());
+        assert_eq!(trials.read("control", &chunks, true), "same numbers");
+    }
+}
+
+#[test]
+fn missing_and_repeated_chunks_are_reported() {
+    for distance in [1, 2] {
+        let mut trials = Trials::of(distance);
+        for at in 0..trials.chunks.len() {
+            let is_of_drawings = group(&trials.chunks[at][0].channel.topic) == 0;
+            let mut missing = trials.chunks.clone();
+            missing.remove(at);
+            let found = trials.read(&format!("chunk {at} is missing"), &missing, !is_of_drawings);
+            assert_eq!(found == "error", !is_of_drawings, "chunk {at} is missing");
+            for place in 0..=trials.chunks.len() {
+                let mut repeated = trials.chunks.clone();
+                repeated.insert(place, trials.chunks[at].clone());
+                let what = format!("chunk {at} is repeated before chunk {place}");
+                assert_eq!(trials.read(&what, &repeated, true), "error", "{what}");
+            }
+        }
+    }
+}
+
+#[test]
+fn chunks_in_another_order_are_reported() {
+    for distance in [1, 2] {
+        let mut trials = Trials::of(distance);
+        for one in 0..trials.chunks.len() {
+            for other in 0..one {
+                let mut swapped = trials.chunks.clone();
+                swapped.swap(one, other);
+                let what = format!("chunks {other} and {one} are swapped");
+                let found = trials.read(&what, &swapped, true);
+                let groups = [one, other].map(|at| group(&trials.chunks[at][0].channel.topic));
+                let is_same_block = one / GROUPS == other / GROUPS;
+                // Drawings and states of one block may have any order.
+                assert!(found == "error" || is_same_block && !groups.contains(&2), "{what}");
+            }
+        }
+        assert!(trials.counts.contains_key("same numbers"), "{:?}", trials.counts);
+    }
+}
+
+/// The last or first message of a chunk in another chunk: of another block, so that times overlap, or of another group.
+#[test]
+fn messages_in_other_chunks_are_reported() {
+    for distance in [1, 2] {
+        let mut trials = Trials::of(distance);
+        for from in 0..trials.chunks.len() {
+            for to in (0..trials.chunks.len()).filter(|to| *to != from) {
+                for is_first in [true, false] {
+                    let mut moved = trials.chunks.clone();
+                    let message = match is_first {
+                        true => moved[from].remove(0),
+                        false => moved[from].pop().unwrap(),
+                    };
+                    let topic = message.channel.topic.clone();
+                    match is_first {
+                        true => moved[to].push(message),
+                        false => moved[to].insert(0, message),
+                    }
+                    moved.retain(|chunk| !chunk.is_empty());
+                    let what = format!("{topic} of chunk {from} is in chunk {to}, {is_first}");
+                    let found = trials.read(&what, &moved, true);
+                    let is_same_block = from / GROUPS == to / GROUPS;
+                    assert!(found == "error" || is_same_block, "{what}");
+                }
+            }
+        }
+        assert!(trials.counts.contains_key("same numbers"), "{:?}", trials.counts);
+    }
+}

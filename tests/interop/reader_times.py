@@ -1,0 +1,68 @@
+"""Times of Python readers on recordings: the `mcap` package, which any user has, and the package `kinetoscope`.
+
+Usage: python reader_times.py RECORDING.mcap ...    (packages: requirements.txt, and `kinetoscope` on PYTHONPATH)
+
+Prints one line per recording, in milliseconds of processor time, the least of five: opening, the first second of playback after the middle (what a
+viewer reads when the user jumps there), all messages, and by `kinetoscope` opening, the state in the middle, and the clocks.
+"""
+
+import sys
+import time
+from pathlib import Path
+
+import kinetoscope
+from mcap.reader import make_reader
+
+REPEATS = 5
+
+
+def least_ms(measured):
+    def once():
+        started = time.process_time()
+        measured()
+        return 1e3 * (time.process_time() - started)
+
+    return min(once() for _ in range(REPEATS))
+
+
+def count(messages):
+    return sum(1 for _ in messages)
+
+
+def row(path):
+    with open(path, "rb") as stream:
+        statistics = make_reader(stream).get_summary().statistics
+        middle = (statistics.message_start_time + statistics.message_end_time) // 2
+
+        def opened():
+            stream.seek(0)
+            return make_reader(stream)
+
+        mcap_times = [
+            least_ms(lambda: opened().get_summary()),
+            least_ms(lambda: count(opened().iter_messages(starting_at=middle, ending_at=middle + 10**9))),
+            least_ms(lambda: count(opened().iter_messages())),
+        ]
+    run = kinetoscope.Run(path)
+    clocks = run["/frame"]
+    own_times = [
+        least_ms(lambda: kinetoscope.Run(path)),
+        least_ms(lambda: run["/state"][len(clocks) // 2]),
+        least_ms(lambda: count(run["/frame"])),
+    ]
+    return mcap_times + own_times
+
+
+def main():
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
+    names = ["open", "jump", "all", "Run()", "state", "clocks"]
+    print("".join(f"{name:>10}" for name in ["MB", *names]), " recording")
+    for name in sys.argv[1:]:
+        path = Path(name)
+        megabytes = path.stat().st_size / 1e6
+        print(f"{megabytes:10.2f}" + "".join(f"{value:10.2f}" for value in row(path)), f" {path.stem}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

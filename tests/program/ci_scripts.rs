@@ -1,0 +1,227 @@
+//! Guarantee: the scripts of `action/` run in a repository that has nothing but manifests and a lock file, need no token, and their summary
+//! names what changed.
+//!
+//! A changed program is simulated by a changed manifest whose hash of run keys replaces that of the locked one in the lock file, and by a
+//! recording of the locked run in the folder of another program.
+
+use crate::subcommand_bench::{Bench, Called, recordings};
+use std::fs;
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+const DISCS: &str = "question = \"Do the discs lose energy?\"\nseed = 4\n[model.packing]\ndiscs = 40\nradius = 0.5\nwidth = 12.0\nheight = 12.0\nrestitution = 1.0\nduration = 4.0\n[record]\nframes = 60\n[[checks]]\nmetric = \"energy.drift_relative\"\nmaximum = 1.0\n";
+const EQUAL: &str = "**1 experiment is equal to the lock file**, in every message.\n";
+
+fn script(name: &str) -> PathBuf {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../action")).join(name)
+}
+
+/// Calls `check.sh` in the folder of the bench, with the summary in `summary.md`.
+fn check(bench: &Bench) -> Called {
+    let _ = fs::remove_file(bench.path("summary.md"));
+    Command::new(script("check.sh"))
+        .arg("discs.toml")
+        .current_dir(bench.path("."))
+        .env("KINETOSCOPE", env!("CARGO_BIN_EXE_kinetoscope"))
+        .env("SUMMARY", "summary.md")
+        .env_remove("GITHUB_STEP_SUMMARY")
+        .output()
+        .unwrap()
+        .into()
+}
+
+fn expect(called: &Called, code: i32) {
+    assert_eq!(called.code, Some(code), "{}{}", called.out, called.err);
+}
+
+fn summary(bench: &Bench) -> String {
+    fs::read_to_string(bench.path("summary.md")).unwrap()
+}
+
+fn locked() -> Bench {
+    let bench = Bench::new();
+    bench.write("discs.toml", DISCS);
+    expect(&bench.call(&["lock", "discs.toml"]), 0);
+    bench
+}
+
+/// The folder of this program's recordings.
+fn results(bench: &Bench) -> PathBuf {
+    let mut folders = fs::read_dir(bench.path(".kinetoscope")).unwrap();
+    folders.next().unwrap().unwrap().path()
+}
+
+#[test]
+fn unchanged_experiments_give_one_line_and_are_not_run_again() {
+    let bench = locked();
+    expect(&check(&bench), 0);
+    assert_eq!(summary(&bench), EQUAL);
+    let recording = recordings(&results(&bench).join("discs")).remove(0);
+    let written = |path: &Path| fs::metadata(path).unwrap().modified().unwrap();
+    let first = written(&recording);
+    expect(&check(&bench), 0);
+    assert_eq!((summary(&bench), written(&recording)), (EQUAL.to_owned(), first));
+    assert!(results(&bench).join("results.xml").exists());
+    assert!(results(&bench).join("discs/report.html").exists());
+}
+
+/// Also without a lock file: the table of the checks.
+#[test]
+fn edited_manifest_is_named_with_its_key_and_the_metrics_that_moved() {
+    let bench = locked();
+    bench.write("discs.toml", &DISCS.replace("restitution = 1.0", "restitution = 0.9"));
+    expect(&check(&bench), 4);
+    let text = summary(&bench);
+    for part in [
+        "**1 of 1 experiment differ from the lock file.**",
+        "- the manifest was edited: model.packing.restitution: 1.0 → 0.9\n",
+        "| energy.drift\\_relative | ",
+        " | passes |",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    fs::remove_file(bench.path("kinetoscope.lock")).unwrap();
+    expect(&check(&bench), 0);
+    assert!(
+        summary(&bench).contains("| passed | energy.drift\\_relative | "),
+        "{}",
+        summary(&bench)
+    );
+}
+
+#[test]
+fn changed_program_is_explained_by_the_recording_of_the_earlier_one() {
+    let bench = locked();
+    let keys = |text: &str| text.lines().find(|line| line.starts_with("keys")).unwrap().to_owned();
+    let whole = fs::read_to_string(bench.path("kinetoscope.lock")).unwrap();
+    let run = |folder: &str| {
+        expect(&bench.call(&["run", "--quiet", "--output", folder, "discs.toml"]), 0);
+        recordings(&bench.path(folder).join("discs")).remove(0)
+    };
+    let old = run("old");
+    bench.write("discs.toml", &DISCS.replace("restitution = 1.0", "restitution = 0.9"));
+    let new = run("new");
+    expect(&bench.call(&["lock", "--lock-file", "other.lock", "discs.toml"]), 0);
+    let other = fs::read_to_string(bench.path("other.lock")).unwrap();
+    bench.write("kinetoscope.lock", &whole.replace(&keys(&whole), &keys(&other)));
+    let earlier = bench.path(".kinetoscope/earlier/discs");
+    fs::create_dir_all(&earlier).unwrap();
+    fs::copy(&old, earlier.join(new.file_name().unwrap())).unwrap();
+    expect(&check(&bench), 4);
+    let text = summary(&bench);
+    for part in ["/state, frame ", "particle ", "in the locked recording", "- cause: "] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    // Control: without the earlier recording, only the frame is known.
+    fs::remove_dir_all(bench.path(".kinetoscope/earlier")).unwrap();
+    expect(&check(&bench), 4);
+    assert!(summary(&bench).contains("first difference in frame "), "{}", summary(&bench));
+}
+
+/// A failed check is named also if the runs are those of the lock file.
+#[test]
+fn failed_check_of_a_locked_run_is_in_the_summary() {
+    let bench = Bench::new();
+    bench.write("discs.toml", &DISCS.replace("maximum = 1.0", "maximum = -1.0"));
+    expect(&bench.call(&["lock", "discs.toml"]), 0);
+    let called = check(&bench);
+    expect(&called, 3);
+    assert!(called.out.contains("::error file=discs.toml,line="), "{}", called.out);
+    let text = summary(&bench);
+    assert!(text.starts_with(EQUAL) && text.contains("| **failed** | "), "{text}");
+}
+
+/// `gh` is replaced by a script that keeps its arguments and the body of the comment.
+#[test]
+fn one_comment_is_written_and_then_replaced() {
+    let bench = Bench::new();
+    let gh = "#!/bin/sh\necho \"$@\" >> calls.txt\ncase \"$*\" in\n*/pulls*) echo 7 ;;\n*--paginate*) cat comment.txt 2>/dev/null ;;\n*--input*) cp \"$6\" body.json; echo 42 > comment.txt ;;\nesac\nexit 0\n";
+    let path = bench.write("gh", gh);
+    fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
+    bench.write("summary.md", &format!("{}\n{}", "line\n".repeat(20_000), "last"));
+    let comment = |sha: &str| -> Called {
+        let paths = format!("{}:{}", bench.path("").display(), std::env::var("PATH").unwrap());
+        Command::new(script("comment.sh"))
+            .arg("summary.md")
+            .current_dir(bench.path("."))
+            .env("PATH", paths)
+            .env("GITHUB_REPOSITORY", "owner/name")
+            .env("HEAD_SHA", sha)
+            .env("RUN_URL", "https://example.org/run")
+            .output()
+            .unwrap()
+            .into()
+    };
+    expect(&comment("0123abcd"), 0);
+    expect(&comment("0123abcd"), 0);
+    expect(&comment("main; rm -rf ."), 2);
+    let calls = fs::read_to_string(bench.path("calls.txt")).unwrap();
+    let written: Vec<&str> = calls.lines().filter(|call| call.contains("--method")).collect();
+    assert!(
+        written[0].starts_with("api --method POST repos/owner/name/issues/7/comments"),
+        "{calls}"
+    );
+    assert!(
+        written[1].starts_with("api --method PATCH repos/owner/name/issues/comments/42"),
+        "{calls}"
+    );
+    assert_eq!(written.len(), 2);
+    let body: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(bench.path("body.json")).unwrap()).unwrap();
+    let body = body["body"].as_str().unwrap();
+    assert!(body.starts_with("<!-- kinetoscope -->\nline\n") && body.len() < 65_536);
+    assert!(
+        body.contains("The rest is in the summary") && body.contains("](https://example.org/run)")
+    );
+}
+
+/// Controls: other TOML files and deleted manifests are committed.
+#[test]
+fn hook_rejects_the_commit_of_a_manifest_that_differs() {
+    let bench = locked();
+    let git = |arguments: &[&str]| -> Called {
+        let identity =
+            ["-c", "user.name=a", "-c", "user.email=a@example.org", "-c", "core.hooksPath=hooks"];
+        Command::new("git")
+            .args(identity)
+            .args(arguments)
+            .current_dir(bench.path("."))
+            .env("KINETOSCOPE", env!("CARGO_BIN_EXE_kinetoscope"))
+            .output()
+            .unwrap()
+            .into()
+    };
+    fs::create_dir(bench.path("hooks")).unwrap();
+    fs::copy(script("pre-commit.sh"), bench.path("hooks/pre-commit")).unwrap();
+    bench.write("Cargo.toml", "[package]\n");
+    expect(&git(&["init", "--quiet"]), 0);
+    expect(&git(&["add", "discs.toml", "Cargo.toml", "kinetoscope.lock"]), 0);
+    expect(&git(&["commit", "--quiet", "-m", "equal"]), 0);
+    bench.write("discs.toml", &DISCS.replace("seed = 4", "seed = 5"));
+    expect(&git(&["add", "discs.toml"]), 0);
+    let rejected = git(&["commit", "--quiet", "-m", "edited"]);
+    assert_ne!(rejected.code, Some(0));
+    assert!(rejected.err.contains("`kinetoscope lock` accepts the change"), "{}", rejected.err);
+    expect(&bench.call(&["lock", "discs.toml"]), 0);
+    expect(&git(&["add", "kinetoscope.lock"]), 0);
+    expect(&git(&["commit", "--quiet", "-m", "accepted"]), 0);
+    expect(&git(&["rm", "--quiet", "discs.toml"]), 0);
+    expect(&git(&["commit", "--quiet", "-m", "deleted"]), 0);
+}
+
+/// Control: the right hash is accepted up to the point where the file is no wheel.
+#[test]
+fn wheel_with_another_hash_is_not_installed() {
+    let bench = Bench::new();
+    bench.write("kinetoscope-0.1.0-py3-none-any.whl", "not a wheel");
+    let install = |wheel: &str, hash: &str| -> Called {
+        let mut command = Command::new(script("install.sh"));
+        command.current_dir(bench.path(".")).env("WHEEL", wheel).env("SHA256", hash);
+        command.output().unwrap().into()
+    };
+    let other = install("kinetoscope-0.1.0-py3-none-any.whl", &"0".repeat(64));
+    expect(&other, 1);
+    assert!(other.err.contains("does not have the SHA-256"), "{}", other.err);
+    expect(&install("https://example.invalid/k.whl", ""), 2);
+}
