@@ -26,6 +26,33 @@
 //! | gas | 0.81 / 1.07 / 0.84 | 5.5 to 5.8 / 3.2 to 3.3 / 4.4 to 2.7 | 122.7 to 82.6 / 67.8 to 50.1 / 6.4 |
 //! | packing | 0.67 / 0.98 / 0.50 | 5.3 to 5.1 / 2.7 to 2.4 / 3.5 to 1.6 | 122.9 to 85.5 / 94.2 to 56.9 / 3.7 |
 //!
+//! The optimized program of version 4 before `draw_every`, 5 runs of each selection in turn, under a load of 25 to 45 on two cores with AVX-512.
+//! Wall times are then those of the load; processor time in ms per frame, median and range, is not (`-- dense`, which prints all of it):
+//!
+//! | 10^4 particles | state only | all channels, every frame drawn | keyframes | all over state | file, MB |
+//! |---|---|---|---|---|---|
+//! | dem | 2.02 (1.85 to 2.09) | 3.49 (3.42 to 3.54) | 1.32 (1.27 to 1.35) | 1.72 | 32.9 / 51.7 / 2.9 |
+//! | dem with friction | 5.08 (4.98 to 5.25) | 7.04 (6.81 to 7.18) | 2.33 (2.23 to 2.36) | 1.37 | 163.8 / 183.7 / 4.6 |
+//! | gas | 1.66 (1.63 to 1.76) | 3.69 (3.52 to 3.69) | 1.03 (1.03 to 1.06) | 2.18 | 50.1 / 82.6 / 6.4 |
+//! | packing | 2.09 (2.06 to 2.23) | 4.25 (4.19 to 4.62) | 1.26 (1.26 to 1.30) | 2.06 | 56.9 / 87.5 / 3.7 |
+//!
+//! Each of these runs draws more than 2,010,000 discs, so that by default one frame in two is drawn. Programs of the tests, otherwise as above,
+//! every frame drawn and the default, processor time over state only and MB: dem 2.03 to 1.50, 51.7 to 42.4; with friction 1.33 to 1.17, 183.7
+//! to 173.8; gas 1.69 to 1.36, 82.6 to 64.4; packing 2.08 to 1.55, 87.5 to 71.2. Peak memory of one run before version 4, with it, and with it and
+//! compressed chunks of their own size, MB (runs of version 4 differ by up to 8): dem 38, 79, 75; gas 36, 70, 57; packing 36, 82, 63.
+//!
+//! Measured and not built:
+//! - Constant columns in a channel of their own, `/particles`: 0.48 of the 1.04 ms of processor time that the compression of a DEM state takes, 0.98
+//!   of 2.65 with friction, 0.15 of 0.95 in packing, nothing in a gas; 6, 8 and 2 % of the file (`chunk_compression`). That is 14 % of the
+//!   processor time of dense DEM runs and 3.5 % of packing: above the 3 % for which it is worth building. It needs a fifth version of the schema,
+//!   in which every reader joins two channels. If `/particles` is repeated in each chunk of states, a block still explains itself
+//!   (seeking, skipped chunks, keyframes), and the time saved is almost the same.
+//! - Rows in the order of memory: they are as large as rows by id, and take as long to compress (`chunk_compression`). The model's thread
+//!   would save less than the 2.5 ms per 10^5 discs below; each reader that follows a disc from frame to frame would sort instead.
+//! - BLAKE3 for the hashes of unstored frames, 4.1 times as fast as SHA-256 with the instructions of the processor: 0.55 ms per 800 kB
+//!   (1.5 GB/s; Python's `hashlib` takes as long). It would save some 0.4 of the 1.3 ms per frame of dense DEM keyframes. Run keys, lock files,
+//!   `start_from` and S3 use SHA-256, which Python and browsers compute without another package, and one hash is enough for a project.
+//!
 //! The first three bars are not reached (the reasons are from before version 4):
 //! - With `--threads 1`, a frame takes 4 to 5 ms of a run with 26 ms per frame. The rows, which are written in the order of the ids, take 2.5
 //!   of them (`perf record`), and 2.2 in pages of 2 MB (`GLIBC_TUNABLES=glibc.malloc.hugetlb=1`): more than the 1.3 of the bar. If the
@@ -50,7 +77,7 @@
 //!
 //! Wall times are those of the runs' `.host.json`, so that the plan, which both have, does not count. Pairs are run in turn; what is
 //! quoted is the median of the ratios. `cargo bench --bench recording_overhead -- overhead`, `-- dense`, `-- checkpoints` or
-//! `-- viewers` runs one part. Each line ends with the range of the ratios.
+//! `-- viewers` runs one part. Each line ends with the range of the ratios; those of `-- dense` with the ratio of processor times.
 
 #![allow(clippy::unwrap_used, reason = "a benchmark may end on an error")]
 
@@ -65,6 +92,7 @@ use tungstenite::http::HeaderValue;
 use tungstenite::{Message, WebSocket};
 
 const PAIRS: usize = 7;
+const DENSE_TRIALS: usize = 5;
 /// Each run is short and the ratio close to one, so that seven pairs leave an uncertainty larger than the limit.
 const VIEWER_PAIRS: usize = 21;
 
@@ -148,6 +176,54 @@ fn wall_time(output: &Path, name: &str) -> f64 {
     host["wall_time_s"].as_f64().unwrap()
 }
 
+/// What a run takes: wall and processor time, s, and the size of its recording, bytes.
+fn cost_of(folder: &Path, name: &str, manifest: &str) -> [f64; 3] {
+    let before = processor_time_of_children();
+    let mut command = command(folder, name, manifest, &["--threads", "1", "--quiet"]);
+    assert!(command.status().unwrap().success());
+    let processor = processor_time_of_children() - before;
+    let output = folder.join(name);
+    let files = fs::read_dir(output.join(name)).unwrap().map(|entry| entry.unwrap());
+    let bytes = files.map(|file| file.metadata().unwrap().len()).max().unwrap();
+    [wall_time(&output, name), processor, bytes as f64]
+}
+
+/// Processor time of the programs that have ended, s, which Linux counts in hundredths. Other work on the machine changes it less than the
+/// wall time.
+fn processor_time_of_children() -> f64 {
+    let text = fs::read_to_string("/proc/self/stat").unwrap();
+    let (_, fields) = text.rsplit_once(')').unwrap();
+    let ticks =
+        fields.split_whitespace().skip(13).take(2).map(|field| field.parse::<f64>().unwrap());
+    ticks.sum::<f64>() / 100.0
+}
+
+/// Runs a dense recording in turn with other selections; prints their costs, and the ratios of the processor times to that of the state only.
+fn print_dense(folder: &Path, (model, text, frames): &(&str, String, u32)) {
+    let selections = [
+        ("state only", "channels = [\"state\"]\n"),
+        ("all, every frame drawn", "draw_every = 1\n"),
+        ("all", ""),
+        ("keyframes", "keep = \"keyframes\"\n"),
+    ];
+    let cost = |more: &str| cost_of(folder, "dense", &(text.clone() + more));
+    let trials: Vec<_> =
+        (0..DENSE_TRIALS).map(|_| selections.map(|(_, more)| cost(more))).collect();
+    for (index, (selection, _)) in selections.iter().enumerate() {
+        let of = |value: usize, scale: f64| {
+            let values: Vec<f64> = trials.iter().map(|trial| scale * trial[index][value]).collect();
+            let (min, max) = range(&values);
+            format!("{:.2} ({min:.2} to {max:.2})", median(values))
+        };
+        let per_frame = 1e3 / f64::from(*frames);
+        let megabytes = trials[0][index][2] / 1e6;
+        let (wall, processor) = (of(0, per_frame), of(1, per_frame));
+        let ratios = trials.iter().map(|trial| trial[index][1] / trial[0][1]).collect();
+        let what = format!("{model}: {selection}");
+        println!("{what:<36}{wall:>22}{processor:>22}{megabytes:>10.1}{:>8.2}", median(ratios));
+    }
+}
+
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values[values.len() / 2]
@@ -195,17 +271,8 @@ fn main() {
         }
     }
     if wants("dense") {
-        for (model, text, frames) in dense_manifests() {
-            let time = |more: &str| {
-                1e3 / f64::from(frames)
-                    * run(folder.path(), "dense", &(text.clone() + more), &["--threads", "1"])
-            };
-            let state_only = || time("channels = [\"state\"]\n");
-            let what = format!("{model}, ms per frame: all over state only");
-            compare(&what, PAIRS, &|| time(""), &state_only);
-            let what = format!("{model}, ms per frame: keyframes over state only");
-            compare(&what, PAIRS, &|| time("keep = \"keyframes\"\n"), &state_only);
-        }
+        println!("{:<36}{:>22}{:>22}{:>10}", "ms per frame", "wall", "processor", "MB");
+        dense_manifests().iter().for_each(|dense| print_dense(folder.path(), dense));
     }
     if wants("checkpoints") {
         // Long enough for two: the first one waits for 23 s, 50 times what its 93 MB are expected to cost.

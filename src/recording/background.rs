@@ -58,7 +58,7 @@ struct Background<W: Write> {
     handed_over: Instant,
     /// Index of the next frame.
     next: u64,
-    drawing: Option<DiscDrawing>,
+    drawing: Option<Box<DiscDrawing>>,
     /// Frames that have been written, empty.
     spare: Vec<Frame>,
     /// What every frame starts as.
@@ -183,7 +183,7 @@ impl<W: Write> Background<W> {
             batch_limit: if recorder.is_observed() { 0 } else { BATCH_BYTES },
             handed_over: Instant::now(),
             next: recorder.frames_written(),
-            drawing: recorder.disc_drawing(),
+            drawing: recorder.disc_drawing().map(Box::new),
             spare: Vec::new(),
             blank: recorder.empty_frame(),
             in_memory: 0,

@@ -178,7 +178,7 @@ fn entry(manifest: String, rerun: &RerunExperiment) -> Result<LockedExperiment, 
     for (index, run) in rerun.runs.iter().enumerate() {
         let (recording, found) = run.fingerprint()?;
         let manifest = &rerun.experiment.runs[index].manifest;
-        seconds += nominal_seconds(manifest, found.steps_or_events);
+        seconds += nominal_seconds(manifest, found.steps_or_events, found.frames.len() as u64);
         messages.push(found.messages.clone());
         if first.is_none() {
             first = Some((found.tags(), metrics_of(&recording)?));

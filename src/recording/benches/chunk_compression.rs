@@ -128,7 +128,7 @@ fn varying_columns(tables: &[StateTable]) -> Vec<usize> {
 /// The rows by cells of a thousandth of the area, one column of cells after the other, as in the memory of a model.
 fn rows_by_place(table: &StateTable) -> Vec<usize> {
     let largest =
-        table.iter().fold([0.0_f64; 2], |sum, row| [sum[0].max(row[0]), sum[1].max(row[1])]);
+        [0, 1].map(|axis| table.iter().map(|row| row[axis]).max_by(f64::total_cmp).unwrap());
     let cell = |row: usize, axis: usize| (table.row(row)[axis] / largest[axis] * 32.0) as i64;
     let mut rows: Vec<usize> = (0..table.rows()).collect();
     rows.sort_by_key(|&row| (cell(row, 0), cell(row, 1)));

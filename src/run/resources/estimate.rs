@@ -118,15 +118,23 @@ fn bytes_per_frame(frame: &Frame, particles: u64, kind: &ModelKind) -> u64 {
     bytes_of_particles(particles, kind) + scalars.iter().sum::<u64>() + headers
 }
 
-/// Seconds that a run of this many steps or events takes on one core of a server of 2024, the same on every machine.
+/// Seconds that a run of this many steps or events, and frames, takes on one core of a server of 2024 within a factor of some three, the
+/// same on every machine.
 #[must_use]
-pub fn nominal_seconds(manifest: &RunManifest, steps_or_events: u64) -> f64 {
-    let is_of_events = matches!(manifest.model, ModelConfig::Packing(_));
-    let each = if is_of_events { 1 } else { manifest.model.particles() };
-    let slow_rate =
-        if is_of_events { 2e5 } else { work_per_second(&manifest.model).unwrap_or(1e6) };
-    steps_or_events as f64 * each as f64 * SPEED_OF_SLOW_PROCESSOR / slow_rate
+pub fn nominal_seconds(manifest: &RunManifest, steps_or_events: u64, frames: u64) -> f64 {
+    let particles = manifest.model.particles() as f64;
+    // Steps of all particles, or single events, per second.
+    let (each, rate) = match &manifest.model {
+        ModelConfig::Gas(config) if config.propagation.time_step_s().is_some() => (particles, 1e8),
+        ModelConfig::Gas(_) | ModelConfig::Packing(_) => (1.0, 2e6),
+        _ => (particles, 4e7),
+    };
+    steps_or_events as f64 * each / rate
+        + frames as f64 * particles * SECONDS_PER_PARTICLE_AND_FRAME
 }
+
+/// Time to record a particle of a frame.
+const SECONDS_PER_PARTICLE_AND_FRAME: f64 = 2e-7;
 
 /// Speed of a slow processor over that of one core of a server of 2024.
 pub(crate) const SPEED_OF_SLOW_PROCESSOR: f64 = 0.1;
