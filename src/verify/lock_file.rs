@@ -69,7 +69,7 @@ pub struct LockedExperiment {
     pub tags: String,
     /// Hash of the metrics of the first run, 16 digits; see [`metrics_hash`].
     pub metrics: String,
-    /// The keys of the manifest that affect its runs, one line `key = value` each.
+    /// The keys of the manifest that affect its runs, one line `key = value` each below the header of their table.
     #[serde(default)]
     pub values: String,
     /// The checked metrics, one line each: `name = value`, or `name = value ± standard error`.
@@ -246,13 +246,6 @@ impl LockedExperiment {
         let digit = |byte: u8| TAG_DIGITS.iter().position(|other| *other == byte);
         let tags = self.tags.bytes().map(|byte| u8::try_from(digit(byte)?).ok());
         FrameTags::new(self.frames, tags.collect::<Option<_>>()?)
-    }
-
-    /// The keys of the manifest with their values.
-    #[must_use]
-    pub fn manifest_values(&self) -> Vec<(String, String)> {
-        let pairs = self.values.lines().filter_map(|line| line.split_once(" = "));
-        pairs.map(|(key, value)| (key.to_owned(), value.to_owned())).collect()
     }
 
     /// The checked metrics by name.

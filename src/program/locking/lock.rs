@@ -25,6 +25,7 @@ use kinetoscope_physics::kind_of;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
 use kinetoscope_recording::reader::{Recording, StoredFrames};
 use serde_json::json;
+use std::collections::BTreeMap;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -199,7 +200,7 @@ fn entry(manifest: String, rerun: &RerunExperiment) -> Result<LockedExperiment, 
         frames: tags.frames,
         tags: LockedExperiment::tags_text(&tags),
         metrics,
-        values: rerun.values.iter().map(|(key, value)| format!("{key} = {value}\n")).collect(),
+        values: text_of(&rerun.values),
         checked: checked(rerun)?.values.iter().map(line_of).collect(),
     })
 }
@@ -218,6 +219,25 @@ pub(crate) fn metrics_of(recording: &Recording) -> Result<String, Failure> {
 /// The checked metrics of an experiment.
 pub(crate) fn checked(rerun: &RerunExperiment) -> Result<CheckedExperiment, Failure> {
     checked_experiment(&rerun.folder).map_err(|error| Failure::new(Exit::Unreadable, error))
+}
+
+/// Keys and values below the header of their table, as [`kinetoscope_manifest::manifest_values`] reads them.
+fn text_of(values: &BTreeMap<String, String>) -> String {
+    let split = |key: &str| {
+        let (table, name) = key.rsplit_once('.').unwrap_or(("", key));
+        (table.to_owned(), name.to_owned())
+    };
+    let mut sorted: Vec<_> = values.iter().map(|(key, value)| (split(key), value)).collect();
+    sorted.sort();
+    let (mut text, mut last) = (String::new(), String::new());
+    for ((table, name), value) in sorted {
+        if table != last {
+            text += &format!("[{table}]\n");
+            last = table;
+        }
+        text += &format!("{name} = {value}\n");
+    }
+    text
 }
 
 fn line_of(found: &CheckedValue) -> String {

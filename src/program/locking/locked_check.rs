@@ -18,7 +18,7 @@ use kinetoscope_analysis::CheckedExperiment;
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::{one_line, shown_path};
 use kinetoscope_files::output_file::append;
-use kinetoscope_manifest::differing_values;
+use kinetoscope_manifest::{differing_values, manifest_values};
 use kinetoscope_recording::channels::{FrameClock, SCHEMA_VERSION};
 use kinetoscope_recording::reader::Recording;
 use serde_json::{Value as Json, json};
@@ -303,7 +303,7 @@ fn other_model(entry: &LockedExperiment, rerun: &RerunExperiment) -> Option<Stri
 /// The keys that were edited, one line each.
 fn edited(entry: &LockedExperiment, values: &BTreeMap<String, String>) -> Vec<String> {
     let now: Vec<(String, String)> = values.clone().into_iter().collect();
-    let changed = differing_values(entry.manifest_values(), &now);
+    let changed = differing_values(manifest_values(&entry.values), &now);
     changed.iter().map(|key| format!("the manifest was edited: {key}")).collect()
 }
 
