@@ -111,6 +111,8 @@ fn energy_balance(run: &DemRun, first: &DemEnergy) -> Plot {
         run.energies.iter().map(|(_, energy)| of(energy)).collect()
     };
     let friction = |energy: &DemEnergy| energy.friction_j + energy.rolling_j;
+    let has_rolling = run.energies.iter().any(|(_, energy)| energy.rolling_j != 0.0);
+    let friction_label = if has_rolling { "lost in friction, rolling" } else { "lost in friction" };
     let mut columns = vec![
         ("potential", 1, amounts(|energy| energy.gravitational_j)),
         ("kinetic", 0, amounts(|energy| energy.kinetic_j)),
@@ -120,7 +122,7 @@ fn energy_balance(run: &DemRun, first: &DemEnergy) -> Plot {
             3,
             amounts(|energy| energy.dissipated_j - energy.friction_j - energy.rolling_j),
         ),
-        ("lost in friction", 2, amounts(friction)),
+        (friction_label, 2, amounts(friction)),
         ("left with discs", 5, amounts(|energy| energy.removed_j)),
     ];
     columns.retain(|(.., amounts)| amounts.iter().any(|amount| *amount != 0.0));
