@@ -10,14 +10,16 @@ use crate::models::{label_of, main_metrics};
 use crate::number_text::{plus_minus, significant};
 use crate::run::RunStatus;
 use kinetoscope_console::text::one_line;
-use kinetoscope_manifest::{Bound, Check, Coordinate, IfUndecided, TimingComparison, unit_of_key};
+use kinetoscope_manifest::{
+    Bound, Check, Coordinate, ExpectedOutcome, IfUndecided, TimingComparison, unit_of_key,
+};
 
 /// Maximum number of sentences.
 const MOST_SENTENCES: usize = 2;
 
 /// The failed checks, each in a sentence with its reason.
 pub(super) fn failures(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
-    let mut failures = Vec::new();
+    let mut failures: Vec<_> = failed_runs(source).into_iter().collect();
     for check in source.checks {
         let checked = checked_metrics(check, source.metrics);
         if checked.is_empty() {
@@ -36,6 +38,24 @@ pub(super) fn failures(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
         parts.push(AnswerPart::words(format!(" {more} further checks fail.")));
     }
     parts
+}
+
+/// How many runs failed, and why the first one did; `None` with a sentence of the manifest, in which the values of these runs are missing.
+fn failed_runs(source: &AnswerSource<'_>) -> Option<Vec<AnswerPart>> {
+    let record = source.record.filter(|record| record.answer.is_none())?;
+    let faults = source.runs.iter().filter_map(|run| match &run.ending {
+        RunStatus::Fault(what) => Some(what),
+        _ => None,
+    });
+    let first = one_line(faults.clone().next()?).into_owned();
+    let (failed, all) = (faults.count(), source.runs.len());
+    let count = if all == 1 { "The run".to_owned() } else { format!("{failed} of {all} runs") };
+    Some(vec![match record.expected_outcome {
+        ExpectedOutcome::Complete => AnswerPart::Failure(format!("{count} failed: {first}.")),
+        ExpectedOutcome::Fault => {
+            AnswerPart::words(format!("{count} failed, as expected: {first}."))
+        }
+    }])
 }
 
 /// The ratio of run times, if it was measured.

@@ -51,7 +51,8 @@ impl CheckResult {
     }
 }
 
-/// The metrics that a check selects: fits and means over replicates if there are any, else each run.
+/// The metrics that a check selects: fits and means over replicates if there are any, else each run that is complete, or each that failed
+/// if none is.
 pub(crate) fn checked_metrics<'a>(check: &Check, metrics: &'a [Metric]) -> Vec<&'a Metric> {
     let named = metrics.iter().filter(|metric| metric.name() == check.metric);
     let selected: Vec<&Metric> =
@@ -61,10 +62,16 @@ pub(crate) fn checked_metrics<'a>(check: &Check, metrics: &'a [Metric]) -> Vec<&
         .filter(|metric| matches!(metric.scope, MetricScope::Sweep(_)))
         .map(|metric| coordinates::text(metric.coordinates()))
         .collect();
+    let outcome_of = |metric: &Metric| match &metric.scope {
+        MetricScope::Sweep(_) => "complete",
+        MetricScope::Run(run) => run.outcome,
+    };
+    // The end of a run that failed is no result, unless all runs do so, as expected.
+    let has_complete = selected.iter().any(|metric| outcome_of(metric) == "complete");
     let is_checked = |metric: &&Metric| match &metric.scope {
         MetricScope::Sweep(_) => true,
         MetricScope::Run(run) => {
-            let whole = matches!(run.outcome, "complete" | "fault");
+            let whole = run.outcome == "complete" || (run.outcome == "fault" && !has_complete);
             whole && !means.contains(&coordinates::text(&run.coordinates))
         }
     };
