@@ -47,7 +47,9 @@ fn failed_runs(source: &AnswerSource<'_>) -> Option<Vec<AnswerPart>> {
         RunStatus::Fault(what) => Some(what),
         _ => None,
     });
+    // Its first sentence: the advice that follows is for the terminal.
     let first = one_line(faults.clone().next()?).into_owned();
+    let first = first.split(". ").next().unwrap_or_default().trim_end_matches('.');
     let (failed, all) = (faults.count(), source.runs.len());
     let count = if all == 1 { "The run".to_owned() } else { format!("{failed} of {all} runs") };
     Some(vec![match record.expected_outcome {
