@@ -28,8 +28,9 @@ file=$(command -v "$program") || { echo "$program is not installed: set KINETOSC
 version=$( { sha256sum "$file" 2>/dev/null || shasum -a 256 "$file"; } | cut -c 1-16)
 results=$cache/$version
 earlier=$(ls -td "$cache"/*/ 2>/dev/null | grep -v "/$version/\$" | head -n 1)
-mkdir -p "$results"
-touch "$results"
+mkdir -p -- "$results"
+touch -- "$results"
+: >> "$summary"
 
 first=0
 keep() {
@@ -38,6 +39,11 @@ keep() {
 }
 
 "$program" run --quiet --output "$results" "$@"; keep
+if [ "$first" -eq 2 ]; then
+    # Nothing was run: what is in the cache belongs to earlier manifests.
+    echo "**The manifests were refused**; the messages of the step say why." >> "$summary"
+    exit 2
+fi
 
 if [ -f "$lock" ]; then
     "$program" check --locked --recorded --lock-file "$lock" --output "$results" --earlier "${earlier:-$results}" \

@@ -1,6 +1,6 @@
 //! The keys in which two canonical manifests differ.
 
-use kinetoscope_console::text::shortened;
+use kinetoscope_console::text::{one_line, shortened};
 use sha2::{Digest as _, Sha256};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -113,7 +113,7 @@ fn add_written(key: String, value: &toml::Value, values: &mut BTreeMap<String, S
                 let name = name.map_or_else(|| (index + 1).to_string(), str::to_owned);
                 let mut table = table.clone();
                 table.as_table_mut().map(|table| table.remove("name"));
-                add_written(format!("{key}[{name}]"), &table, values);
+                add_written(format!("{key}[{}]", one_line(&name)), &table, values);
             }
         }
         _ => {

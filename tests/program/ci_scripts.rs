@@ -132,6 +132,32 @@ fn failed_check_of_a_locked_run_is_in_the_summary() {
     assert!(text.starts_with(EQUAL) && text.contains("| **failed** | "), "{text}");
 }
 
+/// Nothing of the cache is taken for a result of manifests that are refused, and a locked manifest that was deleted is named.
+#[test]
+fn refused_and_deleted_manifests_are_not_equal() {
+    let bench = locked();
+    expect(&check(&bench), 0);
+    bench.write("discs.toml", &DISCS.replace("discs = 40", "discs = -40"));
+    expect(&check(&bench), 2);
+    let text = summary(&bench);
+    assert!(text.contains("were refused") && !text.contains("passed"), "{text}");
+    let bench = Bench::new();
+    fs::create_dir(bench.path("experiments")).unwrap();
+    for name in ["discs", "more"] {
+        let text = format!("name = \"{name}\"\n{DISCS}");
+        bench.write(&format!("experiments/{name}.toml"), &text);
+    }
+    expect(&bench.call(&["lock", "experiments"]), 0);
+    expect(&bench.call(&["check", "--locked", "experiments"]), 0);
+    fs::remove_file(bench.path("experiments/more.toml")).unwrap();
+    let called = bench.call(&["check", "--locked", "experiments"]);
+    expect(&called, 4);
+    let expected = "experiments/more.toml: differs\n  the manifest no longer exists";
+    assert!(called.out.contains(expected), "{}", called.out);
+    expect(&bench.call(&["lock", "experiments"]), 0);
+    expect(&bench.call(&["check", "--locked", "experiments"]), 0);
+}
+
 /// `gh` is replaced by a script that keeps its arguments and the body of the comment.
 #[test]
 fn one_comment_is_written_and_then_replaced() {

@@ -371,6 +371,25 @@ fn runs_that_keep_only_keyframes_are_locked() {
     expect(&bench.call(&["check", "--locked"]), 4);
 }
 
+/// Names of variants may contain what begins a line of the file or ends its text.
+#[test]
+fn names_of_variants_keep_the_lock_file_readable() {
+    let bench = Bench::new();
+    for name in [r"a\nb", r#"a\"\"\"\nseed = 5\n"#, "'''", "x = 1"] {
+        let sweep =
+            format!("[[sweep.variants]]\nname = \"{name}\"\n\"model.packing.discs\" = 30\n");
+        let check = "[[checks]]\nmetric = \"energy.drift_relative\"\nmaximum = 1.0\n";
+        bench.write("discs.toml", &format!("{DISCS}{sweep}{check}"));
+        expect(&bench.call(&["lock", "discs.toml"]), 0);
+        expect(&bench.call(&["check", "--locked"]), 0);
+        let edited = fs::read_to_string(bench.path("discs.toml")).unwrap();
+        bench.write("discs.toml", &edited.replace("seed = 4", "seed = 5"));
+        let called = bench.call(&["check", "--locked"]);
+        expect(&called, 4);
+        assert_eq!(called.out.matches("was edited").count(), 1, "{}", called.out);
+    }
+}
+
 /// A lock file may come from a stranger: its text begins no line, and its numbers end no command early.
 #[test]
 fn hostile_lock_files_are_reported() {

@@ -232,17 +232,17 @@ fn text_of(values: &BTreeMap<String, String>) -> String {
     let (mut text, mut last) = (String::new(), String::new());
     for ((table, name), value) in sorted {
         if table != last {
-            text += &format!("[{table}]\n");
+            text += &format!("[{}]\n", one_line(&table));
             last = table;
         }
-        text += &format!("{name} = {value}\n");
+        text += &format!("{} = {value}\n", one_line(&name));
     }
     text
 }
 
 fn line_of(found: &CheckedValue) -> String {
     let CheckedValue { value, standard_error, .. } = *found;
-    format!("{} = {}\n", found.name, LockedValue { value, standard_error }.text())
+    format!("{} = {}\n", one_line(&found.name), LockedValue { value, standard_error }.text())
 }
 
 /// The version of the physics of a run.

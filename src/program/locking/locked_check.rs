@@ -144,7 +144,10 @@ impl LockedCheck<'_> {
             })
         };
         let found: Vec<_> = expand(self.manifests)?.iter().map(of).collect::<Result<_, _>>()?;
-        Ok(found.into_iter().flatten().collect())
+        let folders = self.manifests.iter().filter(|named| named.is_dir());
+        let deleted = folders.map(|folder| Ok(deleted_in(file, self.lock_file, folder)?));
+        let deleted: Vec<Vec<_>> = deleted.collect::<Result<_, Failure>>()?;
+        Ok(found.into_iter().flatten().chain(deleted.into_iter().flatten()).collect())
     }
 
     /// What differs from the entry; `None` if nothing does.
@@ -154,6 +157,10 @@ impl LockedCheck<'_> {
         reruns: &Reruns,
     ) -> Result<Option<Findings>, Failure> {
         let manifest = manifest_of(self.lock_file, entry)?;
+        if !self.manifests.is_empty() && !manifest.exists() {
+            let what = "the manifest no longer exists; `kinetoscope lock` removes its entry";
+            return Ok(Some(Findings { lines: vec![what.to_owned()], ..Findings::default() }));
+        }
         if self.quick && entry.at_most_s > QUICK_S {
             let lines = edited(entry, &values_of(&manifest));
             return Ok((!lines.is_empty()).then(|| Findings { lines, ..Findings::default() }));
@@ -265,6 +272,20 @@ impl LockedCheck<'_> {
         lines.extend(cause.map(str::to_owned));
         Ok(Some(lines))
     }
+}
+
+/// The entries of manifests in a folder that no longer exist.
+fn deleted_in<'a>(
+    file: &'a LockFile,
+    lock_file: &Path,
+    folder: &Path,
+) -> Result<Vec<&'a LockedExperiment>, Failure> {
+    let folder = relative_to(lock_file, folder)?;
+    let is_deleted = |entry: &&LockedExperiment| {
+        let parent = entry.manifest.rsplit_once('/').map_or("", |(parent, _)| parent);
+        parent == folder && !lock_file.with_file_name(&entry.manifest).exists()
+    };
+    Ok(file.experiments.iter().filter(is_deleted).collect())
 }
 
 /// What differs from an entry.

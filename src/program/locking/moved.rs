@@ -37,14 +37,15 @@ pub(crate) enum Distance {
 
 /// The metrics of an entry whose text is another one now, the most significant first.
 pub(crate) fn moved(entry: &LockedExperiment, found: &[CheckedValue]) -> Vec<Movement> {
-    let after = |name: &str| found.iter().find(|value| value.name == name).cloned();
+    let after = |name: &str| found.iter().find(|value| one_line(&value.name) == name).cloned();
     let before = entry.checked_values();
     let locked = before.iter().map(|(name, value)| Movement {
         name: name.clone(),
         before: Some(*value),
         after: after(name),
     });
-    let is_new = |value: &&CheckedValue| !before.iter().any(|(name, _)| *name == value.name);
+    let is_new =
+        |value: &&CheckedValue| !before.iter().any(|(name, _)| *name == one_line(&value.name));
     let new = found.iter().filter(is_new).map(|value| Movement {
         name: value.name.clone(),
         before: None,
