@@ -8,6 +8,7 @@
 //! may change in every version.
 
 mod answer;
+mod checked_experiment;
 mod checks;
 pub mod cli;
 mod export;
@@ -26,13 +27,12 @@ mod table;
 mod thumbnail;
 mod write_file;
 
+pub use checked_experiment::{CheckedExperiment, CheckedValue, checked_experiment, value_text};
 pub use checks::ci_formats::markdown_text;
 pub use input::UnreadableRecording;
 pub use metric::{Definition, Law, Measurement, Theory, Violation};
 pub use models::{figure_names, fitted_along, metric_names, metrics_of_figure, needs_replicates};
-pub use report::{
-    CheckedExperiment, CheckedValue, checked_experiment, metrics_reference, value_text,
-};
+pub use report::metrics_reference;
 pub use run::{RunAnalysis, RunStatus};
 pub use statistics::{Entries, Estimate, MissingError};
 

@@ -1,7 +1,6 @@
 //! Analysis of one experiment: runs its recordings' analyses, derives sweep metrics, evaluates checks, and collects
 //! plots.
 
-mod checked_values;
 mod drawn_runs;
 mod file_links;
 pub(crate) mod files;
@@ -21,7 +20,6 @@ pub(crate) mod table;
 mod text;
 mod timing_section;
 
-pub use checked_values::{CheckedExperiment, CheckedValue, checked_experiment, value_text};
 pub use metrics_reference::metrics_reference;
 
 use self::drawn_runs::{drawn_files, drawn_runs};
@@ -324,7 +322,10 @@ fn add_endings(
 }
 
 /// The experiment's own checks, which do not apply to a part of it, and those of the checks file.
-fn applying<'a>(source: &'a RecordingFolder, options: &'a AnalysisOptions) -> Vec<&'a Check> {
+pub(crate) fn applying<'a>(
+    source: &'a RecordingFolder,
+    options: &'a AnalysisOptions,
+) -> Vec<&'a Check> {
     let own = source.record.as_ref().filter(|_| source.whole);
     own.iter().flat_map(|record| &record.checks).chain(&options.checks).collect()
 }

@@ -20,13 +20,12 @@ pub(super) fn requests(
     let stated = record.map_or(&[][..], |record| &record.plots);
     let shows_metric = |plot: &PlotRequest| !plot.y.is_empty() && !plot.is_of_channel();
     let is_answered = record.is_none_or(|record| record.answer.is_some());
-    let mut composed = None;
-    if !is_answered && data.points.len() > 1 && !stated.iter().any(shows_metric) {
-        let y = answer.first_metric().unwrap_or_default().to_owned();
-        composed = Some(PlotRequest { y, ..PlotRequest::default() });
-        composed =
-            composed.filter(|request| data.draw(request).is_ok_and(|plot| is_over_number(&plot)));
-    }
+    let is_wanted = !is_answered && data.points.len() > 1 && !stated.iter().any(shows_metric);
+    let composed = answer
+        .first_metric()
+        .filter(|_| is_wanted)
+        .map(|y| PlotRequest { y: y.to_owned(), ..PlotRequest::default() })
+        .filter(|request| data.draw(request).is_ok_and(|plot| is_over_number(&plot)));
     composed.into_iter().chain(stated.iter().cloned()).collect()
 }
 

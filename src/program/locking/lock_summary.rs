@@ -1,6 +1,6 @@
 //! The result of `check --locked` as Markdown, for the summary of a CI job or a comment.
 
-use crate::locking::locked_check::Findings;
+use crate::locking::findings::Findings;
 use crate::locking::moved::{Distance, Movement};
 use crate::messages::plural;
 use kinetoscope_analysis::markdown_text;

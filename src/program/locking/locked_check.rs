@@ -1,11 +1,12 @@
 //! `check --locked`: compares the runs of a lock file's manifests with it and names the first difference of each.
 
+use crate::locking::findings::Findings;
 use crate::locking::lock::{
     checked, locked_recording, manifest_of, metrics_of, physics_version, relative_to, unreadable,
 };
 use crate::locking::lock_summary::markdown;
 use crate::locking::locked_runs::{Parallel, RerunExperiment, RerunRun, Reruns, values_of};
-use crate::locking::moved::{Movement, lines as lines_of, moved};
+use crate::locking::moved::moved;
 use crate::manifests::expand;
 use crate::messages::exit::{of_output, unread_recording};
 use crate::messages::result_arguments::ResultArguments;
@@ -14,7 +15,6 @@ use kinetoscope::verify::diff::compare_messages;
 use kinetoscope::verify::divergence::{Cause, in_frames};
 use kinetoscope::verify::fingerprint::FirstDifference;
 use kinetoscope::verify::lock_file::{LockError, LockFile, LockedExperiment, QUICK_S, RunHashes};
-use kinetoscope_analysis::CheckedExperiment;
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::{one_line, shown_path};
 use kinetoscope_files::output_file::append;
@@ -286,25 +286,6 @@ fn deleted_in<'a>(
         parent == folder && !lock_file.with_file_name(&entry.manifest).exists()
     };
     Ok(file.experiments.iter().filter(is_deleted).collect())
-}
-
-/// What differs from an entry.
-#[derive(Default)]
-pub(crate) struct Findings {
-    /// The keys that changed, or the first difference.
-    pub(crate) lines: Vec<String>,
-    /// The checked metrics that moved.
-    pub(crate) movements: Vec<Movement>,
-    /// The experiment as it is now.
-    pub(crate) checked: CheckedExperiment,
-}
-
-impl Findings {
-    /// All findings as text, without line breaks.
-    fn text(&self) -> Vec<String> {
-        let lines = self.lines.iter().map(|line| one_line(line).into_owned());
-        lines.chain(lines_of(&self.movements)).collect()
-    }
 }
 
 const WRITE_ANEW: &str = "if the change is intended, write the file again with `kinetoscope lock`, and review what changed";

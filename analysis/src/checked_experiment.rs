@@ -1,10 +1,10 @@
 //! The checked metrics of an experiment, with which later runs are compared.
 
-use super::{AnalysisOptions, analyze, applying};
 use crate::checks::{checked_metrics, compare, subject};
 use crate::input;
 use crate::metric::{Metric, MetricScope};
 use crate::number_text::{plus_minus, significant};
+use crate::report::{AnalysisOptions, analyze, applying};
 use kinetoscope_manifest::Check;
 use std::collections::BTreeSet;
 use std::path::Path;
