@@ -36,7 +36,7 @@ const ANALYSIS_LAYERS: &Layers = &[
     &["checks", "export", "thumbnail"],
     &["answer"],
     &["report"],
-    &["cli"],
+    &["cli", "checked_experiment"],
     &["lib.rs"],
 ];
 /// Packages of the sources: the name in `use`, and the folder below `src/`.

@@ -260,8 +260,12 @@ fn remark_states_what_a_plot_of_one_point_cannot_show() {
     assert!(!remark(&["--y", "mean_speed"]).contains("measured"), "control");
     let field = ["--y", "/energy.kinetic_j"];
     assert_eq!(remark(&field), "one replicate of each point");
-    let of_one = remark(&[&field[..], &["--where", "temperature_k=300"]].concat());
-    assert_eq!(of_one, "replicate 0, one of 2");
+    // Of one point, the title states it.
+    let one =
+        ["plot", "recordings/gas", "--json", "--output", "p.svg", "--where", "temperature_k=300"];
+    let drawn = bench.call(&[&one[..], &field].concat()).json();
+    let title = drawn["plot"]["title"].as_str().unwrap();
+    assert!(title.ends_with("(one of 2 replicates)"), "{title}");
 }
 
 #[test]
