@@ -145,7 +145,7 @@ impl LockedCheck<'_> {
         };
         let found: Vec<_> = expand(self.manifests)?.iter().map(of).collect::<Result<_, _>>()?;
         let folders = self.manifests.iter().filter(|named| named.is_dir());
-        let deleted = folders.map(|folder| Ok(deleted_in(file, self.lock_file, folder)?));
+        let deleted = folders.map(|folder| deleted_in(file, self.lock_file, folder));
         let deleted: Vec<Vec<_>> = deleted.collect::<Result<_, Failure>>()?;
         Ok(found.into_iter().flatten().chain(deleted.into_iter().flatten()).collect())
     }
