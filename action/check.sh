@@ -27,7 +27,11 @@ fi
 file=$(command -v "$program") || { echo "$program is not installed: set KINETOSCOPE" >&2; exit 2; }
 version=$( { sha256sum "$file" 2>/dev/null || shasum -a 256 "$file"; } | cut -c 1-16)
 results=$cache/$version
-earlier=$(ls -td "$cache"/*/ 2>/dev/null | grep -v "/$version/\$" | head -n 1)
+# Folders of programs, the newest first: other folders of the cache belong to others.
+programs() {
+    ls -td "$cache"/*/ 2>/dev/null | grep -E '/[0-9a-f]{16}/$'
+}
+earlier=$(programs | grep -v "/$version/\$" | head -n 1)
 mkdir -p -- "$results"
 touch -- "$results"
 : >> "$summary"
@@ -58,6 +62,8 @@ set --
 for name in $names; do
     [ ! -d "$results/$name" ] || set -- "$@" "$results/$name"
 done
+# Without a recording, there is nothing to analyze, and the exit code is that of the commands before.
+[ $# -gt 0 ] || exit "$first"
 for key in ${ALLOW_CHANGED:-}; do
     set -- --allow-changed "$key" "$@"
 done
@@ -73,5 +79,5 @@ fi
 rm -f "$tables"
 
 # One earlier version is enough to explain a difference.
-ls -td "$cache"/*/ | tail -n +3 | while read -r old; do rm -rf "$old"; done
+programs | tail -n +3 | while read -r old; do rm -rf -- "$old"; done
 exit "$first"

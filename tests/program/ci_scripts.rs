@@ -63,7 +63,19 @@ fn unchanged_experiments_give_one_line_and_are_not_run_again() {
     expect(&check(&bench), 0);
     assert_eq!((summary(&bench), written(&recording)), (EQUAL.to_owned(), first));
     assert!(results(&bench).join("results.xml").exists());
-    assert!(results(&bench).join("discs/report.html").exists());
+    // The cache keeps two programs, and folders that are not its own.
+    let own = results(&bench);
+    for folder in ["mine", "more", "0000000000000001", "0000000000000002"] {
+        fs::create_dir(bench.path(".kinetoscope").join(folder)).unwrap();
+    }
+    expect(&check(&bench), 0);
+    let kept = |name: &str| bench.path(".kinetoscope").join(name).exists();
+    assert!(own.exists() && kept("mine") && kept("more"));
+    assert_eq!(
+        [kept("0000000000000001"), kept("0000000000000002")].iter().filter(|it| **it).count(),
+        1
+    );
+    assert!(own.join("discs/report.html").exists());
 }
 
 /// Also without a lock file: the table of the checks.
@@ -105,7 +117,7 @@ fn changed_program_is_explained_by_the_recording_of_the_earlier_one() {
     expect(&bench.call(&["lock", "--lock-file", "other.lock", "discs.toml"]), 0);
     let other = fs::read_to_string(bench.path("other.lock")).unwrap();
     bench.write("kinetoscope.lock", &whole.replace(&keys(&whole), &keys(&other)));
-    let earlier = bench.path(".kinetoscope/earlier/discs");
+    let earlier = bench.path(".kinetoscope/0123456789abcdef/discs");
     fs::create_dir_all(&earlier).unwrap();
     fs::copy(&old, earlier.join(new.file_name().unwrap())).unwrap();
     expect(&check(&bench), 4);
@@ -114,7 +126,7 @@ fn changed_program_is_explained_by_the_recording_of_the_earlier_one() {
         assert!(text.contains(part), "{part}: {text}");
     }
     // Control: without the earlier recording, only the frame is known.
-    fs::remove_dir_all(bench.path(".kinetoscope/earlier")).unwrap();
+    fs::remove_dir_all(bench.path(".kinetoscope/0123456789abcdef")).unwrap();
     expect(&check(&bench), 4);
     assert!(summary(&bench).contains("first difference in frame "), "{}", summary(&bench));
 }
