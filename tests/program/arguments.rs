@@ -180,6 +180,7 @@ fn outputs_with_a_wrong_path_are_rejected_with_it() {
         (&["run", "--force", "gas.toml", "--gnuplot"], "gas.toml"),
         (&["run", "--output", "new", "gas.toml", "--export-commands"], "no/commands"),
         (&["lock", "gas.toml", "--lock-file"], "no/k.lock"),
+        (&["check", "--locked", "--summary"], "no/summary.md"),
         (&["benchmark", "gas.toml", "--output"], "gas.toml"),
         (&["compare", recording, recording, "--mcap"], "no/both.mcap"),
         (&["compare", recording, recording, "--mcap"], "gas.toml/both.mcap"),

@@ -17,13 +17,13 @@ use kinetoscope::verify::fingerprint::FirstDifference;
 use kinetoscope::verify::lock_file::{LockError, LockFile, LockedExperiment, QUICK_S, RunHashes};
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::{one_line, shown_path};
-use kinetoscope_files::output_file::append;
+use kinetoscope_files::output_file;
 use kinetoscope_manifest::{differing_values, manifest_values};
 use kinetoscope_recording::channels::{FrameClock, SCHEMA_VERSION};
 use kinetoscope_recording::reader::Recording;
 use serde_json::{Value as Json, json};
 use std::collections::BTreeMap;
-use std::ops::Range;
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// A check of a lock file.
@@ -50,6 +50,10 @@ pub(crate) struct LockedCheck<'a> {
 impl LockedCheck<'_> {
     /// Compares the runs of the manifests.
     pub(crate) fn execute(&self) -> Result<Exit, Failure> {
+        // Before the runs, which may take long.
+        if let Some(path) = self.summary {
+            output_file::check(path).map_err(|error| unwritten(path, &error))?;
+        }
         let file =
             LockFile::read(self.lock_file).map_err(|error| unreadable(self.lock_file, &error))?;
         if file.schema_version != SCHEMA_VERSION {
@@ -58,7 +62,7 @@ impl LockedCheck<'_> {
                 shown_path(self.lock_file),
                 file.schema_version
             );
-            return Err(Failure::new(Exit::Differs, what).help(WRITE_ANEW));
+            return Err(Failure::new(Exit::Differs, what).help(WRITE_AGAIN));
         }
         if file.experiments.is_empty() {
             let what = format!("{} has no manifest", shown_path(self.lock_file));
@@ -96,10 +100,8 @@ impl LockedCheck<'_> {
         }
         if let Some(path) = self.summary {
             let unchecked = entries.len() - equal - differing.len();
-            append(path, &markdown(equal, unchecked, &differing)).map_err(|error| {
-                let what = format!("cannot write {}: {error}", shown_path(path));
-                Failure::new(of_output(&error), what).help("name another file with --summary")
-            })?;
+            let text = markdown(equal, unchecked, &differing);
+            output_file::append(path, &text).map_err(|error| unwritten(path, &error))?;
         }
         self.conclude(&file, exit, entries.len(), &checked);
         Ok(exit)
@@ -124,7 +126,7 @@ impl LockedCheck<'_> {
                 let locked = one_line(locked);
                 what += &format!(", which version {locked} of the program wrote; this is {own}");
             }
-            Failure::new(exit, what).help(WRITE_ANEW).report();
+            Failure::new(exit, what).help(WRITE_AGAIN).report();
         }
     }
 
@@ -194,13 +196,13 @@ impl LockedCheck<'_> {
         entry: &LockedExperiment,
         rerun: &RerunExperiment,
     ) -> Result<Vec<String>, Failure> {
-        let mut messages = Vec::new();
-        for run in &rerun.runs {
+        let first = &rerun.runs[0];
+        let (recording, found) = first.fingerprint()?;
+        let mut messages = vec![found.messages.clone()];
+        for run in &rerun.runs[1..] {
             messages.push(run.fingerprint()?.1.messages);
         }
         let same_messages = RunHashes::new(&[], &messages).messages == entry.messages;
-        let first = &rerun.runs[0];
-        let (recording, found) = first.fingerprint()?;
         if same_messages {
             if entry.frame_tags() != Some(found.tags()) {
                 let manifest = one_line(&entry.manifest);
@@ -222,7 +224,7 @@ impl LockedCheck<'_> {
         }
         let others = entry.first_other_runs(&messages).unwrap_or(0..1);
         let run = &rerun.runs[others.start];
-        let place = match self.locked_values(entry, rerun, others.clone())? {
+        let mut lines = match self.locked_values(entry, rerun, others.start)? {
             Some(lines) => lines,
             None => {
                 let place = match tags.filter(|_| others == (0..1)) {
@@ -237,7 +239,6 @@ impl LockedCheck<'_> {
                 )]
             }
         };
-        let mut lines = place;
         lines[0] = format!("{}: {}", run.name, lines[0]);
         Ok(lines)
     }
@@ -253,11 +254,11 @@ impl LockedCheck<'_> {
         &self,
         entry: &LockedExperiment,
         rerun: &RerunExperiment,
-        others: Range<usize>,
+        number: usize,
     ) -> Result<Option<Vec<String>>, Failure> {
-        let run = &rerun.runs[others.start];
+        let run = &rerun.runs[number];
         let local = self.local(rerun, run);
-        let Some(local) = locked_recording(&local, entry, others.start) else { return Ok(None) };
+        let Some(local) = locked_recording(&local, entry, number) else { return Ok(None) };
         let (recording, _) = run.fingerprint()?;
         let comparison =
             compare_messages(&local, &recording).map_err(|error| unread_recording(&error))?;
@@ -274,6 +275,12 @@ impl LockedCheck<'_> {
     }
 }
 
+/// The error of a summary that cannot be written.
+fn unwritten(path: &Path, error: &io::Error) -> Failure {
+    let what = format!("cannot write {}: {error}", shown_path(path));
+    Failure::new(of_output(error), what).help("name another file with --summary")
+}
+
 /// The entries of manifests in a folder that no longer exist.
 fn deleted_in<'a>(
     file: &'a LockFile,
@@ -288,7 +295,7 @@ fn deleted_in<'a>(
     Ok(file.experiments.iter().filter(is_deleted).collect())
 }
 
-const WRITE_ANEW: &str = "if the change is intended, write the file again with `kinetoscope lock`, and review what changed";
+const WRITE_AGAIN: &str = "if the change is intended, write the file again with `kinetoscope lock`, and review what changed";
 
 /// Whether the model, or the physics of this program, is another one than that of the locked runs, whose bits are then expected to differ.
 fn other_model(entry: &LockedExperiment, rerun: &RerunExperiment) -> Option<String> {
