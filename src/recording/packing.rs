@@ -30,7 +30,7 @@ pub(crate) struct PackedChunk {
 
 type Outcome = io::Result<PackedChunk>;
 
-/// A chunk that nobody compresses yet.
+/// A chunk whose compression has not begun.
 struct Job {
     chunk: ClosedChunk,
     outcome: SyncSender<Outcome>,
