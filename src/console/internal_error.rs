@@ -19,13 +19,28 @@ pub fn catch_internal_errors(main: impl FnOnce() -> ExitCode + UnwindSafe) -> Ex
     panic::catch_unwind(main).unwrap_or_else(|_| ExitCode::from(INTERNAL_ERROR))
 }
 
-/// Turns `abort`, by which the standard library ends a program without memory, into exit code 70.
+/// The next step after an abort, which follows the message of the standard library.
+#[cfg(unix)]
+const ON_ABORT: &[u8] = b"help: if memory was missing, end other programs, or raise the limit of memory (`ulimit -v`); finished \
+    recordings are complete, and the same command resumes the others\n";
+
+/// Turns `abort`, by which the standard library ends a program without memory, into the next step and exit code 70.
 fn end_aborts() {
     #[cfg(unix)]
     {
-        use signal_hook::{consts::SIGABRT, flag};
+        use signal_hook::{consts::SIGABRT, flag, low_level};
         use std::sync::{Arc, atomic::AtomicBool};
         let status = i32::from(INTERNAL_ERROR);
+        // SAFETY: the action only calls `write`, which may be called in a handler of signals, with a constant text.
+        #[allow(
+            unsafe_code,
+            reason = "the action of a signal; the standard library has no stable hook for failed allocations"
+        )]
+        let _ = unsafe {
+            low_level::register(SIGABRT, || {
+                libc::write(libc::STDERR_FILENO, ON_ABORT.as_ptr().cast(), ON_ABORT.len());
+            })
+        };
         // Without the handler, only the exit code of an abort differs.
         let _ =
             flag::register_conditional_shutdown(SIGABRT, status, Arc::new(AtomicBool::new(true)));

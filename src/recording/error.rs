@@ -1,7 +1,7 @@
 //! The errors of recording and reading, with the user's next step.
 
 use crate::channels::SCHEMA_VERSION;
-use kinetoscope_console::text::shown_path;
+use kinetoscope_console::text::{plural, shown_path};
 use kinetoscope_console::{Explained, ON_MISSING_THREAD};
 use kinetoscope_files::regular_file::{MAX_MANIFEST_BYTES, is_of_file};
 use std::io;
@@ -163,6 +163,12 @@ pub enum ReadFault {
         /// End of the intact part.
         byte: u64,
     },
+    /// Another process is writing the file.
+    #[error(" is being written by another process, so far {byte} bytes")]
+    Growing {
+        /// End of the intact part.
+        byte: u64,
+    },
     /// Bytes differ from those that were written.
     #[error(" is damaged at byte {byte}: {what}")]
     Damaged {
@@ -195,6 +201,7 @@ impl Explained for ReadError {
                 "run its manifest again, or use the program that wrote it"
             }
             ReadFault::Torn { .. } => "run its manifest again, or copy the file again",
+            ReadFault::Growing { .. } => "wait for the end of its run",
             ReadFault::Damaged { .. } => {
                 "copy the file again, or run its manifest again with --force"
             }
@@ -221,6 +228,9 @@ impl ReadError {
                 _,
             )
             | (ReadFault::Io(_), 0) => String::new(),
+            (ReadFault::Growing { .. }, frames) => {
+                format!("; it has {} so far", plural(frames, "frame"))
+            }
             (_, 0) => "; no frame could be read".to_owned(),
             (_, 1) => "; frame 0 is intact, the rest is lost".to_owned(),
             (_, frames) => format!("; frames 0 to {} are intact, the rest is lost", frames - 1),

@@ -24,7 +24,7 @@ fn program_without_memory_ends_with_a_documented_code() {
     let folder = tempfile::tempdir().unwrap();
     let manifest = folder.path().join("run.toml");
     fs::write(&manifest, RUN).unwrap();
-    let (mut found, mut without_threads) = (Vec::new(), 0);
+    let (mut found, mut without_threads, mut without_memory) = (Vec::new(), 0, 0);
     let limited = |limit: u32, arguments: &str| {
         let command = format!("ulimit -v {limit}; exec '{program}' {arguments}");
         Command::new("sh").args(["-c", &command]).output().unwrap()
@@ -59,8 +59,14 @@ fn program_without_memory_ends_with_a_documented_code() {
             assert!(said.contains("\nhelp: end other programs"), "{limit} KiB: {said}");
             without_threads += 1;
         }
+        if said.contains("memory allocation of") {
+            assert_eq!(code, Some(70), "{limit} KiB: {said}");
+            assert!(said.contains("\nhelp: if memory was missing"), "{limit} KiB: {said}");
+            without_memory += 1;
+        }
         found.push(code.unwrap());
     }
+    assert!(without_memory > 0, "no limit leaves too little memory for the particles");
     assert!(without_threads > 0, "no limit leaves too little room for the threads");
     println!("exit codes: {found:?}");
     assert!(found.iter().any(|&code| code != 0), "every limit suffices, so nothing was tested");

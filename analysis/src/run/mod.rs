@@ -290,7 +290,7 @@ pub(crate) fn catch_defect<T>(
 
 /// Whether an error is only the missing footer of a recording in progress.
 fn is_under_way(file: &str, error: &ReadError) -> bool {
-    is_partial(file) && matches!(error.fault, ReadFault::Torn { .. })
+    is_partial(file) && matches!(error.fault, ReadFault::Torn { .. } | ReadFault::Growing { .. })
 }
 
 #[cfg(test)]

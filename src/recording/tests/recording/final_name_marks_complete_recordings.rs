@@ -114,6 +114,25 @@ fn lock_of_an_instant_rejects_no_run() {
     assert!(writer.join().unwrap());
 }
 
+/// Control: without a writer, the same file is cut off.
+#[test]
+fn file_that_is_being_written_is_not_called_cut_off() {
+    let folder = tempfile::tempdir().unwrap();
+    let partial = folder.path().join("run.partial.mcap");
+    let writer = RecordingFile::create(folder.path(), "run").unwrap();
+    let whole = record(&header(Compression::Zstd), 30, 3000);
+    std::fs::write(&partial, &whole[..whole.len() / 2]).unwrap();
+    let last_error = || {
+        let frames = Recording::open(&partial).unwrap().frames().unwrap();
+        frames.last().unwrap().unwrap_err().to_string()
+    };
+    let during = last_error();
+    assert!(during.contains("is being written by another process"), "{during}");
+    assert!(!during.contains("cut off"), "{during}");
+    drop(writer);
+    assert!(last_error().contains("is cut off"));
+}
+
 /// A verification reads a recording several times, and another process may write it meanwhile. Control: opened again, it has all
 /// frames.
 #[test]
