@@ -100,6 +100,13 @@ pub fn written_values(manifest: &str) -> BTreeMap<String, String> {
     values
 }
 
+/// Returns the checks that a manifest states, as TOML in the form of this program; empty without any.
+#[must_use]
+pub fn written_checks(manifest: &str) -> String {
+    let table = manifest.parse::<toml::Table>().unwrap_or_default();
+    table.get("checks").map(ToString::to_string).unwrap_or_default()
+}
+
 fn add_written(key: String, value: &toml::Value, values: &mut BTreeMap<String, String>) {
     match value {
         toml::Value::Table(table) => {
@@ -144,7 +151,7 @@ fn keys(canonical: &str) -> Vec<(String, String)> {
 
 #[cfg(test)]
 mod tests {
-    use super::{differing_values, manifest_values, written_values};
+    use super::{differing_values, manifest_values, written_checks, written_values};
 
     /// Control: keys without effect on the runs, and another way to write the same number or table.
     #[test]
@@ -160,6 +167,12 @@ mod tests {
             "sweep.variants[a].model.gas.particles = 20",
         ];
         assert_eq!(found, expected);
+        let [one, other] = [
+            "[[checks]]\nmetric = \"y\"\nat_most = 1.0\n",
+            "checks = [{ metric=\"y\", at_most=1.00 }]",
+        ];
+        assert_eq!(written_checks(one), written_checks(other));
+        assert_ne!(written_checks(one), written_checks(manifest));
         let long = written_values(&format!("x = [{}1]", "1, ".repeat(100)));
         assert!(long["x"].starts_with("sha256 ") && long["x"].len() < 30, "{}", long["x"]);
     }

@@ -37,7 +37,8 @@ pub use baseline::BaselineTolerance;
 pub use canonical::{RunKey, RunManifest, run_key};
 pub use checks::{Bound, Check, IfUndecided, MetricNames, parse_checks};
 pub use comparison::{
-    KeyDifference, differing_keys, differing_values, manifest_values, written_values,
+    KeyDifference, differing_keys, differing_values, manifest_values, written_checks,
+    written_values,
 };
 pub use describe::unit_of_key;
 pub use diagnostics::{Diagnostics, nearest};

@@ -14,7 +14,7 @@ use std::path::{Component, Path};
 use thiserror::Error;
 
 /// Version of the file's layout.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 /// Estimated time that a manifest of the quick tier may take, s.
 pub const QUICK_S: u64 = 5;
 /// Groups of runs that have a hash of their own in an entry.
@@ -67,8 +67,10 @@ pub struct LockedExperiment {
     pub frames: u64,
     /// Tags of the frames of the first run, one digit each; see [`FrameTags`].
     pub tags: String,
-    /// Hash of the metrics of the first run, 16 digits; see [`metrics_hash`].
+    /// Hash of the metrics of the first run, and of what people read in this entry, 16 digits; see [`metrics_hash`].
     pub metrics: String,
+    /// Hash of the manifest's checks, 8 digits; see [`checks_hash`].
+    pub checks: String,
     /// The keys of the manifest that affect its runs, one line `key = value` each below the header of their table.
     #[serde(default)]
     pub values: String,
@@ -228,6 +230,7 @@ impl LockedExperiment {
             && is_hash(&self.keys, 16)
             && is_hash(&self.messages, 32)
             && is_hash(&self.metrics, 16)
+            && is_hash(&self.checks, 8)
             && self.frame_tags().is_some()
             && self.group_hashes().is_some()
             && self.checked.lines().all(|line| locked_value(line).is_some());
@@ -325,12 +328,24 @@ impl RunHashes {
     }
 }
 
-/// The hash of metrics in the order of the analysis: names and bits of the values.
+/// The hash of metrics in the order of the analysis, names and bits of the values, and of the readable texts of an entry, so that
+/// no edit of them passes.
 #[must_use]
-pub fn metrics_hash<'a>(metrics: impl Iterator<Item = (&'a str, f64)>) -> String {
-    let texts: Vec<String> =
+pub fn metrics_hash<'a>(
+    metrics: impl Iterator<Item = (&'a str, f64)>,
+    readable: [&str; 2],
+) -> String {
+    let mut texts: Vec<String> =
         metrics.map(|(name, value)| format!("{name} {:016x}\n", value.to_bits())).collect();
+    texts.extend(readable.map(|text| format!("{text}\0")));
     HEXLOWER.encode(&hash_of(&texts)[..8])
+}
+
+/// The hash of a manifest's checks, as [`kinetoscope_manifest::written_checks`] gives them: a check that was removed or weakened
+/// changes no run.
+#[must_use]
+pub fn checks_hash(checks: &str) -> String {
+    HEXLOWER.encode(&hash_of(&[checks.to_owned()])[..4])
 }
 
 fn hash_of(texts: &[String]) -> [u8; 32] {
@@ -403,6 +418,7 @@ mod tests {
             frames: 0,
             tags: String::new(),
             metrics: "0".repeat(16),
+            checks: "00000000".to_owned(),
             values: String::new(),
             checked: String::new(),
         };

@@ -67,6 +67,40 @@ fn locked_runs_are_equal_and_the_file_is_reproducible() {
 }
 
 /// The frame of the first collision follows from the lock file alone.
+/// Control: the check as it was, written in another way.
+#[test]
+fn weakened_and_removed_checks_and_edited_texts_are_reported() {
+    let check =
+        "[[checks]]\nmetric = \"energy.drift_relative\"\nexpected = 0.0\ntolerance = 1e-12\n";
+    let bench = Bench::new();
+    bench.write("discs.toml", &format!("{DISCS}{check}"));
+    expect(&bench.call(&["lock", "discs.toml"]), 0);
+    let found = |manifest: &str, words: &[&str], code: i32| {
+        bench.write("discs.toml", manifest);
+        let called = bench.call(&["check", "--locked"]);
+        expect(&called, code);
+        for word in words {
+            assert!(called.out.contains(word), "{word}: {}", called.out);
+        }
+    };
+    found(&format!("{DISCS}{}", check.replace("1e-12", "1.0e-12")), &[], 0);
+    let other = "a check of the manifest was added, edited or removed";
+    found(
+        &format!("{DISCS}{}", check.replace("1e-12", "0.5")),
+        &[other, "no checked metric moved"],
+        4,
+    );
+    found(DISCS, &[other], 4);
+    let manifest = format!("{DISCS}{check}");
+    let file = fs::read_to_string(bench.path("kinetoscope.lock")).unwrap();
+    let value = line(&file, "energy.drift_relative = ");
+    for (text, edited) in [("seed = 4", "seed = 5"), (&value, "energy.drift_relative = 1.0")] {
+        assert!(file.contains(text), "{file}");
+        bench.write("kinetoscope.lock", &file.replace(text, edited));
+        found(&manifest, &["this entry of the lock file was edited"], 4);
+    }
+}
+
 #[test]
 fn first_difference_is_named_without_a_recording() {
     let bench = changed();
@@ -183,10 +217,10 @@ fn changed_manifests_and_other_versions_are_reported() {
     edit(&bench, "kinetoscope.lock", &[("program_version = \"", "program_version = \"7.")]);
     let called = bench.call(&["check", "--locked"]);
     assert!(called.err.contains("which version 7."), "{}", called.err);
-    edit(&bench, "kinetoscope.lock", &[("\nversion = 4", "\nversion = 3")]);
+    edit(&bench, "kinetoscope.lock", &[("\nversion = 5", "\nversion = 3")]);
     for called in [bench.call(&["check", "--locked"]), bench.call(&["lock", "discs.toml"])] {
         expect(&called, 4);
-        assert!(called.err.contains("version 3 of the layout; this program reads version 4"));
+        assert!(called.err.contains("version 3 of the layout; this program reads version 5"));
     }
 }
 

@@ -181,13 +181,13 @@ fn entry(manifest: String, rerun: &RerunExperiment) -> Result<LockedExperiment, 
         let manifest = &rerun.experiment.runs[index].manifest;
         seconds += nominal_seconds(manifest, found.steps_or_events, found.frames.len() as u64);
         messages.push(found.messages.clone());
-        if first.is_none() {
-            first = Some((found.tags(), metrics_of(&recording)?));
-        }
+        first.get_or_insert_with(|| (found.tags(), recording));
     }
-    let (tags, metrics) = first.ok_or_else(|| bad(format!("{manifest} has no run")))?;
+    let (tags, recording) = first.ok_or_else(|| bad(format!("{manifest} has no run")))?;
     let keys: Vec<String> = rerun.runs.iter().map(|run| run.run_key.clone()).collect();
     let hashes = RunHashes::new(&keys, &messages);
+    let values = text_of(&rerun.values);
+    let checked: String = checked(rerun)?.values.iter().map(line_of).collect();
     Ok(LockedExperiment {
         manifest,
         model: rerun.experiment.model().to_owned(),
@@ -199,21 +199,24 @@ fn entry(manifest: String, rerun: &RerunExperiment) -> Result<LockedExperiment, 
         groups: hashes.groups,
         frames: tags.frames,
         tags: LockedExperiment::tags_text(&tags),
-        metrics,
-        values: text_of(&rerun.values),
-        checked: checked(rerun)?.values.iter().map(line_of).collect(),
+        metrics: metrics_of(&recording, [&values, &checked])?,
+        checks: rerun.checks.clone(),
+        values,
+        checked,
     })
 }
 
-/// The hash of all metrics of a recording; of none for one that holds only keyframes, because they need all frames.
-pub(crate) fn metrics_of(recording: &Recording) -> Result<String, Failure> {
+/// The hash of all metrics of a recording, and of the readable texts of its entry; of no metric for one that holds only keyframes,
+/// because they need all frames.
+pub(crate) fn metrics_of(recording: &Recording, readable: [&str; 2]) -> Result<String, Failure> {
     if let StoredFrames::Keyframes(_) = recording.provenance().stored {
-        return Ok(metrics_hash(std::iter::empty()));
+        return Ok(metrics_hash(std::iter::empty(), readable));
     }
     let unreadable = |error| Failure::new(Exit::Unreadable, error);
     let analysis = kinetoscope_analysis::analyze(recording).map_err(unreadable)?;
     let with_value = analysis.measurements.iter().filter(|found| found.reason.is_none());
-    Ok(metrics_hash(with_value.map(|found| (found.name(), found.estimate.value))))
+    let values = with_value.map(|found| (found.name(), found.estimate.value));
+    Ok(metrics_hash(values, readable))
 }
 
 /// The checked metrics of an experiment.

@@ -210,9 +210,16 @@ impl LockedCheck<'_> {
                     format!("the tags of {manifest} are not those of its run, which is equal");
                 return Err(unreadable(self.lock_file, &LockError::Damaged(what)));
             }
-            let is_equal = metrics_of(&recording)? == entry.metrics;
-            let other = "the messages are equal, but the first run has other metrics: the analysis has changed";
-            return Ok(if is_equal { Vec::new() } else { vec![other.to_owned()] });
+            let metrics = metrics_of(&recording, [&entry.values, &entry.checked])?;
+            let other_metrics = "the messages are equal, but not the metrics: the analysis has changed, or this entry of the lock file was edited";
+            let other_checks =
+                "the runs are equal, but a check of the manifest was added, edited or removed";
+            let found = [
+                (metrics != entry.metrics, other_metrics),
+                (rerun.checks != entry.checks, other_checks),
+            ];
+            let found = found.into_iter().filter(|(differs, _)| *differs);
+            return Ok(found.map(|(_, what)| what.to_owned()).collect());
         }
         let tags = entry.frame_tags().filter(|tags| *tags != found.tags() || entry.runs == 1);
         if let Some(tags) = &tags

@@ -11,10 +11,11 @@ use crate::running::RunArguments;
 use clap::Args;
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope::verify::fingerprint::{Fingerprint, fingerprint};
+use kinetoscope::verify::lock_file::checks_hash;
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::regular_file::{MAX_MANIFEST_BYTES, read_text};
-use kinetoscope_manifest::{Experiment, written_values};
+use kinetoscope_manifest::{Experiment, written_checks, written_values};
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::Recording;
 use std::cell::OnceCell;
@@ -66,6 +67,8 @@ pub(crate) struct RerunExperiment {
     pub(crate) runs: Vec<RerunRun>,
     /// The keys of the manifest that affect the runs, with their values.
     pub(crate) values: BTreeMap<String, String>,
+    /// The hash of its checks.
+    pub(crate) checks: String,
     /// The folder of their recordings.
     pub(crate) folder: PathBuf,
     /// Time that the runs took, s.
@@ -130,8 +133,10 @@ impl Reruns {
             recording: plan.folder.join(planned.file_name()),
         });
         let runs = runs.collect();
-        let (values, folder) = (values_of(manifest), plan.folder.clone());
-        Ok(RerunExperiment { experiment, runs, values, folder, seconds })
+        let text = text_of(manifest);
+        let (values, checks) = (written_values(&text), checks_hash(&written_checks(&text)));
+        let folder = plan.folder.clone();
+        Ok(RerunExperiment { experiment, runs, values, checks, folder, seconds })
     }
 
     /// Removes recordings from the temporary folder: those of all manifests together would need much space.
@@ -147,7 +152,11 @@ impl Reruns {
 
 /// The keys of a manifest that affect its runs, with their values; none if it cannot be read.
 pub(crate) fn values_of(manifest: &Path) -> BTreeMap<String, String> {
-    written_values(&read_text(manifest, MAX_MANIFEST_BYTES).unwrap_or_default())
+    written_values(&text_of(manifest))
+}
+
+fn text_of(manifest: &Path) -> String {
+    read_text(manifest, MAX_MANIFEST_BYTES).unwrap_or_default()
 }
 
 impl RerunRun {
