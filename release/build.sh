@@ -24,6 +24,10 @@ SOURCE_DATE_EPOCH=${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct)}
 export RUSTFLAGS CFLAGS SOURCE_DATE_EPOCH CARGO_INCREMENTAL=0 LC_ALL=C TZ=UTC
 umask 022
 
+# The identifier of the source, which bundles name.
+KINETOSCOPE_COMMIT=$(git rev-parse HEAD)
+export KINETOSCOPE_COMMIT
+
 # glibc 2.17: manylinux_2_17, and every distribution since 2014.
 cargo zigbuild --locked --profile dist --target "$target.2.17" --target-dir "$root/target" \
     --package kinetoscope-program --features parquet --bin kinetoscope

@@ -5,6 +5,7 @@
 
 mod allocator;
 mod benchmark;
+mod bundling;
 mod check;
 mod comparison;
 mod doctor;
@@ -21,6 +22,8 @@ mod view;
 mod why;
 
 use benchmark::BenchmarkArguments;
+use bundling::bundle::BundleArguments;
+use bundling::reproduce::ReproduceArguments;
 use check::CheckArguments;
 use clap::{CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
@@ -65,6 +68,10 @@ enum Command {
     Check(CheckArguments),
     #[command(after_help = exit_codes(&[1, 4, 5, 129, 130, 143]))]
     Lock(LockArguments),
+    #[command(after_help = exit_codes(&[1, 4, 5, 129, 130, 143]))]
+    Bundle(BundleArguments),
+    #[command(after_help = exit_codes(&[1, 4, 5, 129, 130, 143]))]
+    Reproduce(ReproduceArguments),
     #[command(after_help = exit_codes(&[1, 4, 5, 129, 130, 143]))]
     Verify(VerifyArguments),
     #[command(after_help = exit_codes(&[4, 5]))]
@@ -168,6 +175,8 @@ fn execute(arguments: &Arguments) -> Exit {
         Command::New(arguments) => arguments.execute(),
         Command::Check(arguments) => arguments.execute(),
         Command::Lock(arguments) => arguments.execute(),
+        Command::Bundle(arguments) => arguments.execute(),
+        Command::Reproduce(arguments) => arguments.execute(),
         Command::Verify(arguments) => arguments.execute(),
         Command::Compare(arguments) => arguments.execute(),
         Command::Fill(arguments) => arguments.execute(),

@@ -73,6 +73,8 @@ mod keyframes;
 mod changed_keyframes;
 // Analysis, plots and exports of recordings that keep only keyframes.
 mod analysis_of_keyframes;
+// Experiments that travel in one file.
+mod bundles;
 // Golden values of runs, and the place of the first difference.
 mod lock;
 // Several runs in one recording.

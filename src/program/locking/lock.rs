@@ -174,7 +174,10 @@ pub(crate) fn unreadable(path: &Path, error: &LockError) -> Failure {
 }
 
 /// The entry of a manifest.
-fn entry(manifest: String, rerun: &RerunExperiment) -> Result<LockedExperiment, Failure> {
+pub(crate) fn entry(
+    manifest: String,
+    rerun: &RerunExperiment,
+) -> Result<LockedExperiment, Failure> {
     let (mut messages, mut first, mut seconds) = (Vec::new(), None, 0.0);
     for (index, run) in rerun.runs.iter().enumerate() {
         let (recording, found) = run.fingerprint()?;

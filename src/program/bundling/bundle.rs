@@ -1,0 +1,105 @@
+//! `bundle`: writes an experiment and its results into one file.
+
+use super::archive::{ArchiveError, write};
+use super::contents::files;
+use super::description::{Description, Named};
+use crate::locking::locked_runs::{Parallel, Reruns};
+use crate::messages::exit::of_output;
+use crate::messages::progress::size;
+use crate::messages::result_arguments::ResultArguments;
+use crate::messages::{Failure, bad, plural, word};
+use clap::Args;
+use kinetoscope_console::Exit;
+use kinetoscope_console::text::shown_path;
+use kinetoscope_files::output_file;
+use serde_json::json;
+use std::fs;
+use std::path::PathBuf;
+
+/// Write an experiment with its results into one ZIP file, which anyone can rerun with `reproduce`
+///
+/// The file contains the manifest, the hashes of all messages, the metrics, plots and report, and descriptions for archives
+/// (RO-Crate, Citation File Format, Zenodo, CodeMeta). The same results give the same bytes.
+#[derive(Debug, Args)]
+pub(crate) struct BundleArguments {
+    /// Manifest of an experiment that was run and analyzed
+    #[arg(value_name = "MANIFEST")]
+    manifest: PathBuf,
+    /// An author of the results: "NAME", or "NAME <https://orcid.org/…>"; can be repeated
+    #[arg(long, required = true, value_name = "AUTHOR")]
+    author: Vec<String>,
+    /// The authors' organization: "NAME", or "NAME <https://…>"
+    #[arg(long, value_name = "NAME")]
+    affiliation: Option<String>,
+    /// The license of the results, as an SPDX identifier such as CC-BY-4.0
+    #[arg(long, value_name = "LICENSE")]
+    license: String,
+    /// Include the recordings
+    #[arg(long)]
+    recordings: bool,
+    /// Folder of the recordings, which are in DIR/NAME
+    #[arg(long, value_name = "DIR", default_value = "recordings")]
+    output: PathBuf,
+    /// The bundle [default: NAME.zip]
+    #[arg(long, value_name = "FILE")]
+    file: Option<PathBuf>,
+    #[command(flatten)]
+    parallel: Parallel,
+    #[command(flatten)]
+    result: ResultArguments,
+}
+
+impl BundleArguments {
+    /// Writes the bundle. Runs that are not recorded are executed first.
+    #[must_use]
+    pub(crate) fn execute(&self) -> Exit {
+        self.result.concluded(self.bundle().unwrap_or_else(|failure| self.result.failed(&failure)))
+    }
+
+    fn bundle(&self) -> Result<Exit, Failure> {
+        let description = self.description()?;
+        let rerun =
+            Reruns::recorded(self.output.clone(), self.parallel)?.execute(&self.manifest)?;
+        let name = rerun.experiment.name.as_str();
+        let file = self.file.clone().unwrap_or_else(|| PathBuf::from(format!("{name}.zip")));
+        let unwritten = |error: &std::io::Error| {
+            let what = format!("cannot write {}: {error}", shown_path(&file));
+            Failure::new(of_output(error), what).help("name another file with --file")
+        };
+        output_file::check(&file).map_err(|error| unwritten(&error))?;
+        let files = files(&self.manifest, &rerun, self.recordings, &description)?;
+        write(&file, &files).map_err(|error| match error {
+            ArchiveError::Io(error) => unwritten(&error),
+            ArchiveError::Damaged(what) => Failure::new(Exit::BadInput, what),
+        })?;
+        let bytes = fs::metadata(&file).map_or(0, |metadata| metadata.len());
+        let count = plural(files.len() as u64 + 1, "file");
+        let text = format!("{}: {count}, {}", shown_path(&file), size(bytes));
+        self.result.print(
+            &text,
+            || json!({ "exit_code": 0, "file": file, "bytes": bytes, "files": files.len() + 1 }),
+        );
+        self.result.say_commands(&format!(
+            "\nNext, on any machine:\n  kinetoscope reproduce {}",
+            word(&file.to_string_lossy())
+        ));
+        Ok(Exit::Done)
+    }
+
+    fn description(&self) -> Result<Description, Failure> {
+        let is_identifier = |letter: char| letter.is_ascii_alphanumeric() || "-.+".contains(letter);
+        if self.license.is_empty() || !self.license.chars().all(is_identifier) {
+            return Err(bad("--license is not an SPDX identifier")
+                .help("name one of https://spdx.org/licenses, such as CC-BY-4.0 or CC0-1.0"));
+        }
+        Ok(Description {
+            authors: self
+                .author
+                .iter()
+                .map(|author| Named::parse(author))
+                .collect::<Result<_, _>>()?,
+            affiliation: self.affiliation.as_deref().map(Named::parse).transpose()?,
+            license: self.license.clone(),
+        })
+    }
+}

@@ -1,0 +1,317 @@
+//! The description of a bundle in the formats that archives read: RO-Crate, Citation File Format, Zenodo and CodeMeta.
+
+use super::archive::Content;
+use crate::messages::{Failure, bad};
+use kinetoscope_console::text::one_line;
+use serde_json::{Value as Json, json};
+use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+
+/// The profiles of the description; see <https://www.researchobject.org/workflow-run-crate/profiles/process_run_crate>.
+const RO_CRATE: &str = "https://w3id.org/ro/crate/1.1";
+const PROCESS_RUN: &str = "https://w3id.org/ro/wfrun/process/0.5";
+const PROCESS_RUN_TERMS: &str = "https://w3id.org/ro/terms/workflow-run/context";
+
+/// Formats of files by their ending: media type, name of the format, page that defines it.
+const FORMATS: [(&str, &str, &str, &str); 7] = [
+    (".mcap", "application/octet-stream", "MCAP", "https://mcap.dev/spec"),
+    (".toml", "application/toml", "TOML", "https://toml.io/en/v1.0.0"),
+    (".lock", "application/toml", "TOML", "https://toml.io/en/v1.0.0"),
+    (".json", "application/json", "JSON", "https://www.rfc-editor.org/rfc/rfc8259"),
+    (".csv", "text/csv", "CSV", "https://www.rfc-editor.org/rfc/rfc4180"),
+    (".html", "text/html", "HTML", "https://html.spec.whatwg.org/"),
+    (".svg", "image/svg+xml", "SVG", "https://www.w3.org/TR/SVG11/"),
+];
+
+/// A person or an organization, with a page that identifies it.
+#[derive(Clone, Debug)]
+pub(super) struct Named {
+    name: String,
+    page: Option<String>,
+}
+
+impl Named {
+    /// Reads "NAME" or "NAME <https://…>".
+    pub(super) fn parse(text: &str) -> Result<Self, Failure> {
+        let (name, page) = match text.split_once('<') {
+            None => (text.trim(), None),
+            Some((name, rest)) => (name.trim(), Some(rest.trim().strip_suffix('>').unwrap_or(""))),
+        };
+        let is_page = |page: &str| {
+            page.starts_with("https://")
+                && !page.contains(|letter: char| {
+                    letter.is_whitespace() || letter.is_control() || "\"<>".contains(letter)
+                })
+        };
+        if name.is_empty()
+            || name.chars().any(char::is_control)
+            || page.is_some_and(|page| !is_page(page))
+        {
+            let what = format!("\"{}\" is not a name", one_line(text));
+            return Err(bad(what).help("write \"NAME\", or \"NAME <https://…>\" with the address of an ORCID record or a home page"));
+        }
+        Ok(Self { name: name.to_owned(), page: page.map(str::to_owned) })
+    }
+
+    fn id(&self, number: usize) -> String {
+        self.page.clone().unwrap_or_else(|| format!("#author-{number}"))
+    }
+}
+
+/// Who is responsible for a bundle, and what others may do with it.
+#[derive(Clone, Debug)]
+pub(super) struct Description {
+    pub(super) authors: Vec<Named>,
+    pub(super) affiliation: Option<Named>,
+    /// SPDX identifier.
+    pub(super) license: String,
+}
+
+impl Description {
+    /// The descriptive files of a bundle with these files, whose last run was finished at this time.
+    pub(super) fn files(
+        &self,
+        bundle: &Json,
+        files: &BTreeMap<String, Content>,
+        finished: &str,
+    ) -> io::Result<Vec<(&'static str, String)>> {
+        let date = finished.split('T').next().unwrap_or_default();
+        let text = |key: &str| bundle[key].as_str().unwrap_or_default().to_owned();
+        let title = match text("question") {
+            question if question.is_empty() => format!("The experiment {}", text("experiment")),
+            question => question,
+        };
+        let summary = match text("answer") {
+            answer if answer.is_empty() => {
+                format!("Particle experiment with the model {}.", text("model"))
+            }
+            answer => answer,
+        };
+        let words = Words { title, summary, date: date.to_owned(), finished: finished.to_owned() };
+        Ok(vec![
+            ("CITATION.cff", self.citation(&words)),
+            (".zenodo.json", pretty(&self.zenodo(&words))),
+            ("codemeta.json", pretty(&self.codemeta(bundle))),
+            ("ro-crate-metadata.json", pretty(&self.research_object(bundle, &words, files)?)),
+        ])
+    }
+
+    /// Citation File Format 1.2.0. JSON strings are YAML strings.
+    fn citation(&self, words: &Words) -> String {
+        let quoted = |text: &str| Json::from(text).to_string();
+        let authors: String = self
+            .authors
+            .iter()
+            .map(|author| format!("  - name: {}\n", quoted(&author.name)))
+            .collect();
+        format!(
+            "cff-version: 1.2.0\nmessage: If you use these results, please cite them.\ntype: dataset\ntitle: {}\nabstract: {}\nauthors:\n{authors}license: {}\ndate-released: {}\n",
+            quoted(&words.title),
+            quoted(&words.summary),
+            quoted(&self.license),
+            quoted(&words.date),
+        )
+    }
+
+    /// The metadata of a deposit, as Zenodo reads them.
+    fn zenodo(&self, words: &Words) -> Json {
+        let affiliation = self.affiliation.as_ref().map(|it| it.name.as_str());
+        let creator = |author: &Named| {
+            let orcid =
+                author.page.as_deref().and_then(|page| page.strip_prefix("https://orcid.org/"));
+            without_null(json!({ "name": author.name, "orcid": orcid, "affiliation": affiliation }))
+        };
+        json!({
+            "title": words.title,
+            "description": words.summary,
+            "upload_type": "dataset",
+            "license": self.license.to_lowercase(),
+            "publication_date": words.date,
+            "creators": self.authors.iter().map(creator).collect::<Vec<_>>(),
+        })
+    }
+
+    /// The program that made the results, in CodeMeta 2.0.
+    fn codemeta(&self, bundle: &Json) -> Json {
+        let program = &bundle["program"];
+        without_null(json!({
+            "@context": "https://doi.org/10.5063/schema/codemeta-2.0",
+            "@type": "SoftwareSourceCode",
+            "name": program["name"],
+            "version": program["version"],
+            "codeRepository": program["repository"],
+            "identifier": bundle["software_heritage"]["source"],
+            "license": env!("CARGO_PKG_LICENSE").split(" OR ").map(license_page).collect::<Vec<_>>(),
+            "programmingLanguage": "Rust",
+        }))
+    }
+
+    /// A Process Run Crate: the program made the results from the manifest.
+    fn research_object(
+        &self,
+        bundle: &Json,
+        words: &Words,
+        files: &BTreeMap<String, Content>,
+    ) -> io::Result<Json> {
+        let (program, license) = (&bundle["program"], license_page(&self.license));
+        let manifest = bundle["manifest"].as_str().unwrap_or_default();
+        let authors: Vec<Json> =
+            self.authors.iter().enumerate().map(|(at, author)| reference(&author.id(at))).collect();
+        let publisher = self
+            .affiliation
+            .as_ref()
+            .map_or_else(|| authors[0].clone(), |it| reference(&it.id(authors.len())));
+        let data = files
+            .iter()
+            .map(|(name, content)| data_entity(name, content))
+            .collect::<io::Result<Vec<_>>>()?;
+        let parts: Vec<Json> = files.keys().map(|name| reference(name)).collect();
+        let results: Vec<Json> =
+            files.keys().filter(|name| *name != manifest).map(|name| reference(name)).collect();
+        let mut graph = vec![
+            json!({ "@id": "ro-crate-metadata.json", "@type": "CreativeWork", "conformsTo": reference(RO_CRATE), "about": reference("./") }),
+            json!({
+                "@id": "./", "@type": "Dataset", "name": words.title, "description": words.summary, "datePublished": words.date,
+                "license": reference(&license), "author": one_or_all(&authors), "publisher": publisher,
+                "conformsTo": reference(PROCESS_RUN), "hasPart": parts, "mentions": reference("#run"),
+            }),
+            json!({ "@id": PROCESS_RUN, "@type": "CreativeWork", "name": "Process Run Crate", "version": "0.5" }),
+            json!({ "@id": license, "@type": "CreativeWork", "name": self.license, "description": "License of the data" }),
+            without_null(json!({
+                "@id": program["repository"], "@type": "SoftwareApplication", "name": program["name"], "url": program["repository"],
+                "softwareVersion": program["version"], "identifier": bundle["software_heritage"]["source"],
+            })),
+            json!({
+                "@id": "#run", "@type": "CreateAction", "name": format!("Runs and analysis of {manifest}"),
+                "description": "kinetoscope reproduce repeats the runs and compares every message",
+                "endTime": words.finished, "agent": authors[0], "instrument": reference(program["repository"].as_str().unwrap_or_default()),
+                "object": reference(manifest), "result": results,
+                "actionStatus": "http://schema.org/CompletedActionStatus",
+            }),
+        ];
+        let affiliation = self.affiliation.as_ref().map(|it| reference(&it.id(authors.len())));
+        graph.extend(self.authors.iter().enumerate().map(|(at, author)| {
+            without_null(json!({ "@id": author.id(at), "@type": "Person", "name": author.name, "affiliation": affiliation }))
+        }));
+        graph.extend(self.affiliation.iter().map(|it| {
+            without_null(json!({ "@id": it.id(authors.len()), "@type": "Organization", "name": it.name, "url": it.page }))
+        }));
+        let pages: BTreeMap<&str, &str> =
+            FORMATS.iter().map(|(_, _, name, page)| (*page, *name)).collect();
+        graph.extend(
+            pages
+                .iter()
+                .map(|(page, name)| json!({ "@id": page, "@type": "WebSite", "name": name })),
+        );
+        graph.extend(data);
+        Ok(
+            json!({ "@context": [format!("{RO_CRATE}/context"), PROCESS_RUN_TERMS], "@graph": graph }),
+        )
+    }
+}
+
+/// What the descriptions say about the experiment.
+struct Words {
+    title: String,
+    summary: String,
+    date: String,
+    finished: String,
+}
+
+fn data_entity(name: &str, content: &Content) -> io::Result<Json> {
+    let bytes = match content {
+        Content::Text(text) => text.len() as u64,
+        Content::File(path) => fs::metadata(path)?.len(),
+    };
+    let format = FORMATS.iter().find(|(ending, ..)| name.ends_with(ending));
+    let format = format.map(|(_, media, _, page)| json!([media, reference(page)]));
+    let last = name.rsplit('/').next().unwrap_or(name);
+    Ok(without_null(json!({
+        "@id": name, "@type": "File", "name": last, "contentSize": bytes.to_string(), "encodingFormat": format,
+    })))
+}
+
+fn reference(id: &str) -> Json {
+    json!({ "@id": id })
+}
+
+/// Items as JSON-LD writes them: a single one without brackets.
+fn one_or_all(items: &[Json]) -> Json {
+    match items {
+        [one] => one.clone(),
+        all => all.into(),
+    }
+}
+
+fn license_page(identifier: &str) -> String {
+    format!("https://spdx.org/licenses/{identifier}")
+}
+
+fn pretty(value: &Json) -> String {
+    format!("{value:#}\n")
+}
+
+/// An object without the keys that have no value.
+fn without_null(mut object: Json) -> Json {
+    if let Some(map) = object.as_object_mut() {
+        map.retain(|_, value| !value.is_null());
+    }
+    object
+}
+
+/// A time in ISO 8601, in UTC. The date follows from the number of days since 1970 in the Gregorian calendar, whose eras of 400 years
+/// have 146,097 days; years begin in March, so that the day of a leap year is the last one (Richards 2013, Explanatory Supplement to
+/// the Astronomical Almanac, section 15.11).
+pub(super) fn iso_time(unix_time_s: u64) -> String {
+    let (days, second) = (unix_time_s / 86_400, unix_time_s % 86_400);
+    let day = days + 719_468;
+    let (era, day) = (day / 146_097, day % 146_097);
+    let year = (day - day / 1_460 + day / 36_524 - day / 146_096) / 365;
+    let day = day - (365 * year + year / 4 - year / 100);
+    let month = (5 * day + 2) / 153;
+    let date = day - (153 * month + 2) / 5 + 1;
+    let (month, carried) = if month < 10 { (month + 3, 0) } else { (month - 9, 1) };
+    let year = era * 400 + year + carried;
+    let (hour, minute, second) = (second / 3600, second / 60 % 60, second % 60);
+    format!("{year:04}-{month:02}-{date:02}T{hour:02}:{minute:02}:{second:02}+00:00")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Named, iso_time};
+
+    /// Source: `date --utc --iso-8601=seconds --date @N`.
+    #[test]
+    fn dates_are_those_of_the_calendar() {
+        let cases = [
+            (0, "1970-01-01T00:00:00+00:00"),
+            (951_782_400, "2000-02-29T00:00:00+00:00"),
+            (951_868_799, "2000-02-29T23:59:59+00:00"),
+            (1_709_164_800, "2024-02-29T00:00:00+00:00"),
+            (4_107_542_400, "2100-03-01T00:00:00+00:00"),
+            (1_795_791_378, "2026-11-27T14:56:18+00:00"),
+        ];
+        for (unix_time_s, expected) in cases {
+            assert_eq!(iso_time(unix_time_s), expected);
+        }
+    }
+
+    #[test]
+    fn names_have_an_address_or_none() {
+        let named = Named::parse("A. Author <https://orcid.org/0000-0002-1825-0097>").unwrap();
+        assert_eq!(named.name, "A. Author");
+        assert_eq!(named.page.as_deref(), Some("https://orcid.org/0000-0002-1825-0097"));
+        assert_eq!(Named::parse("One").unwrap().page, None);
+        for wrong in [
+            "",
+            "<https://x.example>",
+            "A <x>",
+            "A <https://x.example",
+            "A <https://x .example>",
+            "A\nB",
+        ] {
+            assert!(Named::parse(wrong).is_err(), "{wrong}");
+        }
+    }
+}

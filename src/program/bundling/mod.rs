@@ -1,0 +1,8 @@
+//! `bundle` and `reproduce`: an experiment with its results in one file, and the rerun of such a file by anyone.
+
+pub(crate) mod archive;
+pub(crate) mod bundle;
+mod contents;
+mod description;
+pub(crate) mod reproduce;
+mod seal;

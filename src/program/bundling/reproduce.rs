@@ -1,0 +1,131 @@
+//! `reproduce`: reruns the experiment of a bundle and compares every message.
+
+use super::archive::{Archive, ArchiveError};
+use super::contents::{BUNDLE, RECORDINGS, VERSION};
+use crate::locking::lock::USUAL;
+use crate::locking::locked_check::LockedCheck;
+use crate::locking::locked_runs::Parallel;
+use crate::messages::exit::{ON_FAILED_DISK, of_output};
+use crate::messages::result_arguments::ResultArguments;
+use crate::messages::{Failure, bad};
+use clap::Args;
+use kinetoscope_console::Exit;
+use kinetoscope_console::text::{one_line, shown_path};
+use kinetoscope_files::regular_file::is_of_file;
+use serde_json::Value as Json;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Rerun the experiment of a bundle, and compare every message and every metric with those that were bundled
+#[derive(Debug, Args)]
+pub(crate) struct ReproduceArguments {
+    /// The bundle, as `kinetoscope bundle` wrote it
+    #[arg(value_name = "FILE")]
+    bundle: PathBuf,
+    /// Unpack the bundle into this new folder, and keep it [default: a temporary folder]
+    #[arg(long, value_name = "DIR")]
+    into: Option<PathBuf>,
+    #[command(flatten)]
+    parallel: Parallel,
+    #[command(flatten)]
+    result: ResultArguments,
+}
+
+impl ReproduceArguments {
+    /// Checks the bundle, unpacks it, runs its manifest and compares.
+    #[must_use]
+    pub(crate) fn execute(&self) -> Exit {
+        self.result
+            .concluded(self.reproduce().unwrap_or_else(|failure| self.result.failed(&failure)))
+    }
+
+    fn reproduce(&self) -> Result<Exit, Failure> {
+        let mut archive = Archive::open(&self.bundle).map_err(|error| self.unusable(error))?;
+        let text = archive.text(BUNDLE).map_err(|error| self.unusable(error))?;
+        let bundle: Json = serde_json::from_str(&text).unwrap_or_default();
+        self.reject_other_version(&bundle)?;
+        let temporary;
+        let folder = match &self.into {
+            Some(folder) => {
+                fs::create_dir(folder).map_err(|error| unwritten(folder, &error))?;
+                folder.as_path()
+            }
+            None => {
+                temporary = tempfile::Builder::new()
+                    .prefix("kinetoscope-")
+                    .tempdir()
+                    .map_err(|error| unwritten(&std::env::temp_dir(), &error))?;
+                temporary.path()
+            }
+        };
+        archive.unpack(folder).map_err(|error| match error {
+            ArchiveError::Io(error) => unwritten(folder, &error),
+            damaged @ ArchiveError::Damaged(_) => self.unusable(damaged),
+        })?;
+        let text = |key: &str| one_line(bundle[key].as_str().unwrap_or_default()).into_owned();
+        let [question, answer] = ["question", "answer"].map(text);
+        let said = [question, answer].into_iter().filter(|line| !line.is_empty());
+        self.result.say(&said.collect::<Vec<_>>().join("\n"));
+        let recordings = folder.join(RECORDINGS);
+        let check = LockedCheck {
+            lock_file: &folder.join(USUAL),
+            manifests: &[],
+            all: true,
+            quick: false,
+            recordings: recordings.clone(),
+            earlier: recordings,
+            summary: None,
+            recorded: false,
+            parallel: self.parallel,
+            result: &self.result,
+        };
+        let exit = check.execute()?;
+        if exit == Exit::Done {
+            self.result.say(&format!(
+                "{} is reproduced: every message and every metric",
+                shown_path(&self.bundle)
+            ));
+        }
+        Ok(exit)
+    }
+
+    fn reject_other_version(&self, bundle: &Json) -> Result<(), Failure> {
+        match bundle["bundle"].as_u64() {
+            Some(VERSION) => Ok(()),
+            Some(version) => {
+                let what = format!(
+                    "{} has version {version} of the layout; this program reads version {VERSION}",
+                    shown_path(&self.bundle)
+                );
+                let program = one_line(bundle["program"]["version"].as_str().unwrap_or("unknown"))
+                    .into_owned();
+                Err(Failure::new(Exit::Differs, what)
+                    .help(format!("use the program that wrote it (version {program})")))
+            }
+            None => Err(self.unusable(ArchiveError::Damaged(format!("{BUNDLE} has no version")))),
+        }
+    }
+
+    /// The error of a bundle that cannot be used.
+    fn unusable(&self, error: ArchiveError) -> Failure {
+        let shown = shown_path(&self.bundle);
+        let what = format!("cannot use the bundle {shown}: {error}");
+        match &error {
+            ArchiveError::Io(io) if !is_of_file(io) => {
+                Failure::new(Exit::Retryable, what).help(ON_FAILED_DISK)
+            }
+            ArchiveError::Io(io) if io.kind() == io::ErrorKind::NotFound => {
+                bad(what).help("check the path")
+            }
+            ArchiveError::Io(_) | ArchiveError::Damaged(_) => Failure::new(Exit::Unreadable, what)
+                .help("copy the file again from where it was published"),
+        }
+    }
+}
+
+/// The error of a folder for the bundle's files.
+fn unwritten(folder: &Path, error: &io::Error) -> Failure {
+    let what = format!("cannot write to {}: {error}", shown_path(folder));
+    Failure::new(of_output(error), what).help("name a new folder with --into")
+}

@@ -1,0 +1,281 @@
+//! Guarantee: a bundle has the same bytes for the same results, and reproduces them in another folder; one that is not what was written
+//! is refused before anything is written.
+
+use crate::subcommand_bench::{Bench, Called};
+use data_encoding::HEXLOWER;
+use sha2::{Digest as _, Sha256};
+use std::fs;
+use std::io::{Cursor, Read as _, Write as _};
+use zip::write::SimpleFileOptions;
+use zip::{ZipArchive, ZipWriter};
+
+/// A short experiment with a sweep, an answer and a check.
+const GAS: &str = "name = \"gas\"\nquestion = \"Is the energy constant?\"\nanswer = \"Its drift is {energy.drift_relative @ temperature_k = 300}.\"\nseed = 1\n\
+    [model.gas]\nparticles = 20\nduration_s = 0.001\n[record]\nframes = 4\n[sweep.model.gas]\ntemperature_k = [200, 300]\n\
+    [[checks]]\nmetric = \"energy.drift_relative\"\nexpected = 0.0\ntolerance = 1e-9\n";
+
+const BY: [&str; 6] = [
+    "--author",
+    "A. Author <https://orcid.org/0000-0002-1825-0097>",
+    "--affiliation",
+    "The Institute <https://institute.example>",
+    "--license",
+    "CC-BY-4.0",
+];
+
+fn expect(called: &Called, code: i32) {
+    assert_eq!(called.code, Some(code), "{}{}", called.out, called.err);
+}
+
+/// A folder with a recorded and analyzed experiment.
+fn analyzed() -> Bench {
+    let bench = Bench::new();
+    bench.write("gas.toml", GAS);
+    expect(&bench.call(&["run", "--quiet", "gas.toml"]), 0);
+    expect(&bench.call(&["analyze", "--quiet", "recordings/gas"]), 0);
+    bench
+}
+
+fn bundle(bench: &Bench, further: &[&str]) -> Called {
+    let arguments: Vec<&str> =
+        ["bundle", "gas.toml"].iter().chain(&BY).chain(further).copied().collect();
+    bench.call(&arguments)
+}
+
+/// The files of a bundle by name.
+fn contents(bytes: &[u8]) -> Vec<(String, Vec<u8>)> {
+    let mut zip = ZipArchive::new(Cursor::new(bytes)).unwrap();
+    let entries = (0..zip.len()).map(|index| {
+        let mut entry = zip.by_index(index).unwrap();
+        let mut bytes = Vec::new();
+        entry.read_to_end(&mut bytes).unwrap();
+        (entry.name().unwrap().into_owned(), bytes)
+    });
+    entries.collect()
+}
+
+/// The bytes of a ZIP file with these files.
+fn packed(files: &[(String, Vec<u8>)]) -> Vec<u8> {
+    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+    for (name, bytes) in files {
+        zip.start_file(name, SimpleFileOptions::default()).unwrap();
+        zip.write_all(bytes).unwrap();
+    }
+    zip.finish().unwrap().into_inner()
+}
+
+#[test]
+fn bundle_has_the_same_bytes_and_reproduces_in_another_folder() {
+    let bench = analyzed();
+    let called = bundle(&bench, &[]);
+    expect(&called, 0);
+    assert!(called.out.contains("kinetoscope reproduce gas.zip"), "{}", called.out);
+    let first = fs::read(bench.path("gas.zip")).unwrap();
+    expect(&bundle(&bench, &["--file", "other.zip"]), 0);
+    assert!(first == fs::read(bench.path("other.zip")).unwrap(), "two bundles differ");
+    // The bar of a bundle without recordings is 2 MB.
+    assert!(first.len() < 2_000_000, "{} bytes", first.len());
+    let names: Vec<String> = contents(&first).into_iter().map(|(name, _)| name).collect();
+    for expected in [
+        "gas.toml",
+        "kinetoscope.lock",
+        "bundle.json",
+        "SHA256SUMS",
+        "CITATION.cff",
+        "codemeta.json",
+        ".zenodo.json",
+        "ro-crate-metadata.json",
+        "recordings/gas/metrics.json",
+        "recordings/gas/report.html",
+    ] {
+        assert!(names.iter().any(|name| name == expected), "{expected} is not in {names:?}");
+    }
+    assert!(
+        !names.iter().any(|name| name.ends_with(".mcap") || name.contains("host.json")),
+        "{names:?}"
+    );
+    let elsewhere = Bench::new();
+    fs::copy(bench.path("gas.zip"), elsewhere.path("given.zip")).unwrap();
+    let called = elsewhere.call(&["reproduce", "given.zip"]);
+    expect(&called, 0);
+    for part in ["Is the energy constant?", "gas.toml: 2 runs equal", "given.zip is reproduced"] {
+        assert!(called.out.contains(part), "{part} is not in {}", called.out);
+    }
+    expect(&elsewhere.call(&["reproduce", "given.zip", "--into", "kept"]), 0);
+    assert!(elsewhere.path("kept/recordings/gas/report.html").exists());
+}
+
+/// The bytes of a bundle with these files, as one who knows its layout would forge it.
+fn forged(files: &[(String, Vec<u8>)]) -> Vec<u8> {
+    let hash = |bytes: &[u8]| HEXLOWER.encode(&Sha256::digest(bytes));
+    let mut files: Vec<_> =
+        files.iter().filter(|(name, _)| name != "SHA256SUMS").cloned().collect();
+    let sums: String =
+        files.iter().map(|(name, bytes)| format!("{}  {name}\n", hash(bytes))).collect();
+    files.push(("SHA256SUMS".to_owned(), sums.into_bytes()));
+    let mut zip = ZipWriter::new_append(Cursor::new(packed(&files))).unwrap();
+    zip.set_comment("0".repeat(64)).unwrap();
+    let mut bytes = zip.finish().unwrap().into_inner();
+    bytes.truncate(bytes.len() - 64);
+    let seal = hash(&bytes);
+    bytes.extend_from_slice(seal.as_bytes());
+    bytes
+}
+
+/// An honest bundle of a program that gave other messages. Control: the same bundle with the messages of this program.
+#[test]
+fn first_difference_of_other_results_is_named() {
+    let bench = analyzed();
+    expect(&bundle(&bench, &["--recordings"]), 0);
+    let mut files = contents(&fs::read(bench.path("gas.zip")).unwrap());
+    assert_eq!(files.iter().filter(|(name, _)| name.ends_with(".mcap")).count(), 2);
+    fs::write(bench.path("forged.zip"), forged(&files)).unwrap();
+    expect(&bench.call(&["reproduce", "forged.zip"]), 0);
+    let other = Bench::new();
+    other.write("gas.toml", &GAS.replace("seed = 1", "seed = 2"));
+    expect(&other.call(&["lock", "--quiet", "gas.toml"]), 0);
+    let line = |text: &str, start: &str| {
+        text.lines().find(|line| line.starts_with(start)).unwrap().to_owned()
+    };
+    let foreign = fs::read_to_string(other.path("kinetoscope.lock")).unwrap();
+    let (_, lock) = files.iter_mut().find(|(name, _)| name == "kinetoscope.lock").unwrap();
+    let mut text = String::from_utf8(lock.clone()).unwrap();
+    for start in ["messages = ", "groups = ", "tags = "] {
+        text = text.replace(&line(&text, start), &line(&foreign, start));
+    }
+    *lock = text.into_bytes();
+    fs::write(bench.path("forged.zip"), forged(&files)).unwrap();
+    let called = bench.call(&["reproduce", "forged.zip"]);
+    expect(&called, 4);
+    assert!(called.out.contains("first difference in frame 0"), "{}", called.out);
+    assert!(!called.out.contains("is reproduced"), "{}", called.out);
+}
+
+#[test]
+fn bundle_of_a_newer_program_is_named() {
+    let bench = analyzed();
+    expect(&bundle(&bench, &[]), 0);
+    let mut files = contents(&fs::read(bench.path("gas.zip")).unwrap());
+    let (_, text) = files.iter_mut().find(|(name, _)| name == "bundle.json").unwrap();
+    *text = String::from_utf8(text.clone())
+        .unwrap()
+        .replace("\"bundle\": 1", "\"bundle\": 2")
+        .into_bytes();
+    fs::write(bench.path("newer.zip"), forged(&files)).unwrap();
+    let called = bench.call(&["reproduce", "newer.zip"]);
+    expect(&called, 4);
+    assert!(called.err.contains("version 2 of the layout"), "{}", called.err);
+}
+
+#[test]
+fn changed_added_missing_and_renamed_files_are_named() {
+    let bench = analyzed();
+    expect(&bundle(&bench, &[]), 0);
+    let original = contents(&fs::read(bench.path("gas.zip")).unwrap());
+    let at = |name: &str| original.iter().position(|(other, _)| other == name).unwrap();
+    let refused = |files: &[(String, Vec<u8>)], part: &str| {
+        fs::write(bench.path("changed.zip"), packed(files)).unwrap();
+        let called = bench.call(&["reproduce", "changed.zip", "--into", "unpacked"]);
+        expect(&called, 5);
+        assert!(called.err.contains(part), "{part} is not in {}", called.err);
+        assert!(!bench.path("unpacked").exists(), "{part}: something was written");
+    };
+    let mut changed = original.clone();
+    changed[at("gas.toml")].1.push(b'\n');
+    refused(&changed, "gas.toml was changed");
+    let mut added = original.clone();
+    added.push(("run-me.sh".to_owned(), b"#!/bin/sh\n".to_vec()));
+    refused(&added, "run-me.sh was added");
+    let mut missing = original.clone();
+    missing.remove(at("recordings/gas/metrics.json"));
+    refused(&missing, "recordings/gas/metrics.json is missing");
+    for name in [
+        "../gas.toml",
+        "/tmp/gas.toml",
+        "a/../../gas.toml",
+        "C:\\gas.toml",
+        "a//b",
+        "nul\u{1b}",
+        "x.",
+    ] {
+        let mut escaping = original.clone();
+        escaping.push((name.to_owned(), Vec::new()));
+        refused(&escaping, "is not a file below its own folder");
+    }
+    let mut twice = original.clone();
+    twice.push(("GAS.toml".to_owned(), Vec::new()));
+    refused(&twice, "differ only in case");
+    // Control: packed again without a change, all files are those that were written.
+    refused(&original, "it was packed again");
+    let mut bomb = original.clone();
+    bomb.push(("zeros".to_owned(), vec![0; 200_000_000]));
+    refused(&bomb, "times as large as the file");
+    fs::write(bench.path("changed.zip"), "text").unwrap();
+    expect(&bench.call(&["reproduce", "changed.zip"]), 5);
+    expect(&bench.call(&["reproduce", "none.zip"]), 2);
+}
+
+/// A symbolic link in a bundle is refused.
+#[test]
+fn link_in_a_bundle_is_refused() {
+    let bench = analyzed();
+    expect(&bundle(&bench, &[]), 0);
+    let mut zip =
+        ZipWriter::new_append(Cursor::new(fs::read(bench.path("gas.zip")).unwrap())).unwrap();
+    zip.add_symlink("link", "/etc/passwd", SimpleFileOptions::default()).unwrap();
+    fs::write(bench.path("link.zip"), zip.finish().unwrap().into_inner()).unwrap();
+    let called = bench.call(&["reproduce", "link.zip"]);
+    expect(&called, 5);
+    assert!(called.err.contains("\"link\", which is not a file"), "{}", called.err);
+}
+
+/// Every bundle with a flipped bit, a cut or an addition is refused.
+#[test]
+fn five_hundred_damaged_bundles_are_refused() {
+    let bench = analyzed();
+    expect(&bundle(&bench, &[]), 0);
+    let original = fs::read(bench.path("gas.zip")).unwrap();
+    let mut state = 1_u64;
+    let mut next = |below: usize| {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        usize::try_from(state >> 33).unwrap() % below
+    };
+    for number in 0..500 {
+        let mut bytes = original.clone();
+        let place = match number % 4 {
+            // The directory at the end of the file is a small part of it.
+            0 | 1 => original.len() - 1 - next(4_000.min(original.len())),
+            _ => next(original.len()),
+        };
+        match number % 10 {
+            9 => bytes.truncate(place),
+            8 => bytes.insert(place, 0),
+            _ => bytes[place] ^= 1 << next(8),
+        }
+        fs::write(bench.path("damaged.zip"), &bytes).unwrap();
+        let called = bench.call(&["reproduce", "damaged.zip", "--into", "unpacked"]);
+        assert_eq!(called.code, Some(5), "{number} at {place}: {}{}", called.out, called.err);
+        assert!(called.err.contains("\nhelp: "), "{}", called.err);
+        assert!(!bench.path("unpacked").exists(), "{number} at {place}");
+    }
+}
+
+#[test]
+fn bundle_needs_results_of_these_runs() {
+    let bench = Bench::new();
+    bench.write("gas.toml", GAS);
+    let called = bundle(&bench, &[]);
+    expect(&called, 2);
+    assert!(called.err.contains("kinetoscope analyze recordings/gas"), "{}", called.err);
+    expect(&bench.call(&["analyze", "--quiet", "recordings/gas"]), 0);
+    bench.write("gas.toml", &GAS.replace("seed = 1", "seed = 2"));
+    let called = bundle(&bench, &[]);
+    expect(&called, 2);
+    assert!(called.err.contains("is not of the runs of this manifest"), "{}", called.err);
+    let called = bench.call(&["bundle", "gas.toml", "--author", "A <x>", "--license", "CC0-1.0"]);
+    expect(&called, 2);
+    let called = bench.call(&["bundle", "gas.toml", "--author", "A", "--license", "my own"]);
+    expect(&called, 2);
+    assert!(called.err.contains("SPDX"), "{}", called.err);
+}
