@@ -51,6 +51,7 @@ pub struct LockedExperiment {
     /// The model.
     pub model: String,
     /// Its physics version.
+    #[serde(rename = "physics")]
     pub physics_version: u32,
     /// Bound of the time that the runs take by their number of steps or events, s: 1, 2, 5, 10, 20, 50, …
     pub at_most_s: u64,

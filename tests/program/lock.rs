@@ -200,7 +200,7 @@ fn changed_manifests_and_other_versions_are_reported() {
     // With the same run keys as well: the version is named, and not a place of other bits.
     for other_keys in [false, true] {
         bench.write("kinetoscope.lock", &whole);
-        edit(&bench, "kinetoscope.lock", &[("physics_version = ", "physics_version = 9")]);
+        edit(&bench, "kinetoscope.lock", &[("physics = ", "physics = 9")]);
         if other_keys {
             edit(&bench, "kinetoscope.lock", &[(&keys, "keys = \"0123456789abcdef\"")]);
         }

@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Metrics that are kept of an experiment.
-const MOST_METRICS: usize = 5;
+const MOST_METRICS: usize = 4;
 /// What a reader of a changed experiment compares.
 #[derive(Clone, Debug, Default)]
 pub struct CheckedExperiment {
@@ -18,7 +18,7 @@ pub struct CheckedExperiment {
     pub answer: String,
     /// Checks that fail, each in one line.
     pub failed_checks: Vec<String>,
-    /// The first metric of each check, then the others, up to five; without checks, metrics of the first run.
+    /// The first metric of each check, then the others, up to four; without checks, metrics of the first run.
     pub values: Vec<CheckedValue>,
 }
 
