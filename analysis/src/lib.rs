@@ -31,7 +31,9 @@ pub use checked_experiment::{CheckedExperiment, CheckedValue, checked_experiment
 pub use checks::ci_formats::markdown_text;
 pub use input::UnreadableRecording;
 pub use metric::{Definition, Law, Measurement, Theory, Violation};
-pub use models::{figure_names, fitted_along, metric_names, metrics_of_figure, needs_replicates};
+pub use models::{
+    figure_names, fitted_along, metric_names, metrics_of_figure, needs_replicates, unit_of,
+};
 pub use report::metrics_reference;
 pub use run::{RunAnalysis, RunStatus};
 pub use statistics::{Entries, Estimate, MissingError};

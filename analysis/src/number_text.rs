@@ -32,6 +32,11 @@ const SHOWN_ERROR: f64 = 1e-6;
 /// Formats a number with its standard error as sentences contain it, with two digits of the error: 24.5 ± 2.2, or
 /// (1.3182 ± 0.0013)·10⁻¹⁸; `None` if the error is not finite, or too small to be shown.
 pub(crate) fn plus_minus(value: f64, standard_error: f64) -> Option<String> {
+    plus_minus_to(None, value, standard_error)
+}
+
+/// The same with some significant digits of the value, of which the error has the last: 24 ± 2. `None` also if the error is less.
+pub(crate) fn plus_minus_to(digits: Option<u8>, value: f64, standard_error: f64) -> Option<String> {
     let is_shown = standard_error.is_finite()
         && value.is_finite()
         && standard_error > SHOWN_ERROR * value.abs()
@@ -40,12 +45,21 @@ pub(crate) fn plus_minus(value: f64, standard_error: f64) -> Option<String> {
         return None;
     }
     let exponent = decimal_exponent(value.abs().max(standard_error));
-    // Errors of more than two digits before the decimal point are written with a power of ten as well.
-    let is_plain = (-2..=5).contains(&exponent) && decimal_exponent(standard_error) < 2;
+    // The power of ten of the last digit.
+    let last = match digits.filter(|_| value != 0.0) {
+        Some(digits) => decimal_exponent(value.abs()) + 1 - i32::from(digits),
+        None => decimal_exponent(standard_error) - 1,
+    };
+    // A last digit before the decimal point is written with a power of ten as well.
+    let is_plain = (-2..=5).contains(&exponent) && last <= 0;
     let unit = if is_plain { 1.0 } else { 10.0_f64.powi(exponent) };
     let (value, error) = (value / unit, standard_error / unit);
-    let decimals = usize::try_from(1 - decimal_exponent(error)).unwrap_or(0);
-    let text = format!("{value:.decimals$} ± {error:.decimals$}").replace('-', "−");
+    let decimals = usize::try_from(if is_plain { -last } else { exponent - last }).unwrap_or(0);
+    let rounded = format!("{error:.decimals$}");
+    if rounded.chars().all(|digit| matches!(digit, '0' | '.')) {
+        return None;
+    }
+    let text = format!("{value:.decimals$} ± {rounded}").replace('-', "−");
     Some(if is_plain { text } else { format!("({text})·{}", power_text(exponent)) })
 }
 
@@ -92,6 +106,49 @@ pub(crate) fn six_digits(value: f64) -> String {
         let text = format!("{:.5}", value / unit);
         let mantissa = text.trim_end_matches('0').trim_end_matches('.');
         format!("{mantissa}·{}", power_text(exponent))
+    }
+}
+
+/// Most digits of a number in a text that a sentence repeats.
+const MOST_DIGITS: u8 = 6;
+
+/// Rounds the numbers in a text that have more than six digits, except for whole ones, which count or identify.
+pub(crate) fn with_short_numbers(text: &str) -> String {
+    let (mut short, mut rest) = (String::new(), text);
+    while let Some(at) = rest.find(|character: char| character.is_ascii_digit()) {
+        let (before, from) = rest.split_at(at);
+        let (number, after) = from.split_at(number_length(from));
+        let mantissa = number.split(['e', 'E']).next().unwrap_or(number);
+        let digits = mantissa.chars().filter(char::is_ascii_digit).count();
+        let is_whole = number.chars().all(|character| character.is_ascii_digit());
+        let is_long = digits > usize::from(MOST_DIGITS) && !is_whole;
+        let value: Option<f64> = number.parse().ok().filter(|value: &f64| value.is_finite());
+        short.push_str(before);
+        match value.filter(|_| is_long) {
+            Some(value) => short.push_str(&significant(value, MOST_DIGITS)),
+            None => short.push_str(number),
+        }
+        rest = after;
+    }
+    short + rest
+}
+
+/// Length of the number at the start of a text.
+fn number_length(text: &str) -> usize {
+    let digits =
+        |text: &str| text.len() - text.trim_start_matches(|c: char| c.is_ascii_digit()).len();
+    let mut length = digits(text);
+    if let Some(decimals) = text[length..].strip_prefix('.').map(digits).filter(|count| *count > 0)
+    {
+        length += 1 + decimals;
+    }
+    let exponent = text[length..].strip_prefix(['e', 'E']).map(|exponent| {
+        let sign = usize::from(exponent.starts_with(['+', '-']));
+        (sign, digits(&exponent[sign..]))
+    });
+    match exponent {
+        Some((sign, digits)) if digits > 0 => length + 1 + sign + digits,
+        _ => length,
     }
 }
 
@@ -164,6 +221,11 @@ mod tests {
         assert_eq!(shown(-0.43491, 0.00118), "−0.4349 ± 0.0012");
         assert_eq!(shown(1.318_24e-18, 1.3e-21), "(1.3182 ± 0.0013)·10⁻¹⁸");
         assert_eq!(shown(3.4e5, 18_439.0), "(3.40 ± 0.18)·10⁵");
+        let rounded = |digits, value, error| plus_minus_to(Some(digits), value, error);
+        assert_eq!(rounded(2, 24.479, 2.1896).as_deref(), Some("24 ± 2"));
+        assert_eq!(rounded(6, 24.479, 2.1896).as_deref(), Some("24.4790 ± 2.1896"));
+        assert_eq!(rounded(2, 12_345.0, 2_600.0).as_deref(), Some("(1.2 ± 0.3)·10⁴"));
+        assert_eq!(rounded(3, 455.1, 0.003), None);
         // Too small to be shown, unknown, or not a number.
         assert_eq!([shown(300.0, 1e-12), shown(1.0, f64::NAN), shown(f64::NAN, 1.0)], ["", "", ""]);
         for (value, digits, text) in [
@@ -178,6 +240,16 @@ mod tests {
         ] {
             assert_eq!(significant(value, digits), text);
         }
+    }
+
+    /// Control: whole numbers, short ones and words are as they were.
+    #[test]
+    fn numbers_of_a_repeated_text_have_at_most_six_digits() {
+        let text = "disc 1234567 at (0.123456789012, -4.5) m after 1.23456789e-5 s, key 45d74f2a, e = 0.5.";
+        let short =
+            "disc 1234567 at (0.123457, -4.5) m after 1.23457·10⁻⁵ s, key 45d74f2a, e = 0.5.";
+        assert_eq!(with_short_numbers(text), short);
+        assert_eq!(with_short_numbers(short), short);
     }
 
     #[test]

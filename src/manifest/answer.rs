@@ -1,15 +1,19 @@
 //! `answer`: the sentence that answers the question of an experiment, with numbers from metrics.
 
 use crate::checks::{CheckedManifest, names};
-use crate::diagnostics::{Diagnostic, Errors, nearest};
+use crate::diagnostics::{Errors, nearest};
+use crate::sentence::{Fault, LONGEST_SENTENCE, fault_in, report};
 use crate::sweep::{Axis, Coordinate};
-use crate::tree::{Node, Span, Value};
+use crate::tree::{Node, Value};
 use crate::value::{TomlValue, quoted, refuse_type};
 use serde_json::{Value as Json, json};
 use std::ops::Range;
 
 /// The keys along which the analysis fits a metric of a sweep; empty for a metric of runs.
 pub type FittedAlong = fn(metric: &str) -> Vec<&'static str>;
+
+/// The unit of a metric, "1" for a pure number; `None` for an unknown metric.
+pub type UnitOf = fn(metric: &str) -> Option<&'static str>;
 
 /// A text with references to metrics in braces, such as `The heap has {bed.surface_angle @ friction = 0.5}.`
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -39,7 +43,7 @@ pub struct MetricReference {
     pub is_size: bool,
     /// Whether the number is shown in percent.
     pub is_in_percent: bool,
-    /// Number of significant digits of a value without a standard error; `None` for the default.
+    /// Number of significant digits; `None` for those that the standard error decides, or for the default.
     pub digits: Option<u8>,
     /// The point of the sweep: pairs of a key, or its last part, and its value.
     pub at: Vec<(String, String)>,
@@ -47,26 +51,8 @@ pub struct MetricReference {
     place: Range<usize>,
 }
 
-/// Maximum length of an answer, characters: two sentences are about 200.
-const LONGEST_ANSWER: usize = 1000;
 /// Maximum number of significant digits.
 const MOST_DIGITS: u8 = 12;
-
-/// Separates the question from the expected answer in the first comment.
-const EXPECTED: &str = "Expected:";
-
-/// The question in the comment at the start of a manifest: its text up to "Expected:", if that ends with a question mark; else its
-/// first line, if that does; else empty.
-pub(crate) fn question_in(comment: &str) -> String {
-    let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
-    let before = comment.split(EXPECTED).next().map(words);
-    let first = comment.lines().next().map(words);
-    let mut questions = before.into_iter().chain(first);
-    questions.find(|text| text.ends_with('?')).unwrap_or_default()
-}
-
-/// An error in a part of the text: the part, what is wrong, and what to do.
-type Fault = (Range<usize>, String, String);
 
 impl AnswerTemplate {
     /// The words and numbers in order.
@@ -76,20 +62,8 @@ impl AnswerTemplate {
     }
 
     fn parse(text: &str) -> Result<Self, Fault> {
-        let all = 0..text.len();
-        let length = text.chars().count();
-        if length > LONGEST_ANSWER {
-            let title = format!("`answer` has {length} characters");
-            return Err((all, title, format!("must have at most {LONGEST_ANSWER}")));
-        }
-        if text.trim().is_empty() {
-            return Err((all, "`answer` is empty".to_owned(), "leave it out".to_owned()));
-        }
-        let is_control = |c: char| c.is_control() && c != '\n';
-        if let Some((at, control)) = text.char_indices().find(|(_, c)| is_control(*c)) {
-            let title =
-                format!("`answer` contains the control character U+{:04X}", u32::from(control));
-            return Err((at..at + control.len_utf8(), title, "leave it out".to_owned()));
+        if let Some(fault) = fault_in("answer", text) {
+            return Err(fault);
         }
         let mut parts = Vec::new();
         let mut words = String::new();
@@ -130,14 +104,14 @@ impl AnswerTemplate {
         &self,
         node: &Node,
         manifest: CheckedManifest<'_>,
-        fitted_along: Option<FittedAlong>,
+        (fitted_along, unit_of): (Option<FittedAlong>, Option<UnitOf>),
         errors: &mut Errors,
     ) {
         for part in &self.parts {
             let AnswerPart::Metric(reference) = part else { continue };
-            if let Err((title, label)) = reference.check(manifest, fitted_along) {
-                let place = place_in(node, &self.text, reference.place.clone());
-                errors.push(Diagnostic::new(title).at(place, label));
+            let form = reference.check_form(unit_of);
+            if let Err((title, label)) = form.and(reference.check(manifest, fitted_along)) {
+                report(node, &self.text, (reference.place.clone(), title, label), errors);
             }
         }
     }
@@ -243,6 +217,17 @@ impl MetricReference {
         })
     }
 
+    /// Whether the metric can have the form of the number.
+    ///
+    /// # Errors
+    /// What is wrong, and what to do.
+    fn check_form(&self, unit_of: Option<UnitOf>) -> Result<(), (String, String)> {
+        let unit = unit_of.filter(|_| self.is_in_percent).and_then(|of| of(&self.metric));
+        let Some(unit) = unit.filter(|unit| !matches!(*unit, "" | "1")) else { return Ok(()) };
+        let title = format!("`{}` is in {unit}, not a pure number", self.metric);
+        Err((title, "leave out `in percent`".to_owned()))
+    }
+
     /// Whether the metric is known and has one value here.
     ///
     /// # Errors
@@ -337,20 +322,6 @@ fn last_part(key: &str) -> &str {
     key.rsplit('.').next().unwrap_or(key)
 }
 
-/// The place of a part of a string: all of it if the string contains escapes.
-fn place_in(node: &Node, text: &str, part: Range<usize>) -> Span {
-    let quotes = (node.span.end - node.span.start).checked_sub(text.len());
-    let opening = match quotes {
-        Some(2) => 1,
-        Some(6) => 3,
-        // A line break after the quotes does not count.
-        Some(7) => 4,
-        _ => return node.span,
-    };
-    let start = node.span.start + opening;
-    Span { start: start + part.start, end: start + part.end, ..node.span }
-}
-
 impl TomlValue for AnswerTemplate {
     fn read(node: &Node, name: &str, errors: &mut Errors) -> Option<Self> {
         let Value::Text(text) = &node.value else {
@@ -358,9 +329,8 @@ impl TomlValue for AnswerTemplate {
         };
         match Self::parse(text) {
             Ok(answer) => Some(answer),
-            Err((part, title, label)) => {
-                let place = place_in(node, text, part);
-                errors.push(Diagnostic::new(title).at(place, label));
+            Err(fault) => {
+                report(node, text, fault, errors);
                 None
             }
         }
@@ -371,6 +341,6 @@ impl TomlValue for AnswerTemplate {
     }
 
     fn schema() -> Json {
-        json!({ "type": "string", "minLength": 1, "maxLength": LONGEST_ANSWER })
+        json!({ "type": "string", "minLength": 1, "maxLength": LONGEST_SENTENCE })
     }
 }

@@ -1,6 +1,6 @@
 //! Reads the text of a manifest into an experiment with all its runs.
 
-use crate::answer::{AnswerTemplate, FittedAlong, question_in};
+use crate::answer::{AnswerTemplate, FittedAlong, UnitOf};
 use crate::baseline::{self, BaselineTolerance};
 use crate::canonical::{RunKey, RunManifest};
 use crate::checks::{self, Check, CheckedManifest, MetricNames};
@@ -10,11 +10,12 @@ use crate::keys::{HasKeys as _, Reader};
 use crate::model::{ModelConfig, Recordings, no_model};
 use crate::plots::{self, PlotRequest, PlottedManifest};
 use crate::record::RecordConfig;
+use crate::sentence::{leading_comment, question};
 use crate::sweep::{self, Axis, Coordinate, Points, Setting, overlap};
 use crate::syntax::parse_toml;
 use crate::tree::{self, Node, Span, Table, Value};
 use crate::value::{ReplicateCount, quoted, refuse_type};
-use crate::view::{self, ViewRequest};
+use crate::view::{self, ViewRequest, ViewedManifest, ViewedRun};
 use toml::de::DeValue;
 
 /// An experiment: the contents of a valid manifest.
@@ -90,6 +91,8 @@ pub struct Lookup<'a> {
     pub figures: Option<MetricNames>,
     /// The swept keys along which a metric is fitted: an answer names none of them. Without it, an answer may name any point.
     pub fitted_along: Option<FittedAlong>,
+    /// The unit of a metric: only a pure number can be in percent. Without it, an answer may take any number in percent.
+    pub unit_of: Option<UnitOf>,
 }
 
 /// Reads a manifest. `origin` is the file's name, for messages and for the default of `name`.
@@ -154,7 +157,7 @@ fn experiment(
     let comment = leading_comment(source);
     Ok(Experiment {
         name,
-        question: document.head.question.unwrap_or_else(|| question_in(&comment)),
+        question: question(document.head.question, &comment),
         answer: document.head.answer,
         description: document.head.description.unwrap_or_default(),
         comment,
@@ -169,26 +172,6 @@ fn experiment(
         expected_outcome: document.head.expected_outcome.unwrap_or(ExpectedOutcome::Complete),
         manifest: origin.to_owned(),
     })
-}
-
-/// Maximum length of the comment that is kept, bytes.
-const LONGEST_COMMENT: usize = 2000;
-
-/// The lines of the comment at the start of a manifest, without their signs; a later comment belongs to the keys below it.
-fn leading_comment(source: &str) -> String {
-    let source = source.trim_start_matches('\u{feff}');
-    let lines = source.lines().map_while(|line| line.strip_prefix('#'));
-    let mut comment = String::new();
-    for line in lines.map(str::trim) {
-        if comment.len() + line.len() > LONGEST_COMMENT {
-            break;
-        }
-        if !comment.is_empty() {
-            comment.push('\n');
-        }
-        comment.push_str(line);
-    }
-    comment
 }
 
 impl std::str::FromStr for Experiment {
@@ -305,6 +288,7 @@ fn read_root(
     lookup: Lookup<'_>,
     errors: &mut Errors,
 ) -> Document {
+    let is_overridden = !sets.is_empty();
     let sweep = root.take("sweep");
     let axes = sweep.as_ref().map_or_else(Vec::new, |sweep| sweep::read(sweep, errors));
     for Setting { key, key_span, node } in sets {
@@ -353,7 +337,7 @@ fn read_root(
     let figures = model.zip(lookup.figures).map(|(model, figures)| figures(model));
     let manifest = CheckedManifest { source, axes: Some(&axes), metrics };
     if let Some((template, node)) = head.answer.as_ref().zip(answer) {
-        template.check(&node, manifest, lookup.fitted_along, errors);
+        template.check(&node, manifest, (lookup.fitted_along, lookup.unit_of), errors);
     }
     let checks =
         checks.map_or_else(Vec::new, |checks| checks::read(&checks.node, Some(manifest), errors));
@@ -366,8 +350,13 @@ fn read_root(
         figures: figures.as_deref(),
     });
     let plots = plots.map_or_else(Vec::new, |plots| plots::read(&plots.node, requesting, errors));
+    // A view that fits the manifest need not fit the runs of an override, such as a shorter duration.
+    let viewed = runs.iter().filter(|_| !is_overridden);
+    let viewed = viewed.map(|run| (&*run.coordinates, &run.manifest.model));
+    let viewed: Vec<ViewedRun<'_>> = viewed.collect();
+    let viewed = ViewedManifest { axes: &axes, runs: &viewed };
     let view =
-        view.map_or_else(ViewRequest::default, |view| view::read(&view, Some(&axes), errors));
+        view.map_or_else(ViewRequest::default, |view| view::read(&view, Some(viewed), errors));
     let baseline =
         baseline.map_or_else(Vec::new, |baseline| baseline::read(&baseline.node, metrics, errors));
     Document { head, axes, runs, checks, plots, view, baseline }

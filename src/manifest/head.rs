@@ -2,6 +2,7 @@
 
 use crate::answer::AnswerTemplate;
 use crate::keys::Reader;
+use crate::sentence::Question;
 use crate::table::table;
 use crate::value::{ReplicateCount, words};
 
@@ -22,7 +23,7 @@ table! {
         name: Option<String> ["", optional],
         /// What the experiment asks, in a sentence that ends with a question mark; by default the first comment up to "Expected:", if that
         /// is a question.
-        question: Option<String> ["", optional],
+        question: Option<Question> ["", optional],
         /// The sentence that answers the question, with numbers from metrics: `"The heap has {bed.surface_angle @ friction = 0.5}."`
         /// The words `theory`, `size` (without the sign), `in percent` and `to 6 digits` after the metric set the form of the number. By
         /// default, the answer follows from the checks.

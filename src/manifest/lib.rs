@@ -27,12 +27,13 @@ mod head;
 mod places;
 mod plots;
 mod schema;
+mod sentence;
 mod sidecar;
 mod start_manifests;
 mod sweep;
 mod timing;
 
-pub use answer::{AnswerPart, AnswerTemplate, FittedAlong, MetricReference};
+pub use answer::{AnswerPart, AnswerTemplate, FittedAlong, MetricReference, UnitOf};
 pub use baseline::BaselineTolerance;
 pub use canonical::{RunKey, RunManifest, run_key};
 pub use checks::{Bound, Check, IfUndecided, MetricNames, parse_checks};

@@ -62,6 +62,9 @@ words! {
 /// Maximum number of requested plots: the report shows all of them, and each is a file.
 const MOST_PLOTS: usize = 100;
 
+/// Maximum number of reference lines: the number of distinct colors.
+const MOST_EXPONENTS: usize = 7;
+
 /// The name of time as the horizontal axis.
 pub const TIME: &str = "time";
 
@@ -114,7 +117,7 @@ table! {
         x: Option<String> ["", optional],
         /// A function that is fitted to each curve by least squares: `power` or `linear`.
         fit: Option<PlotFit> ["", optional],
-        /// Exponents of power laws that are drawn as reference lines through the middle of the points.
+        /// Exponents of power laws that are drawn as reference lines through the middle of the points, at most 7.
         exponents: Option<Vec<Finite>> ["", optional],
         /// Title of the plot; by default the names of both quantities.
         title: Option<String> ["", optional],
@@ -205,6 +208,10 @@ fn read_one(
         {
             plot.x = swept_key(plot.x.as_deref(), points, metrics, element, &mut reader);
         }
+    }
+    if plot.exponents.len() > MOST_EXPONENTS {
+        let title = format!("`plots.exponents` has {} numbers", plot.exponents.len());
+        reader.refuse(&["exponents"], title, format!("must have at most {MOST_EXPONENTS}"));
     }
     if plot.title.as_ref().is_some_and(|title| title.trim().is_empty()) {
         reader.refuse(&["title"], "the title of a plot is empty", "leave it out");

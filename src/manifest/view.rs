@@ -3,12 +3,12 @@
 use crate::checks::{Points, read_where, selects};
 use crate::diagnostics::{Diagnostic, Errors};
 use crate::keys::{HasKeys as _, Reader, Writer};
+use crate::model::ModelConfig;
 use crate::quantity::NonNegative;
 use crate::sweep::{Axis, Coordinate};
-
 use crate::table::table;
 use crate::tree::{Entry, Node, Value};
-use crate::value::{quoted, refuse_type, words};
+use crate::value::{quoted, refuse_type, shortest, words};
 
 words! {
     /// What the color of a particle means.
@@ -74,25 +74,113 @@ impl ViewRequest {
     }
 }
 
-/// Reads the table, and compares it with the sweep of its manifest if it is part of one.
-pub(crate) fn read(entry: &Entry, axes: Option<&[Axis]>, errors: &mut Errors) -> ViewRequest {
+/// What is known about the manifest of a view.
+#[derive(Clone, Copy)]
+pub(crate) struct ViewedManifest<'a> {
+    /// The axes of its sweep.
+    pub(crate) axes: &'a [Axis],
+    /// Its runs, each with its coordinates; empty if they cannot be read.
+    pub(crate) runs: &'a [ViewedRun<'a>],
+}
+
+/// A run that a view may show.
+pub(crate) type ViewedRun<'a> = (&'a [Coordinate], &'a ModelConfig);
+
+/// Reads the table, and compares it with the manifest if it is part of one.
+pub(crate) fn read(
+    entry: &Entry,
+    manifest: Option<ViewedManifest<'_>>,
+    errors: &mut Errors,
+) -> ViewRequest {
     let Some(table) = entry.node.table() else {
         return refuse_type(&entry.node, "view", "a table", errors).unwrap_or_default();
     };
-    let points = axes.map(Points::new);
+    let points = manifest.map(|manifest| Points::new(manifest.axes));
+    let errors_before = errors.len();
     let compare = table.get("compare");
     let compare = compare.map_or_else(Vec::new, |entry| compared(entry, points.as_ref(), errors));
     let mut reader = Reader::new("view", table, errors);
     reader.also_known(&["compare"]);
     let mut keys = ViewKeys::default();
     keys.keys(&mut reader);
+    check_names(&keys.names, &mut reader);
+    let runs = manifest.map_or(&[][..], |manifest| manifest.runs);
+    if !runs.is_empty() {
+        check_effect(&keys, runs, &mut reader);
+    }
     reader.finish();
-    ViewRequest {
+    let request = ViewRequest {
         poster: keys.poster.map(NonNegative::get),
         color: Some(keys.color).filter(|color| *color != ViewColor::Speed),
         frame: Some(keys.frame).filter(|frame| *frame != ViewFrame::Fixed),
         names: keys.names,
         compare,
+    };
+    let is_shown = |place: usize| runs.iter().any(|(at, _)| request.compared(at) == Some(place));
+    let is_sound = errors.len() == errors_before && !runs.is_empty();
+    if let Some(entry) = table.get("compare").filter(|_| is_sound)
+        && !(0..COMPARED).all(is_shown)
+    {
+        let title = "`view.compare` names the same runs twice";
+        errors.push(Diagnostic::new(title).at(entry.node.span, "name two different points"));
+    }
+    request
+}
+
+/// Maximum length of a name, characters: the picture has no room for more.
+const LONGEST_NAME: usize = 40;
+
+/// Reports names that name no particle, that two particles share, or that the picture cannot show.
+fn check_names(names: &[String], reader: &mut Reader<'_>) {
+    let mut refuse = |title: String, label: &str| reader.refuse(&["names"], title, label);
+    let is_new = |(index, name): (usize, &String)| !names[..index].contains(name);
+    let repeated =
+        names.iter().enumerate().find(|(i, name)| !name.is_empty() && !is_new((*i, *name)));
+    if let Some(name) = names.iter().find(|name| name.chars().count() > LONGEST_NAME) {
+        let title = format!("a name of `view.names` has {} characters", name.chars().count());
+        refuse(title, &format!("must have at most {LONGEST_NAME}"));
+    } else if names.iter().any(|name| name.chars().any(char::is_control)) {
+        refuse("a name of `view.names` contains a control character".to_owned(), "leave it out");
+    } else if let Some((index, name)) = repeated {
+        let title = format!("`view.names` names two particles {}", quoted(name));
+        refuse(title, &format!("give name {} another word, or \"\" for none", index + 1));
+    } else if names.iter().all(|name| name.trim().is_empty()) && reader.has("names") {
+        reader.refuse(&["names"], "`view.names` names no particle", "leave it out");
+    }
+}
+
+/// Reports keys that change nothing in any picture of these runs.
+fn check_effect(keys: &ViewKeys, runs: &[ViewedRun<'_>], reader: &mut Reader<'_>) {
+    let models = || runs.iter().map(|(_, model)| *model);
+    let ends: Option<Vec<f64>> = models().map(ModelConfig::duration).collect();
+    let end = ends.and_then(|ends| ends.into_iter().reduce(f64::max));
+    if let (Some(poster), Some(end)) = (keys.poster.map(NonNegative::get), end)
+        && poster > end
+    {
+        let title = format!("`view.poster` is {}, after the end of the run", shortest(poster));
+        reader.refuse(&["poster"], title, format!("must be at most {}", shortest(end)));
+    }
+    if keys.color == ViewColor::Species && models().any(|model| model.species() < 2) {
+        let title = "`view.color` is \"species\", and the particles of a run have only one";
+        let label = "add `additional_masses_kg` to the gas, or color by \"speed\"";
+        reader.refuse(&["color"], title, label);
+    }
+    let is_rotating =
+        |model: &ModelConfig| matches!(model, ModelConfig::Orbit(_)) && model.particles() > 2;
+    if keys.frame == ViewFrame::Rotating && !models().all(is_rotating) {
+        let title = "`view.frame` is \"rotating\", which needs an orbit of more than two `bodies`";
+        reader.refuse(&["frame"], title, "leave it out");
+    }
+    let most = models().map(ModelConfig::particles).max().unwrap_or_default();
+    let is_fixed_sun =
+        |model: &ModelConfig| matches!(model, ModelConfig::Orbit(_)) && model.particles() == 1;
+    if keys.names.first().is_some_and(|name| name == "Sun") && models().any(is_fixed_sun) {
+        let title = "`view.names` gives the name of the Sun to the body that moves around it";
+        let label = "name the moving body only: the Sun is fixed and has its name";
+        reader.refuse(&["names"], title, label);
+    } else if keys.names.len() as u64 > most {
+        let title = format!("`view.names` has {} names for {most} particles", keys.names.len());
+        reader.refuse(&["names"], title, "leave out the others");
     }
 }
 

@@ -77,12 +77,28 @@ const KNOWN: &[KnownPanel] = &[
             curves: &[("/energy_balance.relative_entropy", "measured")],
         }),
     },
+    KnownPanel {
+        model: "gas",
+        subjects: &["density_by_height", "layers.mean_height", "layers.chi_square_per_layer"],
+        id: "Plot!kinetic",
+        added: Some(AddedPanel {
+            // In gravity, the sum of kinetic and potential energy, N m g times the mean height, is conserved.
+            title: "Kinetic energy: constant while the mean height of the particles is",
+            y_label: "energy (J)",
+            curves: &[("/energy.kinetic_j", "kinetic")],
+        }),
+    },
     in_template("packing", "Plot!temperature", &["temperature", "temperature_by_run"]),
     in_template("packing", "Plot!a2", &["a2", "a2.mean"]),
     in_template("packing", "Plot!rate", &["pair_collision_rate_per_disc"]),
     in_template("packing", "Plot!factor", &["compressibility_factor"]),
     in_template("orbit", "Plot!axis", &["semi_major_axis"]),
-    in_template("orbit", "Plot!closest", &["closest_approach"]),
+    // The separation of two bodies at one distance from a third is the chord of the angle between them.
+    in_template(
+        "orbit",
+        "Plot!closest",
+        &["closest_approach", "angle_by_run", "rotating_frame", "return_distance.final"],
+    ),
     in_template(
         "orbit",
         "Plot!energy",

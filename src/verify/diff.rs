@@ -8,6 +8,7 @@ use kinetoscope_recording::paired_frames::PairedFrames;
 use kinetoscope_recording::reader::{
     Outcome, RecordedFrame, RecordedMessage, Recording, StoredFrames,
 };
+use std::collections::BTreeSet;
 
 /// Length up to which a value is shown.
 const LONGEST_VALUE: usize = 2000;
@@ -19,6 +20,8 @@ pub struct Comparison {
     pub equal_frames: u64,
     /// The first difference.
     pub difference: Option<Difference>,
+    /// The channels of which messages were not compared, because only one of the recordings keeps all frames.
+    pub not_compared: BTreeSet<String>,
     /// The error that ended the comparison before the end of the recordings.
     pub unreadable: Option<ReadError>,
 }
@@ -44,7 +47,7 @@ enum Found {
 type Mismatch = (String, Found);
 
 /// Compares the messages of two recordings, not their bytes. Versions and run keys are not compared. Parts of the files with the
-/// same bytes are not decoded.
+/// same bytes are not decoded. If the recordings store different frames in full, the messages that both have are compared.
 ///
 /// # Errors
 /// A file that cannot be opened. Damage after its start ends the comparison and is part of the result.
@@ -59,8 +62,13 @@ pub fn compare_messages(left: &Recording, right: &Recording) -> Result<Compariso
 }
 
 fn compare_pairs(left: &Recording, right: &Recording, mut pairs: PairedFrames) -> Comparison {
-    let mut comparison =
-        Comparison { equal_frames: 0, difference: between_headers(left, right), unreadable: None };
+    let mut comparison = Comparison {
+        equal_frames: 0,
+        difference: between_headers(left, right),
+        not_compared: BTreeSet::new(),
+        unreadable: None,
+    };
+    let has_same_frames = left.provenance().stored == right.provenance().stored;
     while comparison.difference.is_none() {
         let pair = match pairs.advance() {
             Ok(pair) => pair,
@@ -72,7 +80,11 @@ fn compare_pairs(left: &Recording, right: &Recording, mut pairs: PairedFrames) -
         match pair {
             [Some(one), Some(other)] => {
                 comparison.equal_frames = left.provenance().stored.count_before(one.clock.frame);
-                comparison.difference = between_frames(&one, &other);
+                comparison.difference = if has_same_frames {
+                    between_frames(&one, &other)
+                } else {
+                    between_common_messages(&one, &other, &mut comparison.not_compared)
+                };
                 let is_equal = comparison.difference.is_none() && one.is_complete();
                 comparison.equal_frames += u64::from(is_equal);
             }
@@ -143,12 +155,8 @@ fn remaining_hashes(recording: &Recording) -> Result<Vec<u8>, ReadError> {
 
 fn between_frames(left: &RecordedFrame, right: &RecordedFrame) -> Option<Difference> {
     let (ours, theirs) = (left.messages(), right.messages());
-    let at = |message: &RecordedMessage, (part, found): Mismatch| {
-        let FrameClock { frame, time, time_unit, .. } = &left.clock;
-        let space = if time_unit.is_empty() { "" } else { " " };
-        let place =
-            format!("{}, frame {frame} (time {time:?}{space}{time_unit}){part}", message.topic());
-        Some(Difference { place, found })
+    let at = |message: &RecordedMessage, mismatch: Mismatch| {
+        Some(difference_at(&left.clock, message.topic(), mismatch))
     };
     let missing =
         |is_left| (String::new(), Found::OfOne { is_left, what: "has no such message".to_owned() });
@@ -162,7 +170,7 @@ fn between_frames(left: &RecordedFrame, right: &RecordedFrame) -> Option<Differe
         common.filter(|&index| !matches!(ours[index].topic(), channels::STATE | channels::LOG));
     for index in in_state.chain(in_others) {
         if ours[index].topic() == theirs[index].topic()
-            && let Some(mismatch) = between_messages(left, right, index)
+            && let Some(mismatch) = between_messages(left, right, [index; 2])
         {
             return at(&ours[index], mismatch);
         }
@@ -170,7 +178,7 @@ fn between_frames(left: &RecordedFrame, right: &RecordedFrame) -> Option<Differe
     for index in 0..ours.len().max(theirs.len()) {
         match (ours.get(index), theirs.get(index)) {
             (Some(one), Some(other)) if one.topic() == other.topic() => {
-                if let Some(mismatch) = between_messages(left, right, index) {
+                if let Some(mismatch) = between_messages(left, right, [index; 2]) {
                     return at(one, mismatch);
                 }
             }
@@ -190,9 +198,50 @@ fn between_frames(left: &RecordedFrame, right: &RecordedFrame) -> Option<Differe
     None
 }
 
-/// The messages of two frames at the same index, which have the same topic.
-fn between_messages(left: &RecordedFrame, right: &RecordedFrame, index: usize) -> Option<Mismatch> {
-    let (one, other) = (&left.messages()[index], &right.messages()[index]);
+/// Compares the messages that two frames have in common, of which one may be without its state. Adds the channels of all others, and the
+/// log, which states what is stored.
+fn between_common_messages(
+    left: &RecordedFrame,
+    right: &RecordedFrame,
+    not_compared: &mut BTreeSet<String>,
+) -> Option<Difference> {
+    let place = |frame: &RecordedFrame, topic: &str| {
+        frame.messages().iter().position(|message| message.topic() == topic)
+    };
+    let messages = left.messages().iter().chain(right.messages());
+    let topics: BTreeSet<&str> = messages.map(RecordedMessage::topic).collect();
+    // The state explains more than what follows from it.
+    let (state, others): (Vec<_>, Vec<_>) =
+        topics.into_iter().partition(|topic| *topic == channels::STATE);
+    for topic in state.into_iter().chain(others) {
+        match (place(left, topic), place(right, topic)) {
+            (Some(one), Some(other)) if topic != channels::LOG => {
+                if let Some(mismatch) = between_messages(left, right, [one, other]) {
+                    return Some(difference_at(&left.clock, topic, mismatch));
+                }
+            }
+            _ => {
+                not_compared.insert(topic.to_owned());
+            }
+        }
+    }
+    None
+}
+
+fn difference_at(clock: &FrameClock, topic: &str, (part, found): Mismatch) -> Difference {
+    let FrameClock { frame, time, time_unit, .. } = clock;
+    let space = if time_unit.is_empty() { "" } else { " " };
+    let place = format!("{topic}, frame {frame} (time {time:?}{space}{time_unit}){part}");
+    Difference { place, found }
+}
+
+/// Two messages of the same topic, at their indices in their frames.
+fn between_messages(
+    left: &RecordedFrame,
+    right: &RecordedFrame,
+    index: [usize; 2],
+) -> Option<Mismatch> {
+    let (one, other) = (&left.messages()[index[0]], &right.messages()[index[1]]);
     if one.schema() != other.schema() {
         return Some((", schema".to_owned(), values(one.schema(), other.schema())));
     }
@@ -206,7 +255,7 @@ fn between_messages(left: &RecordedFrame, right: &RecordedFrame, index: usize) -
     }
     let named = match one.topic() {
         channels::STATE => between_states(left, right),
-        channels::LOG => between_logs(left, right, index),
+        channels::LOG => between_logs(left, right, index[0]),
         _ => between_fields(one, other),
     };
     Some(named.unwrap_or_else(|| {

@@ -86,7 +86,7 @@ fn edited_manifest_is_named_with_its_key_and_the_metrics_that_moved() {
     expect(&check(&bench), 4);
     let text = summary(&bench);
     for part in [
-        "**1 of 1 experiment differ from the lock file.**",
+        "**1 of 1 experiment differs from the lock file.**",
         "- the manifest was edited: model.packing.restitution: 1.0 → 0.9\n",
         "| energy.drift\\_relative | ",
         " | passes |",

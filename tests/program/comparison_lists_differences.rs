@@ -57,6 +57,34 @@ fn compression_does_not_affect_messages() {
     assert!(text.contains("21 frames: equal in every message, not in every byte"), "{text}");
 }
 
+/// Control: another state at a keyframe is a difference.
+#[test]
+fn full_and_keyframe_recordings_are_compared_in_what_both_have() {
+    let folder = tempfile::tempdir().unwrap();
+    let full = record(folder.path(), "full", GAS);
+    let keep = "keep = \"keyframes\"\nkeyframe_distance = 10\n";
+    let keyframes = record(folder.path(), "keyframes", &format!("{GAS}{keep}"));
+    for pair in [[&full, &keyframes], [&keyframes, &full]] {
+        let compared = compare(pair[0], pair[1]);
+        assert_eq!(compared.status.code(), Some(0), "{}", stderr(&compared));
+        let text = stdout(&compared);
+        let equal = "equal in every message that both recordings have";
+        assert!(text.contains(equal), "{text}");
+        let (_, named) = text.split_once("because it keeps other frames: ").unwrap();
+        for topic in ["/discs", "/keyframe", "/log", "/state", "/velocity"] {
+            assert!(named.contains(topic), "{topic}: {text}");
+        }
+        assert!(!named.contains("/pressure"), "{text}");
+    }
+    let warmer = GAS.replace("particles = 50", "particles = 50\ntemperature_k = 373.15");
+    let other = record(folder.path(), "warmer", &format!("{warmer}{keep}"));
+    let compared = compare(&full, &other);
+    assert_eq!(compared.status.code(), Some(4));
+    assert!(
+        stderr(&compared).contains("first difference: /state, frame 0 (time 0.0 s), particle 0, ")
+    );
+}
+
 #[test]
 fn longer_run_equals_the_shorter_up_to_its_end() {
     let folder = tempfile::tempdir().unwrap();

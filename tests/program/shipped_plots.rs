@@ -2,7 +2,7 @@
 //! fill the energy that the run was given, up to the recorded residual.
 
 use crate::subcommand_bench::{Bench, call};
-use kinetoscope_analysis::{figure_names, fitted_along, metric_names, metrics_of_figure};
+use kinetoscope_analysis::{figure_names, fitted_along, metric_names, metrics_of_figure, unit_of};
 use kinetoscope_manifest::{Experiment, Lookup, PlotRequest, channel_field, parse_with};
 use std::fs;
 use std::path::PathBuf;
@@ -19,6 +19,7 @@ fn shipped() -> Vec<(PathBuf, String, Experiment)> {
         metrics: Some(metric_names),
         figures: Some(figure_names),
         fitted_along: Some(fitted_along),
+        unit_of: Some(unit_of),
     };
     let read = |path: PathBuf| {
         let text = fs::read_to_string(&path).unwrap();

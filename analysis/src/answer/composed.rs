@@ -1,18 +1,20 @@
 //! Sentences that follow from the checks and the requested plots, for a manifest without an answer of its own, and for checks that fail.
 
+use super::missing_runs::{first_clause, is_whole, missing_runs};
 use super::number::{NumberForm, metric_text, unit_words};
 use super::relation::{relation, requirement, to_theory};
 use super::{AnswerNumber, AnswerPart, AnswerSource};
 use crate::checks::{checked_metrics, compare};
-use crate::input::coordinates::{VARIANT, last_part, shown_value};
-use crate::metric::{Deviation, Metric};
+use crate::input::coordinates::{VARIANT, last_part, shown_value, text};
+use crate::metric::{Deviation, Metric, MetricScope};
 use crate::models::{label_of, main_metrics};
-use crate::number_text::{plus_minus, significant};
-use crate::run::RunStatus;
+use crate::number_text::{plus_minus, significant, with_short_numbers};
+use crate::run::{RunAnalysis, RunStatus};
 use kinetoscope_console::text::one_line;
 use kinetoscope_manifest::{
     Bound, Check, Coordinate, ExpectedOutcome, IfUndecided, TimingComparison, unit_of_key,
 };
+use std::collections::BTreeSet;
 
 /// Maximum number of sentences.
 const MOST_SENTENCES: usize = 2;
@@ -47,10 +49,8 @@ fn failed_runs(source: &AnswerSource<'_>) -> Option<Vec<AnswerPart>> {
         RunStatus::Fault(what) => Some(what),
         _ => None,
     });
-    // Its first sentence: the advice that follows is for the terminal.
-    let first = one_line(faults.clone().next()?).into_owned();
-    let first = first.split(". ").next().unwrap_or_default().trim_end_matches('.');
-    let (failed, all) = (faults.count(), source.runs.len());
+    let first = first_clause(faults.clone().next()?);
+    let (failed, all) = (faults.count(), record.runs.len());
     let count = if all == 1 { "The run".to_owned() } else { format!("{failed} of {all} runs") };
     Some(vec![match record.expected_outcome {
         ExpectedOutcome::Complete => AnswerPart::Failure(format!("{count} failed: {first}.")),
@@ -58,6 +58,13 @@ fn failed_runs(source: &AnswerSource<'_>) -> Option<Vec<AnswerPart>> {
             AnswerPart::words(format!("{count} failed, as expected: {first}."))
         }
     }])
+}
+
+/// From how many of the planned runs the sentences follow, after those about failed runs.
+pub(super) fn remark_on_missing_runs(source: &AnswerSource<'_>) -> Option<AnswerPart> {
+    let failed =
+        |run: &&RunAnalysis| matches!(run.ending, RunStatus::Fault(_)) && !is_whole(run, source);
+    missing_runs(source, source.runs.iter().filter(failed).count())
 }
 
 /// The ratio of run times, if it was measured.
@@ -81,7 +88,7 @@ fn without_value(check: &Check, source: &AnswerSource<'_>) -> Vec<AnswerPart> {
         .map(|(key, value)| Coordinate { key: key.clone(), value: value.clone() })
         .collect();
     let faults = source.runs.iter().find_map(|run| match &run.ending {
-        RunStatus::Fault(what) => Some(format!("a run failed: {}", one_line(what))),
+        RunStatus::Fault(what) => Some(format!("a run failed: {}", first_clause(what))),
         RunStatus::Unfinished => Some("a run is not finished".to_owned()),
         _ => None,
     });
@@ -148,14 +155,17 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
         if_undecided: IfUndecided::Pass,
         line: 0,
     });
-    let shown = shown.map(|plot| (None, checked_metrics(&plot, source.metrics)));
-    let checked = source.checks.iter().copied();
-    let checked = checked.map(|check| (Some(check), checked_metrics(check, source.metrics)));
+    let shown =
+        shown.map(|plot| (None, plot.at.is_empty(), checked_metrics(&plot, source.metrics)));
+    let checked =
+        source.checks.iter().copied().map(|check| {
+            (Some(check), check.at.is_empty(), checked_metrics(check, source.metrics))
+        });
     let mut findings: Vec<Finding<'_>> = Vec::new();
-    for (check, metrics) in shown.chain(checked).filter(|(_, metrics)| !metrics.is_empty()) {
+    for (check, is_everywhere, metrics) in shown.chain(checked).filter(|it| !it.2.is_empty()) {
         match findings.iter_mut().find(|it| it.metrics[0].name() == metrics[0].name()) {
             Some(known) => known.add(check, &metrics),
-            None => findings.push(Finding { check, has_places: false, metrics }),
+            None => findings.push(Finding { check, is_everywhere, has_places: false, metrics }),
         }
     }
     findings.retain(|finding| finding.metrics.iter().all(|metric| metric.is_applicable()));
@@ -163,7 +173,8 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
         findings.extend(main_findings(source));
     }
     findings.sort_by_key(Finding::is_of_conservation_law);
-    let sentences = findings.iter().take(MOST_SENTENCES).map(Finding::sentence).collect::<Vec<_>>();
+    let shown = findings.iter().take(MOST_SENTENCES);
+    let sentences = shown.map(|finding| finding.sentences(source)).collect::<Vec<_>>();
     if sentences.is_empty() { unfinished(source) } else { joined(sentences) }
 }
 
@@ -181,7 +192,7 @@ fn main_findings<'a>(source: &AnswerSource<'a>) -> Vec<Finding<'a>> {
         };
         let metrics = checked_metrics(&everywhere, source.metrics);
         let is_known = !metrics.is_empty() && metrics.iter().all(|metric| metric.is_applicable());
-        is_known.then_some(Finding { check: None, has_places: false, metrics })
+        is_known.then_some(Finding { check: None, is_everywhere: true, has_places: false, metrics })
     };
     let mut findings: Vec<Finding<'_>> = names.iter().filter_map(finding).collect();
     findings.sort_by_key(Finding::is_equal_to_theory);
@@ -202,6 +213,8 @@ pub(super) fn main_sentence(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
 struct Finding<'a> {
     /// The first check of it; `None` for a plot.
     check: Option<&'a Check>,
+    /// Whether the values are those of all points that have one.
+    is_everywhere: bool,
     /// Whether several checks select points of their own.
     has_places: bool,
     /// Its values, without duplicates.
@@ -229,6 +242,21 @@ impl<'a> Finding<'a> {
         self.metrics.iter().all(|metric| matches!(metric.deviation(), Some(Deviation::Rounding)))
     }
 
+    /// The sentence, and how many points of the sweep have no value.
+    fn sentences(&self, source: &AnswerSource<'_>) -> Vec<AnswerPart> {
+        let whole = source.runs.iter().filter(|run| is_whole(run, source));
+        let points = whole.map(|run| text(&run.coordinates)).collect::<BTreeSet<_>>().len();
+        let is_fit = |metric: &&&Metric| matches!(&metric.scope, MetricScope::Sweep(scope) if scope.along.is_some());
+        let is_of_points = self.is_everywhere && !self.metrics.iter().any(|it| is_fit(&it));
+        let missing = points.saturating_sub(self.metrics.len());
+        let mut parts = self.sentence();
+        if missing > 0 && is_of_points {
+            let has = if missing == 1 { "has" } else { "have" };
+            parts.push(AnswerPart::words(format!(" {missing} of {points} points {has} no value.")));
+        }
+        parts
+    }
+
     fn sentence(&self) -> Vec<AnswerPart> {
         match self.metrics.as_slice() {
             [metric] => single(self.check, metric),
@@ -240,7 +268,9 @@ impl<'a> Finding<'a> {
 /// Why there is nothing to state.
 fn unfinished(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
     let ending = source.runs.iter().find_map(|run| match &run.ending {
-        RunStatus::Fault(what) => Some(format!("No answer: the run failed, {}.", one_line(what))),
+        RunStatus::Fault(what) => {
+            Some(format!("No answer: the run failed, {}.", first_clause(what)))
+        }
         RunStatus::Unfinished => Some("No answer yet: the run is not finished.".to_owned()),
         _ => None,
     });
@@ -417,6 +447,7 @@ fn place_words(coordinates: &[Coordinate]) -> String {
         if coordinate.key == VARIANT {
             return format!(" ({value})");
         }
+        let value = with_short_numbers(&value);
         let unit = unit_of_key(&coordinate.key);
         let words = key_words(&coordinate.key, unit);
         // A number of things.

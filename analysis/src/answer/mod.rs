@@ -3,6 +3,7 @@
 //! A failed check comes first. No number is invented: where a value is missing, the sentence states why.
 
 mod composed;
+mod missing_runs;
 mod number;
 mod relation;
 mod template;
@@ -13,6 +14,7 @@ use crate::checks::{checked_metrics, compare};
 use crate::metric::Metric;
 use crate::metric_files::document::{AnswerEntry, NumberEntry};
 use crate::run::RunAnalysis;
+use crate::sweep::fits::Refusal;
 use kinetoscope_console::text::one_line;
 use kinetoscope_manifest::{Check, ExperimentRecord, TimingTable};
 
@@ -49,6 +51,8 @@ pub(crate) struct AnswerSource<'a> {
     pub(crate) metrics: &'a [Metric],
     /// The checks that apply.
     pub(crate) checks: &'a [&'a Check],
+    /// The fits that failed.
+    pub(crate) refusals: &'a [Refusal],
     /// The run times, if they were measured.
     pub(crate) timing: Option<&'a TimingTable>,
 }
@@ -78,7 +82,9 @@ impl Answer {
         if !parts.is_empty() && !answer.is_empty() {
             parts.push(AnswerPart::words(" "));
         }
+        let is_composed = template.is_none() && !answer.is_empty();
         parts.extend(answer);
+        parts.extend(composed::remark_on_missing_runs(source).filter(|_| is_composed));
         Self { parts, timing: composed::timing(source) }
     }
 

@@ -1,7 +1,7 @@
 //! Measured numbers as a reader writes them.
 
 use crate::metric::Metric;
-use crate::number_text::{plus_minus, significant};
+use crate::number_text::{plus_minus, plus_minus_to, significant};
 
 /// A measured number of an answer.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,7 +30,7 @@ pub(super) struct NumberForm {
     pub(super) is_size: bool,
     /// Whether a fraction is shown in percent.
     pub(super) is_in_percent: bool,
-    /// Number of significant digits without a standard error; `None` for three.
+    /// Number of significant digits; `None` for two of the standard error, or three.
     pub(super) digits: Option<u8>,
     /// Whether the words after the number name its unit.
     pub(super) is_without_unit: bool,
@@ -59,7 +59,7 @@ pub(super) fn text_of(
     let unit = if form.is_without_unit { "" } else { &unit };
     let value = factor * if form.is_size { value.abs() } else { value };
     let error = standard_error.map(|error| factor * error);
-    match error.and_then(|error| plus_minus(value, error)) {
+    match error.and_then(|error| plus_minus_to(form.digits, value, error)) {
         // A percent sign or a unit belongs to both numbers.
         Some(text) if is_in_percent && !unit.is_empty() => format!("({text}){unit}"),
         Some(text) => format!("{text}{unit}"),
@@ -78,17 +78,20 @@ pub(super) fn in_unit(value: f64, metric: &Metric) -> String {
     format!("{}{}", value_text(value, None), unit_words(metric.unit()))
 }
 
-/// A theoretical value in the metric's unit, with the digits that the metric's standard error has: rounded to fewer, it may lie on the
-/// other side of the measured value.
+/// A theoretical value in the metric's unit, with the digits that the metric's standard error has.
 pub(super) fn theory_text(theory: f64, metric: &Metric) -> String {
-    let exponent = |value: f64| libm::log10(value.abs()).floor() as i32;
-    let digits = metric
-        .standard_error()
-        .filter(|error| *error > 0.0 && theory != 0.0)
-        .map(|error| exponent(theory) - exponent(error) + 2)
-        .and_then(|digits| u8::try_from(digits.min(MOST_DIGITS)).ok())
-        .filter(|digits| *digits > DIGITS);
+    let digits = theory_digits(theory, metric);
     format!("{}{}", value_text(theory, digits), unit_words(metric.unit()))
+}
+
+/// The digits of a theoretical value down to the last one of the metric's standard error, at least three: rounded to fewer, it may lie on
+/// the other side of the measured value. `None` without an error that is shown.
+pub(super) fn theory_digits(theory: f64, metric: &Metric) -> Option<u8> {
+    let exponent = |value: f64| libm::log10(value.abs()).floor() as i32;
+    let error = metric.standard_error().filter(|_| theory != 0.0)?;
+    plus_minus(metric.value(), error)?;
+    let digits = exponent(theory) - exponent(error) + 2;
+    u8::try_from(digits.clamp(i32::from(DIGITS), MOST_DIGITS)).ok()
 }
 
 /// A fraction in percent, with two digits.

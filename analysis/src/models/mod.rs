@@ -120,6 +120,14 @@ pub(crate) fn label_of(metric: &str) -> Option<&'static str> {
     all.find(|known| known.name == metric).map(|known| known.label)
 }
 
+/// The unit of a metric of any model, "1" for a pure number; `None` for an unknown metric.
+#[must_use]
+pub fn unit_of(metric: &str) -> Option<&'static str> {
+    let of_model = |model: &&ModelAnalysis| model.metrics.iter().chain(model.sweep_metrics);
+    let mut all = MODELS.iter().flat_map(of_model);
+    all.find(|known| known.name == metric).map(|known| known.unit)
+}
+
 /// The swept keys along which a metric of a sweep is fitted; none for a metric of runs.
 #[must_use]
 pub fn fitted_along(metric: &str) -> Vec<&'static str> {

@@ -39,6 +39,7 @@ use crate::plot::Plot;
 use crate::run::cache::AnalysisCache;
 use crate::run::{self, RunAnalysis, RunOptions, RunStatus};
 use crate::sweep;
+use crate::sweep::fits::Refusal;
 use crate::sweep::requested::{self, PlotData};
 use kinetoscope_console::text::plural;
 use kinetoscope_manifest::{
@@ -255,8 +256,8 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     add_endings(&runs, &mut notes, &mut unreadable);
     notes.extend(snapshots_outside(&runs, &options.snapshots_at));
     let points = sweep::points(&runs);
-    let (mut metrics, refused) = sweep::fits::fits(&points);
-    notes.extend(refused);
+    let (mut metrics, refusals) = sweep::fits::fits(&points);
+    notes.extend(refusals.iter().map(Refusal::note));
     notes.extend(sweep::correlation_note(&points).map(str::to_owned));
     metrics.extend(sweep::replicate_means(&points));
     metrics.extend(runs.iter().flat_map(RunAnalysis::metrics));
@@ -271,9 +272,14 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     check_results.extend(evaluate_checks(source, options, &metrics));
     let timing = timing_section::timing_beside(source, &mut notes);
     let checks = applying(source, options);
-    let (timed, checks) = (timing.as_ref(), checks.as_slice());
-    let answer =
-        Answer::of(&AnswerSource { record, runs: &runs, metrics: &metrics, checks, timing: timed });
+    let answer = Answer::of(&AnswerSource {
+        record,
+        runs: &runs,
+        metrics: &metrics,
+        checks: &checks,
+        refusals: &refusals,
+        timing: timing.as_ref(),
+    });
     let requests = plots::requests(record, &answer, data);
     let (plots, requested_plots) = plots::plots(data, &requests, &mut notes);
     let text = |of: fn(&ExperimentRecord) -> &String| record.map(of).cloned().unwrap_or_default();

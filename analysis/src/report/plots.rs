@@ -10,8 +10,8 @@ use crate::sweep;
 use crate::sweep::requested::PlotData;
 use kinetoscope_manifest::{ExperimentRecord, PlotRequest};
 
-/// The plots that the manifest requests. A sweep over a number without an answer of its own whose requests show no metric has one of the
-/// metric that the composed answer names, in front.
+/// The plots that the manifest requests, in its order. A sweep over a number without an answer of its own whose requests show no metric has
+/// one of the metric that the composed answer names, behind the first.
 pub(super) fn requests(
     record: Option<&ExperimentRecord>,
     answer: &Answer,
@@ -26,7 +26,9 @@ pub(super) fn requests(
         .filter(|_| is_wanted)
         .map(|y| PlotRequest { y: y.to_owned(), ..PlotRequest::default() })
         .filter(|request| data.draw(request).is_ok_and(|plot| is_over_number(&plot)));
-    composed.into_iter().chain(stated.iter().cloned()).collect()
+    let mut requests = stated.to_vec();
+    requests.splice(stated.len().min(1)..stated.len().min(1), composed);
+    requests
 }
 
 fn is_over_number(plot: &Plot) -> bool {

@@ -16,7 +16,7 @@ pub(crate) mod random;
 pub(crate) use blocking::Blocking;
 pub use estimate::Estimate;
 pub(crate) use estimate::mean_of_independent;
-pub(crate) use fits::{Line, least_squares_line, power_law_exponent, saturation};
+pub(crate) use fits::{least_squares_line, power_law_exponent, saturation};
 pub use missing_error::{Entries, MissingError};
 pub(crate) use missing_error::{SET_BY_MANIFEST, is_of_short_series};
 #[cfg(test)]

@@ -6,8 +6,8 @@
 use crate::input::coordinates::{self, grouped, without};
 use crate::metric::theory::Expected;
 use crate::metric::{Definition, Metric, MetricScope, SweepScope};
-use crate::models::MODELS;
 use crate::models::contract::{Fit, FitShape};
+use crate::models::{MODELS, label_of};
 use crate::plot::extremes;
 use crate::statistics::{least_squares_line, mean_of_independent, power_law_exponent, saturation};
 use crate::sweep::SweepPoint;
@@ -19,9 +19,30 @@ const END_TIME_TOLERANCE: f64 = 1e-9;
 /// Fraction of the ordinates below which an intercept is a rounding error.
 const ROUNDING_FRACTION: f64 = 1e-9;
 
-/// All possible fits, one per group of equal other coordinates, and the reasons for fits that failed.
-pub(crate) fn fits(points: &[SweepPoint<'_>]) -> (Vec<Metric>, Vec<String>) {
-    let (mut metrics, mut notes) = (Vec::new(), Vec::new());
+/// A fit that failed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Refusal {
+    /// The metrics that have no value.
+    pub(crate) names: Vec<&'static str>,
+    /// The coordinates of the group.
+    pub(crate) coordinates: Vec<Coordinate>,
+    /// The reason.
+    pub(crate) why: String,
+}
+
+impl Refusal {
+    /// The failure in a sentence.
+    pub(crate) fn note(&self) -> String {
+        let place = coordinates::text(&self.coordinates);
+        let place = if place.is_empty() { place } else { format!(" at {place}") };
+        let name = self.names.first().copied().unwrap_or_default();
+        format!("{name}{place} was not fitted: {}", self.why)
+    }
+}
+
+/// All possible fits, one per group of equal other coordinates, and those that failed.
+pub(crate) fn fits(points: &[SweepPoint<'_>]) -> (Vec<Metric>, Vec<Refusal>) {
+    let (mut metrics, mut refusals) = (Vec::new(), Vec::new());
     for fit in MODELS.iter().flat_map(|model| model.fits) {
         let swept = points
             .iter()
@@ -38,12 +59,15 @@ pub(crate) fn fits(points: &[SweepPoint<'_>]) -> (Vec<Metric>, Vec<String>) {
             if group.len() > 1 && has_order {
                 match fit.make(&others, &group) {
                     Ok(found) => metrics.extend(found),
-                    Err(why) => notes.push(why),
+                    Err(why) => {
+                        let names = fit.parameters.iter().map(|known| known.name).collect();
+                        refusals.push(Refusal { names, coordinates: others, why });
+                    }
                 }
             }
         }
     }
-    (metrics, notes)
+    (metrics, refusals)
 }
 
 impl Fit {
@@ -54,10 +78,8 @@ impl Fit {
     ) -> Result<Vec<Metric>, String> {
         let mut in_range = group.to_vec();
         if let Some(range) = &self.asymptotic_range {
-            self.reject_unequal_end_times(others, group)?;
-            in_range = self
-                .in_asymptotic_range(range, group)
-                .map_err(|outside| self.refusal(others, &outside))?;
+            reject_unequal_end_times(group)?;
+            in_range = self.in_asymptotic_range(range, group)?;
         }
         let group = in_range.as_slice();
         let fitted: Vec<[f64; 2]> = self
@@ -73,14 +95,13 @@ impl Fit {
             })
             .collect();
         if fitted.is_empty() {
-            let of = self.of;
-            let why = match self.shape {
-                FitShape::Saturation => format!("{of} does not level off in any replicate"),
+            let of = label_of(self.of).unwrap_or(self.of);
+            return Err(match self.shape {
+                FitShape::Saturation => format!("the {of} does not level off in any replicate"),
                 FitShape::Line | FitShape::PowerLaw => {
                     format!("no replicate has a {of} above zero at every point")
                 }
-            };
-            return Err(self.refusal(others, &why));
+            });
         }
         let theory = (self.theory)(group[0].runs[0].model());
         let metrics = self.parameters.iter().enumerate().filter_map(|(index, definition)| {
@@ -133,29 +154,6 @@ impl Fit {
         replicates
     }
 
-    fn reject_unequal_end_times(
-        &self,
-        others: &[Coordinate],
-        group: &[&SweepPoint<'_>],
-    ) -> Result<(), String> {
-        let ends = group.iter().flat_map(|point| &point.runs).map(|run| run.end_time);
-        match extremes(ends) {
-            Some((least, latest)) if latest - least > END_TIME_TOLERANCE * latest => {
-                let why = format!(
-                    "the runs end at different times, from {least} to {latest}: take steps that all divide the duration"
-                );
-                Err(self.refusal(others, &why))
-            }
-            _ => Ok(()),
-        }
-    }
-
-    fn refusal(&self, others: &[Coordinate], why: &str) -> String {
-        let place = coordinates::text(others);
-        let place = if place.is_empty() { place } else { format!(" at {place}") };
-        format!("{}{place} was not fitted: {why}", self.parameters[0].name)
-    }
-
     fn metric(
         &self,
         definition: &'static Definition,
@@ -174,5 +172,16 @@ impl Fit {
             replicates: values.len(),
         });
         Some(Metric::new(definition, estimate, theory, source, scope))
+    }
+}
+
+/// Reports runs that do not end at the same time.
+fn reject_unequal_end_times(group: &[&SweepPoint<'_>]) -> Result<(), String> {
+    let ends = group.iter().flat_map(|point| &point.runs).map(|run| run.end_time);
+    match extremes(ends) {
+        Some((least, latest)) if latest - least > END_TIME_TOLERANCE * latest => Err(format!(
+            "the runs end at different times, from {least} to {latest}: take steps that all divide the duration"
+        )),
+        _ => Ok(()),
     }
 }

@@ -7,10 +7,11 @@ use crate::models::MODELS;
 use crate::models::contract::{Fit, FitShape};
 use crate::number_text::{short_number, three_digits, with_error};
 use crate::plot::{Curve, CurveStyle, Point, extremes};
-use crate::statistics::{Estimate, Line, least_squares_line};
+use crate::statistics::{Estimate, least_squares_line, mean_of_independent, power_law_exponent};
 use crate::sweep::SweepPoint;
 use crate::sweep::figures::{MAX_CURVES, MEASURED, REFERENCE_COLOR};
 use kinetoscope_manifest::{Coordinate, PlotFit, PlotRequest};
+use std::collections::BTreeMap;
 
 /// Error over its rounding from which a line shows the order of a method.
 const LEAST_OVER_ROUNDING: f64 = 30.0;
@@ -42,7 +43,7 @@ impl Lines<'_> {
             let Some(data) = data.filter(|data| data.points.len() > 1) else { continue };
             let place = label(&coordinates);
             let fit = match self.request.fit {
-                Some(shape) => requested_fit(shape, &data),
+                Some(shape) => self.requested_fit(shape, metric, &coordinates, &data),
                 None => self.known_fit(metric, &coordinates, &data, has_theory),
             };
             let Some(Fitted { line, text }) = fit else { continue };
@@ -73,26 +74,9 @@ impl Lines<'_> {
         data: &Curve,
         has_theory: bool,
     ) -> Option<Fitted> {
-        let is_over = |fit: &&Fit| match (self.abscissa, fit.over) {
-            (Abscissa::Metric(x), Some(over)) => x.name == over,
-            (Abscissa::Key { key, .. }, None) => key == fit.along,
-            _ => false,
-        };
-        let mut fits = MODELS.iter().flat_map(|model| model.fits);
-        let fit = fits.find(|fit| fit.of == metric && is_over(fit))?;
-        let found = |index: usize| {
-            let name = fit.parameters.get(index)?.name;
-            self.metrics.iter().find(|metric| {
-                let is_fit =
-                    matches!(&metric.scope, MetricScope::Sweep(scope) if scope.along.is_some());
-                metric.name() == name && is_fit && metric.coordinates() == coordinates
-            })
-        };
-        let first = found(0).map(|metric| metric.estimate);
-        let has_all = |point: &&SweepPoint<'_>| {
-            coordinates.iter().all(|coordinate| point.coordinates.contains(coordinate))
-        };
-        let run = self.points.iter().find(has_all).and_then(|point| point.runs.first());
+        let fit = self.fit_of_model(metric)?;
+        let first = self.fitted(fit, coordinates);
+        let run = self.points_at(coordinates).next().and_then(|point| point.runs.first());
         let theory = run.and_then(|run| (fit.theory)(run.model()));
         let text = |name: &str| first.map(|first| format!("fitted {name} {}", number(first)));
         // A single curve has no name that its law could follow.
@@ -139,6 +123,114 @@ impl Lines<'_> {
             }
             FitShape::Line => Some(Fitted { line: None, text: text("slope") }),
         }
+    }
+}
+
+impl Lines<'_> {
+    /// The fit of a metric over this axis that the model defines.
+    fn fit_of_model(&self, metric: &str) -> Option<&'static Fit> {
+        let is_over = |fit: &&Fit| match (self.abscissa, fit.over) {
+            (Abscissa::Metric(x), Some(over)) => x.name == over,
+            (Abscissa::Key { key, .. }, None) => key == fit.along,
+            _ => false,
+        };
+        let mut fits = MODELS.iter().flat_map(|model| model.fits);
+        fits.find(|fit| fit.of == metric && is_over(fit))
+    }
+
+    /// The first parameter of a fit of the model, as the metrics contain it.
+    fn fitted(&self, fit: &Fit, coordinates: &[Coordinate]) -> Option<Estimate> {
+        let name = fit.parameters.first()?.name;
+        let is_fit = |metric: &&Metric| matches!(&metric.scope, MetricScope::Sweep(scope) if scope.along.is_some());
+        let mut fits = self.metrics.iter().filter(is_fit);
+        let found = fits.find(|it| it.name() == name && it.coordinates() == coordinates);
+        found.map(|metric| metric.estimate)
+    }
+
+    /// The shown points of the sweep with these coordinates.
+    fn points_at(&self, coordinates: &[Coordinate]) -> impl Iterator<Item = &SweepPoint<'_>> {
+        self.points.iter().filter(|point| {
+            self.request.selects(&point.coordinates)
+                && coordinates.iter().all(|coordinate| point.coordinates.contains(coordinate))
+        })
+    }
+
+    /// A fit of a requested shape through the middle of the data. Its slope is that of the metrics if the model defines this fit, or else the
+    /// mean over the replicates with its error, as there.
+    fn requested_fit(
+        &self,
+        shape: PlotFit,
+        metric: &str,
+        coordinates: &[Coordinate],
+        data: &Curve,
+    ) -> Option<Fitted> {
+        let has_shape = |fit: &&Fit| {
+            matches!(
+                (fit.shape, shape),
+                (FitShape::PowerLaw, PlotFit::Power) | (FitShape::Line, PlotFit::Linear)
+            )
+        };
+        let fit = self.fit_of_model(metric).filter(has_shape);
+        let slope = fit.and_then(|fit| self.fitted(fit, coordinates));
+        let slope =
+            slope.or_else(|| self.mean_slope(shape, metric, coordinates)).or_else(|| {
+                let points: Vec<_> = data.points.iter().map(|point| (point.x, point.y)).collect();
+                slope_of(shape, &points).map(Estimate::bare)
+            })?;
+        let [low, high] = range_of(data)?;
+        let (drawn, of) = match shape {
+            PlotFit::Power => {
+                let drawn = power_points(center(&data.points)?, slope.value, [low, high])?;
+                (drawn, format!("exponent {}", number(slope)))
+            }
+            PlotFit::Linear => {
+                let mean = |of: fn(&Point) -> f64| {
+                    data.points.iter().map(of).sum::<f64>() / data.points.len() as f64
+                };
+                let (x, y) = (mean(|point| point.x), mean(|point| point.y));
+                let end = |at: f64| Point::bare(at, y + slope.value * (at - x));
+                (vec![end(low), end(high)], format!("slope {}", number(slope)))
+            }
+        };
+        let name = match data.name.as_str() {
+            MEASURED => format!("fit, {of}"),
+            name => format!("{name}: fit, {of}"),
+        };
+        let line = theory_line(name, data.color, drawn);
+        Some(Fitted { line: Some(line), text: Some(format!("fitted {of}")) })
+    }
+
+    /// The mean slope over the replicates that have a value at every point with one: points of a sweep share their random draws, so that
+    /// their scatter about a line is not its error.
+    fn mean_slope(
+        &self,
+        shape: PlotFit,
+        metric: &str,
+        coordinates: &[Coordinate],
+    ) -> Option<Estimate> {
+        let points = self.points_at(coordinates).filter(|point| point.mean_of(metric).is_some());
+        let mut replicates: BTreeMap<u32, Vec<(f64, f64)>> = BTreeMap::new();
+        let mut count = 0;
+        for point in points {
+            count += 1;
+            for run in &point.runs {
+                let y = run.measurement(metric).map(|found| found.estimate.value);
+                if let (Some(x), Some(y)) = (self.abscissa.of_run(run), y) {
+                    replicates.entry(run.manifest.replicate).or_default().push((x, y));
+                }
+            }
+        }
+        let whole = replicates.values().filter(|points| points.len() == count);
+        let slopes: Vec<f64> = whole.filter_map(|points| slope_of(shape, points)).collect();
+        mean_of_independent(&slopes)
+    }
+}
+
+/// The least-squares slope of points, or the exponent of their power law.
+fn slope_of(shape: PlotFit, points: &[(f64, f64)]) -> Option<f64> {
+    match shape {
+        PlotFit::Power => power_law_exponent(points),
+        PlotFit::Linear => least_squares_line(points).map(|line| line.slope),
     }
 }
 
@@ -218,41 +310,4 @@ fn power_law(curves: &[Curve], exponent: f64, index: usize) -> Option<Curve> {
     let line = power_points(center(&points)?, exponent, [low, high])?;
     let color = (REFERENCE_COLOR + MAX_CURVES - index % MAX_CURVES) % MAX_CURVES;
     Some(theory_line(format!("exponent {}", exponent_text(exponent)), color, line))
-}
-
-/// A least-squares fit of a requested shape, with the standard error of its slope by the scatter about it.
-fn requested_fit(shape: PlotFit, data: &Curve) -> Option<Fitted> {
-    let of_logarithms = shape == PlotFit::Power;
-    let scaled = |value: f64| if of_logarithms { libm::log(value) } else { value };
-    let points: Vec<(f64, f64)> =
-        data.points.iter().map(|point| (scaled(point.x), scaled(point.y))).collect();
-    let line = least_squares_line(&points)?;
-    let slope = number(Estimate::new(line.slope, error_of_slope(&points, line)));
-    let [low, high] = range_of(data)?;
-    let (drawn, of) = match shape {
-        PlotFit::Power => {
-            let drawn = power_points(center(&data.points)?, line.slope, [low, high])?;
-            (drawn, format!("exponent {slope}"))
-        }
-        PlotFit::Linear => {
-            let end = |x: f64| Point::bare(x, line.slope * x + line.intercept);
-            (vec![end(low), end(high)], format!("slope {slope}"))
-        }
-    };
-    let name = match data.name.as_str() {
-        MEASURED => format!("fit, {of}"),
-        name => format!("{name}: fit, {of}"),
-    };
-    let line = theory_line(name, data.color, drawn);
-    Some(Fitted { line: Some(line), text: Some(format!("fitted {of}")) })
-}
-
-/// The standard error of a least-squares slope of points of equal weight; `None` for fewer than three points.
-fn error_of_slope(points: &[(f64, f64)], line: Line) -> Option<f64> {
-    let count = points.len() as f64;
-    let mean = points.iter().map(|(x, _)| x).sum::<f64>() / count;
-    let spread: f64 = points.iter().map(|(x, _)| (x - mean) * (x - mean)).sum();
-    let residual = |&(x, y): &(f64, f64)| y - line.slope * x - line.intercept;
-    let squares: f64 = points.iter().map(|point| residual(point) * residual(point)).sum();
-    (count > 2.0).then(|| (squares / (count - 2.0) / spread).sqrt())
 }

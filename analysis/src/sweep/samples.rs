@@ -6,6 +6,7 @@ use crate::metric::Definition;
 use crate::models::{MODELS, label_of};
 use crate::number_text::{six_digits, with_error};
 use crate::plot::{Curve, CurveStyle, Point};
+use crate::run::RunAnalysis;
 use crate::statistics::Estimate;
 use crate::sweep::SweepPoint;
 use crate::sweep::figures::{MAX_CURVES, MEASURED, words_and_unit};
@@ -57,6 +58,16 @@ impl Abscissa {
             Self::Key { .. } => self.of_place(&point.coordinates),
             Self::Metric(metric) => point.mean_of(metric.name).map(|(mean, ..)| mean.value),
             Self::Set(key) => point.runs.first().and_then(|run| number_set(&run.manifest, key)),
+        }
+        .filter(|place| place.is_finite())
+    }
+
+    /// The place of a run.
+    pub(super) fn of_run(&self, run: &RunAnalysis) -> Option<f64> {
+        match self {
+            Self::Key { .. } => self.of_place(&run.coordinates),
+            Self::Metric(metric) => run.measurement(metric.name).map(|found| found.estimate.value),
+            Self::Set(key) => number_set(&run.manifest, key),
         }
         .filter(|place| place.is_finite())
     }

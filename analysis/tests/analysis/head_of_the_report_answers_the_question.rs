@@ -4,8 +4,10 @@
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
 use crate::gas_and_dem_metrics_equal_closed_forms::{DROP, drop_frames};
-use crate::synthetic::{Folder, analyze, flat, write_run};
-use kinetoscope_manifest::parse;
+use crate::synthetic::{Folder, analyze, flat, two_frames, write_run};
+use kinetoscope_manifest::model::{ModelConfig, SpeedScale};
+use kinetoscope_manifest::{RunManifest, parse};
+use kinetoscope_recording::channels::GasPressure;
 use kinetoscope_recording::reader::Outcome;
 use serde_json::Value;
 
@@ -164,4 +166,128 @@ fn same_sentence_is_in_every_output() {
     assert_eq!(metrics["answer"]["text"], "It is 0.8.");
     assert_eq!(metrics["answer"]["numbers"][0]["metric"], "restitution.measured");
     assert!(folder.page().contains("<p class=\"question\">How high?</p>"));
+}
+
+/// Three runs, of which the last has no recording.
+fn with_a_missing_run(manifest: &str) -> String {
+    let sweep = "[sweep]\n\"model.dem.friction\" = [0.1234567890123, 0.2, 0.3]\n";
+    let folder = Folder::write(&format!("{manifest}{sweep}"), drop_frames);
+    std::fs::remove_file(folder.file(2)).unwrap();
+    analyze(&[folder.name()]);
+    flat(&marked(&folder.page()).replace("<strong>", "").replace("</strong>", ""))
+}
+
+/// Control: without a missing run, no sentence counts runs (the other tests of this file).
+#[test]
+fn missing_runs_of_a_sweep_are_counted_in_the_sentence() {
+    let stated = with_a_missing_run(&with_answer("It is {restitution.measured @ friction = 0.2}."));
+    assert_eq!(stated, "It is 0.8. This is from 2 of 3 runs.");
+    let failing = check("restitution.measured", "minimum = 0.9");
+    let composed = with_a_missing_run(&format!("{DROP}{failing}"));
+    assert!(composed.ends_with(" This is from 2 of 3 runs."), "{composed}");
+    // The numbers of coordinates have at most six digits.
+    assert!(
+        composed.contains("at friction 0.123457") && !composed.contains("0.1234567"),
+        "{composed}"
+    );
+}
+
+/// Setup: pressures c T of four replicates at four temperatures, c in 1e-21 N/(m K); one recording is missing. The slope is the mean of those of the three
+/// replicates that have all points, 1, 2 and 3, with the error 1/sqrt(3).
+#[test]
+fn number_of_a_fit_is_the_same_in_the_answer_and_in_the_plot() {
+    const SWEEP: &str =
+        "[model.gas]\nparticles = 1\n[sweep]\nmodel.gas.temperature_k = [100, 200, 300, 400]\n";
+    let answer =
+        "answer = 'It grows by {pressure_vs_temperature.measured.slope}.'\nreplicates = 4\n";
+    let plots = "[[plots]]\ny = 'pressure.measured'\nfit = 'linear'\nlog = []\n\
+        [[plots]]\ny = 'pressure.measured'\nfit = 'power'\n";
+    let frames = |exponent: fn(f64) -> f64| {
+        move |run: &RunManifest| {
+            let ModelConfig::Gas(gas) = &run.model else { panic!("{run:?}") };
+            let SpeedScale::Temperature(kelvin) = gas.speed_scale else { panic!("{gas:?}") };
+            let c = f64::from(run.replicate + 1);
+            let value = 1e-21 * c * libm::pow(kelvin.get(), exponent(c));
+            two_frames(&GasPressure {
+                measured_since_start_n_per_m: value,
+                ..GasPressure::default()
+            })
+        }
+    };
+    let folder = Folder::write(&format!("{answer}{SWEEP}{plots}"), frames(|_| 1.0));
+    std::fs::remove_file(folder.file(3)).unwrap();
+    analyze(&[folder.name()]).exited_with(0);
+    let page = folder.page();
+    let expected = "It grows by <strong>(2.00 ± 0.58)·10⁻²¹ N/(m K)</strong> (from 12 of 16 runs).";
+    assert_eq!(marked(&page), expected);
+    assert!(page.contains("fit, slope 2.00(58)·10⁻²¹"), "{}", marked(&page));
+    // A fit that no metric has, from the replicates as well: exponents 1, 2, 3 and 4.
+    let folder = Folder::write(&format!("{answer}{SWEEP}{plots}"), frames(|c| c));
+    analyze(&[folder.name()]).exited_with(0);
+    assert!(folder.page().contains("fit, exponent 2.50(65)"));
+}
+
+/// Setup: four replicates; mean 1.59155 and error 0.000065 in units of 1e-24 N/m; a particle of 1 m/s in place of all 1000 of 1e-26 kg, so that
+/// N m v²/(2 A) is 1e-23/(2π) N/m.
+#[test]
+fn theory_has_the_digits_of_the_error_and_the_form_applies_to_a_value_with_one() {
+    let answer = "{pressure.measured}; {pressure.measured theory}; {pressure.measured theory to 2 digits}; {pressure.measured to 3 digits}; {pressure.measured to 8 digits}";
+    let manifest = format!("answer = '{answer}'\nreplicates = 4\n[model.gas]\nparticles = 1000\n");
+    let folder = Folder::write(&manifest, |run| {
+        let value = [1.5914, 1.5915, 1.5916, 1.5917][run.replicate as usize] * 1e-24;
+        two_frames(&GasPressure { measured_since_start_n_per_m: value, ..GasPressure::default() })
+    });
+    analyze(&[folder.name()]).exited_with(0);
+    let text = marked(&folder.page()).replace("<strong>", "").replace("</strong>", "");
+    let expected = "(1.591550 ± 0.000065)·10⁻²⁴ N/m; 1.591549·10⁻²⁴ N/m; 1.6·10⁻²⁴ N/m; 1.59·10⁻²⁴ N/m; (1.5915500 ± 0.0000645)·10⁻²⁴ N/m";
+    assert_eq!(text, expected);
+}
+
+#[test]
+fn missing_value_has_the_reason_of_its_metric() {
+    // The metric's own, in several replicates.
+    let text = answer(&format!("replicates = 2\n{}", with_answer("It is {bed.surface_angle}.")));
+    assert!(text.contains("(no value: ") && !text.contains("which have no mean"), "{text}");
+    // That of its fit.
+    let answer = "answer = 'It falls with {pressure_vs_radius.measured.exponent}.'\n";
+    let sweep = "[model.gas]\nparticles = 1\n[sweep]\nmodel.gas.radius_m = [1, 2]\n";
+    let folder =
+        Folder::write(&format!("{answer}{sweep}"), |_| two_frames(&GasPressure::default()));
+    analyze(&[folder.name()]).exited_with(0);
+    let reason = "(no value: no replicate has a pressure on the wall above zero at every point)";
+    assert!(marked(&folder.page()).contains(reason), "{}", marked(&folder.page()));
+}
+
+#[test]
+fn failure_is_short_in_the_sentence_and_whole_in_the_table() {
+    let manifest = with_answer("It is {restitution.measured}.");
+    let folder = Folder::write(&manifest, drop_frames);
+    let experiment = parse(&manifest, "m.toml", &[]).unwrap();
+    let run = &experiment.runs[0];
+    let whole = "Blow-up at step 1234567 (t = 1.2345678901234567e-3 s): disc 3 left the box, at (-1.234567890123e300, 0.5) m. The contacts are too soft.";
+    let fault = Outcome::Fault(whole.to_owned());
+    write_run(&folder.file(0), run, &drop_frames(&run.manifest), &fault);
+    analyze(&[folder.name()]).exited_with(3);
+    let page = folder.page();
+    let short = "(no value: the run failed at 0.6 s: Blow-up at step 1234567 (t = 0.00123457·s): disc 3 left the box, at (-1.23457·10³⁰⁰, 0.5) m)".replace("·s", " s");
+    assert!(marked(&page).contains(&short), "{}", marked(&page));
+    assert!(page.contains(whole), "the whole text is on the page");
+}
+
+/// Setup: the second run ends before the rebound, so that it has no restitution.
+#[test]
+fn points_without_the_metric_are_counted() {
+    let manifest = format!(
+        "{DROP}[sweep]\n\"model.dem.friction\" = [0.1, 0.2]\n[[plots]]\ny = \"restitution.measured\"\n"
+    );
+    let folder = Folder::write(&manifest, |run| {
+        let ModelConfig::Dem(dem) = &run.model else { panic!("{run:?}") };
+        let frames = drop_frames(run);
+        let count = if dem.friction.get() > 0.15 { 2 } else { frames.len() };
+        frames.into_iter().take(count).collect()
+    });
+    analyze(&[folder.name()]).exited_with(0);
+    let page = folder.page();
+    let text = marked(&page);
+    assert!(text.contains(" 1 of 2 points has no value."), "{text}");
 }

@@ -15,7 +15,11 @@ fn pressures(values: &[f64]) -> Frames {
     let frame = |(index, value): (u32, &f64)| {
         let mut frame = Frame::new();
         frame.push_state(&[0.0, 0.0, 1.0, 0.0]);
-        frame.push(&GasPressure { measured_n_per_m: *value, ..GasPressure::default() });
+        frame.push(&GasPressure {
+            measured_n_per_m: *value,
+            measured_since_start_n_per_m: *value,
+            ..GasPressure::default()
+        });
         (Clock { count: u64::from(index), time: f64::from(index) }, frame)
     };
     (0..).zip(values).map(frame).collect()
@@ -91,4 +95,24 @@ fn plot_that_cannot_be_drawn_is_noted() {
     for name in ["effusion_rate", "/collisions.wall_collisions", "/pressure.no_field"] {
         assert!(text.contains(&format!("the plot of `{name}` was not drawn: no")), "{text}");
     }
+}
+
+/// Setup: a chart of the model is requested, and the answer is composed from a check of another metric.
+#[test]
+fn requested_chart_is_in_front_of_the_plot_of_the_answer() {
+    let rest = "[[plots]]\nfigure = \"pressure_over_time\"\ntitle = \"Asked for\"\n\
+        [[checks]]\nmetric = \"pressure.measured\"\nminimum = 0.0\n";
+    let folder = Folder::write(&format!("{SWEEP}{rest}"), |run| {
+        let kinetoscope_manifest::model::ModelConfig::Gas(gas) = &run.model else { panic!() };
+        let kinetoscope_manifest::model::SpeedScale::Temperature(kelvin) = gas.speed_scale else {
+            panic!()
+        };
+        let value = kelvin.get();
+        pressures(&[f64::NAN, 1.1 * value, 0.9 * value, value])
+    });
+    analyze(&[folder.name()]).exited_with(0);
+    let html = folder.page();
+    let labels: Vec<&str> = html.split("<svg role=\"img\" aria-label=\"").skip(1).collect();
+    assert!(labels[0].starts_with("Asked for"), "{}", &labels[0][..80]);
+    assert!(labels[1].starts_with("Pressure against temperature\""), "{}", &labels[1][..80]);
 }

@@ -2,7 +2,7 @@
 //! model and its sweep. The words of an answer contain no name of a metric.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use kinetoscope_analysis::{fitted_along, metric_names};
+use kinetoscope_analysis::{fitted_along, metric_names, unit_of};
 use kinetoscope_manifest::{AnswerPart, Lookup, parse_with};
 use std::path::Path;
 
@@ -17,6 +17,7 @@ fn every_shipped_experiment_has_a_question_and_an_answer() {
         let lookup = Lookup {
             metrics: Some(metric_names),
             fitted_along: Some(fitted_along),
+            unit_of: Some(unit_of),
             ..Lookup::default()
         };
         let experiment = parse_with(&source, &name, &[], lookup).unwrap();

@@ -18,6 +18,14 @@ pub(crate) trait Model: HasKeys + Default {
         true
     }
 
+    /// Simulated time at the end, in the model's unit; `None` if the run ends after a number of events.
+    fn duration(&self) -> Option<f64>;
+
+    /// Number of species, which the particles have in turn.
+    fn species(&self) -> usize {
+        1
+    }
+
     /// The same physics with so many particles at the same density; `None` if the start depends on more than that.
     fn with_particles(&self, particles: NonZeroU32) -> Option<Self> {
         let _ = particles;

@@ -169,6 +169,18 @@ impl ModelConfig {
         each!(self, model => model.draws_random_numbers())
     }
 
+    /// Simulated time at the end, in the model's unit; `None` if the run ends after a number of events.
+    #[must_use]
+    pub fn duration(&self) -> Option<f64> {
+        each!(self, model => model.duration())
+    }
+
+    /// Number of species, which the particles have in turn.
+    #[must_use]
+    pub fn species(&self) -> usize {
+        each!(self, model => model.species())
+    }
+
     /// The keys of `[record]` that give an interval between frames of this model.
     pub(crate) fn intervals(&self, sound: bool) -> Vec<&'static str> {
         let own = each!(self, model => model.intervals(sound));

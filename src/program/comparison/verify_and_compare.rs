@@ -240,10 +240,21 @@ fn compared(comparison: &RecordingComparison, paths: [&Path; 2], find_step: bool
     }
     if comparison.messages.difference.is_none() {
         lines.push(match comparison.same_bytes {
+            _ if !comparison.messages.not_compared.is_empty() => {
+                format!("{frames}: equal in every message that both recordings have")
+            }
             Some(true) => format!("{frames}: equal in every byte"),
             Some(false) => format!("{frames}: equal in every message, not in every byte"),
             None => format!("{frames}: equal in every message"),
         });
+    }
+    let not_compared: Vec<&str> =
+        comparison.messages.not_compared.iter().map(String::as_str).collect();
+    if !not_compared.is_empty() {
+        let named = not_compared.join(", ");
+        lines.push(format!(
+            "not compared where only one recording has them, because it keeps other frames: {named}"
+        ));
     }
     Report { lines, ..messages(&comparison.messages, &left, &right) }
 }

@@ -19,8 +19,9 @@ pub(crate) fn markdown(equal: usize, unchecked: usize, differing: &[(&str, Findi
             plural(all as u64, "experiment")
         );
     }
+    let differ = if differing.len() == 1 { "differs" } else { "differ" };
     let mut text = format!(
-        "**{} of {} differ from the lock file.**\n",
+        "**{} of {} {differ} from the lock file.**\n",
         differing.len(),
         plural(all as u64, "experiment")
     );
@@ -81,4 +82,30 @@ fn section(manifest: &str, findings: &Findings) -> String {
         let _ = writeln!(text, "\n**Failed check:** {}", markdown_text(failed));
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Guarantee: subject and verb of the first line agree for every number of manifests that differ.
+    #[test]
+    fn summary_is_grammatical_for_all_counts() {
+        let first_line = |equal: usize, unchecked: usize, differing: usize| {
+            let differing: Vec<_> =
+                (0..differing).map(|_| ("a.toml", Findings::default())).collect();
+            let text = markdown(equal, unchecked, &differing);
+            text.lines().next().unwrap_or_default().to_owned()
+        };
+        for (counts, line) in [
+            ((1, 0, 0), "**1 experiment is equal to the lock file**, in every message."),
+            ((2, 0, 0), "**2 experiments are equal to the lock file**, in every message."),
+            ((0, 0, 1), "**1 of 1 experiment differs from the lock file.**"),
+            ((3, 0, 1), "**1 of 4 experiments differs from the lock file.**"),
+            ((2, 0, 2), "**2 of 4 experiments differ from the lock file.**"),
+            ((1, 2, 0), "**0 of 3 experiments differ from the lock file.**"),
+        ] {
+            assert_eq!(first_line(counts.0, counts.1, counts.2), line);
+        }
+    }
 }

@@ -12,7 +12,7 @@ use clap::Args;
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope::plan::restart_files::StartFiles;
 use kinetoscope::plan::{Plan, Status};
-use kinetoscope_analysis::{figure_names, fitted_along, metric_names};
+use kinetoscope_analysis::{figure_names, fitted_along, metric_names, unit_of};
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::folder::folder_of;
@@ -243,6 +243,7 @@ impl<'a> ManifestReader<'a> {
             metrics: Some(metric_names),
             figures: Some(figure_names),
             fitted_along: Some(fitted_along),
+            unit_of: Some(unit_of),
         };
         parse_with(source, &origin, overrides, lookup)
     }

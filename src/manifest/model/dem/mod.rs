@@ -213,6 +213,10 @@ impl Model for DemConfig {
         &["every_s", "every_steps"]
     }
 
+    fn duration(&self) -> Option<f64> {
+        Some(self.duration_s.get())
+    }
+
     fn particles(&self) -> u64 {
         let inserted = self.insertion.map_or(0, |insertion| insertion.discs.get());
         u64::from(self.discs.get()) + u64::from(inserted)

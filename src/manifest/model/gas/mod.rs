@@ -187,6 +187,14 @@ impl Model for GasConfig {
         }
     }
 
+    fn duration(&self) -> Option<f64> {
+        Some(self.duration_s.get())
+    }
+
+    fn species(&self) -> usize {
+        1 + self.additional_masses_kg.len()
+    }
+
     fn particles(&self) -> u64 {
         u64::from(self.particles.get())
     }

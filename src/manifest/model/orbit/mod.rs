@@ -132,6 +132,10 @@ impl Model for OrbitConfig {
         &["every_days", "every_steps"]
     }
 
+    fn duration(&self) -> Option<f64> {
+        Some(self.duration_days.get())
+    }
+
     fn particles(&self) -> u64 {
         self.bodies.as_ref().map_or(1, |bodies| bodies.len() as u64)
     }

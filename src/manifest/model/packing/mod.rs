@@ -154,6 +154,13 @@ impl Model for PackingConfig {
         }
     }
 
+    fn duration(&self) -> Option<f64> {
+        match self.length {
+            RunLength::EventsPerDisc(_) => None,
+            RunLength::Duration(duration) => Some(duration.get()),
+        }
+    }
+
     fn particles(&self) -> u64 {
         u64::from(self.discs.get())
     }

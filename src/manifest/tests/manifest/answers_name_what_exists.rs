@@ -18,8 +18,12 @@ fn fitted_along(metric: &str) -> Vec<&'static str> {
 }
 
 fn read(text: &str) -> Result<Experiment, String> {
-    let lookup =
-        Lookup { metrics: Some(metrics), fitted_along: Some(fitted_along), ..Lookup::default() };
+    let lookup = Lookup {
+        metrics: Some(metrics),
+        fitted_along: Some(fitted_along),
+        unit_of: Some(|metric| if metric == "mean_speed" { Some("m/s") } else { Some("1") }),
+        ..Lookup::default()
+    };
     parse_with(text, "m.toml", &[], lookup).map_err(|errors| errors.to_string())
 }
 
@@ -38,7 +42,7 @@ fn references(experiment: &Experiment) -> Vec<MetricReference> {
 
 #[test]
 fn reference_selects_one_point_and_a_form() {
-    let text = r#"{{x}} = {mean_speed size in percent to 4 digits @ temperature_k = 3e2, variant = "a, b"}, {a2 theory @ variant = c}"#;
+    let text = r#"{{x}} = {pressure.measured size in percent to 4 digits @ temperature_k = 3e2, variant = "a, b"}, {a2 theory @ variant = c}"#;
     let experiment = answered(text).unwrap();
     let [first, second] = references(&experiment).try_into().unwrap();
     assert!(first.is_size && first.is_in_percent && !first.is_theory && second.is_theory);
@@ -74,6 +78,11 @@ fn wrong_reference_is_reported_at_its_place() {
         ("{mean_speed @ temperature_k, variant = c}", "{mean_speed", "write `@ KEY = VALUE"),
         ("{mean_speed in inches}", "{mean_speed", "`in inches` is not a form of a number"),
         ("{mean_speed to 99 digits}", "{mean_speed", "from 1 to 12"),
+        (
+            &format!("{{mean_speed in percent {all}}}"),
+            "{mean_speed",
+            "`mean_speed` is in m/s, not a pure number",
+        ),
         ("{a2 @ temperature_k = 200, variant = c}", "{a2", "is one number for all values of"),
         ("{a2}", "{a2", "has one value for each value of variant"),
         (" ", " ", "leave it out"),
@@ -101,6 +110,28 @@ fn question_is_the_key_or_a_comment_with_a_question_mark() {
     assert_eq!(question("# Do they?\n# More.\n[model.gas]\n"), "Do they?");
     assert_eq!(question("# Every key is listed.\n[model.gas]\n"), "");
     assert_eq!(question("# Do they?\nquestion = \"Why?\"\n[model.gas]\n"), "Why?");
+}
+
+/// A question has the limits of an answer. A comment beyond them is no question.
+#[test]
+fn question_is_short_and_has_words_only() {
+    let stated = |text: &str| read(&format!("question = {text}\n[model.gas]\n"));
+    let long = format!("\"{}?\"", "x".repeat(1000));
+    for (question, message) in [
+        ("\"\"", "`question` is empty"),
+        ("\"  \"", "`question` is empty"),
+        (&long, "`question` has 1001 characters"),
+        ("\"a\\u001b[2J?\"", "U+001B"),
+    ] {
+        let errors = stated(question).unwrap_err();
+        assert!(errors.contains(message) && errors.contains("m.toml:1:1"), "{message}\n{errors}");
+        assert_eq!(errors.matches("error: ").count(), 1, "{errors}");
+    }
+    let comment = format!("# {}?\n[model.gas]\n", "x".repeat(1000));
+    assert_eq!(read(&comment).unwrap().question, "");
+    // Control: the longest question.
+    stated(&format!("\"{}?\"", "x".repeat(999))).unwrap();
+    assert_eq!(read(&comment.replacen('x', "", 1)).unwrap().question.len(), 1000);
 }
 
 #[test]

@@ -188,3 +188,13 @@ fn more_than_a_hundred_plots_are_rejected() {
     let marked = format!("{SWEEP}{}[[plots]] # <-\ny = \"mean_speed\"\n", plots(100));
     rejected(&marked, "101 plots are requested; must be at most 100");
 }
+
+#[test]
+fn more_than_seven_reference_lines_are_rejected() {
+    let plot = |count: usize, mark: &str| {
+        let exponents = vec!["1"; count].join(", ");
+        format!("{SWEEP}[[plots]]\ny = \"mean_speed\"\nexponents = [{exponents}]{mark}\n")
+    };
+    rejected(&plot(8, " # <-"), "must have at most 7");
+    experiment(&plot(7, ""));
+}

@@ -1,5 +1,5 @@
-//! Guarantee: `[view]` names a time, a meaning of the color, and two points of the sweep that exist; it does not affect the run key, and the record of the
-//! experiment contains it.
+//! Guarantee: `[view]` names a time, a meaning of the color, particles, and two points of the sweep that exist; a key that changes no picture is an error at
+//! its line. The table does not affect the run key, and the record of the experiment contains it.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
 use crate::verdicts::{experiment, rejected};
@@ -9,10 +9,16 @@ use kinetoscope_manifest::{
 
 const SWEEP: &str = "[model.gas]\n[sweep]\nmodel.gas.temperature_k = [200.0, 250.0, 300.0]\n";
 
+/// The Sun and two test particles.
+const BODIES: &str = "[model.orbit]\nbodies = [{ gm_au3_per_day2 = 3e-4, position_au = [0, 0, 0], velocity_au_per_day = [0, 0, 0] }, \
+    { gm_au3_per_day2 = 0, semi_major_axis_au = 1, eccentricity = 0 }, { gm_au3_per_day2 = 0, semi_major_axis_au = 2, eccentricity = 0 }]\n";
+
 #[test]
 fn view_is_read_and_recorded() {
-    let view = "[view]\nposter = 0.5\ncolor = \"side\"\nframe = \"rotating\"\nnames = [\"Sun\", \"\"]\ncompare = [{ temperature_k = 250 }, { temperature_k = 300 }]\n";
-    let experiment = experiment(&format!("{SWEEP}{view}"));
+    let view = "[view]\nposter = 0.5\ncolor = \"side\"\nframe = \"rotating\"\nnames = [\"Sun\", \"\"]\ncompare = [{ time_step_days = 0.2 }, { time_step_days = 0.3 }]\n";
+    let experiment = experiment(&format!(
+        "{BODIES}[sweep]\n\"model.orbit.time_step_days\" = [0.1, 0.2, 0.3]\n{view}"
+    ));
     assert_eq!((experiment.view.poster, experiment.view.color), (Some(0.5), Some(ViewColor::Side)));
     assert_eq!(experiment.view.frame, Some(ViewFrame::Rotating));
     assert_eq!(experiment.view.names, ["Sun", ""]);
@@ -45,9 +51,49 @@ fn wrong_values_are_reported() {
 }
 
 #[test]
+fn keys_without_effect_are_rejected_at_their_place() {
+    let long = format!("names = [\"{}\"] # <-", "x".repeat(5000));
+    let two_species = "[model.gas]\nadditional_masses_kg = [4e-26]\n";
+    for (model, line, message) in [
+        // The gas runs for 0.1 s by default.
+        (SWEEP, "poster = 0.2 # <-", "must be at most 0.1"),
+        (SWEEP, "color = \"species\" # <-", "add `additional_masses_kg`"),
+        (SWEEP, "frame = \"rotating\" # <-", "more than two `bodies`"),
+        ("[model.orbit]\n", "frame = \"rotating\" # <-", "more than two `bodies`"),
+        (
+            SWEEP,
+            "compare = [{ temperature_k = 250 }, { temperature_k = 250.0 }] # <-",
+            "name two different points",
+        ),
+        (SWEEP, &long, "must have at most 40"),
+        (SWEEP, "names = [] # <-", "names no particle"),
+        (SWEEP, "names = [\"\", \" \"] # <-", "names no particle"),
+        (SWEEP, "names = [\"a\\u001b\"] # <-", "contains a control character"),
+        (BODIES, "names = [\"Sun\", \"Earth\", \"Earth\"] # <-", "give name 3 another word"),
+        (BODIES, "names = [\"a\", \"b\", \"c\", \"d\"] # <-", "4 names for 3 particles"),
+        ("[model.orbit]\n", "names = [\"Sun\", \"Earth\"] # <-", "name the moving body only"),
+    ] {
+        rejected(&format!("{model}[view]\n{line}\n"), message);
+    }
+    // Controls: each key where it has an effect, and a run that ends after a number of events, at an unknown time.
+    for (model, line) in [
+        (SWEEP, "poster = 0.1"),
+        (two_species, "color = \"species\""),
+        (BODIES, "frame = \"rotating\"\nnames = [\"Sun\", \"\", \"Mars\"]"),
+        ("[model.orbit]\n", "names = [\"Earth\"]"),
+        ("[model.packing]\n", "poster = 1e6"),
+    ] {
+        experiment(&format!("{model}[view]\n{line}\n"));
+    }
+    // A shorter duration from the command line leaves the view of the manifest as it is.
+    let shorter = [Override { key: "model.gas.duration_s".to_owned(), value: "0.01".to_owned() }];
+    parse("[model.gas]\n[view]\nposter = 0.05\n", "m.toml", &shorter).unwrap();
+}
+
+#[test]
 fn view_does_not_affect_the_run_key_and_cannot_be_set() {
     let key = |text: &str| run_key(&parse_run(text).unwrap().canonical(), 1, 1);
-    assert_eq!(key("[model.gas]\n[view]\nposter = 1.0\n"), key("[model.gas]\n"));
+    assert_eq!(key("[model.gas]\n[view]\nposter = 0.05\n"), key("[model.gas]\n"));
     let set = [Override { key: "view.poster".to_owned(), value: "1".to_owned() }];
     let errors = parse("[model.gas]\n", "m.toml", &set).unwrap_err().to_string();
     assert!(errors.contains("`view.poster` cannot be set"), "{errors}");

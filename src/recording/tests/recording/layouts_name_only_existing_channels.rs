@@ -275,6 +275,8 @@ fn requested_plots_come_first_with_fields_that_exist() {
         ("orbit", "position_error.final", "Plot!position"),
         ("orbit", "energy_error_by_run", "Plot!energy"),
         ("packing", "a2", "Plot!a2"),
+        ("gas", "density_by_height", "Plot!kinetic"),
+        ("orbit", "angle_by_run", "Plot!closest"),
     ] {
         let layout = requested(model, &[&[subject]]);
         let column = column(&layout);
@@ -303,6 +305,6 @@ fn requested_plots_come_first_with_fields_that_exist() {
 /// Control: a chart that no recorded field shows over time leaves the layout as it is.
 #[test]
 fn control_other_requests_change_nothing() {
-    let other = requested("gas", &[&["density_by_height"], &["mean_speed"]]);
+    let other = requested("gas", &[&["position_histogram"], &["mean_speed"]]);
     assert_eq!(other, requested("gas", &[]));
 }
