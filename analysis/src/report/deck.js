@@ -8,9 +8,9 @@ function arrange() {
   if (!all.length) return;
   const isFull = document.fullscreenElement === deck, width = deck.clientWidth;
   const above = isFull ? 0 : all[0].canvas.getBoundingClientRect().top + scrollY;
-  const below = innerHeight - above - (isFull ? 150 : 90), room = Math.min(900, below > 0.45 * innerHeight ? below : 0.7 * innerHeight);
-  const shape = Math.max(...all.map((each) => each.shape()));
-  const isStacked = all.length > 1 && Math.min(width, (room / 2 - 30) / shape) > Math.min(width / 2, room / shape);
+  const below = innerHeight - above - (isFull ? 150 : 90), room = min(900, below > 0.45 * innerHeight ? below : 0.7 * innerHeight);
+  const shape = max(...all.map((each) => each.shape()));
+  const isStacked = all.length > 1 && min(width, (room / 2 - 30) / shape) > min(width / 2, room / shape);
   box.classList.toggle("stacked", isStacked);
   all.forEach((each) => each.resize(isStacked ? room / 2 - 20 : room));
 }
@@ -18,9 +18,9 @@ function arrange() {
 // The region that contains all views, or null if the smallest of them would hardly be visible in it.
 const MOST_ENLARGED = 4;
 function common(views) {
-  const side = ([x0, y0, x1, y1]) => Math.max(x1 - x0, y1 - y0), sides = views.map(side);
-  const all = [0, 1, 2, 3].map((k) => (k < 2 ? Math.min : Math.max)(...views.map((view) => view[k])));
-  return side(all) <= MOST_ENLARGED * Math.min(...sides) ? all : null;
+  const side = ([x0, y0, x1, y1]) => max(x1 - x0, y1 - y0), sides = views.map(side);
+  const all = [0, 1, 2, 3].map((k) => (k < 2 ? min : max)(...views.map((view) => view[k])));
+  return side(all) <= MOST_ENLARGED * min(...sides) ? all : null;
 }
 
 // One color scale, and if possible one scale of lengths, for all runs that are displayed.
@@ -28,14 +28,16 @@ function share() {
   const all = players();
   const widest = all.reduce((found, each) => each.film.speedTop > (found?.speedTop ?? -1) ? each.film : found, null);
   if (!widest) return;
-  const max = Math.max(...all.map((each) => each.film.speedMax)), isSpeed = scale.by === "speed";
+  const fastest = max(...all.map((each) => each.film.speedMax)), isSpeed = scale.by === "speed";
   scale.top = widest.speedTop;
   deck.querySelector(".bar").style.background = `linear-gradient(to right, ${widest.colors.join()})`;
   deck.querySelector(".scale").hidden = isSpeed && !(scale.top > 0);
   const [low, high] = { height: ["low at start", "high"], side: ["left at start", "right"], species: ["first species", "last"] }[scale.by] ?? ["speed 0",
-    `${max > 1.005 * scale.top ? "≥ " : ""}${withUnit(widest.speedTopText, widest.units[1])}`];
+    `${fastest > 1.005 * scale.top ? "≥ " : ""}${withUnit(widest.speedTopText, widest.units[1])}`];
   deck.querySelector(".bottom").textContent = low;
   deck.querySelector(".top").textContent = high;
+  const latest = max(...all.map((each) => each.end));
+  all.forEach((each) => each.outlast(latest));
   const whole = common(all.map((each) => each.film.view)), first = common(all.map((each) => each.firstView()));
   all.forEach((each) => each.agree(whole ? first ?? whole : each.film.view, whole ?? each.film.view));
   for (const [name, can] of [["arrows", all.some((each) => each.canHaveArrows())], ["rotating", all.some((each) => each.canRotate())]])
@@ -50,13 +52,13 @@ if (deck) {
     deck.querySelector(".note").textContent = "This browser cannot play the replay: it has no DecompressionStream.";
   } else {
     const refresh = () => { share(); arrange(); };
-    document.addEventListener("filmchange", refresh);
-    addEventListener("resize", arrange);
-    document.addEventListener("fullscreenchange", arrange);
+    on(document, "filmchange", refresh);
+    on(window, "resize", arrange);
+    on(document, "fullscreenchange", arrange);
     window.replay = player(first);
     // A second run next to the first one, with its clock.
     if (second) replay.second = player(second, replay);
-    box?.addEventListener("change", () => {
+    if (box) on(box, "change", () => {
       second.hidden = !box.checked;
       refresh();
     });
@@ -64,17 +66,17 @@ if (deck) {
       scale.by = colors.value;
       share();
     };
-    colors.addEventListener("change", color);
+    on(colors, "change", color);
     const [arrows, rotating] = ["arrows", "rotating"].map((name) => deck.querySelector(`.${name}`));
     const draw = () => {
       [scale.hasArrows, scale.isRotating] = [arrows.checked, rotating.checked];
       color();
     };
-    for (const each of [arrows, rotating]) each.addEventListener("change", draw);
+    for (const each of [arrows, rotating]) on(each, "change", draw);
     draw();
     const full = deck.querySelector(".full");
     full.hidden = !deck.requestFullscreen;
-    full.addEventListener("click", () => document.fullscreenElement ? document.exitFullscreen() : deck.requestFullscreen());
+    on(full, "click", () => document.fullscreenElement ? document.exitFullscreen() : deck.requestFullscreen());
   }
 }
 

@@ -16,10 +16,11 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 const STYLE_SHEET: &str = include_str!("report.css");
 /// The parts of the script, in the order in which they use each other.
-const SCRIPTS: [&str; 7] = [
+const SCRIPTS: [&str; 8] = [
     include_str!("numbers.js"),
     include_str!("film.js"),
     include_str!("pictures.js"),
+    include_str!("trails.js"),
     include_str!("replay.js"),
     include_str!("deck.js"),
     include_str!("report.js"),

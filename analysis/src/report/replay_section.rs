@@ -2,10 +2,9 @@
 //! script of the page shows them; the plot is an image without it.
 
 use crate::input::coordinates::label;
-use crate::replay::Replay;
+use crate::replay::{self, Replay};
 use crate::report::AnalysisReport;
-use crate::run::RunAnalysis;
-use kinetoscope_console::text::visible;
+use crate::run::{RunAnalysis, RunStatus};
 use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_manifest::{ViewColor, ViewFrame, ViewRequest};
 use maud::{Markup, PreEscaped, html};
@@ -39,7 +38,7 @@ pub(super) fn section(report: &AnalysisReport, plot: &Markup) -> Markup {
                 }
             }
         }
-        @for (run, replay) in &played { (film(&run.file, replay)) }
+        @for (run, replay) in &played { (film(run, replay)) }
     }
 }
 
@@ -102,10 +101,8 @@ fn deck(played: &[Played<'_>], view: &ViewRequest) -> Markup {
     let compared = |place: usize| {
         played.iter().position(|(run, _)| view.compared(&run.coordinates) == Some(place))
     };
-    let poster = view.poster.map(|time| time.to_string());
-    let names_given = (!view.names.is_empty()).then(|| visible_list(&view.names));
     html! {
-        div class="deck" data-poster=[poster] data-names=[names_given] data-species=(species(played)) hidden {
+        div class="deck" data-species=(species(played)) hidden {
             div class="players" {
                 (player(&names, compared(0).unwrap_or(0), false))
                 @if has_pair { (player(&names, compared(1).unwrap_or(names.len() - 1), true)) }
@@ -120,20 +117,9 @@ fn deck(played: &[Played<'_>], view: &ViewRequest) -> Markup {
     }
 }
 
-/// Number of the species of a gas, which its particles have in turn; 1 for other models.
+/// Number of the species that all runs have.
 fn species(played: &[Played<'_>]) -> usize {
-    let of_run = |(run, _): &Played<'_>| match &run.manifest.model {
-        ModelConfig::Gas(gas) => 1 + gas.additional_masses_kg.len(),
-        _ => 1,
-    };
-    played.iter().map(of_run).min().unwrap_or(1)
-}
-
-/// Names as JSON, with every character visible.
-fn visible_list(names: &[String]) -> String {
-    let names: Vec<_> = names.iter().map(|name| visible(name)).collect();
-    // A list of texts cannot be refused.
-    serde_json::to_string(&names).unwrap_or_default()
+    played.iter().map(|(run, _)| replay::species(&run.manifest.model)).min().unwrap_or(1)
 }
 
 /// A menu of runs and the canvas of the chosen one. The second player shows the time of the first one, which has the controls.
@@ -203,11 +189,17 @@ fn controls(has_pair: bool, view: &ViewRequest, species: usize) -> Markup {
 }
 
 /// The data of one replay.
-fn film(file: &str, replay: &Replay) -> Markup {
+fn film(run: &RunAnalysis, replay: &Replay) -> Markup {
+    // Continued by a time.
+    let ending = match run.ending {
+        RunStatus::Complete => "ended at",
+        RunStatus::Fault(_) => "failed at",
+        RunStatus::Unfinished | RunStatus::Damaged(_) => "stops at",
+    };
     let description = replay.film.as_ref().map(|film| film.description());
     let data = replay.film.as_ref().map_or_else(String::new, |film| film.base64());
     html! {
-        script type="text/plain" class="film" data-file=(file) data-note=(replay.note) data-film=[description] {
+        script type="text/plain" class="film" data-file=(run.file) data-ending=(ending) data-note=(replay.note) data-film=[description] {
             // Base64 contains no markup.
             (PreEscaped(data))
         }

@@ -28,5 +28,5 @@ function drawSpeeds() {
   element("line", { class: "frame", x1: left, x2: right, y1: foot, y2: foot }, svg);
   for (const { at, text } of ticksOf({}, false, 0, most, 5).ticks) element("text", { x: clamp(across(at), 12, right - 20), y: height - 4, "text-anchor": "middle" }, svg, text);
 }
-if (speedsFigure && deck) addEventListener("resize", drawSpeeds);
-if (speedsFigure && deck) for (const name of ["replaytime", "filmchange"]) document.addEventListener(name, drawSpeeds);
+if (speedsFigure && deck) on(window, "resize", drawSpeeds);
+if (speedsFigure && deck) for (const name of ["replaytime", "filmchange"]) on(document, name, drawSpeeds);

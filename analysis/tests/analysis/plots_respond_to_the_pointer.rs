@@ -153,7 +153,7 @@ held((async () => {
         metric.selectedIndex = index;
         metric.dispatchEvent(new Event("change"));
         await nextFrames(1);
-        expect(any.querySelector("figcaption").textContent.startsWith(metric.value), `${metric.value} is not plotted`);
+        expect(any.querySelector("figcaption").textContent.startsWith(metric.value.replace(/ \([^()]*\)$/, "")), `${metric.value} is not plotted`);
         expect(any.querySelector(".sheet .curve"), `${metric.value} has no curve`);
         swept += 1;
       }
