@@ -293,6 +293,28 @@ impl ReplayCollector {
         names.iter().step_by(self.every_particle as usize).cloned().collect()
     }
 
+    /// The frame that is shown first, its picture with the speed at the upper end of the color scale, and the names of the particles.
+    fn first_picture(
+        &self,
+        stills: &[&Still],
+        view: View,
+        top: f64,
+    ) -> (usize, String, Vec<String>) {
+        let requested = self.request.poster.map(|time| nearest(stills, time));
+        let first = requested.unwrap_or_else(|| poster(stills, view));
+        let names = self.drawn_names();
+        let style = PictureStyle {
+            top,
+            has_trails: self.extent.has_trails,
+            names: &names,
+            color: self.request.color.unwrap_or(ViewColor::Speed),
+            species: self.species,
+            every_particle: self.every_particle as usize,
+            is_rotating: self.request.frame == Some(ViewFrame::Rotating),
+        };
+        (first, picture(stills, first, view, &style), names)
+    }
+
     fn film(&self, stills: &[&Still], view: View) -> Film {
         let particles = stills.iter().map(|still| still.points.len()).max().unwrap_or(0);
         let ends = stills.iter().map(|still| still.lines.ends.len()).max().unwrap_or(0);
@@ -325,20 +347,7 @@ impl ReplayCollector {
             append_series(&mut data, &stored, particles, 1);
         }
         let shown = stills.len() as f64 / self.frames as f64;
-        let requested = self.request.poster.map(|time| nearest(stills, time));
-        let first = requested.unwrap_or_else(|| poster(stills, view));
-        let has_trails = self.extent.has_trails;
-        let names = self.drawn_names();
-        let style = PictureStyle {
-            top: speeds.top,
-            has_trails,
-            names: &names,
-            color: self.request.color.unwrap_or(ViewColor::Speed),
-            species: self.species,
-            every_particle: self.every_particle as usize,
-            is_rotating: self.request.frame == Some(ViewFrame::Rotating),
-        };
-        let picture = picture(stills, first, view, &style);
+        let (first, picture, names) = self.first_picture(stills, view, speeds.top);
         Film {
             frames: stills.len(),
             particles,
@@ -362,7 +371,7 @@ impl ReplayCollector {
             has_moving_walls,
             bodies: stills.first().map_or_else(Vec::new, |still| still.lines.bodies.clone()),
             labels: stills.first().map_or_else(Vec::new, |still| still.lines.labels.clone()),
-            has_trails,
+            has_trails: self.extent.has_trails,
             fps: self.fps * shown,
             units: self.units.clone(),
             data: deflated(&data),

@@ -27,14 +27,28 @@ const SCRIPTS: [&str; 8] = [
     include_str!("speeds.js"),
 ];
 
-/// The script as a page contains it: without indentation and lines of comments. No text in it spans lines.
+/// The script as a page contains it: without indentation, lines of comments and the spaces next to punctuation. No text in it spans lines.
 fn script() -> String {
     let lines = SCRIPTS
         .iter()
         .flat_map(|part| part.lines())
         .map(str::trim_start)
         .filter(|line| !line.starts_with("//"));
-    lines.collect::<Vec<_>>().join("\n")
+    lines.map(squeezed).collect::<Vec<_>>().join("\n")
+}
+
+/// A line without the spaces next to punctuation, unless it has a text, a regular expression or a division.
+fn squeezed(line: &str) -> String {
+    if line.contains(['"', '\'', '`', '/']) {
+        return line.to_owned();
+    }
+    let letters: Vec<char> = line.chars().collect();
+    let is_punctuation = |letter: &char| ",;{}()[]=><?:&|".contains(*letter);
+    let is_needed = |place: usize| {
+        let neighbors = letters[place.saturating_sub(1)..].iter().take(3);
+        letters[place] != ' ' || !neighbors.into_iter().any(is_punctuation)
+    };
+    (0..letters.len()).filter(|place| is_needed(*place)).map(|place| letters[place]).collect()
 }
 
 /// The head of a page with a style sheet in addition to the common one.

@@ -21,6 +21,9 @@ const COLORS: [(ViewColor, &str); 4] = [
     (ViewColor::Species, "species"),
 ];
 
+/// Maximum number of runs that play in parallel, as in the script.
+const MOST_PLAYERS: usize = 6;
+
 /// A run that plays.
 type Played<'a> = (&'a RunAnalysis, &'a Replay);
 
@@ -107,7 +110,7 @@ fn deck(played: &[Played<'_>], view: &ViewRequest) -> Markup {
                 (player(&names, compared(0).unwrap_or(0), false))
                 @if has_pair { (player(&names, compared(1).unwrap_or(names.len() - 1), true)) }
             }
-            (controls(has_pair, view, species(played)))
+            (controls(if has_pair { played.len() } else { 1 }, view, species(played)))
             div class="facts readout" {
                 output class="clock" {}
                 span class="scale" { span class="bottom" {} " " span class="bar" {} " " span class="top" {} }
@@ -133,7 +136,7 @@ fn player(names: &[String], chosen: usize, is_second: bool) -> Markup {
             @if names.len() > 1 {
                 p {
                     label {
-                        (if is_second { "Second run: " } else { "Run: " })
+                        span { (if is_second { "Second run: " } else { "Run: " }) }
                         select class="runs" autocomplete="off" {
                             @for (index, name) in names.iter().enumerate() {
                                 option selected[index == chosen] { (name) }
@@ -151,7 +154,7 @@ fn player(names: &[String], chosen: usize, is_second: bool) -> Markup {
 }
 
 /// What the first player, and the second one with it, are controlled by.
-fn controls(has_pair: bool, view: &ViewRequest, species: usize) -> Markup {
+fn controls(runs: usize, view: &ViewRequest, species: usize) -> Markup {
     let color = view.color.unwrap_or(ViewColor::Speed);
     let is_rotating = view.frame == Some(ViewFrame::Rotating);
     html! {
@@ -178,9 +181,8 @@ fn controls(has_pair: bool, view: &ViewRequest, species: usize) -> Markup {
             // The script shows the switches that the run has data for.
             label hidden { input type="checkbox" class="arrows" autocomplete="off"; " velocities" }
             label hidden { input type="checkbox" class="rotating" autocomplete="off" checked[is_rotating]; " rotating frame" }
-            @if has_pair {
-                label { input type="checkbox" class="pair" autocomplete="off" checked; " two runs" }
-            }
+            @if runs > 1 { label { input type="checkbox" class="pair" autocomplete="off" checked; " two runs" } }
+            @if runs > 2 { label { input type="checkbox" class="many" autocomplete="off"; " " (runs.min(MOST_PLAYERS)) " runs" } }
             button type="button" class="full" aria-label="Full screen" {
                 svg viewBox="0 0 16 16" aria-hidden="true" { path d="M2 6V2h4M10 2h4v4M14 10v4h-4M6 14H2v-4" {} }
             }

@@ -160,7 +160,7 @@ fn run_that_ends_early_is_marked_and_the_clock_goes_on() {
         assert!(console.is_empty(), "{console}");
         serde_json::from_str(element(&dom, "title")).unwrap()
     };
-    let mark = "This run ended at t = 0.5 s, before the other one.";
+    let mark = "This run ended at t = 0.5 s, before another one.";
     let is_marked = |note: &Value| note.as_str().unwrap().contains(mark);
     let short = found(31);
     let reaches_the_end = |shown: &Value| shown[0].as_f64() == Some(1.0);
@@ -169,7 +169,30 @@ fn run_that_ends_early_is_marked_and_the_clock_goes_on() {
     assert!(!is_marked(&short[1][1]) && is_marked(&short[1][2]), "{short}");
     // Control.
     let equal = found(61);
-    assert!(!equal.to_string().contains("before the other one"), "{equal}");
+    assert!(!equal.to_string().contains("before another one"), "{equal}");
+}
+
+/// Guarantee: on request, all runs of a sweep play in parallel, up to six, each once and at the time of the first one. Control: without it, there are two.
+#[test]
+#[ignore = "needs chromium"]
+fn further_runs_follow_the_clock_on_request() {
+    let sweep = "[sweep]\n\"model.dem.restitution\" = [0.5, 0.6, 0.7, 0.8]\n";
+    let folder = Folder::write(&format!("{MANIFEST}{sweep}"), frames);
+    analyze(&[folder.name()]).exited_with(0);
+    let script = "<script>held((async () => { await replay.ready; await replay.second.ready; const many = document.querySelector('.many'), found = []; \
+        const note = async (count) => { await until(() => players().length === count); replay.show(30); await nextFrames(2); found.push(players().map(({ file, time, canvas }) => [file, time, canvas.clientWidth])); }; \
+        await note(2); many.click(); await note(4); many.click(); await note(2); document.title = JSON.stringify(found); })());</script>";
+    let (dom, console) = examined(&folder.path().join("report.html"), script, false);
+    assert!(console.is_empty(), "{console}");
+    let found: Vec<Vec<(String, f64, f64)>> = serde_json::from_str(element(&dom, "title")).unwrap();
+    let counts: Vec<usize> = found.iter().map(Vec::len).collect();
+    assert_eq!(counts, [2, 4, 2]);
+    let files: std::collections::BTreeSet<&str> =
+        found[1].iter().map(|(file, ..)| file.as_str()).collect();
+    assert_eq!(files.len(), 4, "{files:?}");
+    for (file, time, width) in &found[1] {
+        assert!((time - 0.5).abs() < 1e-12 && *width > 100.0, "{file}: {time}, {width} px");
+    }
 }
 
 /// Guarantee: menus name runs, metrics and swept keys in words with their units, not by the names of the manifest and of `metrics.json`. Control: the file
