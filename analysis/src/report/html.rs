@@ -24,7 +24,7 @@ const SCRIPTS: [&str; 8] = [
     include_str!("replay.js"),
     include_str!("deck.js"),
     include_str!("report.js"),
-    include_str!("speeds.js"),
+    include_str!("distributions.js"),
 ];
 
 /// The script as a page contains it: without indentation, lines of comments and the spaces next to punctuation. No text in it spans lines.

@@ -2,6 +2,7 @@
 //! script of the page shows them; the plot is an image without it.
 
 use crate::input::coordinates::label;
+use crate::models::height_layers;
 use crate::replay::{self, Replay};
 use crate::report::AnalysisReport;
 use crate::run::{RunAnalysis, RunStatus};
@@ -37,7 +38,7 @@ pub(super) fn section(report: &AnalysisReport, plot: &Markup) -> Markup {
                 h2 class="unseen" { "Replay" }
                 div class="split" {
                     @if !played.is_empty() { (deck(&played, &report.view)) }
-                    @if has_plot { div class="adjacent" { (plot) (speeds_now(&played)) } }
+                    @if has_plot { div class="adjacent" { (plot) (live(&played)) } }
                 }
             }
         }
@@ -45,22 +46,41 @@ pub(super) fn section(report: &AnalysisReport, plot: &Markup) -> Markup {
     }
 }
 
-/// The distribution of the speeds in the frame that is shown, which the script draws for a gas of equal particles.
-fn speeds_now(played: &[Played<'_>]) -> Markup {
+/// The distribution in the frame that is shown, which the script draws: for a gas in gravity of the heights, if the law of all runs is the same, else for
+/// equal particles of the speeds.
+fn live(played: &[Played<'_>]) -> Markup {
+    let Some((first, replay)) = played.first() else { return html! {} };
+    let layers_of = |run: &RunAnalysis| height_layers(&run.manifest.model);
+    let layers = layers_of(first).filter(|own| {
+        played.iter().all(|(run, _)| layers_of(run).is_some_and(|other| other == *own))
+    });
+    if let Some(layers) = layers {
+        // Numbers cannot be refused.
+        let data = serde_json::to_string(&layers).unwrap_or_default();
+        let caption = "Density by height (m) in this frame, with the barometric law";
+        let label =
+            "Histogram of the heights as densities over their mean, with the barometric law";
+        return live_figure(caption, label, Some(&data));
+    }
     // The speeds of several masses have no common distribution.
-    let has_law = played.first().is_some_and(|(run, _)| match &run.manifest.model {
+    let has_law = match &first.manifest.model {
         ModelConfig::Gas(gas) => gas.additional_masses_kg.is_empty(),
         ModelConfig::Packing(_) => true,
         _ => false,
-    });
-    let unit = played.first().and_then(|(_, replay)| Some(replay.film.as_ref()?.units[1].as_str()));
+    };
+    let unit = replay.film.as_ref().map(|film| film.units[1].as_str());
     let unit = unit.filter(|unit| !unit.is_empty()).map(|unit| format!(" ({unit})"));
+    let caption =
+        format!("Speeds{} in this frame, with Maxwell's distribution", unit.unwrap_or_default());
+    let label = "Histogram of the speeds, with Maxwell's distribution of the same mean square";
+    html! { @if has_law { (live_figure(&caption, label, None)) } }
+}
+
+fn live_figure(caption: &str, label: &str, layers: Option<&str>) -> Markup {
     html! {
-        @if has_law {
-            figure class="speeds-now" hidden {
-                figcaption { "Speeds" (unit.unwrap_or_default()) " in this frame, with Maxwell's distribution" }
-                svg class="sheet" viewBox="0 0 480 170" role="img" aria-label="Histogram of the speeds, with Maxwell's distribution of the same mean square" {}
-            }
+        figure class="live" data-layers=[layers] hidden {
+            figcaption { (caption) }
+            svg class="sheet" viewBox="0 0 480 170" role="img" aria-label=(label) {}
         }
     }
 }
