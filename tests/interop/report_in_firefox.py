@@ -25,7 +25,7 @@ PROBE = """async () => {
   if (page.scrollWidth > page.clientWidth) faults.push(`${page.scrollWidth} px wide on ${page.clientWidth}`);
   const fetched = performance.getEntriesByType("resource").map((entry) => entry.name);
   if (fetched.length) faults.push(`fetched: ${fetched}`);
-  const plots = [...document.querySelectorAll("figure > svg")].filter((plot) => plot.checkVisibility());
+  const plots = [...document.querySelectorAll("figure > svg, .plane > svg")].filter((plot) => plot.checkVisibility());
   for (const plot of plots) {
     const box = plot.getBoundingClientRect();
     if (!(box.width > 100 && box.height > 60)) faults.push("a plot without a size");

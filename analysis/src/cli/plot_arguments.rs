@@ -6,7 +6,7 @@ use super::plotted_names::{check_names, check_places};
 use crate::input::recording::{self, OpenRun};
 use crate::input::{self, OpenedRuns, RecordingFolder, UnreadableRecording};
 use crate::plot::png::png;
-use crate::plot::{ChartSize, CurveStyle, Plot, PlotContent, Point};
+use crate::plot::{ChartSize, Plot, PlotContent, Point};
 use crate::run::cache::AnalysisCache;
 use crate::run::{self, RunAnalysis, RunOptions, RunStatus};
 use crate::sweep::requested::{PlotData, fields_to_read};
@@ -300,16 +300,10 @@ impl PlotArguments {
             word.map_or_else(|| json!(point.x), |word| json!(word))
         };
         let curves = chart.curves.iter().map(|curve| {
-            let style = match curve.style {
-                CurveStyle::Data => "data",
-                CurveStyle::Theory => "theory",
-                CurveStyle::Line => "line",
-                CurveStyle::Area => "area",
-            };
             let points = curve.points.iter().map(
                 |point| json!({ "x": x_of(point), "y": point.y, "standard_error": point.error }),
             );
-            json!({ "name": curve.name, "style": style, "points": points.collect::<Vec<_>>() })
+            json!({ "name": curve.name, "style": curve.style.word(), "points": points.collect::<Vec<_>>() })
         });
         let bytes = self.output.as_ref().and_then(|file| std::fs::metadata(file).ok());
         json!({

@@ -1,5 +1,6 @@
 //! Coordinates of runs in a sweep: grouping, names, and derivation from manifests.
 
+use super::key_words::words_and_unit;
 use kinetoscope_console::text::one_line;
 use kinetoscope_manifest::Coordinate;
 use serde::{Deserialize, Serialize};
@@ -111,11 +112,16 @@ pub(crate) fn text(coordinates: &[Coordinate]) -> String {
     parts.collect::<Vec<_>>().join(", ")
 }
 
-/// Formats coordinates for a curve's name, in one line: a variant by its name only.
+/// Formats coordinates for a reader, in one line: keys in words, numbers with their units, and a variant by its name only, such as
+/// "time step = 0.25 days, RK4".
 pub(crate) fn label(coordinates: &[Coordinate]) -> String {
     let parts = coordinates.iter().map(|coordinate| match coordinate.key.as_str() {
         VARIANT => coordinate.value.clone(),
-        key => format!("{} = {}", last_part(key), shown_value(coordinate)),
+        key => {
+            let ((words, unit), value) = (words_and_unit(last_part(key)), shown_value(coordinate));
+            let is_number = value.starts_with('(') || value.parse::<f64>().is_ok();
+            format!("{words} = {value} {}", if is_number { unit } else { "" }).trim_end().to_owned()
+        }
     });
     one_line(&parts.collect::<Vec<_>>().join(", ")).into_owned()
 }
@@ -271,7 +277,7 @@ mod tests {
         let at =
             |key: &str, value: &str| Coordinate { key: key.to_owned(), value: value.to_owned() };
         let gravity = at("model.dem.gravity_m_per_s2", "0_-9.81");
-        assert_eq!(label(std::slice::from_ref(&gravity)), "gravity_m_per_s2 = (0, -9.81)");
+        assert_eq!(label(std::slice::from_ref(&gravity)), "gravity = (0, -9.81) m/s²");
         assert_eq!(text(&[gravity]), "gravity_m_per_s2 = (0, -9.81)");
         // Without the record of the experiment, it is written as in the manifest.
         assert_eq!(shown_value(&at("model.gas.center_m", "[3.0, 1.5]")), "(3, 1.5)");

@@ -3,6 +3,7 @@
 pub(crate) mod coordinates;
 mod error;
 pub(crate) mod host_file;
+pub(crate) mod key_words;
 mod object_storage;
 pub mod recording;
 

@@ -16,6 +16,7 @@ mod packing;
 
 use crate::metric::Definition;
 use crate::models::contract::{Extent, ModelAnalysis, PlottedObserver};
+use crate::models::gas::HeightLayers;
 use crate::models::snapshots::Snapshots;
 use kinetoscope_manifest::model::ModelConfig;
 
@@ -111,6 +112,14 @@ pub fn metrics_of_figure(model: &str, stem: &str) -> &'static [&'static str] {
 /// The metrics of a model's runs that answer where nothing states what is asked, the first ones that a run has; none for an unknown model.
 pub(crate) fn main_metrics(model: &str) -> &'static [&'static str] {
     of_model(model).map_or(&[], |model| model.main)
+}
+
+/// The layers of a gas in gravity with their law; `None` for other runs.
+pub(crate) fn height_layers(model: &ModelConfig) -> Option<HeightLayers> {
+    match model {
+        ModelConfig::Gas(gas) => HeightLayers::of(gas),
+        _ => None,
+    }
 }
 
 /// The label of a metric of any model.

@@ -27,6 +27,11 @@ pub(super) const fn curve_color(index: usize) -> RGBColor {
     RGBColor(red, green, blue)
 }
 
+/// Lengths of the dashes of a theory and of the gaps between them, in shown pixels: dots for the second round of colors.
+pub(super) const fn dashes(color: usize) -> [i32; 2] {
+    if color < ON_WHITE.len() { [7, 4] } else { [2, 4] }
+}
+
 /// Converts a length from shown pixels to fine pixels.
 pub(super) const fn fine(length: i32) -> i32 {
     length * FINENESS

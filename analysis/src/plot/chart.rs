@@ -2,7 +2,7 @@
 
 use super::axis::{Axis, FLAT_RELATIVE, Layout, Scale, extremes};
 use super::canvas::{
-    Canvas, DrawingError, INK, PALE, curve_color, draw, failure, fine, stroke, text_style,
+    Canvas, DrawingError, INK, PALE, curve_color, dashes, draw, failure, fine, stroke, text_style,
     text_width,
 };
 use super::chart_size::{ChartSize, WIDTH};
@@ -146,7 +146,7 @@ impl Chart {
                 greatest - least > FLAT_RELATIVE * greatest.abs().max(least.abs())
             })
         };
-        let data = curves.iter().filter(|curve| curve.style != CurveStyle::Theory);
+        let data = curves.iter().filter(|curve| !curve.style.is_comparison());
         varies(&mut data.flat_map(|curve| &curve.points).map(|point| point.x))
             && varies(&mut curves.iter().flat_map(|curve| &curve.points).map(|point| point.y))
     }
@@ -278,7 +278,7 @@ fn draw_plot(
                 chart.draw_series([area]).map_err(failure)?;
                 below = positions;
             }
-            CurveStyle::Line => {
+            CurveStyle::Line | CurveStyle::Fit => {
                 chart.draw_series(LineSeries::new(positions, stroke(color, 3))).map_err(failure)?;
             }
             CurveStyle::Theory => {
@@ -290,7 +290,8 @@ fn draw_plot(
                     vec![positions]
                 };
                 for part in parts {
-                    let dashes = DashedLineSeries::new(part, fine(7), fine(4), stroke(color, 3));
+                    let [dash, gap] = dashes(curve.color).map(fine);
+                    let dashes = DashedLineSeries::new(part, dash, gap, stroke(color, 3));
                     chart.draw_series(dashes).map_err(failure)?;
                 }
             }

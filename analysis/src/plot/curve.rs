@@ -31,6 +31,26 @@ pub(crate) enum CurveStyle {
     Data,
     /// An area from the previous one, or from 0, up to the points. All areas of a chart have the same abscissas.
     Area,
+    /// A line through the points, for a fit of data: it differs from theory of the same color by its dashes, also in print and with any color vision.
+    Fit,
+}
+
+impl CurveStyle {
+    /// The style in one word, as in the page and in the JSON of `plot`.
+    pub(crate) const fn word(self) -> &'static str {
+        match self {
+            Self::Line => "line",
+            Self::Theory => "theory",
+            Self::Data => "data",
+            Self::Area => "area",
+            Self::Fit => "fit",
+        }
+    }
+
+    /// Whether such a curve is drawn for comparison with others.
+    pub(crate) const fn is_comparison(self) -> bool {
+        matches!(self, Self::Theory | Self::Fit)
+    }
 }
 
 /// A named set of points.

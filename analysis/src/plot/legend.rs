@@ -2,7 +2,7 @@
 
 use super::axis::Layout;
 use super::canvas::{
-    Canvas, DrawingError, curve_color, failure, fine, stroke, text_style, text_width,
+    Canvas, DrawingError, curve_color, dashes, failure, fine, stroke, text_style, text_width,
 };
 use super::curve::{Curve, CurveStyle};
 use plotters::prelude::*;
@@ -29,32 +29,33 @@ const MAX_LABELS_OVER_WIDTH: f64 = 0.36;
 /// Number of entries from which labels at the ends are easier to read than a legend.
 const FEWEST_LABELS: usize = 3;
 
-/// An entry of the legend: a curve, and whether the dashed line of its theory shares the entry.
+/// An entry of the legend: a curve, and the style of the theory or the fit that shares the entry.
 #[derive(Clone, Copy)]
 pub(super) struct Entry<'a> {
     pub(super) curve: &'a Curve,
-    has_theory: bool,
+    comparison: Option<CurveStyle>,
 }
 
-/// One entry per named curve. Theory that is named after its curve, such as `RK4: theory` after `RK4`, shares the entry of that curve.
+/// One entry per named curve. The first theory or fit that is named after its curve, such as `RK4: theory` after `RK4`, shares the entry of that curve.
 /// The parts of an interrupted curve after the first have no name.
 pub(super) fn entries(curves: &[Curve]) -> Vec<Entry<'_>> {
     let mut entries: Vec<Entry<'_>> = Vec::new();
     for curve in curves.iter().filter(|curve| !curve.name.is_empty()) {
-        let measured = entries.iter_mut().find(|entry| is_theory_of(curve, entry.curve));
+        let measured = entries.iter_mut().find(|entry| is_compared_with(curve, entry));
         match measured {
-            Some(entry) => entry.has_theory = true,
-            None => entries.push(Entry { curve, has_theory: false }),
+            Some(entry) => entry.comparison = Some(curve.style),
+            None => entries.push(Entry { curve, comparison: None }),
         }
     }
     entries
 }
 
-/// Whether a curve is the theory of another and is named after it.
-fn is_theory_of(theory: &Curve, curve: &Curve) -> bool {
-    let of_curve = theory.name.strip_prefix(&curve.name);
-    theory.style == CurveStyle::Theory
-        && theory.color == curve.color
+/// Whether a curve is the theory or the fit of an entry's curve and is named after it, and no other style shares the entry.
+fn is_compared_with(comparison: &Curve, entry: &Entry<'_>) -> bool {
+    let of_curve = comparison.name.strip_prefix(&entry.curve.name);
+    comparison.style.is_comparison()
+        && comparison.color == entry.curve.color
+        && entry.comparison.is_none_or(|style| style == comparison.style)
         && of_curve.is_some_and(|rest| rest.starts_with(": "))
 }
 
@@ -183,19 +184,23 @@ fn draw_sample(
     let color = curve_color(entry.curve.color);
     let ends = [(fine(left), fine(middle)), (fine(right), fine(middle))];
     let draw_dashes = || {
-        let starts = (ends[0].0..ends[1].0).step_by(fine(11).unsigned_abs() as usize);
+        let [dash, gap] = dashes(entry.curve.color).map(fine);
+        let starts = (ends[0].0..ends[1].0).step_by((dash + gap).unsigned_abs() as usize);
         starts
             .map(|start| {
-                let end = (start + fine(7)).min(ends[1].0);
+                let end = (start + dash).min(ends[1].0);
                 PathElement::new([(start, ends[0].1), (end, ends[0].1)], stroke(color, 3))
             })
             .try_for_each(|dash| sheet.draw(&dash))
     };
-    if entry.has_theory {
-        draw_dashes().map_err(failure)?;
+    match entry.comparison {
+        Some(CurveStyle::Fit) => sheet.draw(&PathElement::new(ends, stroke(color, 3))),
+        Some(_) => draw_dashes(),
+        None => Ok(()),
     }
+    .map_err(failure)?;
     match entry.curve.style {
-        CurveStyle::Line => sheet.draw(&PathElement::new(ends, stroke(color, 4))),
+        CurveStyle::Line | CurveStyle::Fit => sheet.draw(&PathElement::new(ends, stroke(color, 4))),
         CurveStyle::Theory => draw_dashes(),
         CurveStyle::Data => {
             let center = (fine(i32::midpoint(left, right)), fine(middle));

@@ -165,6 +165,32 @@ mod tests {
         assert!(texts("theory").contains("theory</text>"), "control");
     }
 
+    /// Guarantee: a fit and theory of one color differ in their lines and have entries of their own, so that print and color vision do not matter; so do
+    /// theories of both rounds of colors. Control: theories of one round have the same dashes.
+    #[test]
+    fn fits_and_theory_differ_without_colors() {
+        let drawn = |curves: &[(&str, CurveStyle, usize)]| {
+            let all = [("RK4", CurveStyle::Data, 0)].into_iter().chain(curves.iter().copied());
+            let curve =
+                |(name, style, color)| Curve::new(name, style, color, [(1.0, 2.0), (2.0, 4.0)]);
+            svg_of([Axis::linear("x", ""), Axis::linear("y", "")], all.map(curve).collect())
+        };
+        let lines = |style, color| drawn(&[("line", style, color)]).matches("<polyline").count();
+        let [theory, fit, dotted] =
+            [(CurveStyle::Theory, 0), (CurveStyle::Fit, 0), (CurveStyle::Theory, 7)]
+                .map(|(style, color)| lines(style, color));
+        assert!(fit + 20 < theory && theory + 20 < dotted, "{fit} {theory} {dotted}");
+        assert_eq!(theory, lines(CurveStyle::Theory, 6), "control");
+        let both = drawn(&[
+            ("RK4: theory", CurveStyle::Theory, 0),
+            ("RK4: fit, slope 2", CurveStyle::Fit, 0),
+        ]);
+        assert!(
+            both.contains("RK4: fit, slope 2</text>") && !both.contains("RK4: theory"),
+            "{both}"
+        );
+    }
+
     /// Guarantee: a logarithmic axis of an error that grows begins at its first value; rounding below it does not stretch the axis.
     /// Control: an axis of a quantity that falls shows all of it.
     #[test]

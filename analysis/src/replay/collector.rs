@@ -6,14 +6,16 @@ use super::encoding::{
 use super::film::{Film, Replay};
 use super::lines::{LineStyle, Lines, styles, texts};
 use super::picture::{PictureStyle, picture};
-use super::poster::poster;
+use super::poster::{nearest, poster};
 use super::speeds::{Speeds, Velocities, legend_top};
 use super::still::{Columns, Point, Still, halve, padded, thinned};
 use super::view::View;
 use crate::input::recording::OpenRun;
 use crate::models;
 use crate::models::contract::Extent;
+use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_manifest::record::RecordInterval;
+use kinetoscope_manifest::{ViewColor, ViewFrame, ViewRequest};
 use kinetoscope_recording::channels::{DISCS, LEGEND, WALLS};
 use kinetoscope_recording::drawing::read_shapes;
 use kinetoscope_recording::reader::RecordedFrame;
@@ -43,6 +45,9 @@ pub(crate) struct ReplayCollector {
     fps: f64,
     units: [String; 3],
     columns: Option<Columns>,
+    /// How the manifest requests that the run is shown first, and the number of its species.
+    request: ViewRequest,
+    species: usize,
     /// The speed at the upper end of the recorded color bar, and the recorded names of the first particles.
     legend_top: Option<f64>,
     names: Vec<String>,
@@ -55,8 +60,8 @@ pub(crate) struct ReplayCollector {
 }
 
 impl ReplayCollector {
-    /// A collector for a replay of at most `max_bytes` in the page.
-    pub(crate) fn new(max_bytes: usize, run: &OpenRun) -> Self {
+    /// A collector for a replay of at most `max_bytes` in the page, which begins as requested.
+    pub(crate) fn new(max_bytes: usize, run: &OpenRun, request: ViewRequest) -> Self {
         let (extent, provenance) =
             (models::extent(&run.manifest.model), run.recording().provenance());
         let max_points = (max_bytes / 4 * 3 / MIN_BYTES_PER_POINT).max(1);
@@ -81,6 +86,8 @@ impl ReplayCollector {
             fps: provenance.playback_fps,
             units: [unit("x"), unit("vx"), provenance.time_unit.clone()],
             columns: None,
+            request,
+            species: species(&run.manifest.model),
             legend_top: None,
             names: Vec::new(),
             lines,
@@ -277,6 +284,37 @@ impl ReplayCollector {
         .concat()
     }
 
+    /// The names of the first drawn particles: those of the manifest, unless it names more than the run has, so that it is open which is which; else
+    /// those of the recording.
+    fn drawn_names(&self) -> Vec<String> {
+        let requested = Some(&self.request.names);
+        let given = requested.filter(|given| (1..=self.particles).contains(&given.len()));
+        let names = given.unwrap_or(&self.names);
+        names.iter().step_by(self.every_particle as usize).cloned().collect()
+    }
+
+    /// The frame that is shown first, its picture with the speed at the upper end of the color scale, and the names of the particles.
+    fn first_picture(
+        &self,
+        stills: &[&Still],
+        view: View,
+        top: f64,
+    ) -> (usize, String, Vec<String>) {
+        let requested = self.request.poster.map(|time| nearest(stills, time));
+        let first = requested.unwrap_or_else(|| poster(stills, view));
+        let names = self.drawn_names();
+        let style = PictureStyle {
+            top,
+            has_trails: self.extent.has_trails,
+            names: &names,
+            color: self.request.color.unwrap_or(ViewColor::Speed),
+            species: self.species,
+            every_particle: self.every_particle as usize,
+            is_rotating: self.request.frame == Some(ViewFrame::Rotating),
+        };
+        (first, picture(stills, first, view, &style), names)
+    }
+
     fn film(&self, stills: &[&Still], view: View) -> Film {
         let particles = stills.iter().map(|still| still.points.len()).max().unwrap_or(0);
         let ends = stills.iter().map(|still| still.lines.ends.len()).max().unwrap_or(0);
@@ -309,14 +347,7 @@ impl ReplayCollector {
             append_series(&mut data, &stored, particles, 1);
         }
         let shown = stills.len() as f64 / self.frames as f64;
-        let first = poster(stills, view);
-        let has_trails = self.extent.has_trails;
-        let picture = picture(
-            stills,
-            first,
-            view,
-            &PictureStyle { top: speeds.top, has_trails, names: &self.names },
-        );
+        let (first, picture, names) = self.first_picture(stills, view, speeds.top);
         Film {
             frames: stills.len(),
             particles,
@@ -325,7 +356,7 @@ impl ReplayCollector {
             cut: view.cut(),
             poster: first,
             picture,
-            names: self.names.clone(),
+            names,
             origin: range.origin,
             step: range.step,
             orders,
@@ -340,11 +371,19 @@ impl ReplayCollector {
             has_moving_walls,
             bodies: stills.first().map_or_else(Vec::new, |still| still.lines.bodies.clone()),
             labels: stills.first().map_or_else(Vec::new, |still| still.lines.labels.clone()),
-            has_trails,
+            has_trails: self.extent.has_trails,
             fps: self.fps * shown,
             units: self.units.clone(),
             data: deflated(&data),
         }
+    }
+}
+
+/// Number of the species of a gas, which its particles have in turn; 1 for other models.
+pub(crate) fn species(model: &ModelConfig) -> usize {
+    match model {
+        ModelConfig::Gas(gas) => 1 + gas.additional_masses_kg.len(),
+        _ => 1,
     }
 }
 

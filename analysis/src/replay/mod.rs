@@ -14,5 +14,5 @@ mod speeds;
 mod still;
 mod view;
 
-pub(crate) use collector::ReplayCollector;
+pub(crate) use collector::{ReplayCollector, species};
 pub(crate) use film::Replay;

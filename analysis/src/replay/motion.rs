@@ -21,6 +21,22 @@ pub(super) enum PathPart {
     Curve([[f64; 2]; 2]),
 }
 
+impl PathPart {
+    /// The place at a fraction of the way from one position to the next.
+    pub(super) fn at(self, [from, to]: [[f64; 2]; 2], fraction: f64) -> [f64; 2] {
+        let axis = |axis: usize| {
+            let way = to[axis] - from[axis];
+            let [a, b] = match self {
+                Self::Line => [way; 2],
+                Self::Curve(slopes) => slopes.map(|slope| slope[axis]),
+            };
+            let rest = fraction * (a + b - 2.0 * way);
+            from[axis] + fraction * (a + fraction * (3.0 * way - 2.0 * a - b + rest))
+        };
+        [axis(0), axis(1)]
+    }
+}
+
 /// The path of a particle from one frame to the next; `None` if it is not known. Lengths are in longer sides of the view.
 pub(super) fn path_part(
     pair: [&Point; 2],
@@ -80,16 +96,11 @@ mod tests {
             let angle = f64::from(degrees).to_radians();
             let [from, to] = [on_circle(0.0, true), on_circle(angle, true)];
             let Some(part) = path_part([&from, &to], [None; 2], angle, 2.0) else { continue };
-            let PathPart::Curve([a, b]) = part else { panic!("a line of {degrees} degrees") };
+            assert!(part != PathPart::Line, "a line of {degrees} degrees");
             drawn = drawn.max(degrees);
             for step in 0..=20 {
-                let s = f64::from(step) / 20.0;
-                let at = |from: f64, to: f64, a: f64, b: f64| {
-                    from + s
-                        * (a + s
-                            * (3.0 * (to - from) - 2.0 * a - b + s * (2.0 * (from - to) + a + b)))
-                };
-                let (x, y) = (at(from.x, to.x, a[0], b[0]), at(from.y, to.y, a[1], b[1]));
+                let ends = [[from.x, from.y], [to.x, to.y]];
+                let [x, y] = part.at(ends, f64::from(step) / 20.0);
                 assert!((libm::hypot(x, y) - 1.0).abs() <= 0.005 * 2.0, "{degrees} degrees");
             }
         }

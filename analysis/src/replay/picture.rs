@@ -1,8 +1,11 @@
-//! A frame of a replay as a picture of 16:9 for the list of experiments: the colors, the view and the paths are those of the replay.
+//! The first frame of a replay as a picture of 16:9 for the list of experiments: frame, view, colors, paths and the frame of reference are those of the
+//! replay before a reader changes them.
 
 use super::motion::{PathPart, path_part};
-use super::still::Still;
+use super::poster::bed;
+use super::still::{Point, Still};
 use super::view::View;
+use kinetoscope_manifest::ViewColor;
 use kinetoscope_recording::drawing::{Rgb, SPEED_COLORS};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -16,8 +19,12 @@ const GROUND: &str = "#101418";
 const YELLOW: Rgb = [0xf0, 0xc8, 0x3c];
 /// Color of a particle without a speed.
 const UNKNOWN: Rgb = [154; 3];
+/// Number of the colors of a scale, as in the page and in the recording.
+const STEPS: usize = 64;
 /// Number of particles whose paths are drawn, as in the page.
 const TRAILS: usize = 8;
+/// Parts of a path between two frames in a rotating frame.
+const PARTS: u32 = 3;
 
 /// What the colors and lines of a picture depend on.
 pub(super) struct PictureStyle<'a> {
@@ -25,6 +32,13 @@ pub(super) struct PictureStyle<'a> {
     pub(super) top: f64,
     pub(super) has_trails: bool,
     pub(super) names: &'a [String],
+    /// What the color of a particle means.
+    pub(super) color: ViewColor,
+    /// Number of the species, which particles have in turn by their numbers, and the distance of these.
+    pub(super) species: usize,
+    pub(super) every_particle: usize,
+    /// Whether the first two of more particles stay where they are.
+    pub(super) is_rotating: bool,
 }
 
 /// The place of a view in the picture.
@@ -57,18 +71,37 @@ pub(super) fn picture(
     stills: &[&Still],
     poster: usize,
     view: View,
-    picture_style: &PictureStyle<'_>,
+    style: &PictureStyle<'_>,
 ) -> String {
-    let place = Place::of(view);
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{HEIGHT}\" viewBox=\"0 0 {WIDTH} {HEIGHT}\"><rect width=\"100%\" height=\"100%\" fill=\"{GROUND}\"/><g fill=\"none\" stroke-linecap=\"round\">"
     );
     let Some(still) = stills.get(poster) else { return svg + "</g></svg>\n" };
-    if picture_style.has_trails {
-        let path = trails(&stills[..=poster], &place);
+    let is_rotating = style.is_rotating && style.has_trails && still.points.len() > 2;
+    let bed = if style.has_trails { None } else { bed(still, view, style.top) };
+    let place = Place::of(bed.unwrap_or(view));
+    if style.has_trails {
+        let stills = &stills[..=poster];
+        let path = if is_rotating { turned_trails(stills, &place) } else { trails(stills, &place) };
         // Writing to a String cannot fail.
         let _ = write!(svg, "<path stroke=\"#56b4e9\" d=\"{path}\"/>");
     }
+    if !is_rotating {
+        svg += &walls(still, view, &place);
+    }
+    for (([r, g, b], width), path) in dots(stills, poster, &place, style, is_rotating) {
+        let width = f64::from(width) / 4.0;
+        let _ = write!(
+            svg,
+            "<path stroke=\"#{r:02x}{g:02x}{b:02x}\" stroke-width=\"{width}\" d=\"{path}\"/>"
+        );
+    }
+    svg + "</g></svg>\n"
+}
+
+/// The walls where the view cuts them off.
+fn walls(still: &Still, view: View, place: &Place) -> String {
+    let mut svg = String::new();
     for (ends, style) in still.lines.clipped(view.cut()).chunks_exact(2).zip(&still.lines.styles) {
         let ([x0, y0], [x1, y1]) = (place.at(ends[0]), place.at(ends[1]));
         let (color, width) = style.described();
@@ -80,22 +113,18 @@ pub(super) fn picture(
             );
         }
     }
-    for (([r, g, b], width), path) in dots(still, &place, picture_style) {
-        let width = f64::from(width) / 4.0;
-        let _ = write!(
-            svg,
-            "<path stroke=\"#{r:02x}{g:02x}{b:02x}\" stroke-width=\"{width}\" d=\"{path}\"/>"
-        );
-    }
-    svg + "</g></svg>\n"
+    svg
 }
 
 /// Discs as dots of wide lines: one path per color and diameter, in quarters of a pixel.
 fn dots(
-    still: &Still,
+    stills: &[&Still],
+    poster: usize,
     place: &Place,
-    picture_style: &PictureStyle<'_>,
+    style: &PictureStyle<'_>,
+    is_rotating: bool,
 ) -> BTreeMap<(Rgb, u32), String> {
+    let still = stills[poster];
     let smallest = match still.points.len() {
         2001.. => 1.2,
         51.. => 2.4,
@@ -110,26 +139,67 @@ fn dots(
             let _ = write!(path, "M{x:.1} {y:.1}h0");
         }
     };
-    for [x, y, radius] in &still.lines.bodies {
+    for [x, y, radius] in still.lines.bodies.iter().filter(|_| !is_rotating) {
         add([*x, *y], *radius, YELLOW);
     }
-    for (index, point) in still.points.iter().enumerate() {
-        let share = f64::from(point.speed) / picture_style.top;
-        let color = match picture_style.names.get(index) {
-            Some(name) if name == "Sun" => YELLOW,
-            _ if !share.is_finite() => UNKNOWN,
-            _ => speed_color(share),
-        };
-        add([point.x, point.y], f64::from(point.radius), color);
+    let place_of = |body: usize| at(still.points.get(body).copied().unwrap_or(Point::ABSENT));
+    let axis = [0, 1].map(place_of);
+    let colors = colors(stills, poster, style);
+    for (point, color) in still.points.iter().zip(colors) {
+        let center = [point.x, point.y];
+        let center = if is_rotating { turned(center, axis) } else { center };
+        add(center, f64::from(point.radius), color);
     }
     dots
 }
 
-/// The color of a share of the top speed, in the 64 steps of the page and of the recording.
-fn speed_color(share: f64) -> Rgb {
+fn at(point: Point) -> [f64; 2] {
+    [point.x, point.y]
+}
+
+/// The colors of all particles.
+fn colors(stills: &[&Still], poster: usize, style: &PictureStyle<'_>) -> Vec<Rgb> {
+    let points = &stills[poster].points;
+    let last = STEPS - 1;
     // A cast from float saturates.
-    let step = ((share * 64.0) as usize).min(63);
-    let position = step as f64 / 63.0 * (SPEED_COLORS.len() - 1) as f64;
+    let step = |share: f64| share.is_finite().then(|| ((share * STEPS as f64) as usize).min(last));
+    let steps: Vec<Option<usize>> = match style.color {
+        ViewColor::Height => at_start(stills, points.len(), 1).into_iter().map(step).collect(),
+        ViewColor::Side => at_start(stills, points.len(), 0).into_iter().map(step).collect(),
+        ViewColor::Species if style.species > 1 => {
+            let species = |index: usize| index * style.every_particle % style.species;
+            let share = |index: usize| species(index) as f64 / (style.species - 1) as f64;
+            let step = |index: usize| Some(libm::round(share(index) * last as f64) as usize);
+            (0..points.len()).map(step).collect()
+        }
+        ViewColor::Species | ViewColor::Speed => {
+            points.iter().map(|point| step(f64::from(point.speed) / style.top)).collect()
+        }
+    };
+    let color = |(index, step): (usize, Option<usize>)| match style.names.get(index) {
+        Some(name) if name == "Sun" => YELLOW,
+        _ => step.map_or(UNKNOWN, color_of_step),
+    };
+    steps.into_iter().enumerate().map(color).collect()
+}
+
+/// The first position of each particle on an axis, from 0 to 1 within that of all; NaN for a particle without one.
+fn at_start(stills: &[&Still], particles: usize, axis: usize) -> Vec<f64> {
+    let first = |particle: usize| {
+        let mut places =
+            stills.iter().filter_map(|still| Some(at(*still.points.get(particle)?)[axis]));
+        places.find(|place| place.is_finite()).unwrap_or(f64::NAN)
+    };
+    let firsts: Vec<f64> = (0..particles).map(first).collect();
+    let finite = || firsts.iter().copied().filter(|place| place.is_finite());
+    let (low, high) = (finite().fold(f64::MAX, f64::min), finite().fold(f64::MIN, f64::max));
+    let range = if high > low { high - low } else { 1.0 };
+    firsts.iter().map(|place| (place - low) / range).collect()
+}
+
+/// A color of the scale, of which the page and the recording have the same steps.
+fn color_of_step(step: usize) -> Rgb {
+    let position = step as f64 / (STEPS - 1) as f64 * (SPEED_COLORS.len() - 1) as f64;
     let low = (position as usize).min(SPEED_COLORS.len() - 2);
     let part = position - low as f64;
     std::array::from_fn(|channel| {
@@ -138,23 +208,42 @@ fn speed_color(share: f64) -> Rgb {
     })
 }
 
+/// A place in the frame that rotates with the second body about the first one, which is at the origin; the second one is to its right.
+fn turned([x, y]: [f64; 2], [sun, planet]: [[f64; 2]; 2]) -> [f64; 2] {
+    let (a, b) = (planet[0] - sun[0], planet[1] - sun[1]);
+    let (u, v) = (x - sun[0], y - sun[1]);
+    let size = libm::hypot(a, b);
+    [(a * u + b * v) / size, (a * v - b * u) / size]
+}
+
+/// The path of a particle up to a frame; `None` if it is not known.
+fn part_before(
+    stills: &[&Still],
+    frame: usize,
+    particle: usize,
+    side: f64,
+) -> Option<(PathPart, [[f64; 2]; 2])> {
+    let point = |frame: usize| stills.get(frame).and_then(|still| still.points.get(particle));
+    let (from, to) = (point(frame.checked_sub(1)?)?, point(frame)?);
+    let around = [frame.checked_sub(2).and_then(point), point(frame + 1)];
+    let passed = stills[frame].time - stills[frame - 1].time;
+    let part = path_part([from, to], around, passed, side)?;
+    Some((part, [at(*from), at(*to)]))
+}
+
 /// The paths of the first particles, where they are known.
 fn trails(stills: &[&Still], place: &Place) -> String {
     let mut path = String::new();
     let particles = stills.first().map_or(0, |still| still.points.len().min(TRAILS));
     let side = place.view.longer_side();
     for particle in 0..particles {
-        let point = |frame: usize| stills.get(frame).and_then(|still| still.points.get(particle));
         let mut is_down = false;
         for frame in 1..stills.len() {
-            let (Some(from), Some(to)) = (point(frame - 1), point(frame)) else { continue };
-            let around = [frame.checked_sub(2).and_then(point), point(frame + 1)];
-            let passed = stills[frame].time - stills[frame - 1].time;
-            let Some(part) = path_part([from, to], around, passed, side) else {
+            let Some((part, ends)) = part_before(stills, frame, particle, side) else {
                 is_down = false;
                 continue;
             };
-            let ([x0, y0], [x1, y1]) = (place.at([from.x, from.y]), place.at([to.x, to.y]));
+            let [[x0, y0], [x1, y1]] = ends.map(|end| place.at(end));
             if !is_down {
                 let _ = write!(path, "M{x0:.1} {y0:.1}");
                 is_down = true;
@@ -168,6 +257,31 @@ fn trails(stills: &[&Still], place: &Place) -> String {
                     write!(path, "C{x2:.1} {y2:.1} {x3:.1} {y3:.1} {x1:.1} {y1:.1}")
                 }
             };
+        }
+    }
+    path
+}
+
+/// The paths in the rotating frame, as chords of parts between frames.
+fn turned_trails(stills: &[&Still], place: &Place) -> String {
+    let mut path = String::new();
+    let particles = stills.first().map_or(0, |still| still.points.len().min(TRAILS));
+    let side = place.view.longer_side();
+    for particle in 1..particles {
+        let mut is_down = false;
+        for frame in 1..stills.len() {
+            let parts = [particle, 0, 1].map(|body| part_before(stills, frame, body, side));
+            for step in 0..=PARTS {
+                let fraction = f64::from(step) / f64::from(PARTS);
+                let places = parts.map(|part| part.map(|(part, ends)| part.at(ends, fraction)));
+                let [Some(own), Some(sun), Some(planet)] = places else {
+                    is_down = false;
+                    continue;
+                };
+                let [x, y] = place.at(turned(own, [sun, planet]));
+                let _ = write!(path, "{}{x:.1} {y:.1}", if is_down { 'L' } else { 'M' });
+                is_down = true;
+            }
         }
     }
     path

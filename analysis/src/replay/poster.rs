@@ -1,6 +1,6 @@
-//! The frame that a replay shows first.
+//! The frame that a replay shows first, and what of it.
 
-use super::still::Still;
+use super::still::{Point, Still};
 use super::view::View;
 
 /// Fraction of the particles below which the last frame is not shown first: the others have left.
@@ -8,6 +8,28 @@ const FEWEST_AT_END: f64 = 0.34;
 /// Displacement and speed below which a run ends at rest where it began, in longer sides of the view and in its largest mean speed.
 const BACK_AT_START: f64 = 0.05;
 const AT_REST: f64 = 0.02;
+
+/// Number of particles from which a run is a bed, and its mean speed at rest in top speeds, as in the page.
+const FEWEST_IN_BED: usize = 50;
+const BED_AT_REST: f64 = 0.05;
+
+/// The frame nearest to a time.
+pub(super) fn nearest(stills: &[&Still], time: f64) -> usize {
+    let distance = |frame: &usize| (stills[*frame].time - time).abs();
+    let nearest = (0..stills.len()).min_by(|one, other| distance(one).total_cmp(&distance(other)));
+    nearest.unwrap_or_default()
+}
+
+/// The box of a bed at rest with a margin, within the view, so that a pile is not a small part of its picture; `None` for other frames.
+pub(super) fn bed(still: &Still, view: View, top_speed: f64) -> Option<View> {
+    let points = || still.points.iter().filter(|point| point.x.is_finite());
+    let speeds: f64 = points().map(|point| f64::from(point.speed)).sum();
+    let is_at_rest = speeds < BED_AT_REST * still.points.len() as f64 * top_speed;
+    if still.points.len() < FEWEST_IN_BED || !is_at_rest {
+        return None;
+    }
+    View::containing(points().map(Point::disc)).map(|found| found.with_margin().within(view))
+}
 
 /// The most telling frame: the last one; the last one with half of the particles if most have left; and the one farthest from the start if the run ends at
 /// rest where it began.
@@ -46,7 +68,6 @@ pub(super) fn poster(stills: &[&Still], view: View) -> usize {
 #[cfg(test)]
 mod tests {
     use super::super::lines::Lines;
-    use super::super::still::Point;
     use super::*;
     use std::sync::Arc;
 
@@ -82,5 +103,12 @@ mod tests {
         let (four, two, none): (&[f64], &[f64], &[f64]) = (&[1.0, 2.0, 3.0, 4.0], &[1.0, 2.0], &[]);
         assert_eq!(first(&[four, two, none], &[1.0; 3]), 1);
         assert_eq!(first(&[four], &[1.0]), 0);
+    }
+
+    #[test]
+    fn requested_frame_is_the_nearest_one() {
+        let stills = frames(&[&[1.0], &[2.0], &[3.0]], &[1.0; 3]);
+        let stills: Vec<&Still> = stills.iter().collect();
+        assert_eq!([-1.0, 0.4, 0.6, 9.0].map(|time| nearest(&stills, time)), [0, 0, 1, 2]);
     }
 }

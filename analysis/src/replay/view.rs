@@ -80,6 +80,14 @@ impl View {
         Self { corners: [low.map(|part| part - by), high.map(|part| part + by)] }
     }
 
+    /// The part that is within another view.
+    pub(super) fn within(self, other: Self) -> Self {
+        let [low, high] = self.corners;
+        let [least, most] = other.corners;
+        let corners = [[0, 1].map(|k| low[k].max(least[k])), [0, 1].map(|k| high[k].min(most[k]))];
+        Self { corners }
+    }
+
     fn contains(&self, place: [f64; 2]) -> bool {
         let [low, high] = self.corners;
         (0..2).all(|axis| (low[axis]..=high[axis]).contains(&place[axis]))

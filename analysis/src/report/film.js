@@ -30,14 +30,14 @@ async function decoded(film, text) {
   return { times, numbers, radii, xs, ys, speeds, walls, styles, velocities };
 }
 
-const ABSENT = 65535, ABSENT_SPEED = 255, STEPS = 64, OUTLINE_FROM_PX = 6, PAINTED_FROM = 1500, GROUND = "#101418", TRAILS = 8, PARTS = 3, FEWEST_IN_BED = 50, AT_REST = 0.05;
+const ABSENT = 65535, ABSENT_SPEED = 255, STEPS = 64, OUTLINE_FROM_PX = 6, PAINTED_FROM = 1500, GROUND = "#101418", TRAILS = 8, PARTS = 3, FEWEST_IN_BED = 50, AT_REST = 0.05, LEAST_LEAD = 0.01;
 const rgb = (color) => [1, 3, 5].map((i) => parseInt(color.slice(i, i + 2), 16));
 
 // Colors from rest to the top speed, then that of an unknown speed, and that of the Sun.
 function palette(stops) {
   const colors = stops.map(rgb);
   const mixed = Array.from({ length: STEPS }, (_, step) => {
-    const place = step / (STEPS - 1) * (colors.length - 1), low = Math.min(Math.floor(place), colors.length - 2);
+    const place = step / (STEPS - 1) * (colors.length - 1), low = min(Math.floor(place), colors.length - 2);
     return colors[low].map((part, i) => Math.round(part + (place - low) * (colors[low + 1][i] - part)));
   });
   return [...mixed, [154, 154, 154], [240, 200, 60]];
@@ -64,9 +64,9 @@ function motionOf(film, { xs, ys, times, velocities }, frame, i, list, place) {
   if (!vx || vx[at] === ABSENT || vx[next] === ABSENT) return far > film.longest / 4 ? STAYS : LINE;
   const perFrame = (times[frame + 1] - times[frame]) / film.step, size = film.velocityStep * perFrame, zero = film.velocityTop * perFrame;
   const a = vx[at] * size - zero, b = vy[at] * size - zero, c = vx[next] * size - zero, d = vy[next] * size - zero;
-  const length = Math.sqrt(Math.max(a * a + b * b, c * c + d * d)), rounding = 2 + size;
+  const length = Math.sqrt(max(a * a + b * b, c * c + d * d)), rounding = 2 + size;
   // On a curve of the angle a, the mean of the velocities misses the displacement by a^2/12 of it, and the cubic misses the curve by a^3/384.
-  const miss = Math.max(0, Math.hypot(across - (a + c) / 2, up - (b + d) / 2) - rounding);
+  const miss = max(0, Math.hypot(across - (a + c) / 2, up - (b + d) / 2) - rounding);
   // A turn by more than a right angle may be a bounce, which has the same ends as a throw.
   if (a * c + b * d >= 0 && miss <= MOST_MISSED * length) {
     list[place] = a;
@@ -97,5 +97,20 @@ function isPathKnown(film, data, frame, i, kind, error) {
     const [ax, ay, bx, by] = [xs[middle] - xs[before], ys[middle] - ys[before], xs[after] - xs[middle], ys[after] - ys[middle]];
     return Math.abs(Math.atan2(ax * by - ay * bx, ax * bx + ay * by));
   };
-  return Math.max(turn(at), turn(at + film.particles)) <= Math.PI / 6;
+  return max(turn(at), turn(at + film.particles)) <= Math.PI / 6;
+}
+
+// The time at a place in the film, in frames; beyond the last frame, frames go on at the last distance.
+function timeAt({ times }, place) {
+  const last = times.length - 1, low = clamp(Math.floor(place), 0, max(0, last - 1)), high = min(low + 1, last);
+  return times[low] + (place - low) * (times[high] - times[low]);
+}
+
+// The place of a time in the film.
+function placeOf({ times }, time) {
+  const last = times.length - 1;
+  let low = 0;
+  while (low < last - 1 && times[low + 1] <= time) low++;
+  const length = times[min(low + 1, last)] - times[low];
+  return length > 0 ? max(0, low + (time - times[low]) / length) : low;
 }

@@ -16,24 +16,39 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 const STYLE_SHEET: &str = include_str!("report.css");
 /// The parts of the script, in the order in which they use each other.
-const SCRIPTS: [&str; 7] = [
+const SCRIPTS: [&str; 8] = [
     include_str!("numbers.js"),
     include_str!("film.js"),
     include_str!("pictures.js"),
+    include_str!("trails.js"),
     include_str!("replay.js"),
     include_str!("deck.js"),
     include_str!("report.js"),
-    include_str!("speeds.js"),
+    include_str!("distributions.js"),
 ];
 
-/// The script as a page contains it: without indentation and lines of comments. No text in it spans lines.
+/// The script as a page contains it: without indentation, lines of comments and the spaces next to punctuation. No text in it spans lines.
 fn script() -> String {
     let lines = SCRIPTS
         .iter()
         .flat_map(|part| part.lines())
         .map(str::trim_start)
         .filter(|line| !line.starts_with("//"));
-    lines.collect::<Vec<_>>().join("\n")
+    lines.map(squeezed).collect::<Vec<_>>().join("\n")
+}
+
+/// A line without the spaces next to punctuation, unless it has a text, a regular expression or a division.
+fn squeezed(line: &str) -> String {
+    if line.contains(['"', '\'', '`', '/']) {
+        return line.to_owned();
+    }
+    let letters: Vec<char> = line.chars().collect();
+    let is_punctuation = |letter: &char| ",;{}()[]=><?:&|".contains(*letter);
+    let is_needed = |place: usize| {
+        let neighbors = letters[place.saturating_sub(1)..].iter().take(3);
+        letters[place] != ' ' || !neighbors.into_iter().any(is_punctuation)
+    };
+    (0..letters.len()).filter(|place| is_needed(*place)).map(|place| letters[place]).collect()
 }
 
 /// The head of a page with a style sheet in addition to the common one.

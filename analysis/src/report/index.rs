@@ -7,6 +7,7 @@ use super::html::page_head;
 use super::{AnalysisReport, files};
 use crate::input::host_file::utc;
 use crate::models::title_of;
+use crate::run::RunAnalysis;
 use crate::thumbnail::still_png;
 use crate::write_file::{WriteError, replace};
 use base64::Engine as _;
@@ -78,10 +79,12 @@ impl<'a> Card<'a> {
     }
 }
 
-/// The picture of the first run that has one, as pixels, which take less space than thousands of discs; without such a build, as lines.
+/// The picture of the run that the report shows first, or of the first one that has a picture, as pixels, which take less space than thousands of discs;
+/// without such a build, as lines.
 fn picture(report: &AnalysisReport) -> Option<String> {
-    let mut films = report.runs.iter().filter_map(|run| run.replay.as_ref()?.film.as_ref());
-    let svg = &films.next()?.picture;
+    let is_first = |run: &&RunAnalysis| report.view.compared(&run.coordinates) == Some(0);
+    let mut runs = report.runs.iter().filter(is_first).chain(&report.runs);
+    let svg = &runs.find_map(|run| run.replay.as_ref()?.film.as_ref())?.picture;
     let (kind, bytes) = match still_png(svg) {
         Ok(png) => ("png", png),
         Err(_) => ("svg+xml", svg.clone().into_bytes()),

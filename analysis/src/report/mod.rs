@@ -136,6 +136,7 @@ impl AnalysisTask {
         options: &AnalysisOptions,
         replay_bytes: Option<usize>,
         threads: NonZeroUsize,
+        view: &ViewRequest,
     ) -> Result<RunAnalysis, UnreadableRecording> {
         let Self { run, coordinates, fields, is_drawn } = self;
         let run_options = RunOptions {
@@ -143,6 +144,7 @@ impl AnalysisTask {
             snapshots_at: &options.snapshots_at,
             replay_bytes: replay_bytes.filter(|_| *is_drawn),
             fields,
+            view: Some(view),
         };
         let cached = options
             .cache
@@ -168,6 +170,7 @@ fn analyze_all(
     tasks: &[AnalysisTask],
     replayed: usize,
     options: &AnalysisOptions,
+    view: &ViewRequest,
 ) -> Vec<(Result<RunAnalysis, UnreadableRecording>, f64)> {
     let cores = available_parallelism().unwrap_or(NonZeroUsize::MIN);
     let threads = NonZeroUsize::new(cores.get() / tasks.len().clamp(1, cores.get()));
@@ -177,7 +180,7 @@ fn analyze_all(
     let tasks = tasks.par_iter().with_max_len(1);
     let timed = tasks.map(|task| {
         let started = Instant::now();
-        let result = task.analyze(options, replay_bytes, threads);
+        let result = task.analyze(options, replay_bytes, threads, view);
         (result, started.elapsed().as_secs_f64())
     });
     timed.collect()
@@ -201,7 +204,8 @@ pub(crate) fn fill_cache(
         })
         .collect();
     let replayed = drawn.map_or(tasks.len(), |drawn| drawn.len()).min(sweep::figures::MAX_CURVES);
-    let results = analyze_all(&tasks, replayed, options);
+    let view = source.record.as_ref().and_then(|record| record.view.clone()).unwrap_or_default();
+    let results = analyze_all(&tasks, replayed, options, &view);
     let unread = results.into_iter().filter_map(|(result, _)| result.err());
     source.unreadable.drain(..).chain(unread).collect()
 }
@@ -244,7 +248,7 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     let mut runs: Vec<RunAnalysis> = Vec::new();
     let (mut notes, mut unreadable) = (source.notes.clone(), source.unreadable.clone());
     let mut seconds = Vec::new();
-    for (result, took) in analyze_all(&tasks, drawn, options) {
+    for (result, took) in analyze_all(&tasks, drawn, options, &view) {
         match result {
             Ok(run) => {
                 runs.push(run);

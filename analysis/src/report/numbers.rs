@@ -5,7 +5,8 @@ use super::AnalysisReport;
 use super::markup::{breakable, law_text, typographic};
 use super::table::{deviation_text, reasons, theory_text, value_text};
 use crate::checks::{CheckKind, CheckResult, subject};
-use crate::metric::{Definition, Metric, symbols};
+use crate::input::coordinates::label;
+use crate::metric::{Definition, Metric, MetricScope, symbols};
 use kinetoscope_console::text::plural;
 use maud::{Markup, html};
 use std::collections::{BTreeMap, BTreeSet};
@@ -153,12 +154,10 @@ fn row(metric: &Metric, checks: &[&CheckResult], has_place: bool) -> Markup {
     let deviation = typographic(&deviation_text(metric));
     let theory = theory_text(metric);
     let label = |label: &'static str, text: &str| if text.is_empty() { "" } else { label };
-    let subject = subject(metric);
-    let place = subject.strip_prefix(metric.name()).filter(|_| has_place).unwrap_or_default();
     html! {
         tr {
             td {
-                @if has_place { (quantity(metric)) span class="facts" { (place) } }
+                @if has_place { (quantity(metric)) span class="facts" { (place(metric)) } }
                 @else { (name(metric)) }
             }
             td class="value" data-label="" { (aligned(&value_text(metric))) }
@@ -168,6 +167,16 @@ fn row(metric: &Metric, checks: &[&CheckResult], has_place: bool) -> Markup {
             td data-label="" { (check_results(checks)) }
         }
     }
+}
+
+/// The place of a metric in the sweep, in words after a comma; empty for a single run.
+fn place(metric: &Metric) -> String {
+    let replicate = match &metric.scope {
+        MetricScope::Run(run) if run.replicate > 0 => format!("replicate {}", run.replicate),
+        _ => String::new(),
+    };
+    let parts = [label(metric.coordinates()), replicate];
+    parts.into_iter().filter(|part| !part.is_empty()).map(|part| format!(", {part}")).collect()
 }
 
 fn check_results(checks: &[&CheckResult]) -> Markup {
@@ -253,8 +262,8 @@ pub(super) fn definitions(report: &AnalysisReport) -> Markup {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::metric::SweepScope;
     use crate::metric::theory::Expected as _;
-    use crate::metric::{MetricScope, SweepScope};
     use crate::statistics::Estimate;
 
     const FORCE: &Definition = &Definition {

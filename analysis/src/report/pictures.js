@@ -15,7 +15,7 @@ function drawScale(context, pixelsPer, lengthUnit) {
 
 // Velocities; that of the top of the color scale has a length of a twentieth of the picture.
 function drawArrows(context, film, [vx, vy], base, [across, down]) {
-  const { width, height } = context.canvas, length = Math.max(width, height) / 20 / (scale.top || film.speedMax || 1);
+  const { width, height } = context.canvas, length = max(width, height) / 20 / (scale.top || film.speedMax || 1);
   context.strokeStyle = "#ffffff";
   context.lineWidth = devicePixelRatio;
   context.beginPath();
@@ -23,7 +23,7 @@ function drawArrows(context, film, [vx, vy], base, [across, down]) {
     if (!(across[i] >= -1e6) || vx[base + i] === ABSENT) continue;
     const [u, v] = [vx, vy].map((values) => (values[base + i] * film.velocityStep - film.velocityTop) * length), size = Math.hypot(u, v);
     if (!(size > 1)) continue;
-    const [x, y] = [across[i] + u, down[i] - v], head = Math.min(size / 3, 5 * devicePixelRatio) / size, [a, b] = [u * head, -v * head];
+    const [x, y] = [across[i] + u, down[i] - v], head = min(size / 3, 5 * devicePixelRatio) / size, [a, b] = [u * head, -v * head];
     context.moveTo(across[i], down[i]);
     context.lineTo(x, y);
     context.moveTo(x - a - b / 2, y - b + a / 2);
@@ -61,12 +61,12 @@ function boxOfBed(film, data, frame, radiusOf) {
     speeds += (data.speeds[place] / 254) ** 2 * film.speedMax;
     [data.xs, data.ys].forEach((values, axis) => {
       const at = film.origin[axis] + values[place] * film.step;
-      box[axis] = Math.min(box[axis], at - radiusOf(i));
-      box[axis + 2] = Math.max(box[axis + 2], at + radiusOf(i));
+      box[axis] = min(box[axis], at - radiusOf(i));
+      box[axis + 2] = max(box[axis + 2], at + radiusOf(i));
     });
   }
-  const margin = 0.08 * Math.max(box[2] - box[0], box[3] - box[1]);
-  const grown = box.map((side, k) => k < 2 ? Math.max(side - margin, film.view[k]) : Math.min(side + margin, film.view[k]));
+  const margin = 0.08 * max(box[2] - box[0], box[3] - box[1]);
+  const grown = box.map((side, k) => k < 2 ? max(side - margin, film.view[k]) : min(side + margin, film.view[k]));
   return grown.every(Number.isFinite) && speeds < AT_REST * count * film.speedTop ? grown : null;
 }
 

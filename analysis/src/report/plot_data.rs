@@ -1,6 +1,6 @@
 //! The data of a chart for the script of `report.html`: numbers rounded to what is visible, also after zooming in.
 
-use crate::plot::{Axis, Chart, Curve, CurveStyle, Point, Scale, extremes};
+use crate::plot::{Axis, Chart, Curve, Point, Scale, extremes};
 use serde::Serialize;
 
 /// Significant digits of every number.
@@ -81,12 +81,7 @@ impl<'a> ChartData<'a> {
             let has_errors = curve.points.iter().any(|point| point.error.is_some());
             curves.push(CurveData {
                 name: &curve.name,
-                style: match curve.style {
-                    CurveStyle::Line => "line",
-                    CurveStyle::Theory => "theory",
-                    CurveStyle::Data => "data",
-                    CurveStyle::Area => "area",
-                },
+                style: curve.style.word(),
                 color: curve.color,
                 x: same.map_or(Abscissas::Own(own), Abscissas::Of),
                 y: column(curve, y_step, |point| Some(point.y)),

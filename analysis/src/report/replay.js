@@ -9,11 +9,14 @@ function player(part, leader) {
   const canvas = find("canvas"), context = canvas.getContext("2d"), menu = find(".runs");
   const [play, scrub, clock, speedMenu, row] = [".play", ".scrub", ".clock", ".speed", ".row"].map((selector) => deck.querySelector(selector));
   let film, data, colors, steps, tones, file, wanted, view, whole, isPlaying = false, before = 0, pixelsPer = 1, left = 0, top = 0;
-  // Where the film is, in frames; how its particles move after a frame; and their places in pixels.
-  let at = 0, isAtPoster = true, moves = { frame: -1 }, across = [], down = [], followed = -1, pointer = null, write;
+  // Where the film is, in frames, and how far the clock is beyond its end, at most by the extra time of a longer run; how its particles move after a
+  // frame; and their places in pixels.
+  let at = 0, beyond = 0, extra = 0, remark = "", isAtPoster = true, moves = { frame: -1 }, across = [], down = [], followed = -1, pointer = null, write;
 
   const shown = (value, count, unit) => withUnit(number(value, 0, count), film.units[unit]);
   const frame = () => Math.round(at);
+  const now = () => timeAt(data, at + beyond);
+  const end = () => film.frames - 1;
   const isThere = (place) => data.xs[place] !== ABSENT;
   const xOf = (stored) => film.origin[0] + stored * film.step;
   const yOf = (stored) => film.origin[1] + stored * film.step;
@@ -25,25 +28,12 @@ function player(part, leader) {
   // Few particles are drawn larger than many, so that points are visible.
   const smallestPx = () => (film.particles > 2000 ? 1.5 : film.particles > 50 ? 2.5 : 4) * devicePixelRatio;
   const speedOf = (stored) => (stored / 254) ** 2 * film.speedMax;
-  const timeAt = (place) => {
-    const low = Math.min(Math.floor(place), film.frames - 1), high = Math.min(low + 1, film.frames - 1);
-    return data.times[low] + (place - low) * (data.times[high] - data.times[low]);
-  };
-  // The place of a time in the film, in frames.
-  function placeOf(time) {
-    const { times } = data;
-    let low = 0;
-    while (low < film.frames - 2 && times[low + 1] <= time) low++;
-    const length = times[low + 1] - times[low];
-    return length > 0 ? clamp(low + (time - times[low]) / length, 0, film.frames - 1) : low;
-  }
-
   // Height over width of the whole view, which the canvas has.
   const shape = () => (whole[3] - whole[1]) / (whole[2] - whole[0]);
 
   // What the first picture shows: of a bed at rest the box of its positions, else the whole view, as during playback.
   function firstView() {
-    const box = (leader ?? made).isAtPoster && !film.trails && film.particles >= FEWEST_IN_BED && boxOfBed(film, data, Math.round(leader?.file ? placeOf(leader.time) : at), radiusOf);
+    const box = (leader ?? made).isAtPoster && !film.trails && film.particles >= FEWEST_IN_BED && boxOfBed(film, data, Math.round(leader?.file ? clamp(placeOf(data, leader.time), 0, end()) : at), radiusOf);
     return box || film.view;
   }
 
@@ -51,7 +41,7 @@ function player(part, leader) {
     const width = canvas.parentElement.clientWidth;
     // What is not displayed has no width.
     if (!film || !width) return;
-    const height = Math.max(140, Math.min(width * shape(), room));
+    const height = max(140, min(width * shape(), room));
     canvas.style.height = `${height}px`;
     canvas.width = Math.round(width * devicePixelRatio);
     canvas.height = Math.round(height * devicePixelRatio);
@@ -63,7 +53,7 @@ function player(part, leader) {
   // Fits the view into the canvas.
   function fit() {
     const [x0, y0, x1, y1] = view;
-    pixelsPer = Math.min(canvas.width / (x1 - x0), canvas.height / (y1 - y0));
+    pixelsPer = min(canvas.width / (x1 - x0), canvas.height / (y1 - y0));
     [left, top] = [(canvas.width - (x1 - x0) * pixelsPer) / 2, (canvas.height - (y1 - y0) * pixelsPer) / 2];
   }
 
@@ -76,7 +66,7 @@ function player(part, leader) {
     context.lineCap = "round";
     film.lineStyles.forEach(([color, width], style) => {
       context.strokeStyle = color;
-      context.lineWidth = Math.max(1, 0.6 * width) * devicePixelRatio;
+      context.lineWidth = max(1, 0.6 * width) * devicePixelRatio;
       context.beginPath();
       for (let i = 0; i < count; i += 2) {
         if (data.styles[(low + i) / 2] !== style || xs[low + i] === ABSENT || xs[low + i + 1] === ABSENT) continue;
@@ -92,68 +82,12 @@ function player(part, leader) {
       context.stroke();
     });
     context.fillStyle = "#f0c83c";
-    discs(context, film.bodies.map(([x, y, radius]) => [...pixel(x, y), Math.max(radius * pixelsPer, smallestPx())]));
+    discs(context, film.bodies.map(([x, y, radius]) => [...pixel(x, y), max(radius * pixelsPer, smallestPx())]));
     context.fill();
-  }
-
-  // Paths up to now, where they are known.
-  function drawTrails() {
-    const count = film.particles, { xs, ys } = data, last = Math.floor(at);
-    context.strokeStyle = "#56b4e9";
-    context.lineWidth = devicePixelRatio;
-    context.beginPath();
-    if (isRotating()) turnTrails(last);
-    else for (let i = 0; i < Math.min(count, TRAILS); i++) {
-      let isDown = false;
-      for (let from = 0; from <= last && from < film.frames - 1; from++) {
-        const motion = film.paths[i][from], place = from * count + i, part = from === last ? at - last : 1;
-        if (!motion) { isDown = false; continue; }
-        if (!part) break;
-        if (!isDown) context.moveTo(px(xs[place]), py(ys[place]));
-        isDown = true;
-        const [x0, y0, x1, y1] = [xs[place], ys[place], xs[place + count], ys[place + count]];
-        if (motion.kind === LINE) {
-          context.lineTo(px(x0 + part * (x1 - x0)), py(y0 + part * (y1 - y0)));
-          continue;
-        }
-        // The control points of the cubic's part.
-        const [a, b, c, d] = motion.slopes, third = part / 3;
-        const [x, y] = [hermite(x0, x1, a, c, part), hermite(y0, y1, b, d, part)];
-        const [u, v] = [hermiteSlope(x0, x1, a, c, part), hermiteSlope(y0, y1, b, d, part)];
-        context.bezierCurveTo(px(x0 + third * a), py(y0 + third * b), px(x - third * u), py(y - third * v), px(x), py(y));
-      }
-    }
-    context.stroke();
   }
 
   const canRotate = () => film.trails && film.particles > 2 && (film.names[0] === "Sun" || deck.querySelector(".rotating").defaultChecked);
   const isRotating = () => scale.isRotating && canRotate();
-
-  // Paths in the rotating frame, as chords of parts between frames.
-  function turnTrails(last) {
-    const placeAt = (i, from, part) => {
-      const motion = film.paths[i][from], place = from * film.particles + i, next = place + film.particles, { xs, ys } = data;
-      if (!motion) return null;
-      const [a, b, c, d] = motion.kind === LINE ? [xs[next] - xs[place], ys[next] - ys[place], xs[next] - xs[place], ys[next] - ys[place]] : motion.slopes;
-      return [px(hermite(xs[place], xs[next], a, c, part)), py(hermite(ys[place], ys[next], b, d, part))];
-    };
-    for (let i = 1; i < Math.min(film.particles, TRAILS); i++) {
-      let isDown = false;
-      for (let from = 0; from <= last && from < film.frames - 1; from++) for (let k = 0; k <= PARTS; k++) {
-        const part = k / PARTS * (from === last ? at - last : 1), [place, sun, planet] = [i, 0, 1].map((body) => placeAt(body, from, part));
-        if (place && sun && planet) context[isDown ? "lineTo" : "moveTo"](...turned(place, sun, planet, pixel(0, 0)));
-        isDown = Boolean(place && sun && planet);
-      }
-    }
-  }
-
-  // The motions of the first particles whose paths are known; null elsewhere.
-  function paths() {
-    return Array.from({ length: Math.min(film.particles, TRAILS) }, (_, i) => Array.from({ length: film.frames - 1 }, (_, from) => {
-      const slopes = [], kind = motionOf(film, data, from, i, slopes, 0);
-      return isPathKnown(film, data, from, i, kind, slopes[4]) ? { kind, slopes } : null;
-    }));
-  }
 
   // The places of all particles in pixels; NaN for one that is absent.
   function placeParticles() {
@@ -193,7 +127,7 @@ function player(part, leader) {
     const byColor = Array.from(colors, () => []), painted = count > PAINTED_FROM && paintDiscs(smallest);
     for (let i = 0; i < count; i++) {
       if (!(across[i] >= -1e6) || painted[i]) continue;
-      byColor[toneOf(i)].push([across[i], down[i], Math.max(radiusOf(i) * pixelsPer, smallest)]);
+      byColor[toneOf(i)].push([across[i], down[i], max(radiusOf(i) * pixelsPer, smallest)]);
     }
     byColor.forEach((all, color) => {
       context.fillStyle = colors[color];
@@ -213,7 +147,7 @@ function player(part, leader) {
     if (!(across[followed] >= 0)) return;
     context.strokeStyle = "#ffffff";
     context.lineWidth = 1.5 * devicePixelRatio;
-    discs(context, [[across[followed], down[followed], Math.max(radiusOf(followed) * pixelsPer, smallest) + 4 * devicePixelRatio]]);
+    discs(context, [[across[followed], down[followed], max(radiusOf(followed) * pixelsPer, smallest) + 4 * devicePixelRatio]]);
     context.stroke();
   }
 
@@ -232,7 +166,7 @@ function player(part, leader) {
     const painted = new Uint8Array(film.particles);
     for (let i = 0; i < film.particles; i++) {
       const x = Math.round(4 * across[i]), y = Math.round(4 * down[i]);
-      const radius = Math.round(4 * Math.max(radiusOf(i) * pixelsPer, smallest)), reach = radius + 8;
+      const radius = Math.round(4 * max(radiusOf(i) * pixelsPer, smallest)), reach = radius + 8;
       // Comparisons with NaN are false.
       if (!(x >= reach && y >= reach && x <= 4 * width - reach && y <= 4 * height - reach)) continue;
       painted[i] = 1;
@@ -259,29 +193,47 @@ function player(part, leader) {
     context.textBaseline = "middle";
     write = writer(context);
     placeParticles();
-    if (film.trails) drawTrails();
+    if (film.trails) drawTrails(context, film, data, at, [px, py], isRotating() && pixel(0, 0));
     if (!isRotating()) drawWalls();
     drawDiscs();
     context.fillStyle = "#c8c8c8";
     if (!isRotating()) for (const [place, text] of film.labels) write(text, "center", ...pixel(...place));
     if (scale.hasArrows && canHaveArrows() && !isRotating()) drawArrows(context, film, data.velocities, frame() * film.particles, [across, down]);
     drawScale(context, pixelsPer, film.units[0]);
+    if (!beyond) return;
+    // The run has no picture of this time.
+    context.fillStyle = `${GROUND}66`;
+    context.fillRect(0, 0, canvas.width, canvas.height);
+    context.fillStyle = "#f0c83c";
+    write(ending(), "center", canvas.width / 2, 18 * devicePixelRatio);
+  }
+
+  // How and when the recording ends.
+  const ending = () => `${film.ending} t = ${shown(timeAt(data, end()), 4, 2)}`;
+
+  // States that another run lasts longer; the clock of the first player runs on until then.
+  function outlast(latest) {
+    const last = data.times[end()];
+    extra = latest - last > LEAST_LEAD * (latest - data.times[0]) ? placeOf(data, latest) - end() : 0;
+    beyond = min(beyond, extra);
+    find(".note").textContent = extra ? `${remark} This run ${ending()}, before another one.` : remark;
+    if (!leader) scrub.max = end() + extra;
   }
 
   function draw() {
     if (!data || !steps) return;
     drawPicture();
     if (leader) return;
-    const time = `t = ${shown(timeAt(at), 4, 2)}`;
+    const time = `t = ${shown(now(), 4, 2)}`;
     clock.textContent = `${time} · frame ${data.numbers[frame()]}${scaleOfTime(film, data.times, speedMenu.value)}`;
-    scrub.value = at;
+    scrub.value = at + beyond;
     scrub.setAttribute("aria-valuetext", time);
     showRow();
     document.dispatchEvent(new CustomEvent("replaytime"));
   }
 
   function show(place) {
-    at = clamp(place, 0, film.frames - 1);
+    [at, beyond] = [clamp(place, 0, end()), clamp(place - end(), 0, extra)];
     const wasAtPoster = isAtPoster;
     isAtPoster = false;
     if (wasAtPoster && !leader) share();
@@ -293,7 +245,7 @@ function player(part, leader) {
     let found = -1, least = Infinity;
     for (let i = 0; i < film.particles; i++) {
       const distance = Math.hypot(across[i] - pointer[0], down[i] - pointer[1]);
-      const beyond = distance - Math.max(radiusOf(i) * pixelsPer, 8 * devicePixelRatio);
+      const beyond = distance - max(radiusOf(i) * pixelsPer, 8 * devicePixelRatio);
       if (beyond <= 0 && distance < least) [found, least] = [i, distance];
     }
     return found;
@@ -324,16 +276,16 @@ function player(part, leader) {
     play.textContent = isPlaying ? "❚❚" : "▶";
     play.setAttribute("aria-label", isPlaying ? "Pause" : "Play");
     if (!isPlaying) return;
-    if (isAtPoster || at >= film.frames - 1) show(0);
+    if (isAtPoster || at + beyond >= end() + extra) show(0);
     before = 0;
     requestAnimationFrame(advance);
   }
 
-  function advance(now) {
+  function advance(instant) {
     if (!isPlaying) return;
-    if (before) show(at + (now - before) / 1000 * film.fps * speedMenu.value);
-    before = now;
-    if (at >= film.frames - 1) return setPlaying(false);
+    if (before) show(at + beyond + (instant - before) / 1000 * film.fps * speedMenu.value);
+    before = instant;
+    if (at + beyond >= end() + extra) return setPlaying(false);
     requestAnimationFrame(advance);
   }
 
@@ -343,14 +295,13 @@ function player(part, leader) {
     wanted = source.dataset.file;
     if (menu) menu.selectedIndex = index;
     // That nothing is left out needs no line.
-    const note = find(".note"), isWhole = /^All \d+ frames are shown\.( Points are drawn as dots\.)?$/.test(source.dataset.note);
-    note.textContent = isWhole ? "" : source.dataset.note;
+    const isWhole = /^All \d+ frames are shown\.( Points are drawn as dots\.)?$/.test(source.dataset.note);
+    find(".note").textContent = remark = isWhole ? "" : source.dataset.note;
     const isDrawn = Boolean(source.dataset.film);
     find(".stage").hidden = !isDrawn;
     if (!isDrawn) { film = data = file = undefined; return; }
-    const chosen = JSON.parse(source.dataset.film);
-    if (deck.dataset.names) chosen.names = JSON.parse(deck.dataset.names).slice(0, chosen.particles);
-    chosen.longest = Math.max(chosen.view[2] - chosen.view[0], chosen.view[3] - chosen.view[1]) / chosen.step;
+    const chosen = { ...JSON.parse(source.dataset.film), ending: source.dataset.ending };
+    chosen.longest = max(chosen.view[2] - chosen.view[0], chosen.view[3] - chosen.view[1]) / chosen.step;
     if (!decodedFilms.has(index)) decodedFilms.set(index, decoded(chosen, source.textContent));
     const numbers = await decodedFilms.get(index);
     // Another run may have been selected in the meantime.
@@ -362,14 +313,13 @@ function player(part, leader) {
     colors = parts.map((color) => `rgb(${color.join()})`);
     shades = shadesOf(parts);
     if (film.trails) {
-      film.paths = paths();
-      const lost = film.paths.flat().filter((motion) => !motion).length;
-      if (lost) note.textContent += ` Paths are not drawn where the frames are too far apart (${lost} of ${film.paths.flat().length} parts).`;
+      film.paths = pathsOf(film, data);
+      const lost = film.paths.flat().filter((slopes) => !slopes).length;
+      if (lost) remark += ` Paths are not drawn where the frames are too far apart (${lost} of ${film.paths.flat().length} parts).`;
     }
-    at = deck.dataset.poster ? placeOf(Number(deck.dataset.poster)) : film.poster;
-    isAtPoster = true;
+    at = film.poster;
+    [beyond, extra, isAtPoster] = [0, 0, true];
     if (!leader) {
-      scrub.max = film.frames - 1;
       scrub.disabled = play.disabled = film.frames < 2;
       setPlaying(false);
     }
@@ -383,7 +333,7 @@ function player(part, leader) {
     fit();
     steps = Array.from({ length: 256 }, (_, stored) => {
       const fraction = scale.top > 0 ? speedOf(stored) / scale.top : 0;
-      return stored === ABSENT_SPEED ? UNKNOWN : Math.min(STEPS - 1, Math.floor(fraction * STEPS));
+      return stored === ABSENT_SPEED ? UNKNOWN : min(STEPS - 1, Math.floor(fraction * STEPS));
     });
     tones = new Int8Array(film.particles).fill(-1);
     const start = { height: data.ys, side: data.xs }[scale.by];
@@ -412,16 +362,16 @@ function player(part, leader) {
     if (wanted !== of) await select(index);
     if (file !== of) return;
     setPlaying(false);
-    show(placeOf(seek.time));
+    show(placeOf(data, seek.time));
   }
 
-  canvas.addEventListener("pointermove", (event) => {
+  on(canvas, "pointermove", (event) => {
     const ratio = canvas.width / canvas.clientWidth;
     pointer = [event.offsetX * ratio, event.offsetY * ratio];
     showRow();
   });
-  canvas.addEventListener("pointerleave", () => { pointer = null; showRow(); });
-  canvas.addEventListener("click", (event) => {
+  on(canvas, "pointerleave", () => { pointer = null; showRow(); });
+  on(canvas, "click", (event) => {
     if (!film) return;
     const ratio = canvas.width / canvas.clientWidth;
     pointer = [event.offsetX * ratio, event.offsetY * ratio];
@@ -430,17 +380,17 @@ function player(part, leader) {
     draw();
     showRow();
   });
-  menu?.addEventListener("change", () => select(menu.selectedIndex));
-  if (leader) document.addEventListener("replaytime", followClock);
+  if (menu) on(menu, "change", () => select(menu.selectedIndex));
+  if (leader) on(document, "replaytime", followClock);
   else {
-    play.addEventListener("click", () => setPlaying(!isPlaying));
-    speedMenu.addEventListener("change", draw);
-    scrub.addEventListener("input", () => { setPlaying(false); show(Number(scrub.value)); });
-    canvas.addEventListener("keydown", (event) => {
+    on(play, "click", () => setPlaying(!isPlaying));
+    on(speedMenu, "change", draw);
+    on(scrub, "input", () => { setPlaying(false); show(Number(scrub.value)); });
+    on(canvas, "keydown", (event) => {
       // The film may not be decoded yet.
       if (!film) return;
       const step = { ArrowLeft: -1, ArrowRight: 1, Home: -Infinity, End: Infinity }[event.key];
-      if (step) { setPlaying(false); show(frame() + step); }
+      if (step) { setPlaying(false); show(Math.round(at + beyond) + step); }
       else if (event.key === " ") setPlaying(!isPlaying);
       else return;
       event.preventDefault();
@@ -455,6 +405,7 @@ function player(part, leader) {
     shape,
     resize,
     agree,
+    outlast,
     firstView,
     canRotate,
     canHaveArrows,
@@ -463,7 +414,8 @@ function player(part, leader) {
     has: (of) => films.some((source) => source.dataset.file === of && source.dataset.film),
     get file() { return file; },
     get film() { return film; },
-    get time() { return data ? timeAt(at) : NaN; },
+    get time() { return data ? now() : NaN; },
+    get end() { return data.times[end()]; },
     get frames() { return film.frames; }, get numbers() { return data.numbers; },
     get view() { return view; },
     get isAtPoster() { return isAtPoster; },
@@ -485,14 +437,14 @@ function player(part, leader) {
     pixel,
     // A picture of the canvas at a frame, without moving the clock.
     pictureAt(place, width) {
-      const copy = document.createElement("canvas"), now = at;
+      const copy = document.createElement("canvas"), before = [at, beyond];
       [copy.width, copy.height] = [width, Math.round(width * canvas.height / canvas.width)];
-      at = place;
+      [at, beyond] = [place, 0];
       drawPicture();
       copy.getContext("2d").drawImage(canvas, 0, 0, copy.width, copy.height);
-      at = now;
+      [at, beyond] = before;
       drawPicture();
-      return [copy, shown(timeAt(place), 4, 2)];
+      return [copy, shown(timeAt(data, place), 4, 2)];
     },
   };
   made.ready = select(menu ? menu.selectedIndex : 0);

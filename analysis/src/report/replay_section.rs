@@ -2,10 +2,10 @@
 //! script of the page shows them; the plot is an image without it.
 
 use crate::input::coordinates::label;
-use crate::replay::Replay;
+use crate::models::height_layers;
+use crate::replay::{self, Replay};
 use crate::report::AnalysisReport;
-use crate::run::RunAnalysis;
-use kinetoscope_console::text::visible;
+use crate::run::{RunAnalysis, RunStatus};
 use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_manifest::{ViewColor, ViewFrame, ViewRequest};
 use maud::{Markup, PreEscaped, html};
@@ -22,6 +22,9 @@ const COLORS: [(ViewColor, &str); 4] = [
     (ViewColor::Species, "species"),
 ];
 
+/// Maximum number of runs that play in parallel, as in the script.
+const MOST_PLAYERS: usize = 6;
+
 /// A run that plays.
 type Played<'a> = (&'a RunAnalysis, &'a Replay);
 
@@ -35,30 +38,49 @@ pub(super) fn section(report: &AnalysisReport, plot: &Markup) -> Markup {
                 h2 class="unseen" { "Replay" }
                 div class="split" {
                     @if !played.is_empty() { (deck(&played, &report.view)) }
-                    @if has_plot { div class="adjacent" { (plot) (speeds_now(&played)) } }
+                    @if has_plot { div class="adjacent" { (plot) (live(&played)) } }
                 }
             }
         }
-        @for (run, replay) in &played { (film(&run.file, replay)) }
+        @for (run, replay) in &played { (film(run, replay)) }
     }
 }
 
-/// The distribution of the speeds in the frame that is shown, which the script draws for a gas of equal particles.
-fn speeds_now(played: &[Played<'_>]) -> Markup {
+/// The distribution in the frame that is shown, which the script draws: for a gas in gravity of the heights, if the law of all runs is the same, else for
+/// equal particles of the speeds.
+fn live(played: &[Played<'_>]) -> Markup {
+    let Some((first, replay)) = played.first() else { return html! {} };
+    let layers_of = |run: &RunAnalysis| height_layers(&run.manifest.model);
+    let layers = layers_of(first).filter(|own| {
+        played.iter().all(|(run, _)| layers_of(run).is_some_and(|other| other == *own))
+    });
+    if let Some(layers) = layers {
+        // Numbers cannot be refused.
+        let data = serde_json::to_string(&layers).unwrap_or_default();
+        let caption = "Density by height (m) in this frame, with the barometric law";
+        let label =
+            "Histogram of the heights as densities over their mean, with the barometric law";
+        return live_figure(caption, label, Some(&data));
+    }
     // The speeds of several masses have no common distribution.
-    let has_law = played.first().is_some_and(|(run, _)| match &run.manifest.model {
+    let has_law = match &first.manifest.model {
         ModelConfig::Gas(gas) => gas.additional_masses_kg.is_empty(),
         ModelConfig::Packing(_) => true,
         _ => false,
-    });
-    let unit = played.first().and_then(|(_, replay)| Some(replay.film.as_ref()?.units[1].as_str()));
+    };
+    let unit = replay.film.as_ref().map(|film| film.units[1].as_str());
     let unit = unit.filter(|unit| !unit.is_empty()).map(|unit| format!(" ({unit})"));
+    let caption =
+        format!("Speeds{} in this frame, with Maxwell's distribution", unit.unwrap_or_default());
+    let label = "Histogram of the speeds, with Maxwell's distribution of the same mean square";
+    html! { @if has_law { (live_figure(&caption, label, None)) } }
+}
+
+fn live_figure(caption: &str, label: &str, layers: Option<&str>) -> Markup {
     html! {
-        @if has_law {
-            figure class="speeds-now" hidden {
-                figcaption { "Speeds" (unit.unwrap_or_default()) " in this frame, with Maxwell's distribution" }
-                svg class="sheet" viewBox="0 0 480 170" role="img" aria-label="Histogram of the speeds, with Maxwell's distribution of the same mean square" {}
-            }
+        figure class="live" data-layers=[layers] hidden {
+            figcaption { (caption) }
+            svg class="sheet" viewBox="0 0 480 170" role="img" aria-label=(label) {}
         }
     }
 }
@@ -102,15 +124,13 @@ fn deck(played: &[Played<'_>], view: &ViewRequest) -> Markup {
     let compared = |place: usize| {
         played.iter().position(|(run, _)| view.compared(&run.coordinates) == Some(place))
     };
-    let poster = view.poster.map(|time| time.to_string());
-    let names_given = (!view.names.is_empty()).then(|| visible_list(&view.names));
     html! {
-        div class="deck" data-poster=[poster] data-names=[names_given] data-species=(species(played)) hidden {
+        div class="deck" data-species=(species(played)) hidden {
             div class="players" {
                 (player(&names, compared(0).unwrap_or(0), false))
                 @if has_pair { (player(&names, compared(1).unwrap_or(names.len() - 1), true)) }
             }
-            (controls(has_pair, view, species(played)))
+            (controls(if has_pair { played.len() } else { 1 }, view, species(played)))
             div class="facts readout" {
                 output class="clock" {}
                 span class="scale" { span class="bottom" {} " " span class="bar" {} " " span class="top" {} }
@@ -120,20 +140,9 @@ fn deck(played: &[Played<'_>], view: &ViewRequest) -> Markup {
     }
 }
 
-/// Number of the species of a gas, which its particles have in turn; 1 for other models.
+/// Number of the species that all runs have.
 fn species(played: &[Played<'_>]) -> usize {
-    let of_run = |(run, _): &Played<'_>| match &run.manifest.model {
-        ModelConfig::Gas(gas) => 1 + gas.additional_masses_kg.len(),
-        _ => 1,
-    };
-    played.iter().map(of_run).min().unwrap_or(1)
-}
-
-/// Names as JSON, with every character visible.
-fn visible_list(names: &[String]) -> String {
-    let names: Vec<_> = names.iter().map(|name| visible(name)).collect();
-    // A list of texts cannot be refused.
-    serde_json::to_string(&names).unwrap_or_default()
+    played.iter().map(|(run, _)| replay::species(&run.manifest.model)).min().unwrap_or(1)
 }
 
 /// A menu of runs and the canvas of the chosen one. The second player shows the time of the first one, which has the controls.
@@ -147,7 +156,7 @@ fn player(names: &[String], chosen: usize, is_second: bool) -> Markup {
             @if names.len() > 1 {
                 p {
                     label {
-                        (if is_second { "Second run: " } else { "Run: " })
+                        span { (if is_second { "Second run: " } else { "Run: " }) }
                         select class="runs" autocomplete="off" {
                             @for (index, name) in names.iter().enumerate() {
                                 option selected[index == chosen] { (name) }
@@ -165,7 +174,7 @@ fn player(names: &[String], chosen: usize, is_second: bool) -> Markup {
 }
 
 /// What the first player, and the second one with it, are controlled by.
-fn controls(has_pair: bool, view: &ViewRequest, species: usize) -> Markup {
+fn controls(runs: usize, view: &ViewRequest, species: usize) -> Markup {
     let color = view.color.unwrap_or(ViewColor::Speed);
     let is_rotating = view.frame == Some(ViewFrame::Rotating);
     html! {
@@ -192,9 +201,8 @@ fn controls(has_pair: bool, view: &ViewRequest, species: usize) -> Markup {
             // The script shows the switches that the run has data for.
             label hidden { input type="checkbox" class="arrows" autocomplete="off"; " velocities" }
             label hidden { input type="checkbox" class="rotating" autocomplete="off" checked[is_rotating]; " rotating frame" }
-            @if has_pair {
-                label { input type="checkbox" class="pair" autocomplete="off" checked; " two runs" }
-            }
+            @if runs > 1 { label { input type="checkbox" class="pair" autocomplete="off" checked; " two runs" } }
+            @if runs > 2 { label { input type="checkbox" class="many" autocomplete="off"; " " (runs.min(MOST_PLAYERS)) " runs" } }
             button type="button" class="full" aria-label="Full screen" {
                 svg viewBox="0 0 16 16" aria-hidden="true" { path d="M2 6V2h4M10 2h4v4M14 10v4h-4M6 14H2v-4" {} }
             }
@@ -203,11 +211,17 @@ fn controls(has_pair: bool, view: &ViewRequest, species: usize) -> Markup {
 }
 
 /// The data of one replay.
-fn film(file: &str, replay: &Replay) -> Markup {
+fn film(run: &RunAnalysis, replay: &Replay) -> Markup {
+    // Continued by a time.
+    let ending = match run.ending {
+        RunStatus::Complete => "ended at",
+        RunStatus::Fault(_) => "failed at",
+        RunStatus::Unfinished | RunStatus::Damaged(_) => "stops at",
+    };
     let description = replay.film.as_ref().map(|film| film.description());
     let data = replay.film.as_ref().map_or_else(String::new, |film| film.base64());
     html! {
-        script type="text/plain" class="film" data-file=(file) data-note=(replay.note) data-film=[description] {
+        script type="text/plain" class="film" data-file=(run.file) data-ending=(ending) data-note=(replay.note) data-film=[description] {
             // Base64 contains no markup.
             (PreEscaped(data))
         }

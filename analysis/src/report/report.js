@@ -45,11 +45,11 @@ function evenTicks(low, high, count) {
 function ticksOf(axis, isLog, low, high, count) {
   if (axis.words) {
     const shown = axis.words.map((text, at) => ({ at, text })).filter(({ at }) => at >= low && at <= high);
-    const stride = Math.max(1, Math.ceil(shown.length / count));
+    const stride = max(1, Math.ceil(shown.length / count));
     return { ticks: shown.filter((_, index) => index % stride === 0), exponent: 0 };
   }
   if (!isLog) {
-    const size = Math.max(Math.abs(low), Math.abs(high));
+    const size = max(Math.abs(low), Math.abs(high));
     const exponent = size >= 1e-2 && size < 1e5 ? 0 : exponentOf(size);
     const { ticks, step } = evenTicks(low, high, count);
     const decimals = clamp(-exponentOf(step / 10 ** exponent), 0, 15);
@@ -79,7 +79,7 @@ function chart(figure, data) {
   for (const old of figure.querySelectorAll(":scope > :not(script)")) old.remove();
   element("figcaption", {}, figure, data.title);
   const legend = element("div", { class: "legend" }, figure), tools = element("div", { class: "tools" }, figure);
-  const sheet = element("svg", { class: "sheet", role: "img", tabindex: 0, "aria-label": data.title }, figure);
+  const plane = element("div", { class: "plane" }, figure), sheet = element("svg", { class: "sheet", role: "img", tabindex: 0, "aria-label": data.title }, plane);
   const remark = element("p", { class: "remark" }, figure);
   const tip = element("div", { class: "tip", role: "status", hidden: "" }, figure);
 
@@ -89,16 +89,18 @@ function chart(figure, data) {
     curve.below = below ? below.y : curve.x.map(() => 0);
     below = curve;
   }
-  // Theory that is named after its curve shares the entry of that curve.
-  const measured = (theory) => theory.style === "theory" && curves.find(({ name, color, style }) => style !== "theory" && name && color === theory.color && theory.name.startsWith(`${name}: `));
+  // The first theory or fit that is named after its curve shares the entry of that curve.
+  const isComparison = ({ style }) => style === "theory" || style === "fit";
+  const sharing = ({ name, color }) => curves.filter((line) => isComparison(line) && line.color === color && line.name.startsWith(`${name}: `));
+  const measured = (line) => isComparison(line) && curves.find((curve) => !isComparison(curve) && curve.name && sharing(curve).includes(line) && sharing(curve)[0].style === line.style);
   // Lower end of a logarithmic axis of lines that grow: their first value, the precision of an error.
   function floorOf() {
     if (curves.some(({ style }) => style !== "line")) return -Infinity;
     const floors = curves.map(({ y }) => y.filter((value) => value > 0)).filter(({ length }) => length > 1).map(([first, ...rest]) => {
-      const [least, greatest] = [Math.min(...rest), Math.max(...rest)];
-      return greatest > GROWTH * first ? first : Math.min(least, first);
+      const [least, greatest] = [min(...rest), max(...rest)];
+      return greatest > GROWTH * first ? first : min(least, first);
     });
-    return floors.length ? Math.log10(Math.min(...floors)) : -Infinity;
+    return floors.length ? Math.log10(min(...floors)) : -Infinity;
   }
   // Colors repeat with another mark or dash.
   const strokeOf = (curve) => ({ class: `curve ${curve.style} round${Math.floor(curve.color / COLORS)}`, style: `stroke:var(--c${curve.color % COLORS});color:var(--c${curve.color % COLORS})` });
@@ -116,14 +118,14 @@ function chart(figure, data) {
     for (const [values, errors] of (shown().length ? shown() : curves).map(of)) values.forEach((value, i) => {
       const error = errors[i] || 0, ends = value === null ? [] : [value - error, value, value + error];
       for (const end of ends.filter((end) => showable(end, isLog))) {
-        low = Math.min(low, place(end, isLog));
-        high = Math.max(high, place(end, isLog));
+        low = min(low, place(end, isLog));
+        high = max(high, place(end, isLog));
       }
     });
     if (low > high) [low, high] = [0, 1];
-    if (isLog && isY) low = Math.min(high, Math.max(low, floorOf()));
-    if (!isLog && isY && below) low = Math.min(low, 0);
-    const size = Math.max(Math.abs(low), Math.abs(high));
+    if (isLog && isY) low = min(high, max(low, floorOf()));
+    if (!isLog && isY && below) low = min(low, 0);
+    const size = max(Math.abs(low), Math.abs(high));
     const missing = high - low > 1e-9 * size ? 0 : size ? 0.01 * size : 0.5, margin = 0.05 * (high - low + 2 * missing);
     return [low - missing - margin, high + missing + margin];
   }
@@ -175,13 +177,13 @@ function chart(figure, data) {
 
   function draw() {
     const full = isPrinted ? PRINT_WIDTH_PX : clamp(figure.clientWidth, 240, 760);
-    const height = data.equal ? Math.min(0.9 * full, 560) : clamp(0.58 * full, 260, 400);
+    const height = data.equal ? min(0.9 * full, 560) : clamp(0.58 * full, 260, 400);
     const top = 10, lines = xAxis.words ? 2 : 1, bottom = 32 + 14 * lines, right = 16 + endMargin(full, height - bottom);
     const [x, y] = ranges((full - 70) / (height - top - bottom));
-    const rows = ticksOf(yAxis, isLogY, ...y, Math.max(2, (height - top - bottom) / 45));
-    const left = 30 + Math.ceil(Math.max(LEAST_TICK_PX, ...rows.ticks.map(({ text }) => widthOf(text, TEXT_PX))));
+    const rows = ticksOf(yAxis, isLogY, ...y, max(2, (height - top - bottom) / 45));
+    const left = 30 + Math.ceil(max(LEAST_TICK_PX, ...rows.ticks.map(({ text }) => widthOf(text, TEXT_PX))));
     view = { x, y, left, top, width: full - left - right, height: height - top - bottom };
-    let columns, amount = Math.max(2, lines * Math.floor(view.width / 70));
+    let columns, amount = max(2, lines * Math.floor(view.width / 70));
     // Words are in two lines by turns.
     const isCrowded = ({ ticks }) => ticks.slice(lines).some((tick, i) => acrossOf(tick.at) - acrossOf(ticks[i].at)
       < (widthOf(tick.text, TEXT_PX) + widthOf(ticks[i].text, TEXT_PX)) / 2 + 10);
@@ -199,7 +201,7 @@ function chart(figure, data) {
     for (const [i, { at, text }] of columns.ticks.entries()) {
       const across = acrossOf(at), half = widthOf(text, TEXT_PX) / 2;
       element("line", { class: "grid", x1: across, x2: across, y1: top, y2: foot }, sheet);
-      element("text", { x: Math.min(across, full - half - 1), y: foot + 16 + 14 * (i % lines), "text-anchor": "middle" }, sheet, text);
+      element("text", { x: min(across, full - half - 1), y: foot + 16 + 14 * (i % lines), "text-anchor": "middle" }, sheet, text);
     }
     for (const { at, text } of rows.ticks) {
       const down = downOf(at);
@@ -209,7 +211,7 @@ function chart(figure, data) {
     const area = element("g", { "clip-path": `url(#${id})` }, sheet);
     for (const curve of shown()) drawCurve(curve, area);
     element("rect", { class: "frame", ...box }, sheet);
-    placeEntries(full);
+    placeEntries(full, height);
     caption(xAxis, columns.exponent, { x: left + view.width / 2, y: height - 8 }, view.width + 28);
     caption(yAxis, rows.exponent, { transform: `translate(14 ${top + view.height / 2}) rotate(-90)` }, view.height + 2 * top - 4);
     view.now = element("line", { class: "now", y1: top, y2: foot, visibility: "hidden" }, area);
@@ -252,8 +254,8 @@ function chart(figure, data) {
     const box = sheet.getBoundingClientRect(), frame = figure.getBoundingClientRect();
     const across = box.left - frame.left + left, down = box.top - frame.top + top;
     const isRight = across + 14 + tip.offsetWidth <= frame.width;
-    tip.style.left = `${Math.max(0, isRight ? across + 14 : across - 14 - tip.offsetWidth)}px`;
-    tip.style.top = `${Math.max(0, down - tip.offsetHeight - 8)}px`;
+    tip.style.left = `${max(0, isRight ? across + 14 : across - 14 - tip.offsetWidth)}px`;
+    tip.style.top = `${max(0, down - tip.offsetHeight - 8)}px`;
   }
 
   // The nearest visible point; a pointer follows x, so y counts less.
@@ -283,8 +285,8 @@ function chart(figure, data) {
   const sidesTo = (to) => to.map((end, axis) => [drag[axis], end].sort((a, b) => a - b));
   const isWide = ([low, high]) => high - low >= LEAST_DRAG_PX;
 
-  sheet.addEventListener("pointerdown", (event) => { if (event.button === 0) drag = position(event); });
-  sheet.addEventListener("pointermove", (event) => {
+  on(sheet, "pointerdown", (event) => { if (event.button === 0) drag = position(event); });
+  on(sheet, "pointermove", (event) => {
     const to = position(event);
     if (!drag) {
       point(nearest(to));
@@ -298,25 +300,25 @@ function chart(figure, data) {
     const [[left, right], [top, bottom]] = sides;
     set(view.zoom, { x: left, y: top, width: right - left, height: bottom - top, visibility: "visible" });
   });
-  sheet.addEventListener("pointerup", (event) => {
+  on(sheet, "pointerup", (event) => {
     if (!drag) return;
     const to = position(event), sides = sidesTo(to), [across, down] = sides;
     drag = null;
     if (!sides.some(isWide)) return point(nearest(to));
     setZoom([isWide(across) ? across.map(xAt) : view.x, isWide(down) ? down.map(yAt).reverse() : view.y]);
   });
-  sheet.addEventListener("pointercancel", () => { drag = null; draw(); });
-  sheet.addEventListener("pointerleave", () => { if (!drag) point(null); });
-  sheet.addEventListener("dblclick", () => setZoom(null));
-  sheet.addEventListener("blur", () => point(null));
-  sheet.addEventListener("keydown", (event) => {
+  on(sheet, "pointercancel", () => { drag = null; draw(); });
+  on(sheet, "pointerleave", () => { if (!drag) point(null); });
+  on(sheet, "dblclick", () => setZoom(null));
+  on(sheet, "blur", () => point(null));
+  on(sheet, "keydown", (event) => {
     const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key], turn = { ArrowUp: -1, ArrowDown: 1 }[event.key], all = shown();
     if (event.key === "Escape") setZoom(null);
     else if (!(step || turn) || !all.length) return;
     else if (!at) point([all[0], 0]);
     else if (turn) {
       const curve = all[(all.indexOf(at[0]) + turn + all.length) % all.length];
-      point([curve, Math.min(at[1], curve.x.length - 1)]);
+      point([curve, min(at[1], curve.x.length - 1)]);
     } else if (isShowable(at[0], at[1] + step)) point([at[0], at[1] + step]);
     if (at) scrub(at[0].x[at[1]]);
     event.preventDefault();
@@ -324,7 +326,7 @@ function chart(figure, data) {
 
   function toggle(parent, name, isOn, change) {
     const button = element("button", { type: "button", "aria-pressed": isOn() }, parent, name);
-    button.addEventListener("click", () => {
+    on(button, "click", () => {
       change();
       button.setAttribute("aria-pressed", isOn());
       draw();
@@ -332,7 +334,7 @@ function chart(figure, data) {
     return button;
   }
   const reset = element("button", { type: "button" }, tools, "reset zoom");
-  reset.addEventListener("click", () => setZoom(null));
+  on(reset, "click", () => setZoom(null));
   if (!below && !xAxis.words && hasLog((curve) => curve.x)) toggle(tools, "log x", () => isLogX, () => { isLogX = !isLogX; zoom = null; });
   if (!below && (isLogY || hasLog((curve) => curve.y))) toggle(tools, "log y", () => isLogY, () => { isLogY = !isLogY; zoom = null; });
 
@@ -350,27 +352,28 @@ function chart(figure, data) {
 
   // Width of the margin for entries at the ends of their curves; 0 where they are in rows above the chart.
   function endMargin(full, height) {
-    const width = 56 + Math.max(0, ...entries.map(({ curve }) => widthOf(curve.name, 13)));
+    const width = 56 + max(0, ...entries.map(({ curve }) => widthOf(curve.name, 13)));
     const hasRoom = entries.length > 2 && !data.equal && !isPrinted && width < 0.36 * full && entries.length * ENTRY_PX < height;
     legend.classList.toggle("ends", hasRoom);
+    // Moving it takes the keyboard's focus away.
+    if (hasRoom !== (legend.parentElement === plane)) if (hasRoom) plane.append(legend); else tools.before(legend);
     return hasRoom ? width : 0;
   }
 
-  // Places the entries at the heights of the ends of their curves, at distances of a row.
-  function placeEntries(full) {
+  // Places the entries at the heights of the ends of their curves, at distances of a row, in parts of the sheet.
+  function placeEntries(full, height) {
     if (!legend.classList.contains("ends")) return;
-    const scale = sheet.getBoundingClientRect().width / full, start = sheet.getBoundingClientRect().top - figure.getBoundingClientRect().top;
     const placed = entries.map(({ curve, button }) => {
       const last = curve.x.reduce((best, x, i) => isShowable(curve, i) && (best < 0 || x >= curve.x[best]) ? i : best, -1);
       const value = last < 0 ? null : curve.below ? (curve.y[last] + curve.below[last]) / 2 : curve.y[last];
       return { button, at: value === null ? view.top : clamp(py(value), view.top, view.top + view.height) };
     }).sort((one, other) => one.at - other.at);
     let least = view.top + ENTRY_PX / 2, most = view.top + view.height - ENTRY_PX / 2;
-    for (const each of placed) { each.at = Math.max(each.at, least); least = each.at + ENTRY_PX; }
-    for (const each of placed.reverse()) { each.at = Math.min(each.at, most); most = each.at - ENTRY_PX; }
+    for (const each of placed) { each.at = max(each.at, least); least = each.at + ENTRY_PX; }
+    for (const each of placed.reverse()) { each.at = min(each.at, most); most = each.at - ENTRY_PX; }
     for (const { button, at } of placed) {
-      button.style.top = `${start + (at - ENTRY_PX / 2) * scale}px`;
-      button.style.left = `${(view.left + view.width + 4) * scale}px`;
+      button.style.top = `${100 * at / height}%`;
+      button.style.left = `${100 * (view.left + view.width + 4) / full}%`;
     }
   }
 
@@ -405,7 +408,7 @@ function sweepData(sweep, metric, key) {
   const words = hasWords ? [...new Set(points.map((place) => String(place[key])))] : undefined;
   points.forEach((place, i) => {
     if (place[key] === null || metric.y[i] === null) return;
-    const others = keys.map(({ name }, k) => k === key || place[k] === null ? "" : name === "variant" ? place[k] : `${name} = ${place[k]}`);
+    const others = keys.map(({ name, unit }, k) => k === key || place[k] === null ? "" : name === "variant" ? place[k] : withUnit(`${name} = ${place[k]}`, typeof place[k] === "number" && unit));
     const name = others.filter(Boolean).join(", ");
     if (!groups.has(name)) groups.set(name, []);
     groups.get(name).push({ i, x: words ? words.indexOf(String(place[key])) : place[key] });
@@ -418,7 +421,7 @@ function sweepData(sweep, metric, key) {
     if (of(metric.t).some((value) => value !== null))
       curves.push({ name: name ? `${name}: theory` : "theory", style: "theory", color, x, y: of(metric.t), e: [] });
   });
-  const isSteep = (values) => Math.min(...values) > 0 && Math.max(...values) > 30 * Math.min(...values);
+  const isSteep = (values) => min(...values) > 0 && max(...values) > 30 * min(...values);
   const isLog = (of) => isSteep(curves.flatMap(of).filter((value) => value !== null));
   return {
     title: `${metric.name} against ${keys[key].name}`, equal: false, time: false, curves,
@@ -439,27 +442,27 @@ if (any) {
     remove = chart(figure, sweepData(sweep, sweep.metrics[metric.selectedIndex], key.selectedIndex));
   };
   any.hidden = false;
-  metric.addEventListener("change", show);
-  key.addEventListener("change", show);
+  on(metric, "change", show);
+  on(key, "change", show);
   show();
 }
 
 // Text of pictures is enlarged on a phone.
 const condensePictures = () => document.querySelectorAll(".picture text").forEach((text) => condense(text, 610));
 condensePictures();
-document.addEventListener("toggle", condensePictures, true);
+on(document, "toggle", condensePictures, true);
 document.querySelector(".hint")?.removeAttribute("hidden");
-document.addEventListener("replaytime", () => charts.forEach((each) => each.showTime()));
+on(document, "replaytime", () => charts.forEach((each) => each.showTime()));
 // On paper, there are two plots in a row, lists of plots and numbers are open, and a strip of pictures stands for the replay.
 let opened = [];
-addEventListener("beforeprint", () => {
+on(window, "beforeprint", () => {
   isPrinted = true;
   opened = [...document.querySelectorAll("details.printed:not([open])")];
   opened.forEach((list) => { list.open = true; });
   charts.forEach((each) => each.redraw());
   makeStrip();
 });
-addEventListener("afterprint", () => {
+on(window, "afterprint", () => {
   isPrinted = false;
   opened.forEach((list) => { list.open = false; });
   charts.forEach((each) => each.redraw());
@@ -473,5 +476,5 @@ function reveal() {
   list.open = true;
   target.scrollIntoView();
 }
-addEventListener("hashchange", reveal);
+on(window, "hashchange", reveal);
 reveal();

@@ -3,7 +3,11 @@
 use super::AnalysisReport;
 use super::plot_data::rounded;
 use crate::input::coordinates::{CoordinateValue, keys_of, last_part, shown_value, value_of};
+use crate::input::key_words::words_and_unit;
+use crate::metric::Definition;
 use crate::sweep;
+use crate::sweep::figures::capitalized;
+use crate::sweep::samples::typographic_unit;
 use kinetoscope_manifest::unit_of_key;
 use serde::Serialize;
 
@@ -25,16 +29,20 @@ pub(super) struct SweepData {
     metrics: Vec<MetricData>,
 }
 
+/// A swept key in words.
 #[derive(Serialize)]
 struct KeyData {
     name: String,
-    unit: &'static str,
+    unit: String,
 }
 
+/// A metric in words.
 #[derive(Serialize)]
 struct MetricData {
-    name: &'static str,
-    unit: &'static str,
+    #[serde(skip)]
+    metric: &'static str,
+    name: String,
+    unit: String,
     /// The value at each point; `None` where there is none.
     y: Vec<Option<f64>>,
     /// Standard errors; empty without any.
@@ -58,11 +66,10 @@ impl SweepData {
         for measurement in
             points.iter().flat_map(|point| &point.runs).flat_map(|run| &run.measurements)
         {
-            if metrics.iter().any(|metric| metric.name == measurement.name()) {
+            if metrics.iter().any(|known| known.metric == measurement.name()) {
                 continue;
             }
-            let mut metric =
-                MetricData::new(measurement.definition.name, measurement.definition.unit);
+            let mut metric = MetricData::new(measurement.definition);
             points.iter().for_each(|point| metric.push(point));
             metrics.push(metric);
         }
@@ -82,33 +89,40 @@ impl SweepData {
             runs: points.iter().map(|point| point.runs.len()).collect(),
             keys: keys
                 .iter()
-                .map(|key| KeyData { name: last_part(key).to_owned(), unit: unit_of_key(key) })
-                .map(|key| KeyData { unit: if key.unit == "1" { "" } else { key.unit }, ..key })
+                .map(|key| {
+                    let (name, unit) = words_and_unit(last_part(key));
+                    let unit = if unit.is_empty() { unit_of_key(key) } else { unit };
+                    KeyData { name, unit: typographic_unit(unit) }
+                })
                 .collect(),
             metrics,
         })
     }
 
-    /// The names of the metrics.
-    pub(super) fn metrics(&self) -> impl Iterator<Item = &str> {
-        self.metrics.iter().map(|metric| metric.name)
+    /// The metrics with their units.
+    pub(super) fn metrics(&self) -> impl Iterator<Item = String> {
+        self.metrics.iter().map(|metric| with_unit(&metric.name, &metric.unit))
     }
 
-    /// The names of the swept keys.
-    pub(super) fn keys(&self) -> impl Iterator<Item = &str> {
-        self.keys.iter().map(|key| key.name.as_str())
+    /// The swept keys with their units.
+    pub(super) fn keys(&self) -> impl Iterator<Item = String> {
+        self.keys.iter().map(|key| with_unit(&key.name, &key.unit))
     }
 }
 
+fn with_unit(name: &str, unit: &str) -> String {
+    if unit.is_empty() { name.to_owned() } else { format!("{name} ({unit})") }
+}
+
 impl MetricData {
-    fn new(name: &'static str, unit: &'static str) -> Self {
-        let unit = if unit == "1" { "" } else { unit };
-        Self { name, unit, y: Vec::new(), e: Vec::new(), t: Vec::new() }
+    fn new(definition: &Definition) -> Self {
+        let (name, unit) = (capitalized(definition.label), typographic_unit(definition.unit));
+        Self { metric: definition.name, name, unit, y: Vec::new(), e: Vec::new(), t: Vec::new() }
     }
 
     /// Adds the mean at a point.
     fn push(&mut self, point: &sweep::SweepPoint<'_>) {
-        let mean = point.mean_of(self.name);
+        let mean = point.mean_of(self.metric);
         let (value, error, theory) = mean.map_or((None, None, None), |(estimate, theory, _)| {
             (
                 Some(estimate.value),

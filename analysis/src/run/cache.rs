@@ -26,6 +26,8 @@ struct CacheKey {
     recording: FileStamp,
     run_key: String,
     snapshots_at: Vec<f64>,
+    /// How the replay begins, as text, of which only equality counts.
+    view: String,
 }
 
 /// Size and modification time of a file.
@@ -89,12 +91,13 @@ impl AnalysisCache {
         self.folder.join(format!("{file}.numbers"))
     }
 
-    fn identity(&self, run: &OpenRun, snapshots_at: &[f64]) -> Option<CacheKey> {
+    fn identity(&self, run: &OpenRun, options: RunOptions<'_>) -> Option<CacheKey> {
         Some(CacheKey {
             program: self.program.clone(),
             recording: FileStamp::new(run.recording().bytes(), run.recording().changed()?)?,
             run_key: run.run_key.clone(),
-            snapshots_at: snapshots_at.to_vec(),
+            snapshots_at: options.snapshots_at.to_vec(),
+            view: format!("{:?}", options.view),
         })
     }
 
@@ -106,8 +109,8 @@ impl AnalysisCache {
         coordinates: &[Coordinate],
         options: RunOptions<'_>,
     ) -> Option<RunAnalysis> {
-        let RunOptions { with_figures, snapshots_at, replay_bytes, fields } = options;
-        let identity = self.identity(run, snapshots_at)?;
+        let RunOptions { with_figures, replay_bytes, fields, .. } = options;
+        let identity = self.identity(run, options)?;
         let bytes = read_own(&self.path(&run.file), MAX_SIDE_FILE_BYTES).ok()?;
         let cached: CachedAnalysis = postcard::from_bytes(&bytes).ok()?;
         let lacks_replay = replay_bytes.is_some() && cached.replay_bytes != replay_bytes;
@@ -147,7 +150,7 @@ impl AnalysisCache {
             RunStatus::Fault(what) => Some(what.clone()),
             RunStatus::Unfinished | RunStatus::Damaged(_) => return,
         };
-        let Some(identity) = self.identity(run, options.snapshots_at) else { return };
+        let Some(identity) = self.identity(run, options) else { return };
         let cached = CachedAnalysis {
             identity,
             frames: found.frames,

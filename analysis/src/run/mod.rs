@@ -13,7 +13,7 @@ use crate::run::fields::{FieldCollector, RecordedField};
 use kinetoscope_console::text::shown_path;
 use kinetoscope_console::{Explained as _, Message};
 use kinetoscope_manifest::model::ModelConfig;
-use kinetoscope_manifest::{Coordinate, RunManifest};
+use kinetoscope_manifest::{Coordinate, RunManifest, ViewRequest};
 use kinetoscope_recording::error::{ReadError, ReadFault};
 use kinetoscope_recording::reader::Outcome;
 use std::num::NonZeroUsize;
@@ -66,6 +66,8 @@ pub struct RunOptions<'a> {
     pub replay_bytes: Option<usize>,
     /// Fields of channels that are plotted over time, such as `/energy.kinetic_j`.
     pub fields: &'a [String],
+    /// How the replay begins; `None` for the most telling frame in the colors of the speed.
+    pub view: Option<&'a ViewRequest>,
 }
 
 /// Metrics and plots of one recording.
@@ -149,7 +151,8 @@ pub fn analyze(
     threads: NonZeroUsize,
 ) -> Result<RunAnalysis, UnreadableRecording> {
     let mut observer = models::observer(&run.manifest.model, options.snapshots_at);
-    let mut replay = options.replay_bytes.map(|bytes| ReplayCollector::new(bytes, run));
+    let view = || options.view.cloned().unwrap_or_default();
+    let mut replay = options.replay_bytes.map(|bytes| ReplayCollector::new(bytes, run, view()));
     let mut fields = FieldCollector::new(options.fields);
     let (mut frames, mut end_time, mut failure) = (0, 0.0, None);
     let (mut lacks_states, mut has_end) = (false, true);

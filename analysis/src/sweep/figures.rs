@@ -1,6 +1,7 @@
 //! Plots of a sweep: a metric over a swept number, with one curve per group of equal other coordinates.
 
 use crate::input::coordinates::{self, grouped, last_part, without};
+use crate::input::key_words::words_and_unit;
 use crate::models::MODELS;
 use crate::models::contract::{ModelAnalysis, Ordinate, TradeOff};
 use crate::models::figures::SharedCurve;
@@ -188,40 +189,9 @@ pub(super) fn stem_of(metric: &str) -> String {
     }
 }
 
-pub(super) fn capitalized(text: &str) -> String {
+pub(crate) fn capitalized(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
-}
-
-/// The quantity and the unit of a manifest key or a field of a channel.
-pub(super) fn words_and_unit(key: &str) -> (String, &'static str) {
-    const UNITS: &[(&str, &str)] = &[
-        ("_n_s_per_m", "N s/m"),
-        ("_m2_per_s2", "m²/s²"),
-        ("_au2_per_day2", "AU²/day²"),
-        ("_au2_per_day", "AU²/day"),
-        ("_au_per_day", "AU/day"),
-        ("_percent", "%"),
-        ("_ppm", "ppm"),
-        ("_j_s", "J s"),
-        ("_n_s", "N s"),
-        ("_rad", "rad"),
-        ("_uj", "µJ"),
-        ("_j", "J"),
-        ("_n_per_m", "N/m"),
-        ("_m_per_s2", "m/s²"),
-        ("_m_per_s", "m/s"),
-        ("_rad2", "rad²"),
-        ("_kg", "kg"),
-        ("_days", "days"),
-        ("_au", "AU"),
-        ("_k", "K"),
-        ("_m", "m"),
-        ("_s", "s"),
-    ];
-    let found = UNITS.iter().find_map(|(ending, unit)| Some((key.strip_suffix(ending)?, *unit)));
-    let (words, unit) = found.unwrap_or((key, ""));
-    (words.replace('_', " "), unit)
 }
 
 /// Charts with one curve per run, if there are at least two runs.

@@ -90,16 +90,18 @@ impl Lines<'_> {
                 let law = fit.parameters[0].laws.first().map_or("fit", |law| law.source);
                 let name = if has_theory { name(law) } else { format!("fit ({law})") };
                 let points = saturation_points(scale, range_of(data)?[1]);
-                let line = Some(theory_line(name, data.color, points));
+                let line = Some(comparison(CurveStyle::Fit, name, data.color, points));
                 Some(Fitted { line, text: None })
             }
             FitShape::PowerLaw => {
-                let (exponent, of) = match (theory, first) {
+                let (exponent, of, style) = match (theory, first) {
                     (Some(theory), _) => {
-                        (theory, format!("theory, exponent {}", exponent_text(theory)))
+                        let of = format!("theory, exponent {}", exponent_text(theory));
+                        (theory, of, CurveStyle::Theory)
                     }
                     (None, Some(first)) => {
-                        (first.value, format!("fit, exponent {}", number(first)))
+                        let of = format!("fit, exponent {}", number(first));
+                        (first.value, of, CurveStyle::Fit)
                     }
                     (None, None) => return None,
                 };
@@ -117,7 +119,7 @@ impl Lines<'_> {
                 let line = anchor.filter(|_| !has_theory).and_then(|anchor| {
                     let [low, high] = range_of(data)?;
                     let points = power_points(anchor, exponent, [from.unwrap_or(low), high])?;
-                    Some(theory_line(name(&of), data.color, points))
+                    Some(comparison(style, name(&of), data.color, points))
                 });
                 Some(Fitted { line, text })
             }
@@ -196,7 +198,7 @@ impl Lines<'_> {
             MEASURED => format!("fit, {of}"),
             name => format!("{name}: fit, {of}"),
         };
-        let line = theory_line(name, data.color, drawn);
+        let line = comparison(CurveStyle::Fit, name, data.color, drawn);
         Some(Fitted { line: Some(line), text: Some(format!("fitted {of}")) })
     }
 
@@ -263,8 +265,8 @@ fn exponent_text(exponent: f64) -> String {
     short_number(exponent)
 }
 
-fn theory_line(name: String, color: usize, points: Vec<Point>) -> Curve {
-    Curve { name, style: CurveStyle::Theory, color, points }
+fn comparison(style: CurveStyle, name: String, color: usize, points: Vec<Point>) -> Curve {
+    Curve { name, style, color, points }
 }
 
 /// The least and the greatest abscissa.
@@ -308,6 +310,13 @@ fn power_law(curves: &[Curve], exponent: f64, index: usize) -> Option<Curve> {
     let points: Vec<Point> = data.flat_map(|curve| curve.points.iter().copied()).collect();
     let (low, high) = extremes(points.iter().map(|point| point.x))?;
     let line = power_points(center(&points)?, exponent, [low, high])?;
+    // By turns in dashes and in the dots of the second round of colors.
     let color = (REFERENCE_COLOR + MAX_CURVES - index % MAX_CURVES) % MAX_CURVES;
-    Some(theory_line(format!("exponent {}", exponent_text(exponent)), color, line))
+    let color = color + index % 2 * MAX_CURVES;
+    Some(comparison(
+        CurveStyle::Theory,
+        format!("exponent {}", exponent_text(exponent)),
+        color,
+        line,
+    ))
 }

@@ -3,12 +3,13 @@
 use super::reference_lines::Lines;
 use super::samples::{self, Abscissa, Sample, definition, label, typographic_unit};
 use crate::input::coordinates::{self, grouped, last_part, without};
+use crate::input::key_words::words_and_unit;
 use crate::metric::{Definition, Metric, MetricScope, NEEDS_ALL_STATES};
 use crate::models::chart_needs_all_states;
 use crate::models::figures::time_scale_of;
 use crate::plot::{Axis, Curve, CurveStyle, Plot, Point, Scale, extremes};
 use crate::run::{RunAnalysis, RunStatus};
-use crate::sweep::figures::{MAX_CURVES, capitalized, shared_charts, stem_of, words_and_unit};
+use crate::sweep::figures::{MAX_CURVES, capitalized, shared_charts, stem_of};
 use crate::sweep::{SHARED_STREAMS, SweepPoint, share_random_streams};
 use kinetoscope_console::Message;
 use kinetoscope_console::text::one_line;

@@ -2,6 +2,7 @@
 
 use super::swept_key::{position, swept_key, words};
 use crate::input::coordinates::{self, CoordinateValue, grouped, last_part, value_of};
+use crate::input::key_words::words_and_unit;
 use crate::metric::Definition;
 use crate::models::{MODELS, label_of};
 use crate::number_text::{six_digits, with_error};
@@ -9,7 +10,7 @@ use crate::plot::{Curve, CurveStyle, Point};
 use crate::run::RunAnalysis;
 use crate::statistics::Estimate;
 use crate::sweep::SweepPoint;
-use crate::sweep::figures::{MAX_CURVES, MEASURED, words_and_unit};
+use crate::sweep::figures::{MAX_CURVES, MEASURED};
 use kinetoscope_console::Message;
 use kinetoscope_manifest::{Axis as SweptAxis, Coordinate, RunManifest, manifest_values};
 
@@ -262,7 +263,7 @@ pub(super) fn label(metric: &str) -> (String, bool) {
 }
 
 /// A unit of a metric with raised exponents, such as m²/s²; empty for a pure number.
-pub(super) fn typographic_unit(unit: &str) -> String {
+pub(crate) fn typographic_unit(unit: &str) -> String {
     match unit {
         "1" => String::new(),
         "d" => "days".to_owned(),

@@ -82,6 +82,39 @@ fn travel(view: &str) -> [f64; 2] {
     [0, 1].map(|body| found[body].as_f64().unwrap())
 }
 
+/// The names in the replay of two bodies whose manifest has three bodies and these names.
+fn names_of_two(names: &str) -> Value {
+    let body = |place: u32| {
+        format!(
+            "{{ gm_au3_per_day2 = 1e-4, position_au = [{place}.0, 0.0, 0.0], velocity_au_per_day = [0.0, 0.0{place}, 0.0] }}"
+        )
+    };
+    let [first, second, third] = [1, 2, 3].map(body);
+    let manifest = format!(
+        "name = \"names\"\n[model.orbit]\nduration_days = 1.0\ntime_step_days = 0.1\nbodies = [{first}, {second}, {third}]\n[record]\nframes = 1\nchannels = [\"state\"]\n[view]\nnames = {names}\n"
+    );
+    let folder = Folder::write(&manifest, |_| {
+        frames_of(0..=1, |index, frame| {
+            frame.push_state(&[0.0; 6]);
+            frame.push_state(&[1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
+            f64::from(index)
+        })
+    });
+    assert!(analyze(&[folder.name()]).code != 2);
+    let page = folder.page();
+    let film = page.split("data-film=\"").nth(1).unwrap().split('"').next().unwrap();
+    let film: Value = serde_json::from_str(&film.replace("&quot;", "\"")).unwrap();
+    film["names"].clone()
+}
+
+/// Guarantee: names are drawn only if the run has a body for each: of more names, it is open which body has which. Control: as many names as
+/// bodies are drawn.
+#[test]
+fn names_without_a_body_are_not_drawn() {
+    assert_eq!(names_of_two("[\"Sun\", \"Earth\", \"Moon\"]"), serde_json::json!([]));
+    assert_eq!(names_of_two("[\"Sun\", \"Earth\"]"), serde_json::json!(["Sun", "Earth"]));
+}
+
 #[test]
 #[ignore = "needs chromium"]
 fn planet_rests_in_the_frame_that_rotates_with_it() {

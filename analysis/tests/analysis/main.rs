@@ -52,6 +52,10 @@ mod report_of_unusual_recordings;
 mod index_lists_every_experiment;
 // The plots of the report show values, zoom, and move the replay.
 mod plots_respond_to_the_pointer;
+// The density by height is that of the frame that is shown.
+mod live_distribution_is_that_of_the_frame;
+// Labels at the ends of curves are next to them.
+mod end_labels_are_next_to_their_curves;
 // The replay of a report shows the recorded positions.
 mod replay_shows_the_recording;
 // Two runs play in parallel with one clock.

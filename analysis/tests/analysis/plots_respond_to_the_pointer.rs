@@ -153,7 +153,7 @@ held((async () => {
         metric.selectedIndex = index;
         metric.dispatchEvent(new Event("change"));
         await nextFrames(1);
-        expect(any.querySelector("figcaption").textContent.startsWith(metric.value), `${metric.value} is not plotted`);
+        expect(any.querySelector("figcaption").textContent.startsWith(metric.value.replace(/ \([^()]*\)$/, "")), `${metric.value} is not plotted`);
         expect(any.querySelector(".sheet .curve"), `${metric.value} has no curve`);
         swept += 1;
       }
@@ -196,17 +196,17 @@ fn plots_respond_and_share_the_time_of_the_replay() {
     for (handler, complaint) in [
         ("scrub(isLogX", "the replay is at"),
         ("point(nearest(to));\nscrub", "no values under the pointer"),
-        ("seek.time = time;", "the replay is at"),
+        ("seek.time=time;", "the replay is at"),
         ("setZoom([isWide", "dragging does not zoom"),
-        ("if (isHidden) hidden.delete(each); else hidden.add(each);", "the legend hides nothing"),
+        ("if(isHidden)hidden.delete(each);else hidden.add(each);", "the legend hides nothing"),
         ("${top}h.01`", "a point without neighbors is not drawn"),
     ] {
         assert!(text.contains(handler), "{handler}");
         let harmless = match handler {
             "scrub(isLogX" => "Number(isLogX",
-            "seek.time = time;" => "seek.time ??= time;",
+            "seek.time=time;" => "seek.time??=time;",
             "setZoom([isWide" => "Array.of([isWide",
-            "if (isHidden) hidden.delete(each); else hidden.add(each);" => "",
+            "if(isHidden)hidden.delete(each);else hidden.add(each);" => "",
             "${top}h.01`" => "${top}`",
             _ => "scrub",
         };

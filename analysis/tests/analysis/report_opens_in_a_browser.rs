@@ -78,7 +78,7 @@ held((async () => {
     await nextFrames(5);
     checkPage();
   }
-  for (const svg of document.querySelectorAll("figure:not([hidden]) > svg")) {
+  for (const svg of document.querySelectorAll("figure:not([hidden]) > svg, .plane > svg")) {
     const sheet = svg.getBoundingClientRect();
     // The picture of a flat box is flat.
     if (!(sheet.width > 100 && sheet.height > 60)) faults.push("a plot without a size");
@@ -101,7 +101,7 @@ held((async () => {
     }));
   }
   if (performance.getEntriesByType("resource").length) faults.push("something was fetched");
-  const found = `plots ${document.querySelectorAll("figure:not([hidden]) > svg").length}; faults ${JSON.stringify(faults)}`;
+  const found = `plots ${document.querySelectorAll("figure:not([hidden]) > svg, .plane > svg").length}; faults ${JSON.stringify(faults)}`;
   document.title = found;
   parent.postMessage(found, "*");
 })());

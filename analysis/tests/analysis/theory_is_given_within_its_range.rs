@@ -293,7 +293,7 @@ fn plots_show_theory_within_its_range_only() {
         let data = data.split("</script>").next().expect("its end");
         let data: serde_json::Value = serde_json::from_str(data).expect("JSON");
         let metrics = data["metrics"].as_array().expect("metrics");
-        let metric = metrics.iter().find(|metric| metric["name"] == "restitution.measured");
+        let metric = metrics.iter().find(|metric| metric["name"] == "Measured restitution");
         let in_sweep = !metric.expect("the metric")["t"].as_array().expect("a list").is_empty();
         [svg.contains("theory"), in_sweep]
     };

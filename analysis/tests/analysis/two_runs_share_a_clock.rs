@@ -7,7 +7,7 @@
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 #![allow(clippy::disallowed_methods, reason = "positions of a test need no fixed bits")]
 
-use crate::browser::examined;
+use crate::browser::{element, examined};
 use crate::synthetic::{Folder, Frames, analyze};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::DemTemperature;
@@ -121,6 +121,110 @@ fn second_run_follows_the_clock_of_the_first_one() {
         assert!(widths.iter().all(|width| *width > 300.0 && *width < 700.0), "{widths:?}");
     }
     assert!(found[5]["time"] == 1.0, "{}", found[5]["time"]);
+}
+
+/// Appended to the page: the last time that the clock reaches, and the notes below both players there, with each run in front.
+const ENDS: &str = r#"<script>
+held((async () => {
+  const found = [];
+  try {
+    for (const run of [0, 1]) {
+      await replay.select(run);
+      await replay.second.select(1 - run);
+      replay.show(1e9);
+      found.push([replay.time, ...[...document.querySelectorAll(".player .note")].map((note) => note.textContent)]);
+    }
+    // With one player, the clock ends with its run.
+    document.querySelector(".pair").click();
+    replay.show(1e9);
+    found.push([replay.time]);
+  } catch (error) { console.error(String(error)); }
+  document.title = JSON.stringify(found);
+})());
+</script>"#;
+
+/// Guarantee: of two runs that are shown, one that ends before the other is marked, and the clock goes on until both have ended. Control: runs of
+/// equal length are not marked.
+#[test]
+#[ignore = "needs chromium"]
+fn run_that_ends_early_is_marked_and_the_clock_goes_on() {
+    let found = |last: usize| -> Value {
+        let folder = Folder::write(&format!("{MANIFEST}{SWEEP}"), |manifest| {
+            let mut all = frames(manifest);
+            let is_first = manifest.canonical().contains("restitution = 0.5");
+            all.truncate(if is_first { last } else { all.len() });
+            all
+        });
+        assert!(analyze(&[folder.name()]).code != 2);
+        let (dom, console) = examined(&folder.path().join("report.html"), ENDS, false);
+        assert!(console.is_empty(), "{console}");
+        serde_json::from_str(element(&dom, "title")).unwrap()
+    };
+    let mark = "This run ended at t = 0.5 s, before another one.";
+    let is_marked = |note: &Value| note.as_str().unwrap().contains(mark);
+    let short = found(31);
+    let reaches_the_end = |shown: &Value| shown[0].as_f64() == Some(1.0);
+    assert!(short.as_array().unwrap().iter().all(reaches_the_end), "{short}");
+    assert!(is_marked(&short[0][1]) && !is_marked(&short[0][2]), "{short}");
+    assert!(!is_marked(&short[1][1]) && is_marked(&short[1][2]), "{short}");
+    // Control.
+    let equal = found(61);
+    assert!(!equal.to_string().contains("before another one"), "{equal}");
+}
+
+/// Guarantee: on request, all runs of a sweep play in parallel, up to six, each once and at the time of the first one. Control: without it, there are two.
+#[test]
+#[ignore = "needs chromium"]
+fn further_runs_follow_the_clock_on_request() {
+    let sweep = "[sweep]\n\"model.dem.restitution\" = [0.5, 0.6, 0.7, 0.8]\n";
+    let folder = Folder::write(&format!("{MANIFEST}{sweep}"), frames);
+    analyze(&[folder.name()]).exited_with(0);
+    let script = "<script>held((async () => { await replay.ready; await replay.second.ready; const many = document.querySelector('.many'), found = []; \
+        const note = async (count) => { await until(() => players().length === count); replay.show(30); await nextFrames(2); found.push(players().map(({ file, time, canvas }) => [file, time, canvas.clientWidth])); }; \
+        await note(2); many.click(); await note(4); many.click(); await note(2); document.title = JSON.stringify(found); })());</script>";
+    let (dom, console) = examined(&folder.path().join("report.html"), script, false);
+    assert!(console.is_empty(), "{console}");
+    let found: Vec<Vec<(String, f64, f64)>> = serde_json::from_str(element(&dom, "title")).unwrap();
+    let counts: Vec<usize> = found.iter().map(Vec::len).collect();
+    assert_eq!(counts, [2, 4, 2]);
+    let files: std::collections::BTreeSet<&str> =
+        found[1].iter().map(|(file, ..)| file.as_str()).collect();
+    assert_eq!(files.len(), 4, "{files:?}");
+    for (file, time, width) in &found[1] {
+        assert!((time - 0.5).abs() < 1e-12 && *width > 100.0, "{file}: {time}, {width} px");
+    }
+}
+
+/// Guarantee: menus name runs, metrics and swept keys in words with their units, not by the names of the manifest and of `metrics.json`. Control: the file
+/// with the numbers has these names.
+#[test]
+fn menus_are_in_words_with_units() {
+    let sweep = "[sweep]\n\"model.dem.height_m\" = [1.0, 2.5]\n";
+    let manifest = format!("{}{sweep}", MANIFEST.replace("height_m = 1.0\n", ""));
+    let folder = Folder::write(&manifest, frames);
+    analyze(&[folder.name()]).exited_with(0);
+    let page = folder.page();
+    let options: Vec<&str> = page
+        .split("<option")
+        .skip(1)
+        .map(|rest| rest.split("</option>").next().unwrap())
+        .map(|option| option.split_once('>').unwrap().1)
+        .collect();
+    assert!(
+        options.contains(&"height = 1 m") && options.contains(&"height = 2.5 m"),
+        "{options:?}"
+    );
+    assert!(options.contains(&"height (m)"), "{options:?}");
+    let is_name = |option: &&&str| {
+        option.contains('_')
+            || option
+                .chars()
+                .zip(option.chars().skip(1))
+                .any(|(dot, next)| dot == '.' && next.is_alphabetic())
+    };
+    assert_eq!(options.iter().find(is_name), None);
+    let numbers = std::fs::read_to_string(folder.path().join("metrics.csv")).unwrap();
+    assert!(numbers.contains("height_m") && options.len() > 20, "control: {options:?}");
 }
 
 #[test]

@@ -9,6 +9,7 @@ use crate::metric::{Measurements, Quantity};
 use crate::statistics::Estimate;
 use kinetoscope_manifest::model::{GasConfig, PositionDistribution, SpeedScale};
 use kinetoscope_recording::reader::StateTable;
+use serde::Serialize;
 use std::f64::consts::PI;
 
 /// Number of layers of equal height.
@@ -103,6 +104,28 @@ pub(super) fn relative_density(layer: usize, fraction: f64) -> f64 {
     let chord = |y: f64| y * (1.0 - y * y).max(0.0).sqrt() + libm::asin(y);
     let edge = |layer: usize| (2.0 * layer as f64 / LAYERS as f64 - 1.0).clamp(-1.0, 1.0);
     fraction * PI / (chord(edge(layer + 1)) - chord(edge(layer)))
+}
+
+/// What the density by height is compared with: the heights of the lowest and the highest border, m, and for each layer the fraction of the area and, by the
+/// barometric law, that of the particles.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct HeightLayers {
+    range: [f64; 2],
+    areas: Vec<f64>,
+    law: Vec<f64>,
+}
+
+impl HeightLayers {
+    /// The layers of a container at rest; `None` without gravity or a temperature.
+    pub(crate) fn of(config: &GasConfig) -> Option<Self> {
+        let law = BarometricLaw::of(config)?;
+        let (center, radius) = (config.center_m[1].get(), config.radius_m.get());
+        // Five digits are more than a picture shows.
+        let short = |value: f64| libm::round(value * 1e5) / 1e5;
+        let areas = (0..LAYERS).map(|layer| short(1.0 / relative_density(layer, 1.0))).collect();
+        let law = law.fractions.map(short).to_vec();
+        Some(Self { range: [center - radius, center + radius], areas, law })
+    }
 }
 
 impl GasRun {

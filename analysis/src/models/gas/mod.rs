@@ -16,6 +16,8 @@ mod state;
 mod sweep;
 mod wall_collisions;
 
+pub(super) use layers::HeightLayers;
+
 use crate::models::contract::{Extent, ModelAnalysis, PlottedObserver};
 use crate::models::snapshots::Snapshots;
 use crate::plot::drawing;
