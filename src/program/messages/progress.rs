@@ -76,12 +76,17 @@ impl ProgressDisplay {
         let _ = self.bars.clear();
     }
 
-    fn line(&self, text: &str) {
+    /// Prints above the bars.
+    pub(crate) fn above(&self, print: impl FnOnce()) {
         if self.on_terminal {
-            self.bars.suspend(|| complain(text, false));
+            self.bars.suspend(print);
         } else {
-            complain(text, false);
+            print();
         }
+    }
+
+    fn line(&self, text: &str) {
+        self.above(|| complain(text, false));
     }
 }
 
