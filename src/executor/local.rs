@@ -11,8 +11,12 @@ use rayon::ThreadPoolBuilder;
 use std::num::NonZeroUsize;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc::{Sender, channel};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::{self, Builder};
+use std::time::Duration;
+
+/// Time after which reports are passed on.
+const BETWEEN_REPORTS: Duration = Duration::from_millis(50);
 
 /// The number of threads. It does not change a byte of a recording.
 #[derive(Clone, Copy, Debug)]
@@ -44,7 +48,9 @@ pub fn run_all(
     let next = AtomicUsize::new(0);
     let memory = MemoryBudget::of_this_machine();
     let work = |reports: Sender<(usize, Report)>| {
-        let pool = ThreadPoolBuilder::new().num_threads(pool_size.threads.get()).build();
+        // A pool without this thread would wake another one for each run, and a program of many short runs would wait for it.
+        let pool = ThreadPoolBuilder::new().num_threads(pool_size.threads.get());
+        let pool = pool.use_current_thread().build();
         while !context.interrupt.is_raised() {
             let index = next.fetch_add(1, Ordering::Relaxed);
             let Some((run, folder)) = runs.get(index) else { break };
@@ -72,17 +78,28 @@ pub fn run_all(
     };
     thread::scope(|scope| {
         let (sender, reports) = channel();
+        // Closed when the last thread ends.
+        let (alive, threads) = channel::<()>();
         let is_started = |_: &usize| {
-            let (work, sender) = (&work, sender.clone());
-            Builder::new().spawn_scoped(scope, move || work(sender)).is_ok()
+            let (work, sender, alive) = (&work, sender.clone(), alive.clone());
+            let execute = move || {
+                work(sender);
+                drop(alive);
+            };
+            Builder::new().spawn_scoped(scope, execute).is_ok()
         };
         let started = (0..pool_size.jobs.get().min(runs.len())).filter(is_started).count();
         // If the system starts no thread, the runs are executed on this one.
         if started == 0 {
             work(sender.clone());
         }
-        drop(sender);
-        reports.into_iter().for_each(|(index, report)| ended(index, report));
+        drop((sender, alive));
+        // A report does not wake this thread: of many short runs, each would interrupt another one.
+        let mut is_over = false;
+        while !is_over {
+            is_over = threads.recv_timeout(BETWEEN_REPORTS) == Err(RecvTimeoutError::Disconnected);
+            reports.try_iter().for_each(|(index, report)| ended(index, report));
+        }
     });
 }
 
