@@ -10,9 +10,13 @@ use kinetoscope_recording::recorder::Outcome;
 use rayon::ThreadPoolBuilder;
 use std::num::NonZeroUsize;
 use std::path::Path;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::{self, Builder};
+use std::time::Duration;
+
+/// Time after which reports are passed on.
+const BETWEEN_REPORTS: Duration = Duration::from_millis(50);
 
 /// The number of threads. It does not change a byte of a recording.
 #[derive(Clone, Copy, Debug)]
@@ -23,28 +27,33 @@ pub struct LocalPool {
     pub threads: NonZeroUsize,
 }
 
-/// Result of one run; `None` if the execution was interrupted before its start.
-pub type Result<'a> = (&'a PlannedRun, Option<std::result::Result<RunReport, RunError>>);
+/// What became of a run that was not stopped before its first frame.
+pub type Report = Result<RunReport, RunError>;
 
-/// Executes the runs in the given order, at most `jobs` in parallel and only as many as fit into the memory, and returns their
-/// results. The failure of one run does not stop the others. `after` is called for each finished recording, on the thread of its
-/// run.
-pub fn run_all<'a>(
-    runs: &[&'a PlannedRun],
-    folder: &Path,
+/// A run to be executed, and the folder of its recording.
+pub type QueuedRun<'a> = (&'a PlannedRun, &'a Path);
+
+/// Executes the runs in the given order, at most `jobs` in parallel and only as many as fit into the memory. The failure of one run
+/// does not stop the others. `after` is called for each finished recording, on the thread of its run; `ended` for each report, on
+/// the calling thread, while other runs are executed. Both receive the index of the run. After an interrupt, runs have no report if
+/// they were not started.
+pub fn run_all(
+    runs: &[QueuedRun<'_>],
     pool_size: LocalPool,
     context: RunContext<'_>,
     progress: &dyn ExecutionObserver,
-    after: &(dyn Fn(&PlannedRun) + Sync),
-) -> Vec<Result<'a>> {
+    after: &(dyn Fn(usize) + Sync),
+    ended: &mut dyn FnMut(usize, Report),
+) {
     let next = AtomicUsize::new(0);
     let memory = MemoryBudget::of_this_machine();
-    let finished = Mutex::new(Vec::with_capacity(runs.len()));
-    let work = || {
-        let pool = ThreadPoolBuilder::new().num_threads(pool_size.threads.get()).build();
+    let work = |reports: Sender<(usize, Report)>| {
+        // A pool without this thread would wake another one for each run, and a program of many short runs would wait for it.
+        let pool = ThreadPoolBuilder::new().num_threads(pool_size.threads.get());
+        let pool = pool.use_current_thread().build();
         while !context.interrupt.is_raised() {
             let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(run) = runs.get(index) else { break };
+            let Some((run, folder)) = runs.get(index) else { break };
             let needed = run.estimate().map_or(0, |estimate| estimate.memory_bytes);
             let _memory = memory.take(needed);
             let bar = progress.start_run(&run.stem);
@@ -61,32 +70,41 @@ pub fn run_all<'a>(
                 && report.outcome != Outcome::Interrupted
             {
                 keep_timing(run, folder, report, pool_size.jobs);
-                after(run);
+                after(index);
             }
-            finished
-                .lock()
-                .unwrap_or_else(std::sync::PoisonError::into_inner)
-                .push((index, report));
+            // The receiver is dropped after the last sender.
+            let _ = reports.send((index, report));
         }
     };
     thread::scope(|scope| {
-        let jobs = 0..pool_size.jobs.get().min(runs.len());
-        let started = jobs.filter(|_| Builder::new().spawn_scoped(scope, work).is_ok()).count();
+        let (sender, reports) = channel();
+        // Closed when the last thread ends.
+        let (alive, threads) = channel::<()>();
+        let is_started = |_: &usize| {
+            let (work, sender, alive) = (&work, sender.clone(), alive.clone());
+            let execute = move || {
+                work(sender);
+                drop(alive);
+            };
+            Builder::new().spawn_scoped(scope, execute).is_ok()
+        };
+        let started = (0..pool_size.jobs.get().min(runs.len())).filter(is_started).count();
         // If the system starts no thread, the runs are executed on this one.
         if started == 0 {
-            work();
+            work(sender.clone());
+        }
+        drop((sender, alive));
+        // A report does not wake this thread: of many short runs, each would interrupt another one.
+        let mut is_over = false;
+        while !is_over {
+            is_over = threads.recv_timeout(BETWEEN_REPORTS) == Err(RecvTimeoutError::Disconnected);
+            reports.try_iter().for_each(|(index, report)| ended(index, report));
         }
     });
-    let finished = finished.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-    let mut results: Vec<Result<'a>> = runs.iter().map(|run| (*run, None)).collect();
-    for (index, report) in finished {
-        results[index].1 = Some(report);
-    }
-    results
 }
 
 /// Whether an interrupt stopped a run before its start was complete.
-fn is_stopped(report: &std::result::Result<RunReport, RunError>) -> bool {
+fn is_stopped(report: &Report) -> bool {
     matches!(report, Err(RunError::Setup(error)) if *error == SetupError::stopped())
 }
 

@@ -9,12 +9,12 @@ pub mod why;
 use crate::plan::preparation::{Preparation, RunPreparation, StartProgress};
 use crate::run::RunSpec;
 use crate::run::prepared::Prepared;
-use crate::run::resources::Estimate;
 use crate::run::resources::memory::{self, PROGRAM_BYTES};
 use crate::run::resources::sample::sample_of;
+use crate::run::resources::{Estimate, nominal_seconds};
 use kinetoscope_manifest::{Experiment, PlotRequest, Run, RunKey, RunManifest, run_key};
 use kinetoscope_physics::kind_of;
-use kinetoscope_physics::model::SetupError;
+use kinetoscope_physics::model::{Extent, SetupError};
 use kinetoscope_recording::channels::SCHEMA_VERSION;
 use kinetoscope_recording::layout::{layout_json, without_time_scale};
 use kinetoscope_recording::reader::Recording;
@@ -153,8 +153,7 @@ impl Kept {
             self.layout = Some((height, index, layout_json(&start.header, &self.requests).ok()));
         }
         self.time_scales.insert(start.header.simulated_per_second());
-        let bytes = estimate.memory_bytes.saturating_sub(PROGRAM_BYTES);
-        self.free_bytes = self.free_bytes.checked_sub(bytes)?;
+        self.free_bytes = self.free_bytes.checked_sub(start_bytes(estimate))?;
         Some(start)
     }
 
@@ -162,6 +161,11 @@ impl Kept {
         let (.., layout) = self.layout?;
         if self.time_scales.len() > 1 { without_time_scale(&layout?).ok() } else { layout }
     }
+}
+
+/// Upper estimate of the memory of a start.
+fn start_bytes(estimate: &Estimate) -> u64 {
+    estimate.memory_bytes.saturating_sub(PROGRAM_BYTES)
 }
 
 impl Plan {
@@ -282,6 +286,14 @@ impl Plan {
         runs
     }
 
+    /// Upper estimate of the memory of the starts that this plan has kept.
+    #[must_use]
+    pub fn kept_bytes(&self) -> u64 {
+        let kept = self.runs.iter().filter(|run| run.has_start());
+        let bytes = kept.filter_map(PlannedRun::estimate).map(start_bytes);
+        bytes.fold(0, u64::saturating_add)
+    }
+
     /// The runs that cannot be executed, with the reason.
     pub fn rejected(&self) -> impl Iterator<Item = (&PlannedRun, &SetupError)> {
         self.runs.iter().filter_map(|run| match &run.status {
@@ -333,6 +345,19 @@ impl PlannedRun {
             Status::ToDo(estimate) => Some(estimate),
             Status::Done(_) | Status::Rejected(_) => None,
         }
+    }
+
+    /// Seconds on one core within a factor of some three, to order the runs of several experiments. Of a run that ends at a time, the
+    /// number of events is not known, and only the frames count.
+    #[must_use]
+    pub fn nominal_seconds(&self) -> f64 {
+        self.estimate().map_or(0.0, |estimate| {
+            let count = match estimate.extent {
+                Extent::Steps { total, .. } | Extent::Events(total) => total,
+                Extent::Time(_) => 0,
+            };
+            nominal_seconds(&self.run.manifest, count, estimate.frames)
+        })
     }
 
     /// The outcome of its finished recording in `folder`, whose whole key is checked.

@@ -54,6 +54,9 @@ mod bare_names;
 mod baselines;
 // Scenes of all models with changes of their physics.
 mod changed_physics;
+// The runs of several manifests share the processors.
+#[cfg(unix)]
+mod experiments_share_processors;
 // The scripts of `action/` for CI systems.
 #[cfg(unix)]
 mod ci_scripts;

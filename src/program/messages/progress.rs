@@ -38,6 +38,14 @@ pub(crate) struct ProgressDisplay {
     heartbeat: Mutex<Option<Heartbeat>>,
 }
 
+/// What shows the progress of runs.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum ProgressOutput {
+    None,
+    Bars,
+    Lines,
+}
+
 /// The progress of one run.
 struct RunProgress<'a> {
     display: &'a ProgressDisplay,
@@ -76,24 +84,39 @@ impl ProgressDisplay {
         let _ = self.bars.clear();
     }
 
-    fn line(&self, text: &str) {
-        if self.on_terminal {
-            self.bars.suspend(|| complain(text, false));
-        } else {
-            complain(text, false);
+    fn output(&self) -> ProgressOutput {
+        match (self.verbosity, self.on_terminal) {
+            (Verbosity::Quiet, _) => ProgressOutput::None,
+            (_, true) => ProgressOutput::Bars,
+            (_, false) => ProgressOutput::Lines,
         }
+    }
+
+    /// Prints above the bars.
+    pub(crate) fn above(&self, print: impl FnOnce()) {
+        if self.on_terminal {
+            self.bars.suspend(print);
+        } else {
+            print();
+        }
+    }
+
+    fn line(&self, text: &str) {
+        self.above(|| complain(text, false));
     }
 }
 
 impl ExecutionObserver for ProgressDisplay {
     fn start_run<'a>(&'a self, stem: &str) -> Box<dyn RunObserver + 'a> {
-        let bar = if self.verbosity == Verbosity::Quiet || !self.on_terminal {
-            ProgressBar::hidden()
-        } else {
-            self.bars.insert_before(&self.total, ProgressBar::new(1))
+        let bar = match self.output() {
+            ProgressOutput::Bars => {
+                let bar = self.bars.insert_before(&self.total, ProgressBar::new(1));
+                let run = style("{wide_bar} {pos}/{len} frames {rate:>8} {eta:>4} left");
+                bar.set_style(run.with_key("rate", rate));
+                bar
+            }
+            ProgressOutput::Lines | ProgressOutput::None => ProgressBar::hidden(),
         };
-        let run = style("{wide_bar} {pos}/{len} frames {rate:>8} {eta:>4} left");
-        bar.set_style(run.with_key("rate", rate));
         self.activity.start(stem);
         Box::new(RunProgress { display: self, stem: stem.to_owned(), bar })
     }
@@ -114,9 +137,14 @@ impl ExecutionObserver for ProgressDisplay {
 
 impl RunObserver for RunProgress<'_> {
     fn frame(&self, done: u64, of: u64) {
-        self.bar.set_length(of);
-        self.bar.set_position(done);
-        self.display.activity.set_frames(&self.stem, done, of);
+        match self.display.output() {
+            ProgressOutput::Bars => {
+                self.bar.set_length(of);
+                self.bar.set_position(done);
+            }
+            ProgressOutput::Lines => self.display.activity.set_frames(&self.stem, done, of),
+            ProgressOutput::None => {}
+        }
     }
 
     fn finish(self: Box<Self>, report: &Result<RunReport, RunError>) {

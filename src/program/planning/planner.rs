@@ -68,9 +68,7 @@ impl Planner<'_> {
                 Failure::of(exit::of_storage(error.is_retryable()), error.message())
             })?;
         }
-        let processors = std::thread::available_parallelism().ok();
-        let jobs = self.jobs.or(processors).unwrap_or(NonZeroUsize::MIN).get();
-        let jobs = jobs.min(plan.to_do().len().max(1));
+        let jobs = parallel_runs(self.jobs, plan.to_do().len());
         Ok(Planned { plan, depot, jobs })
     }
 
@@ -83,6 +81,13 @@ impl Planner<'_> {
         let is_finished = planned.plan.to_do().is_empty();
         is_finished.then(|| Planner { force: true, ..*self }.plan(experiment)).transpose()
     }
+}
+
+/// The number of runs in parallel out of `runs`: as requested, otherwise one per processor.
+pub(crate) fn parallel_runs(requested: Option<NonZeroUsize>, runs: usize) -> usize {
+    let processors = std::thread::available_parallelism().ok();
+    let jobs = requested.or(processors).unwrap_or(NonZeroUsize::MIN).get();
+    jobs.min(runs.max(1))
 }
 
 impl Planned {

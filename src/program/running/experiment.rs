@@ -1,7 +1,7 @@
-//! One experiment from its manifest to its recordings: the plan, the execution, and the errors of the runs.
+//! One experiment from its manifest to its recordings: the plan, what precedes the runs, and the errors of the runs.
 
 use crate::comparison::rerun::stop_if_interrupted;
-use crate::executor::{Executor, MAX_THREADS, TaskOptions};
+use crate::executor::{Executor, TaskOptions};
 use crate::messages::exit;
 use crate::messages::progress::ProgressDisplay;
 use crate::messages::{Failure, bad, complain, describe, disk_shortage, plural, summary};
@@ -11,12 +11,12 @@ use crate::running::arguments::RunArguments;
 use crate::running::results::{self, RunResult};
 use kinetoscope::executor::cluster::queue;
 use kinetoscope::executor::cluster::scheduler::Engine;
-use kinetoscope::executor::local::{self, LocalPool};
+use kinetoscope::executor::local;
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope::outputs::sidecars;
-use kinetoscope::plan::Plan;
 use kinetoscope::plan::prune::StaleFiles;
-use kinetoscope::run::{RunContext, RunReport};
+use kinetoscope::plan::{Plan, PlannedRun};
+use kinetoscope::run::RunReport;
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::{one_line, shown_path};
 use kinetoscope_files::output_file;
@@ -26,11 +26,7 @@ use serde_json::{Value as Json, json};
 use std::cell::OnceCell;
 use std::fs;
 use std::io;
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-
-/// What a signal is answered with.
-const INTERRUPTED: &str = "Interrupted. Run the same command again to resume.";
 
 /// One experiment of a call of the program.
 pub(crate) struct Execution<'a> {
@@ -39,7 +35,7 @@ pub(crate) struct Execution<'a> {
     /// The overrides of the manifest, `KEY=VALUE`.
     pub(crate) overrides: &'a [String],
     pub(crate) force: bool,
-    pub(crate) experiment: &'a Experiment,
+    pub(crate) experiment: Box<Experiment>,
     /// Listens to signals from the first run on.
     pub(crate) interrupt: &'a OnceCell<Interrupt>,
 }
@@ -57,44 +53,84 @@ pub(crate) struct Executed {
     pub(crate) json: Option<Json>,
 }
 
+/// An experiment before its runs.
+pub(crate) enum Begun {
+    /// Its runs are planned. After an interrupt, the plan is incomplete.
+    Planned(Planned),
+    /// None of its runs is to be executed.
+    Ended(Executed),
+}
+
 impl Execution<'_> {
-    /// Executes the runs that have no recording yet.
-    pub(crate) fn run(&self) -> Result<Executed, Failure> {
+    /// Plans the runs that have no recording yet, and prints the plan.
+    pub(crate) fn begin(&self) -> Result<Begun, Failure> {
         self.reject_folder_options()?;
         self.check_outputs()?;
         let interrupt = self.listen()?;
         let planner = Planner { force: self.force, ..self.arguments.planner(interrupt) };
-        let planned = planner.plan(self.experiment)?;
-        if let Some(code) = interrupt.exit_code() {
-            complain(INTERRUPTED);
-            let concluded = self.concluded(&planned, &[], Exit::Signal(code));
-            return Ok(Executed { destination: None, ..concluded });
+        let planned = planner.plan(&self.experiment)?;
+        if interrupt.is_raised() {
+            return Ok(Begun::Planned(planned));
         }
-        planned.reject_invalid_starts(self.experiment)?;
-        let Planned { plan, depot, jobs } = &planned;
-        let execution = &self.arguments.execution;
-        if execution.dry_run {
-            let rerun = planner.rerun(self.experiment, &planned)?;
-            return self.dry_run(&planned, rerun.as_ref(), interrupt);
+        planned.reject_invalid_starts(&self.experiment)?;
+        if self.arguments.execution.dry_run {
+            let rerun = planner.rerun(&self.experiment, &planned)?;
+            return self.dry_run(&planned, rerun.as_ref(), interrupt).map(Begun::Ended);
         }
-        self.say(&describe(self.experiment, plan, *jobs, &planned.destination()));
+        self.say(&describe(&self.experiment, &planned.plan, planned.jobs, &planned.destination()));
+        Ok(Begun::Planned(planned))
+    }
+
+    /// The error if the disk is too small for the recordings, of which `reserved` bytes belong to other experiments.
+    pub(crate) fn disk_shortage(&self, planned: &Planned, reserved: u64) -> Option<Failure> {
+        let Planned { plan, depot, jobs } = planned;
         let at_once = if depot.is_some() { *jobs } else { plan.runs.len() };
-        let option = self.arguments.output.option_of_folder();
-        if let Some(failure) = disk_shortage(plan, plan.bytes_at_once(at_once), option) {
-            return Err(failure);
-        }
+        let needed = plan.bytes_at_once(at_once).saturating_add(reserved);
+        disk_shortage(plan, needed, self.arguments.output.option_of_folder())
+    }
+
+    /// Whether other processes execute the runs.
+    pub(crate) fn is_elsewhere(&self) -> bool {
+        let arguments = &self.arguments.executor;
+        arguments.executor != Executor::Local || arguments.export_commands.is_some()
+    }
+
+    /// Exports the runs as commands, or executes them on a cluster.
+    pub(crate) fn execute_elsewhere(&self, planned: &Planned) -> Result<Executed, Failure> {
         if self.force && self.arguments.executor.executor != Executor::Local {
             return Err(bad(
                 "--force is not supported on a cluster, whose tasks skip finished runs",
             )
             .help("remove the recordings to rerun"));
         }
-        let mut executed = self.execute(&planned)?;
-        if execution.prune && executed.exit == Exit::Done {
-            self.prune(plan)?;
+        let interrupt = self.listen()?;
+        self.prepare_folder(planned, interrupt)?;
+        if let Some(file) = &self.arguments.executor.export_commands {
+            self.export(file, &planned.plan)?;
+            let executed = self.concluded(planned, &[], Exit::Done);
+            return Ok(Executed { destination: None, ..executed });
         }
-        if executed.exit != Exit::Done || self.arguments.executor.export_commands.is_some() {
-            executed.destination = None;
+        match self.arguments.executor.executor.engine() {
+            Some(engine) => {
+                let executed = self.execute_on_cluster(engine, planned, interrupt)?;
+                self.prune_finished(planned, executed)
+            }
+            None => Ok(self.concluded(planned, &[], Exit::Done)),
+        }
+    }
+
+    /// The result without any run.
+    pub(crate) fn not_executed(&self, planned: &Planned, exit: Exit) -> Executed {
+        Executed { destination: None, ..self.concluded(planned, &[], exit) }
+    }
+
+    /// Removes stale files after runs without errors. Only then can the recordings be analyzed.
+    fn prune_finished(&self, planned: &Planned, executed: Executed) -> Result<Executed, Failure> {
+        if executed.exit != Exit::Done {
+            return Ok(Executed { destination: None, ..executed });
+        }
+        if self.arguments.execution.prune {
+            self.prune(&planned.plan)?;
         }
         Ok(executed)
     }
@@ -142,7 +178,7 @@ impl Execution<'_> {
         rerun: Option<&Planned>,
         interrupt: &Interrupt,
     ) -> Result<Executed, Failure> {
-        let (manifest, experiment) = (self.manifest, self.experiment);
+        let (manifest, experiment) = (self.manifest, &*self.experiment);
         let checked = PlanReport::new(manifest, experiment, planned, rerun, interrupt);
         stop_if_interrupted(interrupt)?;
         self.say(&checked.text());
@@ -191,75 +227,56 @@ impl Execution<'_> {
         Ok(self.interrupt.get_or_init(|| interrupt))
     }
 
-    fn execute(&self, planned: &Planned) -> Result<Executed, Failure> {
-        let Planned { plan, depot, .. } = planned;
-        let interrupt = self.listen()?;
+    /// Writes what exists before the first run.
+    pub(crate) fn prepare_folder(
+        &self,
+        planned: &Planned,
+        interrupt: &Interrupt,
+    ) -> Result<(), Failure> {
+        let plan = &planned.plan;
         // The side files exist when a task starts, and several tasks run at the same time.
-        let experiment = (!self.is_task()).then_some(self.experiment);
+        let experiment = (!self.is_task()).then_some(&*self.experiment);
         prepare_folder(experiment, plan).map_err(|error| {
             let option = self.arguments.output.option_of_folder();
             let what = format!("cannot write to {}: {error}", shown_path(&plan.folder));
             Failure::new(exit::of_output(&error), what)
                 .help(format!("make it writable, or choose another folder with {option} DIR; then run the same command again"))
         })?;
-        if let Some(depot) = depot {
-            depot.put_all(plan, !self.is_task(), &|| interrupt.is_raised());
-        }
-        if let Some(file) = &self.arguments.executor.export_commands {
-            self.export(file, plan)?;
-            return Ok(self.concluded(planned, &[], Exit::Done));
-        }
-        match self.arguments.executor.executor.engine() {
-            Some(engine) => self.execute_on_cluster(engine, planned, interrupt),
-            None => self.execute_here(planned, interrupt),
+        self.upload_all(planned, interrupt);
+        Ok(())
+    }
+
+    /// Uploads what is recorded, if the recordings go to object storage.
+    fn upload_all(&self, planned: &Planned, interrupt: &Interrupt) {
+        if let Some(depot) = &planned.depot {
+            depot.put_all(&planned.plan, !self.is_task(), &|| interrupt.is_raised());
         }
     }
 
-    fn execute_here(&self, planned: &Planned, interrupt: &Interrupt) -> Result<Executed, Failure> {
-        let Planned { plan, depot, jobs } = planned;
-        let arguments = self.arguments;
-        let runs = plan.to_do_by_cost();
-        let live = if runs.is_empty() { None } else { arguments.live.open(interrupt)? };
-        if let Some(live) = &live {
-            arguments.messages.say_commands(&arguments.live.invitation(live, plan));
+    /// Uploads and analyzes the recordings, as far as that is requested.
+    pub(crate) fn process_recordings(&self, planned: &Planned, interrupt: &Interrupt) {
+        self.upload_all(planned, interrupt);
+        if self.arguments.executor.analyze && !interrupt.is_raised() {
+            self.analyze(&planned.plan);
         }
-        let gnuplot = if runs.is_empty() { None } else { arguments.live.gnuplot_loop()? };
-        let progress = ProgressDisplay::new(runs.len(), arguments.verbosity());
-        let stop = || interrupt.is_raised();
-        let results = local::run_all(
-            &runs,
-            &plan.folder,
-            self.workforce(*jobs),
-            RunContext {
-                interrupt,
-                checkpoint_every: arguments.execution.checkpoint_every,
-                on_frame: &|_, _| {},
-                live: live.as_ref(),
-                gnuplot: gnuplot.as_ref(),
-            },
-            &progress,
-            &|run| {
-                if let Some(depot) = depot {
-                    depot.put_soon(run, &plan.folder, &stop);
-                }
-            },
-        );
-        progress.close();
-        drop(live);
-        if let Some(depot) = depot {
-            depot.put_all(plan, !self.is_task(), &stop);
-        }
-        if arguments.executor.analyze && !interrupt.is_raised() {
-            self.analyze(plan);
-        }
+    }
+
+    /// Prints what the runs of this machine have left, and their errors.
+    pub(crate) fn conclude(
+        &self,
+        planned: &Planned,
+        reports: &[(&PlannedRun, Option<local::Report>)],
+        interrupt: &Interrupt,
+    ) -> Result<Executed, Failure> {
+        let plan = &planned.plan;
         let endings: Vec<&RunReport> =
-            results.iter().filter_map(|(_, result)| result.as_ref()?.as_ref().ok()).collect();
+            reports.iter().filter_map(|(_, report)| report.as_ref()?.as_ref().ok()).collect();
         self.say(&summary(plan, &endings));
-        let results: Vec<RunResult<'_>> = results
+        let results: Vec<RunResult<'_>> = reports
             .iter()
-            .map(|(run, result)| (*run, result.as_ref().map(results::of_run)))
+            .map(|(run, report)| (*run, report.as_ref().map(results::of_run)))
             .collect();
-        let exit = results::report_errors(plan, self.experiment, &results, self.is_task());
+        let exit = results::report_errors(plan, &self.experiment, &results, self.is_task());
         let exit = exit.worst(self.report_uploads(planned));
         if results.is_empty() && exit == Exit::Done {
             self.say(&format!(
@@ -267,14 +284,8 @@ impl Execution<'_> {
                 one_line(&planned.address())
             ));
         }
-        let exit = match interrupt.exit_code() {
-            Some(code) => {
-                complain(INTERRUPTED);
-                Exit::Signal(code)
-            }
-            None => exit,
-        };
-        Ok(self.concluded(planned, &results, exit))
+        let exit = interrupt.exit_code().map_or(exit, Exit::Signal);
+        self.prune_finished(planned, self.concluded(planned, &results, exit))
     }
 
     /// Analyzes the recordings of the plan; an error does not change the exit code of the runs.
@@ -346,7 +357,7 @@ impl Execution<'_> {
             .into_iter()
             .map(|(run, result)| (run, result.map(results::of_task)))
             .collect();
-        let mut exit = results::report_errors(plan, self.experiment, &results, self.is_task());
+        let mut exit = results::report_errors(plan, &self.experiment, &results, self.is_task());
         if let Some(reasons) = &end.hold_reasons {
             complain(&format!("error: {reasons}"));
             exit = exit.worst(Exit::Retryable);
@@ -363,18 +374,6 @@ impl Execution<'_> {
         let exit = interrupt.exit_code().map_or(exit, Exit::Signal);
         let executed = self.concluded(planned, &results, exit);
         Ok(Executed { destination: None, ..executed })
-    }
-
-    /// `--threads` is limited by the number of parallel runs.
-    fn workforce(&self, jobs: usize) -> LocalPool {
-        let processors = std::thread::available_parallelism().map_or(1, usize::from);
-        let requested = self.arguments.execution.threads.map(NonZeroUsize::get);
-        let threads =
-            requested.map_or(processors / jobs, |threads| threads.min(MAX_THREADS / jobs));
-        LocalPool {
-            jobs: NonZeroUsize::new(jobs).unwrap_or(NonZeroUsize::MIN),
-            threads: NonZeroUsize::new(threads).unwrap_or(NonZeroUsize::MIN),
-        }
     }
 
     fn concluded(&self, planned: &Planned, results: &[RunResult<'_>], exit: Exit) -> Executed {
@@ -396,7 +395,7 @@ impl Execution<'_> {
             "model": self.experiment.model(),
             "destination": planned.address(),
             "exit_code": exit.code(),
-            "runs": results::json(&planned.plan, self.experiment, results),
+            "runs": results::json(&planned.plan, &self.experiment, results),
         })
     }
 }

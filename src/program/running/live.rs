@@ -38,6 +38,11 @@ pub(crate) struct LiveArguments {
 }
 
 impl LiveArguments {
+    /// Whether viewers observe the runs.
+    pub(crate) fn is_requested(&self) -> bool {
+        self.live.is_some() || self.gnuplot.is_some()
+    }
+
     /// Opens the server, if one is requested.
     ///
     /// # Errors

@@ -5,6 +5,7 @@ mod experiment;
 mod live;
 mod next_command;
 mod results;
+mod shared_pool;
 
 use crate::manifests::pipeline;
 use crate::manifests::step::Step;
@@ -13,7 +14,8 @@ use crate::messages::{Failure, bad, plural, word};
 use crate::planning::plan_report;
 use crate::program_name::ProgramName;
 pub(crate) use crate::running::arguments::RunArguments;
-use crate::running::experiment::{Executed, Execution};
+use crate::running::experiment::{Begun, Executed, Execution};
+use crate::running::shared_pool::{Member, SharedPool};
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::shown_path;
@@ -65,17 +67,18 @@ impl RunArguments {
             reader: &reader,
             overrides: &overrides,
             interrupt,
+            waiting: SharedPool::new(self),
             executed: Vec::new(),
+            exit: Exit::Done,
         };
-        let mut exit = Exit::Done;
         for (step, reading) in steps.iter().zip(experiments) {
-            exit = exit.worst(session.step(step, reading)?);
-            if matches!(exit, Exit::Signal(_)) {
-                break;
+            if !session.is_interrupted() {
+                session.step(step, reading)?;
             }
         }
-        session.conclude(exit);
-        Ok(exit)
+        session.execute_waiting();
+        session.conclude();
+        Ok(session.exit)
     }
 
     /// Rejects several manifests with an option that belongs to one.
@@ -156,15 +159,20 @@ struct Session<'a> {
     reader: &'a ManifestReader<'a>,
     overrides: &'a [Override],
     interrupt: &'a OnceCell<Interrupt>,
+    /// Experiments that are planned.
+    waiting: SharedPool<'a>,
     executed: Vec<Executed>,
+    /// The worst exit code so far.
+    exit: Exit,
 }
 
-impl Session<'_> {
-    /// Executes one manifest. The failure of one does not stop the others.
-    fn step(&mut self, step: &Step, reading: Reading) -> Result<Exit, Failure> {
+impl<'a> Session<'a> {
+    /// Plans one manifest; its runs are executed together with those of the next ones, if possible. The failure of one does not stop the
+    /// others.
+    fn step(&mut self, step: &'a Step, reading: Reading) -> Result<(), Failure> {
         let is_dry = self.arguments.execution.dry_run;
         let experiment = match reading {
-            Reading::Read(experiment) => *experiment,
+            Reading::Read(experiment) => experiment,
             Reading::Pending if is_dry => {
                 let why = self.reader.missing_start(step);
                 if let Some(text) =
@@ -172,40 +180,99 @@ impl Session<'_> {
                 {
                     self.arguments.messages.say(&text);
                 }
-                return Ok(Exit::Done);
+                return Ok(());
             }
             Reading::Pending => {
+                self.execute_waiting();
+                if self.is_interrupted() {
+                    return Ok(());
+                }
                 if let Some(why) = self.reader.missing_start(step) {
-                    return Ok(self.not_started(step, &why).report());
+                    let failure = self.not_started(step, &why);
+                    self.take(Err(failure));
+                    return Ok(());
                 }
                 match self.reader.read(&step.manifest, step.overrides(self.overrides)) {
-                    Ok(experiment) => experiment,
-                    Err(failure) => return Ok(failure.report()),
+                    Ok(experiment) => Box::new(experiment),
+                    Err(failure) => {
+                        self.take(Err(failure));
+                        return Ok(());
+                    }
                 }
             }
         };
         let is_task = self.arguments.executor.only_keys.is_some();
         if !step.is_named && (is_task || self.reader.recording_of(&step.manifest).is_ok()) {
-            return Ok(Exit::Done);
+            return Ok(());
         }
-        let execution = Execution {
+        self.plan(Execution {
             arguments: self.arguments,
             manifest: &step.manifest,
             overrides: if step.is_named { &self.arguments.manifest.set } else { &[] },
             force: step.is_named && self.arguments.execution.force,
-            experiment: &experiment,
+            experiment,
             interrupt: self.interrupt,
+        });
+        Ok(())
+    }
+
+    fn plan(&mut self, execution: Execution<'a>) {
+        let planned = match execution.begin() {
+            Ok(Begun::Planned(planned)) => planned,
+            Ok(Begun::Ended(executed)) => return self.take(Ok(executed)),
+            Err(failure) => return self.take(Err(failure)),
         };
-        let executed = execution.run();
-        self.reader.forget_missing();
-        Ok(match executed {
+        let member = Member { execution, planned };
+        if !self.has_signal() && !self.waiting.has_room_for(&member) {
+            self.execute_waiting();
+        }
+        if self.is_interrupted() {
+            return;
+        }
+        let Member { execution, planned } = &member;
+        if !self.has_signal() {
+            if let Some(failure) = execution.disk_shortage(planned, 0) {
+                return self.take(Err(failure));
+            }
+            if execution.is_elsewhere() {
+                let executed = execution.execute_elsewhere(planned);
+                self.reader.forget_missing();
+                return self.take(executed);
+            }
+        }
+        if !self.waiting.add(member) || self.has_signal() {
+            self.execute_waiting();
+        }
+    }
+
+    /// Whether a signal has arrived.
+    fn has_signal(&self) -> bool {
+        self.interrupt.get().is_some_and(Interrupt::is_raised)
+    }
+
+    /// Whether a signal has ended an experiment.
+    fn is_interrupted(&self) -> bool {
+        matches!(self.exit, Exit::Signal(_))
+    }
+
+    fn execute_waiting(&mut self) {
+        let (waiting, interrupt) = (self.waiting.take(), self.interrupt.get());
+        if let Some(interrupt) = interrupt {
+            waiting.execute(interrupt, |executed| self.take(executed));
+            self.reader.forget_missing();
+        }
+    }
+
+    /// Keeps the result of an experiment, or prints its error.
+    fn take(&mut self, executed: Result<Executed, Failure>) {
+        self.exit = self.exit.worst(match executed {
             Ok(executed) => {
                 let exit = executed.exit;
                 self.executed.push(executed);
                 exit
             }
             Err(failure) => failure.report(),
-        })
+        });
     }
 
     /// The error of a step whose start has no recording. The run of the start has reported its own error.
@@ -227,8 +294,8 @@ impl Session<'_> {
     }
 
     /// Prints the next command, or the summary as JSON.
-    fn conclude(&self, exit: Exit) {
-        let messages = &self.arguments.messages;
+    fn conclude(&self) {
+        let (exit, messages) = (self.exit, &self.arguments.messages);
         if messages.json {
             let experiments: Vec<_> =
                 self.executed.iter().filter_map(|executed| executed.json.as_ref()).collect();
