@@ -94,8 +94,7 @@ impl Rows {
             (0..columns.len()).filter(|&index| is_constant(columns[index].name)).collect();
         let rows = self.values().chunks_exact(columns.len());
         let mut message = message_header(columns, true, indices.len() * rows.len(), None);
-        let constants =
-            rows.flat_map(|row| indices.iter().map(|&index| row[index].to_le_bytes()));
+        let constants = rows.flat_map(|row| indices.iter().map(|&index| row[index].to_le_bytes()));
         let (recorded, _) = last.get(message.len()..).unwrap_or_default().as_chunks();
         if last.starts_with(&message) && constants.clone().eq(recorded.iter().copied()) {
             return None;
