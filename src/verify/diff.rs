@@ -254,7 +254,7 @@ fn between_messages(
         return None;
     }
     let named = match one.topic() {
-        channels::STATE => between_states(left, right),
+        channels::PARTICLES | channels::STATE => between_states(left, right),
         channels::LOG => between_logs(left, right, index[0]),
         _ => between_fields(one, other),
     };
