@@ -1,5 +1,5 @@
 //! Executes every run of the manifest on standard input in memory, and prints its lock file, as `kinetoscope lock` writes it but
-//! for the bound of the time, the manifest's values and the checked metrics. It needs no threads and no files; therefore, it also runs as WebAssembly:
+//! for the bound of the time, the manifest's values, the checked metrics and the hash of the checks. It needs no threads and no files; therefore, it also runs as WebAssembly:
 //!
 //!     cargo build --release --package kinetoscope-lock-in-memory --target wasm32-wasip1
 //!     node tests/architectures/wasi.mjs lock_in_memory.wasm experiments/first_run.toml < experiments/first_run.toml
@@ -46,6 +46,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         frames: tags.frames,
         tags: LockedExperiment::tags_text(&tags),
         metrics,
+        checks: "0".repeat(8),
         values: String::new(),
         checked: String::new(),
     });

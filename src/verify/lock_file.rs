@@ -68,9 +68,9 @@ pub struct LockedExperiment {
     pub frames: u64,
     /// Tags of the frames of the first run, one digit each; see [`FrameTags`].
     pub tags: String,
-    /// Hash of the metrics of the first run, and of what people read in this entry, 16 digits; see [`metrics_hash`].
+    /// Hash of the metrics of the first run, 16 digits; see [`metrics_hash`].
     pub metrics: String,
-    /// Hash of the manifest's checks, 8 digits; see [`checks_hash`].
+    /// Hash of the manifest's checks and of the readable texts of the entry, 8 digits; see [`checks_hash`].
     pub checks: String,
     /// The keys of the manifest that affect its runs, one line `key = value` each below the header of their table.
     #[serde(default)]
@@ -329,24 +329,19 @@ impl RunHashes {
     }
 }
 
-/// The hash of metrics in the order of the analysis, names and bits of the values, and of the readable texts of an entry, so that
-/// no edit of them passes.
+/// The hash of metrics in the order of the analysis: names and bits of the values.
 #[must_use]
-pub fn metrics_hash<'a>(
-    metrics: impl Iterator<Item = (&'a str, f64)>,
-    readable: [&str; 2],
-) -> String {
-    let mut texts: Vec<String> =
+pub fn metrics_hash<'a>(metrics: impl Iterator<Item = (&'a str, f64)>) -> String {
+    let texts: Vec<String> =
         metrics.map(|(name, value)| format!("{name} {:016x}\n", value.to_bits())).collect();
-    texts.extend(readable.map(|text| format!("{text}\0")));
     HEXLOWER.encode(&hash_of(&texts)[..8])
 }
 
-/// The hash of a manifest's checks, as [`kinetoscope_manifest::written_checks`] gives them: a check that was removed or weakened
-/// changes no run.
+/// The hash of a manifest's checks, as [`kinetoscope_manifest::written_checks`] gives them, and of the readable texts of its entry, values
+/// and checked metrics. A check that was removed or weakened changes no run, and neither does an edit of the lock file.
 #[must_use]
-pub fn checks_hash(checks: &str) -> String {
-    HEXLOWER.encode(&hash_of(&[checks.to_owned()])[..4])
+pub fn checks_hash(checks: &str, values: &str, checked: &str) -> String {
+    HEXLOWER.encode(&hash_of(&[checks, values, checked].map(|text| format!("{text}\0")))[..4])
 }
 
 fn hash_of(texts: &[String]) -> [u8; 32] {

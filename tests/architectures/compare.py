@@ -213,9 +213,9 @@ def registry():
 
 
 def entries(lock):
-    """The entries of a lock file by manifest, without what `lock_in_memory` does not write: the bound of the time, values and checked metrics."""
+    """The entries of a lock file by manifest, without what `lock_in_memory` does not write: the bound of the time, values, checks and checked metrics."""
     parts = re.split(r"(?m)^\[\[experiment\]\]\n", lock)[1:]
-    left_out = r'(?ms)^(at_most_s = [^\n]*|# End of the file: [^\n]*|(values|checked) = ("""|\'\'\').*?^\3|(values|checked) = "")\n'
+    left_out = r'(?ms)^(at_most_s = [^\n]*|checks = [^\n]*|# End of the file: [^\n]*|(values|checked) = ("""|\'\'\').*?^\3|(values|checked) = "")\n'
     kept = (re.sub(left_out, "", part) for part in parts)
     return {re.search(r'manifest = "(.*)"', part)[1]: part.strip() for part in kept}
 

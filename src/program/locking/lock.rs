@@ -12,7 +12,8 @@ use kinetoscope::run::recording;
 use kinetoscope::run::resources::nominal_seconds;
 use kinetoscope::verify::fingerprint::fingerprint;
 use kinetoscope::verify::lock_file::{
-    LockError, LockFile, LockedExperiment, LockedValue, RunHashes, bound_s, metrics_hash,
+    LockError, LockFile, LockedExperiment, LockedValue, RunHashes, bound_s, checks_hash,
+    metrics_hash,
 };
 use kinetoscope_analysis::{CheckedExperiment, CheckedValue, checked_experiment};
 use kinetoscope_console::Exit;
@@ -202,24 +203,23 @@ pub(crate) fn entry(
         groups: hashes.groups,
         frames: tags.frames,
         tags: LockedExperiment::tags_text(&tags),
-        metrics: metrics_of(&recording, [&values, &checked])?,
-        checks: rerun.checks.clone(),
+        metrics: metrics_of(&recording)?,
+        checks: checks_hash(&rerun.checks, &values, &checked),
         values,
         checked,
     })
 }
 
-/// The hash of all metrics of a recording, and of the readable texts of its entry; of no metric for one that holds only keyframes,
-/// because they need all frames.
-pub(crate) fn metrics_of(recording: &Recording, readable: [&str; 2]) -> Result<String, Failure> {
+/// The hash of all metrics of a recording; of none for one that holds only keyframes, because they need all frames.
+pub(crate) fn metrics_of(recording: &Recording) -> Result<String, Failure> {
     if let StoredFrames::Keyframes(_) = recording.provenance().stored {
-        return Ok(metrics_hash(std::iter::empty(), readable));
+        return Ok(metrics_hash(std::iter::empty()));
     }
     let unreadable = |error| Failure::new(Exit::Unreadable, error);
     let analysis = kinetoscope_analysis::analyze(recording).map_err(unreadable)?;
     let with_value = analysis.measurements.iter().filter(|found| found.reason.is_none());
     let values = with_value.map(|found| (found.name(), found.estimate.value));
-    Ok(metrics_hash(values, readable))
+    Ok(metrics_hash(values))
 }
 
 /// The checked metrics of an experiment.

@@ -14,7 +14,9 @@ use crate::messages::{Failure, bad, plural, word};
 use kinetoscope::verify::diff::compare_messages;
 use kinetoscope::verify::divergence::{Cause, in_frames};
 use kinetoscope::verify::fingerprint::FirstDifference;
-use kinetoscope::verify::lock_file::{LockError, LockFile, LockedExperiment, QUICK_S, RunHashes};
+use kinetoscope::verify::lock_file::{
+    LockError, LockFile, LockedExperiment, QUICK_S, RunHashes, checks_hash,
+};
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::{one_line, shown_path};
 use kinetoscope_files::output_file;
@@ -210,14 +212,13 @@ impl LockedCheck<'_> {
                     format!("the tags of {manifest} are not those of its run, which is equal");
                 return Err(unreadable(self.lock_file, &LockError::Damaged(what)));
             }
-            let metrics = metrics_of(&recording, [&entry.values, &entry.checked])?;
-            let other_metrics = "the messages are equal, but not the metrics: the analysis has changed, or this entry of the lock file was edited";
-            let other_checks =
-                "the runs are equal, but a check of the manifest was added, edited or removed";
-            let found = [
-                (metrics != entry.metrics, other_metrics),
-                (rerun.checks != entry.checks, other_checks),
-            ];
+            let metrics = metrics_of(&recording)?;
+            let checks = checks_hash(&rerun.checks, &entry.values, &entry.checked);
+            let other_metrics =
+                "the messages are equal, but not the metrics: the analysis has changed";
+            let other_checks = "the runs are equal, but a check of the manifest was added, edited or removed, or this entry of the lock file was edited";
+            let found =
+                [(metrics != entry.metrics, other_metrics), (checks != entry.checks, other_checks)];
             let found = found.into_iter().filter(|(differs, _)| *differs);
             return Ok(found.map(|(_, what)| what.to_owned()).collect());
         }

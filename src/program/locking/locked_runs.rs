@@ -11,7 +11,6 @@ use crate::running::RunArguments;
 use clap::Args;
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope::verify::fingerprint::{Fingerprint, fingerprint};
-use kinetoscope::verify::lock_file::checks_hash;
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::regular_file::{MAX_MANIFEST_BYTES, read_text};
@@ -67,7 +66,7 @@ pub(crate) struct RerunExperiment {
     pub(crate) runs: Vec<RerunRun>,
     /// The keys of the manifest that affect the runs, with their values.
     pub(crate) values: BTreeMap<String, String>,
-    /// The hash of its checks.
+    /// Its checks, as TOML.
     pub(crate) checks: String,
     /// The folder of their recordings.
     pub(crate) folder: PathBuf,
@@ -134,7 +133,7 @@ impl Reruns {
         });
         let runs = runs.collect();
         let text = text_of(manifest);
-        let (values, checks) = (written_values(&text), checks_hash(&written_checks(&text)));
+        let (values, checks) = (written_values(&text), written_checks(&text));
         let folder = plan.folder.clone();
         Ok(RerunExperiment { experiment, runs, values, checks, folder, seconds })
     }
