@@ -21,7 +21,7 @@ held((async () => {
   for (const { figure, data, pixel } of charts) {
     const all = [...figure.querySelectorAll(".legend.ends button")];
     if (!all.length) continue;
-    for (const label of all) label.style.marginLeft = "SHIFTpx";
+    for (const label of all) label.style.marginLeft = "SHIFT" + "px";
     const frame = figure.querySelector(".frame").getBoundingClientRect(), outer = figure.getBoundingClientRect(), sheet = figure.querySelector(".sheet").getBoundingClientRect();
     const middles = all.map((label) => label.getBoundingClientRect()).map((box, i) => {
       labels++;
