@@ -153,7 +153,7 @@ fn check_names(names: &[String], reader: &mut Reader<'_>) {
 fn check_effect(keys: &ViewKeys, runs: &[ViewedRun<'_>], reader: &mut Reader<'_>) {
     let models = || runs.iter().map(|(_, model)| *model);
     let ends: Option<Vec<f64>> = models().map(ModelConfig::duration).collect();
-    let end = ends.and_then(|ends| ends.into_iter().reduce(f64::max));
+    let end = ends.and_then(|ends| ends.into_iter().max_by(f64::total_cmp));
     if let (Some(poster), Some(end)) = (keys.poster.map(NonNegative::get), end)
         && poster > end
     {

@@ -243,11 +243,9 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     let view = source.record.as_ref().and_then(|record| record.view.clone()).unwrap_or_default();
     let (tasks, drawn) = tasks(opened, fields, &view);
     let sizes = tasks.iter().map(|task| (task.run.file.clone(), task.run.recording().bytes()));
-    let sizes = sizes.collect();
     let hosts = tasks.iter().filter_map(|task| source.host_file(&task.run.file)).collect();
-    let mut runs: Vec<RunAnalysis> = Vec::new();
+    let (mut runs, mut seconds): (Vec<RunAnalysis>, Vec<f64>) = (Vec::new(), Vec::new());
     let (mut notes, mut unreadable) = (source.notes.clone(), source.unreadable.clone());
-    let mut seconds = Vec::new();
     for (result, took) in analyze_all(&tasks, drawn, options, &view) {
         match result {
             Ok(run) => {
@@ -293,7 +291,7 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
         answer,
         description: text(|record| &record.description),
         comment: text(|record| &record.comment),
-        sizes,
+        sizes: sizes.collect(),
         hosts,
         runs,
         metrics,
