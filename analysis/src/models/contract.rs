@@ -8,6 +8,7 @@ use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_recording::drawing::Shape;
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::RecordedFrame;
+use serde::Serialize;
 
 /// Reads the frames of one run in order and derives its metrics.
 pub(crate) trait Observer {
@@ -79,6 +80,15 @@ impl NamedChart {
     ) -> Self {
         Self { stem, metrics, needs_all_states: true }
     }
+}
+
+/// What the density by height is compared with: the heights of the lowest and the highest border, in the model's length unit, and for each layer of equal
+/// height the fraction of the area and, by the law, that of the particles.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct HeightLayers {
+    pub(crate) range: [f64; 2],
+    pub(crate) areas: Vec<f64>,
+    pub(crate) law: Vec<f64>,
 }
 
 /// Size and shape of a model's particles and of their container, in the model's length unit.

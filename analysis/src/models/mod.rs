@@ -15,8 +15,7 @@ mod orbit;
 mod packing;
 
 use crate::metric::Definition;
-use crate::models::contract::{Extent, ModelAnalysis, PlottedObserver};
-use crate::models::gas::HeightLayers;
+use crate::models::contract::{Extent, HeightLayers, ModelAnalysis, PlottedObserver};
 use crate::models::snapshots::Snapshots;
 use kinetoscope_manifest::model::ModelConfig;
 
@@ -117,7 +116,7 @@ pub(crate) fn main_metrics(model: &str) -> &'static [&'static str] {
 /// The layers of a gas in gravity with their law; `None` for other runs.
 pub(crate) fn height_layers(model: &ModelConfig) -> Option<HeightLayers> {
     match model {
-        ModelConfig::Gas(gas) => HeightLayers::of(gas),
+        ModelConfig::Gas(config) => gas::height_layers(config),
         _ => None,
     }
 }

@@ -286,3 +286,59 @@ fn turned_trails(stills: &[&Still], place: &Place) -> String {
     }
     path
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::lines::Lines;
+    use super::*;
+    use std::sync::Arc;
+
+    fn still(places: &[[f64; 2]]) -> Still {
+        let point =
+            |&[x, y]: &[f64; 2]| Point { x, y, speed: 1.0, velocity: [0.0; 2], radius: 0.0 };
+        let points = places.iter().map(point).collect();
+        Still { number: 0, time: 0.0, points, lines: Arc::new(Lines::of(&[])) }
+    }
+
+    fn style(color: ViewColor) -> PictureStyle<'static> {
+        let (top, has_trails, is_rotating) = (2.0, true, true);
+        PictureStyle {
+            top,
+            has_trails,
+            names: &[],
+            color,
+            species: 2,
+            every_particle: 1,
+            is_rotating,
+        }
+    }
+
+    /// Guarantee: in the rotating frame, the first body is at the origin and the second one to its right. Control: three bodies elsewhere in the fixed frame.
+    #[test]
+    fn planet_is_to_the_right_of_the_sun() {
+        let still = still(&[[0.0, 0.0], [0.0, 1.0], [-1.0, 0.0]]);
+        let view = View { corners: [[-2.0, -2.0], [2.0, 2.0]] };
+        let drawn = |is_rotating: bool| {
+            let style = PictureStyle { is_rotating, ..style(ViewColor::Speed) };
+            picture(&[&still], 0, view, &style)
+        };
+        // 54 px per unit, from the middle at (192, 108).
+        for place in ["M192.0 108.0h0", "M246.0 108.0h0", "M192.0 54.0h0"] {
+            assert!(drawn(true).contains(place), "{}", drawn(true));
+        }
+        assert!(drawn(false).contains("M138.0 108.0h0"), "control");
+        assert!(!drawn(false).contains("M246.0 108.0h0"), "control");
+    }
+
+    /// Guarantee: colors mean what is requested, as in the page: the species alternate between the ends of the scale, and heights are those of the first
+    /// frame.
+    #[test]
+    fn colors_mean_what_is_requested() {
+        let (start, end) = (still(&[[0.0, 5.0], [0.0, 1.0]]), still(&[[0.0, 1.0], [0.0, 5.0]]));
+        let of = |color: ViewColor| colors(&[&start, &end], 1, &style(color));
+        let [low, high] = [0, STEPS - 1].map(color_of_step);
+        assert_eq!(of(ViewColor::Species), [low, high]);
+        assert_eq!(of(ViewColor::Height), [high, low]);
+        assert_eq!(of(ViewColor::Speed), [color_of_step(STEPS / 2); 2]);
+    }
+}

@@ -20,6 +20,8 @@ pub(super) fn file(rasters: &[Raster], seconds: f64) -> Result<Vec<u8>, String> 
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_palette(palette.colors.concat());
     encoder.set_compression(png::Compression::High);
+    // Differences of indices of a palette are no smaller than the indices.
+    encoder.set_filter(png::Filter::NoFilter);
     let words = |error: png::EncodingError| error.to_string();
     if rasters.len() > 1 {
         encoder.set_animated(rasters.len() as u32, 0).map_err(words)?;

@@ -143,7 +143,7 @@ held((async () => {
 })());
 </script>"#;
 
-/// Guarantee: of two runs that are shown, one that ends before the other is marked, and the clock goes on until both have ended. Control: runs of
+/// Guarantee: of two runs that are shown, one that ends before the other is marked, and the clock runs until both have ended. Control: runs of
 /// equal length are not marked.
 #[test]
 #[ignore = "needs chromium"]

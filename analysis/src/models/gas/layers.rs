@@ -6,10 +6,10 @@ use super::metrics as metric;
 use super::observe::GasRun;
 use crate::metric::theory::ExpectedValue;
 use crate::metric::{Measurements, Quantity};
+use crate::models::contract::HeightLayers;
 use crate::statistics::Estimate;
 use kinetoscope_manifest::model::{GasConfig, PositionDistribution, SpeedScale};
 use kinetoscope_recording::reader::StateTable;
-use serde::Serialize;
 use std::f64::consts::PI;
 
 /// Number of layers of equal height.
@@ -106,26 +106,15 @@ pub(super) fn relative_density(layer: usize, fraction: f64) -> f64 {
     fraction * PI / (chord(edge(layer + 1)) - chord(edge(layer)))
 }
 
-/// What the density by height is compared with: the heights of the lowest and the highest border, m, and for each layer the fraction of the area and, by the
-/// barometric law, that of the particles.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct HeightLayers {
-    range: [f64; 2],
-    areas: Vec<f64>,
-    law: Vec<f64>,
-}
-
-impl HeightLayers {
-    /// The layers of a container at rest; `None` without gravity or a temperature.
-    pub(crate) fn of(config: &GasConfig) -> Option<Self> {
-        let law = BarometricLaw::of(config)?;
-        let (center, radius) = (config.center_m[1].get(), config.radius_m.get());
-        // Five digits are more than a picture shows.
-        let short = |value: f64| libm::round(value * 1e5) / 1e5;
-        let areas = (0..LAYERS).map(|layer| short(1.0 / relative_density(layer, 1.0))).collect();
-        let law = law.fractions.map(short).to_vec();
-        Some(Self { range: [center - radius, center + radius], areas, law })
-    }
+/// The layers of a container at rest; `None` without gravity or a temperature.
+pub(super) fn height_layers(config: &GasConfig) -> Option<HeightLayers> {
+    let law = BarometricLaw::of(config)?;
+    let (center, radius) = (config.center_m[1].get(), config.radius_m.get());
+    // Five digits are more than a picture shows.
+    let short = |value: f64| libm::round(value * 1e5) / 1e5;
+    let areas = (0..LAYERS).map(|layer| short(1.0 / relative_density(layer, 1.0))).collect();
+    let law = law.fractions.map(short).to_vec();
+    Some(HeightLayers { range: [center - radius, center + radius], areas, law })
 }
 
 impl GasRun {

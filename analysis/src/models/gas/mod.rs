@@ -16,9 +16,7 @@ mod state;
 mod sweep;
 mod wall_collisions;
 
-pub(super) use layers::HeightLayers;
-
-use crate::models::contract::{Extent, ModelAnalysis, PlottedObserver};
+use crate::models::contract::{Extent, HeightLayers, ModelAnalysis, PlottedObserver};
 use crate::models::snapshots::Snapshots;
 use crate::plot::drawing;
 use kinetoscope_manifest::model::GasConfig;
@@ -43,6 +41,11 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
 /// The observer of a run.
 pub(super) fn observer(config: GasConfig, snapshots: Snapshots) -> Box<dyn PlottedObserver> {
     Box::new(GasRun::new(config, snapshots))
+}
+
+/// The layers of a container at rest in gravity, with their law.
+pub(super) fn height_layers(config: &GasConfig) -> Option<HeightLayers> {
+    layers::height_layers(config)
 }
 
 /// Size of the container; the particles are points.
