@@ -5,7 +5,8 @@
 //! They solve (p + v t)^2 = R^2 and reflect v' = v - 2 (v . p) p, four particles per AVX2 register if the processor has them, and sum the
 //! impulse:
 //! - "frames" follows each particle to the times of the same frames. Its positions are compared with the engine's;
-//! - "wall to wall" reflects every particle once per pass and stops at no frame: an upper bound for such a loop.
+//! - "wall to wall" reflects every particle once per pass and stops at no frame: an upper bound for such a loop;
+//! - "two threads", which `-- threads` runs alone, compares the wall times of the shortest frames with one thread and with two.
 //!
 //! Figures are wall collisions per second of processor time and the ratio engine / loop: the median of pairs in turn, with the smallest and the largest.
 //!
@@ -49,15 +50,29 @@ use kinetoscope_recording::channels::GasCollisions;
 use kinetoscope_recording::frame::Frame;
 use rayon::ThreadPoolBuilder;
 use std::num::NonZeroU32;
+use std::time::Instant;
 
 const FRAME_S: f64 = 4.62;
 const PAIRS: usize = 15;
 /// Particle frames per measurement: some 50 ms.
 const WORK: u32 = 5_000_000;
+/// Particle frames of which the shortest is taken: on a busy machine, few have both processors to themselves.
+const TRIED: u32 = 20_000_000;
 
 type Four = [f64; 4];
 
 fn main() {
+    if !std::env::args().any(|word| word == "threads") {
+        compare_with_loops();
+    }
+    for particles in [10_000, 100_000, 1_000_000] {
+        let [one, two] = shortest_frames(particles);
+        let what = format!("{particles}, two threads");
+        println!("{what:<32}{:>9.3} ms{:>9.3} ms{:>8.2}", 1e3 * one, 1e3 * two, one / two);
+    }
+}
+
+fn compare_with_loops() {
     let pool = ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     println!("{:<32}{:>12}{:>12}{:>8}   range", "M wall collisions/s", "engine", "loop", "ratio");
     for particles in [1_000, 10_000, 100_000, 1_000_000] {
@@ -87,6 +102,23 @@ fn main() {
             );
         }
     }
+}
+
+/// Wall times of the shortest frame with one thread and with two, in turn, s.
+fn shortest_frames(particles: u32) -> [f64; 2] {
+    let (mut gas, mut shortest) = (gas(particles), [f64::INFINITY; 2]);
+    let pools =
+        [1, 2].map(|threads| ThreadPoolBuilder::new().num_threads(threads).build().unwrap());
+    for frame in 1..=(TRIED / particles).max(20) {
+        for (half, (pool, shortest)) in pools.iter().zip(&mut shortest).enumerate() {
+            let time_s = (f64::from(frame) + 0.5 * half as f64) * FRAME_S;
+            let start = Instant::now();
+            pool.install(|| gas.advance(Target::Time(time_s), u64::MAX)).unwrap();
+            let took = start.elapsed().as_secs_f64();
+            *shortest = if took < *shortest { took } else { *shortest };
+        }
+    }
+    shortest
 }
 
 fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {

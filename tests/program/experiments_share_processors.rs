@@ -27,7 +27,8 @@ fn stepped_gas(duration_s: f64) -> String {
 fn bench() -> Bench {
     let bench = Bench::new();
     let texts = [
-        "seed = 1\n[model.gas]\nparticles = 20\nduration_s = 0.01\n[record]\nframes = 4\n",
+        // As many particles as have all threads: the run is executed alone.
+        "seed = 1\n[model.gas]\nparticles = 3000\nduration_s = 0.01\n[record]\nframes = 4\n",
         "seed = 1\nreplicates = 5\n[model.packing]\ndiscs = 6\nevents_per_disc = 20\n[record]\nframes = 2\n",
         "seed = 1\n[model.dem]\ndiscs = 5\nduration_s = 0.02\n[record]\nframes = 5\n[sweep]\nmodel.dem.restitution = [0.5, 0.9]\n",
         "seed = 1\n[model.orbit]\nduration_days = 3000\ntime_step_days = 0.01\n[record]\nframes = 5\n[sweep]\nmodel.orbit.integrator = [\"rk4\", \"velocity-verlet\"]\n",
