@@ -45,7 +45,9 @@ function drawLive() {
   element("path", { class: "curve area", style: "stroke:var(--c2);color:var(--c2)", d: paths[0] }, svg);
   element("path", { class: "curve", style: "stroke:var(--c1)", d: paths[1] }, svg);
   element("line", { class: "frame", x1: left, x2: right, y1: foot, y2: foot }, svg);
-  for (const { at, text } of ticksOf({}, false, low, high, 5).ticks)
-    element("text", { x: clamp(across((at - low) / (high - low)), 12, right - 20), y: LIVE_HEIGHT - 4, "text-anchor": "middle" }, svg, text);
+  for (const { at, text } of ticksOf({}, false, low, high, 5).ticks) {
+    const half = widthOf(text, TEXT_PX) / 2 + 1;
+    element("text", { x: clamp(across((at - low) / (high - low)), half, width - half), y: LIVE_HEIGHT - 4, "text-anchor": "middle" }, svg, text);
+  }
 }
 if (live && deck) for (const [target, name] of [[window, "resize"], [document, "replaytime"], [document, "filmchange"]]) on(target, name, drawLive);

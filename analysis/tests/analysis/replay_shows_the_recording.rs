@@ -318,6 +318,7 @@ held((async () => {
   const found = [];
   try {
     await window.replay?.ready;
+    document.querySelector(".rotating:checked")?.click(); // The recorded frame of reference.
     const count = document.querySelectorAll("script.film").length;
     for (let run = 0; run < Math.min(count, 3); run++) {
       await replay.select(run);
