@@ -222,9 +222,10 @@ fn frames_of_other_times_are_not_compared_as_physics() {
     let path = keys.to_str().unwrap();
     expect(&bench.call(&["fill", path, "-o", "full.mcap"]), 0);
     expect(&zoom(&bench, &keys, ["0.01", "0.011", "1e-4"], "fine.mcap"), 0);
-    for other in [path, "fine.mcap"] {
+    // Keyframes are equal in what both have; an interval has other frames.
+    for (other, code) in [(path, 0), ("fine.mcap", 4)] {
         let called = bench.call(&["compare", "full.mcap", other]);
-        expect(&called, 4);
+        expect(&called, code);
         let text = called.out + &called.err;
         assert!(!text.contains("states differ") && !text.contains("cause: "), "{text}");
     }

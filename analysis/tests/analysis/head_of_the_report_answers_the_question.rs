@@ -256,6 +256,12 @@ fn missing_value_has_the_reason_of_its_metric() {
     analyze(&[folder.name()]).exited_with(0);
     let reason = "(no value: no replicate has a pressure on the wall above zero at every point)";
     assert!(marked(&folder.page()).contains(reason), "{}", marked(&folder.page()));
+    // That of its channel.
+    let manifest = "answer = '{wall_collision_rate}'\n[model.gas]\nparticles = 1\n[record]\nchannels = [\"state\", \"pressure\"]\n";
+    let folder = Folder::write(manifest, |_| two_frames(&GasPressure::default()));
+    analyze(&[folder.name()]).exited_with(0);
+    let reason = "(no value: the channel /collisions is not recorded)";
+    assert!(marked(&folder.page()).contains(reason), "{}", marked(&folder.page()));
 }
 
 #[test]
