@@ -94,7 +94,7 @@ pub fn run_all(
             work(sender.clone());
         }
         drop((sender, alive));
-        // A report does not wake this thread: of many short runs, each would interrupt another one.
+        // A report does not wake this thread: each of many short runs would interrupt another one.
         let mut is_over = false;
         while !is_over {
             is_over = threads.recv_timeout(BETWEEN_REPORTS) == Err(RecvTimeoutError::Disconnected);

@@ -347,7 +347,7 @@ impl PlannedRun {
         }
     }
 
-    /// Seconds on one core within a factor of some three, to order the runs of several experiments. Of a run that ends at a time, the
+    /// Seconds on one core within a factor of some three, to order the runs of several experiments. For a run that ends at a time, the
     /// number of events is not known, and only the frames count.
     #[must_use]
     pub fn nominal_seconds(&self) -> f64 {
