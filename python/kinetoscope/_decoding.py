@@ -33,6 +33,9 @@ TAG_TIMESTAMP = 0x0A
 # Types of protobuf fields in a descriptor, with those of NumPy. The only texts are units of time.
 TEXT, LONGEST_TEXT = 9, 16
 NUMPY_TYPES = {1: "<f8", 4: "<u8", TEXT: f"U{LONGEST_TEXT}"}
+PARTICLES, STATE = "/particles", "/state"
+# Names of the columns of the state that are on `/particles`, as in `src/recording/column.rs`.
+CONSTANTS = ("id", "mass", "radius")
 DISPLAYED = "`run.show()` displays the run; the exact state is in `/state`"
 
 
@@ -82,7 +85,7 @@ def _fields(data: bytes, at: int, end: int, wires: Mapping[int, int]) -> Iterato
 
 
 class StateDecoder:
-    """Decodes `/state`, a `foxglove.PointCloud` whose data are rows of little-endian float64.
+    """Decodes `/state` or `/particles`, a `foxglove.PointCloud` whose data are rows of little-endian float64.
 
     Between time stamp and data, the messages of a run are equal unless the number of particles changes. These bytes are
     compared with those of the last message; only if they differ is the message parsed.
@@ -207,7 +210,9 @@ def not_numbers(topic: str, schema: str, help: str) -> KinetoscopeError:
 def decoder_of(topic: str, schema: Schema, columns: Sequence[str]) -> Union[StateDecoder, TableDecoder]:
     """The decoder of a topic."""
     if schema.name == "foxglove.PointCloud":
-        return StateDecoder(columns)
+        if topic == PARTICLES:
+            raise KinetoscopeError(f"`{PARTICLES}` is read with `{STATE}`", f"`{STATE}` has its columns in every frame")
+        return StateDecoder([name for name in columns if name not in CONSTANTS])
     if not schema.name.startswith("kinetoscope."):
         help = DISPLAYED
         if schema.name == "foxglove.Log":

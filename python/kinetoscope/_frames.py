@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from ._chunks import ChunkSpan, Content, Messages, check_content, read_chunk
 from ._container import Container, open_file
-from ._decoding import Decoder, Table, decoder_of
+from ._decoding import CONSTANTS, PARTICLES, STATE, BadMessage, Decoder, StateDecoder, Table, decoder_of
 from ._errors import KinetoscopeError, RecordingError, UnknownNameError, damaged
 from ._records import or_damaged
 
@@ -46,6 +46,8 @@ class Frames:
         self._state_columns = columns
         # Rejects drawings before the first frame is requested.
         self.dtype: np.dtype[Any] = self._decoder().dtype  # type: ignore[attr-defined]
+        if self._has_particles():
+            self.dtype = np.dtype([(name, "<f8") for name in columns])
         self._selection = range(topics[topic]) if selection is None else selection
 
     @property
@@ -56,7 +58,7 @@ class Frames:
     @property
     def units(self) -> Mapping[str, str]:
         """The units of the columns of ``/state``; the fields of other topics have their unit in the name."""
-        return {name: self._state_units.get(name, "") for name in self.columns} if self.topic == "/state" else {}
+        return {name: self._state_units.get(name, "") for name in self.columns} if self.topic == STATE else {}
 
     @property
     def indices(self) -> range:
@@ -133,6 +135,9 @@ class Frames:
         dataset = xarray.Dataset(variables, {"frame": list(selected.indices), "time": times})
         return dataset if index is None else dataset.isel(frame=0)
 
+    def _has_particles(self) -> bool:
+        return self.topic == STATE and any(name in CONSTANTS for name in self._state_columns)
+
     def _decoder(self) -> Decoder:
         try:
             return decoder_of(self.topic, self._container.schemas[self._channel.schema_id], self._state_columns)
@@ -147,13 +152,21 @@ class Frames:
         with ExitStack() as stack:
             stream = stack.enter_context(open_file(self._container.path))
             places = _Places(self._container, self._channel.id, stream)
+            particles = None
+            if self._has_particles():
+                own_stream = stack.enter_context(open_file(self._container.path))
+                particles = _Particles(self._container, own_stream, self.dtype)
             if abs(selection.step) * len(selection) > 1:
                 _keep_freed_memory()
                 places.read_ahead = stack.enter_context(ThreadPoolExecutor(1))
             for frame in selection:
-                content, start, end = places.find(frame, self._container.layout.log_time(frame))
+                log_time = self._container.layout.log_time(frame)
+                content, start, end = places.find(frame, log_time)
+                constants = None if particles is None else particles.find(log_time)
                 try:
                     table = decode(content, start, end)
+                    if particles is not None:
+                        table = particles.joined(table, constants)
                 except MemoryError:
                     raise
                 except Exception as error:
@@ -168,6 +181,38 @@ def _keep_freed_memory() -> None:
     Measured: a tenth of the time of an iteration (2026-11).
     """
     bytearray(24 << 20)
+
+
+class _Particles:
+    """The constants of the particles, which are recorded when they change, as columns of the states until then."""
+
+    def __init__(self, container: Container, stream: BinaryIO, dtype: np.dtype[Any]) -> None:
+        channel = container.channel(PARTICLES)
+        if channel is None:
+            raise damaged(container.path, f"it has states without `{PARTICLES}`")
+        self._places = _Places(container, channel.id, stream)
+        self._dtype = dtype
+        self._decode = StateDecoder([name for name in dtype.names or () if name in CONSTANTS])
+        self._place: Tuple[bytes, int, int] = (b"", 0, 0)
+        self._table: Optional[Table] = None
+
+    def find(self, log_time: int) -> Optional[Tuple[bytes, int, int]]:
+        """The place of the message of a state."""
+        return self._places.find_last(log_time)
+
+    def joined(self, state: Table, place: Optional[Tuple[bytes, int, int]]) -> Table:
+        """All columns of a state."""
+        if place is None:
+            raise BadMessage(f"there is no message of `{PARTICLES}` before it")
+        if self._table is None or place[0] is not self._place[0] or place != self._place:
+            self._table, self._place = self._decode(*place), place
+        if len(self._table) != len(state):
+            raise BadMessage(f"{len(state)} particles, but {len(self._table)} in `{PARTICLES}`")
+        table: Table = np.empty(len(state), self._dtype)
+        for part in (state, self._table):
+            for name in part.dtype.names or ():
+                table[name] = part[name]
+        return table
 
 
 class _Places:
@@ -209,6 +254,16 @@ class _Places:
                 )
             raise damaged(self._container.path, f"frame {frame} is missing")
         return self._content, place[0], place[1]
+
+    def find_last(self, log_time: int) -> Optional[Tuple[bytes, int, int]]:
+        """The same of the last message up to a time; none if there is none."""
+        for position in range(bisect_right(self._starts, log_time) - 1, -1, -1):
+            self._read(position)
+            earlier = [time for time in self._messages if time <= log_time]
+            if earlier:
+                start, end = self._messages[earlier[-1]]
+                return self._content, start, end
+        return None
 
     def _read(self, position: int) -> None:
         if position in (self._chunk, -1):

@@ -11,7 +11,7 @@ from typing import Dict, List, Mapping, NamedTuple, Optional
 from ._errors import RecordingError, damaged
 
 # Layout of recordings that this package reads; `SCHEMA_VERSION` of the recorder.
-SCHEMA_VERSION = 4
+SCHEMA_VERSION = 5
 PROVENANCE = "kinetoscope"
 OUTCOME = "kinetoscope.outcome"
 HASHES = "kinetoscope.hashes"

@@ -13,14 +13,14 @@ import os
 import random
 import subprocess
 from pathlib import Path
-from typing import Any, Dict, List, Optional, Tuple
+from typing import Any, Callable, Dict, List, Optional, Tuple
 
 import numpy as np
 import pytest
-from mcap.records import Channel, Message, Schema
+from mcap.records import Channel, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 from mcap_protobuf.decoder import DecoderFactory
-from mutated_recording import MAGIC, MutatedRecording
+from mutated_recording import CHANNEL, CHUNK, MAGIC, MESSAGE, MutatedRecording, Record, encoded
 
 import kinetoscope as k
 
@@ -58,8 +58,8 @@ def contents(path: Path) -> Dict[str, Any]:
         except k.RecordingError:
             raise
         except k.KinetoscopeError as error:
-            # A drawing, or a log.
-            if "not numbers" not in str(error):
+            # A drawing, a log, or the particles, which are read with the states.
+            if "not numbers" not in str(error) and topic != "/particles":
                 raise
             continue
         found[topic] = (frames.columns, tuple(frames.units.items()), [frame.tobytes() for frame in frames])
@@ -71,6 +71,8 @@ def found_by_another_reader(path: Path) -> Dict[str, Any]:
     schemas: Dict[int, Schema] = {}
     channels: Dict[int, Channel] = {}
     found: Dict[str, Tuple[Tuple[str, ...], List[bytes]]] = {}
+    particles: List[Tuple[Tuple[str, ...], bytes]] = []
+    order: Tuple[str, ...] = ()
     factory = DecoderFactory()
     with path.open("rb") as stream:
         for record in StreamReader(stream, validate_crcs=True).records:
@@ -78,14 +80,31 @@ def found_by_another_reader(path: Path) -> Dict[str, Any]:
                 schemas[record.id] = record
             elif isinstance(record, Channel):
                 channels[record.id] = record
+            elif isinstance(record, Metadata) and record.name == "kinetoscope":
+                order = tuple(record.metadata["state_columns"].split(","))
             elif isinstance(record, Message):
                 channel = channels[record.channel_id]
                 schema = schemas[channel.schema_id]
                 decode = factory.decoder_for("protobuf", schema)
                 assert decode is not None
                 columns, data = table(decode(record.data), schema.name)
+                if channel.topic == "/particles":
+                    particles = [(columns, data)]
+                    continue
+                if channel.topic == "/state":
+                    columns, data = order, joined(order, [(columns, data), *particles])
                 found.setdefault(channel.topic, (columns, []))[1].append(data)
     return found
+
+
+def joined(order: Tuple[str, ...], tables: List[Tuple[Tuple[str, ...], bytes]]) -> bytes:
+    """The rows of a state with the constants of the particles."""
+    parts = [np.frombuffer(data, [(name, "<f8") for name in columns]) for columns, data in tables]
+    rows = np.empty(len(parts[0]), [(name, "<f8") for name in order])
+    for part in parts:
+        for name in part.dtype.names or ():
+            rows[name] = part[name]
+    return rows.tobytes()
 
 
 def table(message: Any, schema: str) -> Tuple[Tuple[str, ...], bytes]:
@@ -232,3 +251,45 @@ def test_messages_in_chunks_of_other_groups_and_blocks_are_errors_or_what_other_
             if source != target:
                 tally.read(original.with_moved_message(source, target), f"from chunk {source} to {target}")
     tally.check()
+
+
+@pytest.mark.parametrize("small", ["dem", "packing"], indirect=True)
+def test_particles_that_are_missing_late_or_of_another_number_are_errors(small: Path, tmp_path: Path) -> None:
+    def read(change: Callable[[List[Record], List[Record]], None]) -> int:
+        records = [record.copy() for record in MutatedRecording(small.read_bytes()).records]
+        states = next(record.content for record in records if record.kind == CHUNK and has_particles(record.content))
+        change(records, states)
+        path = tmp_path / "changed.mcap"
+        path.write_bytes(encoded(records, True, True))
+        return len(list(k.Run(path)["/state"]))
+
+    def has_particles(content: List[Record]) -> bool:
+        return any(record.kind == CHANNEL and record.fields[2] == "/particles" for record in content)
+
+    def messages(states: List[Record]) -> List[int]:
+        return [place for place, record in enumerate(states) if record.kind == MESSAGE]
+
+    def rename(records: List[Record], states: List[Record]) -> None:
+        for record in records + states:
+            if record.kind == CHANNEL and record.fields[2] == "/particles":
+                record.fields[2] = "/other"
+
+    def delay(records: List[Record], states: List[Record]) -> None:
+        particles, first, second = messages(states)[:3]
+        states[particles].fields[2:4] = states[second].fields[2:4]
+        states[particles], states[first] = states[first], states[particles]
+
+    def empty(records: List[Record], states: List[Record]) -> None:
+        particles = states[messages(states)[0]]
+        data = 6 * 8 * (3 if "mass" in k.Run(small)["/state"].columns else 1)
+        # The data are the last field, after a tag and their length.
+        particles.fields[4] = particles.fields[4][: -data - (3 if data >= 128 else 2)]
+
+    assert read(lambda records, states: None) == 5
+    for change, what in [
+        (rename, "it has states without `/particles`"),
+        (delay, "there is no message of `/particles` before it"),
+        (empty, "6 particles, but 0 in `/particles`"),
+    ]:
+        with pytest.raises(k.RecordingError, match=what):
+            read(change)

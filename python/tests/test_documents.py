@@ -37,3 +37,16 @@ def test_code_of_the_documents_runs(
     for test in tests.values():
         test(k.run)
     assert all('class="film"' in page for page in shown)
+
+
+def test_code_of_the_format_joins_states_and_particles(
+    recording: k.Run, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (block,) = BLOCK.findall((ROOT / "recordings/README.md").read_text(encoding="utf-8"))
+    monkeypatch.setattr("sys.argv", ["", str(recording.path)])
+    exec(compile(block, "recordings/README.md", "exec"), {})
+    printed = [line.split() for line in capsys.readouterr().out.splitlines()]
+    states = recording["/state"]
+    expected = [float((0.5 * state["mass"] * (state["vx"] ** 2 + state["vy"] ** 2)).mean()) for state in states]
+    assert [float(line[2]) for line in printed] == expected and len(set(expected)) > 100
+    assert [float(line[0]) for line in printed] == list(states.times)

@@ -37,10 +37,23 @@ def official(path: Path, topic: str) -> Iterator[object]:
 
 
 def official_states(path: Path) -> List[np.ndarray]:
-    return [
-        np.frombuffer(message.data, [(field.name, "<f8") for field in message.fields])  # type: ignore[attr-defined]
-        for message in official(path, "/state")
-    ]
+    """The states with the constants of the particles, in the order of the columns that the provenance names."""
+    with path.open("rb") as stream:
+        reader = make_reader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
+        provenance = next(record.metadata for record in reader.iter_metadata() if record.name == "kinetoscope")
+        order = provenance["state_columns"].split(",")
+        states, particles = [], {}
+        for _, channel, _, cloud in reader.iter_decoded_messages(["/particles", "/state"]):
+            rows = np.frombuffer(cloud.data, [(field.name, "<f8") for field in cloud.fields])
+            columns = {name: rows[name] for name in rows.dtype.names or ()}
+            if channel.topic == "/particles":
+                particles = columns
+                continue
+            state = np.empty(len(rows), [(name, "<f8") for name in order])
+            for name, column in {**columns, **particles}.items():
+                state[name] = column
+            states.append(state)
+    return states
 
 
 def test_state_equals_that_of_the_official_reader(run_of_model: k.Run) -> None:
@@ -55,7 +68,7 @@ def test_state_equals_that_of_the_official_reader(run_of_model: k.Run) -> None:
 
 
 def test_numeric_topics_equal_those_of_the_official_reader(run_of_model: k.Run) -> None:
-    numeric = [topic for topic in run_of_model.topics if topic not in ("/state", "/log")]
+    numeric = [topic for topic in run_of_model.topics if topic not in ("/state", "/particles", "/log")]
     compared = 0
     for topic in numeric:
         try:
@@ -207,14 +220,14 @@ def with_schema_version(source: Path, target: Path, version: bytes) -> None:
 
 def test_newer_schema_is_rejected_with_both_versions(recording: k.Run, tmp_path: Path) -> None:
     other = tmp_path / "other.mcap"
-    with_schema_version(recording.path, other, b"5")
-    with pytest.raises(k.RecordingError, match="schema version 5 .*this package reads version 4\nhelp: upgrade"):
+    with_schema_version(recording.path, other, b"6")
+    with pytest.raises(k.RecordingError, match="schema version 6 .*this package reads version 5\nhelp: upgrade"):
         k.Run(other)
-    with_schema_version(recording.path, other, b"3")
-    with pytest.raises(k.RecordingError, match="schema version 3 .*this package reads version 4\nhelp: record it again"):
+    with_schema_version(recording.path, other, b"4")
+    with pytest.raises(k.RecordingError, match="schema version 4 .*this package reads version 5\nhelp: record it again"):
         k.open(other)
     # Control: the same version.
-    with_schema_version(recording.path, other, b"4")
+    with_schema_version(recording.path, other, b"5")
     assert len(k.Run(other)) == 251
 
 

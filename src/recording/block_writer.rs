@@ -46,7 +46,7 @@ impl Group {
     pub(crate) fn of(topic: &str, declared: &[ChannelDeclaration]) -> Self {
         match topic {
             // An analysis reads the walls as well.
-            channels::STATE | channels::WALLS | KEYFRAME => Self::State,
+            channels::PARTICLES | channels::STATE | channels::WALLS | KEYFRAME => Self::State,
             channels::DISCS
             | channels::VELOCITY
             | channels::FORCE_CHAINS

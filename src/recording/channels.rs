@@ -6,9 +6,11 @@ pub use crate::channel_field::Field;
 use crate::column::Column as _;
 
 /// Version of the recording's layout; part of the run key.
-pub const SCHEMA_VERSION: u32 = 4;
+pub const SCHEMA_VERSION: u32 = 5;
 
-/// Topic of the exact state of all particles.
+/// Topic of the constants of all particles: the columns of the state that a particle keeps. Written when they change.
+pub const PARTICLES: &str = "/particles";
+/// Topic of the exact state of all particles, without their constants.
 pub const STATE: &str = "/state";
 /// Topic of the discs drawn to scale.
 pub const DISCS: &str = "/discs";

@@ -12,6 +12,14 @@ pub struct StateColumn {
     pub unit: &'static str,
 }
 
+/// Names of the columns that a particle keeps from frame to frame. They are recorded on `/particles`, not in every `/state`.
+const CONSTANTS: [&str; 3] = ["id", "mass", "radius"];
+
+/// Whether a particle keeps the value of the state's column with this name.
+pub(crate) fn is_constant(name: &str) -> bool {
+    CONSTANTS.contains(&name)
+}
+
 /// A field that may be a column.
 pub(crate) trait Column {
     /// Number of values; `None` for a field with a single value.

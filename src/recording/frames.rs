@@ -48,6 +48,8 @@ pub struct Frames {
     data: DataSection,
     path: Arc<Path>,
     state_columns: Arc<[String]>,
+    /// The constants of the particles, as recorded last.
+    particles: Option<PointCloud>,
     /// Memory of states that were dropped.
     spare: SpareMemory<f64>,
     stored: StoredFrames,
@@ -87,6 +89,7 @@ impl Frames {
             data,
             path,
             state_columns,
+            particles: None,
             spare: SpareMemory::new(),
             stored,
             hashes: Vec::new(),
@@ -121,7 +124,8 @@ impl Frames {
         Self { has_scalar_frames: true, ..self }
     }
 
-    /// The next chunk, packed, and whether it ends a block. The first block, which declares all channels, cannot be skipped.
+    /// The next chunk, packed, and whether it ends a block. The first block, which declares all channels, cannot be skipped, nor can a
+    /// chunk with particles that later states need: their channel is the first one of its group. Each keyframe has its own.
     pub(crate) fn packed_chunk(&mut self) -> Option<(&[u8], bool)> {
         let is_between_blocks = self.waiting.is_empty() && self.open.messages.is_empty();
         if !is_between_blocks || self.ended || self.topics.is_empty() {
@@ -129,7 +133,9 @@ impl Frames {
         }
         let (body, channel) = self.data.packed_chunk()?;
         let topic = self.topics.get(&channel?)?;
-        Some((body, topic.name == FrameClock::TOPIC))
+        let has_keyframes = matches!(self.stored, StoredFrames::Keyframes(_));
+        let is_needed = topic.name == channels::PARTICLES && !has_keyframes;
+        (!is_needed).then_some((body, topic.name == FrameClock::TOPIC))
     }
 
     /// Skips that chunk, whose bytes have this checksum, and returns them.
@@ -342,14 +348,19 @@ impl Frames {
         let mut clock = FrameClock::default();
         let mut state = None;
         let mut log = Vec::new();
+        let particles = raw.messages.iter().find(|message| message.topic() == channels::PARTICLES);
+        if let Some(message) = particles {
+            let cloud = PointCloud::decode(message.payload.clone()).map_err(undecodable)?;
+            self.particles = Some(cloud);
+        }
         for message in &raw.messages {
             let payload = message.payload.clone();
             match message.topic() {
                 FrameClock::TOPIC => clock = FrameClock::decode(payload).map_err(undecodable)?,
                 channels::STATE => {
                     let cloud = PointCloud::decode(payload).map_err(undecodable)?;
-                    let table =
-                        StateTable::from_point_cloud(&cloud, &self.state_columns, &self.spare);
+                    let (particles, columns) = (self.particles.as_ref(), &self.state_columns);
+                    let table = StateTable::joined(&cloud, particles, columns, &self.spare);
                     state = Some(table.map_err(damaged)?);
                 }
                 channels::LOG => {

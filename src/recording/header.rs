@@ -1,6 +1,7 @@
 //! The header of a recording: its constant properties and its channels.
 
 use crate::channels::{self, Channel as _, ChannelDeclaration, FrameClock, SCHEMA_VERSION};
+use crate::column::is_constant;
 use crate::error::RecordError;
 use crate::frame::StateColumn;
 use crate::keyframe::KEYFRAME;
@@ -77,7 +78,10 @@ impl Header {
     /// All topics that a recording of this model can hold, in file order.
     #[must_use]
     pub fn topics(&self) -> Vec<&'static str> {
-        let mut topics = vec![FrameClock::TOPIC, channels::STATE];
+        let mut topics = vec![FrameClock::TOPIC];
+        let has_constants = self.state_columns.iter().any(|column| is_constant(column.name));
+        topics.extend(has_constants.then_some(channels::PARTICLES));
+        topics.push(channels::STATE);
         topics.extend(self.channels.iter().map(|channel| channel.topic));
         topics.push(channels::DISCS);
         topics.push(channels::VELOCITY);
@@ -115,6 +119,7 @@ impl Header {
                 match topic {
                     topic if topic == FrameClock::TOPIC => true,
                     channels::LOG | KEYFRAME => true,
+                    channels::PARTICLES => named(channels::STATE),
                     channels::WALLS | channels::LEGEND => {
                         named(topic) || drawings.into_iter().any(named)
                     }

@@ -83,11 +83,17 @@ pub struct MessageHash {
 }
 
 impl MessageHash {
-    /// Hashes a message.
+    /// Hashes a message of a topic. The particles have no time, because when they are recorded depends on which frames are stored.
     ///
     /// # Errors
     /// More channels than any recording has: a defect of the program.
-    pub fn of(channel: usize, log_time_ns: u64, payload: &[u8]) -> Result<Self, RecordError> {
+    pub fn of(
+        topic: &str,
+        channel: usize,
+        log_time_ns: u64,
+        payload: &[u8],
+    ) -> Result<Self, RecordError> {
+        let log_time_ns = if topic == channels::PARTICLES { 0 } else { log_time_ns };
         let channel = u8::try_from(channel).ok().filter(|channel| *channel != END_OF_FRAME);
         let channel =
             channel.ok_or_else(|| RecordError::Container("too many channels".to_owned()))?;
@@ -156,8 +162,8 @@ mod tests {
     /// Control: a byte less is damage.
     #[test]
     fn hashes_survive_their_encoding() {
-        let one = MessageHash::of(3, 40, b"payload").unwrap();
-        let other = MessageHash::of(3, 41, b"payload").unwrap();
+        let one = MessageHash::of("/state", 3, 40, b"payload").unwrap();
+        let other = MessageHash::of("/state", 3, 41, b"payload").unwrap();
         assert_ne!(one, other);
         let mut bytes = Vec::new();
         one.append_to(&mut bytes);
@@ -170,6 +176,6 @@ mod tests {
         assert_eq!(decoded(&bytes), [Ok(vec![one]), Ok(vec![]), Ok(vec![other, one])]);
         let cut = decoded(&bytes[..bytes.len() - 1]);
         assert_eq!(cut, [Ok(vec![one]), Ok(vec![]), Err(DamagedHashes)]);
-        assert!(MessageHash::of(255, 0, b"").is_err());
+        assert!(MessageHash::of("/state", 255, 0, b"").is_err());
     }
 }

@@ -25,7 +25,7 @@ use crate::schema::schema_of;
 use crate::sink::CountingSink;
 use crate::stored_frames::DrawnFrames;
 use crate::trail::Trails;
-use foxglove::messages::{Log, Timestamp, log};
+use foxglove::messages::{Log, SceneUpdate, Timestamp, log};
 use keyframes::Unstored;
 use prost::Message;
 use std::collections::BTreeMap;
@@ -64,6 +64,8 @@ pub struct Recorder<W: Write> {
     observer: Option<Box<dyn FrameObserver>>,
     buffer: Vec<u8>,
     discs: EncodedDiscs,
+    // The last message of `/particles`.
+    particles: Vec<u8>,
     written: Arc<AtomicU64>,
 }
 
@@ -99,6 +101,7 @@ impl<W: Write> Recorder<W> {
             observer: None,
             buffer: Vec::new(),
             discs: EncodedDiscs::default(),
+            particles: Vec::new(),
             written,
         })
     }
@@ -109,7 +112,8 @@ impl<W: Write> Recorder<W> {
         self.recorded.contains(&topic)
     }
 
-    /// Sends all messages from now on to an observer. That of a resumed run first receives the drawings and the log of the start.
+    /// Sends all messages from now on to an observer. That of a resumed run first receives the particles, and the drawings
+    /// and the log of the start.
     ///
     /// # Errors
     /// A channel without a schema: a defect of the program.
@@ -117,6 +121,9 @@ impl<W: Write> Recorder<W> {
         observer.begin(ChannelList::of(&self.header, &self.recorded)?);
         if self.frames > 0 {
             let start = Timestamp::new(0, 0);
+            if !self.particles.is_empty() {
+                observer.message(channels::PARTICLES, 0, &self.particles);
+            }
             for (topic, drawn) in [
                 (channels::WALLS, self.scenes.walls_at_rest(start)),
                 (channels::LEGEND, self.scenes.legend(start)),
@@ -189,18 +196,18 @@ impl<W: Write> Recorder<W> {
             time_unit: self.header.time_unit.to_owned(),
         };
         self.message(FrameClock::TOPIC, log_time, &frame_clock)?;
-        if self.wants(channels::STATE) {
-            let message = frame.rows_mut().as_message(self.header.state_columns, time);
-            self.payload(channels::STATE, log_time, message)?;
-        }
+        self.trace(frame.state());
+        let is_drawn = self.drawn_frames().has(self.frames);
+        let has_arrows = is_drawn && self.wants(channels::VELOCITY);
+        let arrows = has_arrows.then(|| self.scenes.velocity(frame.state(), time));
+        self.write_state(frame, log_time, time)?;
         for channel in self.header.channels {
             let message = frame.message(channel.topic).filter(|_| self.wants(channel.topic));
             if let Some(message) = message {
                 self.payload(channel.topic, log_time, message.payload)?;
             }
         }
-        self.trace(frame.state());
-        self.draw(frame, log_time, time)?;
+        self.draw(frame, arrows, log_time, time)?;
         self.write_log(frame.log_lines(), log_time, time)?;
         self.write_keyframe(frame.model_mut(), log_time)?;
         self.end_frame()?;
@@ -210,6 +217,28 @@ impl<W: Write> Recorder<W> {
         }
         if let Some(observer) = &mut self.observer {
             observer.end_of_frame();
+        }
+        Ok(())
+    }
+
+    /// Writes the particles if they have changed, and the state without their constants. A keyframe is read without those before it;
+    /// therefore, a recording of keyframes has the particles in each of them, and their hash for each other frame.
+    fn write_state(
+        &mut self,
+        frame: &mut Frame,
+        log_time: u64,
+        time: Timestamp,
+    ) -> Result<(), RecordError> {
+        let (rows, columns) = (frame.rows_mut(), self.header.state_columns);
+        if self.wants(channels::PARTICLES) {
+            let has_keyframes = matches!(self.header.stored, StoredFrames::Keyframes(_));
+            let last: &[u8] = if has_keyframes { &[] } else { &self.particles };
+            if let Some(particles) = rows.other_particles(columns, last) {
+                self.payload(channels::PARTICLES, log_time, &particles)?;
+            }
+        }
+        if self.wants(channels::STATE) {
+            self.payload(channels::STATE, log_time, rows.take_message(columns, time))?;
         }
         Ok(())
     }
@@ -301,7 +330,13 @@ impl<W: Write> Recorder<W> {
         }
     }
 
-    fn draw(&mut self, frame: &Frame, log_time: u64, time: Timestamp) -> Result<(), RecordError> {
+    fn draw(
+        &mut self,
+        frame: &Frame,
+        mut arrows: Option<SceneUpdate>,
+        log_time: u64,
+        time: Timestamp,
+    ) -> Result<(), RecordError> {
         let is_first = self.is_first();
         let is_drawn = self.drawn_frames().has(self.frames);
         for topic in self.recorded.clone() {
@@ -312,7 +347,7 @@ impl<W: Write> Recorder<W> {
                     self.payload(topic, log_time, frame.discs())?;
                     continue;
                 }
-                channels::VELOCITY => self.scenes.velocity(frame.state(), time),
+                channels::VELOCITY => arrows.take().unwrap_or_default(),
                 channels::FORCE_CHAINS => self.scenes.contacts(frame.contacts(), time),
                 channels::TRAIL => self.scenes.trail(&self.trails, time),
                 channels::WALLS if !frame.walls().is_empty() => {
@@ -397,6 +432,9 @@ impl<W: Write> Recorder<W> {
         let Some(&(group, channel)) = self.channel_ids.get(topic) else {
             return Err(RecordError::Container(format!("{topic} has no channel")));
         };
+        if topic == channels::PARTICLES {
+            payload.clone_into(&mut self.particles);
+        }
         if self.unstored.is_now && group != Group::Scalars {
             return self.hash(topic, log_time, payload);
         }

@@ -22,7 +22,7 @@ pub(crate) fn schema_of(
         return Ok(foxglove::Schema::new(schema, "protobuf", keyframe::descriptor()));
     }
     let schema = match topic {
-        channels::STATE => PointCloud::get_schema(),
+        channels::PARTICLES | channels::STATE => PointCloud::get_schema(),
         channels::LOG => Log::get_schema(),
         _ => SceneUpdate::get_schema(),
     };

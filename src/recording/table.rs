@@ -1,6 +1,6 @@
 //! The exact state of one frame: one row per particle, one column per quantity.
 
-use crate::column::{Column as _, StateColumn};
+use crate::column::{Column as _, StateColumn, is_constant};
 use crate::scene::{FRAME_ID, pose};
 use crate::spare_memory::{Lent, SpareMemory};
 use foxglove::messages::packed_element_field::NumericType;
@@ -88,10 +88,45 @@ impl Rows {
         }
     }
 
-    /// A `foxglove.PointCloud` with the values as FLOAT64 fields. The header is written before the values, which stay in place.
-    pub(crate) fn as_message(&mut self, columns: &[StateColumn], time: Timestamp) -> &[u8] {
+    /// The message of `/particles` with the constants of these rows, as a `foxglove.PointCloud` without a time; `None` if it is `last`.
+    pub(crate) fn other_particles(&self, columns: &[StateColumn], last: &[u8]) -> Option<Vec<u8>> {
+        let indices: Vec<usize> =
+            (0..columns.len()).filter(|&index| is_constant(columns[index].name)).collect();
+        let rows = self.values().chunks_exact(columns.len());
+        let mut message = message_header(columns, true, indices.len() * rows.len(), None);
+        let constants = rows.flat_map(|row| indices.iter().map(|&index| row[index].to_le_bytes()));
+        let (recorded, _) = last.get(message.len()..).unwrap_or_default().as_chunks();
+        if last.starts_with(&message) && constants.clone().eq(recorded.iter().copied()) {
+            return None;
+        }
+        message.extend(constants.flatten());
+        Some(message)
+    }
+
+    /// Moves the values that are not constants of the particles to the start. Returns their number.
+    fn remove_constants(&mut self, columns: &[StateColumn]) -> usize {
+        let values = &mut self.words[self.room..];
+        let kept: Vec<usize> =
+            (0..columns.len()).filter(|&index| !is_constant(columns[index].name)).collect();
+        if kept.len() == columns.len() {
+            return values.len();
+        }
+        let mut end = 0;
+        for row in (0..values.len()).step_by(columns.len()) {
+            for index in &kept {
+                values[end] = values[row + index];
+                end += 1;
+            }
+        }
+        end
+    }
+
+    /// The message of `/state`: a `foxglove.PointCloud` with the values as FLOAT64 fields. The header is written before the values, which
+    /// stay in place without the constants of the particles. Therefore, no rows are left.
+    pub(crate) fn take_message(&mut self, columns: &[StateColumn], time: Timestamp) -> &[u8] {
         self.remove_cleared();
-        let header = message_header(columns, self.values().len(), time);
+        let values = self.remove_constants(columns);
+        let header = message_header(columns, false, values, Some(time));
         let words = header.len().div_ceil(size_of::<f64>());
         if let Some(missing) = words.checked_sub(self.room) {
             self.words.splice(0..0, std::iter::repeat_n(0.0, missing));
@@ -99,9 +134,10 @@ impl Rows {
         }
         let values_at = size_of::<f64>() * self.room;
         let message_at = values_at - header.len();
+        self.is_cleared = true;
         let bytes = self.little_endian_bytes();
         bytes[message_at..values_at].copy_from_slice(&header);
-        &bytes[message_at..]
+        &bytes[message_at..values_at + size_of::<f64>() * values]
     }
 }
 
@@ -120,19 +156,26 @@ impl Rows {
     }
 }
 
-/// The message of a state without the values, which are its last field.
-fn message_header(columns: &[StateColumn], values: usize, time: Timestamp) -> Vec<u8> {
-    let fields = columns.iter().zip(0_u32..).map(|(column, index)| PackedElementField {
+/// The message with the columns that are constants of the particles, or with the others, up to the values, which are its last field.
+fn message_header(
+    columns: &[StateColumn],
+    are_constants: bool,
+    values: usize,
+    timestamp: Option<Timestamp>,
+) -> Vec<u8> {
+    let columns = columns.iter().filter(|column| is_constant(column.name) == are_constants);
+    let fields = columns.zip(0_u32..).map(|(column, index)| PackedElementField {
         name: column.name.to_owned(),
         offset: 8 * index,
         r#type: NumericType::Float64.into(),
     });
+    let fields: Vec<_> = fields.collect();
     let cloud = PointCloud {
-        timestamp: Some(time),
+        timestamp,
         frame_id: FRAME_ID.to_owned(),
         pose: Some(pose([0.0, 0.0, 0.0])),
-        point_stride: 8 * columns.len() as u32,
-        fields: fields.collect(),
+        point_stride: 8 * fields.len() as u32,
+        fields,
         ..PointCloud::default()
     };
     let mut header = Vec::with_capacity(cloud.encoded_len() + MAX_DATA_PREFIX);
@@ -140,6 +183,26 @@ fn message_header(columns: &[StateColumn], values: usize, time: Timestamp) -> Ve
     encode_key(DATA_TAG, WireType::LengthDelimited, &mut header);
     encode_varint((size_of::<f64>() * values) as u64, &mut header);
     header
+}
+
+/// The values of a message whose columns are those of the recording that are constants of the particles, or the others.
+fn values_of<'a>(
+    cloud: &'a PointCloud,
+    columns: &[String],
+    are_constants: bool,
+) -> Result<&'a [[u8; 8]], &'static str> {
+    let float64 = i32::from(NumericType::Float64);
+    let fields = columns.iter().filter(|name| is_constant(name) == are_constants).zip(0_u32..);
+    let fields = fields.map(|(name, index)| (name.as_str(), float64, 8 * index));
+    let found = cloud.fields.iter().map(|field| (field.name.as_str(), field.r#type, field.offset));
+    let stride = 8 * cloud.fields.len();
+    if !fields.eq(found) || cloud.point_stride as usize != stride || stride == 0 {
+        return Err("the state's columns are not those of the recording");
+    }
+    if !cloud.data.len().is_multiple_of(stride) {
+        return Err("the state ends inside a row");
+    }
+    Ok(cloud.data.as_chunks().0)
 }
 
 /// The state of all particles, in the order of their ids.
@@ -156,32 +219,42 @@ impl PartialEq for StateTable {
 }
 
 impl StateTable {
-    /// Decodes a point cloud, or returns how it differs from the recording's columns.
-    pub(crate) fn from_point_cloud(
-        cloud: &PointCloud,
+    /// Joins the messages of a state and of the particles, or returns how they differ from the recording's columns or from each other.
+    pub(crate) fn joined(
+        state: &PointCloud,
+        particles: Option<&PointCloud>,
         columns: &Arc<[String]>,
         spare: &SpareMemory<f64>,
     ) -> Result<Self, &'static str> {
-        let stride = 8 * columns.len();
-        let float64 = i32::from(NumericType::Float64);
-        let fits = cloud.fields.len() == columns.len()
-            && cloud.fields.iter().zip(columns.iter()).zip(0_u32..).all(
-                |((field, name), index)| {
-                    field.name == *name && field.r#type == float64 && field.offset == 8 * index
-                },
-            );
-        if !fits || cloud.point_stride as usize != stride {
-            return Err("the state's columns are not those of the recording");
-        }
-        if !cloud.data.len().is_multiple_of(stride) {
-            return Err("the state ends inside a row");
-        }
-        let (values, _) = cloud.data.as_chunks();
+        let rows = values_of(state, columns, false)?;
         let mut table = Self { columns: Arc::clone(columns), values: spare.take() };
-        if table.values.vector.try_reserve_exact(values.len()).is_err() {
+        let values = &mut table.values.vector;
+        let constants = columns.iter().filter(|name| is_constant(name)).count();
+        let width = columns.len() - constants;
+        let count = rows.len() / width;
+        if values.try_reserve_exact(count.saturating_mul(columns.len())).is_err() {
             return Err("the state does not fit into memory");
         }
-        table.values.vector.extend(values.iter().map(|bytes| f64::from_le_bytes(*bytes)));
+        if constants == 0 {
+            values.extend(rows.iter().map(|bytes| f64::from_le_bytes(*bytes)));
+            return Ok(table);
+        }
+        let particles = particles.ok_or("a state has no message of /particles before it")?;
+        let particles = values_of(particles, columns, true)?;
+        if particles.len() / constants != count {
+            return Err("the state has another number of particles than /particles");
+        }
+        let (mut next, mut next_constant) = (0..width, 0..constants);
+        let places = columns.iter().map(|name| match is_constant(name) {
+            true => (true, next_constant.next().unwrap_or_default()),
+            false => (false, next.next().unwrap_or_default()),
+        });
+        let places: Vec<(bool, usize)> = places.collect();
+        for (row, particle) in rows.chunks_exact(width).zip(particles.chunks_exact(constants)) {
+            values.extend(places.iter().map(|&(is_constant, index)| {
+                f64::from_le_bytes(if is_constant { particle[index] } else { row[index] })
+            }));
+        }
         Ok(table)
     }
 

@@ -205,7 +205,7 @@ fn between_messages(left: &RecordedFrame, right: &RecordedFrame, index: usize) -
         return None;
     }
     let named = match one.topic() {
-        channels::STATE => between_states(left, right),
+        channels::PARTICLES | channels::STATE => between_states(left, right),
         channels::LOG => between_logs(left, right, index),
         _ => between_fields(one, other),
     };

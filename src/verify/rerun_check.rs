@@ -6,7 +6,7 @@
 use crate::interrupt::Interrupt;
 use crate::verify::error::VerifyError;
 use crate::verify::rerun::Rerun;
-use kinetoscope_recording::channels::{LOG, TRAIL};
+use kinetoscope_recording::channels::{LOG, PARTICLES, TRAIL};
 use kinetoscope_recording::error::{ReadError, ReadFault, RecordError};
 use kinetoscope_recording::frame::LogLine;
 use kinetoscope_recording::keyframe::{FrameHashes, KEYFRAME, Keyframe, MessageHash, is_drawing};
@@ -55,7 +55,7 @@ impl RerunCheck {
         let topics = topics.map(|topic| (topic, header.schema_name(topic))).collect();
         let expected = ExpectedMessages::of(recording, topics)?;
         let has_end = first == 0 && !rerun.is_part;
-        let mut comparison = MessageComparison { expected, first, has_end };
+        let mut comparison = MessageComparison { expected, first, has_end, particles: None };
         let (sender, frames) = sync_channel(WAITING);
         let stop = rerun.stop.clone();
         let thread = Builder::new()
@@ -172,6 +172,8 @@ struct ExpectedMessages {
     stored: Option<Expected>,
     /// Why the run failed.
     fault: Option<String>,
+    /// The hash of the particles, as recorded last.
+    particles: Option<MessageHash>,
     /// The frame after the last one that was returned.
     next: u64,
     at_end: bool,
@@ -193,6 +195,7 @@ impl ExpectedMessages {
                 Some(Outcome::Fault(fault)) => Some(fault.clone()),
                 _ => None,
             },
+            particles: None,
             next: recording.provenance().stored.first(),
             at_end: false,
         })
@@ -225,9 +228,11 @@ impl ExpectedMessages {
                 Some(Err(_)) => return Err(self.damaged("the hashes of its frames")),
                 None => self.stored.take(),
             };
-            if next.is_some() {
+            if let Some(mut expected) = next {
                 self.next += 1;
-                return Ok(next);
+                let channel = self.position(PARTICLES);
+                add_particles(&mut expected.hashes, &mut self.particles, channel);
+                return Ok(Some(expected));
             }
             if self.at_end {
                 return Ok(None);
@@ -294,11 +299,24 @@ impl ExpectedMessages {
             if schema.as_deref() != Some(message.schema()) {
                 expected.other_schema.get_or_insert(topic);
             }
-            let hash = MessageHash::of(channel, message.log_time_ns(), message.payload());
+            let hash = MessageHash::of(topic, channel, message.log_time_ns(), message.payload());
             expected.hashes.push(hash.map_err(|error| self.damaged(&error.to_string()))?);
         }
         Ok(expected)
     }
+}
+
+/// Adds the hash of the particles, which are recorded only when they change, to the hashes of a frame without them.
+fn add_particles(
+    hashes: &mut Vec<MessageHash>,
+    last: &mut Option<MessageHash>,
+    channel: Option<usize>,
+) {
+    match hashes.iter().find(|hash| Some(usize::from(hash.channel)) == channel) {
+        Some(recorded) => *last = Some(*recorded),
+        None => hashes.extend(*last),
+    }
+    hashes.sort_by_key(|hash| hash.channel);
 }
 
 /// Compares the messages of a rerun with the expected ones.
@@ -308,6 +326,8 @@ struct MessageComparison {
     first: u64,
     /// Whether the recording must end with the rerun.
     has_end: bool,
+    /// The hash of the particles of the rerun.
+    particles: Option<MessageHash>,
 }
 
 impl MessageComparison {
@@ -358,8 +378,9 @@ impl MessageComparison {
             let channel = self.expected.position(topic);
             // A channel that is missing from the list gives a difference.
             let payload = &messages.bytes[payload.clone()];
-            found.extend(MessageHash::of(channel.unwrap_or(0), *log_time_ns, payload));
+            found.extend(MessageHash::of(topic, channel.unwrap_or(0), *log_time_ns, payload));
         }
+        add_particles(&mut found, &mut self.particles, self.expected.position(PARTICLES));
         let left_out = self.expected.position(TRAIL).filter(|_| self.first > 0);
         for hashes in [&mut expected.hashes, &mut found] {
             hashes.retain(|hash| Some(usize::from(hash.channel)) != left_out);

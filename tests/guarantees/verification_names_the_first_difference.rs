@@ -62,7 +62,8 @@ fn assert_differs(verified: &Output, expected: &str) {
 /// Offset of a value in the payload of `/state`, whose rows are at its end.
 fn offset_in_state(payload: &[u8], frame: &RecordedFrame) -> usize {
     let table = frame.state().unwrap();
-    let width = table.columns().len();
+    // The radius is on `/particles`.
+    let width = table.columns().len() - 1;
     payload.len() - 8 * width * table.rows() + 8 * (width * PARTICLE + COLUMN)
 }
 
@@ -84,6 +85,26 @@ fn changed_bit_of_the_state_is_named() {
     let time = frame.clock.time;
     let expected = format!(
         "first difference: /state, frame 5 (time {time:?}), particle 7, {column}: {wrong:?} in the file, {right:?} in the rerun"
+    );
+    assert_differs(&verified, &expected);
+}
+
+/// Particles that are repeated with other values, and those of the start with another value: both are in the file only.
+#[test]
+fn changed_particles_are_named() {
+    let packing = Packing::new();
+    let (right, rows) =
+        packing.frame(0).state().map(|state| (state.row(PARTICLE)[4], state.rows())).unwrap();
+    let verified = packing.changed(&|topic, _, payload| {
+        if topic == "/particles" {
+            let offset = payload.len() - 8 * rows + 8 * PARTICLE;
+            payload[offset] ^= 1;
+        }
+        true
+    });
+    let wrong = f64::from_bits(right.to_bits() ^ 1);
+    let expected = format!(
+        "first difference: /particles, frame 0 (time 0.0), particle 7, radius: {wrong:?} in the file, {right:?} in the rerun"
     );
     assert_differs(&verified, &expected);
 }

@@ -7,7 +7,6 @@ is decoded by the schema that the file itself contains, and the rules of recordi
 """
 
 import io
-import struct
 import sys
 from itertools import groupby
 from pathlib import Path
@@ -19,6 +18,7 @@ from mcap_protobuf.decoder import DecoderFactory
 
 MAGIC = b"\x89MCAP0\r\n"
 CHUNK_HEAD = 9 + 8 + 8 + 8 + 4 + 4 + 8  # bytes of a chunk record without the name of its compression and its content
+CONSTANTS = {"id", "mass", "radius"}  # columns of the state that are on `/particles`
 FLOAT64 = 8  # foxglove.PackedElementField.NumericType
 DRAWN_AT_THE_START = {"/walls", "/legend"}  # moving walls are drawn in every frame
 DRAWN_EVERY_FRAME = {"/discs", "/velocity", "/force_chains", "/trail"}
@@ -113,13 +113,15 @@ def check_scene(topic, scene):
     return entity
 
 
-def check_state(cloud, columns):
+def check_table(topic, cloud, columns):
+    """The number of rows."""
     names = [field.name for field in cloud.fields]
-    require(names == columns, f"/state has columns {names}, the provenance {columns}")
-    require(all(field.type == FLOAT64 for field in cloud.fields), "/state is not FLOAT64")
-    require(cloud.point_stride == 8 * len(columns), "/state has a wrong stride")
-    require(len(cloud.data) % cloud.point_stride == 0, "/state ends inside a row")
-    return list(struct.iter_unpack(f"<{len(columns)}d", cloud.data))
+    columns = [name for name in columns if (name in CONSTANTS) == (topic == "/particles")]
+    require(names == columns, f"{topic} has columns {names}, the provenance {columns}")
+    require(all(field.type == FLOAT64 for field in cloud.fields), f"{topic} is not FLOAT64")
+    require(cloud.point_stride == 8 * len(columns), f"{topic} has a wrong stride")
+    require(len(cloud.data) % cloud.point_stride == 0, f"{topic} ends inside a row")
+    return len(cloud.data) // cloud.point_stride
 
 
 def in_frames(reader):
@@ -131,7 +133,7 @@ def in_frames(reader):
 def check_messages(reader, provenance, statistics):
     rate = float(provenance["playback_fps"])
     columns = provenance["state_columns"].split(",")
-    frame, log_time, counts = -1, None, {}
+    frame, log_time, counts, particles = -1, None, {}, None
     for channel, message, decoded in in_frames(reader):
         topic = channel.topic
         counts[topic] = counts.get(topic, 0) + 1
@@ -140,11 +142,14 @@ def check_messages(reader, provenance, statistics):
             require(decoded.frame == frame, f"frame {decoded.frame} stands where {frame} should")
             require(abs(log_time - frame * 1e9 / rate) <= 1, f"frame {frame} plays at {log_time} ns")
         require(message.log_time == message.publish_time == log_time, f"{topic} is outside of its frame")
-        if hasattr(decoded, "timestamp"):
+        if hasattr(decoded, "timestamp") and topic != "/particles":
             stamp = decoded.timestamp.seconds * 10**9 + decoded.timestamp.nanos
             require(stamp == log_time, f"{topic}: timestamp {stamp}, log time {log_time}")
-        if topic == "/state":
-            check_state(decoded, columns)
+        if topic == "/particles":
+            particles = check_table(topic, decoded, columns)
+        elif topic == "/state":
+            rows = check_table(topic, decoded, columns)
+            require(rows == particles or not CONSTANTS & set(columns), f"{rows} rows, {particles} in /particles")
         elif topic in DRAWN_EVERY_FRAME | DRAWN_AT_THE_START:
             check_scene(topic, decoded)
     for topic in counts:

@@ -27,6 +27,7 @@ class Recording:
 
     def __init__(self, path):
         self.times, self.events, self.states, self.messages = [], [], [], {}
+        particles = {}
         with open(path, "rb") as stream:
             reader = make_reader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
             attachments = {found.name: found.data for found in reader.iter_attachments()}
@@ -34,10 +35,14 @@ class Recording:
             for _, channel, _, decoded in reader.iter_decoded_messages(log_time_order=False):
                 if channel.topic == "/frame":
                     self.times.append(decoded.time)
-                elif channel.topic == "/state":
+                elif channel.topic in ("/particles", "/state"):
                     names = [field.name for field in decoded.fields]
                     rows = numpy.frombuffer(decoded.data, dtype="<f8").reshape(-1, len(names))
-                    self.states.append(dict(zip(names, rows.T)))
+                    columns = dict(zip(names, rows.T))
+                    if channel.topic == "/particles":
+                        particles = columns
+                    else:
+                        self.states.append({**columns, **particles})
                 elif channel.topic in ("/energy", "/collisions", "/pressure", "/contact_statistics", "/contact_forces", "/speeds", "/energy_balance"):
                     self.messages.setdefault(channel.topic, []).append(decoded)
                 if channel.topic == "/frame":

@@ -76,7 +76,7 @@ def recording_hashes(path):
     hashes = {}
     with open(path, "rb") as stream:
         for schema, channel, message in make_reader(stream).iter_messages(log_time_order=False):
-            is_state = channel.topic == "/state"
+            is_state = channel.topic in ("/particles", "/state")
             if not is_state and not schema.name.startswith("kinetoscope."):
                 continue
             for tag, value in fields(message.data):

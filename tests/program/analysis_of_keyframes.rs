@@ -183,7 +183,7 @@ fn analysis_names_the_command_that_restores_all_frames() {
 fn plots_of_scalars_have_all_frames() {
     let bench = Bench::new();
     let [full, keys] = both(&bench, MODELS[0].1, "");
-    let plot = |recording: &Path, arguments: &[&str]| {
+    let plot = |bench: &Bench, recording: &Path, arguments: &[&str]| {
         let ends = ["--output", "plot.svg", recording.to_str().unwrap()];
         let called = bench.call(&[&["plot", "--quiet"], arguments, &ends].concat());
         let drawn = fs::read(bench.path("plot.svg"));
@@ -192,16 +192,17 @@ fn plots_of_scalars_have_all_frames() {
     };
     for arguments in [&["--y", "/energy.kinetic_j"][..], &["--figure", "energy_balance"]] {
         let [(of_all, drawn), (of_keys, same)] =
-            [&full, &keys].map(|recording| plot(recording, arguments));
+            [&full, &keys].map(|recording| plot(&bench, recording, arguments));
         expect(&of_all, 0);
         expect(&of_keys, 0);
         assert!(drawn == same && !drawn.is_empty(), "{arguments:?}");
     }
+    let bench = Bench::new();
     let [full, keys] = both(&bench, MODELS[3].1, "");
-    let (called, drawn) = plot(&keys, &["--figure", "path"]);
+    let (called, drawn) = plot(&bench, &keys, &["--figure", "path"]);
     assert!(drawn.is_empty() && called.err.contains("kinetoscope fill"), "{}", called.err);
     expect(&called, 2);
-    expect(&plot(&full, &["--figure", "path"]).0, 0);
+    expect(&plot(&bench, &full, &["--figure", "path"]).0, 0);
 }
 
 #[test]

@@ -132,7 +132,8 @@ impl<'a> Records<'a> {
         start.iter().for_each(|record| writer.write_metadata(record).unwrap());
         let (has_one_chunk, has_groups) = (numbers.is_one_in(8), numbers.is_one_in(2));
         let is_first_group = |message: &mcap::Message<'_>| {
-            ["/state", "/walls", "/discs", "/keyframe"].contains(&message.channel.topic.as_str())
+            ["/particles", "/state", "/walls", "/discs", "/keyframe"]
+                .contains(&message.channel.topic.as_str())
         };
         for frame in self.messages.chunk_by(|_, next| next.channel.topic != "/frame") {
             let (first, rest): (Vec<_>, Vec<_>) =

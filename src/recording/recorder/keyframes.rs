@@ -46,7 +46,7 @@ impl<W: Write> Recorder<W> {
     ) -> Result<(), RecordError> {
         if !is_drawing(topic) {
             let channel = self.recorded.iter().position(|recorded| *recorded == topic);
-            let hash = MessageHash::of(channel.unwrap_or(usize::MAX), log_time, payload)?;
+            let hash = MessageHash::of(topic, channel.unwrap_or(usize::MAX), log_time, payload)?;
             hash.append_to(&mut self.unstored.hashes);
         }
         if let Some(observer) = &mut self.observer {

@@ -8,7 +8,9 @@
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
 use crate::sample::{header, record};
-use kinetoscope_recording::channels::{DISCS, FORCE_CHAINS, LEGEND, STATE, TRAIL, VELOCITY, WALLS};
+use kinetoscope_recording::channels::{
+    DISCS, FORCE_CHAINS, LEGEND, PARTICLES, STATE, TRAIL, VELOCITY, WALLS,
+};
 use kinetoscope_recording::keyframe::KEYFRAME;
 use kinetoscope_recording::reader::{RecordedFrame, Recording, StoredFrames};
 use kinetoscope_recording::recorder::{Compression, Header};
@@ -17,7 +19,7 @@ use std::io::Cursor;
 use std::num::NonZeroU64;
 use std::path::Path;
 
-type Chunk = Vec<mcap::Message<'static>>;
+pub(crate) type Chunk = Vec<mcap::Message<'static>>;
 /// Drawings, states and scalars: their chunks have this order in each block.
 const GROUPS: usize = 3;
 
@@ -30,7 +32,7 @@ fn recorded(distance: u64) -> Vec<u8> {
 fn group(topic: &str) -> usize {
     match topic {
         DISCS | VELOCITY | FORCE_CHAINS | TRAIL | LEGEND => 0,
-        STATE | WALLS | KEYFRAME => 1,
+        PARTICLES | STATE | WALLS | KEYFRAME => 1,
         _ => 2,
     }
 }
@@ -39,7 +41,7 @@ fn is_drawing(topic: &str) -> bool {
     group(topic) == 0
 }
 
-fn chunks(bytes: &[u8]) -> Vec<Chunk> {
+pub(crate) fn chunks(bytes: &[u8]) -> Vec<Chunk> {
     let messages = mcap::MessageStream::new(bytes).unwrap().map(Result::unwrap);
     let messages: Chunk = messages
         .map(|message| mcap::Message { data: message.data.into_owned().into(), ..message })
@@ -51,7 +53,7 @@ fn chunks(bytes: &[u8]) -> Vec<Chunk> {
 }
 
 /// The file `original` with other chunks.
-fn with_chunks(original: &[u8], chunks: &[Chunk]) -> Vec<u8> {
+pub(crate) fn with_chunks(original: &[u8], chunks: &[Chunk]) -> Vec<u8> {
     let summary = mcap::Summary::read(original).unwrap().unwrap();
     let mut writer = mcap::WriteOptions::new()
         .library("kinetoscope")
@@ -80,7 +82,7 @@ fn with_chunks(original: &[u8], chunks: &[Chunk]) -> Vec<u8> {
 }
 
 /// The frames before the first error, with those between keyframes, and the error.
-fn frames(bytes: Vec<u8>) -> (Vec<RecordedFrame>, Option<String>) {
+pub(crate) fn frames(bytes: Vec<u8>) -> (Vec<RecordedFrame>, Option<String>) {
     let recording = match Recording::from_bytes(bytes, Path::new("changed.mcap")) {
         Ok(recording) => recording,
         Err(error) => return (Vec::new(), Some(error.to_string())),

@@ -7,7 +7,9 @@ use std::fmt::Write as _;
 #[test]
 fn channels_are_frozen() {
     let mut text = format!("schema version {SCHEMA_VERSION}\n");
-    writeln!(text, "{} foxglove.PointCloud", channels::STATE).unwrap();
+    for topic in [channels::PARTICLES, channels::STATE] {
+        writeln!(text, "{topic} foxglove.PointCloud").unwrap();
+    }
     for topic in [
         channels::DISCS,
         channels::VELOCITY,

@@ -19,7 +19,7 @@ use std::time::Duration;
 /// Columns of the sample's state.
 const WIDTH: usize = 5;
 /// 4.4 MB per frame, more than a block, so that every frame is written to the disk at its end.
-const SMALL: usize = 110_000;
+const SMALL: usize = 137_500;
 /// 40 MB.
 const LARGE: usize = 1_000_000;
 
@@ -72,7 +72,8 @@ fn unwritten_frames(particles: &[usize]) -> (Vec<usize>, Vec<u8>) {
             // Without compression, a file consists of the bytes of its states and little else.
             let (mut needed, mut whole) = (0, 0);
             for &before in &particles[..index] {
-                needed += before * WIDTH * size_of::<f64>();
+                // The radius, which does not change, is in the first one.
+                needed += before * (WIDTH - 1) * size_of::<f64>();
                 whole += usize::from(arrived >= needed);
             }
             unwritten.push(index - whole);

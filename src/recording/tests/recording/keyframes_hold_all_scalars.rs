@@ -41,15 +41,19 @@ fn scalars_of_all_frames_are_stored_and_only_states_are_hashed() {
     let all = Header { frames_expected: Some(FRAMES), ..header(Compression::Zstd) };
     let all = frames(record(&all, FRAMES, 50));
     assert_eq!((keys.len(), all.len()), (FRAMES as usize, FRAMES as usize));
-    let is_scalar = |topic: &str| topic != "/state" && topic != KEYFRAME && !is_drawing(topic);
+    let is_scalar =
+        |topic: &str| !["/particles", "/state", KEYFRAME].contains(&topic) && !is_drawing(topic);
     let mut hashes = Vec::new();
+    let particles = payloads(&all[0], |topic| topic == "/particles");
     for (index, (key, full)) in (0..).zip(keys.iter().zip(&all)) {
         assert_eq!(payloads(key, is_scalar), payloads(full, is_scalar), "frame {index}");
         assert!(!payloads(full, is_drawing).is_empty() && full.state().is_some(), "control");
         let is_keyframe = index % DISTANCE == 0 || index + 1 == FRAMES;
         assert_eq!(key.is_complete(), is_keyframe, "frame {index}");
         if is_keyframe {
-            let is_model = |topic: &str| topic != KEYFRAME;
+            // A recording of all frames has the particles in the first one.
+            let is_model = |topic: &str| ![KEYFRAME, "/particles"].contains(&topic);
+            assert_eq!(payloads(key, |topic| topic == "/particles"), particles, "frame {index}");
             assert_eq!(payloads(key, is_model), payloads(full, is_model), "frame {index}");
             let keyframe = payloads(key, |topic| topic == KEYFRAME).remove(0).1;
             hashes.extend(FrameHashes::new(Keyframe::from_bytes(&keyframe).unwrap().hashes));
@@ -59,8 +63,10 @@ fn scalars_of_all_frames_are_stored_and_only_states_are_hashed() {
     }
     let expected = all.iter().zip(&keys).filter(|(_, key)| !key.is_complete()).map(|(full, _)| {
         let state = full.messages().iter().find(|message| message.topic() == "/state").unwrap();
-        // The state is the second channel.
-        Ok(vec![MessageHash::of(1, state.log_time_ns(), state.payload()).unwrap()])
+        // The channels after the clock.
+        let particles = MessageHash::of("/particles", 1, 0, &particles[0].1);
+        let state = MessageHash::of("/state", 2, state.log_time_ns(), state.payload());
+        Ok(vec![particles.unwrap(), state.unwrap()])
     });
     assert!(hashes.into_iter().eq(expected));
 }

@@ -24,6 +24,8 @@ mod frames_are_drawn_at_a_distance;
 mod damage_is_reported;
 // Chunks of one group that are missing, repeated, in another order or of another group.
 mod changed_chunks_are_reported;
+// The constants of the particles are recorded when they change, and joined with the state.
+mod particles_are_joined_with_the_state;
 // Claims of a file are compared with what a recording can have.
 mod claims_are_plausible;
 // Two recordings are compared without decoding what is equal.
