@@ -221,8 +221,7 @@ impl<W: Write> Recorder<W> {
         Ok(())
     }
 
-    /// Writes the particles if they have changed, and the state without their constants. A keyframe is read without those before it;
-    /// therefore, a recording of keyframes has the particles in each of them, and their hash for each other frame.
+    /// Writes the particles if they have changed, and the state without their constants.
     fn write_state(
         &mut self,
         frame: &mut Frame,
@@ -231,10 +230,9 @@ impl<W: Write> Recorder<W> {
     ) -> Result<(), RecordError> {
         let (rows, columns) = (frame.rows_mut(), self.header.state_columns);
         if self.wants(channels::PARTICLES) {
-            let has_keyframes = matches!(self.header.stored, StoredFrames::Keyframes(_));
-            let last: &[u8] = if has_keyframes { &[] } else { &self.particles };
-            if let Some(particles) = rows.other_particles(columns, last) {
-                self.payload(channels::PARTICLES, log_time, &particles)?;
+            match rows.other_particles(columns, &self.particles) {
+                Some(particles) => self.payload(channels::PARTICLES, log_time, &particles)?,
+                None => self.keep_particles(log_time)?,
             }
         }
         if self.wants(channels::STATE) {
@@ -434,6 +432,7 @@ impl<W: Write> Recorder<W> {
         };
         if topic == channels::PARTICLES {
             payload.clone_into(&mut self.particles);
+            self.unstored.particles = None;
         }
         if self.unstored.is_now && group != Group::Scalars {
             return self.hash(topic, log_time, payload);

@@ -94,12 +94,24 @@ impl Rows {
             (0..columns.len()).filter(|&index| is_constant(columns[index].name)).collect();
         let rows = self.values().chunks_exact(columns.len());
         let mut message = message_header(columns, true, indices.len() * rows.len(), None);
-        let constants = rows.flat_map(|row| indices.iter().map(|&index| row[index].to_le_bytes()));
-        let (recorded, _) = last.get(message.len()..).unwrap_or_default().as_chunks();
-        if last.starts_with(&message) && constants.clone().eq(recorded.iter().copied()) {
+        let start = message.len();
+        let (recorded, _) = last.get(start..).unwrap_or_default().as_chunks();
+        let has_all = |(row, recorded): (&[f64], &[[u8; 8]])| {
+            indices.iter().zip(recorded).all(|(&index, bytes)| row[index].to_le_bytes() == *bytes)
+        };
+        if last.starts_with(&message)
+            && recorded.len() == indices.len() * rows.len()
+            && rows.clone().zip(recorded.chunks_exact(indices.len())).all(has_all)
+        {
             return None;
         }
-        message.extend(constants.flatten());
+        message.resize(start + size_of::<f64>() * indices.len() * rows.len(), 0);
+        let (constants, _) = message[start..].as_chunks_mut();
+        for (row, constants) in rows.zip(constants.chunks_exact_mut(indices.len())) {
+            for (&index, bytes) in indices.iter().zip(constants) {
+                *bytes = row[index].to_le_bytes();
+            }
+        }
         Some(message)
     }
 

@@ -1,6 +1,7 @@
 //! Recordings that keep only keyframes: of the other frames, the scalars and a hash of the state.
 
 use super::{Recorder, StoredFrames};
+use crate::channels::PARTICLES;
 use crate::error::RecordError;
 use crate::keyframe::{KEYFRAME, Keyframe, MessageHash, end_frame, is_drawing};
 use crate::provenance::HASHES_RECORD;
@@ -17,6 +18,8 @@ pub(super) struct Unstored {
     pub(super) is_now: bool,
     /// The hashes of the messages that are not stored.
     pub(super) hashes: Vec<u8>,
+    /// The hash of the last particles, once it is known.
+    pub(super) particles: Option<MessageHash>,
 }
 
 impl<W: Write> Recorder<W> {
@@ -52,6 +55,32 @@ impl<W: Write> Recorder<W> {
         if let Some(observer) = &mut self.observer {
             observer.message(topic, log_time, payload);
         }
+        Ok(())
+    }
+
+    /// Keeps particles that have not changed. A keyframe is read without those before it; therefore, a recording of keyframes has them in
+    /// each keyframe, and their hash for each other frame.
+    pub(super) fn keep_particles(&mut self, log_time: u64) -> Result<(), RecordError> {
+        if !matches!(self.header.stored, StoredFrames::Keyframes(_)) {
+            return Ok(());
+        }
+        if !self.unstored.is_now {
+            return self.payload(PARTICLES, log_time, &self.particles.clone());
+        }
+        let hash = match self.unstored.particles {
+            Some(hash) => hash,
+            None => {
+                let channel = self.recorded.iter().position(|recorded| *recorded == PARTICLES);
+                MessageHash::of(
+                    PARTICLES,
+                    channel.unwrap_or(usize::MAX),
+                    log_time,
+                    &self.particles,
+                )?
+            }
+        };
+        hash.append_to(&mut self.unstored.hashes);
+        self.unstored.particles = Some(hash);
         Ok(())
     }
 
