@@ -6,7 +6,7 @@ import os
 import stat
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import BinaryIO, Dict, List, NamedTuple, Optional, Tuple
+from typing import Any, BinaryIO, Dict, List, NamedTuple, Optional, Tuple
 
 from mcap.opcode import Opcode
 from mcap.records import Channel, Header, Schema
@@ -52,6 +52,8 @@ class Container:
     chunks: List[ChunkSpan] = field(default_factory=list)
     message_counts: Dict[int, int] = field(default_factory=dict)
     is_finished: bool = False
+    # The constants of the particles, once they are read, if the recording has them only once.
+    particles: Any = None
 
     @property
     def schemas(self) -> Dict[int, Schema]:

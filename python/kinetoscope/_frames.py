@@ -190,6 +190,8 @@ class _Particles:
         channel = container.channel(PARTICLES)
         if channel is None:
             raise damaged(container.path, f"it has states without `{PARTICLES}`")
+        self._container = container
+        self._is_single = container.message_counts.get(channel.id) == 1
         self._places = _Places(container, channel.id, stream)
         self._dtype = dtype
         self._decode = StateDecoder([name for name in dtype.names or () if name in CONSTANTS])
@@ -197,22 +199,34 @@ class _Particles:
         self._table: Optional[Table] = None
 
     def find(self, log_time: int) -> Optional[Tuple[bytes, int, int]]:
-        """The place of the message of a state."""
+        """The place of the message of a state; none if it is not needed, or if there is none."""
+        if self._container.particles is not None:
+            return None
         return self._places.find_last(log_time)
 
     def joined(self, state: Table, place: Optional[Tuple[bytes, int, int]]) -> Table:
         """All columns of a state."""
+        constants = self._container.particles
+        if constants is None:
+            constants = self._read(place)
+            layout = self._container.layout
+            if self._is_single and self._places.find_last(layout.log_time(layout.stored.first)) is not None:
+                # Those of all frames: a jump would read their chunk again.
+                self._container.particles = constants
+        if len(constants) != len(state):
+            raise BadMessage(f"{len(state)} particles, but {len(constants)} in `{PARTICLES}`")
+        table: Table = np.empty(len(state), self._dtype)
+        for part in (state, constants):
+            for name in part.dtype.names or ():
+                table[name] = part[name]
+        return table
+
+    def _read(self, place: Optional[Tuple[bytes, int, int]]) -> Table:
         if place is None:
             raise BadMessage(f"there is no message of `{PARTICLES}` before it")
         if self._table is None or place[0] is not self._place[0] or place != self._place:
             self._table, self._place = self._decode(*place), place
-        if len(self._table) != len(state):
-            raise BadMessage(f"{len(state)} particles, but {len(self._table)} in `{PARTICLES}`")
-        table: Table = np.empty(len(state), self._dtype)
-        for part in (state, self._table):
-            for name in part.dtype.names or ():
-                table[name] = part[name]
-        return table
+        return self._table
 
 
 class _Places:

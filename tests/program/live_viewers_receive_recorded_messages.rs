@@ -125,7 +125,7 @@ fn late_viewer_receives_static_drawings_and_the_last_frame() {
         late.receive_until(|event| matches!(event, Received::Data((topic, ..)) if topic == "/log"));
     let seen: BTreeMap<String, u64> =
         data(&seen).into_iter().map(|(topic, time, _)| (topic, time)).collect();
-    for topic in ["/walls", "/legend", "/log"] {
+    for topic in ["/particles", "/walls", "/legend", "/log"] {
         assert_eq!(seen[topic], 0, "{topic}");
     }
     for topic in ["/frame", "/state", "/discs", "/energy", "/force_chains"] {
@@ -155,7 +155,7 @@ fn pause_ends_when_its_viewer_disconnects() {
 
 #[test]
 fn paused_run_can_be_interrupted_and_resumed() {
-    let experiment = Experiment::new(RUNS[3]);
+    let experiment = Experiment::new(RUNS[2]);
     let (mut program, address) = experiment.start("watched", &["--live-speed", "1"]);
     let mut viewer = Viewer::connect(&address);
     viewer.receive_the_announcement();
@@ -167,7 +167,7 @@ fn paused_run_can_be_interrupted_and_resumed() {
     assert!(kill.success());
     viewer.receive_until(|event| *event == Received::Closed);
     assert_eq!(Experiment::end_of(&mut program), Some(130));
-    // After resuming, the run still sends the drawings and the log of its start.
+    // After resuming, the run still sends the particles, the drawings and the log of its start.
     let (mut program, address) = experiment.start("watched", &["--live-speed", "100"]);
     let mut viewer = Viewer::connect(&address);
     viewer.receive_the_announcement();
@@ -178,7 +178,7 @@ fn paused_run_can_be_interrupted_and_resumed() {
     assert!(bytes(&recordings) == experiment.recorded_without_viewer());
     let recorded = messages(&recordings[0]);
     assert!(seen.iter().all(|message| recorded.contains(message)));
-    for wanted in ["/walls", "/legend", "/log"] {
+    for wanted in ["/particles", "/walls", "/legend", "/log"] {
         assert!(seen.iter().any(|(topic, time, _)| topic == wanted && *time == 0), "{wanted}");
     }
     assert!(seen.iter().any(|(topic, time, _)| topic == "/frame" && *time == FRAMES * FRAME_NS));

@@ -14,12 +14,12 @@
 //! | state, 8 frames per chunk, level 1 | 176 | 182 | 313 |
 //! | state, 8 frames per chunk, level 2 | 75 | 175 | 194 |
 //!
-//! Columns that do not change (radius, id and mass of DEM, the radius of packing; gas has none) in a channel of their own, and rows in the order
+//! Columns that do not change (radius, id and mass of DEM, the radius of packing; gas has none) in a channel of their own, as they are now, and rows in the order
 //! of places instead of ids; states in chunks of 4 MiB at level 2, ms and KB per frame, on two cores with AVX-512 under a load of 25:
 //!
 //! | | DEM cloud | DEM with friction | gas | packing |
 //! |---|---|---|---|---|
-//! | as recorded | 1.04, 82 | 2.65, 544 | 0.75, 164 | 0.95, 189 |
+//! | all columns | 1.04, 82 | 2.65, 544 | 0.75, 164 | 0.95, 189 |
 //! | without the constant columns | 0.54, 74 | 1.67, 496 | 0.77, 164 | 0.82, 182 |
 //! | the constant columns once per chunk | 0.62, 79 | 1.70, 498 | 0.78, 164 | 0.79, 182 |
 //! | rows by place | 1.04, 82 | 2.71, 546 | 0.77, 164 | 0.93, 188 |

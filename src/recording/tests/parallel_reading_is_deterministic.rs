@@ -20,7 +20,7 @@ fn frames_do_not_depend_on_threads_and_threads_end_with_the_iterator() {
         let mut header = header(compression);
         header.selection = Selection::Named(vec!["state".to_owned(), "temperature".to_owned()]);
         // 120 kB per frame and 35 frames per block give four blocks, with a chunk of states and one of scalars each.
-        let bytes = record(&header, 120, 3000);
+        let bytes = record(&header, 120, 3750);
         let chunks = mcap::Summary::read(&bytes).unwrap().unwrap().chunk_indexes.len();
         assert_eq!(chunks, 8);
         let (original, error) = read(&bytes, &path);
