@@ -59,7 +59,7 @@ const COMMANDS: &[(&str, i32)] = &[
     ("verify @not.mcap", 5),
     ("verify @missing", 5),
     ("compare @RECORDING @RECORDING", 0),
-    ("compare @RECORDING @KEYFRAMES", 4),
+    ("compare @RECORDING @KEYFRAMES", 0),
     ("compare @RECORDING @missing", 5),
     ("compare --mcap @both.mcap @RECORDING @RECORDING", 0),
     ("compare --mcap @both.mcap @RECORDING @RECORDING", 2),
