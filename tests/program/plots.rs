@@ -114,7 +114,7 @@ fn metrics_are_plotted_over_each_other_with_fits() {
     };
     let fitted = |plot: &serde_json::Value| {
         let curve = plot["curves"].as_array().unwrap().iter().find(|curve| {
-            curve["style"] == "theory" && curve["name"].as_str().unwrap().contains("fit, exponent")
+            curve["style"] == "fit" && curve["name"].as_str().unwrap().contains("fit, exponent")
         });
         let name = curve.unwrap_or_else(|| panic!("{plot}"))["name"].as_str().unwrap();
         let number = name.split("exponent ").nth(1).unwrap().split('(').next().unwrap();
@@ -255,7 +255,7 @@ fn remark_states_what_a_plot_of_one_point_cannot_show() {
         drawn["plot"]["remark"].as_str().unwrap().to_owned()
     };
     let one_point = remark(&["--y", "mean_speed", "--where", "temperature_k=300"]);
-    assert!(one_point.starts_with("temperature_k = 300: measured "), "{one_point}");
+    assert!(one_point.starts_with("temperature = 300 K: measured "), "{one_point}");
     assert!(one_point.contains(", theory "), "{one_point}");
     assert!(!remark(&["--y", "mean_speed"]).contains("measured"), "control");
     let field = ["--y", "/energy.kinetic_j"];
