@@ -1,5 +1,6 @@
 //! Sentences that follow from the checks and the requested plots, for a manifest without an answer of its own, and for checks that fail.
 
+use super::dependence::dependence;
 use super::missing_runs::{first_clause, is_whole, missing_runs};
 use super::number::{NumberForm, metric_text, unit_words};
 use super::relation::{relation, requirement, to_theory};
@@ -339,9 +340,15 @@ fn several(check: Option<&Check>, metrics: &[&Metric], has_places: bool) -> Vec<
         let end = AnswerPart::words(format!("{everywhere}{relation}."));
         return vec![start, number(least, is_passed), end];
     }
+    let key = |coordinate: &Coordinate| {
+        let unit = unit_of_key(&coordinate.key);
+        let words = key_words(&coordinate.key, unit);
+        if unit == "1" && words.ends_with('s') { format!("number of {words}") } else { words }
+    };
+    let dependence = if has_places { String::new() } else { dependence(metrics, key) };
     let mut parts = vec![start];
     parts.extend(listed(metrics, is_passed));
-    parts.push(AnswerPart::words(format!("{relation}.")));
+    parts.push(AnswerPart::words(format!("{dependence}{relation}.")));
     parts
 }
 

@@ -3,6 +3,7 @@
 //! A failed check comes first. No number is invented: where a value is missing, the sentence states why.
 
 mod composed;
+mod dependence;
 mod missing_runs;
 mod number;
 mod relation;

@@ -11,7 +11,8 @@ use crate::sweep::requested::PlotData;
 use kinetoscope_manifest::{ExperimentRecord, PlotRequest};
 
 /// The plots that the manifest requests, in its order. A sweep over a number without an answer of its own whose requests show no metric has
-/// one of the metric that the composed answer names, behind the first.
+/// one of the metric that the composed answer names: in front, or behind a first request that has a title of its own, which the author
+/// has chosen for the question.
 pub(super) fn requests(
     record: Option<&ExperimentRecord>,
     answer: &Answer,
@@ -26,9 +27,9 @@ pub(super) fn requests(
         .filter(|_| is_wanted)
         .map(|y| PlotRequest { y: y.to_owned(), ..PlotRequest::default() })
         .filter(|request| data.draw(request).is_ok_and(|plot| is_over_number(&plot)));
-    let mut requests = stated.to_vec();
-    requests.splice(stated.len().min(1)..stated.len().min(1), composed);
-    requests
+    let is_titled = stated.first().is_some_and(|first| first.title.is_some());
+    let (before, after) = stated.split_at(usize::from(is_titled));
+    before.iter().cloned().chain(composed).chain(after.iter().cloned()).collect()
 }
 
 fn is_over_number(plot: &Plot) -> bool {

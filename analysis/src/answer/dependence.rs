@@ -1,0 +1,110 @@
+//! How listed values depend on the swept key, in words that follow from these values alone.
+
+use crate::input::coordinates::VARIANT;
+use crate::metric::Metric;
+use crate::number_text::significant;
+use kinetoscope_manifest::Coordinate;
+
+/// The powers that are named, the simplest first.
+const POWERS: [(f64, &str); 6] = [
+    (1.0, "in proportion to the"),
+    (-1.0, "in inverse proportion to the"),
+    (2.0, "in proportion to the square of the"),
+    (0.5, "in proportion to the square root of the"),
+    (-2.0, "in inverse proportion to the square of the"),
+    (-0.5, "in inverse proportion to the square root of the"),
+];
+
+/// Largest relative difference of the values over the power that is named as one.
+const LARGEST_SPREAD: f64 = 0.05;
+/// Least number of points that show a dependence.
+const LEAST_POINTS: usize = 3;
+
+/// The dependence of values on the only number that is swept, such as ", in proportion to the temperature within 0.2 %"; empty if
+/// there are too few points or nothing simple to say. `name` gives the words for a key.
+pub(super) fn dependence(metrics: &[&Metric], name: impl Fn(&Coordinate) -> String) -> String {
+    let point = |metric: &&Metric| match metric.coordinates() {
+        [only] if only.key != VARIANT => Some((only.value.parse::<f64>().ok()?, metric.value())),
+        _ => None,
+    };
+    let points: Option<Vec<(f64, f64)>> = metrics.iter().map(point).collect();
+    let Some(mut points) = points.filter(|points| points.len() >= LEAST_POINTS) else {
+        return String::new();
+    };
+    points.sort_by(|one, other| one.0.total_cmp(&other.0));
+    let key = name(&metrics[0].coordinates()[0]);
+    let falling: Vec<(f64, f64)> = points.iter().map(|(x, y)| (*x, -y)).collect();
+    match named_power(&points) {
+        Some((words, spread)) if spread < 1e-9 => format!(", {words} {key}"),
+        Some((words, spread)) => {
+            format!(", {words} {key} within {} %", significant(100.0 * spread, 2))
+        }
+        None if rises(&points) => format!(", rising with the {key}"),
+        None if rises(&falling) => format!(", falling with the {key}"),
+        None => String::new(),
+    }
+}
+
+/// The power of the key over which the values are the same, with their largest relative difference.
+fn named_power(points: &[(f64, f64)]) -> Option<(&'static str, f64)> {
+    let spread = |power: f64| {
+        let ratios = points.iter().map(|(x, y)| y / libm::pow(*x, power));
+        let (mut least, mut greatest) = (f64::INFINITY, f64::NEG_INFINITY);
+        for ratio in ratios {
+            least = if ratio < least { ratio } else { least };
+            greatest = if ratio > greatest { ratio } else { greatest };
+        }
+        let has_one_sign = least > 0.0 || greatest < 0.0;
+        let larger = if greatest > -least { greatest } else { -least };
+        has_one_sign.then(|| (greatest - least) / larger)
+    };
+    let is_positive = points.iter().all(|(x, y)| *x > 0.0 && y.is_finite());
+    // Values that hardly change show no power.
+    if !is_positive || spread(0.0).is_some_and(|spread| spread <= 2.0 * LARGEST_SPREAD) {
+        return None;
+    }
+    let found = POWERS.iter().filter_map(|(power, words)| Some((*words, spread(*power)?)));
+    let found = found.filter(|(_, spread)| *spread <= LARGEST_SPREAD);
+    found.min_by(|one, other| one.1.total_cmp(&other.1))
+}
+
+/// Whether each value is above the one before it by more than the differences that are not named.
+fn rises(points: &[(f64, f64)]) -> bool {
+    let size = |(one, other): (f64, f64)| {
+        let [one, other] = [one.abs(), other.abs()];
+        if one > other { one } else { other }
+    };
+    let mut pairs = points.iter().zip(&points[1..]);
+    pairs.all(|((_, one), (_, next))| next - one > LARGEST_SPREAD * size((*one, *next)))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+    use super::{POWERS, named_power, rises};
+
+    /// Values of exact powers; controls: other powers, values that do not change, and a change of sign.
+    #[test]
+    fn powers_of_the_swept_key_are_named() {
+        let of = |power: f64| [1.0, 2.0, 4.0].map(|x: f64| (x, 3.0 * libm::pow(x, power)));
+        for (power, words) in POWERS {
+            let (found, spread) = named_power(&of(power)).unwrap();
+            assert_eq!(found, words);
+            assert!(spread < 1e-12);
+        }
+        for power in [0.0, 0.01, 0.7, 1.5, 3.0] {
+            assert!(named_power(&of(power)).is_none(), "{power}");
+        }
+        assert!(named_power(&[(1.0, -1.0), (2.0, 1.0), (3.0, 2.0)]).is_none());
+        let negative = of(1.0).map(|(x, y)| (x, -y));
+        assert_eq!(named_power(&negative).unwrap().0, "in proportion to the");
+    }
+
+    #[test]
+    fn values_that_hardly_change_do_not_rise() {
+        assert!(rises(&[(1.0, 1.0), (2.0, 1.2), (3.0, 1.5)]));
+        assert!(!rises(&[(1.0, 1.0), (2.0, 1.01), (3.0, 1.02)]));
+        assert!(!rises(&[(1.0, 1.0), (2.0, 2.0), (3.0, 1.5)]));
+    }
+}
