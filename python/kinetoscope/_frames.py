@@ -141,6 +141,9 @@ class Frames:
     def _decoder(self) -> Decoder:
         try:
             return decoder_of(self.topic, self._container.schemas[self._channel.schema_id], self._state_columns)
+        except ImportError:
+            # A missing package is no damage.
+            raise
         except Exception as error:
             what = f"the schema of {self.topic} cannot be read"
             raise or_damaged(self._container.path, what, error) from error

@@ -202,6 +202,9 @@ fn changed_added_missing_and_renamed_files_are_named() {
         escaping.push((name.to_owned(), Vec::new()));
         refused(&escaping, "is not a file below its own folder");
     }
+    let mut below = original.clone();
+    below.push(("gas.toml/inside".to_owned(), Vec::new()));
+    refused(&below, "is a file");
     let mut twice = original.clone();
     twice.push(("GAS.toml".to_owned(), Vec::new()));
     refused(&twice, "differ only in case");
@@ -261,18 +264,56 @@ fn five_hundred_damaged_bundles_are_refused() {
     }
 }
 
+/// Control: the same forged bundle without a change reproduces, see above.
 #[test]
-fn bundle_needs_results_of_these_runs() {
+fn results_that_are_not_those_of_the_rerun_are_found() {
+    let bench = analyzed();
+    expect(&bundle(&bench, &[]), 0);
+    let original = contents(&fs::read(bench.path("gas.zip")).unwrap());
+    let edited = |name: &str, from: &str, to: &str, code: i32, part: &str| {
+        let mut files = original.clone();
+        let (_, bytes) = files.iter_mut().find(|(other, _)| other == name).unwrap();
+        let text = String::from_utf8(bytes.clone()).unwrap();
+        assert!(text.contains(from), "{from}: {text}");
+        *bytes = text.replacen(from, to, 1).into_bytes();
+        fs::write(bench.path("edited.zip"), forged(&files)).unwrap();
+        let called = bench.call(&["reproduce", "edited.zip"]);
+        expect(&called, code);
+        assert!(called.err.contains(part), "{part}: {}", called.err);
+        assert!(!called.out.contains("is reproduced"), "{}", called.out);
+    };
+    edited("bundle.json", "Its drift is", "Its rise is", 4, "the question or the answer");
+    edited("recordings/gas/metrics.json", "\"value\":", "\"value\": 1", 4, "metrics.json");
+    edited("recordings/gas/report.html", "</body>", "<p>more</p></body>", 4, "report.html");
+    edited(
+        "bundle.json",
+        "\"experiment\": \"gas\"",
+        "\"experiment\": \"other\"",
+        5,
+        "different experiments",
+    );
+    edited("bundle.json", "\"runs\": [", "\"runs\": [\n    \"0\",", 5, "different experiments");
+}
+
+/// What the user edits between run and bundle is not bundled: neither a changed number nor files that are not results.
+#[test]
+fn bundle_has_the_results_of_its_recordings_and_manifest() {
     let bench = Bench::new();
     bench.write("gas.toml", GAS);
-    let called = bundle(&bench, &[]);
-    expect(&called, 2);
-    assert!(called.err.contains("kinetoscope analyze recordings/gas"), "{}", called.err);
-    expect(&bench.call(&["analyze", "--quiet", "recordings/gas"]), 0);
-    bench.write("gas.toml", &GAS.replace("seed = 1", "seed = 2"));
-    let called = bundle(&bench, &[]);
-    expect(&called, 2);
-    assert!(called.err.contains("is not of the runs of this manifest"), "{}", called.err);
+    expect(&bundle(&bench, &[]), 0);
+    let first = fs::read(bench.path("gas.zip")).unwrap();
+    let metrics = fs::read_to_string(bench.path("recordings/gas/metrics.json")).unwrap();
+    bench.write("recordings/gas/metrics.json", &metrics.replace("\"value\":", "\"value\": 1"));
+    bench.write("recordings/gas/private.json", "{}");
+    bench.write("recordings/gas/old.svg", "<svg/>");
+    let manifest = bench.path("gas.toml");
+    let arguments: Vec<&str> =
+        ["bundle", manifest.to_str().unwrap()].into_iter().chain(BY).collect();
+    expect(&bench.call(&arguments), 0);
+    assert!(first == fs::read(bench.path("gas.zip")).unwrap(), "the bundles differ");
+    bench.write("gas.toml", &GAS.replace("Is the energy constant?", "Is it so?"));
+    expect(&bundle(&bench, &[]), 0);
+    expect(&bench.call(&["reproduce", "gas.zip"]), 0);
     let called = bench.call(&["bundle", "gas.toml", "--author", "A <x>", "--license", "CC0-1.0"]);
     expect(&called, 2);
     let called = bench.call(&["bundle", "gas.toml", "--author", "A", "--license", "my own"]);

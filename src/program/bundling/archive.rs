@@ -158,6 +158,13 @@ impl Archive {
                 )));
             }
         }
+        let is_folder = |name: &String| {
+            let above = name.match_indices('/').map(|(end, _)| &name[..end]);
+            above.into_iter().any(|folder| seen.contains_key(folder))
+        };
+        if let Some(name) = seen.keys().find(|name| is_folder(name)) {
+            return Err(damaged(format!("the folder of {} is a file", one_line(name))));
+        }
         if unpacked > bytes.saturating_mul(MOST_RATIO).saturating_add(MOST_SMALL_BYTES) {
             return Err(damaged(format!(
                 "its contents are more than {MOST_RATIO} times as large as the file"
@@ -173,7 +180,9 @@ impl Archive {
         for line in sums.lines() {
             let (hash, name) =
                 line.split_once("  ").ok_or_else(|| damaged(format!("{SUMS} is damaged")))?;
-            listed.insert(name, hash);
+            if listed.insert(name, hash).is_some() {
+                return Err(damaged(format!("{SUMS} lists {} twice", one_line(name))));
+            }
         }
         for index in 0..self.zip.len() {
             let mut entry = self.zip.by_index(index)?;

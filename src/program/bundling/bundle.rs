@@ -19,10 +19,10 @@ use std::path::PathBuf;
 /// Write an experiment with its results into one ZIP file, which anyone can rerun with `reproduce`
 ///
 /// The file contains the manifest, the hashes of all messages, the metrics, plots and report, and descriptions for archives
-/// (RO-Crate, Citation File Format, Zenodo, CodeMeta). The same results give the same bytes.
+/// (RO-Crate, Citation File Format, Zenodo, CodeMeta). The same recordings give the same bytes.
 #[derive(Debug, Args)]
 pub(crate) struct BundleArguments {
-    /// Manifest of an experiment that was run and analyzed
+    /// Manifest of the experiment
     #[arg(value_name = "MANIFEST")]
     manifest: PathBuf,
     /// An author of the results: "NAME", or "NAME <https://orcid.org/…>"; can be repeated
@@ -50,7 +50,7 @@ pub(crate) struct BundleArguments {
 }
 
 impl BundleArguments {
-    /// Writes the bundle. Runs that are not recorded are executed first.
+    /// Writes the bundle. Runs that are not recorded are executed first, and all are analyzed.
     #[must_use]
     pub(crate) fn execute(&self) -> Exit {
         self.result.concluded(self.bundle().unwrap_or_else(|failure| self.result.failed(&failure)))

@@ -2,6 +2,7 @@
 
 use super::archive::Content;
 use super::description::{Description, iso_time};
+use super::results::{MAX_RESULT_BYTES, METRICS, REPORT, analyze, without_machine};
 use crate::locking::lock::{USUAL, entry};
 use crate::locking::locked_runs::RerunExperiment;
 use crate::messages::exit::unread;
@@ -10,7 +11,7 @@ use data_encoding::HEXLOWER;
 use kinetoscope::verify::lock_file::LockFile;
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::shown_path;
-use kinetoscope_files::regular_file::{MAX_MANIFEST_BYTES, read_text};
+use kinetoscope_files::regular_file::{MAX_EXPERIMENT_RECORD_BYTES, MAX_MANIFEST_BYTES, read_text};
 use kinetoscope_recording::channels::SCHEMA_VERSION;
 use serde_json::{Value as Json, json};
 use sha1::{Digest as _, Sha1};
@@ -25,11 +26,8 @@ pub(super) const VERSION: u64 = 1;
 pub(super) const BUNDLE: &str = "bundle.json";
 /// The folder of the results; those of each experiment are in a folder of its name, as those that were bundled.
 pub(super) const RECORDINGS: &str = "recordings";
-/// Endings of the results that are bundled; host.json would differ between two machines.
-const RESULTS: [&str; 5] = [".toml", ".json", ".csv", ".html", ".svg"];
-const OF_THIS_MACHINE: &str = ".host.json";
-/// Maximum size of the metrics of a bundled experiment.
-const MAX_METRICS_BYTES: u64 = 256 << 20;
+/// What the recordings of a folder are.
+const SIDE_CAR: &str = "experiment.toml";
 /// The commit of the source, if the build names it: releases do.
 const COMMIT: Option<&str> = option_env!("KINETOSCOPE_COMMIT");
 
@@ -45,9 +43,9 @@ pub(super) fn files(
         unread(&error, what, "check the path")
     })?;
     reject_starts(&rerun.values)?;
-    let metrics = metrics(rerun)?;
     let name = rerun.experiment.name.as_str();
     let manifest_name = format!("{name}.toml");
+    let (mut files, metrics) = results(rerun, &manifest_name, with_recordings)?;
     let entry = entry(manifest_name.clone(), rerun)?;
     let swhid = software_heritage_id(&text);
     let bundle = json!({
@@ -70,7 +68,6 @@ pub(super) fn files(
     lock.put(entry);
     let unwritten = |error| Failure::new(Exit::Retryable, error);
     let lock = lock.text().map_err(unwritten)?;
-    let mut files = results(rerun, with_recordings)?;
     files.insert(manifest_name.clone(), Content::Text(text));
     files.insert(USUAL.to_owned(), Content::Text(lock));
     files.insert(BUNDLE.to_owned(), Content::Text(format!("{bundle:#}\n")));
@@ -102,54 +99,43 @@ fn reject_starts(values: &BTreeMap<String, String>) -> Result<(), Failure> {
     }
 }
 
-/// The metrics of these very runs.
-fn metrics(rerun: &RerunExperiment) -> Result<Json, Failure> {
-    let path = rerun.folder.join("metrics.json");
-    let analyze = format!("analyze it first: kinetoscope analyze {}", shown_path(&rerun.folder));
-    let text = read_text(&path, MAX_METRICS_BYTES).map_err(|error| {
-        let what = format!("the experiment has no results: {}: {error}", shown_path(&path));
-        unread(&error, what, &analyze)
-    })?;
-    let metrics: Json = serde_json::from_str(&text).unwrap_or_default();
-    let analyzed = metrics["runs"].as_array().into_iter().flatten();
-    let analyzed: Vec<_> =
-        analyzed.map(|run| run["run_key"].as_str().unwrap_or_default()).collect();
-    let recorded: Vec<_> = rerun.runs.iter().map(|run| run.run_key.as_str()).collect();
-    if analyzed != recorded {
-        let what = format!("{} is not of the runs of this manifest", shown_path(&path));
-        return Err(bad(what).help(analyze));
-    }
-    Ok(metrics)
-}
-
-/// The results in the experiment's folder.
+/// The results in the experiment's folder, analyzed anew.
 fn results(
     rerun: &RerunExperiment,
+    manifest_name: &str,
     with_recordings: bool,
-) -> Result<BTreeMap<String, Content>, Failure> {
+) -> Result<(BTreeMap<String, Content>, Json), Failure> {
     let folder = &rerun.folder;
-    let unreadable = |error: std::io::Error| {
-        let what = format!("cannot read the folder {}: {error}", shown_path(folder));
-        unread(&error, what, "check its permissions")
-    };
-    let mut files = BTreeMap::new();
     let below = |name: &str| format!("{RECORDINGS}/{}/{name}", rerun.experiment.name);
-    for entry in fs::read_dir(folder).map_err(unreadable)? {
-        let entry = entry.map_err(unreadable)?;
-        let name = entry.file_name().to_string_lossy().into_owned();
-        let is_result = RESULTS.iter().any(|ending| name.ends_with(ending))
-            && !name.ends_with(OF_THIS_MACHINE)
-            && entry.file_type().is_ok_and(|kind| kind.is_file());
-        if is_result {
-            files.insert(below(&name), Content::File(entry.path()));
-        }
-    }
-    // Not those of an earlier manifest.
+    let names = analyze(folder)?;
+    let mut files: BTreeMap<String, Content> =
+        names.iter().map(|name| (below(name), Content::File(folder.join(name)))).collect();
+    let read = |name: &str, most: u64| {
+        let path = folder.join(name);
+        read_text(&path, most).map_err(|error| {
+            let what = format!("cannot read {}: {error}", shown_path(&path));
+            unread(&error, what, "check its permissions")
+        })
+    };
+    let report = without_machine(&read(REPORT, MAX_RESULT_BYTES)?);
+    files.insert(below(REPORT), Content::Text(report));
+    let record = read(SIDE_CAR, MAX_EXPERIMENT_RECORD_BYTES)?;
+    files.insert(below(SIDE_CAR), Content::Text(with_manifest(&record, manifest_name)));
     for run in rerun.runs.iter().filter(|_| with_recordings) {
         let name = run.recording.file_name().unwrap_or_default().to_string_lossy();
         files.insert(below(&name), Content::File(run.recording.clone()));
     }
-    Ok(files)
+    let metrics = serde_json::from_str(&read(METRICS, MAX_RESULT_BYTES)?).unwrap_or_default();
+    Ok((files, metrics))
+}
+
+/// The record of an experiment with the manifest in the bundle in place of a path of this machine.
+fn with_manifest(record: &str, manifest: &str) -> String {
+    let line = |line: &str| match line.starts_with("manifest = ") {
+        true => format!("manifest = {}\n", Json::from(manifest)),
+        false => format!("{line}\n"),
+    };
+    record.lines().map(line).collect()
 }
 
 /// When the last run was finished, in s since 1970: as recorded next to it, or the time of the file.

@@ -5,4 +5,5 @@ pub(crate) mod bundle;
 mod contents;
 mod description;
 pub(crate) mod reproduce;
+mod results;
 mod seal;

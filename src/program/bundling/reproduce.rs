@@ -2,20 +2,25 @@
 
 use super::archive::{Archive, ArchiveError};
 use super::contents::{BUNDLE, RECORDINGS, VERSION};
+use super::results::{MAX_RESULT_BYTES, METRICS, REPORT, analyze, without_machine};
 use crate::locking::lock::USUAL;
 use crate::locking::locked_check::LockedCheck;
-use crate::locking::locked_runs::Parallel;
+use crate::locking::locked_runs::{Parallel, Reruns};
 use crate::messages::exit::{ON_FAILED_DISK, of_output};
 use crate::messages::result_arguments::ResultArguments;
 use crate::messages::{Failure, bad};
 use clap::Args;
+use kinetoscope::verify::lock_file::{LockFile, RunHashes};
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::{one_line, shown_path};
-use kinetoscope_files::regular_file::is_of_file;
+use kinetoscope_files::regular_file::{is_of_file, read_text};
 use serde_json::Value as Json;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+
+/// The folder of the rerun, below that of the bundle.
+const RERUN: &str = "rerun";
 
 /// Rerun the experiment of a bundle, and compare every message and every metric with those that were bundled
 #[derive(Debug, Args)]
@@ -63,31 +68,88 @@ impl ReproduceArguments {
             ArchiveError::Io(error) => unwritten(folder, &error),
             damaged @ ArchiveError::Damaged(_) => self.unusable(damaged),
         })?;
-        let text = |key: &str| one_line(bundle[key].as_str().unwrap_or_default()).into_owned();
-        let [question, answer] = ["question", "answer"].map(text);
-        let said = [question, answer].into_iter().filter(|line| !line.is_empty());
-        self.result.say(&said.collect::<Vec<_>>().join("\n"));
-        let recordings = folder.join(RECORDINGS);
+        let experiment = self.own_experiment(&bundle, folder)?;
+        let rerun = folder.join(RERUN);
+        Reruns::recorded(rerun.clone(), self.parallel)?
+            .execute(&folder.join(format!("{experiment}.toml")))?;
+        let bundled = folder.join(RECORDINGS);
         let check = LockedCheck {
             lock_file: &folder.join(USUAL),
             manifests: &[],
             all: true,
             quick: false,
-            recordings: recordings.clone(),
-            earlier: recordings,
+            recordings: rerun.clone(),
+            earlier: bundled.clone(),
             summary: None,
-            recorded: false,
+            recorded: true,
             parallel: self.parallel,
             result: &self.result,
         };
         let exit = check.execute()?;
-        if exit == Exit::Done {
-            self.result.say(&format!(
-                "{} is reproduced: every message and every metric",
-                shown_path(&self.bundle)
-            ));
+        if exit != Exit::Done {
+            return Ok(exit);
         }
+        let (bundled, rerun) = (bundled.join(&experiment), rerun.join(&experiment));
+        self.compare_results(&bundle, &bundled, &rerun)?;
+        let text = |key: &str| one_line(bundle[key].as_str().unwrap_or_default()).into_owned();
+        let said = ["question", "answer"].map(text).into_iter().filter(|line| !line.is_empty());
+        self.result.say(&said.collect::<Vec<_>>().join("\n"));
+        let shown = shown_path(&self.bundle);
+        self.result.say(&format!(
+            "{shown} is reproduced: every message, every metric, the plots and the report"
+        ));
         Ok(exit)
+    }
+
+    /// The name of the experiment, if the bundle's parts are about the same one.
+    fn own_experiment(&self, bundle: &Json, folder: &Path) -> Result<String, Failure> {
+        let lock_file = folder.join(USUAL);
+        let lock = LockFile::read(&lock_file).map_err(|error| {
+            self.unusable(ArchiveError::Damaged(format!("its {USUAL} cannot be used: {error}")))
+        })?;
+        let named = bundle["experiment"].as_str().unwrap_or_default();
+        let manifest = format!("{named}.toml");
+        let keys = bundle["runs"].as_array().into_iter().flatten().filter_map(Json::as_str);
+        let keys: Vec<String> = keys.map(str::to_owned).collect();
+        let is_own = matches!(lock.experiments.as_slice(), [only]
+            if only.manifest == manifest && RunHashes::new(&keys, &[]).keys == only.keys);
+        if is_own && bundle["manifest"] == manifest.as_str() && !named.contains('/') {
+            return Ok(named.to_owned());
+        }
+        let what = format!("{BUNDLE} and {USUAL} are about different experiments");
+        Err(self.unusable(ArchiveError::Damaged(what)))
+    }
+
+    /// Compares the bundled results with those of the rerun.
+    fn compare_results(&self, bundle: &Json, bundled: &Path, rerun: &Path) -> Result<(), Failure> {
+        let differs = |what: String| {
+            let program =
+                one_line(bundle["program"]["version"].as_str().unwrap_or("unknown")).into_owned();
+            Failure::new(Exit::Differs, what).help(format!(
+                "the messages are equal; version {program} of the program analyzed them, this is {}",
+                env!("CARGO_PKG_VERSION")
+            ))
+        };
+        for name in analyze(rerun)? {
+            let read = |folder: &Path| read_text(&folder.join(&name), MAX_RESULT_BYTES).ok();
+            let [one, other] = [bundled, rerun].map(|folder| match name == REPORT {
+                true => read(folder).as_deref().map(without_machine),
+                false => read(folder),
+            });
+            if one.is_none() || one != other {
+                return Err(differs(format!("the bundled {name} is not that of the rerun")));
+            }
+        }
+        let text = read_text(&rerun.join(METRICS), MAX_RESULT_BYTES).unwrap_or_default();
+        let metrics: Json = serde_json::from_str(&text).unwrap_or_default();
+        if metrics["question"] != bundle["question"]
+            || metrics["answer"]["text"] != bundle["answer"]
+        {
+            return Err(differs(format!(
+                "the question or the answer in {BUNDLE} is not that of the rerun"
+            )));
+        }
+        Ok(())
     }
 
     fn reject_other_version(&self, bundle: &Json) -> Result<(), Failure> {

@@ -178,7 +178,7 @@ impl Pair<'_> {
         if is_exact(old) == Some(true) {
             let still_is = is_exact(new) == Some(true) || is_rounding;
             let reason = if still_is {
-                "equal to its exact law up to rounding, as before"
+                "now and before equal to the exact law up to rounding"
             } else {
                 "no longer equal to its exact law up to rounding"
             };

@@ -1,0 +1,66 @@
+//! The results of the runs of a bundle: analyzed afresh, so that they are those of the recordings and of the manifest as it is.
+
+use crate::messages::{Failure, bad};
+use clap::{Args as _, Command, FromArgMatches as _};
+use kinetoscope_analysis::cli::AnalyzeArguments;
+use kinetoscope_console::Exit;
+use kinetoscope_console::text::shown_path;
+use std::collections::BTreeSet;
+use std::ffi::OsStr;
+use std::fs;
+use std::path::Path;
+
+/// Analyzes the recordings of a folder, and returns the names of the results, which are in this folder then. Failed checks are results.
+pub(super) fn analyze(folder: &Path) -> Result<BTreeSet<String>, Failure> {
+    // What is in the folder already may be of an earlier manifest, or of somebody else.
+    let fresh = tempfile::tempdir().map_err(|error| {
+        Failure::new(Exit::Retryable, format!("cannot create a temporary folder: {error}"))
+    })?;
+    execute(&[
+        OsStr::new("--no-replay"),
+        OsStr::new("--output"),
+        fresh.path().as_os_str(),
+        folder.as_os_str(),
+    ])?;
+    execute(&[folder.as_os_str()])?;
+    let entries = fs::read_dir(fresh.path()).into_iter().flatten().flatten();
+    // Not the folder of the cache.
+    let files = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_file()));
+    let names: BTreeSet<String> =
+        files.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    match names.contains(METRICS) {
+        true => Ok(names),
+        false => Err(bad(format!("the recordings in {} cannot be analyzed", shown_path(folder)))),
+    }
+}
+
+/// Maximum size of a result.
+pub(super) const MAX_RESULT_BYTES: u64 = 256 << 20;
+
+/// The report without its paragraph about the machine, which is another one for a rerun.
+pub(super) fn without_machine(report: &str) -> String {
+    let (before, rest) = report.split_once("<p class=\"machine").unwrap_or((report, ""));
+    let after = rest.split_once("</p>").map_or("", |(_, after)| after);
+    format!("{before}{after}")
+}
+
+/// The page of all results.
+pub(super) const REPORT: &str = "report.html";
+/// The numbers of all results.
+pub(super) const METRICS: &str = "metrics.json";
+
+fn execute(arguments: &[&OsStr]) -> Result<(), Failure> {
+    let name = OsStr::new("analyze");
+    let quiet = OsStr::new("--quiet");
+    let all = [name, quiet].into_iter().chain(arguments.iter().copied());
+    let parsed = AnalyzeArguments::augment_args(Command::new("analyze"))
+        .try_get_matches_from(all)
+        .and_then(|matches| AnalyzeArguments::from_arg_matches(&matches))
+        .map_err(|error| Failure::new(Exit::BadInput, error))?;
+    match parsed.execute() {
+        Exit::Done | Exit::CheckFailed => Ok(()),
+        exit => {
+            Err(Failure::new(exit, "the results were not analyzed").help("see the error above"))
+        }
+    }
+}
