@@ -14,11 +14,13 @@ pub(super) struct Sealed<W> {
     hash: Sha256,
     /// What may still be the place of the seal.
     last: Vec<u8>,
+    /// After an error, which its caller receives, the rest is dropped: the library would print a second error when it ends.
+    has_failed: bool,
 }
 
 impl<W: Write> Sealed<W> {
     pub(super) fn new(sink: W) -> Self {
-        Self { sink, hash: Sha256::new(), last: Vec::new() }
+        Self { sink, hash: Sha256::new(), last: Vec::new(), has_failed: false }
     }
 
     /// Writes the seal, and returns the sink.
@@ -31,12 +33,16 @@ impl<W: Write> Sealed<W> {
 
 impl<W: Write> Write for Sealed<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.has_failed {
+            return Ok(bytes.len());
+        }
         self.last.extend_from_slice(bytes);
         let complete = self.last.len().saturating_sub(SEAL_BYTES);
         self.hash.update(&self.last[..complete]);
-        self.sink.write_all(&self.last[..complete])?;
+        let written = self.sink.write_all(&self.last[..complete]);
+        self.has_failed = written.is_err();
         self.last.drain(..complete);
-        Ok(bytes.len())
+        written.map(|()| bytes.len())
     }
 
     fn flush(&mut self) -> io::Result<()> {
