@@ -1,6 +1,7 @@
 //! `STEM.host.json` next to a recording: machine, date and wall time of its run. No metric reads it.
 
 use super::RecordingFolder;
+use kinetoscope_console::calendar::iso_time;
 use serde::Deserialize;
 use std::path::Path;
 
@@ -27,19 +28,11 @@ impl RecordingFolder {
     }
 }
 
-/// A time in seconds since 1970 as a date of the Gregorian calendar, such as "2026-11-23 02:34 UTC".
+/// A time in seconds since 1970 to the minute, such as "2026-11-23 02:34 UTC".
 pub(crate) fn utc(seconds: u64) -> String {
-    let (days, second) = (seconds / 86_400, seconds % 86_400);
-    // Days are counted from March 1 of the year 0, so that a leap day ends a year (Hinnant: chrono-compatible low-level date algorithms).
-    let days = days + 719_468;
-    let (era, day) = (days / 146_097, days % 146_097);
-    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
-    let day = day - (365 * year + year / 4 - year / 100);
-    let month = (5 * day + 2) / 153;
-    let date = day - (153 * month + 2) / 5 + 1;
-    let month = if month < 10 { month + 3 } else { month - 9 };
-    let year = era * 400 + year + u64::from(month <= 2);
-    format!("{year:04}-{month:02}-{date:02} {:02}:{:02} UTC", second / 3600, second / 60 % 60)
+    let time = iso_time(seconds);
+    let (date, time) = time.split_once('T').unwrap_or((&time, ""));
+    format!("{date} {} UTC", time.get(..5).unwrap_or(time))
 }
 
 #[cfg(test)]
@@ -47,12 +40,7 @@ mod tests {
     use super::utc;
 
     #[test]
-    fn seconds_are_dates_of_the_gregorian_calendar() {
-        // POSIX time of the dates by `date -u -d @SECONDS`.
-        assert_eq!(utc(0), "1970-01-01 00:00 UTC");
-        assert_eq!(utc(951_782_400), "2000-02-29 00:00 UTC");
+    fn times_are_shown_to_the_minute() {
         assert_eq!(utc(951_868_799), "2000-02-29 23:59 UTC");
-        assert_eq!(utc(1_735_689_599), "2024-12-31 23:59 UTC");
-        assert_eq!(utc(4_107_542_400), "2100-03-01 00:00 UTC");
     }
 }

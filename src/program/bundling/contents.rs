@@ -1,7 +1,7 @@
 //! What a bundle contains: the manifest, the entry of the lock file, the results, and the description of all of it.
 
 use super::archive::Content;
-use super::description::{Description, iso_time};
+use super::description::Description;
 use super::results::{MAX_RESULT_BYTES, METRICS, REPORT, analyze, without_machine};
 use crate::locking::lock::{USUAL, entry};
 use crate::locking::locked_runs::RerunExperiment;
@@ -10,6 +10,7 @@ use crate::messages::{Failure, bad};
 use data_encoding::HEXLOWER;
 use kinetoscope::verify::lock_file::LockFile;
 use kinetoscope_console::Exit;
+use kinetoscope_console::calendar::iso_time;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::regular_file::{MAX_EXPERIMENT_RECORD_BYTES, MAX_MANIFEST_BYTES, read_text};
 use kinetoscope_recording::channels::SCHEMA_VERSION;
@@ -99,7 +100,7 @@ fn reject_starts(values: &BTreeMap<String, String>) -> Result<(), Failure> {
     }
 }
 
-/// The results in the experiment's folder, analyzed anew.
+/// The results of the recordings in the experiment's folder, whatever was there.
 fn results(
     rerun: &RerunExperiment,
     manifest_name: &str,

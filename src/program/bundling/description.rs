@@ -260,42 +260,9 @@ fn without_null(mut object: Json) -> Json {
     object
 }
 
-/// A time in ISO 8601, in UTC. The date follows from the number of days since 1970 in the Gregorian calendar, whose eras of 400 years
-/// have 146,097 days; years begin in March, so that the day of a leap year is the last one (Richards 2013, Explanatory Supplement to
-/// the Astronomical Almanac, section 15.11).
-pub(super) fn iso_time(unix_time_s: u64) -> String {
-    let (days, second) = (unix_time_s / 86_400, unix_time_s % 86_400);
-    let day = days + 719_468;
-    let (era, day) = (day / 146_097, day % 146_097);
-    let year = (day - day / 1_460 + day / 36_524 - day / 146_096) / 365;
-    let day = day - (365 * year + year / 4 - year / 100);
-    let month = (5 * day + 2) / 153;
-    let date = day - (153 * month + 2) / 5 + 1;
-    let (month, carried) = if month < 10 { (month + 3, 0) } else { (month - 9, 1) };
-    let year = era * 400 + year + carried;
-    let (hour, minute, second) = (second / 3600, second / 60 % 60, second % 60);
-    format!("{year:04}-{month:02}-{date:02}T{hour:02}:{minute:02}:{second:02}+00:00")
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{Named, iso_time};
-
-    /// Source: `date --utc --iso-8601=seconds --date @N`.
-    #[test]
-    fn dates_are_those_of_the_calendar() {
-        let cases = [
-            (0, "1970-01-01T00:00:00+00:00"),
-            (951_782_400, "2000-02-29T00:00:00+00:00"),
-            (951_868_799, "2000-02-29T23:59:59+00:00"),
-            (1_709_164_800, "2024-02-29T00:00:00+00:00"),
-            (4_107_542_400, "2100-03-01T00:00:00+00:00"),
-            (1_795_791_378, "2026-11-27T14:56:18+00:00"),
-        ];
-        for (unix_time_s, expected) in cases {
-            assert_eq!(iso_time(unix_time_s), expected);
-        }
-    }
+    use super::Named;
 
     #[test]
     fn names_have_an_address_or_none() {

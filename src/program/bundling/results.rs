@@ -12,7 +12,7 @@ use std::path::Path;
 
 /// Analyzes the recordings of a folder, and returns the names of the results, which are in this folder then. Failed checks are results.
 pub(super) fn analyze(folder: &Path) -> Result<BTreeSet<String>, Failure> {
-    // What is in the folder already may be of an earlier manifest, or of somebody else.
+    // What is in the folder already may be of an earlier manifest, or no result.
     let fresh = tempfile::tempdir().map_err(|error| {
         Failure::new(Exit::Retryable, format!("cannot create a temporary folder: {error}"))
     })?;
