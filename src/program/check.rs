@@ -77,6 +77,7 @@ impl CheckArguments {
             earlier: self.earlier.clone().unwrap_or_else(|| recordings.clone()),
             summary: self.summary.as_deref(),
             lock_file: &self.lock_file,
+            bundle: None,
             manifests: &self.manifests,
             all: self.all,
             quick: self.quick,

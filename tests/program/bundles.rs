@@ -149,6 +149,8 @@ fn first_difference_of_other_results_is_named() {
     expect(&called, 4);
     assert!(called.out.contains("first difference in frame 0"), "{}", called.out);
     assert!(!called.out.contains("is reproduced"), "{}", called.out);
+    assert!(called.err.contains("the runs are not those of forged.zip"), "{}", called.err);
+    assert!(!called.err.contains("kinetoscope lock"), "{}", called.err);
 }
 
 #[test]

@@ -75,6 +75,7 @@ impl ReproduceArguments {
         let bundled = folder.join(RECORDINGS);
         let check = LockedCheck {
             lock_file: &folder.join(USUAL),
+            bundle: Some(&self.bundle),
             manifests: &[],
             all: true,
             quick: false,

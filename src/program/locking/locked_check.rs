@@ -31,6 +31,8 @@ use std::path::{Path, PathBuf};
 /// A check of a lock file.
 pub(crate) struct LockedCheck<'a> {
     pub(crate) lock_file: &'a Path,
+    /// The bundle that contains the lock file, which is not written again.
+    pub(crate) bundle: Option<&'a Path>,
     /// The manifests to check; those of the tier if it is empty.
     pub(crate) manifests: &'a [PathBuf],
     /// Whether the slow manifests are checked as well.
@@ -122,13 +124,15 @@ impl LockedCheck<'_> {
         }
         self.result.say(&text);
         if exit == Exit::Differs {
-            let mut what = format!("the runs are not those of {}", shown_path(self.lock_file));
+            let source = shown_path(self.bundle.unwrap_or(self.lock_file));
+            let mut what = format!("the runs are not those of {source}");
             let (own, locked) = (env!("CARGO_PKG_VERSION"), &file.program_version);
             if locked != own {
                 let locked = one_line(locked);
                 what += &format!(", which version {locked} of the program wrote; this is {own}");
             }
-            Failure::new(exit, what).help(WRITE_AGAIN).report();
+            let help = if self.bundle.is_some() { OTHER_PROGRAM } else { WRITE_AGAIN };
+            Failure::new(exit, what).help(help).report();
         }
     }
 
@@ -303,6 +307,8 @@ fn deleted_in<'a>(
     Ok(file.experiments.iter().filter(is_deleted).collect())
 }
 
+const OTHER_PROGRAM: &str =
+    "the first difference is above; try the version of the program that bundle.json names";
 const WRITE_AGAIN: &str = "if the change is intended, write the file again with `kinetoscope lock`, and review what changed";
 
 /// Whether the model, or the physics of this program, is another one than that of the locked runs, whose bits are then expected to differ.
