@@ -2,7 +2,7 @@
 //!
 //! Invariant: a run counts as finished if and only if its recording exists, whatever a scheduler reports.
 
+pub mod budget;
 pub mod cluster;
 pub mod local;
-pub mod memory_budget;
 pub mod observer;

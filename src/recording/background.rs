@@ -11,8 +11,10 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// Bytes of frames that are handed to the thread together: waking it for each small frame would cost more than writing them. The thread
-/// is started with the first batch, so a run of fewer bytes that takes less than `BATCH_TIME` has none.
+/// Time from the start of a recording until threads are started for it. Frames before are written on the caller's thread: where thousands of
+/// tiny runs occupy all processors, a thread for each of them takes more time than it saves.
+pub(crate) const WITHOUT_THREAD: Duration = Duration::from_millis(10);
+/// Bytes of frames that are handed to the thread together: waking it for each small frame would cost more than writing them.
 const BATCH_BYTES: usize = 64 << 10;
 /// Added to the bytes of each frame, so that many empty frames fill a batch, too.
 const BYTES_PER_FRAME: usize = 256;
@@ -55,6 +57,7 @@ struct Background<W: Write> {
     batch: Batch,
     batch_bytes: usize,
     batch_limit: usize,
+    started: Instant,
     handed_over: Instant,
     /// Index of the next frame.
     next: u64,
@@ -137,7 +140,7 @@ impl<W: Write + Send + 'static> FrameWriter<W> {
     /// A sink that fails, now or before.
     pub fn remark(&mut self, line: LogLine) -> Result<(), RecordError> {
         match &mut self.place {
-            Place::Background(background) => background.ask(Task::Remark(line)),
+            Place::Background(background) => background.remark(line),
             Place::Here(recorder, _) => recorder.remark(line),
         }
     }
@@ -181,6 +184,7 @@ impl<W: Write> Background<W> {
             batch_bytes: 0,
             // A viewer sees every frame as soon as it is filled.
             batch_limit: if recorder.is_observed() { 0 } else { BATCH_BYTES },
+            started: Instant::now(),
             handed_over: Instant::now(),
             next: recorder.frames_written(),
             drawing: recorder.disc_drawing().map(Box::new),
@@ -264,7 +268,7 @@ impl<W: Write + Send + 'static> Background<W> {
     }
 
     fn hand_over(&mut self) -> Result<(), RecordError> {
-        if self.batch.is_empty() {
+        if self.batch.is_empty() || self.write_here()? {
             return Ok(());
         }
         self.at_most = Ord::clamp(MAX_BYTES / self.batch_bytes, 1, BATCHES);
@@ -273,6 +277,31 @@ impl<W: Write + Send + 'static> Background<W> {
         self.batch_bytes = 0;
         self.handed_over = Instant::now();
         self.send(Task::Write(batch))
+    }
+
+    /// Writes the batch on this thread, if the time for another one has not come; returns whether it did.
+    fn write_here(&mut self) -> Result<bool, RecordError> {
+        let Worker::Waiting(recorder) = &mut self.worker else { return Ok(false) };
+        if self.started.elapsed() >= WITHOUT_THREAD {
+            return Ok(false);
+        }
+        for (clock, mut frame) in self.batch.drain(..) {
+            recorder.write(clock, &mut frame)?;
+            frame.clear();
+            self.spare.push(frame);
+        }
+        self.in_memory = 0;
+        self.batch_bytes = 0;
+        self.handed_over = Instant::now();
+        Ok(true)
+    }
+
+    fn remark(&mut self, line: LogLine) -> Result<(), RecordError> {
+        self.hand_over()?;
+        match &mut self.worker {
+            Worker::Waiting(recorder) => recorder.remark(line),
+            _ => self.send(Task::Remark(line)),
+        }
     }
 
     /// A request after all frames so far.

@@ -1,6 +1,7 @@
 //! Compression of chunks on whichever thread is free, in a bounded pipeline. Chunks leave it in the order in which they entered;
 //! therefore, the bytes of a file do not depend on the threads.
 
+use crate::background::WITHOUT_THREAD;
 use crate::header::Compression;
 use crate::open_chunk::ClosedChunk;
 use crate::record_bytes::PutFields as _;
@@ -10,6 +11,7 @@ use std::io::{self, Write as _};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::{Builder, JoinHandle};
+use std::time::Instant;
 
 /// Size of the contents in the pipeline above which a chunk leaves it before another one enters.
 const MAX_BYTES: usize = 8 << 20;
@@ -76,6 +78,8 @@ pub(crate) struct Packing {
     own: Packer,
     shared: Arc<SharedQueue>,
     thread: Option<JoinHandle<()>>,
+    /// When the first chunk came.
+    started: Option<Instant>,
     /// The chunks in the pipeline, in order.
     under_way: VecDeque<(ClosedChunk, Receiver<Outcome>)>,
     bytes: usize,
@@ -87,6 +91,7 @@ impl Packing {
             own: Packer::new(compression),
             shared: Arc::default(),
             thread: None,
+            started: None,
             under_way: VecDeque::new(),
             bytes: 0,
         }
@@ -140,12 +145,15 @@ impl Packing {
         }
     }
 
-    /// Whether the thread compresses a chunk. It is started with the first large one.
+    /// Whether the thread compresses a chunk. It is started with the first large one that comes
+    /// [`WITHOUT_THREAD`] after the first one.
     fn has_thread_for(&mut self, chunk: &ClosedChunk) -> bool {
         if self.own.compression == Compression::None || cfg!(target_family = "wasm") {
             return false;
         }
-        if self.thread.is_none() && chunk.content.len() >= THREAD_BYTES {
+        let started = *self.started.get_or_insert_with(Instant::now);
+        let is_due = || started.elapsed() >= WITHOUT_THREAD;
+        if self.thread.is_none() && chunk.content.len() >= THREAD_BYTES && is_due() {
             let shared = Arc::clone(&self.shared);
             let mut packer = Packer::new(self.own.compression);
             let work = move || {

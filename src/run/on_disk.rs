@@ -61,6 +61,8 @@ pub struct RunContext<'a> {
     pub checkpoint_every: Duration,
     /// Receives the number of frames recorded after the start and their total number.
     pub on_frame: &'a (dyn Fn(u64, u64) + Sync),
+    /// Called when the last byte is written and the model is dropped: what follows waits for the disk only.
+    pub on_written: &'a (dyn Fn() + Sync),
     /// The server through which viewers observe one run at a time.
     pub live: Option<&'a LiveServer>,
     /// The folder in which gnuplot finds the newest frame of each run.
@@ -98,9 +100,11 @@ pub fn execute(
     let mut checkpointer = Checkpointer::new(folder, stem, identity, every);
     let save = |state: &mut RunState, at_once| checkpointer.save(state, at_once);
     let outcome = record_frames(&mut state, context.interrupt, context.on_frame, save)?;
-    let frames = state.recorder.frames_written();
-    let work = state.model.count();
-    let file = state.recorder.finish(&outcome)?;
+    let RunState { model, recorder, fault, .. } = state;
+    let (frames, work) = (recorder.frames_written(), model.count());
+    let file = recorder.finish(&outcome)?;
+    drop(model);
+    (context.on_written)();
     let path = match outcome {
         Outcome::Interrupted => file.keep_partial()?,
         Outcome::Complete | Outcome::Fault(_) => {
@@ -112,7 +116,7 @@ pub fn execute(
     };
     Ok(RunReport {
         outcome,
-        fault: state.fault.as_ref().map(Explained::message),
+        fault: fault.as_ref().map(Explained::message),
         start,
         bytes: fs::metadata(&path).map(|file| file.len()).unwrap_or_default(),
         path,

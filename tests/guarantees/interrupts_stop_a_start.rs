@@ -141,6 +141,7 @@ fn interrupt_stops_a_run_whose_start_is_not_complete() {
             interrupt,
             checkpoint_every: Duration::from_secs(5),
             on_frame: &|_, _| {},
+            on_written: &|| {},
             live: None,
             gnuplot: None,
         };

@@ -171,6 +171,7 @@ impl<'a> SharedPool<'a> {
                 interrupt,
                 checkpoint_every: arguments.execution.checkpoint_every,
                 on_frame: &|_, _| {},
+                on_written: &|| {},
                 live: live.as_ref(),
                 gnuplot: gnuplot.as_ref(),
             },
