@@ -73,8 +73,8 @@ pub(crate) const AS_PRINTED: &str = r#"
     frames = 100
 "#;
 
-/// Scenes whose errors follow from counting or from a formula: layers in gravity, particles that escape, mixing species, a thermal wall; and
-/// discs that leave a silo.
+/// Scenes whose errors follow from counting or from a formula: drawn velocities, layers in gravity, particles that escape, mixing
+/// species, a thermal wall; and discs that leave a silo.
 fn counting_scenes(seeds: u32) -> Vec<Scene> {
     let gas =
         |keys: &str| format!("replicates = {seeds}\n[model.gas]\n{keys}\n[record]\nframes = 100\n");
@@ -100,7 +100,26 @@ fn counting_scenes(seeds: u32) -> Vec<Scene> {
         channels = ["state", "energy", "contact_statistics", "wall_forces", "temperature"]
         "#
     );
+    let few_discs = format!(
+        r#"
+        replicates = {seeds}
+        [model.dem]
+        discs = 60
+        width_m = 0.0165
+        height_m = 0.0165
+        periodic = "both"
+        gravity_m_per_s2 = [0.0, 0.0]
+        stiffness_n_per_m = 2e5
+        restitution = 1.0
+        velocity_std_m_per_s = 0.5
+        duration_s = 0.001
+        [record]
+        frames = 2
+        channels = ["temperature"]
+        "#
+    );
     vec![
+        ("few elastic discs", few_discs),
         (
             "gas in gravity",
             gas(

@@ -270,7 +270,7 @@ fn table_of_scene(scene: &str, manifest: &str) -> [String; 2] {
 /// 50 cases. Then 400 seeds decide, over which it is uncertain by 3.5 %; the table gives both. Where the theory is exact, the mean
 /// deviation is at most 0.5. The environment variable SCENE selects one scene.
 #[test]
-#[ignore = "1700 runs and more take minutes"]
+#[ignore = "1800 runs and more take minutes"]
 fn standard_errors_cover_a_hundred_seeds() {
     let mut scenes = all_scenes(SEEDS[1] as u32);
     if let Ok(only) = std::env::var("SCENE") {

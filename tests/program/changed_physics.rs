@@ -65,6 +65,8 @@ const DEM_TIME_STEP: Change = change("time step x 2", "model.dem.steps_per_wall_
 const DEM_TEMPERATURE: Change =
     change("T + 25 %", "model.dem.velocity_std_m_per_s", "0.5590169943749475");
 const DEM_GRAVITY: Change = change("gravity x 2", "model.dem.gravity_m_per_s2", "[0.0, -19.62]");
+const FALLING: Change =
+    change("gravity x 2 (0 → 9.81 m/s²)", "model.dem.gravity_m_per_s2", "[0.0, -9.81]");
 
 /// Orbits do not collide: explicit Euler changes the energy instead. The Sun's attraction is no key: 0.5^(1/3) of the axis has the period of
 /// twice the attraction, and 0.8 of it has 25 % more kinetic energy.
@@ -101,8 +103,8 @@ pub(crate) const SHORT_SCENES: [Scene; 2] = [
     },
 ];
 
-/// Three scenes of each model.
-pub(crate) const SCENES: [Scene; 12] = [
+/// Three scenes of each model; then a gas that starts in equilibrium with gravity, and a gas of few elastic discs.
+pub(crate) const SCENES: [Scene; 14] = [
     Scene {
         name: "gas_points",
         manifest: "[model.gas]\nparticles = 2000\nduration_s = 0.0003\nposition_distribution = \"uniform-in-radius\"\n[record]\nframes = 70\n",
@@ -155,13 +157,7 @@ pub(crate) const SCENES: [Scene; 12] = [
         name: "dem_gas",
         manifest: "[model.dem]\ndiscs = 300\nwidth_m = 0.037\nheight_m = 0.037\nperiodic = \"both\"\ngravity_m_per_s2 = [0.0, 0.0]\nstiffness_n_per_m = 2e5\nrestitution = 1.0\nvelocity_std_m_per_s = 0.5\nduration_s = 0.1\n[record]\nframes = 100\n",
         channels: DEM,
-        changes: [
-            change("gravity x 2 (0 → 9.81 m/s²)", "model.dem.gravity_m_per_s2", "[0.0, -9.81]"),
-            DEM_RESTITUTION,
-            DEM_TEMPERATURE,
-            DEM_RADIUS,
-            DEM_TIME_STEP,
-        ],
+        changes: [FALLING, DEM_RESTITUTION, DEM_TEMPERATURE, DEM_RADIUS, DEM_TIME_STEP],
     },
     Scene {
         name: "dem_drop",
@@ -222,5 +218,23 @@ pub(crate) const SCENES: [Scene; 12] = [
             ),
             change("time step x 2", "model.orbit.time_step_days", "10.0"),
         ],
+    },
+    Scene {
+        name: "gas_in_equilibrium",
+        manifest: "[model.gas]\nparticles = 1000\nmass_kg = 1e-26\ntemperature_k = 300.0\ngravity_m_per_s2 = 1e6\nposition_distribution = \"barometric\"\nduration_s = 0.02\n[record]\nframes = 30\n",
+        channels: "",
+        changes: [
+            change("gravity x 2", "model.gas.gravity_m_per_s2", "2e6"),
+            COLDER_WALLS,
+            HOTTER,
+            WIDER,
+            HEAVIER,
+        ],
+    },
+    Scene {
+        name: "dem_few_discs",
+        manifest: "[model.dem]\ndiscs = 60\nwidth_m = 0.0165\nheight_m = 0.0165\nperiodic = \"both\"\ngravity_m_per_s2 = [0.0, 0.0]\nstiffness_n_per_m = 2e5\nrestitution = 1.0\nvelocity_std_m_per_s = 0.5\nduration_s = 0.1\n[record]\nframes = 100\n",
+        channels: DEM,
+        changes: [FALLING, DEM_RESTITUTION, DEM_TEMPERATURE, DEM_RADIUS, DEM_TIME_STEP],
     },
 ];

@@ -95,3 +95,29 @@ fn series_of_unknown_length_is_named() {
     assert!(series.contains(word) && bytes as f64 > bound(&series), "{bytes} bytes, and {series}");
     assert!(!plan.contains(word), "control: {plan}");
 }
+
+/// The time of such a run is measured at its start, when the discs still collide. Controls: elastic discs, walls, and a run of a given duration.
+#[test]
+fn check_states_that_parallel_motion_is_not_in_the_time() {
+    let printed = |keys: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("cooling.toml");
+        fs::write(&path, format!("[model.packing]\n{keys}\n")).unwrap();
+        let mut program = Command::new(env!("CARGO_BIN_EXE_kinetoscope"));
+        let output = program.arg("check").arg(&path).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let note = "not included in the time: inelastic discs in a periodic box";
+    let cooling = "restitution = 0.9\nboundary = \"periodic\"\nevents_per_disc = 20";
+    let plan = printed(cooling);
+    assert!(plan.contains(note), "{plan}");
+    for control in [
+        "restitution = 1.0\nboundary = \"periodic\"\nevents_per_disc = 20",
+        "restitution = 0.9\nboundary = \"walls\"\nevents_per_disc = 20",
+        "restitution = 0.9\nboundary = \"periodic\"\nduration = 1.0",
+    ] {
+        let plan = printed(control);
+        assert!(!plan.contains(note), "control: {plan}");
+    }
+}

@@ -386,6 +386,7 @@ mod tests {
                 relative_accuracy: 0.0,
                 conserved: is_conservation.then_some("energy"),
                 is_identity: false,
+                is_of_manifest: false,
             };
             let theory = found.theory.map(|theory| Theory { law: Some(law), ..theory });
             let check = Check {

@@ -130,6 +130,7 @@ mod tests {
             relative_accuracy: 0.0,
             conserved: is_conservation.then_some("energy"),
             is_identity: false,
+            is_of_manifest: false,
         };
         let by =
             |law| Deviation::of(&estimate, Some(0.0_f64.expected().unwrap().by(Some(law))), 1e-9);

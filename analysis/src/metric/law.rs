@@ -16,6 +16,8 @@ pub struct Law {
     pub conserved: Option<&'static str>,
     /// Whether it is an identity of the recorded values, which holds whatever the run does.
     pub is_identity: bool,
+    /// Whether its value follows from the manifest alone, so that it is the same for every seed.
+    pub is_of_manifest: bool,
 }
 
 /// The only element, if there is one.
@@ -41,10 +43,10 @@ impl std::fmt::Display for Law {
 }
 
 /// Defines one constant per law: `CONSTANT: "statement", "source";`, for a law that is not exact everywhere with
-/// `, range "packing fraction < 0.7", accuracy 1e-3` before the semicolon, for a conservation law with `, conserves "energy"`, and for an
-/// identity with `, identity true`.
+/// `, range "packing fraction < 0.7", accuracy 1e-3` before the semicolon, for a conservation law with `, conserves "energy"`, for an
+/// identity with `, identity true`, and for a value that follows from the manifest alone with `, manifest true`.
 macro_rules! laws {
-    ($($constant:ident: $statement:literal, $source:literal $(, range $range:literal)? $(, accuracy $accuracy:literal)? $(, conserves $conserved:literal)? $(, identity $identity:literal)?;)+) => {
+    ($($constant:ident: $statement:literal, $source:literal $(, range $range:literal)? $(, accuracy $accuracy:literal)? $(, conserves $conserved:literal)? $(, identity $identity:literal)? $(, manifest $manifest:literal)?;)+) => {
         $(
             #[doc = concat!("`", $statement, "` (", $source, ").")]
             pub(crate) const $constant: $crate::metric::Law = $crate::metric::Law {
@@ -54,6 +56,7 @@ macro_rules! laws {
                 relative_accuracy: 0.0 $(+ $accuracy)?,
                 conserved: $crate::metric::law::first(&[$($conserved)?]),
                 is_identity: false $(|| $identity)?,
+                is_of_manifest: false $(|| $manifest)?,
             };
         )+
     };

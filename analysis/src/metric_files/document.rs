@@ -219,6 +219,11 @@ impl MetricEntry {
         Some((self.value? - theory).abs() <= allowed)
     }
 
+    /// The value of its exact law; `None` for another law, and outside its range.
+    pub(crate) fn exact_theory(&self) -> Option<f64> {
+        self.theory.as_ref()?.exact_value()
+    }
+
     /// Whether a value without errors is inside the accuracy of its law; `None` without such a law.
     pub(crate) fn is_within_accuracy(&self) -> Option<bool> {
         let (theory, accuracy) = self.theory.as_ref()?.bounded_value()?;

@@ -194,6 +194,7 @@ fn baseline(comparison: &BaselineComparison) -> Markup {
         section {
             h2 { "Against the baseline" }
             @for rule in &comparison.rules { p { (rule) } }
+            @for line in comparison.sensitivity_lines() { p { (line) } }
             @for (subject, finding) in comparison.failures() {
                 p { strong class="bad" { "failed" } " " (breakable(subject)) ": " (finding) }
             }

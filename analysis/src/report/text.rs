@@ -102,6 +102,9 @@ impl AnalysisReport {
             "{passed} of {all} metrics pass, {failed} fail, {not_compared} are not compared; all are in report.html"
         );
         let _ = writeln!(text, "  {}", inside.wrapped(&line, 4));
+        for line in comparison.sensitivity_lines() {
+            let _ = writeln!(text, "  {}", inside.wrapped(&one_line(line), 4));
+        }
         text
     }
 }

@@ -18,6 +18,24 @@ pub(crate) fn two_sided_probability(t: f64, degrees_of_freedom: Option<f64>) -> 
     }
 }
 
+/// The deviation t beyond which Student's distribution with ν degrees of freedom has a two-sided probability p; the normal
+/// distribution without. By bisection, as precisely as `f64` allows.
+pub(crate) fn two_sided_quantile(probability: f64, degrees_of_freedom: Option<f64>) -> f64 {
+    let is_beyond = |t: f64| two_sided_probability(t, degrees_of_freedom) < probability;
+    let (mut low, mut high) = (0.0, 1.0);
+    while !is_beyond(high) && high < f64::MAX / 2.0 {
+        (low, high) = (high, 2.0 * high);
+    }
+    loop {
+        let middle = f64::midpoint(low, high);
+        match middle > low && middle < high {
+            true if is_beyond(middle) => high = middle,
+            true => low = middle,
+            false => return high,
+        }
+    }
+}
+
 /// The deviation z of a normal distribution that is as probable as the deviation t of Student's distribution: both have the
 /// same two-sided probability p = erfc(|z|/sqrt 2), with the sign of t. For t = 4: z = 1.42, 1.90, 2.20 and 3.47 for ν = 1, 2,
 /// 3 and 24.
@@ -50,6 +68,20 @@ mod tests {
         for (t, freedom) in [(4.303, Some(2.0)), (-2.228, Some(10.0)), (1.960, None)] {
             let probability = two_sided_probability(t, freedom);
             assert!((probability - 0.05).abs() < 2e-5, "{t}: {probability}");
+        }
+    }
+
+    /// Source: tables of Student's t at 5 % and 0.1 %: 4.303 and 31.599 (2 degrees of freedom), 2.228 and 4.587 (10), and 1.960 and 3.291
+    /// of the normal distribution.
+    #[test]
+    fn quantiles_equal_those_of_tables() {
+        for (freedom, tables) in
+            [(Some(2.0), [4.303, 31.599]), (Some(10.0), [2.228, 4.587]), (None, [1.960, 3.291])]
+        {
+            for (probability, table) in [0.05, 0.001].into_iter().zip(tables) {
+                let t = two_sided_quantile(probability, freedom);
+                assert!((t - table).abs() < 6e-4, "{freedom:?}, {probability}: {t}");
+            }
         }
     }
 

@@ -8,7 +8,8 @@ use crate::synthetic::{Folder, Frames, analyze, frames_of};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::model::{ModelConfig, SpeedScale};
 use kinetoscope_recording::channels::{
-    DemContactStatistics, DemEnergy, DemTemperature, GasCollisions, GasInvariants, GasPressure,
+    DemContactStatistics, DemEnergy, DemTemperature, GasCollisions, GasEnergyBalance,
+    GasInvariants, GasPressure, GasTemperature,
 };
 use std::f64::consts::PI;
 
@@ -112,13 +113,78 @@ fn gas_metrics_of_points_and_runs_are_exact() {
     metrics.assert_near("particles_outside", 1.0, 0.0);
 }
 
-/// Law: in gravity, kinetic energy becomes potential energy, so its change is no drift of the energy.
+/// Law: in gravity, kinetic energy becomes potential energy, so its change is no drift of the energy; the pressure depends on the height,
+/// so that there is none of an ideal gas. Control: without gravity, both have values.
 #[test]
-fn kinetic_energy_is_not_the_energy_in_gravity() {
+fn kinetic_energy_is_not_the_energy_and_the_pressure_not_uniform_in_gravity() {
     let manifest = GAS_SWEEP.replace("[model.gas]", "[model.gas]\ngravity_m_per_s2 = 9.81");
     let metrics = Folder::write(&manifest, gas_frames).metrics();
     assert_eq!(metrics.all("energy.drift_relative").len(), 0);
     assert_ne!(metrics.all("particles_outside").len(), 0);
+    let pressure = metrics.first("pressure.ideal_gas");
+    let reason = "in gravity, the pressure depends on the height";
+    assert!(pressure["value"].is_null() && pressure["reason"] == reason, "{pressure}");
+    let control = Folder::write(GAS_SWEEP, gas_frames).metrics();
+    assert_ne!(control.all("energy.drift_relative").len(), 0);
+    assert!(control.value("pressure.ideal_gas") > 0.0);
+}
+
+/// Guarantee: the temperature at the start, by the definition of the manifest, and the radius are those of the recording, and the theory is the temperature
+/// of the manifest. Control: a recording with other values than its manifest has these, and not those of the manifest or of the last frame.
+#[test]
+fn temperature_at_the_start_and_radius_of_a_gas_are_those_recorded() {
+    let manifest = |definition: &str| {
+        format!(
+            "name = \"gas\"\n[model.gas]\nparticles = 5\ntemperature_k = 300.0\ntemperature_definition = \"{definition}\"\nduration_s = 1.0\n[record]\nframes = 1\nchannels = [\"temperature\", \"energy_balance\"]\n"
+        )
+    };
+    let metrics = |definition: &str, start: f64, radius_m: f64| {
+        let frames = move |_: &RunManifest| {
+            frames_of(0..2, |index, frame| {
+                frame.push(&GasTemperature {
+                    mean_square_temperature_k: start + 50.0 * f64::from(index),
+                    mean_speed_temperature_k: start - 20.0,
+                    ..GasTemperature::default()
+                });
+                frame.push(&GasEnergyBalance { radius_m, ..GasEnergyBalance::default() });
+                f64::from(index)
+            })
+        };
+        Folder::write(&manifest(definition), frames).metrics()
+    };
+    let as_given = metrics("mean-square", 300.0, 1.0);
+    as_given.assert_near("temperature.start", 300.0, 0.0);
+    as_given.assert_near("container_radius", 1.0, 0.0);
+    metrics("mean-speed", 320.0, 1.0).assert_near("temperature.start", 300.0, 0.0);
+    let control = metrics("mean-square", 375.0, 1.1);
+    control.assert_near("temperature.start", 375.0, 0.0);
+    control.assert_near("container_radius", 1.1, 0.0);
+    assert_eq!(control.theory("temperature.start"), Some(300.0));
+}
+
+/// Law: the granular temperature at the start of N discs with drawn velocities is std^2 (N - 1)/N on average, and scatters by that over
+/// sqrt(N - 1). Source: chi-square distribution. Control: the value is that of the first frame, and the theory does not follow it.
+#[test]
+fn granular_temperature_at_the_start_is_compared_with_that_of_drawn_velocities() {
+    let manifest = "name = \"dem\"\n[model.dem]\ndiscs = 10\nvelocity_std_m_per_s = 0.5\nduration_s = 1.0\n[record]\nframes = 1\nchannels = [\"temperature\"]\n";
+    for start in [0.2, 0.3] {
+        let frames = move |_: &RunManifest| {
+            frames_of(0..2, |index, frame| {
+                frame.push(&DemTemperature {
+                    granular_temperature_m2_per_s2: start - 0.1 * f64::from(index),
+                    ..DemTemperature::default()
+                });
+                f64::from(index)
+            })
+        };
+        let metrics = Folder::write(manifest, frames).metrics();
+        metrics.assert_near("granular_temperature.start", start, 0.0);
+        metrics.assert_near("granular_temperature", start - 0.1, 1e-15);
+        let theory = metrics.theory("granular_temperature.start").unwrap();
+        assert!((theory - 0.225).abs() < 1e-15, "{theory}");
+        let error = metrics.error("granular_temperature.start").unwrap();
+        assert!((error - 0.075).abs() < 1e-15, "{error}");
+    }
 }
 
 /// Guarantee: points of a sweep that have the same seed and replicates are reported as correlated, in table and plot. Control: a

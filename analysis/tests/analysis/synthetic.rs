@@ -4,8 +4,9 @@
 use kinetoscope_manifest::{ExperimentRecord, Run, RunManifest, parse, run_key};
 use kinetoscope_recording::channels::{
     self, ChannelDeclaration, DemContactForces, DemContactStatistics, DemEnergy, DemTemperature,
-    GasCollisions, GasInvariants, GasPressure, GasSpeeds, GasTemperature, OrbitElements,
-    OrbitEnergy, PackingCollisions, PackingPressure, PackingTemperature, PerCollision,
+    GasCollisions, GasEnergyBalance, GasInvariants, GasPressure, GasSpeeds, GasTemperature,
+    OrbitElements, OrbitEnergy, PackingCollisions, PackingPressure, PackingTemperature,
+    PerCollision,
 };
 use kinetoscope_recording::frame::{Frame, StateColumn};
 use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recorder, Selection};
@@ -211,6 +212,7 @@ const GAS: &[ChannelDeclaration] = &[
     ChannelDeclaration::of::<GasInvariants>(),
     ChannelDeclaration::of::<GasCollisions>(),
     ChannelDeclaration::of::<GasSpeeds>(),
+    ChannelDeclaration::of::<GasEnergyBalance>(),
 ];
 
 const PACKING: &[ChannelDeclaration] = &[

@@ -301,7 +301,7 @@ impl Packing {
                      because all move in parallel",
                     self.statistics.collision_count()
                 ),
-                "set remove_mean_velocity = true, a duration, fewer events_per_disc, or a restitution closer to 1",
+                "set a duration, fewer events_per_disc, or a restitution closer to 1; if the manifest has remove_mean_velocity = false, omit it",
             )),
         }
     }

@@ -11,6 +11,7 @@ use kinetoscope::run::resources::Estimate;
 use kinetoscope_analysis::needs_replicates;
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::shown_path;
+use kinetoscope_manifest::model::{Boundary, ModelConfig, RunLength};
 use kinetoscope_manifest::{Bound, Check, Experiment};
 use kinetoscope_physics::model::Extent;
 use serde_json::{Value as Json, json};
@@ -82,6 +83,18 @@ impl<'a> PlanReport<'a> {
         self.experiment.checks.iter().filter(has_none).collect()
     }
 
+    /// Whether discs that cool in a periodic box must reach a number of collisions. At last, all may move in parallel.
+    fn may_end_in_parallel_motion(&self) -> bool {
+        self.experiment.runs.iter().any(|run| match &run.manifest.model {
+            ModelConfig::Packing(config) => {
+                config.restitution.get() < 1.0
+                    && config.boundary == Boundary::Periodic
+                    && matches!(config.length, RunLength::EventsPerDisc(_))
+            }
+            _ => false,
+        })
+    }
+
     /// The plan as text.
     pub(crate) fn text(&self) -> String {
         let Planned { plan, jobs, .. } = self.planned;
@@ -110,6 +123,9 @@ impl<'a> PlanReport<'a> {
                 }
                 None => "\n  time: unknown".to_owned(),
             };
+            if self.may_end_in_parallel_motion() {
+                text += "\n  not included in the time: inelastic discs in a periodic box may come to move in parallel, with hardly any collision; such a run ends with a fault";
+            }
         }
         text += &format!("\n  {}", plural(self.experiment.checks.len() as u64, "check"));
         if !self.experiment.plots.is_empty() {

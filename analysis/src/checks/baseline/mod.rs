@@ -13,7 +13,9 @@
 
 mod pair;
 mod relation;
+mod replicates;
 mod row;
+mod sensitivity;
 mod significance;
 
 pub(crate) use row::BaselineRow;
@@ -21,12 +23,14 @@ pub(crate) use row::BaselineRow;
 use crate::checks::{CheckKind, CheckResult};
 use crate::metric::{Metric, SCHEMA};
 use crate::metric_files::document::{Document, MetricEntry, ScopeEntry};
-use crate::models::{metric_names, metrics_of};
+use crate::models::{main_metrics, metric_names, metrics_of};
 use crate::run::RunAnalysis;
 use kinetoscope_console::text::plural;
 use kinetoscope_manifest::BaselineTolerance;
 use pair::{Pair, Rule};
 use relation::{Place, Relation, Relations};
+use replicates::MetricsOfRuns;
+use sensitivity::Sensitivity;
 use serde_json::json;
 use significance::{FAMILY_LEVEL, holm};
 use std::collections::{BTreeMap, BTreeSet};
@@ -48,6 +52,8 @@ pub(crate) struct BaselineComparison {
     failures: Vec<(String, String)>,
     /// All metrics, the worst first.
     pub(crate) rows: Vec<BaselineRow>,
+    /// Which changes would have been found, if some of the runs have another seed.
+    sensitivity: Option<Sensitivity>,
 }
 
 impl Baseline {
@@ -85,20 +91,12 @@ impl Baseline {
         allowed: &[String],
     ) -> Result<BaselineComparison, String> {
         let old = &self.0;
-        for name in allowed {
-            let mut manifests =
-                old.runs.iter().chain(&new.runs).flat_map(|run| run.manifest.keys());
-            if !manifests.any(|key| relation::names(name, key)) {
-                return Err(format!(
-                    "--allow-changed {name}: no run of {} has this key; the keys are those of `manifest` in metrics.json",
-                    new.experiment
-                ));
-            }
-        }
+        reject_unknown_keys([old, new], allowed)?;
         let draws = |run: &RunAnalysis| run.manifest.model.draws_random_numbers();
         let draws: Vec<bool> = runs.iter().map(draws).collect();
         let relations = Relations::between(old, new, &draws, allowed);
         let means = means_in_both(old, new);
+        let replicates = [MetricsOfRuns::of(old), MetricsOfRuns::of(new)];
         let (known, definitions) = (metric_names(&old.model), metrics_of(&old.model));
         let mut now: BTreeMap<(&str, Place), (&MetricEntry, &Metric)> = new
             .metrics
@@ -123,6 +121,11 @@ impl Baseline {
                     || laws.iter().any(|law| law.is_conservation()),
                     |(_, metric)| metric.is_of_conservation_law(),
                 ),
+                is_of_manifest: laws.iter().any(|law| law.is_of_manifest),
+                replicates: [
+                    replicates[0].of_mean(pair.old, &place),
+                    replicates[1].of_mean(pair.new, &place),
+                ],
                 is_identity: found.is_some_and(|(_, metric)| metric.is_of_identity()),
                 tolerance: tolerances.find(|tolerance| tolerance.metric == earlier.name),
                 is_known: known.contains(&earlier.name.as_str()),
@@ -143,7 +146,28 @@ impl Baseline {
         if failures.is_empty() && !rows.iter().any(is_decided) {
             failures.push(("the comparison".to_owned(), NOTHING_COMPARED.to_owned()));
         }
-        Ok(BaselineComparison { rules: rules(&relations, &rows), failures, rows })
+        let has_other_seeds =
+            relations.counts().keys().any(|relation| matches!(relation, Relation::OtherSeed(_)));
+        let sensitivity = (has_other_seeds && failures.is_empty())
+            .then(|| Sensitivity::of(&rows, main_metrics(&old.model)));
+        let rules = rules(&relations, &rows);
+        Ok(BaselineComparison { rules, failures, rows, sensitivity })
+    }
+}
+
+/// Rejects a key that no manifest has.
+fn reject_unknown_keys(documents: [&Document; 2], allowed: &[String]) -> Result<(), String> {
+    let [_, new] = documents;
+    let runs = || documents.into_iter().flat_map(|document| &document.runs);
+    let is_known = |name: &String| {
+        runs().flat_map(|run| run.manifest.keys()).any(|key| relation::names(name, key))
+    };
+    match allowed.iter().find(|name| !is_known(name)) {
+        None => Ok(()),
+        Some(name) => Err(format!(
+            "--allow-changed {name}: no run of {} has this key; the keys are those of `manifest` in metrics.json",
+            new.experiment
+        )),
     }
 }
 
@@ -158,10 +182,15 @@ fn means_in_both<'a>(old: &'a Document, new: &'a Document) -> BTreeSet<(&'a str,
     means(old).intersection(&means(new)).cloned().collect()
 }
 
-/// Fails the rows whose differences are significant.
+/// Fails the rows whose differences are significant, and states which differences would have been.
 fn correct(rows: &mut [BaselineRow]) {
     let tested: Vec<usize> =
         (0..rows.len()).filter(|&index| rows[index].significance.is_some()).collect();
+    let level = FAMILY_LEVEL / tested.len() as f64;
+    for &index in &tested {
+        let significance = rows[index].significance;
+        rows[index].least_detectable = significance.map(|found| found.least_detectable(level));
+    }
     let probability = |&index: &usize| rows[index].significance.map_or(1.0, |it| it.probability);
     let probabilities: Vec<f64> = tested.iter().map(probability).collect();
     for (&index, is_significant) in tested.iter().zip(holm(&probabilities, FAMILY_LEVEL)) {
@@ -246,6 +275,7 @@ impl BaselineComparison {
                 "baseline": row.old,
                 "now": row.new,
                 "deviation_sigma": row.significance.map(|found| found.sigma),
+                "least_detectable_change": row.least_detectable,
                 "passed": row.passed,
                 "reason": row.reason,
             })
@@ -255,7 +285,9 @@ impl BaselineComparison {
             .iter()
             .map(|(subject, finding)| json!({ "subject": subject, "finding": finding }))
             .collect();
-        json!({ "rules": self.rules, "failures": failures, "rows": self.rows.iter().map(row).collect::<Vec<_>>() })
+        let rows: Vec<_> = self.rows.iter().map(row).collect();
+        let sensitivity: Vec<_> = self.sensitivity_lines().collect();
+        json!({ "rules": self.rules, "failures": failures, "sensitivity": sensitivity, "rows": rows })
     }
 
     /// The results of all comparisons: failures, then metrics that are compared.
@@ -276,7 +308,17 @@ impl BaselineComparison {
         let rows = self.rows.iter();
         let compared =
             rows.filter_map(|row| Some(result(row.passed?, &row.subject, row.finding())));
-        failures.chain(compared).collect()
+        let lines: Vec<&str> = self.sensitivity_lines().collect();
+        let sensitivity = (!lines.is_empty()).then(|| CheckResult {
+            requirement: "least changes that are found".to_owned(),
+            ..result(true, &"sensitivity of the comparison".to_owned(), lines.join(". "))
+        });
+        failures.chain(compared).chain(sensitivity).collect()
+    }
+
+    /// Which changes would have been found, one line each.
+    pub(crate) fn sensitivity_lines(&self) -> impl Iterator<Item = &str> {
+        self.sensitivity.iter().flat_map(Sensitivity::lines)
     }
 
     /// Failures that are not those of a metric.

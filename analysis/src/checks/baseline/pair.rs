@@ -5,16 +5,19 @@
 //! | value | rule |
 //! |---|---|
 //! | set by the manifest | equal within rounding |
+//! | has an exact law that follows from the manifest alone | the law gives the same value |
 //! | was that of its exact law | still is |
-//! | standard errors in both analyses | the difference is not significant by Student's t, with Holm's correction |
+//! | standard errors in both analyses; of a mean over replicates, by the errors of `replicates.rs` | the difference is not significant by Student's t, with Holm's correction |
 //! | a run too short for the standard error of one of the values | not compared |
 //! | a standard error in the baseline only | fails |
 //! | was inside the accuracy of its law | still is |
 //! | anything else | not compared |
 
 use super::relation::{Place, Relation};
+use super::replicates::Replicates;
 use super::row::BaselineRow;
 use super::significance::{Sample, Significance};
+use crate::checks::digits;
 use crate::metric::deviation::ROUNDING_FRACTION;
 use crate::metric_files::document::MetricEntry;
 use kinetoscope_manifest::BaselineTolerance;
@@ -41,8 +44,12 @@ pub(super) struct Rule<'a> {
     pub(super) tolerance: Option<&'a BaselineTolerance>,
     /// Whether this program derives such a metric.
     pub(super) is_known: bool,
+    /// Whether its law's value follows from the manifest alone.
+    pub(super) is_of_manifest: bool,
     /// Whether both analyses have the mean over the replicates of this run, which has a smaller error.
     pub(super) has_mean: bool,
+    /// What the replicates of a mean state, in the baseline and now.
+    pub(super) replicates: [Replicates; 2],
 }
 
 impl Pair<'_> {
@@ -57,11 +64,13 @@ impl Pair<'_> {
         let name = entry.map_or("", |entry| entry.name.as_str());
         let at = place.text();
         BaselineRow {
+            name: name.to_owned(),
             subject: if at.is_empty() { name.to_owned() } else { format!("{name} at {at}") },
             unit: entry.map_or_else(String::new, |entry| entry.unit.clone()),
             old: self.old.and_then(|old| old.value),
             new: self.new.and_then(|new| new.value),
             significance: None,
+            least_detectable: None,
             passed,
             is_evidence: false,
             reason: reason.into(),
@@ -164,7 +173,8 @@ impl Pair<'_> {
         [old, new]: [&MetricEntry; 2],
         is_rounding: bool,
     ) -> BaselineRow {
-        if old.is_set_by_manifest() || new.is_set_by_manifest() {
+        let are_set = rule.replicates.iter().any(|replicates| replicates.are_set_by_manifest);
+        if old.is_set_by_manifest() || new.is_set_by_manifest() || are_set {
             // Equal input is no evidence for equal results.
             let reason = if is_rounding {
                 "set by the manifest"
@@ -188,7 +198,19 @@ impl Pair<'_> {
         if rule.has_mean {
             return self.row(place, None, "compared by the mean over the replicates");
         }
-        match [old, new].map(sample) {
+        if let [Some(before), Some(now)] = [old, new].map(MetricEntry::exact_theory)
+            && rule.is_of_manifest
+            && (now - before).abs() > ROUNDING_FRACTION * before.abs()
+        {
+            let reason = format!(
+                "its exact law, which follows from the manifest, gives {}, before {}",
+                digits(now),
+                digits(before)
+            );
+            return self.evidence(place, false, &reason);
+        }
+        let [known_before, known_now] = rule.replicates.map(|replicates| replicates.known_error);
+        match [sample(old, known_before), sample(new, known_now)] {
             [Some(one), Some(other)] => self.by_statistics(place, one, other, is_rounding),
             // Whether a series is long enough depends on the seed, and a value that scatters may leave the accuracy of its law.
             [None, _] if old.has_unknown_scatter() => {
@@ -220,6 +242,11 @@ impl Pair<'_> {
         }
     }
 
+    /// Whether the metric describes the first frame only, as its name states.
+    fn is_of_start(&self) -> bool {
+        self.new.or(self.old).is_some_and(|entry| entry.name.ends_with(".start"))
+    }
+
     /// The significance of a difference between other seeds.
     fn by_statistics(
         &self,
@@ -228,16 +255,20 @@ impl Pair<'_> {
         other: Sample,
         is_rounding: bool,
     ) -> BaselineRow {
-        let significance =
-            if is_rounding { Significance::none() } else { Significance::of(one, other) };
+        let significance = Significance::of(one, other);
+        let significance = if is_rounding { significance.of_rounding() } else { significance };
         let reason =
             if is_rounding { "equal up to rounding" } else { "within the scatter of seeds" };
-        BaselineRow { significance: Some(significance), ..self.evidence(place, true, reason) }
+        // A correct start is no evidence for what follows.
+        let is_evidence = !self.is_of_start();
+        let row = self.row(place, Some(true), reason);
+        BaselineRow { significance: Some(significance), is_evidence, ..row }
     }
 }
 
-/// The value with its standard error, if both are known.
-fn sample(entry: &MetricEntry) -> Option<Sample> {
-    let degrees_of_freedom = entry.degrees_of_freedom;
-    Some(Sample { value: entry.value?, error: entry.standard_error?, degrees_of_freedom })
+/// The value with its standard error, if both are known: that of the replicates if it is known, else the one of the entry.
+fn sample(entry: &MetricEntry, known_error: Option<f64>) -> Option<Sample> {
+    let own = || Some((entry.standard_error?, entry.degrees_of_freedom));
+    let (error, degrees_of_freedom) = known_error.map(|error| (error, None)).or_else(own)?;
+    Some(Sample { value: entry.value?, error, degrees_of_freedom })
 }

@@ -2,10 +2,13 @@
 
 use super::significance::Significance;
 use crate::checks::digits;
+use crate::metric::deviation::ROUNDING_FRACTION;
 
 /// One metric in both analyses.
 #[derive(Clone, Debug)]
 pub(crate) struct BaselineRow {
+    /// The metric's name.
+    pub(super) name: String,
     /// The metric and its run or part of the sweep.
     pub(crate) subject: String,
     /// The metric's unit.
@@ -16,6 +19,8 @@ pub(crate) struct BaselineRow {
     pub(crate) new: Option<f64>,
     /// The significance of the difference, if both values have a standard error and are those of different seeds.
     pub(crate) significance: Option<Significance>,
+    /// The least change that would have been found, in the metric's unit, if the metric is compared by its standard errors.
+    pub(super) least_detectable: Option<f64>,
     /// Whether the metric passes; `None` if it is not compared.
     pub(crate) passed: Option<bool>,
     /// Whether a changed experiment would have failed here: its values could have differed, and by how much is known.
@@ -28,6 +33,13 @@ impl BaselineRow {
     /// The difference, if both values are known.
     pub(crate) fn difference(&self) -> Option<f64> {
         Some(self.new? - self.old?)
+    }
+
+    /// The least change that would have been found, as a fraction of the baseline's value. `None` of a value of zero, and where no change
+    /// beyond rounding is lost: such a value is exact.
+    pub(super) fn least_detectable_fraction(&self) -> Option<f64> {
+        let fraction = self.least_detectable? / self.old?.abs();
+        Some(fraction).filter(|fraction| fraction.is_finite() && *fraction > ROUNDING_FRACTION)
     }
 
     /// The order of the rows: failures first, then by significance, then by relative difference; what is not compared is last.
@@ -62,7 +74,11 @@ impl BaselineRow {
             format!(", difference {}", self.in_unit(difference))
         });
         let (old, new) = (value(self.old), value(self.new));
-        format!("{new}, baseline {old}{difference}{sigma}: {}", self.reason)
+        let least = self.least_detectable_fraction().filter(|_| self.passed == Some(true));
+        let least = least.map_or_else(String::new, |fraction| {
+            format!("; a change of {} would have been found", percent(fraction))
+        });
+        format!("{new}, baseline {old}{difference}{sigma}: {}{least}", self.reason)
     }
 
     fn in_unit(&self, value: f64) -> String {
@@ -70,6 +86,18 @@ impl BaselineRow {
             "" | "1" => digits(value),
             unit => format!("{} {unit}", digits(value)),
         }
+    }
+}
+
+/// A fraction in percent with two digits.
+pub(super) fn percent(fraction: f64) -> String {
+    let percent = 100.0 * fraction;
+    match percent {
+        percent if percent >= 10.0 => format!("{percent:.0} %"),
+        percent if percent >= 1.0 => format!("{percent:.1} %"),
+        percent if percent >= 0.1 => format!("{percent:.2} %"),
+        percent if percent >= 0.01 => format!("{percent:.3} %"),
+        percent => format!("{percent:.1e} %"),
     }
 }
 

@@ -19,6 +19,7 @@ laws! {
     WEIGHT: "sum of the discs' weights, for discs at rest", "equilibrium of forces without friction at the side walls", range "kinetic energy below 0.001 of the elastic energy", accuracy 0.01;
     WEIGHT_PER_WIDTH: "sum of the discs' weights over the box's width, for discs at rest", "equilibrium of forces without friction at the side walls", range "kinetic energy below 0.001 of the elastic energy", accuracy 0.01;
     WEIGHT_ABOVE: "weight over the box's width, of the discs whose centers are above, mean over the layer's heights", "equilibrium of forces at every height, of discs at rest between walls without friction; in the continuum the mean density times gravity and depth", range "kinetic energy below 0.001 of the elastic energy", accuracy 0.01;
+    DRAWN_TEMPERATURE: "velocity_std_m_per_s^2 (N - 1)/N: half the mean square of N normal velocities, of which the mean is subtracted", "chi-square distribution with 2 (N - 1) degrees of freedom", manifest true;
     HAFF: "1/τ = (1 - e^2) ν/4 of T = T_0/(1 + t/τ)^2, ν = 2 sqrt(pi) n d χ sqrt(T_0), χ = (Z - 1)/(2φ)", "Haff 1983; Enskog's collision rate in two dimensions, Kolafa and Rottner 2006", range "φ up to 0.69, 128 discs or more without flow or clusters: energy of the mean velocities and variance of the numbers of cells of 8 discs or more as for independent discs", accuracy 0.03;
     ROW_OF_DISCS: "((1 + e)/2)^(N - 1) of discs of one material if each gap is longer than the distance traveled in a contact, v pi/ω", "conservation of momentum, collision by collision; Herrmann and Seitz 1982", range "gaps longer than the distance traveled in a contact", accuracy 0.01;
     BEVERLOO: "3/2 of the opening less 1.4 diameters, in two dimensions", "Beverloo, Leniger and van de Velde 1961; limited range of widths: Mankoc et al. 2007", range "openings of 5 diameters or more", accuracy 0.1;
@@ -41,6 +42,15 @@ pub(crate) fn are_walls_frictionless(config: &DemConfig) -> bool {
     }
     let mut materials = config.materials.iter();
     materials.all(|material| smooth(&material.name, material.constants.friction))
+}
+
+/// Expected granular temperature at the start, m^2/s^2, and its standard deviation over seeds: σ^2 χ^2/(2N) of velocity components with
+/// the standard deviation σ, where χ^2 has 2 (N - 1) degrees of freedom. `None` if no velocities are drawn, or if discs are inserted.
+pub(crate) fn drawn_temperature(config: &DemConfig) -> Option<[f64; 2]> {
+    let std = config.velocity_std_m_per_s?.get();
+    let discs = f64::from(config.discs.get());
+    let expected = std * std * (discs - 1.0) / discs;
+    (discs > 1.0 && config.insertion.is_none()).then(|| [expected, expected / (discs - 1.0).sqrt()])
 }
 
 /// Haff's 1/tau, 1/s, of equal frictionless discs at a granular temperature T0 = `<v^2>`/2.
@@ -241,6 +251,38 @@ pub(crate) fn restitution(damping_ratio: f64, tail: bool) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::statistics::random::Uniform;
+    use kinetoscope_manifest::quantity::Positive;
+
+    /// Law: mean and standard deviation of the granular temperature of 10 discs with drawn velocities. Setup: 20,000 samples of
+    /// σ = 0.5 m/s. Tolerance: four standard errors, 1.0 % and 2.5 % (the excess kurtosis is 12/18). Control: a tenth of a mean
+    /// square that is not subtracted, and 1/sqrt(N) for the scatter, deviate by more.
+    #[test]
+    fn temperature_of_drawn_velocities_has_the_moments_of_chi_square() {
+        let config = DemConfig {
+            discs: 10.try_into().unwrap(),
+            velocity_std_m_per_s: Positive::new(0.5),
+            ..DemConfig::default()
+        };
+        let [expected, scatter] = drawn_temperature(&config).unwrap();
+        let mut uniform = Uniform(60);
+        let samples: Vec<f64> = (0..20_000)
+            .map(|_| {
+                let axis = |uniform: &mut Uniform| {
+                    let drawn: Vec<f64> = (0..10).map(|_| 0.5 * uniform.normal()).collect();
+                    let mean = drawn.iter().sum::<f64>() / 10.0;
+                    drawn.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / 20.0
+                };
+                axis(&mut uniform) + axis(&mut uniform)
+            })
+            .collect();
+        let mean = crate::statistics::mean(&samples).unwrap();
+        let std = crate::statistics::standard_deviation(&samples).unwrap();
+        assert!((mean / expected - 1.0).abs() < 0.01, "{mean} {expected}");
+        assert!((std / scatter - 1.0).abs() < 0.025, "{std} {scatter}");
+        assert!((mean / 0.25 - 1.0).abs() > 0.05, "control: {mean}");
+        assert!((std / (expected / 10.0_f64.sqrt()) - 1.0).abs() > 0.025, "control: {std}");
+    }
 
     /// Source: table of the DEM exercise, damping ratios for e = 0.9, 0.8, 0.5, 0.2 in both conventions.
     #[test]

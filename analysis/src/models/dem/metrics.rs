@@ -25,6 +25,7 @@ definitions! {
     COORDINATION_NUMBER: "coordination_number", "1", "number of contacts per disc", "/contact_statistics: contacts per disc, with discs and walls, (2 pair_contacts + wall_contacts)/N, last frame", [], 0.0;
     PAIR_COORDINATION_NUMBER: "pair_coordination_number", "1", "number of contacts per disc with other discs", "/contact_statistics: contacts per disc with other discs only, 2 pair_contacts/N, last frame", [], 0.0;
     GRANULAR_TEMPERATURE: "granular_temperature", "m^2/s^2", "granular temperature at the end", "/temperature: <(v - <v>)^2> / 2, last frame", [], 0.0;
+    GRANULAR_TEMPERATURE_START: "granular_temperature.start", "m^2/s^2", "granular temperature at the start", "/temperature: <(v - <v>)^2> / 2, first frame; error of drawn velocities by their chi-square distribution", [law::DRAWN_TEMPERATURE], 0.0;
     PACKING_FRACTION: "packing_fraction", "1", "packing fraction of the box", "/state: discs' area over the box's", [], 0.0;
     BED_HEIGHT: "bed.height", "m", "height of the bed", "/state: twice the height of the discs' center of area over the floor, last frame", [], 0.0;
     BED_PACKING_FRACTION: "bed.packing_fraction", "1", "packing fraction of the bed", "/state: discs' area over box width times bed.height, last frame", [], 0.0;

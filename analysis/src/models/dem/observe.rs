@@ -15,7 +15,7 @@ use crate::models::series::Series;
 use crate::models::snapshots::{Snapshots, StateStyle};
 use crate::models::{max_or_nan, relative_change};
 use crate::statistics::{Estimate, MissingError};
-use kinetoscope_manifest::model::{DemConfig, DiscRadius, PeriodicSides};
+use kinetoscope_manifest::model::{DemConfig, DiscRadius, PeriodicSides, Placement};
 use kinetoscope_recording::channels::{
     DemContactForces, DemContactStatistics, DemEnergy, DemTemperature, DemWalls,
 };
@@ -155,6 +155,20 @@ impl DemRun {
         found.compare(metric::MAX_RESIDUAL, self.max_residual_j / start.abs(), 0.0);
         let disagreement = self.max_kinetic_disagreement_j.map(|energy| energy / start.abs());
         found.compare(metric::KINETIC_DISAGREEMENT, disagreement, 0.0);
+    }
+
+    /// The granular temperature of the first frame, of drawn velocities or of those that the manifest lists.
+    fn measure_start(&self, found: &mut Measurements) {
+        let Some(&(_, start)) = self.temperature.first() else { return };
+        if let Some([expected, scatter]) = law::drawn_temperature(&self.config) {
+            let start = Estimate::new(start, scatter);
+            found.compare(metric::GRANULAR_TEMPERATURE_START, start, expected);
+        } else if matches!(self.config.placement, Placement::Given(_))
+            && self.config.discs.get() > 1
+        {
+            let start = Estimate::set_by_manifest(start);
+            found.add(metric::GRANULAR_TEMPERATURE_START, start);
+        }
     }
 
     /// The rebounds, if there are any. Between keyframes, there may be.
@@ -391,6 +405,7 @@ impl Observer for DemRun {
             found.add(metric::PAIR_COORDINATION_NUMBER, per_disc);
         }
         found.add(metric::DISCS_REMOVED, self.removed.last().map(|(_, removed)| *removed));
+        self.measure_start(found);
         let temperature = self.temperature.last().map(|(_, temperature)| *temperature);
         found.add(metric::GRANULAR_TEMPERATURE, temperature);
         self.measure_bed(found);

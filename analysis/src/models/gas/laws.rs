@@ -9,7 +9,9 @@ use std::f64::consts::{FRAC_PI_4, PI};
 
 laws! {
     KINETIC_PRESSURE: "P = N m <v^2> / (2A)", "kinetic theory in two dimensions, exact in a circle";
-    SPEED_LAW: "<v>^2 / <v^2> = 3/4 for uniform speeds, pi/4 for Maxwell's, 1 for equal ones; for a given temperature with the terms of a finite N, which are exact for N = 1", "moments of the speeds' law";
+    SPEED_LAW: "<v>^2 / <v^2> = 3/4 for uniform speeds, pi/4 for Maxwell's, 1 for equal ones; for a given temperature with the terms of a finite N, which are exact for N = 1", "moments of the speeds' law", manifest true;
+    GIVEN_TEMPERATURE: "the temperature of the manifest, to which the drawn speeds are scaled; m <v^2>/(2 k_B) of the distribution if a maximum speed is given", "definition of the temperature, moments of the speeds' law", manifest true;
+    BAROMETRIC_TEMPERATURE: "T is that of the start at all times and heights", "Maxwell-Boltzmann distribution in gravity", range "points that start in barometric equilibrium", manifest true;
     WALL_COLLISION_RATE: "2 N <v> / (pi R)", "mean chord pi R / 2 of a uniform isotropic state", range "points, placed uniformly over the area";
     INVARIANTS: "speed and angular momentum of each particle are constant", "specular reflection in a circle", conserves "motion of each particle";
     EFFUSION: "N <v> w / (pi A) particles per unit of time", "flux n <v> / pi on a wall in two dimensions (Knudsen)", range "the start: fewer than a tenth have left; accuracy: the fraction that has left";
@@ -18,9 +20,9 @@ laws! {
     THERMALIZATION: "T tends to the wall's temperature", "equilibrium with a thermal wall (Maxwell 1879)", range "after 20 crossings of the container";
     HISTOGRAM: "(bins - constraints)/bins: the number of particles is given, and <v> or <v^2> if a temperature is", "Pearson's chi-square";
     BAROMETRIC_CHI: "(layers - 1)/layers for a density proportional to exp(-m g y/(k_B T))", "barometric law, integrated over the layers of the circle; Pearson's chi-square", range "points that start in barometric equilibrium";
-    BAROMETRIC_HEIGHT: "<y> of a density proportional to exp(-m g y/(k_B T))", "barometric law, integrated over the circle", range "points that start in barometric equilibrium";
+    BAROMETRIC_HEIGHT: "<y> of a density proportional to exp(-m g y/(k_B T))", "barometric law, integrated over the circle", range "points that start in barometric equilibrium", manifest true;
     BAROMETRIC_CHI_OF_WALL: "(layers - 1)/layers for a density proportional to exp(-m g y/(k_B T)) at the temperature of the wall", "barometric law, integrated over the layers of the circle; Pearson's chi-square", range "after 20 crossings of the container";
-    BAROMETRIC_HEIGHT_OF_WALL: "<y> of a density proportional to exp(-m g y/(k_B T)) at the temperature of the wall", "barometric law, integrated over the circle", range "after 20 crossings of the container";
+    BAROMETRIC_HEIGHT_OF_WALL: "<y> of a density proportional to exp(-m g y/(k_B T)) at the temperature of the wall", "barometric law, integrated over the circle", range "after 20 crossings of the container", manifest true;
     TEMPERATURE_CONSTANT: "T is constant: no work is done", "free expansion (Joule 1845)", conserves "temperature";
     BOX_ENTROPY_START: "sum over the species of x_s ln(A_s/A) - (B - 1)/(2N)", "uniform start on one side; Wilks 1938";
     BOX_ENTROPY_CHANGE: "sum over the species of x_s ln(A/A_s) - B/(2N); 0 if the partition stays", "ideal gas: free expansion and mixing; Wilks 1938", range "a partition through the center, at least 50 crossings at the rms speed after it is removed, and particles with fewer than 5 crossings lack less than half of the error";
@@ -121,6 +123,14 @@ pub(crate) fn barometric_mean_square_m2_per_s2(config: &GasConfig) -> Option<f64
     is_barometric.then_some(square)
 }
 
+/// Whether points of one mass start in equilibrium with gravity in a container that stays as it is.
+pub(crate) fn is_in_barometric_equilibrium(config: &GasConfig) -> bool {
+    barometric_mean_square_m2_per_s2(config).is_some()
+        && !has_several_masses(config)
+        && config.partition.is_none()
+        && config.wall_speed_m_per_s.get() == 0.0
+}
+
 /// Fraction of Maxwell's speeds in a bin from 0: the integral of 2 v/`<v^2>` exp(-v^2/`<v^2>`).
 pub(crate) fn maxwell_fraction(bin: usize, width: f64, mean_square: f64) -> f64 {
     let below = |edge: usize| {
@@ -167,16 +177,23 @@ pub(crate) fn speed_moments(config: &GasConfig) -> Option<SpeedMoments> {
                 },
             })
         }
-        SpeedScale::MaxSpeed(speed) => match config.speed_distribution {
-            SpeedDistribution::Uniform => Some(of_mean_square(speed.get() * speed.get() / 3.0)),
-            SpeedDistribution::Equal => Some(of_mean_square(speed.get() * speed.get())),
-            SpeedDistribution::Maxwell => None,
-        },
+        SpeedScale::MaxSpeed(_) => mean_square_of_max_speed_m2_per_s2(config).map(of_mean_square),
         SpeedScale::Given if !config.speeds_m_per_s.is_empty() => {
             let (mean_m_per_s, mean_square_m2_per_s2) = moments_of_list(config);
             Some(SpeedMoments { mean_m_per_s, mean_square_m2_per_s2 })
         }
         SpeedScale::Given => None,
+    }
+}
+
+/// Expected `<v^2>` of drawn speeds below a given maximum, m^2/s^2; `None` for another scale, and for Maxwell's speeds, which have no maximum.
+pub(crate) fn mean_square_of_max_speed_m2_per_s2(config: &GasConfig) -> Option<f64> {
+    let SpeedScale::MaxSpeed(speed) = config.speed_scale else { return None };
+    let square = speed.get() * speed.get();
+    match config.speed_distribution {
+        SpeedDistribution::Uniform => Some(square / 3.0),
+        SpeedDistribution::Equal => Some(square),
+        SpeedDistribution::Maxwell => None,
     }
 }
 

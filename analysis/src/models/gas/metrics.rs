@@ -9,8 +9,10 @@ definitions! {
     PRESSURE_MEAN_SPEED: "pressure.mean_speed_formula", "N/m", "pressure by the mean speed", "/pressure: N m <v>^2 / (2A), the gas exercise's formula (12); error of drawn speeds", [law::SPEED_LAW], 0.0;
     PRESSURE_MEAN_SQUARE: "pressure.mean_square_formula", "N/m", "pressure by the mean square speed", "/pressure: N m <v^2> / (2A); error of drawn speeds", [law::SPEED_LAW], 0.0;
     PRESSURE_IDEAL: "pressure.ideal_gas", "N/m", "pressure of an ideal gas", "/pressure: N k_B T / A, T by <v^2>; not in gravity, where the pressure depends on the height", [], 0.0;
-    TEMPERATURE_MEAN_SQUARE: "temperature.mean_square", "K", "temperature", "speeds of the last frame: m <v^2> / (2 k_B); error of drawn speeds", [law::SPEED_LAW], 0.0;
+    TEMPERATURE_MEAN_SQUARE: "temperature.mean_square", "K", "temperature", "speeds of the last frame: m <v^2> / (2 k_B); error of drawn speeds, in barometric equilibrium T/sqrt(N), reduced by the correlation of v^2 in the first and the last frame", [law::SPEED_LAW, law::BAROMETRIC_TEMPERATURE], 0.0;
     TEMPERATURE_MEAN_SPEED: "temperature.mean_speed", "K", "temperature by the mean speed", "speeds of the last frame: m <v>^2 / (2 k_B), the gas exercise's equation (13); error of drawn speeds", [law::SPEED_LAW], 0.0;
+    TEMPERATURE_START: "temperature.start", "K", "temperature at the start", "/temperature, first frame: by the mean square or the mean speed, as the manifest defines it; error of drawn speeds that are not scaled", [law::GIVEN_TEMPERATURE], 0.0;
+    CONTAINER_RADIUS: "container_radius", "m", "radius of the container", "/energy_balance, last frame", [], 0.0;
     MEAN_SPEED: "mean_speed", "m/s", "mean speed", "mean |v|, last frame; error of drawn speeds", [law::SPEED_LAW], 0.0;
     RMS_SPEED: "rms_speed", "m/s", "root of the mean square speed", "sqrt <v^2>, last frame; error of drawn speeds", [law::SPEED_LAW], 0.0;
     MEAN_VELOCITY: "mean_velocity", "m/s", "length of the mean velocity", "|mean v|, last frame", [], 0.0;

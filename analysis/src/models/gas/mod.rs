@@ -12,6 +12,7 @@ mod metrics;
 mod observe;
 mod over_time;
 mod scatter;
+mod start;
 mod state;
 mod sweep;
 mod wall_collisions;

@@ -5,8 +5,10 @@ use super::chi_square::ChiSquare;
 use super::kinetics_laws as kinetics;
 use super::laws as law;
 use super::metrics as metric;
-use super::scatter::StartScatter;
-use super::state::{OwnRates, SpeedMeans, fraction_within_half_radius, own_rates, speeds_of};
+use super::scatter::{StartScatter, temperature_in_equilibrium};
+use super::state::{
+    OwnRates, SpeedMeans, fraction_within_half_radius, own_rates, speeds_of, squares_of,
+};
 use crate::metric::deviation::ROUNDING_FRACTION;
 use crate::metric::theory::ExpectedValue;
 use crate::metric::{Measurements, Quantity, Violation};
@@ -43,6 +45,8 @@ pub(super) struct GasRun {
     /// As recorded in `/temperature`.
     recorded_speeds: Option<SpeedMeans>,
     pub(super) own_rates: OwnRates,
+    /// Squared speeds of the first frame, m^2/s^2, of a gas that starts in equilibrium with gravity.
+    first_squares: Vec<f64>,
     /// Time, s, and wall collisions since the start.
     pub(super) wall_counts: Series<(f64, f64)>,
     first_invariants: Option<GasInvariants>,
@@ -207,9 +211,13 @@ impl GasRun {
         // The state does not contain the masses of the particles.
         if !law::has_several_masses(&self.config) {
             let kelvin = |square: f64| law::temperature_of_k(&self.config, square);
-            let theory = expected_square.map(kelvin);
-            let temperature = scattered(kelvin(square), start.mean_square);
-            found.compare(metric::TEMPERATURE_MEAN_SQUARE, temperature, theory);
+            if law::is_in_barometric_equilibrium(&self.config) {
+                self.measure_barometric_temperature(found);
+            } else {
+                let theory = expected_square.map(kelvin);
+                let temperature = scattered(kelvin(square), start.mean_square);
+                found.compare(metric::TEMPERATURE_MEAN_SQUARE, temperature, theory);
+            }
             let theory = expected_mean.map(|mean| kelvin(mean * mean));
             let temperature = scattered(kelvin(mean * mean), 2.0 * start.mean);
             found.compare(metric::TEMPERATURE_MEAN_SPEED, temperature, theory);
@@ -218,6 +226,21 @@ impl GasRun {
         let rms = scattered(square.sqrt(), start.mean_square / 2.0);
         found.compare(metric::RMS_SPEED, rms, expected_square.map(f64::sqrt));
         found.add(metric::MEAN_VELOCITY, speeds.drift_m_per_s);
+    }
+
+    /// The temperature at the end of a gas that starts in equilibrium with gravity, which keeps it.
+    fn measure_barometric_temperature(&self, found: &mut Measurements) {
+        let squares = self.snapshots.last().and_then(squares_of);
+        let estimate = squares
+            .and_then(|last| temperature_in_equilibrium(&self.config, &self.first_squares, &last))
+            .or_else(|| {
+                let square = self.mean_square()?;
+                Some(Estimate::bare(law::temperature_of_k(&self.config, square)))
+            });
+        let theory = law::barometric_mean_square_m2_per_s2(&self.config);
+        let theory = theory.map(|square| law::temperature_of_k(&self.config, square));
+        let law = law::BAROMETRIC_TEMPERATURE;
+        found.compare_with(metric::TEMPERATURE_MEAN_SQUARE, estimate, law, theory);
     }
 
     fn measure_wall_collisions(&self, found: &mut Measurements) {
@@ -356,6 +379,9 @@ impl Observer for GasRun {
             if self.own_rates.is_empty() {
                 self.own_rates = own_rates(&state, &self.config);
             }
+            if self.first_squares.is_empty() && law::is_in_barometric_equilibrium(&self.config) {
+                self.first_squares = squares_of(&state).unwrap_or_default();
+            }
             if let Some(entropy) = box_entropy(&state, &self.config) {
                 self.box_entropy.add((self.time_s, entropy));
             }
@@ -389,6 +415,7 @@ impl Observer for GasRun {
     }
 
     fn measure(&self, found: &mut Measurements) {
+        self.measure_start(found);
         self.measure_pressure(found);
         self.measure_speeds(found);
         self.measure_wall_collisions(found);

@@ -1,0 +1,56 @@
+//! What the replicates of a mean state about its error.
+//!
+//! A mean over R replicates has the error s/sqrt(R) with R - 1 degrees of freedom, s their standard deviation. If each of the replicates
+//! has an error e_i that follows from a formula, so that it has no degrees of freedom, the mean has the error sqrt(sum of e_i^2)/R, which is as
+//! good as exact: for four replicates, a comparison finds less than half the change.
+
+use super::relation::Place;
+use crate::metric_files::document::{Document, MetricEntry, ScopeEntry};
+use std::collections::BTreeMap;
+
+/// The replicates of a mean.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Replicates {
+    /// The error of the mean by those of the replicates, if each follows from a formula.
+    pub(super) known_error: Option<f64>,
+    /// Whether the manifest sets the value of each.
+    pub(super) are_set_by_manifest: bool,
+}
+
+/// The metrics of the runs of an analysis, by name and by the place of their mean.
+pub(super) struct MetricsOfRuns<'a>(BTreeMap<(&'a str, Place), Vec<&'a MetricEntry>>);
+
+impl<'a> MetricsOfRuns<'a> {
+    pub(super) fn of(document: &'a Document) -> Self {
+        let mut runs: BTreeMap<_, Vec<_>> = BTreeMap::new();
+        let is_run = |entry: &&MetricEntry| matches!(entry.scope, ScopeEntry::Run { .. });
+        for entry in document.metrics.iter().filter(is_run) {
+            let mean = Place::of_metric(entry).of_mean();
+            runs.entry((entry.name.as_str(), mean)).or_default().push(entry);
+        }
+        Self(runs)
+    }
+
+    /// What the replicates of a mean state; nothing of a run, of a fit, or if some replicates are missing.
+    pub(super) fn of_mean(&self, entry: Option<&MetricEntry>, place: &Place) -> Replicates {
+        let replicates = match entry.map(|entry| &entry.scope) {
+            Some(ScopeEntry::Sweep { along: None, replicates, .. }) => *replicates,
+            _ => return Replicates::default(),
+        };
+        let found = entry.and_then(|entry| self.0.get(&(entry.name.as_str(), place.clone())));
+        let Some(runs) = found.filter(|runs| runs.len() == replicates) else {
+            return Replicates::default();
+        };
+        let square = |run: &&MetricEntry| {
+            run.standard_error
+                .filter(|_| run.degrees_of_freedom.is_none())
+                .map(|error| error * error)
+        };
+        let squares: Option<Vec<f64>> = runs.iter().map(square).collect();
+        let sum = squares.map(|squares| squares.iter().sum::<f64>());
+        Replicates {
+            known_error: sum.map(|sum| sum.sqrt() / replicates as f64),
+            are_set_by_manifest: runs.iter().all(|run| run.is_set_by_manifest()),
+        }
+    }
+}
