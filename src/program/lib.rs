@@ -9,6 +9,7 @@ mod bundling;
 mod check;
 mod comparison;
 mod doctor;
+mod engine;
 mod executor;
 mod info;
 mod locking;
@@ -30,6 +31,7 @@ use clap_complete::Shell;
 use comparison::fill_and_zoom::{FillArguments, ZoomArguments};
 use comparison::verify_and_compare::{CompareArguments, VerifyArguments};
 use doctor::DoctorArguments;
+use engine::ENGINE;
 use info::InfoArguments;
 use kinetoscope_analysis::cli::{
     self as analysis, AnalyzeArguments, ExportArguments, PlotArguments,
@@ -138,8 +140,11 @@ struct AnalyzeRecordings {
 }
 
 /// The optional features, and whether this program was built with them.
-const FEATURES: [(&str, bool); 2] =
-    [("object-storage", cfg!(feature = "object-storage")), ("parquet", cfg!(feature = "parquet"))];
+const FEATURES: [(&str, bool); 3] = [
+    ("engine", cfg!(feature = "engine")),
+    ("object-storage", cfg!(feature = "object-storage")),
+    ("parquet", cfg!(feature = "parquet")),
+];
 
 /// The program: does what its name, its arguments and the files say, and returns the exit code.
 #[must_use]
@@ -154,7 +159,7 @@ pub fn main() -> ExitCode {
             ProgramName::RunExperiment => RunExperiment::try_parse()
                 .map(|arguments| with_threads(|| arguments.run.execute(name))),
             ProgramName::AnalyzeRecordings => AnalyzeRecordings::try_parse()
-                .map(|arguments| with_threads(|| arguments.analyze.execute())),
+                .map(|arguments| with_threads(|| arguments.analyze.execute(ENGINE))),
         };
         exit.unwrap_or_else(|error| reject(name, error)).into()
     })
@@ -184,7 +189,7 @@ fn execute(arguments: &Arguments) -> Exit {
         Command::Why(arguments) => arguments.execute(),
         Command::Info(arguments) => arguments.execute(),
         Command::Benchmark(arguments) => arguments.execute(),
-        Command::Analyze(arguments) => arguments.execute(),
+        Command::Analyze(arguments) => arguments.execute(ENGINE),
         Command::Export(arguments) => arguments.execute(),
         Command::Plot(arguments) => arguments.execute(),
         Command::View(arguments) => arguments.execute(),

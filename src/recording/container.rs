@@ -235,6 +235,7 @@ pub(crate) fn claimed_bytes(body: &[u8]) -> u64 {
 }
 
 /// Size of the frames in compressed data, without skippable frames, which contain nothing.
+#[cfg(not(target_os = "unknown"))]
 fn zstd_bytes(packed: &[u8]) -> Option<u64> {
     // RFC 8878, section 3.1.2: the magic numbers of skippable frames end in any 4 bits.
     let is_skippable = |frame: &[u8]| matches!(frame, [0x50..=0x5f, 0x2a, 0x4d, 0x18, ..]);
@@ -251,8 +252,10 @@ fn zstd_bytes(packed: &[u8]) -> Option<u64> {
 /// Decompresses chunks.
 pub(crate) struct Unpacker {
     // Reused for all chunks, because its tables take more memory than a chunk.
+    #[cfg(not(target_os = "unknown"))]
     zstd: Option<zstd::bulk::Decompressor<'static>>,
     /// Memory of contents that were dropped.
+    #[cfg_attr(target_os = "unknown", expect(dead_code, reason = "nothing is decompressed"))]
     spare: SpareMemory<u8>,
 }
 
@@ -266,7 +269,11 @@ pub(crate) struct Unpacked {
 
 impl Unpacker {
     pub(crate) fn new(spare: SpareMemory<u8>) -> Self {
-        Self { zstd: None, spare }
+        Self {
+            #[cfg(not(target_os = "unknown"))]
+            zstd: None,
+            spare,
+        }
     }
 
     /// The records in a chunk record's body, decompressed and checked.
@@ -285,14 +292,20 @@ impl Unpacker {
         if packed.len() as u64 != packed_size {
             return Err(damaged("the size of a chunk does not match its record"));
         }
-        let counted = if compression == "zstd" { zstd_bytes(packed) } else { Some(packed_size) };
+        let counted = match compression {
+            #[cfg(not(target_os = "unknown"))]
+            "zstd" => zstd_bytes(packed),
+            _ => Some(packed_size),
+        };
         // Damaged frames are reported by decompression.
         if unpacked_size > limits.content_bytes(counted.unwrap_or(packed_size)) {
             return Err(damaged("a chunk claims a size that no recording has"));
         }
-        let unpacked = match compression {
+        let unpacked: Option<io::Result<Lent<u8>>> = match compression {
             "" => None,
+            #[cfg(not(target_os = "unknown"))]
             "zstd" => Some(self.zstd(packed, unpacked_size)),
+            #[cfg(not(target_os = "unknown"))]
             "lz4" => Some(self.lz4(packed, unpacked_size)),
             _ => return Err(damaged("the compression of a chunk is unknown")),
         };
@@ -310,6 +323,7 @@ impl Unpacker {
         })
     }
 
+    #[cfg(not(target_os = "unknown"))]
     fn zstd(&mut self, packed: &[u8], expected: u64) -> io::Result<Lent<u8>> {
         let mut unpacked = self.room(expected)?;
         let decompressor = match &mut self.zstd {
@@ -321,6 +335,7 @@ impl Unpacker {
     }
 
     /// Decompresses at most one byte more than expected.
+    #[cfg(not(target_os = "unknown"))]
     fn lz4(&self, packed: &[u8], expected: u64) -> io::Result<Lent<u8>> {
         let mut unpacked = self.room(expected)?;
         lz4::Decoder::new(packed)?.take(expected + 1).read_to_end(&mut unpacked.vector)?;
@@ -328,6 +343,7 @@ impl Unpacker {
     }
 
     /// An empty buffer for the expected bytes and one more. Memory is used only as bytes are written.
+    #[cfg(not(target_os = "unknown"))]
     fn room(&self, expected: u64) -> io::Result<Lent<u8>> {
         let mut room = self.spare.take();
         room.vector.try_reserve_exact(expected as usize + 1)?;

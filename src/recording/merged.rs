@@ -367,12 +367,15 @@ impl<W: Write> Merger<W> {
 
 /// Sets every option, so that the bytes do not depend on defaults of a release or of the machine.
 fn write_options() -> mcap::WriteOptions {
-    mcap::WriteOptions::new()
-        .profile("")
-        .library(LIBRARY)
+    let options = mcap::WriteOptions::new();
+    #[cfg(not(target_os = "unknown"))]
+    let options = options
         .compression(Some(mcap::Compression::Zstd))
         .compression_level(1)
-        .compression_threads(0)
+        .compression_threads(0);
+    options
+        .profile("")
+        .library(LIBRARY)
         .chunk_size(None)
         .use_chunks(true)
         // Chunks are packed in memory and go out whole: the sink only ever grows at its end.

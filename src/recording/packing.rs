@@ -7,7 +7,9 @@ use crate::open_chunk::ClosedChunk;
 use crate::record_bytes::PutFields as _;
 use crate::record_kind as kind;
 use std::collections::VecDeque;
-use std::io::{self, Write as _};
+use std::io;
+#[cfg(not(target_os = "unknown"))]
+use std::io::Write as _;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::{Builder, JoinHandle};
@@ -186,14 +188,22 @@ impl Drop for Packing {
 struct Packer {
     compression: Compression,
     // Its tables are reused.
+    #[cfg(not(target_os = "unknown"))]
     zstd: zstd::bulk::Compressor<'static>,
     /// Memory for the largest compressed content. A copy takes what it needs, so that few chunks that wait reserve so much.
+    #[cfg(not(target_os = "unknown"))]
     room: Vec<u8>,
 }
 
 impl Packer {
     fn new(compression: Compression) -> Self {
-        Self { compression, zstd: zstd::bulk::Compressor::default(), room: Vec::new() }
+        Self {
+            compression,
+            #[cfg(not(target_os = "unknown"))]
+            zstd: zstd::bulk::Compressor::default(),
+            #[cfg(not(target_os = "unknown"))]
+            room: Vec::new(),
+        }
     }
 
     fn pack_chunk(&mut self, chunk: &ClosedChunk) -> Outcome {
@@ -202,11 +212,20 @@ impl Packer {
 
     /// Compresses the parts of a content, with `level` where zstd has no fixed one.
     fn pack(&mut self, [start, end]: [u64; 2], parts: &[&[u8]], level: i32) -> Outcome {
-        let (name, body) = match self.compression {
+        let (name, body): (_, Option<Vec<u8>>) = match self.compression {
+            #[cfg(not(target_os = "unknown"))]
             Compression::Zstd => ("zstd", Some(self.zstd(parts, level)?)),
+            #[cfg(not(target_os = "unknown"))]
             Compression::Zstd3 => ("zstd", Some(self.zstd(parts, 3)?)),
+            #[cfg(not(target_os = "unknown"))]
             Compression::Lz4 => ("lz4", Some(Self::lz4(parts)?)),
             Compression::None => ("", None),
+            #[cfg(target_os = "unknown")]
+            _ => {
+                let what =
+                    format!("no zstd of level {level} and no lz4 in this build of the program");
+                return Err(io::Error::new(io::ErrorKind::Unsupported, what));
+            }
         };
         let mut content = crc32fast::Hasher::new();
         parts.iter().for_each(|part| content.update(part));
@@ -234,6 +253,7 @@ impl Packer {
     }
 
     /// One part is compressed by one call, which is faster.
+    #[cfg(not(target_os = "unknown"))]
     fn zstd(&mut self, parts: &[&[u8]], level: i32) -> io::Result<Vec<u8>> {
         let [content] = parts else {
             let mut encoder = zstd::Encoder::new(half_of(parts), level)?;
@@ -247,6 +267,7 @@ impl Packer {
         Ok(self.room.clone())
     }
 
+    #[cfg(not(target_os = "unknown"))]
     fn lz4(parts: &[&[u8]]) -> io::Result<Vec<u8>> {
         let mut encoder = lz4::EncoderBuilder::new()
             .level(1)
@@ -260,6 +281,7 @@ impl Packer {
 }
 
 /// Memory for half of the bytes of these parts, which grows if they are less compressible.
+#[cfg(not(target_os = "unknown"))]
 fn half_of(parts: &[&[u8]]) -> Vec<u8> {
     Vec::with_capacity(parts.iter().map(|part| part.len()).sum::<usize>() / 2)
 }

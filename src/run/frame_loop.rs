@@ -65,6 +65,13 @@ impl<W: Write> RunState<W> {
         self
     }
 
+    /// Shows each frame from now on, and its time.
+    #[must_use]
+    pub fn with_viewer(mut self, viewer: Box<dyn FnMut(&Frame, f64)>) -> Self {
+        self.viewer = Some(viewer);
+        self
+    }
+
     /// The encoded state of the model, if the next frame to write is a keyframe.
     ///
     /// # Errors
@@ -75,6 +82,51 @@ impl<W: Write> RunState<W> {
             && stored.has(self.recorder.frames_written(), frames);
         is_keyframe.then(|| encoded(&*self.model)).transpose()
     }
+}
+
+impl<W: Write + Send + 'static> RunState<W> {
+    /// Advances by at most so many steps or events, and records the frame that is reached. This needs no clock.
+    ///
+    /// # Errors
+    /// A sink that fails. A physical failure is an outcome.
+    pub fn advance(&mut self, budget: u64) -> Result<Advanced, RecordError> {
+        if self.next > self.schedule.frames() {
+            return Ok(Advanced::ToEnd(Outcome::Complete));
+        }
+        let progress = self.model.advance(self.schedule.target(self.next), budget);
+        self.record_progress(progress)
+    }
+
+    fn record_progress(
+        &mut self,
+        progress: Result<Progress, SimulationFault>,
+    ) -> Result<Advanced, RecordError> {
+        match progress {
+            Ok(Progress::Working) => Ok(Advanced::Working),
+            Ok(Progress::Reached) => {
+                record_now(self)?;
+                self.next += 1;
+                Ok(Advanced::ToFrame)
+            }
+            Err(fault) => {
+                let recorded = fault.recorded().to_owned();
+                self.recorder.remark(LogLine { level: Level::Error, text: recorded.clone() })?;
+                self.fault = Some(fault);
+                Ok(Advanced::ToEnd(Outcome::Fault(recorded)))
+            }
+        }
+    }
+}
+
+/// How far a part of the work has brought a run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Advanced {
+    /// On its way to the next frame.
+    Working,
+    /// To a frame, which is recorded.
+    ToFrame,
+    /// To its end.
+    ToEnd(Outcome),
 }
 
 /// The encoded state of a model.
@@ -167,19 +219,10 @@ pub fn record_frames<W: Write + Send + 'static>(
         let started = Instant::now();
         let progress = state.model.advance(state.schedule.target(state.next), budget);
         budget = adapted_budget(budget, started.elapsed());
-        match progress {
-            Ok(Progress::Working) => {}
-            Ok(Progress::Reached) => {
-                record_now(state)?;
-                on_frame(state.next, frames);
-                state.next += 1;
-            }
-            Err(fault) => {
-                let recorded = fault.recorded().to_owned();
-                state.recorder.remark(LogLine { level: Level::Error, text: recorded.clone() })?;
-                state.fault = Some(fault);
-                return Ok(Outcome::Fault(recorded));
-            }
+        match state.record_progress(progress)? {
+            Advanced::Working => {}
+            Advanced::ToFrame => on_frame(state.next - 1, frames),
+            Advanced::ToEnd(outcome) => return Ok(outcome),
         }
         save(state, false)?;
     }

@@ -4,8 +4,8 @@
 //! every architecture.
 
 use kinetoscope_recording::error::ReadError;
-use kinetoscope_recording::reader::{RecordedFrame, Recording};
-use sha2::{Digest, Sha256};
+use kinetoscope_recording::frame_hashes::FrameHasher;
+use kinetoscope_recording::reader::Recording;
 
 /// Tags that a lock file keeps of a run. Those of a longer run cover several frames each.
 const MOST_TAGS: u64 = 192;
@@ -44,15 +44,15 @@ pub struct FirstDifference {
 /// # Errors
 /// A recording that is not complete and intact.
 pub fn fingerprint(recording: &Recording) -> Result<Fingerprint, ReadError> {
-    let mut all = Sha256::new();
-    let (mut frames, mut steps_or_events) = (Vec::new(), 0);
+    let (mut hasher, mut steps_or_events) = (FrameHasher::default(), 0);
     for frame in recording.frames()?.with_scalar_frames() {
         let frame = frame?;
-        add_messages(&mut all, &frame);
-        frames.push(all.clone().finalize()[0] % 64);
+        hasher.add_frame(&frame);
         steps_or_events = frame.clock.step_or_event_count;
     }
-    let messages = data_encoding::HEXLOWER.encode(&all.finalize()[..16]);
+    let hashes = hasher.hashes();
+    let messages = data_encoding::HEXLOWER.encode(&hashes.messages);
+    let frames = hashes.first_bytes().map(|byte| byte % 64).collect();
     Ok(Fingerprint { messages, frames, steps_or_events })
 }
 
@@ -70,16 +70,6 @@ impl Fingerprint {
 /// The number of frames that share a tag, in a run of so many.
 const fn frames_per_tag(frames: u64) -> u64 {
     if frames == 0 { 1 } else { frames.div_ceil(MOST_TAGS) }
-}
-
-fn add_messages(hash: &mut Sha256, frame: &RecordedFrame) {
-    for message in frame.messages() {
-        hash.update((message.topic().len() as u64).to_le_bytes());
-        hash.update(message.topic());
-        hash.update(message.log_time_ns().to_le_bytes());
-        hash.update((message.payload().len() as u64).to_le_bytes());
-        hash.update(message.payload());
-    }
 }
 
 impl FrameTags {

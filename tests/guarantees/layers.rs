@@ -23,7 +23,7 @@ const LAYERS: &Layers = &[
     &["outputs"],
     &["executor", "verify", "analysis"],
     &["lib.rs"],
-    &["program"],
+    &["program", "browser"],
 ];
 /// The layers of `analysis/src/`.
 const ANALYSIS_LAYERS: &Layers = &[
@@ -42,6 +42,7 @@ const ANALYSIS_LAYERS: &Layers = &[
 /// Packages of the sources: the name in `use`, and the folder below `src/`.
 const PACKAGES: &[(&str, &str)] = &[
     ("kinetoscope_analysis", "analysis"),
+    ("kinetoscope_browser", "browser"),
     ("kinetoscope_console", "console"),
     ("kinetoscope_files", "files"),
     ("kinetoscope_manifest", "manifest"),

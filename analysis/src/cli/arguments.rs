@@ -61,6 +61,12 @@ pub struct AnalyzeArguments {
     /// Write report.html without replays
     #[arg(long, conflicts_with = "replay_budget", help_heading = "Output")]
     pub(super) no_replay: bool,
+    /// Write report.html without the engine that repeats its runs in the reader's browser
+    #[arg(long, help_heading = "Output")]
+    pub(super) no_engine: bool,
+    /// Put that engine into report.html, about 1 MB, instead of a file next to it
+    #[arg(long, conflicts_with = "no_engine", help_heading = "Output")]
+    pub(super) single_file: bool,
     /// Open the report in the browser; of several experiments, the page that lists them
     #[arg(long, conflicts_with = "cache_only", help_heading = "Output")]
     pub(super) open: bool,

@@ -19,6 +19,7 @@ use crate::checks::{CheckKind, CheckResult};
 use crate::export::{self, ExportFormat};
 use crate::input::{self, ON_FAILED_DISK, RecordingFolder, UnreadableRecording};
 use crate::models::metric_names;
+use crate::report::engine::EnginePlace;
 use crate::report::files;
 use crate::report::table::{Style, Terminal};
 use crate::report::{self, AnalysisOptions, AnalysisReport, analyze};
@@ -51,10 +52,10 @@ impl Analyzed {
 }
 
 impl AnalyzeArguments {
-    /// Analyzes the recordings and prints the results.
+    /// Analyzes the recordings and prints the results. `engine` is that of report pages as gzip; empty if the program does not carry it.
     #[must_use]
-    pub fn execute(&self) -> Exit {
-        concluded(run(self), &self.standard_output, self.json)
+    pub fn execute(&self, engine: &'static [u8]) -> Exit {
+        concluded(run(self, engine), &self.standard_output, self.json)
     }
 
     /// Prints a text, unless only errors or JSON are requested.
@@ -80,7 +81,7 @@ pub fn cache(recordings: &[PathBuf]) -> Result<(), String> {
     if errors.is_empty() { Ok(()) } else { Err(errors.join("; ")) }
 }
 
-fn run(arguments: &AnalyzeArguments) -> Result<Exit, CommandError> {
+fn run(arguments: &AnalyzeArguments, engine: &'static [u8]) -> Result<Exit, CommandError> {
     if arguments.list_metrics {
         arguments.standard_output.print_exactly(&report::metrics_reference());
         return Ok(Exit::Done);
@@ -96,7 +97,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<Exit, CommandError> {
     let sources = sources(arguments)?;
     reject_other_baselines(&baselines, &sources)?;
     if arguments.cache_only {
-        let errors = fill_caches(sources, |folder| analysis_options(arguments, folder));
+        let errors = fill_caches(sources, |folder| analysis_options(arguments, folder, engine));
         errors.iter().for_each(complain_unreadable);
         return Ok(UnreadableRecording::exit(&errors).unwrap_or(Exit::Done));
     }
@@ -114,7 +115,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<Exit, CommandError> {
         let options = AnalysisOptions {
             checks: checks.clone(),
             checks_file: arguments.checks.as_ref().map(|path| path.to_string_lossy().into_owned()),
-            ..analysis_options(arguments, &folder)
+            ..analysis_options(arguments, &folder, engine)
         };
         let mut report = analyze(&mut source, &options);
         if let Some(at) = baselines.iter().position(|old| old.experiment() == report.name) {
@@ -202,7 +203,11 @@ fn results_folder(
 }
 
 /// The options of an analysis with results in a folder, without further checks.
-fn analysis_options(arguments: &AnalyzeArguments, folder: &Path) -> AnalysisOptions {
+fn analysis_options(
+    arguments: &AnalyzeArguments,
+    folder: &Path,
+    engine: &'static [u8],
+) -> AnalysisOptions {
     AnalysisOptions {
         checks: Vec::new(),
         checks_file: None,
@@ -210,6 +215,7 @@ fn analysis_options(arguments: &AnalyzeArguments, folder: &Path) -> AnalysisOpti
         cache: AnalysisCache::in_folder(folder),
         fresh: arguments.no_cache,
         replay_bytes: arguments.replay_bytes(),
+        engine: EnginePlace::chosen(engine, arguments.no_engine, arguments.single_file),
     }
 }
 

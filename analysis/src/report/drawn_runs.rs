@@ -1,5 +1,7 @@
 //! The runs that have plots and a replay.
 
+use crate::number_text::six_digits;
+use crate::run::RunAnalysis;
 use crate::sweep::figures::MAX_CURVES;
 use kinetoscope_manifest::{Coordinate, ExperimentRecord, ViewRequest};
 
@@ -40,6 +42,18 @@ pub(super) fn drawn_runs<'a>(
     }
     chosen.sort_unstable();
     chosen.into_iter().map(|point| points[point].1).collect()
+}
+
+/// Notes about requested snapshots that no run reaches.
+pub(super) fn snapshots_outside(runs: &[RunAnalysis], requested: &[f64]) -> Vec<String> {
+    let Some(end) = runs.iter().map(|run| run.end_time).reduce(f64::max) else { return Vec::new() };
+    let unit = runs.first().map_or("", |run| run.time_unit.as_str());
+    let outside = requested.iter().filter(|time| **time > end || **time < 0.0);
+    let note = |time: &f64| {
+        let (time, end) = (six_digits(*time), six_digits(end));
+        format!("no snapshot at t = {time} {unit}: the recordings are from 0 to {end} {unit}")
+    };
+    outside.map(note).collect()
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@
 use super::file_links::FileLinks;
 use super::markup::{breakable, typographic};
 use super::plot_section::{DrawnPlot, SortedPlots};
-use super::{AnalysisReport, head, numbers, provenance, replay_section, timing_section};
+use super::{AnalysisReport, engine, head, numbers, provenance, replay_section, timing_section};
 use crate::checks::baseline::BaselineComparison;
 use crate::checks::{CheckKind, CheckResult};
 use crate::number_text::six_digits;
@@ -51,11 +51,12 @@ fn squeezed(line: &str) -> String {
     (0..letters.len()).filter(|place| is_needed(*place)).map(|place| letters[place]).collect()
 }
 
-/// The head of a page with a style sheet in addition to the common one.
-pub(super) fn page_head(title: &str, style_sheet: &str) -> Markup {
+/// The head of a page with a style sheet in addition to the common one, and what the page may load.
+pub(super) fn page_head(title: &str, style_sheet: &str, policy: &Markup) -> Markup {
     html! {
         head {
             meta charset="utf-8";
+            (policy)
             meta name="viewport" content="width=device-width, initial-scale=1";
             meta name="color-scheme" content="light dark";
             title { (title) }
@@ -75,7 +76,7 @@ pub(crate) fn page(report: &AnalysisReport, plots: &[DrawnPlot<'_>], links: &Fil
     let page = html! {
         (DOCTYPE)
         html lang="en" {
-            (page_head(&report.name, &palette::style_sheet()))
+            (page_head(&report.name, &palette::style_sheet(), &engine::policy(report)))
             body {
                 main {
                     (heading(report))
@@ -86,6 +87,7 @@ pub(crate) fn page(report: &AnalysisReport, plots: &[DrawnPlot<'_>], links: &Fil
                     (numbers::checked(report))
                     @if let Some(comparison) = &report.baseline { (baseline(comparison)) }
                     (sorted.requested(report))
+                    (engine::section(report))
                     div class="folds" {
                         @if !background.0.is_empty() {
                             details {
@@ -102,7 +104,7 @@ pub(crate) fn page(report: &AnalysisReport, plots: &[DrawnPlot<'_>], links: &Fil
                         (provenance::section(report, links))
                     }
                 }
-                script { (PreEscaped(script())) }
+                script nonce=(engine::NONCE) { (PreEscaped(script())) }
             }
         }
     };

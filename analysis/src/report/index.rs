@@ -107,7 +107,7 @@ fn page(cards: &[Card<'_>]) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
-            (page_head("Experiments", INDEX_STYLE))
+            (page_head("Experiments", INDEX_STYLE, &html! {}))
             body {
                 main class=(MARK) {
                     header {

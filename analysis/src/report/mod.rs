@@ -2,6 +2,7 @@
 //! plots.
 
 mod drawn_runs;
+pub(crate) mod engine;
 mod file_links;
 pub(crate) mod files;
 mod head;
@@ -22,7 +23,8 @@ mod timing_section;
 
 pub use metrics_reference::metrics_reference;
 
-use self::drawn_runs::{drawn_files, drawn_runs};
+use self::drawn_runs::{drawn_files, drawn_runs, snapshots_outside};
+use self::engine::EnginePlace;
 use crate::answer::{Answer, AnswerSource};
 use crate::checks::baseline::{Baseline, BaselineComparison};
 use crate::checks::ci_formats::ExperimentChecks;
@@ -89,6 +91,8 @@ pub(crate) struct AnalysisReport {
     requested_plots: usize,
     /// How the replay begins.
     pub(crate) view: ViewRequest,
+    /// Where the engine of the page is.
+    pub(crate) engine: EnginePlace,
     /// Notes for the user.
     pub(crate) notes: Vec<String>,
     /// What could not be read, with reasons.
@@ -117,6 +121,8 @@ pub(crate) struct AnalysisOptions {
     pub(crate) fresh: bool,
     /// Maximum size of all replays of a page, bytes; `None` for no replays.
     pub(crate) replay_bytes: Option<usize>,
+    /// Where the engine of the page is.
+    pub(crate) engine: EnginePlace,
 }
 
 /// One recording to be analyzed.
@@ -145,6 +151,7 @@ impl AnalysisTask {
             replay_bytes: replay_bytes.filter(|_| *is_drawn),
             fields,
             view: Some(view),
+            with_claim: *is_drawn && options.engine.module().is_some(),
         };
         let cached = options
             .cache
@@ -302,6 +309,7 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
         plots,
         requested_plots,
         view,
+        engine: options.engine,
         notes,
         unreadable,
         timing,
@@ -351,18 +359,6 @@ fn evaluate_checks(
     let further = options.checks.iter().flat_map(|check| evaluate(check, metrics));
     let file = &options.checks_file;
     own.chain(further.map(|result| CheckResult { file: file.clone(), ..result })).collect()
-}
-
-/// Notes about requested snapshots that no run reaches.
-fn snapshots_outside(runs: &[RunAnalysis], requested: &[f64]) -> Vec<String> {
-    let Some(end) = runs.iter().map(|run| run.end_time).reduce(f64::max) else { return Vec::new() };
-    let unit = runs.first().map_or("", |run| run.time_unit.as_str());
-    let outside = requested.iter().filter(|time| **time > end || **time < 0.0);
-    let note = |time: &f64| {
-        let (time, end) = (six_digits(*time), six_digits(end));
-        format!("no snapshot at t = {time} {unit}: the recordings are from 0 to {end} {unit}")
-    };
-    outside.map(note).collect()
 }
 
 impl AnalysisReport {

@@ -12,6 +12,7 @@ use crate::write_file;
 use kinetoscope_files::atomic_file::replace_own_unsynced;
 use kinetoscope_files::regular_file::{MAX_SIDE_FILE_BYTES, read_own};
 use kinetoscope_manifest::Coordinate;
+use kinetoscope_recording::claim::Claim;
 use kinetoscope_recording::plot_list::CACHE_FOLDER;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -60,6 +61,8 @@ struct CachedAnalysis {
     replay: Option<Replay>,
     /// The fields that were requested.
     fields: Vec<RecordedField>,
+    /// `None` if no claim was requested.
+    claim: Option<Option<Claim>>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -109,12 +112,14 @@ impl AnalysisCache {
         coordinates: &[Coordinate],
         options: RunOptions<'_>,
     ) -> Option<RunAnalysis> {
-        let RunOptions { with_figures, replay_bytes, fields, .. } = options;
+        let RunOptions { with_figures, replay_bytes, fields, with_claim, .. } = options;
         let identity = self.identity(run, options)?;
         let bytes = read_own(&self.path(&run.file), MAX_SIDE_FILE_BYTES).ok()?;
         let cached: CachedAnalysis = postcard::from_bytes(&bytes).ok()?;
-        let lacks_replay = replay_bytes.is_some() && cached.replay_bytes != replay_bytes;
-        if cached.identity != identity || with_figures && cached.figures.is_none() || lacks_replay {
+        let lacks_part = replay_bytes.is_some() && cached.replay_bytes != replay_bytes
+            || with_figures && cached.figures.is_none()
+            || with_claim && cached.claim.is_none();
+        if cached.identity != identity || lacks_part {
             return None;
         }
         let fields = fields.iter().map(|name| cached.fields.iter().find(|it| it.name == *name));
@@ -140,6 +145,7 @@ impl AnalysisCache {
             replay: cached.replay.filter(|_| replay_bytes.is_some()),
             fields,
             restored_by: run.keyframes().map(|(_, command)| command),
+            claim: cached.claim.flatten().filter(|_| with_claim),
         })
     }
 
@@ -162,6 +168,7 @@ impl AnalysisCache {
             replay_bytes: options.replay_bytes,
             replay: found.replay.clone(),
             fields: found.fields.clone(),
+            claim: options.with_claim.then(|| found.claim.clone()),
         };
         if let Ok(bytes) = postcard::to_stdvec(&cached) {
             let path = self.path(&run.file);

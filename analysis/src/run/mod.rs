@@ -14,12 +14,16 @@ use kinetoscope_console::text::shown_path;
 use kinetoscope_console::{Explained as _, Message};
 use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_manifest::{Coordinate, RunManifest, ViewRequest};
+use kinetoscope_recording::claim::Claim;
 use kinetoscope_recording::error::{ReadError, ReadFault};
 use kinetoscope_recording::reader::Outcome;
 use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
+
+/// Size of a recording up to which its page can check it.
+const MOST_CLAIMED_BYTES: u64 = 64 << 20;
 
 /// Status of a run or of its file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -68,6 +72,8 @@ pub struct RunOptions<'a> {
     pub fields: &'a [String],
     /// How the replay begins; `None` for the most telling frame in the colors of the speed.
     pub view: Option<&'a ViewRequest>,
+    /// Whether the page can check the messages of the run.
+    pub with_claim: bool,
 }
 
 /// Metrics and plots of one recording.
@@ -99,6 +105,8 @@ pub struct RunAnalysis {
     pub(crate) fields: Vec<RecordedField>,
     /// The command that restores frames whose states are not stored; `None` if all are.
     pub(crate) restored_by: Option<String>,
+    /// The manifest and the hashes of all messages, if requested and if the recording is whole and not too large.
+    pub(crate) claim: Option<Claim>,
 }
 
 impl RunAnalysis {
@@ -211,11 +219,20 @@ pub fn analyze(
         replay,
         fields: fields.finish(),
         restored_by,
+        claim: options.with_claim.then(|| claim(run)).flatten(),
         figures,
         file: run.file.clone(),
         manifest: run.manifest.clone(),
         origin: run.origin(),
     })
+}
+
+/// The claim of a recording, for which all of its messages are read. A page runs what takes some seconds; therefore, a larger recording has
+/// none.
+fn claim(run: &OpenRun) -> Option<Claim> {
+    let recording = run.recording();
+    let is_small = recording.bytes() <= MOST_CLAIMED_BYTES;
+    is_small.then(|| Claim::of(recording).ok()).flatten().flatten()
 }
 
 /// Leaves out what needs the states of all frames, which a command restores.

@@ -9,3 +9,5 @@ pub(crate) mod prefetch;
 pub mod registers;
 #[cfg(target_arch = "x86_64")]
 pub(crate) mod sse2;
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+mod wasm128;

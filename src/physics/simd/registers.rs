@@ -1,4 +1,4 @@
-//! Registers of one, four (AVX2) or eight (AVX-512) numbers, so that a formula is written once for every width, and the one
+//! Registers of one, two (WebAssembly), four (AVX2) or eight (AVX-512) numbers, so that a formula is written once for every width, and the one
 //! place that chooses instructions at run time.
 //!
 //! Operators act lane by lane. Each operation is rounded by IEEE 754 as that of a single number, and is neither fused (`fma` is
@@ -161,10 +161,15 @@ pub(crate) fn run<K: Kernel>(kernel: K, max_width: usize) -> K::Output {
         return unsafe { super::avx2::run(kernel) };
     }
     let _ = max_width;
+    // Not also in width 1, which would make the module of a page larger by a tenth.
+    #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+    return super::wasm128::run(kernel);
+    #[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
     kernel.run(Scalar)
 }
 
-/// Numbers in the widest register that this processor has and that the kernels use: 8 with AVX-512, 4 with AVX2, else 1.
+/// Numbers in the widest register that this processor has and that the kernels use: 8 with AVX-512, 4 with AVX2, 2 with those of
+/// WebAssembly, else 1.
 #[must_use]
 pub fn widest() -> usize {
     struct Width;
@@ -374,7 +379,7 @@ impl InstructionSet<1> for Scalar {
 }
 
 /// For a set of eight lanes, an order that puts the lanes in the set first.
-#[cfg(target_arch = "x86_64")]
+#[cfg(any(target_arch = "x86_64", target_arch = "wasm32"))]
 pub(super) const fn selected_first(set: usize) -> [u8; 8] {
     let mut order = [0; 8];
     let (mut lane, mut place) = (0, 0);
@@ -389,7 +394,7 @@ pub(super) const fn selected_first(set: usize) -> [u8; 8] {
 }
 
 /// The order of [`selected_first`] for every set of eight lanes.
-#[cfg(target_arch = "x86_64")]
+#[cfg(any(target_arch = "x86_64", target_arch = "wasm32"))]
 pub(super) static SELECTED_FIRST: [[u8; 8]; 256] = {
     let mut orders = [[0; 8]; 256];
     let mut set = 0;

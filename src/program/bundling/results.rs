@@ -1,5 +1,6 @@
 //! The results of the runs of a bundle: analyzed afresh, so that they are those of the recordings and of the manifest as it is.
 
+use crate::engine::ENGINE;
 use crate::messages::{Failure, bad};
 use clap::{Args as _, Command, FromArgMatches as _};
 use kinetoscope_analysis::cli::AnalyzeArguments;
@@ -51,13 +52,14 @@ pub(super) const METRICS: &str = "metrics.json";
 
 fn execute(arguments: &[&OsStr]) -> Result<(), Failure> {
     let name = OsStr::new("analyze");
-    let quiet = OsStr::new("--quiet");
-    let all = [name, quiet].into_iter().chain(arguments.iter().copied());
+    // The report of a bundle is one file.
+    let options = ["--quiet", "--single-file"].map(OsStr::new);
+    let all = [name].into_iter().chain(options).chain(arguments.iter().copied());
     let parsed = AnalyzeArguments::augment_args(Command::new("analyze"))
         .try_get_matches_from(all)
         .and_then(|matches| AnalyzeArguments::from_arg_matches(&matches))
         .map_err(|error| Failure::new(Exit::BadInput, error))?;
-    match parsed.execute() {
+    match parsed.execute(ENGINE) {
         Exit::Done | Exit::CheckFailed => Ok(()),
         exit => {
             Err(Failure::new(exit, "the results were not analyzed").help("see the error above"))

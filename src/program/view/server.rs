@@ -31,10 +31,11 @@ use tower_http::cors::{AllowOrigin, CorsLayer};
 use tower_http::services::ServeFile;
 
 /// Extensions of the files that belong to recordings, with their media types.
-const SERVED: [(&str, &str); 10] = [
+const SERVED: [(&str, &str); 11] = [
     ("mcap", "application/octet-stream"),
     ("json", "application/json"),
     ("html", "text/html"),
+    ("js", "text/javascript"),
     ("svg", "image/svg+xml"),
     ("png", "image/png"),
     ("apng", "image/apng"),
@@ -49,9 +50,9 @@ const LIST: &str = "/recordings";
 /// Time for which a list of the recordings is kept, so that no number of requests makes more lists.
 const LIST_AGE: Duration = Duration::from_secs(1);
 /// A page of the folder runs its own script and style, and sends nothing anywhere. The sandbox gives each page an origin of its own, so that
-/// it reads no other file, neither in a window nor from a picture.
+/// it reads no other file, neither in a window nor from a picture. The engine of a report is a script of the folder, a module and a worker.
 const PAGE_POLICY: HeaderValue = HeaderValue::from_static(
-    "sandbox allow-scripts allow-downloads; default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; form-action 'none'; base-uri 'none'",
+    "sandbox allow-scripts allow-downloads; default-src 'none'; script-src 'unsafe-inline' 'self' 'wasm-unsafe-eval'; worker-src blob:; style-src 'unsafe-inline'; img-src data:; form-action 'none'; base-uri 'none'",
 );
 /// No other page shows a file as a picture, or learns from it whether a file exists. A viewer's page asks by CORS.
 const NO_EMBEDDING: HeaderValue = HeaderValue::from_static("same-origin");

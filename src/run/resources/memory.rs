@@ -29,9 +29,15 @@ pub fn memory_bytes(file: &str, label: &str) -> Option<u64> {
     Some(kibibytes * 1024)
 }
 
-/// The available memory (`MemAvailable` of Linux); unlimited on other operating systems.
+/// Memory of the program in a page: its module cannot have more (`src/browser`).
+const BYTES_IN_A_PAGE: u64 = 512 << 20;
+
+/// The available memory (`MemAvailable` of Linux); that of a page without an operating system; unlimited on other operating systems.
 #[must_use]
 pub fn available_bytes() -> u64 {
+    if cfg!(target_os = "unknown") {
+        return BYTES_IN_A_PAGE;
+    }
     memory_bytes("/proc/meminfo", "MemAvailable").unwrap_or(u64::MAX)
 }
 

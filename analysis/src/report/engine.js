@@ -1,0 +1,102 @@
+// Verify in this browser: the engine repeats the runs in a worker, and the page says whether each frame is that of the recording.
+{
+  const section = document.querySelector(".engine");
+  const [line, list] = [section.querySelector("p"), section.querySelector("ul")];
+  const button = line.querySelector("button");
+  const label = button.textContent;
+  const claims = [...document.querySelectorAll("script.claim")];
+  const name = (run) => (claims.length > 1 ? `${claims[run].dataset.file}: ` : "");
+  const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const seconds = (number) => `${number < 10 ? number.toFixed(1) : number.toFixed(0)} s`;
+  let worker, items = [];
+
+  const say = (text, quality = "") => {
+    const item = list.appendChild(document.createElement("li"));
+    item.textContent = text;
+    item.className = quality;
+    return item;
+  };
+
+  const stop = (text) => {
+    worker?.terminate();
+    worker = undefined;
+    button.textContent = label;
+    if (text) say(text, "bad");
+  };
+
+  // The result of a run, or how far it is.
+  const result = ({ run, all, frames, difference, fault, part, seconds: took }) => {
+    const time = seconds(took);
+    if (difference === undefined) {
+      return part ? [`the first ${frames} of ${all} frames are equal (${time})`, "good"] : [`${frames} of ${all} frames are equal so far`, ""];
+    }
+    if (difference === null) return [`all ${frames} frames are equal (${time})${fault ? `, and the run fails alike: ${fault}` : ""}`, "good"];
+    const { first, last, topics } = difference;
+    const where = first === last ? `frame ${first} differs` : `one of the frames ${first} to ${last} differs`;
+    return [`${where}${topics.length ? `: ${topics.join(", ")}` : ", or one of the runs has no such frame"}`, "bad"];
+  };
+
+  const offer = ({ run, few, all, expected }) => {
+    const item = say(`${name(run)}the whole run takes about ${seconds(expected)} here: `);
+    for (const [text, frames] of [[`compare the first ${few} frames`, few], [`compare all ${all}`, all]]) {
+      const choice = item.appendChild(document.createElement("button"));
+      choice.textContent = text;
+      choice.onclick = () => {
+        item.remove();
+        worker?.postMessage({ frames });
+      };
+      item.append(" ");
+    }
+  };
+
+  const show = ({ data }) => {
+    if (data.failed) return stop(data.failed);
+    if (data.done) return stop();
+    if (data.versions) {
+      const [[physics, schema], [own, ownSchema]] = data.versions;
+      say(`${name(data.run)}recorded with version ${physics} of the physics and ${schema} of the messages; this engine has ${own} and ${ownSchema}, so that frames may differ`);
+    } else if (data.few) {
+      offer(data);
+    } else {
+      const [text, quality] = result(data);
+      items[data.run] ??= say("");
+      items[data.run].textContent = name(data.run) + text;
+      items[data.run].className = quality;
+    }
+  };
+
+  // A damaged engine is not started. A page of an insecure origin cannot compute the hash; then, gzip has a checksum of its own.
+  const intact = async (module) => {
+    if (!crypto.subtle) return true;
+    const hash = new Uint8Array(await crypto.subtle.digest("SHA-256", module));
+    return Array.from(hash, (byte) => byte.toString(16).padStart(2, "0")).join("") === section.dataset.module;
+  };
+
+  const start = async () => {
+    list.textContent = "";
+    items = [];
+    button.textContent = "Stop";
+    try {
+      const module = bytes(self.kinetoscopeEngine);
+      if (!(await intact(module))) throw new Error("the engine is damaged, or not the one of this page: nothing was compared");
+      const source = URL.createObjectURL(new Blob([document.querySelector("script.engine-worker").textContent], { type: "text/javascript" }));
+      worker = new Worker(source);
+      URL.revokeObjectURL(source);
+      worker.onmessage = show;
+      worker.onerror = (event) => stop(`the engine cannot be started (${event.message ?? "the browser allows no worker"})`);
+      worker.postMessage({ module, claims: claims.map((claim) => bytes(claim.textContent)) });
+    } catch (error) {
+      stop(error instanceof DOMException ? "the engine or the list of hashes is damaged: nothing was compared" : error.message);
+    }
+  };
+
+  line.hidden = false;
+  if (!self.kinetoscopeEngine) {
+    button.disabled = true;
+    say("The file kinetoscope-engine.js is not next to this page: copy it from the folder of the results, or write the page with --single-file.");
+  } else if (!self.WebAssembly || !self.DecompressionStream) {
+    button.disabled = true;
+    say("This browser has no WebAssembly or cannot unpack gzip: a newer one can verify the runs.");
+  }
+  button.onclick = () => (worker ? stop() : start());
+}

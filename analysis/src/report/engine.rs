@@ -1,0 +1,171 @@
+//! The engine in the page: a button that repeats the runs in the reader's browser and compares each frame with the recording.
+//!
+//! A program that was built with `--features kinetoscope-program/engine` carries the module (`src/browser/build.sh`). It is written once to
+//! each folder of results, and its reports load it when they are opened; `--single-file` puts it into the page. Such a page has a policy
+//! without network access.
+
+use crate::report::AnalysisReport;
+use crate::run::RunAnalysis;
+use crate::write_file::{WriteError, replace};
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use kinetoscope_recording::claim::{Claim, sha256};
+use maud::{Markup, PreEscaped, html};
+use std::path::Path;
+
+/// The module next to the pages that load it.
+pub(crate) const ENGINE: &str = "kinetoscope-engine.js";
+/// Marks the scripts of the page, so that no other one is executed. Every text from a file is escaped; therefore, it need not be secret.
+pub(super) const NONCE: &str = "kinetoscope";
+/// Nothing is loaded from any network, and no address is asked.
+const POLICY: &str = "default-src 'none'; script-src 'nonce-kinetoscope' 'wasm-unsafe-eval'; worker-src blob:; style-src 'unsafe-inline'; \
+     img-src data: blob:; base-uri 'none'; form-action 'none'";
+const SCRIPT: &str = include_str!("engine.js");
+const WORKER: &str = include_str!("engine_worker.js");
+
+/// Where the engine of a page is: the module as gzip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum EnginePlace {
+    /// Nowhere, because the program does not carry it.
+    NotCarried,
+    /// Nowhere, because the user wants it so.
+    LeftOut,
+    /// In a file next to the page.
+    NextToPage(&'static [u8]),
+    /// In the page.
+    InPage(&'static [u8]),
+}
+
+impl Default for EnginePlace {
+    fn default() -> Self {
+        Self::NotCarried
+    }
+}
+
+impl EnginePlace {
+    /// The place that the user has chosen for the module that the program carries, which may be empty.
+    pub(crate) fn chosen(module: &'static [u8], no_engine: bool, single_file: bool) -> Self {
+        match (no_engine, single_file) {
+            _ if module.is_empty() => Self::NotCarried,
+            (true, _) => Self::LeftOut,
+            (false, true) => Self::InPage(module),
+            (false, false) => Self::NextToPage(module),
+        }
+    }
+
+    /// The module of a page that has one.
+    pub(crate) fn module(self) -> Option<&'static [u8]> {
+        match self {
+            Self::NotCarried | Self::LeftOut => None,
+            Self::NextToPage(module) | Self::InPage(module) => Some(module),
+        }
+    }
+}
+
+/// The script that hands the module to the page.
+fn module_script(module: &[u8]) -> String {
+    format!("self.kinetoscopeEngine=\"{}\";\n", STANDARD.encode(module))
+}
+
+/// Writes the module next to the page that needs it.
+///
+/// # Errors
+/// A file that cannot be written.
+pub(super) fn write(report: &AnalysisReport, folder: &Path) -> Result<(), WriteError> {
+    match report.engine {
+        EnginePlace::NextToPage(module) => replace(&folder.join(ENGINE), module_script(module)),
+        EnginePlace::NotCarried | EnginePlace::LeftOut | EnginePlace::InPage(_) => Ok(()),
+    }
+}
+
+/// The policy of a page with an engine.
+pub(super) fn policy(report: &AnalysisReport) -> Markup {
+    html! {
+        @if report.engine.module().is_some() { meta http-equiv="Content-Security-Policy" content=(POLICY); }
+    }
+}
+
+/// The runs whose messages the page can compare, by name.
+fn claims<'a>(report: &'a AnalysisReport) -> Vec<(&'a str, &'a Claim, String)> {
+    let claimed = |run: &'a RunAnalysis| {
+        let claim = run.claim.as_ref()?;
+        Some((run.file.as_str(), claim, STANDARD.encode(claim.to_bytes().ok()?)))
+    };
+    report.runs.iter().filter_map(claimed).collect()
+}
+
+/// The button and what it needs; a line that states why there is none in a page without an engine.
+pub(super) fn section(report: &AnalysisReport) -> Markup {
+    let Some(module) = report.engine.module() else {
+        let why = match report.engine {
+            EnginePlace::LeftOut => "the page was written with --no-engine",
+            _ => "the program was built without the engine for browsers",
+        };
+        return html! { p class="facts" { "No button to verify this page: " (why) "." } };
+    };
+    let hash = hex(&sha256(module));
+    let claims = claims(report);
+    let Some((_, first, _)) = claims.first() else {
+        return html! {
+            p class="facts" { "No button to verify this page: no run is complete, whole and smaller than 64 MB." }
+        };
+    };
+    html! {
+        section class="engine" data-module=(hash) {
+            h2 class="unseen" { "Verify" }
+            p hidden {
+                button type="button" { "Verify in this browser" }
+                " "
+                span class="facts" {
+                    "Repeats " (runs_in_words(claims.len(), report.runs.len())) " with engine " (env!("CARGO_PKG_VERSION"))
+                    " (" (&hash[..16]) "; physics of version " (first.physics_version) ") and compares each frame."
+                }
+            }
+            ul role="status" {}
+            noscript { p class="facts" { "To verify the runs in this browser, allow JavaScript." } }
+        }
+        @for (file, _, data) in &claims {
+            script type="text/plain" class="claim" data-file=(file) { (PreEscaped(data)) }
+        }
+        script type="text/plain" class="engine-worker" { (PreEscaped(WORKER)) }
+        @if let EnginePlace::InPage(module) = report.engine {
+            script nonce=(NONCE) { (PreEscaped(module_script(module))) }
+        } @else {
+            script nonce=(NONCE) src=(ENGINE) {}
+        }
+        script nonce=(NONCE) { (PreEscaped(SCRIPT)) }
+    }
+}
+
+fn runs_in_words(claimed: usize, all: usize) -> String {
+    match (claimed, all) {
+        (1, 1) => "the run".to_owned(),
+        (some, all) if some < all => format!("{some} of {all} runs"),
+        (all, _) => format!("the {all} runs"),
+    }
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scripts_do_not_end_their_elements() {
+        for script in [SCRIPT, WORKER] {
+            assert!(!script.contains("</script") && !script.contains("<!--"));
+        }
+    }
+
+    #[test]
+    fn module_is_in_one_place() {
+        let module: &'static [u8] = b"module";
+        assert_eq!(EnginePlace::chosen(&[], false, true).module(), None);
+        assert_eq!(EnginePlace::chosen(module, true, false), EnginePlace::LeftOut);
+        assert_eq!(EnginePlace::chosen(module, false, false), EnginePlace::NextToPage(module));
+        assert_eq!(EnginePlace::chosen(module, false, true), EnginePlace::InPage(module));
+    }
+}

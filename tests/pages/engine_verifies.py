@@ -1,0 +1,141 @@
+"""Do reports verify their runs in Chromium and Firefox, from files and from a server on loopback?
+
+Usage: python engine_verifies.py REPORT.html ...    (package: websockets; programs: chromium, firefox-esr)
+
+The reports are of a program that was built with the engine (`src/browser/build.sh`). Each page's button is pressed, and all of its runs
+must be equal. Then, in copies of the first report, a character of the engine, of the claims and of nothing is changed, and the engine is
+removed: these controls must not be called equal. Prints a table; exit code 1 if a run differs or a control is not found.
+"""
+
+import functools
+import http.server
+import json
+import re
+import shutil
+import sys
+import tempfile
+import threading
+from pathlib import Path
+
+sys.path += [str(Path(__file__).parent), str(Path(__file__).parents[1] / "interop")]
+import chromium
+import report_in_firefox
+
+# Presses the button and, where the page asks, that for all frames; reports the lines, the times of the first and the last one, and the
+# longest task of the page.
+PRESS = """async () => {
+  const section = document.querySelector(".engine");
+  if (!section) return JSON.stringify({ lines: [document.querySelector(".folds, main").textContent.match(/No button[^.]*/)?.[0] ?? "no section"] });
+  const button = section.querySelector("button"), list = section.querySelector("ul");
+  const lines = () => [...list.children].map((line) => line.textContent);
+  if (button.disabled) return JSON.stringify({ lines: lines() });
+  let longest = 0;
+  try { new PerformanceObserver((seen) => seen.getEntries().forEach((task) => (longest = Math.max(longest, task.duration)))).observe({ type: "longtask" }); } catch {}
+  const started = performance.now();
+  let first;
+  button.click();
+  while (button.textContent === "Stop") {
+    await new Promise((done) => setTimeout(done, 5));
+    [...list.querySelectorAll("button")].at(-1)?.click();
+    if (list.children.length) first ??= performance.now() - started;
+  }
+  return JSON.stringify({ lines: lines(), first: first ?? 0, all: performance.now() - started, longest });
+}"""
+EQUAL = re.compile(r"all \d+ frames are equal \(")
+
+
+class Chromium(chromium.Browser):
+    name = "Chromium"
+
+    def press(self, address):
+        self.open(address)
+        return json.loads(self.value(f"({PRESS})()"))
+
+
+class Firefox(report_in_firefox.Browser):
+    name = "Firefox"
+
+    def __init__(self, folder):
+        super().__init__(folder, is_dark=False, axe=None)
+
+    def press(self, address):
+        self.call("browsingContext.navigate", context=self.tab, url=address, wait="complete")
+        found = self.result_of(PRESS)
+        return found if "lines" in found else {"lines": found}
+
+
+def served(folder):
+    """The address of a server of this folder."""
+    class Quiet(http.server.SimpleHTTPRequestHandler):
+        def log_message(self, *_):
+            pass
+
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=folder))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    return f"http://127.0.0.1:{server.server_address[1]}"
+
+
+def changed(text, place):
+    """The text with another letter of base64 at a place."""
+    return text[:place] + ("A" if text[place] != "A" else "B") + text[place + 1:]
+
+
+def controls(report, folder):
+    """Copies of a report with faults, and what the page must say."""
+    page, engine = report.read_text(), (report.parent / "kinetoscope-engine.js").read_text()
+    claim = page.index(">", page.index('class="claim"')) + 1
+    claim_length = page.index("<", claim) - claim
+    cases = {"no change": (page, engine, "are equal"), "no engine": (page, None, "is not next to this page")}
+    for part in (0.01, 0.5, 0.99):
+        cases[f"engine changed at {part}"] = (page, changed(engine, int(30 + part * (len(engine) - 60))), "damaged")
+        cases[f"claim changed at {part}"] = (changed(page, claim + int(part * (claim_length - 3))), engine, "damaged")
+    for name, (page, engine, expected) in cases.items():
+        place = folder / name.replace(" ", "_")
+        place.mkdir()
+        (place / "report.html").write_text(page)
+        if engine:
+            (place / "kinetoscope-engine.js").write_text(engine)
+        yield name, place / "report.html", expected
+
+
+def main(reports):
+    faults = 0
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        copies = folder / "pages"
+        for number, report in enumerate(reports):
+            shutil.copytree(report.parent, copies / f"{number}_{report.parent.name}", ignore=shutil.ignore_patterns("*.mcap", ".analysis*"))
+        pages = [place / report.name for place, report in zip(sorted(copies.iterdir(), key=lambda path: int(path.name.split("_")[0])), reports)]
+        damaged = list(controls(pages[0], folder / "pages"))
+        address = served(copies)
+        for browser_class in (Chromium, Firefox):
+            (profile := folder / browser_class.name).mkdir()
+            with browser_class(profile) as browser:
+                for origin in ("file", "loopback"):
+                    of = lambda page: page.as_uri() if origin == "file" else f"{address}/{page.relative_to(copies)}"
+                    equal = 0
+                    for page in pages:
+                        found = browser.press(of(page))
+                        is_equal = bool(found["lines"]) and all(EQUAL.search(line) for line in found["lines"])
+                        equal += is_equal
+                        if not is_equal:
+                            print(f"{browser.name}, {origin}, {page.parent.name}: {found['lines']}")
+                        elif page is pages[0]:
+                            print(f"{browser.name}, {origin}, {page.parent.name}: first line {found['first']:.0f} ms, all {found['all']:.0f} ms, "
+                                  f"longest task {found['longest']:.0f} ms: {found['lines'][0]}", flush=True)
+                    print(f"{browser.name}, {origin}: {equal} of {len(pages)} equal", flush=True)
+                    faults += len(pages) - equal
+                    for name, page, expected in damaged:
+                        lines = browser.press(of(page))["lines"]
+                        is_found = any(expected in line for line in lines) and (name == "no change" or not any("equal" in line for line in lines))
+                        faults += not is_found
+                        if not is_found:
+                            print(f"{browser.name}, {origin}, control {name}: expected {expected!r}, found {lines}")
+                    print(f"{browser.name}, {origin}: {len(damaged)} controls", flush=True)
+                if browser.errors:
+                    print(f"{browser.name}: {browser.errors[:3]}")
+    return int(faults > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main([Path(page).resolve() for page in sys.argv[1:]]))
