@@ -2,19 +2,22 @@
 
 use super::dependence::dependence;
 use super::missing_runs::{first_clause, is_whole, missing_runs};
-use super::number::{NumberForm, metric_text, unit_words};
+use super::number::{form_of, metric_text, unit_words};
+use super::place::{key_words, place_words};
+use super::question::shared_words;
 use super::relation::{relation, requirement, to_theory};
 use super::{AnswerNumber, AnswerPart, AnswerSource};
 use crate::checks::{checked_metrics, compare};
-use crate::input::coordinates::{VARIANT, last_part, shown_value, text};
+use crate::input::coordinates::text;
 use crate::metric::{Deviation, Metric, MetricScope};
-use crate::models::{label_of, main_metrics};
-use crate::number_text::{plus_minus, significant, with_short_numbers};
+use crate::models::{label_of, main_results};
+use crate::number_text::{plus_minus, significant};
 use crate::run::{RunAnalysis, RunStatus};
 use kinetoscope_console::text::one_line;
 use kinetoscope_manifest::{
     Bound, Check, Coordinate, ExpectedOutcome, IfUndecided, TimingComparison, unit_of_key,
 };
+use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
 /// Maximum number of sentences.
@@ -145,8 +148,8 @@ fn failure(check: &Check, failed: &[&Metric], all: usize) -> Vec<AnswerPart> {
     parts
 }
 
-/// What the requested plots show, then what the checks found, those of conservation laws last. If this leaves a sentence free, the main
-/// metrics of the model follow, so that every experiment has an answer.
+/// What the requested plots show, then what the checks found, those of conservation laws last. Without a requested plot, and if no check is of a main
+/// result of what the manifest sets, the main results follow, so that every experiment has an answer.
 pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
     let plots = source.record.map_or(&[][..], |record| &record.plots);
     let shown = plots.iter().filter(|plot| !plot.is_of_channel()).map(|plot| Check {
@@ -162,16 +165,24 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
         source.checks.iter().copied().map(|check| {
             (Some(check), check.at.is_empty(), checked_metrics(check, source.metrics))
         });
-    let mut findings: Vec<Finding<'_>> = Vec::new();
+    let (mut findings, mut is_shown): (Vec<Finding<'_>>, bool) = (Vec::new(), false);
     for (check, is_everywhere, metrics) in shown.chain(checked).filter(|it| !it.2.is_empty()) {
-        match findings.iter_mut().find(|it| it.metrics[0].name() == metrics[0].name()) {
+        match findings.iter_mut().find(|it| it.name() == metrics[0].name()) {
             Some(known) => known.add(check, &metrics),
-            None => findings.push(Finding { check, is_everywhere, has_places: false, metrics }),
+            None => {
+                is_shown |= check.is_none();
+                findings.push(Finding { check, is_everywhere, has_places: false, metrics });
+            }
         }
     }
     findings.retain(|finding| finding.metrics.iter().all(|metric| metric.is_applicable()));
-    if findings.iter().all(Finding::is_of_conservation_law) {
-        findings.extend(main_findings(source));
+    let main = main_findings(source);
+    let is_main = |finding: &Finding<'_>| main.iter().any(|it| it.name() == finding.name());
+    let is_answered = is_shown || findings.iter().any(is_main);
+    if !is_answered || findings.iter().all(Finding::is_of_conservation_law) {
+        findings.extend(main);
+        // Checks come first, unless the question has words of a main result only.
+        findings.sort_by_key(|finding| Reverse(shared_words(source, finding.name())));
     }
     findings.sort_by_key(Finding::is_of_conservation_law);
     let shown = findings.iter().take(MOST_SENTENCES);
@@ -179,10 +190,14 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
     if sentences.is_empty() { unfinished(source) } else { joined(sentences) }
 }
 
-/// The main metrics of the model that every run has.
+/// The main metrics of what the manifests set, as far as every run has them.
 fn main_findings<'a>(source: &AnswerSource<'a>) -> Vec<Finding<'a>> {
-    let runs = source.runs.iter().map(|run| run.model().name());
-    let names = runs.map(main_metrics).next().unwrap_or_default();
+    let mut names: Vec<&'static str> = Vec::new();
+    for name in source.runs.iter().flat_map(|run| main_results(run.model()).metrics) {
+        if !names.contains(name) {
+            names.push(name);
+        }
+    }
     let finding = |name: &&'static str| {
         let everywhere = Check {
             metric: (*name).to_owned(),
@@ -196,15 +211,14 @@ fn main_findings<'a>(source: &AnswerSource<'a>) -> Vec<Finding<'a>> {
         is_known.then_some(Finding { check: None, is_everywhere: true, has_places: false, metrics })
     };
     let mut findings: Vec<Finding<'_>> = names.iter().filter_map(finding).collect();
-    findings.sort_by_key(Finding::is_equal_to_theory);
+    findings.sort_by_key(|finding| Reverse(shared_words(source, finding.name())));
     findings
 }
 
 /// What the main metrics of the model show, in a sentence after failed checks of others.
 pub(super) fn main_sentence(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
-    let is_checked = |finding: &Finding<'_>| {
-        source.checks.iter().any(|check| check.metric == finding.metrics[0].name())
-    };
+    let is_checked =
+        |finding: &Finding<'_>| source.checks.iter().any(|check| check.metric == finding.name());
     let findings = main_findings(source);
     let first = findings.iter().find(|finding| !is_checked(finding));
     first.map_or_else(Vec::new, Finding::sentence)
@@ -234,13 +248,12 @@ impl<'a> Finding<'a> {
         self.check = self.check.or(check);
     }
 
-    fn is_of_conservation_law(&self) -> bool {
-        self.metrics.iter().any(|metric| metric.is_of_conservation_law())
+    fn name(&self) -> &'static str {
+        self.metrics[0].name()
     }
 
-    /// Whether all values equal theory up to rounding, as conserved quantities do.
-    fn is_equal_to_theory(&self) -> bool {
-        self.metrics.iter().all(|metric| matches!(metric.deviation(), Some(Deviation::Rounding)))
+    fn is_of_conservation_law(&self) -> bool {
+        self.metrics.iter().any(|metric| metric.is_of_conservation_law())
     }
 
     /// The sentence, and how many points of the sweep have no value.
@@ -393,9 +406,11 @@ const LARGEST_AGREEMENT: f64 = 4.0;
 
 /// How far from theory several points are at most.
 fn common_relation(metrics: &[&Metric]) -> String {
-    let is_outside = |metric: &&&Metric| metric.theory.is_some_and(|theory| !theory.in_range());
-    if let Some(outside) = metrics.iter().find(is_outside) {
-        return to_theory(outside);
+    let law = common_law(metrics);
+    let violation = |metric: &&Metric| metric.theory?.violation;
+    if let Some(violation) = metrics.iter().find_map(violation) {
+        let law = if law == THEORY { "its law" } else { law };
+        return format!(", outside the range of {law}: {violation}");
     }
     let sigma = |metric: &&Metric| match metric.deviation() {
         Some(Deviation::StandardErrors(sigma)) => Some(sigma.abs()),
@@ -404,26 +419,31 @@ fn common_relation(metrics: &[&Metric]) -> String {
     };
     let sigmas: Option<Vec<f64>> = metrics.iter().map(sigma).collect();
     match sigmas.and_then(|all| all.into_iter().reduce(f64::max)) {
-        Some(0.0) => return ", equal to theory".to_owned(),
-        Some(worst) if worst <= 1.0 => return ", within one standard error of theory".to_owned(),
+        Some(0.0) => return format!(", equal to {law}"),
+        Some(worst) if worst <= 1.0 => return format!(", within one standard error of {law}"),
         Some(worst) if worst <= LARGEST_AGREEMENT => {
-            return format!(", within {} standard errors of theory", significant(worst, 2));
+            return format!(", within {} standard errors of {law}", significant(worst, 2));
         }
         Some(worst) => {
-            return format!(", up to {} standard errors from theory", significant(worst, 2));
+            return format!(", up to {} standard errors from {law}", significant(worst, 2));
         }
         None => {}
     }
     let is_inside =
         |metric: &&Metric| matches!(metric.deviation(), Some(Deviation::Bound { is_inside: true }));
     let all_inside = metrics.iter().all(is_inside);
-    if all_inside { ", inside the accuracy of the law".to_owned() } else { String::new() }
+    let law = if law == THEORY { "the law" } else { law };
+    if all_inside { format!(", inside the accuracy of {law}") } else { String::new() }
 }
 
-/// A relative change is in percent.
-fn form_of(metric: &Metric) -> NumberForm {
-    let is_in_percent = metric.definition.label.starts_with("relative ");
-    NumberForm { is_in_percent, ..NumberForm::default() }
+/// What a law without a name is called.
+const THEORY: &str = "theory";
+
+/// The name of the law of all metrics.
+fn common_law(metrics: &[&Metric]) -> &'static str {
+    let name = |metric: &&Metric| metric.theory.and_then(|theory| theory.law?.name);
+    let first = metrics.first().and_then(name);
+    first.filter(|_| metrics.iter().all(|metric| name(&metric) == first)).unwrap_or(THEORY)
 }
 
 fn number(metric: &Metric, is_passed: Option<bool>) -> AnswerPart {
@@ -445,39 +465,4 @@ fn joined(sentences: Vec<Vec<AnswerPart>>) -> Vec<AnswerPart> {
         parts.extend(sentence);
     }
     parts
-}
-
-/// The point of a sweep in words, such as " at a friction of 0.5"; empty for a single run.
-fn place_words(coordinates: &[Coordinate]) -> String {
-    let words = coordinates.iter().map(|coordinate| {
-        let value = one_line(&shown_value(coordinate)).into_owned();
-        if coordinate.key == VARIANT {
-            return format!(" ({value})");
-        }
-        let value = with_short_numbers(&value);
-        let unit = unit_of_key(&coordinate.key);
-        let words = key_words(&coordinate.key, unit);
-        // A number of things.
-        if unit == "1" && words.ends_with('s') {
-            return format!(" with {value} {words}");
-        }
-        let unit = unit_words(unit);
-        // "1 day" is singular.
-        let unit =
-            unit.strip_suffix('s').filter(|it| value == "1" && *it == " day").unwrap_or(&unit);
-        format!(" at {words} {value}{unit}")
-    });
-    words.collect()
-}
-
-/// The name of a key without its unit, with spaces.
-fn key_words(key: &str, unit: &str) -> String {
-    let name = last_part(key);
-    let suffix = format!(
-        "_{}",
-        unit.to_lowercase().replace('/', "_per_").replace('^', "").replace(' ', "_")
-    );
-    let name = name.strip_suffix(&suffix).unwrap_or(name);
-    let name = if unit == "d" { name.strip_suffix("_days").unwrap_or(name) } else { name };
-    name.replace('_', " ")
 }

@@ -6,6 +6,8 @@ mod composed;
 mod dependence;
 mod missing_runs;
 mod number;
+mod place;
+mod question;
 mod relation;
 mod template;
 
@@ -94,9 +96,9 @@ impl Answer {
         self.parts.is_empty() && self.timing.is_none()
     }
 
-    /// The metric of its first number.
-    pub(crate) fn first_metric(&self) -> Option<&'static str> {
-        self.parts.iter().find_map(|part| match part {
+    /// The metrics of its numbers, in order.
+    pub(crate) fn metrics(&self) -> impl Iterator<Item = &'static str> {
+        self.parts.iter().filter_map(|part| match part {
             AnswerPart::Number(number) => Some(number.metric),
             _ => None,
         })

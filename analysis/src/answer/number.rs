@@ -41,6 +41,13 @@ const DIGITS: u8 = 3;
 /// Maximum number of digits of a theoretical value.
 const MOST_DIGITS: i32 = 12;
 
+/// A relative change and a fraction are in percent.
+pub(super) fn form_of(metric: &Metric) -> NumberForm {
+    let label = metric.definition.label;
+    let is_in_percent = ["relative ", "fraction "].iter().any(|word| label.starts_with(word));
+    NumberForm { is_in_percent, ..NumberForm::default() }
+}
+
 /// The value of a metric with its standard error and its unit.
 pub(super) fn metric_text(metric: &Metric, form: NumberForm) -> String {
     text_of(metric.value(), metric.standard_error(), metric.unit(), form)
@@ -75,13 +82,13 @@ fn value_text(value: f64, digits: Option<u8>) -> String {
 
 /// A bare value in the metric's unit.
 pub(super) fn in_unit(value: f64, metric: &Metric) -> String {
-    format!("{}{}", value_text(value, None), unit_words(metric.unit()))
+    text_of(value, None, metric.unit(), form_of(metric))
 }
 
 /// A theoretical value in the metric's unit, with the digits that the metric's standard error has.
 pub(super) fn theory_text(theory: f64, metric: &Metric) -> String {
-    let digits = theory_digits(theory, metric);
-    format!("{}{}", value_text(theory, digits), unit_words(metric.unit()))
+    let form = NumberForm { digits: theory_digits(theory, metric), ..form_of(metric) };
+    text_of(theory, None, metric.unit(), form)
 }
 
 /// The digits of a theoretical value down to the last one of the metric's standard error, at least three: rounded to fewer, it may lie on

@@ -42,10 +42,20 @@ fn is_compared_with_range(metric: &Metric) -> bool {
 /// The relation of a metric to its theoretical value; empty without one.
 pub(super) fn to_theory(metric: &Metric) -> String {
     let Some(theory) = metric.theory else { return String::new() };
+    let number = theory_text(theory.value, metric);
+    let name = theory.law.and_then(|law| law.name);
     if let Some(violation) = theory.violation {
-        return format!(", outside the range of its law: {violation}");
+        return match name {
+            Some(name) => {
+                format!(", where {name} would give {number}, but does not apply: {violation}")
+            }
+            None => format!(", outside the range of its law: {violation}"),
+        };
     }
-    let value = format!("the theoretical {}", theory_text(theory.value, metric));
+    let value = match name {
+        Some(name) => format!("the {number} of {name}"),
+        None => format!("the theoretical {number}"),
+    };
     let Some(deviation) = metric.deviation() else { return String::new() };
     match (deviation, metric.estimate.conditional_standard_error) {
         (Deviation::StandardErrors(sigma), Some(_)) => {
@@ -58,10 +68,10 @@ pub(super) fn to_theory(metric: &Metric) -> String {
 /// The deviation from theory for the start of this run, whose standard error is not that of the value.
 fn conditional(sigma: f64, measured: f64, theory: f64, value: &str) -> String {
     if sigma.abs() <= AGREES {
-        return format!(", which agrees with {value} of this start within the standard error");
+        return format!(", which agrees with {value} for this start within the standard error");
     }
     let (difference, sigma) = (excess(measured, theory, value), significant(sigma.abs(), 2));
-    format!("{difference} of this start, by {sigma} standard errors of the difference")
+    format!("{difference} for this start, by {sigma} standard errors of the difference")
 }
 
 fn of_deviation(

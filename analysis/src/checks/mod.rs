@@ -385,6 +385,7 @@ mod tests {
                 range: "",
                 relative_accuracy: 0.0,
                 conserved: is_conservation.then_some("energy"),
+                name: None,
                 is_identity: false,
                 is_of_manifest: false,
             };

@@ -248,9 +248,15 @@ impl PlotArguments {
         }
         self.say_about(&runs, &mut unreadable);
         let points = points(&runs);
-        let (metrics, _) = fits::fits(&points);
-        let data =
-            PlotData { runs: &runs, points: &points, metrics: &metrics, places: &places, axes };
+        let (metrics, refusals) = fits::fits(&points);
+        let data = PlotData {
+            runs: &runs,
+            points: &points,
+            metrics: &metrics,
+            places: &places,
+            axes,
+            refusals: &refusals,
+        };
         match data.draw(&request) {
             Ok(plot) => Ok((plot, unreadable)),
             // What could not be read may be the cause.

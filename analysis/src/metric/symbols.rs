@@ -33,6 +33,7 @@ pub(crate) const SYMBOLS: &[(&str, &str)] = &[
     ("W", "virial of the pair collisions: sum of distance times normal impulse"),
     ("Z", "compressibility factor, P A over that of the ideal gas"),
     ("a2", "second Sonine coefficient, <v^4>/(2 <v^2>^2) - 1"),
+    ("a_0", "initial semi-major axis"),
     ("d", "diameter of a disc"),
     ("d_i", "diameter of disc i"),
     ("d_ij", "mean of the diameters of discs i and j"),

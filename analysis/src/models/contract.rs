@@ -36,8 +36,6 @@ pub(crate) struct ModelAnalysis {
     pub(crate) title: &'static str,
     /// The metrics of a run.
     pub(crate) metrics: &'static [&'static Definition],
-    /// The metrics that answer where neither a check nor a plot states what is asked.
-    pub(crate) main: &'static [&'static str],
     /// Counts of what a correct run never has: a run with one above 0 fails, unless a check states that it is expected.
     pub(crate) never: &'static [&'static Definition],
     /// Metrics that have no standard error in a single run, because other starts give other values.
@@ -54,6 +52,24 @@ pub(crate) struct ModelAnalysis {
     pub(crate) trade_offs: &'static [TradeOff],
     /// The charts of a run that a plot may name.
     pub(crate) figures: &'static [NamedChart],
+}
+
+/// What answers where neither a check nor a plot states what is asked: it depends on what a manifest sets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct MainResults {
+    /// The metrics, the most telling one first; those that every run has are used.
+    pub(crate) metrics: &'static [&'static str],
+    /// The charts, likewise; for several runs those that the runs share.
+    pub(crate) charts: &'static [&'static str],
+}
+
+impl MainResults {
+    pub(crate) const fn new(
+        metrics: &'static [&'static str],
+        charts: &'static [&'static str],
+    ) -> Self {
+        Self { metrics, charts }
+    }
 }
 
 /// A chart of a run that a plot may name. Whether a run has it depends on its manifest and its channels.

@@ -15,7 +15,7 @@ mod orbit;
 mod packing;
 
 use crate::metric::Definition;
-use crate::models::contract::{Extent, HeightLayers, ModelAnalysis, PlottedObserver};
+use crate::models::contract::{Extent, HeightLayers, MainResults, ModelAnalysis, PlottedObserver};
 use crate::models::snapshots::Snapshots;
 use kinetoscope_manifest::model::ModelConfig;
 
@@ -30,6 +30,13 @@ macro_rules! models {
             let snapshots = Snapshots::at(snapshots_at);
             match config {
                 $(ModelConfig::$variant(config) => $model::observer(config.clone(), snapshots),)+
+            }
+        }
+
+        /// What answers where neither a check nor a plot states what is asked.
+        pub(crate) fn main_results(config: &ModelConfig) -> MainResults {
+            match config {
+                $(ModelConfig::$variant(config) => $model::main_results(config),)+
             }
         }
 
@@ -108,11 +115,6 @@ pub fn metrics_of_figure(model: &str, stem: &str) -> &'static [&'static str] {
     charts.find(|chart| chart.stem == stem).map_or(&[], |chart| chart.metrics)
 }
 
-/// The metrics of a model's runs that answer where nothing states what is asked, the first ones that a run has; none for an unknown model.
-pub(crate) fn main_metrics(model: &str) -> &'static [&'static str] {
-    of_model(model).map_or(&[], |model| model.main)
-}
-
 /// The layers of a gas in gravity with their law; `None` for other runs.
 pub(crate) fn height_layers(model: &ModelConfig) -> Option<HeightLayers> {
     match model {
@@ -179,12 +181,19 @@ mod tests {
     }
 
     #[test]
-    fn main_metrics_exist() {
+    fn main_results_of_every_starter_exist() {
         for model in MODELS {
-            assert!(!model.main.is_empty(), "{}", model.name);
-            for name in model.main {
+            let text = kinetoscope_manifest::starter(model.name).unwrap();
+            let experiment = kinetoscope_manifest::parse(text, model.name, &[]).unwrap();
+            let main = main_results(&experiment.runs[0].manifest.model);
+            assert!(!main.metrics.is_empty(), "{}", model.name);
+            for name in main.metrics {
                 let mut all = model.metrics.iter();
                 assert!(all.any(|known| known.name == *name), "{}: {name}", model.name);
+            }
+            for stem in main.charts {
+                let mut all = model.figures.iter();
+                assert!(all.any(|known| known.stem == *stem), "{}: {stem}", model.name);
             }
         }
     }

@@ -8,6 +8,9 @@ use maud::{Markup, html};
 /// Separates the question from the expected answer in the first line of a manifest.
 const EXPECTED: &str = "Expected:";
 
+/// What a badge means.
+const PASSES: &str = "the check passes";
+
 /// The question.
 pub(super) fn question(report: &AnalysisReport) -> Markup {
     html! { @if !report.question.is_empty() { p class="question" { (with_subscripts(&report.question)) } } }
@@ -48,12 +51,12 @@ pub(super) fn result(report: &AnalysisReport, page: &str) -> Markup {
 fn answer_part(part: &AnswerPart) -> Markup {
     html! {
         @match part {
-            AnswerPart::Text(text) => (with_subscripts(text)),
+            AnswerPart::Text(text) => (with_subscripts(&unbroken(text))),
             AnswerPart::Failure(text) => strong class="bad" { (text) },
             AnswerPart::Number(number) => {
-                strong { (with_subscripts(&number.text)) }
+                strong { (with_subscripts(&number.text.replace(' ', "\u{a0}"))) }
                 @match number.mark() {
-                    Some(true) => span class="good" title="the check passes" { "\u{a0}✓" },
+                    Some(true) => span class="good" role="img" title=(PASSES) aria-label=(PASSES) { "\u{a0}✓" },
                     Some(false) => strong class="bad" { " (its check fails)" },
                     None => {},
                 }
@@ -62,6 +65,35 @@ fn answer_part(part: &AnswerPart) -> Markup {
         }
     }
 }
+
+/// A text with spaces that do not break between a number and its error, and between a number and its unit, which begins the text if a number precedes it.
+fn unbroken(text: &str) -> String {
+    let mut unbroken = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(place) = rest.find(' ') {
+        let (before, after) = (&rest[..place], &rest[place + 1..]);
+        unbroken += before;
+        let is_after_number = match unbroken.chars().next_back() {
+            Some(last) => {
+                last.is_ascii_digit() || matches!(last, ')' | '⁰'..='⁹' | '¹' | '²' | '³' | '±')
+            }
+            None => true,
+        };
+        let word = after.split([' ', ',', '.', ';', ')']).next().unwrap_or_default();
+        let is_joined =
+            is_after_number && (UNITS.contains(&word) || word == "±" || unbroken.ends_with('±'));
+        unbroken.push(if is_joined { '\u{a0}' } else { ' ' });
+        rest = after;
+    }
+    unbroken + rest
+}
+
+/// What can follow a number as its unit.
+const UNITS: [&str; 33] = [
+    "%", "AU", "J", "K", "N", "N/m", "Pa", "a", "cm", "d", "day", "days", "degrees", "h", "k_B",
+    "kHz", "kg", "km", "m", "m/s", "m/s²", "mJ", "min", "mm", "ms", "m²/s", "m²/s²", "ns", "per",
+    "rad", "s", "times", "µs",
+];
 
 /// A text with the subscript of Boltzmann's constant.
 fn with_subscripts(text: &str) -> Markup {

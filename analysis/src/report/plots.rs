@@ -4,15 +4,16 @@ use super::MAX_RUNS_DRAWN;
 use crate::answer::Answer;
 use crate::input::coordinates;
 use crate::models::figures::Figures;
+use crate::models::{figure_names, main_results, metrics_of_figure};
 use crate::plot::{Plot, PlotContent};
 use crate::run::RunAnalysis;
 use crate::sweep;
 use crate::sweep::requested::PlotData;
 use kinetoscope_manifest::{ExperimentRecord, PlotRequest};
 
-/// The plots that the manifest requests, in its order. A sweep over a number without an answer of its own whose requests show no metric has
-/// one of the metric that the composed answer names: in front, or behind a first request that has a title of its own, which the author
-/// has chosen for the question.
+/// The plots that the manifest requests, in its order. A sweep over a number without an answer or plots of its own whose requests show no metric has
+/// one of the metric that the answer names first: in front, or behind a first request that has a title of its own, which the author
+/// has chosen for the question. Without requests, the chart of the answer follows.
 pub(super) fn requests(
     record: Option<&ExperimentRecord>,
     answer: &Answer,
@@ -21,16 +22,46 @@ pub(super) fn requests(
     let stated = record.map_or(&[][..], |record| &record.plots);
     let shows_metric = |plot: &PlotRequest| !plot.y.is_empty() && !plot.is_of_channel();
     let is_answered = record.is_none_or(|record| record.answer.is_some());
-    let is_wanted = !is_answered && data.points.len() > 1 && !stated.iter().any(shows_metric);
+    let is_wanted = (!is_answered || stated.is_empty())
+        && data.points.len() > 1
+        && !stated.iter().any(shows_metric);
     let composed = answer
-        .first_metric()
+        .metrics()
+        .next()
         .filter(|_| is_wanted)
         .map(|y| PlotRequest { y: y.to_owned(), ..PlotRequest::default() })
         .filter(|request| data.draw(request).is_ok_and(|plot| is_over_number(&plot)));
+    let chart = if stated.is_empty() { chart_of_answer(answer, data) } else { None };
     let is_titled = stated.first().is_some_and(|first| first.title.is_some());
     let (before, after) = stated.split_at(usize::from(is_titled));
-    before.iter().cloned().chain(composed).chain(after.iter().cloned()).collect()
+    before.iter().cloned().chain(composed).chain(after.iter().cloned()).chain(chart).collect()
 }
+
+/// The chart of the model that shows a main result in the answer, or else another number in it, or else a main result; of several runs one that they
+/// share.
+fn chart_of_answer(answer: &Answer, data: PlotData<'_>) -> Option<PlotRequest> {
+    let model = data.runs.first()?.model();
+    let main = main_results(model);
+    let (of_main, others): (Vec<&str>, Vec<&str>) =
+        answer.metrics().partition(|metric| main.metrics.contains(metric));
+    let all = figure_names(model.name());
+    let showing = of_main.into_iter().chain(others).flat_map(|metric| {
+        let shows = move |stem: &&&str| metrics_of_figure(model.name(), stem).contains(&metric);
+        main.charts.iter().filter(shows).chain(all.iter().filter(shows))
+    });
+    let mut stems: Vec<&str> = showing.chain(main.charts).copied().collect();
+    if data.points.len() > 1 {
+        stems.sort_by_key(|stem| !stem.ends_with(OF_SEVERAL_RUNS));
+    }
+    let request =
+        |stem: &str| PlotRequest { figure: Some(stem.to_owned()), ..PlotRequest::default() };
+    let is_drawn =
+        |request: &PlotRequest| data.draw(request).is_ok_and(|plot| plot.is_informative());
+    stems.into_iter().map(request).find(is_drawn)
+}
+
+/// How the names of charts end that several runs share.
+const OF_SEVERAL_RUNS: &str = "_by_run";
 
 fn is_over_number(plot: &Plot) -> bool {
     matches!(&plot.content, PlotContent::Chart(chart) if chart.x.words.is_empty())

@@ -37,7 +37,7 @@ pub(super) fn section(report: &AnalysisReport, plot: &Markup) -> Markup {
             section class="replay" {
                 h2 class="unseen" { "Replay" }
                 div class="split" {
-                    @if !played.is_empty() { (deck(&played, &report.view)) }
+                    @if !played.is_empty() { (deck(&played, report.runs.len(), &report.view)) }
                     @if has_plot { div class="adjacent" { (plot) (live(&played)) } }
                 }
             }
@@ -116,8 +116,8 @@ fn played(report: &AnalysisReport) -> Vec<Played<'_>> {
 }
 
 /// The players with their common controls. The runs that the manifest names, or those at the ends of a sweep, are compared, unless their times have different
-/// units: then they have no common clock.
-fn deck(played: &[Played<'_>], view: &ViewRequest) -> Markup {
+/// units: then they have no common clock. `all` runs are in the report.
+fn deck(played: &[Played<'_>], all: usize, view: &ViewRequest) -> Markup {
     let names: Vec<String> = played.iter().map(|(run, _)| run_name(run)).collect();
     let units: BTreeSet<&str> = played.iter().map(|(run, _)| run.time_unit.as_str()).collect();
     let has_pair = units.len() == 1 && played.len() > 1;
@@ -130,7 +130,7 @@ fn deck(played: &[Played<'_>], view: &ViewRequest) -> Markup {
                 (player(&names, compared(0).unwrap_or(0), false))
                 @if has_pair { (player(&names, compared(1).unwrap_or(names.len() - 1), true)) }
             }
-            (controls(if has_pair { played.len() } else { 1 }, view, species(played)))
+            (controls(if has_pair { played.len() } else { 1 }, all, view, species(played)))
             div class="facts readout" {
                 output class="clock" {}
                 span class="scale" { span class="bottom" {} " " span class="bar" {} " " span class="top" {} }
@@ -174,7 +174,10 @@ fn player(names: &[String], chosen: usize, is_second: bool) -> Markup {
 }
 
 /// What the first player, and the second one with it, are controlled by.
-fn controls(runs: usize, view: &ViewRequest, species: usize) -> Markup {
+fn controls(runs: usize, all: usize, view: &ViewRequest, species: usize) -> Markup {
+    let shown = runs.min(MOST_PLAYERS);
+    let many =
+        if shown == all { format!("all {all} runs") } else { format!("{shown} of {all} runs") };
     let color = view.color.unwrap_or(ViewColor::Speed);
     let is_rotating = view.frame == Some(ViewFrame::Rotating);
     html! {
@@ -202,7 +205,7 @@ fn controls(runs: usize, view: &ViewRequest, species: usize) -> Markup {
             label hidden { input type="checkbox" class="arrows" autocomplete="off"; " velocities" }
             label hidden { input type="checkbox" class="rotating" autocomplete="off" checked[is_rotating]; " rotating frame" }
             @if runs > 1 { label { input type="checkbox" class="pair" autocomplete="off" checked; " two runs" } }
-            @if runs > 2 { label { input type="checkbox" class="many" autocomplete="off"; " " (runs.min(MOST_PLAYERS)) " runs" } }
+            @if runs > 2 { label { input type="checkbox" class="many" autocomplete="off"; " " (many) } }
             button type="button" class="full" aria-label="Full screen" {
                 svg viewBox="0 0 16 16" aria-hidden="true" { path d="M2 6V2h4M10 2h4v4M14 10v4h-4M6 14H2v-4" {} }
             }

@@ -49,8 +49,7 @@ impl SweepPoint<'_> {
 }
 
 /// The remark on plots and tables of points whose deviations are correlated.
-pub(crate) const SHARED_STREAMS: &str =
-    "points share their random streams: deviations are correlated";
+pub(crate) const SHARED_STREAMS: &str = "the points use the same random numbers: their errors may have a common part, which cancels in differences between points";
 
 /// Whether a metric scatters from seed to seed and two points of the sweep have the same seed and replicate: a run's random
 /// streams depend on these two only, so that points differ by the swept keys and not by chance.

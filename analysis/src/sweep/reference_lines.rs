@@ -10,6 +10,7 @@ use crate::plot::{Curve, CurveStyle, Point, extremes};
 use crate::statistics::{Estimate, least_squares_line, mean_of_independent, power_law_exponent};
 use crate::sweep::SweepPoint;
 use crate::sweep::figures::{MAX_CURVES, MEASURED, REFERENCE_COLOR};
+use crate::sweep::fits::Refusal;
 use kinetoscope_manifest::{Coordinate, PlotFit, PlotRequest};
 use std::collections::BTreeMap;
 
@@ -26,6 +27,8 @@ pub(super) struct Lines<'a> {
     pub(super) metrics: &'a [Metric],
     /// The points of the sweep.
     pub(super) points: &'a [SweepPoint<'a>],
+    /// The fits of the model that failed.
+    pub(super) refusals: &'a [Refusal],
 }
 
 impl Lines<'_> {
@@ -46,7 +49,11 @@ impl Lines<'_> {
                 Some(shape) => self.requested_fit(shape, metric, &coordinates, &data),
                 None => self.known_fit(metric, &coordinates, &data, has_theory),
             };
-            let Some(Fitted { line, text }) = fit else { continue };
+            remarks.extend(self.refusal(metric, &coordinates));
+            let Some(Fitted { line, text }) = fit else {
+                remarks.extend(self.request.fit.map(|shape| unfitted(shape, &place)));
+                continue;
+            };
             // A fit that is drawn has its number in the legend.
             let is_named = line
                 .as_ref()
@@ -138,6 +145,20 @@ impl Lines<'_> {
         };
         let mut fits = MODELS.iter().flat_map(|model| model.fits);
         fits.find(|fit| fit.of == metric && is_over(fit))
+    }
+
+    /// Why the fit of the model has no number here, if one is requested.
+    fn refusal(&self, metric: &str, coordinates: &[Coordinate]) -> Option<String> {
+        let name = self
+            .fit_of_model(metric)
+            .filter(|_| self.request.fit.is_some())?
+            .parameters
+            .first()?
+            .name;
+        let is_of_fit = |it: &&Refusal| it.names.contains(&name) && it.coordinates == coordinates;
+        // What follows the first clause names keys and values, which the notes of the report list.
+        let why = self.refusals.iter().find(is_of_fit)?.why.split("; ").next()?;
+        Some(format!("the fit of the model is missing, because {why}"))
     }
 
     /// The first parameter of a fit of the model, as the metrics contain it.
@@ -233,6 +254,19 @@ fn slope_of(shape: PlotFit, points: &[(f64, f64)]) -> Option<f64> {
     match shape {
         PlotFit::Power => power_law_exponent(points),
         PlotFit::Linear => least_squares_line(points).map(|line| line.slope),
+    }
+}
+
+/// Why a requested fit is not drawn.
+fn unfitted(shape: PlotFit, place: &str) -> String {
+    let place = if place.is_empty() { String::new() } else { format!("{place}: ") };
+    match shape {
+        PlotFit::Power => format!(
+            "{place}no power law is fitted, because it needs numbers above 0 at two points or more"
+        ),
+        PlotFit::Linear => {
+            format!("{place}no line is fitted, because it needs numbers at two points or more")
+        }
     }
 }
 

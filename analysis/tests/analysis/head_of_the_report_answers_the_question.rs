@@ -19,8 +19,12 @@ fn page(manifest: &str) -> String {
     folder.page()
 }
 
-/// The sentences of the answer with their markup.
-fn marked(page: &str) -> &str {
+/// The sentences of the answer with their markup, and with plain spaces.
+fn marked(page: &str) -> String {
+    sentences(page).replace('\u{a0}', " ")
+}
+
+fn sentences(page: &str) -> &str {
     let (_, answer) = page.split_once("<p class=\"result\">").unwrap();
     answer.split("</p>").next().unwrap()
 }
@@ -28,9 +32,10 @@ fn marked(page: &str) -> &str {
 /// The sentences of the answer without markup.
 fn answer(manifest: &str) -> String {
     let page = page(manifest);
-    let parts = marked(&page).split('<');
+    let marked = marked(&page);
+    let parts = marked.split('<');
     let text: String = parts.map(|part| part.split_once('>').map_or(part, |it| it.1)).collect();
-    text.replace("\u{a0}✓", "")
+    text.replace(" ✓", "")
 }
 
 fn check(metric: &str, bound: &str) -> String {
@@ -47,8 +52,19 @@ fn answer_of_the_manifest_has_its_numbers_in_bold_with_a_badge() {
     let checked = check("restitution.measured", "tolerance = 0.01");
     let text = "It is {restitution.measured} <i>, {energy.residual_relative size in percent}.";
     let page = page(&format!("{}{checked}", with_answer(text)));
-    let expected = "It is <strong>0.8</strong><span class=\"good\" title=\"the check passes\">\u{a0}✓</span> &lt;i&gt;, <strong>0.0609 %</strong>.";
-    assert_eq!(marked(&page), expected);
+    let expected = "It is <strong>0.8</strong><span class=\"good\" role=\"img\" title=\"the check passes\" aria-label=\"the check passes\">\u{a0}✓</span> &lt;i&gt;, <strong>0.0609\u{a0}%</strong>.";
+    assert_eq!(sentences(&page), expected);
+}
+
+/// Guarantee: no line breaks between a number and its error or its unit, in bold or not. Control: other spaces are plain.
+#[test]
+fn number_and_unit_are_on_one_line() {
+    let text = "{bed.weight} of 3 ± 1 N/m or 5 % of 2 discs and (1 ± 2)·10⁻³ m²/s";
+    let page = page(&with_answer(text));
+    let expected =
+        "of 3\u{a0}±\u{a0}1\u{a0}N/m or 5\u{a0}% of 2 discs and (1\u{a0}±\u{a0}2)·10⁻³\u{a0}m²/s";
+    assert!(sentences(&page).ends_with(expected), "{}", sentences(&page));
+    assert!(sentences(&page).contains("\u{a0}N</strong>"), "{}", sentences(&page));
 }
 
 #[test]
@@ -60,7 +76,7 @@ fn failed_check_comes_first_with_its_reason_in_words() {
     let many: String =
         (1..=4).map(|bound| check("bed.weight", &format!("minimum = {bound}"))).collect();
     let text = answer(&format!("{DROP}{many}"));
-    assert!(text.contains(" 2 further checks fail. The relative change"), "{text}");
+    assert!(text.contains(" 2 further checks fail. The measured restitution is 0.8"), "{text}");
 }
 
 #[test]
@@ -89,17 +105,45 @@ fn sentences_follow_from_the_checks_and_name_no_metric() {
     assert_eq!(answer(&format!("{DROP}{given}")), expected);
 }
 
-/// Control: a plot over the sweep that the manifest requests is the only one.
+/// Control: a plot over the sweep that the manifest requests is the first one.
 #[test]
 fn experiment_without_checks_and_plots_has_the_main_results_and_their_plot() {
     let text = answer(DROP);
-    assert!(text.starts_with("The relative change of the mechanical energy is −"), "{text}");
-    assert!(text.contains(" %."), "{text}");
+    let first = "The measured restitution is 0.8, equal to the theoretical 0.8. The relative change of the mechanical energy is −";
+    assert!(text.starts_with(first) && text.ends_with(" %."), "{text}");
     let sweep = format!("{DROP}[sweep]\n\"model.dem.friction\" = [0.1, 0.2]\n");
-    let plot = "id=\"plot-energy_total_change_relative_vs_friction\"";
-    assert!(page(&sweep).contains(plot));
-    let requested = "[[plots]]\ny = \"restitution.measured\"\n";
-    assert!(!page(&format!("{sweep}{requested}")).contains(plot));
+    let first = |manifest: &str| {
+        let page = page(manifest);
+        let (_, plots) = page.split_once("<figure id=\"plot-").unwrap();
+        plots.split('"').next().unwrap().to_owned()
+    };
+    assert_eq!(first(&sweep), "restitution_vs_friction");
+    let requested = "[[plots]]\ny = \"energy.total_change_relative\"\n";
+    let plot = first(&format!("{sweep}{requested}"));
+    assert_eq!(plot, "energy_total_change_relative_vs_friction");
+    // Without a sweep, the chart is that of the main result.
+    assert_eq!(first(DROP), "energy_balance");
+}
+
+/// Guarantee: a check of another quantity than the question asks for leaves the first sentence to the main result. Control: without the question's words
+/// in the main result, the check is first.
+#[test]
+fn main_result_answers_where_the_check_misses_the_question() {
+    let check = check("bed.weight", "minimum = 0");
+    let asked = |question: &str| answer(&format!("question = '{question}'\n{DROP}{check}"));
+    let text = asked("What restitution has the disc?");
+    assert!(
+        text.starts_with(
+            "The measured restitution is 0.8, equal to the theoretical 0.8. The weight"
+        ),
+        "{text}"
+    );
+    let text = asked("How heavy is the disc?");
+    assert!(
+        text.starts_with("The weight of the bed is")
+            && text.contains(" The measured restitution is"),
+        "{text}"
+    );
 }
 
 /// Setup: a sweep with one value at all points. Control: without the check, the plot alone gives the range.

@@ -23,7 +23,7 @@ pub(crate) use row::BaselineRow;
 use crate::checks::{CheckKind, CheckResult};
 use crate::metric::{Metric, SCHEMA};
 use crate::metric_files::document::{Document, MetricEntry, ScopeEntry};
-use crate::models::{main_metrics, metric_names, metrics_of};
+use crate::models::{main_results, metric_names, metrics_of};
 use crate::run::RunAnalysis;
 use kinetoscope_console::text::plural;
 use kinetoscope_manifest::BaselineTolerance;
@@ -148,8 +148,9 @@ impl Baseline {
         }
         let has_other_seeds =
             relations.counts().keys().any(|relation| matches!(relation, Relation::OtherSeed(_)));
-        let sensitivity = (has_other_seeds && failures.is_empty())
-            .then(|| Sensitivity::of(&rows, main_metrics(&old.model)));
+        let main = runs.first().map_or(&[][..], |run| main_results(run.model()).metrics);
+        let sensitivity =
+            (has_other_seeds && failures.is_empty()).then(|| Sensitivity::of(&rows, main));
         let rules = rules(&relations, &rows);
         Ok(BaselineComparison { rules, failures, rows, sensitivity })
     }

@@ -31,6 +31,7 @@ const ENERGIES: &[&str] = &[
     "energy.elastic",
     "energy.dissipated",
     "energy.friction",
+    "energy.friction_fraction",
     "energy.wall_work",
     "energy.total_change_relative",
     "energy.residual_relative",

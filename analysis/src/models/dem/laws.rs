@@ -20,11 +20,11 @@ laws! {
     WEIGHT_PER_WIDTH: "sum of the discs' weights over the box's width, for discs at rest", "equilibrium of forces without friction at the side walls", range "kinetic energy below 0.001 of the elastic energy", accuracy 0.01;
     WEIGHT_ABOVE: "weight over the box's width, of the discs whose centers are above, mean over the layer's heights", "equilibrium of forces at every height, of discs at rest between walls without friction; in the continuum the mean density times gravity and depth", range "kinetic energy below 0.001 of the elastic energy", accuracy 0.01;
     DRAWN_TEMPERATURE: "velocity_std_m_per_s^2 (N - 1)/N: half the mean square of N normal velocities, of which the mean is subtracted", "chi-square distribution with 2 (N - 1) degrees of freedom", manifest true;
-    HAFF: "1/τ = (1 - e^2) ν/4 of T = T_0/(1 + t/τ)^2, ν = 2 sqrt(pi) n d χ sqrt(T_0), χ = (Z - 1)/(2φ)", "Haff 1983; Enskog's collision rate in two dimensions, Kolafa and Rottner 2006", range "φ up to 0.69, 128 discs or more without flow or clusters: energy of the mean velocities and variance of the numbers of cells of 8 discs or more as for independent discs", accuracy 0.03;
+    HAFF: "1/τ = (1 - e^2) ν/4 of T = T_0/(1 + t/τ)^2, ν = 2 sqrt(pi) n d χ sqrt(T_0), χ = (Z - 1)/(2φ)", "Haff 1983; Enskog's collision rate in two dimensions, Kolafa and Rottner 2006", range "φ up to 0.69, 128 discs or more without flow or clusters: energy of the mean velocities and variance of the numbers of cells of 8 discs or more as for independent discs", accuracy 0.03, named "Haff's law";
     ROW_OF_DISCS: "((1 + e)/2)^(N - 1) of discs of one material if each gap is longer than the distance traveled in a contact, v pi/ω", "conservation of momentum, collision by collision; Herrmann and Seitz 1982", range "gaps longer than the distance traveled in a contact", accuracy 0.01;
-    BEVERLOO: "3/2 of the opening less 1.4 diameters, in two dimensions", "Beverloo, Leniger and van de Velde 1961; limited range of widths: Mankoc et al. 2007", range "openings of 5 diameters or more", accuracy 0.1;
+    BEVERLOO: "3/2 of the opening less 1.4 diameters, in two dimensions", "Beverloo, Leniger and van de Velde 1961; limited range of widths: Mankoc et al. 2007", range "openings of 5 diameters or more", accuracy 0.1, named "Beverloo's law";
     RUNOUT: "between 2/3 and 1 of the aspect ratio: linear below about 3, about 2/3 above; columns on both sides of it do not distinguish them", "Staron and Hinch 2005; Lube et al. 2005";
-    JANSSEN: "F = F_s (1 - exp(-F_g/F_s)): the walls carry the rest of the weight", "Janssen 1895", range "fully mobilized friction at the walls", accuracy 0.1;
+    JANSSEN: "F = F_s (1 - exp(-F_g/F_s)): the walls carry the rest of the weight", "Janssen 1895", range "fully mobilized friction at the walls", accuracy 0.1, named "Janssen's law";
 }
 
 /// Reduction of the effective orifice width, in mean diameters.

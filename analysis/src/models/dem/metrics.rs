@@ -9,6 +9,7 @@ definitions! {
     ELASTIC: "energy.elastic", "J", "elastic energy at the end", "/energy, last frame", [], 0.0;
     DISSIPATED: "energy.dissipated", "J", "energy dissipated in contacts", "/energy, last frame", [], 0.0;
     FRICTION: "energy.friction", "J", "energy dissipated by friction", "/energy, last frame: the part of energy.dissipated due to friction", [], 0.0;
+    FRICTION_FRACTION: "energy.friction_fraction", "1", "fraction of the dissipated energy that is due to friction", "/energy, last frame: energy.friction over energy.dissipated", [], 0.0;
     ROLLING: "energy.rolling", "J", "energy dissipated by rolling friction", "/energy, last frame: the part of energy.dissipated due to rolling friction", [], 0.0;
     ROTATIONAL: "energy.rotational", "J", "energy of rotation at the end", "/state: sum of I Ω^2/2, the part of energy.kinetic due to rotation, last frame", [], 0.0;
     WALL_WORK: "energy.wall_work", "J", "work of the moving walls", "/energy, last frame: wall work since the start", [], 0.0;
@@ -57,6 +58,7 @@ pub(super) const NEED_REPLICATES: &[&Definition] = &[
     ELASTIC,
     DISSIPATED,
     FRICTION,
+    FRICTION_FRACTION,
     ROLLING,
     ROTATIONAL,
     WALL_WORK,

@@ -12,10 +12,10 @@ mod special_setups;
 mod stress;
 mod sweep;
 
-use crate::models::contract::{Extent, ModelAnalysis, PlottedObserver};
+use crate::models::contract::{Extent, MainResults, ModelAnalysis, PlottedObserver};
 use crate::models::snapshots::Snapshots;
 use crate::plot::drawing;
-use kinetoscope_manifest::model::{DemConfig, DemWallShape};
+use kinetoscope_manifest::model::{DemConfig, DemWall, DemWallShape};
 use observe::DemRun;
 
 /// The analysis of DEM runs.
@@ -23,7 +23,6 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     name: "dem",
     title: "DEM",
     metrics: metrics::ALL,
-    main: &["energy.total_change_relative", "settling_time"],
     never: &[],
     needs_replicates: metrics::NEED_REPLICATES,
     needs_all_states: metrics::NEED_ALL_STATES,
@@ -37,6 +36,39 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
 /// The observer of a run.
 pub(super) fn observer(config: DemConfig, snapshots: Snapshots) -> Box<dyn PlottedObserver> {
     Box::new(DemRun::new(config, snapshots))
+}
+
+/// What the setup is made for: cooling, a chain of impacts, an outlet, a rebound, walls that move, a heap; else the loss of energy, and the part of friction in it.
+pub(super) fn main_results(config: &DemConfig) -> MainResults {
+    const ENERGY: &[&str] = &["energy_balance", "energy_total_by_run"];
+    let at_rest = config.walls.iter().all(DemWall::is_at_rest);
+    match config {
+        _ if special_setups::is_free_gas(config) => {
+            MainResults::new(&["cooling.rate", "granular_temperature"], &["cooling"])
+        }
+        _ if special_setups::row_of(config).is_some() => {
+            MainResults::new(&["row.velocity_transmission"], ENERGY)
+        }
+        _ if config.remove_below_m.is_some() => {
+            MainResults::new(&["outlet.discharge_rate", "discs_removed"], &["discharge"])
+        }
+        _ if config.discs.get() == 1 && config.insertion.is_none() => {
+            MainResults::new(&["restitution.measured", "energy.total_change_relative"], ENERGY)
+        }
+        _ if special_setups::has_gate(config) => {
+            MainResults::new(&["bed.normalized_runout", "energy.friction_fraction"], ENERGY)
+        }
+        _ if !at_rest => {
+            MainResults::new(&["energy.wall_work", "energy.friction_fraction"], ENERGY)
+        }
+        _ if config.insertion.is_some() => {
+            MainResults::new(&["bed.surface_angle", "energy.friction_fraction"], ENERGY)
+        }
+        _ if special_setups::has_friction(config) => {
+            MainResults::new(&["energy.total_change_relative", "energy.friction_fraction"], ENERGY)
+        }
+        _ => MainResults::new(&["energy.total_change_relative", "settling_time"], ENERGY),
+    }
 }
 
 /// Size of the discs, and their box with its walls at rest.

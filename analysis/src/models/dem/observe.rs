@@ -136,6 +136,9 @@ impl DemRun {
         found.add(metric::ELASTIC, last.elastic_j);
         found.add(metric::DISSIPATED, last.dissipated_j);
         found.add(metric::FRICTION, last.friction_j);
+        let has_lost = last.dissipated_j > 0.0;
+        let of_friction = has_lost.then_some(last.friction_j / last.dissipated_j);
+        found.add(metric::FRICTION_FRACTION, of_friction);
         found.add(metric::ROLLING, last.rolling_j);
         found.add(metric::WALL_WORK, last.wall_work_j);
         let residual = balance_j(last) - balance_j(first);

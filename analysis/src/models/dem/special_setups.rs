@@ -79,6 +79,14 @@ pub(super) fn has_floor(config: &DemConfig) -> bool {
     !matches!(config.periodic, PeriodicSides::Y | PeriodicSides::Both)
 }
 
+/// Whether any contact is frictional.
+pub(super) fn has_friction(config: &DemConfig) -> bool {
+    let of_materials = config.materials.iter().filter_map(|material| material.constants.friction);
+    let of_pairs = config.contact_pairs.iter().filter_map(|pair| pair.constants.friction);
+    let mut all = of_materials.chain(of_pairs).chain([config.friction]);
+    all.any(|friction| friction.get() > 0.0)
+}
+
 /// Whether discs cool freely: no walls and no gravity.
 pub(super) fn is_free_gas(config: &DemConfig) -> bool {
     let falls = config.gravity_m_per_s2.iter().any(|component| component.get() != 0.0);

@@ -13,7 +13,7 @@ laws! {
     MAXWELL_MEAN: "<v>/v_rms = sqrt(pi)/2 (1 + 1/(8N) + 1/(128 N^2)) after many collisions", "Maxwell's law in two dimensions, N discs of a fixed energy", range "after 40 collisions per disc";
     MAXWELL_A2: "a2 = -1/(N + 1) after many collisions", "Maxwell's law in two dimensions, N discs of a fixed energy", range "after 40 collisions per disc";
     MIN_H: "H = -ln(pi <v^2>) - 1, and about (bins - 2)/(2N) more for a histogram of N discs, by Poisson's distribution where few are expected", "Boltzmann's H of Maxwell's law in two dimensions; scatter by Wilks 1938", range "after 40 collisions per disc";
-    ENSKOG_RATE: "ν = 4 (Z - 1) sqrt(<v^2>/2) / (sqrt(pi) d), times the mean speed at fixed energy over Maxwell's", "Enskog 1922 and the virial theorem; Kolafa and Rottner 2006; wall by Helfand, Frisch and Lebowitz 1961", range "φ up to 0.6 far from the wall; accuracy (0.3 + (10 + 6000 φ^6)/N) %";
+    ENSKOG_RATE: "ν = 4 (Z - 1) sqrt(<v^2>/2) / (sqrt(pi) d), times the mean speed at fixed energy over Maxwell's", "Enskog 1922 and the virial theorem; Kolafa and Rottner 2006; wall by Helfand, Frisch and Lebowitz 1961", range "φ up to 0.6 far from the wall; accuracy (0.3 + (10 + 6000 φ^6)/N) %", named "Enskog's theory";
     CONFINED_DISCS: "Z by Kolafa and Rottner, with the line tension of scaled-particle theory at the wall, corrected for fixed N", "Kolafa and Rottner 2006; wall by Helfand, Frisch and Lebowitz 1961", range "φ up to 0.6 far from the wall; accuracy (0.3 + (10 + 6000 φ^6)/N) % of Z - 1";
     CLAUSIUS: "P = (N m <v^2> + W/t) / (2 pi R (R - d/2))", "Clausius 1870";
     STATIONARY: "1: uniform over the area is stationary", "Liouville's theorem";

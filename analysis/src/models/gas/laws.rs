@@ -8,24 +8,24 @@ use kinetoscope_manifest::model::{
 use std::f64::consts::{FRAC_PI_4, PI};
 
 laws! {
-    KINETIC_PRESSURE: "P = N m <v^2> / (2A)", "kinetic theory in two dimensions, exact in a circle";
+    KINETIC_PRESSURE: "P = N m <v^2> / (2A)", "kinetic theory in two dimensions, exact in a circle", named "kinetic theory";
     SPEED_LAW: "<v>^2 / <v^2> = 3/4 for uniform speeds, pi/4 for Maxwell's, 1 for equal ones; for a given temperature with the terms of a finite N, which are exact for N = 1", "moments of the speeds' law", manifest true;
     GIVEN_TEMPERATURE: "the temperature of the manifest, to which the drawn speeds are scaled; m <v^2>/(2 k_B) of the distribution if a maximum speed is given", "definition of the temperature, moments of the speeds' law", manifest true;
     BAROMETRIC_TEMPERATURE: "T is that of the start at all times and heights", "Maxwell-Boltzmann distribution in gravity", range "points that start in barometric equilibrium", manifest true;
     WALL_COLLISION_RATE: "2 N <v> / (pi R)", "mean chord pi R / 2 of a uniform isotropic state", range "points, placed uniformly over the area";
     INVARIANTS: "speed and angular momentum of each particle are constant", "specular reflection in a circle", conserves "motion of each particle";
-    EFFUSION: "N <v> w / (pi A) particles per unit of time", "flux n <v> / pi on a wall in two dimensions (Knudsen)", range "the start: fewer than a tenth have left; accuracy: the fraction that has left";
-    ADIABATIC: "T A = constant for a slow wall", "adiabatic exponent 2 in two dimensions", range "wall slower than a tenth of v_rms", accuracy 0.02;
+    EFFUSION: "N <v> w / (pi A) particles per unit of time", "flux n <v> / pi on a wall in two dimensions (Knudsen)", range "the start: fewer than a tenth have left; accuracy: the fraction that has left", named "kinetic theory";
+    ADIABATIC: "T A = constant for a slow wall", "adiabatic exponent 2 in two dimensions", range "wall slower than a tenth of v_rms", accuracy 0.02, named "the adiabatic law";
     ENERGY_BALANCE: "energy = energy at the start + work + heat + rescaling - escaped", "first law of thermodynamics", conserves "sum of all energies";
     THERMALIZATION: "T tends to the wall's temperature", "equilibrium with a thermal wall (Maxwell 1879)", range "after 20 crossings of the container";
     HISTOGRAM: "(bins - constraints)/bins: the number of particles is given, and <v> or <v^2> if a temperature is", "Pearson's chi-square";
     BAROMETRIC_CHI: "(layers - 1)/layers for a density proportional to exp(-m g y/(k_B T))", "barometric law, integrated over the layers of the circle; Pearson's chi-square", range "points that start in barometric equilibrium";
-    BAROMETRIC_HEIGHT: "<y> of a density proportional to exp(-m g y/(k_B T))", "barometric law, integrated over the circle", range "points that start in barometric equilibrium", manifest true;
+    BAROMETRIC_HEIGHT: "<y> of a density proportional to exp(-m g y/(k_B T))", "barometric law, integrated over the circle", range "points that start in barometric equilibrium", manifest true, named "the barometric law";
     BAROMETRIC_CHI_OF_WALL: "(layers - 1)/layers for a density proportional to exp(-m g y/(k_B T)) at the temperature of the wall", "barometric law, integrated over the layers of the circle; Pearson's chi-square", range "after 20 crossings of the container";
-    BAROMETRIC_HEIGHT_OF_WALL: "<y> of a density proportional to exp(-m g y/(k_B T)) at the temperature of the wall", "barometric law, integrated over the circle", range "after 20 crossings of the container", manifest true;
+    BAROMETRIC_HEIGHT_OF_WALL: "<y> of a density proportional to exp(-m g y/(k_B T)) at the temperature of the wall", "barometric law, integrated over the circle", range "after 20 crossings of the container", manifest true, named "the barometric law";
     TEMPERATURE_CONSTANT: "T is constant: no work is done", "free expansion (Joule 1845)", conserves "temperature";
     BOX_ENTROPY_START: "sum over the species of x_s ln(A_s/A) - (B - 1)/(2N)", "uniform start on one side; Wilks 1938";
-    BOX_ENTROPY_CHANGE: "sum over the species of x_s ln(A/A_s) - B/(2N); 0 if the partition stays", "ideal gas: free expansion and mixing; Wilks 1938", range "a partition through the center, at least 50 crossings at the rms speed after it is removed, and particles with fewer than 5 crossings lack less than half of the error";
+    BOX_ENTROPY_CHANGE: "sum over the species of x_s ln(A/A_s) - B/(2N); 0 if the partition stays", "ideal gas: free expansion and mixing; Wilks 1938", range "a partition through the center, at least 50 crossings at the rms speed after it is removed, and particles with fewer than 5 crossings lack less than half of the error", named "an ideal gas";
     PRESSURE_SLOPE: "slope N k_B / A of P over T, times <v^2> over its value by the definition", "ideal gas law";
     PRESSURE_RADIUS_EXPONENT: "P is proportional to R^-2 at fixed T", "ideal gas law, A = pi R^2";
     SPEED_EXPONENT: "<v> is proportional to T^(1/2)", "definition of temperature";

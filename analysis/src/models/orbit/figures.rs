@@ -19,7 +19,12 @@ pub(super) const CHARTS: &[NamedChart] = &[
     NamedChart::of_all_states("position_error_by_run", &["position_error.final"]),
     NamedChart::of_all_states(
         "semi_major_axis",
-        &["energy.drift_relative", "radius.max", "semi_major_axis"],
+        &[
+            "semi_major_axis.growth_relative",
+            "energy.drift_relative",
+            "radius.max",
+            "semi_major_axis",
+        ],
     ),
     NamedChart::of_all_states("distance_from_start", &["period.measured", "position_error.final"]),
     NamedChart::of_all_states("return_distance_by_run", &["return_distance.final"]),

@@ -9,13 +9,14 @@ use std::f64::consts::{PI, TAU};
 pub(crate) const GM_SUN_AU3_PER_DAY2: f64 = 2.959_122_082_322_128e-4;
 
 laws! {
-    EULER_ENERGY: "E/E_0 = (1 + 6 Δt ω^2 t)^(-1/3)", "orbit average of the first-order modified equation, small eccentricity", range "ε up to 0.05, ω Δt up to 0.02, at least one revolution", accuracy 0.02;
-    EULER_ENERGY_PER_REVOLUTION: "4 pi ω Δt of |E_0| at the start", "orbit average of the first-order modified equation, small eccentricity", range "ε up to 0.05, ω Δt up to 0.02, at least one revolution", accuracy 0.02;
-    EULER_ANGULAR_MOMENTUM: "L/L_0 = (1 + 6 Δt ω^2 t)^(1/6)", "orbit average of the step from L to L (1 + Δt^2 GM/|r|^3), small eccentricity", range "ε up to 0.05, ω Δt up to 0.02, at least one revolution", accuracy 0.02;
+    EULER_ENERGY: "E/E_0 = (1 + 6 Δt ω^2 t)^(-1/3)", "orbit average of the first-order modified equation, small eccentricity", range "ε up to 0.05, ω Δt up to 0.02, at least one revolution", accuracy 0.02, named "the first-order theory of explicit Euler";
+    EULER_ENERGY_PER_REVOLUTION: "4 pi ω Δt of |E_0| at the start", "orbit average of the first-order modified equation, small eccentricity", range "ε up to 0.05, ω Δt up to 0.02, at least one revolution", accuracy 0.02, named "the first-order theory of explicit Euler";
+    EULER_AXIS: "a/a_0 = (1 + 6 Δt ω^2 t)^(1/3)", "orbit average of the first-order modified equation, small eccentricity", range "ε up to 0.05, ω Δt up to 0.02, at least one revolution", accuracy 0.02, named "the first-order theory of explicit Euler";
+    EULER_ANGULAR_MOMENTUM: "L/L_0 = (1 + 6 Δt ω^2 t)^(1/6)", "orbit average of the step from L to L (1 + Δt^2 GM/|r|^3), small eccentricity", range "ε up to 0.05, ω Δt up to 0.02, at least one revolution", accuracy 0.02, named "the first-order theory of explicit Euler";
     ENERGY: "constant", "conservation of energy", conserves "energy";
     ANGULAR_MOMENTUM: "constant", "kicks along r and drifts along v keep L = r × v", conserves "angular momentum";
     MUTUAL_ANGULAR_MOMENTUM: "constant", "the forces of a pair are opposite and along its line", conserves "angular momentum";
-    KEPLERS_THIRD: "4 pi^2 over GM, times the cube of the semi-major axis, over the square of the period, is 1", "Kepler's third law, in Newton's form";
+    KEPLERS_THIRD: "4 pi^2 over GM, times the cube of the semi-major axis, over the square of the period, is 1", "Kepler's third law, in Newton's form", named "Kepler's third law";
     SYMPLECTIC_ENERGY: "about ω Δt ε (1 + sin u_0) for semi-implicit Euler, (ω Δt)^2 ε for velocity Verlet", "first term of the modified Hamiltonian", range "ε up to 0.1, ω Δt up to 0.02, for semi-implicit Euler up to ε (1 + sin u_0)/6, at least one revolution with 20 frames or more", accuracy 0.1;
     EXACT: "0 for the exact solution", "Kepler's ellipse is fixed";
     CONVERGENCE: "error of position proportional to Δt^order", "order of the method";

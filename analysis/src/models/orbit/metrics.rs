@@ -14,6 +14,7 @@ definitions! {
     PHASE_ERROR: "phase_error.final", "rad", "angle to the exact orbit at the end", "/state: angle minus that of the exact solution, last frame; whole turns from /orbit, counted at every step", [law::EXACT], 1e-9;
     ECCENTRICITY_CHANGE: "eccentricity_vector.change", "1", "change of the eccentricity vector", "/state: |v × L/GM - r/|r||, change from the first frame to the last", [law::EXACT], 1e-9;
     SEMI_MAJOR_AXIS: "semi_major_axis", "AU", "semi-major axis", "/orbit: half the sum of min |r| and max |r|, of a run of a revolution or more", [], 0.0;
+    AXIS_GROWTH: "semi_major_axis.growth_relative", "1", "relative growth of the semi-major axis", "/state: a/a_0 - 1 with a = -GM/(2E), last frame", [law::EULER_AXIS], 1e-13;
     PERIOD: "period.measured", "d", "period", "/orbit: time between passes of the direction of the start, found within the steps, mean over the revolutions", [law::KEPLERS_THIRD], 0.0;
     THIRD_LAW: "third_law.ratio", "1", "ratio of the two sides of Kepler's third law", "/orbit: 4 pi^2 over GM, times the cube of half the sum of min |r| and max |r|, over the square of the period", [law::KEPLERS_THIRD], 0.0;
     FORCE_EVALUATIONS: "force_evaluations", "1", "number of force evaluations", "/orbit or /conserved: force evaluations, last frame", [], 0.0;

@@ -112,9 +112,29 @@ impl OrbitRun {
             let theory = euler
                 .map(|orbit| averaged(law::euler_energy_drift_per_revolution(step, orbit), orbit));
             found.compare(metric::DRIFT_PER_REVOLUTION, rate, theory);
+            self.measure_axis(ratio - 1.0, euler, last.time_days, found);
         }
         let theory = self.symplectic_energy_error();
         found.compare(metric::MAX_ENERGY_ERROR, self.max_energy_error, theory);
+    }
+
+    /// Compares the growth of the semi-major axis, a/a_0 = E_0/E, with that of explicit Euler.
+    fn measure_axis(
+        &self,
+        growth: f64,
+        euler: Option<&KeplerOrbit>,
+        time_days: f64,
+        found: &mut Measurements,
+    ) {
+        let step = self.config.time_step_days.get();
+        let theory = euler.map(|orbit| {
+            let kept = 1.0 - law::euler_energy_drift(step, orbit, time_days);
+            let value = 1.0 / kept - 1.0;
+            // The accuracy of the law is that of the energy, of which the axis is the inverse.
+            let accuracy = Some(law::EULER_ENERGY.relative_accuracy * value / kept);
+            ExpectedValue { accuracy, ..self.averaged_over_revolutions(value, orbit, time_days) }
+        });
+        found.compare(metric::AXIS_GROWTH, growth, theory);
     }
 
     /// A value of explicit Euler's laws, which average over revolutions.

@@ -13,6 +13,7 @@ use crate::plot::{Axis, Curve, Plot};
 pub(super) const CHARTS: &[NamedChart] = &[
     NamedChart::new("temperature", &["temperature.final", "temperature.final_over_initial"]),
     NamedChart::new("temperature_by_run", &["temperature.final_over_initial"]),
+    NamedChart::new("collision_rate", &["pair_collision_rate_per_disc", "mean_free_time"]),
     NamedChart::new("a2", &["a2.mean", "a2.final"]),
     NamedChart::of_all_states("pair_correlation", &["pair_correlation.near_contact"]),
     NamedChart::of_all_states("mean_square_displacement", &["mean_square_displacement.final"]),
@@ -24,6 +25,7 @@ impl PlottedObserver for PackingRun {
         let mut figures = Figures::default();
         if !series(self).is_empty() {
             figures.plots.extend([temperature(self), a2(self)]);
+            figures.plots.extend(collision_rate(self));
             figures.comparisons.push(comparison(self));
         }
         figures.plots.extend(pair_correlation(self));
@@ -70,6 +72,28 @@ fn temperature(run: &PackingRun) -> Plot {
     let axis = if cooled { Axis::logarithmic } else { Axis::linear };
     let axes = over_collisions(axis("T = ⟨v²⟩/2", ""));
     Plot::chart("temperature", "Temperature against collisions", axes, curves)
+}
+
+/// Pair collisions per disc and unit of time since the start, of elastic discs with theory.
+fn collision_rate(run: &PackingRun) -> Option<Plot> {
+    let per_disc = 2.0 / f64::from(run.config.discs.get());
+    // Both series have an entry per frame, unless a channel is not recorded in all of them.
+    let frames = run.frames.iter().zip(run.pairs.iter());
+    let same = frames.filter(|(moments, (events, _))| moments.events == *events);
+    let rates = same.filter(|(moments, _)| moments.time > 0.0);
+    let rates: Vec<(f64, f64)> = rates
+        .map(|(moments, (_, pairs))| (moments.time, per_disc * pairs / moments.time))
+        .collect();
+    let (first, last) = (rates.first()?.0, rates.last()?.0);
+    let mut curves = vec![Curve::line("measured since the start", 0, rates)];
+    let theory = run.theory_rate().filter(|_| run.is_elastic());
+    let in_range =
+        |rate: &f64| run.equilibrium().is_some_and(|it| it.proportional(*rate).violation.is_none());
+    if let Some(rate) = theory.filter(in_range) {
+        curves.push(Curve::theory("Enskog's theory", 1, [(first, rate), (last, rate)]));
+    }
+    let axes = [Axis::linear("time", ""), Axis::linear("collisions per disc and unit of time", "")];
+    Some(Plot::chart("collision_rate", "How often a disc collides with others", axes, curves))
 }
 
 fn a2(run: &PackingRun) -> Plot {

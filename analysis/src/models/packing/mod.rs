@@ -13,7 +13,7 @@ mod self_diffusion;
 mod structure;
 mod sweep;
 
-use crate::models::contract::{Extent, ModelAnalysis, PlottedObserver};
+use crate::models::contract::{Extent, MainResults, ModelAnalysis, PlottedObserver};
 use crate::models::snapshots::Snapshots;
 use crate::plot::drawing;
 use kinetoscope_manifest::model::PackingConfig;
@@ -24,11 +24,6 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     name: "packing",
     title: "Packing",
     metrics: metrics::ALL,
-    main: &[
-        "pair_collision_rate_per_disc",
-        "temperature.final_over_initial",
-        "compressibility_factor",
-    ],
     never: &[],
     needs_replicates: &[],
     needs_all_states: metrics::NEED_ALL_STATES,
@@ -42,6 +37,20 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
 /// The observer of a run.
 pub(super) fn observer(config: PackingConfig, snapshots: Snapshots) -> Box<dyn PlottedObserver> {
     Box::new(PackingRun::new(config, snapshots))
+}
+
+/// The temperature of cooling discs; the collisions and the pressure of elastic ones.
+pub(super) fn main_results(config: &PackingConfig) -> MainResults {
+    if config.restitution.get() < 1.0 {
+        return MainResults::new(
+            &["temperature.final_over_initial", "pair_collision_rate_per_disc"],
+            &["temperature", "temperature_by_run"],
+        );
+    }
+    MainResults::new(
+        &["pair_collision_rate_per_disc", "compressibility_factor"],
+        &["collision_rate"],
+    )
 }
 
 /// Size of the discs and of their box.

@@ -39,7 +39,7 @@ impl PackingRun {
     }
 
     /// Pair collisions per disc and unit of time by theory, at the temperature of the first frame.
-    fn theory_rate(&self) -> Option<f64> {
+    pub(super) fn theory_rate(&self) -> Option<f64> {
         let temperature = self.frames.first()?.temperature;
         let rate = self.equilibrium()?.pair_rate * temperature.sqrt();
         (rate > 0.0).then_some(rate)

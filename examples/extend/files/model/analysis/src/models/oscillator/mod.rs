@@ -2,7 +2,7 @@
 
 use crate::metric::Measurements;
 use crate::metric::definition::definitions;
-use crate::models::contract::{Extent, ModelAnalysis, Observer, PlottedObserver};
+use crate::models::contract::{Extent, MainResults, ModelAnalysis, Observer, PlottedObserver};
 use crate::models::figures::Figures;
 use crate::models::snapshots::Snapshots;
 use kinetoscope_manifest::model::OscillatorConfig;
@@ -19,7 +19,6 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     name: "oscillator",
     title: "Oscillator",
     metrics: ALL,
-    main: &["energy.max_error_relative"],
     never: &[],
     needs_replicates: &[],
     needs_all_states: &[],
@@ -33,6 +32,11 @@ pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
 /// The observer of a run.
 pub(super) fn observer(_: OscillatorConfig, _: Snapshots) -> Box<dyn PlottedObserver> {
     Box::new(OscillatorRun::default())
+}
+
+/// The error of the energy, without a chart.
+pub(super) fn main_results(_: &OscillatorConfig) -> MainResults {
+    MainResults::new(&["energy.max_error_relative"], &[])
 }
 
 /// A point without walls.

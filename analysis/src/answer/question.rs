@@ -1,0 +1,57 @@
+//! Which of several results the question of an experiment asks for.
+
+use super::AnswerSource;
+use crate::models::label_of;
+
+/// Letters by which two words are the same, so that "collide" is a word of "collision rate".
+const LETTERS: usize = 5;
+/// Words that say nothing about a quantity.
+const COMMON: [&str; 11] = [
+    "that",
+    "from",
+    "with",
+    "this",
+    "than",
+    "disc",
+    "discs",
+    "particle",
+    "particles",
+    "error",
+    "change",
+];
+
+/// Number of words of the question that the label of a metric has as well.
+pub(super) fn shared_words(source: &AnswerSource<'_>, metric: &str) -> usize {
+    let question = source.record.map_or("", |record| &record.question);
+    words_in_common(question, label_of(metric).unwrap_or_default())
+}
+
+fn words_in_common(question: &str, label: &str) -> usize {
+    let (question, label) = (question.to_lowercase(), label.to_lowercase());
+    let words = |text| words_of(text).filter(|word| word.len() + 1 >= LETTERS);
+    let is_in_label = |word: &&str| {
+        !COMMON.contains(word)
+            && words(&label).any(|other| other.starts_with(word.get(..LETTERS).unwrap_or(word)))
+    };
+    words(&question).filter(is_in_label).count()
+}
+
+fn words_of(text: &str) -> impl Iterator<Item = &str> {
+    text.split(|letter: char| !letter.is_alphabetic())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::words_in_common;
+
+    /// Control: words that every question about discs has are not counted.
+    #[test]
+    fn words_of_the_quantity_are_found_in_other_forms() {
+        let rate = "collision rate per disc";
+        assert_eq!(words_in_common("How often does a disc collide with another one?", rate), 1);
+        assert_eq!(words_in_common("How fast does a disc fall?", rate), 0);
+        let growth = "relative growth of the semi-major axis";
+        assert_eq!(words_in_common("How fast does the orbit grow?", growth), 1);
+        assert_eq!(words_in_common("", growth), 0);
+    }
+}
