@@ -43,6 +43,7 @@ fn interrupt_all(plan: &Plan) {
             interrupt: &interrupt,
             checkpoint_every: Duration::from_secs(5),
             on_frame: &stop,
+            on_written: &|| {},
             live: None,
             gnuplot: None,
         };
