@@ -130,7 +130,6 @@ mod tests {
             relative_accuracy: 0.0,
             conserved: is_conservation.then_some("energy"),
             name: None,
-            name: None,
             is_identity: false,
             is_of_manifest: false,
         };
