@@ -3,7 +3,7 @@
 use crate::sink::Sink;
 use kinetoscope::run::prepared::Prepared;
 use kinetoscope::run::resources::memory::needed_memory_bytes;
-use kinetoscope::run::{Advanced, RunError, RunState, record_start};
+use kinetoscope::run::{Advanced, RunError, RunState, record_start_on_this_thread};
 use kinetoscope_console::{Explained, Message};
 use kinetoscope_manifest::{Experiment, RunManifest, parse, parse_run, run_key};
 use kinetoscope_physics::kind_of;
@@ -277,11 +277,12 @@ impl CurrentRun {
         start.model.observe(&mut first);
         let newest = Rc::new(RefCell::new(first.state().to_vec()));
         let seen = Rc::clone(&newest);
-        let state = record_start(start, recorder)?.with_viewer(Box::new(move |frame, _| {
-            let mut seen = seen.borrow_mut();
-            seen.clear();
-            seen.extend_from_slice(frame.state());
-        }));
+        let state =
+            record_start_on_this_thread(start, recorder)?.with_viewer(Box::new(move |frame, _| {
+                let mut seen = seen.borrow_mut();
+                seen.clear();
+                seen.extend_from_slice(frame.state());
+            }));
         Ok(Self { state, hasher, newest, claim })
     }
 

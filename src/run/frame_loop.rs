@@ -172,7 +172,25 @@ pub fn record_start<W: Write + Send + 'static>(
     start: Prepared,
     recorder: Recorder<W>,
 ) -> Result<RunState<W>, RecordError> {
-    let mut state = RunState::new(start, FrameWriter::start(recorder), 1);
+    record_start_with(start, FrameWriter::start(recorder))
+}
+
+/// As [`record_start`], with a recorder that stays on this thread: each frame is written when it is reached.
+///
+/// # Errors
+/// A sink that fails.
+pub fn record_start_on_this_thread<W: Write + Send + 'static>(
+    start: Prepared,
+    recorder: Recorder<W>,
+) -> Result<RunState<W>, RecordError> {
+    record_start_with(start, FrameWriter::on_this_thread(recorder))
+}
+
+fn record_start_with<W: Write + Send + 'static>(
+    start: Prepared,
+    writer: FrameWriter<W>,
+) -> Result<RunState<W>, RecordError> {
+    let mut state = RunState::new(start, writer, 1);
     record_now(&mut state)?;
     Ok(state)
 }

@@ -19,7 +19,9 @@ pub mod schedule;
 
 #[cfg(not(target_family = "wasm"))]
 pub(crate) use frame_loop::adapted_budget;
-pub use frame_loop::{Advanced, RunError, RunSpec, RunState, record_frames, record_start};
+pub use frame_loop::{
+    Advanced, RunError, RunSpec, RunState, record_frames, record_start, record_start_on_this_thread,
+};
 pub(crate) use frame_loop::{encoded, record_now};
 #[cfg(not(target_family = "wasm"))]
 pub use on_disk::{RunContext, RunReport, RunStart, execute};

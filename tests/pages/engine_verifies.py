@@ -5,9 +5,13 @@ Usage: python engine_verifies.py REPORT.html ...    (package: websockets; progra
 The reports are of a program that was built with the engine (`src/browser/build.sh`). Each page's button is pressed, and all of its runs
 must be equal. Then, in copies of the first report, a character of the engine, of the claims and of nothing is changed, and the engine is
 removed: these controls must not be called equal. Prints a table; exit code 1 if a run differs or a control is not found.
+
+    python engine_verifies.py --changed MODULE.wasm.gz REPORT.html ...    with the engine of changed_engine.py: each page must name a frame
 """
 
+import base64
 import functools
+import hashlib
 import http.server
 import json
 import re
@@ -98,6 +102,33 @@ def controls(report, folder):
         yield name, place / "report.html", expected
 
 
+def with_changed(module, page):
+    """Puts another engine next to a page, which states its hash."""
+    data = module.read_bytes()
+    text = re.sub('data-module="[0-9a-f]*"', f'data-module="{hashlib.sha256(data).hexdigest()}"', page.read_text())
+    page.write_text(text)
+    (page.parent / "kinetoscope-engine.js").write_text(f'self.kinetoscopeEngine="{base64.b64encode(data).decode()}";\n')
+
+
+def changed_is_found(module, reports):
+    """Whether each page names the first frame that differs with a changed engine, in both browsers."""
+    faults = 0
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        for browser_class in (Chromium, Firefox):
+            (profile := folder / browser_class.name).mkdir()
+            with browser_class(profile) as browser:
+                for number, report in enumerate(reports):
+                    place = folder / f"{browser.name}{number}"
+                    place.mkdir()
+                    page = Path(shutil.copy(report, place / report.name))
+                    with_changed(module, page)
+                    lines = browser.press(page.as_uri())["lines"]
+                    faults += not (lines and all("differs: /" in line for line in lines))
+                    print(f"{browser.name}, {report.parent.name}: {lines[0] if lines else 'nothing'}", flush=True)
+    return int(faults > 0)
+
+
 def main(reports):
     faults = 0
     with tempfile.TemporaryDirectory() as folder:
@@ -138,4 +169,5 @@ def main(reports):
 
 
 if __name__ == "__main__":
-    sys.exit(main([Path(page).resolve() for page in sys.argv[1:]]))
+    words = [Path(word).resolve() for word in sys.argv[1:] if word != "--changed"]
+    sys.exit(changed_is_found(words[0], words[1:]) if sys.argv[1:2] == ["--changed"] else main(words))

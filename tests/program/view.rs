@@ -213,6 +213,9 @@ fn pages_of_the_folder_read_no_other_file_and_no_page_embeds_one() {
         assert_eq!(sandbox.map(str::trim), Some("sandbox allow-scripts allow-downloads"), "{path}");
         assert!(head.contains("cross-origin-resource-policy: same-origin"), "{path}: {head}");
     }
+    // The engine of the reports is the same in every folder.
+    let (head, _) = view.request("GET", "/gas/kinetoscope-engine.js", &[]);
+    assert!(head.contains("cross-origin-resource-policy: cross-origin"), "{head}");
 }
 
 #[test]

@@ -56,6 +56,9 @@ const PAGE_POLICY: HeaderValue = HeaderValue::from_static(
 );
 /// No other page shows a file as a picture, or learns from it whether a file exists. A viewer's page asks by CORS.
 const NO_EMBEDDING: HeaderValue = HeaderValue::from_static("same-origin");
+/// A report, whose origin is of its own, loads the engine, which is the same in every folder.
+const ENGINE_FILE: &str = "/kinetoscope-engine.js";
+const EMBEDDING_OF_ENGINE: HeaderValue = HeaderValue::from_static("cross-origin");
 const CROSS_ORIGIN_RESOURCE_POLICY: HeaderName =
     HeaderName::from_static("cross-origin-resource-policy");
 const NO_SUCH_FILE: &str = "there is no such file";
@@ -145,6 +148,7 @@ fn origin_of(viewer: &str) -> Option<String> {
 
 /// Answers requests that are not admitted, and adds the headers that every answer has.
 async fn admit(State(served): State<Arc<Served>>, request: Request, next: Next) -> Response {
+    let is_engine = request.uri().path().ends_with(ENGINE_FILE);
     let mut response = match served.rejection(request.headers(), request.uri()) {
         Some((status, reason)) => {
             (status, [(CONNECTION, "close")], format!("{reason}\n")).into_response()
@@ -152,7 +156,8 @@ async fn admit(State(served): State<Arc<Served>>, request: Request, next: Next) 
         None => next.run(request).await,
     };
     response.headers_mut().insert(CONTENT_SECURITY_POLICY, PAGE_POLICY);
-    response.headers_mut().insert(CROSS_ORIGIN_RESOURCE_POLICY, NO_EMBEDDING);
+    let embedding = if is_engine { EMBEDDING_OF_ENGINE } else { NO_EMBEDDING };
+    response.headers_mut().insert(CROSS_ORIGIN_RESOURCE_POLICY, embedding);
     response.headers_mut().insert(X_CONTENT_TYPE_OPTIONS, NO_SNIFFING);
     response
 }
