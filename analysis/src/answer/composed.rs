@@ -443,7 +443,7 @@ const THEORY: &str = "theory";
 fn common_law(metrics: &[&Metric]) -> &'static str {
     let name = |metric: &&Metric| metric.theory.and_then(|theory| theory.law?.name);
     let first = metrics.first().and_then(name);
-    first.filter(|_| metrics.iter().all(|metric| name(&metric) == first)).unwrap_or(THEORY)
+    first.filter(|_| metrics.iter().all(|metric| name(metric) == first)).unwrap_or(THEORY)
 }
 
 fn number(metric: &Metric, is_passed: Option<bool>) -> AnswerPart {

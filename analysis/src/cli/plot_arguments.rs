@@ -248,15 +248,9 @@ impl PlotArguments {
         }
         self.say_about(&runs, &mut unreadable);
         let points = points(&runs);
-        let (metrics, refusals) = fits::fits(&points);
-        let data = PlotData {
-            runs: &runs,
-            points: &points,
-            metrics: &metrics,
-            places: &places,
-            axes,
-            refusals: &refusals,
-        };
+        let (metrics, _) = fits::fits(&points);
+        let data =
+            PlotData { runs: &runs, points: &points, metrics: &metrics, places: &places, axes };
         match data.draw(&request) {
             Ok(plot) => Ok((plot, unreadable)),
             // What could not be read may be the cause.

@@ -111,6 +111,7 @@ pub(super) fn checks_summary(report: &AnalysisReport) -> (&'static str, String) 
     match (checks().count(), checks().filter(|result| !result.passed).count()) {
         (0, _) => ("", "no checks".to_owned()),
         (1, 0) => ("good", "the check passes".to_owned()),
+        (1, _) => ("bad", "the check failed".to_owned()),
         (all, 0) => ("good", format!("all {all} checks pass")),
         (all, failed) => ("bad", format!("{failed} of {all} checks failed")),
     }

@@ -272,14 +272,7 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     metrics.extend(runs.iter().flat_map(RunAnalysis::metrics));
     let record = source.record.as_ref();
     let axes = record.map_or(&[][..], |record| &record.axes);
-    let data = PlotData {
-        runs: &runs,
-        points: &points,
-        metrics: &metrics,
-        places: &places,
-        axes,
-        refusals: &refusals,
-    };
+    let data = PlotData { runs: &runs, points: &points, metrics: &metrics, places: &places, axes };
     let expected = record.map_or(ExpectedOutcome::Complete, |record| record.expected_outcome);
     let mut check_results = outcome::evaluate(&runs, &seconds, expected);
     let stated: Vec<&Check> =

@@ -104,5 +104,5 @@ function scaleOfTime(film, times, factor) {
   const last = film.frames - 1, middle = last >> 1, mean = (times[last] - times[0]) / last;
   if (!(last > 1) || Math.abs((times[middle] - times[0]) / middle / mean - 1) > 0.02) return "";
   const passed = mean * film.fps * factor, thousands = film.units[2] === "s" ? clamp(Math.ceil(-Math.log10(passed) / 3), 0, 3) : 0;
-  return ` · each second of the replay shows ${withUnit(number(passed * 1000 ** thousands, 0, 2), thousands ? ["ms", "µs", "ns"][thousands - 1] : film.units[2])}`;
+  return ` · each second shows ${withUnit(number(passed * 1000 ** thousands, 0, 2), thousands ? ["ms", "µs", "ns"][thousands - 1] : film.units[2])}`;
 }

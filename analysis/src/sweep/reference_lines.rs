@@ -10,7 +10,7 @@ use crate::plot::{Curve, CurveStyle, Point, extremes};
 use crate::statistics::{Estimate, least_squares_line, mean_of_independent, power_law_exponent};
 use crate::sweep::SweepPoint;
 use crate::sweep::figures::{MAX_CURVES, MEASURED, REFERENCE_COLOR};
-use crate::sweep::fits::Refusal;
+use crate::sweep::fits::{self, Refusal};
 use kinetoscope_manifest::{Coordinate, PlotFit, PlotRequest};
 use std::collections::BTreeMap;
 
@@ -27,8 +27,6 @@ pub(super) struct Lines<'a> {
     pub(super) metrics: &'a [Metric],
     /// The points of the sweep.
     pub(super) points: &'a [SweepPoint<'a>],
-    /// The fits of the model that failed.
-    pub(super) refusals: &'a [Refusal],
 }
 
 impl Lines<'_> {
@@ -155,9 +153,10 @@ impl Lines<'_> {
             .parameters
             .first()?
             .name;
+        let (_, refusals) = fits::fits(self.points);
         let is_of_fit = |it: &&Refusal| it.names.contains(&name) && it.coordinates == coordinates;
         // What follows the first clause names keys and values, which the notes of the report list.
-        let why = self.refusals.iter().find(is_of_fit)?.why.split("; ").next()?;
+        let why = refusals.iter().find(is_of_fit)?.why.split("; ").next()?;
         Some(format!("the fit of the model is missing, because {why}"))
     }
 

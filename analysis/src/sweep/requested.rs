@@ -10,7 +10,6 @@ use crate::models::figures::time_scale_of;
 use crate::plot::{Axis, Curve, CurveStyle, Plot, Point, Scale, extremes};
 use crate::run::{RunAnalysis, RunStatus};
 use crate::sweep::figures::{MAX_CURVES, capitalized, shared_charts, stem_of};
-use crate::sweep::fits::Refusal;
 use crate::sweep::{SHARED_STREAMS, SweepPoint, share_random_streams};
 use kinetoscope_console::Message;
 use kinetoscope_console::text::one_line;
@@ -31,8 +30,6 @@ pub(crate) struct PlotData<'a> {
     pub(crate) places: &'a [Vec<Coordinate>],
     /// The axes of the sweep; empty if they are not known.
     pub(crate) axes: &'a [SweptAxis],
-    /// The fits of the model that failed.
-    pub(crate) refusals: &'a [Refusal],
 }
 
 impl PlotData<'_> {
@@ -92,13 +89,8 @@ impl PlotData<'_> {
         }
         let (label, is_power_law) = (common_label(&names), label(names[0]).1);
         let unit = typographic_unit(definitions[0].unit);
-        let lines = Lines {
-            request,
-            abscissa: &abscissa,
-            metrics: self.metrics,
-            points: self.points,
-            refusals: self.refusals,
-        };
+        let lines =
+            Lines { request, abscissa: &abscissa, metrics: self.metrics, points: self.points };
         let mut curves = lines.added_to(groups, &mut remarks);
         if curves.iter().all(|curve| curve.points.is_empty()) {
             return Err(self.without_values(request, names[0]));

@@ -59,12 +59,12 @@ fn answer_of_the_manifest_has_its_numbers_in_bold_with_a_badge() {
 /// Guarantee: no line breaks between a number and its error or its unit, in bold or not. Control: other spaces are plain.
 #[test]
 fn number_and_unit_are_on_one_line() {
-    let text = "{bed.weight} of 3 ± 1 N/m or 5 % of 2 discs and (1 ± 2)·10⁻³ m²/s";
+    let text = "{energy.kinetic} of 3 ± 1 N/m or 5 % of 2 discs and (1 ± 2)·10⁻³ m²/s";
     let page = page(&with_answer(text));
     let expected =
         "of 3\u{a0}±\u{a0}1\u{a0}N/m or 5\u{a0}% of 2 discs and (1\u{a0}±\u{a0}2)·10⁻³\u{a0}m²/s";
     assert!(sentences(&page).ends_with(expected), "{}", sentences(&page));
-    assert!(sentences(&page).contains("\u{a0}N</strong>"), "{}", sentences(&page));
+    assert!(sentences(&page).contains("\u{a0}J</strong>"), "{}", sentences(&page));
 }
 
 #[test]
@@ -117,7 +117,7 @@ fn experiment_without_checks_and_plots_has_the_main_results_and_their_plot() {
         let (_, plots) = page.split_once("<figure id=\"plot-").unwrap();
         plots.split('"').next().unwrap().to_owned()
     };
-    assert_eq!(first(&sweep), "restitution_vs_friction");
+    assert_eq!(first(&sweep), "restitution_measured_vs_friction");
     let requested = "[[plots]]\ny = \"energy.total_change_relative\"\n";
     let plot = first(&format!("{sweep}{requested}"));
     assert_eq!(plot, "energy_total_change_relative_vs_friction");
@@ -129,19 +129,19 @@ fn experiment_without_checks_and_plots_has_the_main_results_and_their_plot() {
 /// in the main result, the check is first.
 #[test]
 fn main_result_answers_where_the_check_misses_the_question() {
-    let check = check("bed.weight", "minimum = 0");
+    let check = check("energy.kinetic", "minimum = 0");
     let asked = |question: &str| answer(&format!("question = '{question}'\n{DROP}{check}"));
     let text = asked("What restitution has the disc?");
     assert!(
         text.starts_with(
-            "The measured restitution is 0.8, equal to the theoretical 0.8. The weight"
+            "The measured restitution is 0.8, equal to the theoretical 0.8. The kinetic energy"
         ),
         "{text}"
     );
-    let text = asked("How heavy is the disc?");
+    let text = asked("How large is the kinetic energy?");
     assert!(
-        text.starts_with("The weight of the bed is")
-            && text.contains(" The measured restitution is"),
+        text.starts_with("The kinetic energy at the end is")
+            && text.contains(" The relative change of the mechanical energy is"),
         "{text}"
     );
 }

@@ -116,3 +116,15 @@ fn requested_chart_is_in_front_of_the_plot_of_the_answer() {
     assert!(labels[0].starts_with("Asked for"), "{}", &labels[0][..80]);
     assert!(labels[1].starts_with("Pressure against temperature\""), "{}", &labels[1][..80]);
 }
+
+/// Guarantee: below a requested fit stands why the model's own is missing, and why the requested one is. Setup: pressures of 0, which have no power law.
+#[test]
+fn requested_fit_states_why_a_fit_is_missing() {
+    let manifest = "[model.gas]\nparticles = 1\n[sweep]\nmodel.gas.radius_m = [1, 2]\n\
+        [[plots]]\ny = \"pressure.measured\"\nfit = \"power\"\nlog = []\n";
+    let folder = Folder::write(manifest, |_| two_frames(&GasPressure::default()));
+    analyze(&[folder.name()]).exited_with(0);
+    let html = folder.page();
+    assert!(html.contains("the fit of the model is missing"), "of the model");
+    assert!(html.contains("no power law is fitted"), "requested");
+}
