@@ -67,7 +67,7 @@ impl<W: Write> RunState<W> {
 
     /// Shows each frame from now on, and its time.
     #[must_use]
-    pub fn with_viewer(mut self, viewer: Box<dyn FnMut(&Frame, f64)>) -> Self {
+    pub fn with_viewer(mut self, viewer: FrameViewer) -> Self {
         self.viewer = Some(viewer);
         self
     }

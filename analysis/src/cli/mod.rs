@@ -19,7 +19,7 @@ use crate::checks::{CheckKind, CheckResult};
 use crate::export::{self, ExportFormat};
 use crate::input::{self, ON_FAILED_DISK, RecordingFolder, UnreadableRecording};
 use crate::models::metric_names;
-use crate::report::engine::EnginePlace;
+use crate::report::engine_place::EnginePlace;
 use crate::report::files;
 use crate::report::table::{Style, Terminal};
 use crate::report::{self, AnalysisOptions, AnalysisReport, analyze};

@@ -2,7 +2,8 @@
 //! plots.
 
 mod drawn_runs;
-pub(crate) mod engine;
+mod engine;
+pub(crate) mod engine_place;
 mod file_links;
 pub(crate) mod files;
 mod head;
@@ -24,7 +25,7 @@ mod timing_section;
 pub use metrics_reference::metrics_reference;
 
 use self::drawn_runs::{drawn_files, drawn_runs, snapshots_outside};
-use self::engine::EnginePlace;
+use self::engine_place::EnginePlace;
 use crate::answer::{Answer, AnswerSource};
 use crate::checks::baseline::{Baseline, BaselineComparison};
 use crate::checks::ci_formats::ExperimentChecks;
@@ -280,12 +281,11 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     check_results.extend(outcome::unexpected_counts(&runs, &stated));
     check_results.extend(evaluate_checks(source, options, &metrics));
     let timing = timing_section::timing_beside(source, &mut notes);
-    let checks = applying(source, options);
     let answer = Answer::of(&AnswerSource {
         record,
         runs: &runs,
         metrics: &metrics,
-        checks: &checks,
+        checks: &applying(source, options),
         refusals: &refusals,
         timing: timing.as_ref(),
     });
