@@ -190,7 +190,9 @@ impl Engine {
             Ok(Advanced::ToEnd(outcome)) => self.end(&outcome),
             Err(error) => {
                 self.run = None;
-                Answer::failed(&error)
+                // There is no disk: only the limit of the sink can be the reason.
+                let help = "record fewer frames or channels in [record], or run the manifest with the program";
+                Answer::refused(&error.to_string(), help)
             }
         }
     }
