@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds everything that is released, from the files of this folder: wheel, archive, Debian package, list of packages (CycloneDX)
-# and SHA-256 checksums. Needs Rust, Python 3.11 and git.
+# and SHA-256 checksums. Needs Rust with rustup or its wasm32-unknown-unknown target, Python 3.11 and git.
 # Usage: release/build.sh [OUTPUT]     (default: target/release-files)
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -28,9 +28,13 @@ umask 022
 KINETOSCOPE_COMMIT=$(git rev-parse HEAD)
 export KINETOSCOPE_COMMIT
 
+# The engine of report pages. Its flags replace those of the program.
+env -u RUSTFLAGS src/browser/build.sh
+export KINETOSCOPE_ENGINE=$root/target/browser/kinetoscope-engine.wasm.gz
+
 # glibc 2.17: manylinux_2_17, and every distribution since 2014.
 cargo zigbuild --locked --profile dist --target "$target.2.17" --target-dir "$root/target" \
-    --package kinetoscope-program --features parquet --bin kinetoscope
+    --package kinetoscope-program --features parquet,engine --bin kinetoscope
 program=$root/target/$target/dist/kinetoscope
 
 stage=$root/target/stage

@@ -5,15 +5,13 @@ use crate::disc_drawing::DiscDrawing;
 use crate::error::RecordError;
 use crate::file::RecordingFile;
 use crate::frame::{Frame, LogLine};
+use crate::packing::WITHOUT_THREAD;
 use crate::recorder::{Clock, Outcome, Recorder, RecorderState};
 use std::io::Write;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// Time from the start of a recording until threads are started for it. Frames before are written on the caller's thread: where thousands of
-/// tiny runs occupy all processors, a thread for each of them takes more time than it saves.
-pub(crate) const WITHOUT_THREAD: Duration = Duration::from_millis(10);
 /// Bytes of frames that are handed to the thread together: waking it for each small frame would cost more than writing them.
 const BATCH_BYTES: usize = 64 << 10;
 /// Added to the bytes of each frame, so that many empty frames fill a batch, too.

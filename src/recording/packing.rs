@@ -1,7 +1,6 @@
 //! Compression of chunks on whichever thread is free, in a bounded pipeline. Chunks leave it in the order in which they entered;
 //! therefore, the bytes of a file do not depend on the threads.
 
-use crate::background::WITHOUT_THREAD;
 use crate::header::Compression;
 use crate::open_chunk::ClosedChunk;
 use crate::record_bytes::PutFields as _;
@@ -15,6 +14,9 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::{Builder, JoinHandle};
 use std::time::Instant;
 
+/// Time from the start of a recording until threads are started for it. Frames before are written on the caller's thread: where thousands of
+/// tiny runs occupy all processors, a thread for each of them takes more time than it saves.
+pub(crate) const WITHOUT_THREAD: Duration = Duration::from_millis(10);
 /// Size of the contents in the pipeline above which a chunk leaves it before another one enters.
 const MAX_BYTES: usize = 8 << 20;
 /// Size of a chunk below which no thread is started for it: its compression takes less time than the start of a thread.
