@@ -12,7 +12,7 @@ use std::io::Write as _;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::{Builder, JoinHandle};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Time from the start of a recording until threads are started for it. Frames before are written on the caller's thread: where thousands of
 /// tiny runs occupy all processors, a thread for each of them takes more time than it saves.

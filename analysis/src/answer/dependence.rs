@@ -17,32 +17,71 @@ const POWERS: [(f64, &str); 6] = [
 
 /// Largest relative difference of the values over the power that is named as one.
 const LARGEST_SPREAD: f64 = 0.05;
-/// Least number of points that show a dependence.
+/// Least number of points that show a dependence. Two have an exponent, too.
 const LEAST_POINTS: usize = 3;
+/// Largest difference of the exponents between neighboring points that are stated.
+const LARGEST_RANGE: f64 = 0.5;
+/// Largest standard error of an exponent that is stated with one decimal.
+const LARGEST_ERROR: f64 = 0.05;
 
 /// The dependence of values on the only number that is swept, such as ", in proportion to the temperature within 0.2 %"; empty if
 /// there are too few points or nothing simple to say. `name` gives the words for a key.
 pub(super) fn dependence(metrics: &[&Metric], name: impl Fn(&Coordinate) -> String) -> String {
     let point = |metric: &&Metric| match metric.coordinates() {
-        [only] if only.key != VARIANT => Some((only.value.parse::<f64>().ok()?, metric.value())),
+        [only] if only.key != VARIANT => {
+            let error = metric.standard_error().unwrap_or(0.0);
+            Some([only.value.parse::<f64>().ok()?, metric.value(), error])
+        }
         _ => None,
     };
-    let points: Option<Vec<(f64, f64)>> = metrics.iter().map(point).collect();
-    let Some(mut points) = points.filter(|points| points.len() >= LEAST_POINTS) else {
+    let points: Option<Vec<[f64; 3]>> = metrics.iter().map(point).collect();
+    let Some(mut points) = points.filter(|points| points.len() >= 2) else {
         return String::new();
     };
-    points.sort_by(|one, other| one.0.total_cmp(&other.0));
+    points.sort_by(|one, other| one[0].total_cmp(&other[0]));
     let key = name(&metrics[0].coordinates()[0]);
+    let exponents = exponents(&points);
+    let points: Vec<(f64, f64)> = points.iter().map(|[x, y, _]| (*x, *y)).collect();
+    if points.len() < LEAST_POINTS {
+        let between = |range| format!(", with exponent {range} of the {key} between the two");
+        return exponents.map(between).unwrap_or_default();
+    }
+    let exponents = exponents.map(|range| format!(" with exponent {range}")).unwrap_or_default();
     let falling: Vec<(f64, f64)> = points.iter().map(|(x, y)| (*x, -y)).collect();
     match named_power(&points) {
         Some((words, spread)) if spread < 1e-9 => format!(", {words} {key}"),
         Some((words, spread)) => {
             format!(", {words} {key} within {} %", significant(100.0 * spread, 2))
         }
-        None if rises(&points) => format!(", rising with the {key}"),
-        None if rises(&falling) => format!(", falling with the {key}"),
+        None if rises(&points) => format!(", rising with the {key}{exponents}"),
+        None if rises(&falling) => format!(", falling with the {key}{exponents}"),
         None => String::new(),
     }
+}
+
+/// The exponents between neighboring points, such as "2.0" or "4.1 to 4.2"; `None` if their errors or differences are large.
+fn exponents(points: &[[f64; 3]]) -> Option<String> {
+    let (mut least, mut greatest) = (f64::INFINITY, f64::NEG_INFINITY);
+    for pair in points.windows(2) {
+        let [x, y] = [0, 1].map(|column| pair[1][column] / pair[0][column]);
+        if !(x > 1.0 && y > 0.0 && pair[0][0] > 0.0) {
+            return None;
+        }
+        let exponent = libm::log(y) / libm::log(x);
+        let [one, other] = [0, 1].map(|point| pair[point][2] / pair[point][1]);
+        let error = libm::sqrt(one * one + other * other) / libm::log(x);
+        if !exponent.is_finite() || error > LARGEST_ERROR {
+            return None;
+        }
+        least = if exponent < least { exponent } else { least };
+        greatest = if exponent > greatest { exponent } else { greatest };
+    }
+    let text = |exponent: f64| format!("{exponent:.1}").replace('-', "−");
+    let [one, other] = [least, greatest].map(text);
+    // Values that hardly change show no exponent.
+    let changes = least > LARGEST_RANGE || greatest < -LARGEST_RANGE;
+    let range = if one == other { one } else { format!("{one} to {other}") };
+    (changes && greatest - least <= LARGEST_RANGE).then_some(range)
 }
 
 /// The power of the key over which the values are the same, with their largest relative difference.
@@ -82,7 +121,7 @@ fn rises(points: &[(f64, f64)]) -> bool {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-    use super::{POWERS, named_power, rises};
+    use super::{POWERS, exponents, named_power, rises};
 
     /// Values of exact powers; controls: other powers, values that do not change, and a change of sign.
     #[test]
@@ -99,6 +138,29 @@ mod tests {
         assert!(named_power(&[(1.0, -1.0), (2.0, 1.0), (3.0, 2.0)]).is_none());
         let negative = of(1.0).map(|(x, y)| (x, -y));
         assert_eq!(named_power(&negative).unwrap().0, "in proportion to the");
+    }
+
+    /// Values of two powers; controls: large errors, different powers, values that hardly change, a start at zero, and a change of sign.
+    #[test]
+    fn exponents_between_points_are_stated_where_they_agree() {
+        let of = |power: f64, error: f64| {
+            [1.0, 2.0, 4.0].map(|x: f64| {
+                let y = 3.0 * libm::pow(x, power);
+                [x, y, error * y]
+            })
+        };
+        assert_eq!(exponents(&of(5.0, 0.0)).unwrap(), "5.0");
+        assert_eq!(exponents(&of(-3.0, 0.01)).unwrap(), "−3.0");
+        assert_eq!(exponents(&of(4.0, 0.0)[..2]).unwrap(), "4.0");
+        assert_eq!(
+            exponents(&[[1.0, 1.0, 0.0], [2.0, 4.0, 0.0], [4.0, 19.0, 0.0]]).unwrap(),
+            "2.0 to 2.2"
+        );
+        assert_eq!(exponents(&of(5.0, 0.1)), None);
+        assert_eq!(exponents(&[[1.0, 1.0, 0.0], [2.0, 4.0, 0.0], [4.0, 64.0, 0.0]]), None);
+        assert_eq!(exponents(&of(0.01, 0.0)), None);
+        assert_eq!(exponents(&[[0.0, 1.0, 0.0], [2.0, 4.0, 0.0]]), None);
+        assert_eq!(exponents(&[[1.0, -1.0, 0.0], [2.0, 4.0, 0.0]]), None);
     }
 
     #[test]

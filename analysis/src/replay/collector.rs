@@ -13,6 +13,7 @@ use super::view::View;
 use crate::input::recording::OpenRun;
 use crate::models;
 use crate::models::contract::Extent;
+use kinetoscope_console::text::plural;
 use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_manifest::record::RecordInterval;
 use kinetoscope_manifest::{ViewColor, ViewFrame, ViewRequest};
@@ -272,13 +273,15 @@ impl ReplayCollector {
         let points = if stills.iter().all(are_points) { " Points are drawn as dots." } else { "" };
         let missing = |count: u64, what: &str| match count {
             0 => String::new(),
-            count => format!(" Positions not drawn because they are {what}: {count}."),
+            count => {
+                format!(" Not drawn, in all frames together: {} {what}.", plural(count, "position"))
+            }
         };
         [
             frames,
             particles,
             points.to_owned(),
-            missing(not_finite, "not finite numbers"),
+            missing(not_finite, "at no finite place"),
             missing(outside, "far outside of the view"),
         ]
         .concat()

@@ -56,22 +56,26 @@ fn claims<'a>(report: &'a AnalysisReport) -> Vec<(&'a str, &'a Claim, String)> {
     report.runs.iter().filter_map(claimed).collect()
 }
 
-/// The button and what it needs; a line that states why there is none in a page without an engine.
+/// Why the page has no button, in a sentence; `None` if it has one.
+pub(super) fn missing(report: &AnalysisReport) -> Option<String> {
+    let why = match report.engine {
+        EnginePlace::LeftOut => "the page was written with --no-engine",
+        _ if report.engine.module().is_none() => {
+            "the program was built without the engine for browsers"
+        }
+        _ if claims(report).is_empty() => "no run is complete, whole and smaller than 64 MB",
+        _ => return None,
+    };
+    Some(format!("This page cannot be verified in the browser: {why}."))
+}
+
+/// The button and what it needs; empty in a page without.
 pub(super) fn section(report: &AnalysisReport) -> Markup {
-    let Some(module) = report.engine.module() else {
-        let why = match report.engine {
-            EnginePlace::LeftOut => "the page was written with --no-engine",
-            _ => "the program was built without the engine for browsers",
-        };
-        return html! { p class="facts" { "No button to verify this page: " (why) "." } };
+    let claims = claims(report);
+    let (Some(module), Some((_, first, _))) = (report.engine.module(), claims.first()) else {
+        return html! {};
     };
     let hash = hex(&sha256(module));
-    let claims = claims(report);
-    let Some((_, first, _)) = claims.first() else {
-        return html! {
-            p class="facts" { "No button to verify this page: no run is complete, whole and smaller than 64 MB." }
-        };
-    };
     html! {
         section class="engine" data-module=(hash) {
             h2 class="unseen" { "Verify" }

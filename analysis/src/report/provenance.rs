@@ -1,8 +1,8 @@
 //! Where the numbers of `report.html` come from: the recordings, the programs, the machine and the files next to the page.
 
-use super::AnalysisReport;
 use super::file_links::FileLinks;
 use super::markup::breakable;
+use super::{AnalysisReport, engine};
 use crate::input::host_file::utc;
 use crate::number_text::six_digits;
 use maud::{Markup, html};
@@ -21,6 +21,7 @@ pub(super) fn section(report: &AnalysisReport, links: &FileLinks) -> Markup {
             }
             // A line of its own, because it differs between machines.
             @if let Some(machine) = machine(report) { p class="machine facts" { (machine) } "\n" }
+            @if let Some(missing) = engine::missing(report) { p class="facts" { (missing) } }
             (links.list())
         }
     }

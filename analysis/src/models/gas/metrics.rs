@@ -22,7 +22,7 @@ definitions! {
     MAX_ANGULAR_MOMENTUM_CHANGE: "max_angular_momentum_change_relative", "1", "largest change of the angular momentum of any particle", "/energy: largest of any particle and frame, over m R v", [law::INVARIANTS], 1e-9;
     PARTICLES_OUTSIDE: "particles_outside", "1", "number of particles outside of the container", "/energy: most of any frame", [law::INVARIANTS], 0.0;
     RESIDUAL: "energy.residual_relative", "1", "error of the energy balance", "/energy_balance: energy-balance error over the initial energy", [law::ENERGY_BALANCE], 1e-9;
-    EFFUSION_RATE: "effusion_rate", "1/s", "rate of escape", "/energy_balance: escaped particles over time; error sqrt of their number", [law::EFFUSION], 0.0;
+    EFFUSION_RATE: "effusion_rate", "1/s", "mean rate of escape", "/energy_balance: escaped particles over time; error sqrt of their number", [law::EFFUSION], 0.0;
     ADIABATIC_INVARIANT: "adiabatic_invariant", "1", "product of energy and area relative to its start", "/energy_balance: energy times area, last frame over the first", [law::ADIABATIC], 0.0;
     THERMALIZED_TEMPERATURE: "temperature.thermalized", "K", "temperature at the end", "speeds of the last frame; error T / sqrt(N)", [law::THERMALIZATION], 0.0;
     RELATIVE_ENTROPY: "relative_entropy", "1", "distance of the speeds from Maxwell's distribution as relative entropy", "/energy_balance: H above Maxwell's, last frame; error of discs that have collided, that of Poisson counts with given N and <v^2>", [kinetics::MIN_H], 0.0;
