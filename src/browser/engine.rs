@@ -78,6 +78,7 @@ struct CurrentRun {
     /// The state of the newest frame.
     newest: Rc<RefCell<Vec<f64>>>,
     claim: Option<Claim>,
+    run_key: String,
 }
 
 /// Adds the messages of a recording up while they are written.
@@ -156,6 +157,12 @@ impl Engine {
                 "load the page again, or compare the recording with `kinetoscope verify`",
             );
         };
+        if claim.manifest.len() > MOST_MANIFEST_BYTES {
+            return Answer::refused(
+                "the manifest in this page is longer than 256 kB",
+                "compare the recording with `kinetoscope verify`",
+            );
+        }
         match parse_run(&claim.manifest) {
             Ok(manifest) => self.begin(&manifest, Sink::empty(), Some(claim)),
             Err(errors) => Answer::new(Status::Failed, &json!({ "error": errors.render(false) })),
@@ -181,6 +188,10 @@ impl Engine {
         let Some(run) = &mut self.run else {
             return Answer::refused("no run is in progress", "start one");
         };
+        // The start may differ already.
+        if run.differs_now() {
+            return self.end(&Outcome::Interrupted);
+        }
         match run.state.advance(budget) {
             Ok(Advanced::Working) => Answer { status: Status::Working, bytes: Vec::new() },
             Ok(Advanced::ToFrame) if !run.differs_now() => {
@@ -285,7 +296,7 @@ impl CurrentRun {
                 seen.clear();
                 seen.extend_from_slice(frame.state());
             }));
-        Ok(Self { state, hasher, newest, claim })
+        Ok(Self { state, hasher, newest, claim, run_key: key.as_str().to_owned() })
     }
 
     /// Whether the last frame is not the one of the claim.
@@ -300,10 +311,12 @@ impl CurrentRun {
         let mut answer = planned(manifest, manifest.replicate);
         answer["frames"] = (self.state.schedule.frames() + 1).into();
         answer["columns"] = json!(columns);
+        answer["run_key"] = json!(self.run_key);
         answer["version"] = json!([kind.physics_version, SCHEMA_VERSION]);
         if let Some(claim) = &self.claim {
             answer["claimed"] = json!([claim.physics_version, claim.schema_version]);
             answer["messages"] = claim.hashes.frames.into();
+            answer["every"] = claim.hashes.every.into();
         }
         answer
     }

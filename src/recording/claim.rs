@@ -64,12 +64,13 @@ impl Claim {
         Ok([sha256(&body).to_vec(), body].concat())
     }
 
-    /// The claim of these bytes; `None` if any of them was changed.
+    /// The claim of these bytes; `None` if any of them was changed, or if the list of hashes is not whole.
     #[must_use]
     pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
         let (sum, body) = bytes.split_at_checked(SUM_BYTES)?;
         let is_intact = sha256(body).as_slice() == sum;
-        is_intact.then(|| postcard::from_bytes(body).ok()).flatten()
+        let claim: Option<Self> = is_intact.then(|| postcard::from_bytes(body).ok()).flatten();
+        claim.filter(|claim| claim.hashes.is_whole(MOST_LISTED))
     }
 }
 
@@ -89,13 +90,20 @@ mod tests {
             hashes: FrameHashes::default(),
         };
         let bytes = claim.to_bytes().unwrap();
-        assert_eq!(Claim::from_bytes(&bytes), Some(claim));
+        assert_eq!(Claim::from_bytes(&bytes), Some(claim.clone()));
         for place in 0..bytes.len() {
             let mut changed = bytes.clone();
             changed[place] ^= 1;
             assert_eq!(Claim::from_bytes(&changed), None, "byte {place}");
         }
         assert_eq!(Claim::from_bytes(&bytes[..bytes.len() - 1]), None);
+        // A list that lacks hashes would leave frames that nothing is compared with.
+        for (frames, every) in [(2, 1), (0, 0), (0, 2), (u64::MAX, u64::MAX)] {
+            let mut hashes = FrameHashes::default();
+            (hashes.frames, hashes.every) = (frames, every);
+            let bytes = Claim { hashes, ..claim.clone() }.to_bytes().unwrap();
+            assert_eq!(Claim::from_bytes(&bytes), None, "{frames} frames, every {every}");
+        }
         assert_eq!(Claim::from_bytes(&[]), None);
     }
 }

@@ -23,7 +23,7 @@ pub struct FrameHashes {
     /// Number of frames.
     pub frames: u64,
     /// Every k-th frame is listed, and the last one.
-    every: u64,
+    pub every: u64,
     /// The first bytes of the SHA-256 of all messages up to the end of a listed frame.
     hashes: Vec<[u8; 8]>,
     topics: Vec<TopicTags>,
@@ -156,6 +156,14 @@ impl FrameHashes {
         }
     }
 
+    /// Whether this is a whole list of at most so many frames, as [`Self::thinned`] gives it.
+    pub(crate) fn is_whole(&self, at_most: u64) -> bool {
+        let listed = self.hashes.len();
+        self.every == self.frames.div_ceil(at_most.max(1)).max(1)
+            && listed as u64 == self.frames.div_ceil(self.every)
+            && self.topics.iter().all(|topic| topic.tags.len() == listed)
+    }
+
     /// The place of a frame in the list.
     fn place(&self, frame: u64) -> Option<usize> {
         let is_listed = (frame + 1).is_multiple_of(self.every) || frame + 1 == self.frames;
@@ -167,8 +175,9 @@ impl FrameHashes {
     #[must_use]
     pub fn first_difference(&self, found: &Self) -> Option<HashDifference> {
         let mut first = 0;
-        for frame in 0..self.frames {
-            let Some(place) = self.place(frame) else { continue };
+        for place in 0..self.hashes.len() {
+            let end = (place as u64 + 1).saturating_mul(self.every);
+            let frame = end.min(self.frames).saturating_sub(1);
             let other = found.place(frame).and_then(|place| found.hashes.get(place));
             if other.is_none() || other != self.hashes.get(place) {
                 let topics = self.differing_topics(found, place, frame);

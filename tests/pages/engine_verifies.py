@@ -45,7 +45,7 @@ PRESS = """async () => {
   }
   return JSON.stringify({ lines: lines(), first: first ?? 0, all: performance.now() - started, longest });
 }"""
-EQUAL = re.compile(r"all \d+ frames are equal \(")
+EQUAL = re.compile(r"all \d+ frames of the repeated run equal those of the recording \(")
 
 
 class Chromium(chromium.Browser):
@@ -89,7 +89,7 @@ def controls(report, folder):
     page, engine = report.read_text(), (report.parent / "kinetoscope-engine.js").read_text()
     claim = page.index(">", page.index('class="claim"')) + 1
     claim_length = page.index("<", claim) - claim
-    cases = {"no change": (page, engine, "are equal"), "no engine": (page, None, "is not next to this page")}
+    cases = {"no change": (page, engine, "equal those of the recording"), "no engine": (page, None, "is not next to this page")}
     for part in (0.01, 0.5, 0.99):
         cases[f"engine changed at {part}"] = (page, changed(engine, int(30 + part * (len(engine) - 60))), "damaged")
         cases[f"claim changed at {part}"] = (changed(page, claim + int(part * (claim_length - 3))), engine, "damaged")

@@ -103,6 +103,14 @@ pub(crate) const SHORT_SCENES: [Scene; 2] = [
     },
 ];
 
+/// Falling discs, some of which touch nothing until the end of some runs.
+pub(crate) const FEW_CONTACTS: Scene = Scene {
+    name: "dem_few_contacts",
+    manifest: "[model.dem]\ndiscs = 5\nwidth_m = 0.04\nheight_m = 0.04\nduration_s = 0.05\n[record]\nframes = 50\n",
+    channels: "",
+    changes: [FALLING, DEM_RESTITUTION, DEM_TEMPERATURE, DEM_RADIUS, DEM_TIME_STEP],
+};
+
 /// Three scenes of each model; then a gas that starts in equilibrium with gravity, and a gas of few elastic discs.
 pub(crate) const SCENES: [Scene; 14] = [
     Scene {

@@ -130,6 +130,7 @@ mod tests {
             relative_accuracy: 0.0,
             conserved: is_conservation.then_some("energy"),
             name: None,
+            is_of_integrator: false,
             is_identity: false,
             is_of_manifest: false,
         };

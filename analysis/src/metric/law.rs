@@ -14,6 +14,8 @@ pub struct Law {
     /// The quantity that a conservation law keeps constant, in words; `None` for another law. A violation is an error of the method,
     /// always of one sign or a largest size: it does not scatter about the theoretical value, so standard errors do not measure it.
     pub conserved: Option<&'static str>,
+    /// Whether a conservation law holds up to the error of an integrator, which a run without contacts does not have.
+    pub is_of_integrator: bool,
     /// The name by which a sentence calls it, such as "Haff's law"; `None` for one without a common name.
     pub name: Option<&'static str>,
     /// Whether it is an identity of the recorded values, which holds whatever the run does.
@@ -45,11 +47,11 @@ impl std::fmt::Display for Law {
 }
 
 /// Defines one constant per law: `CONSTANT: "statement", "source";`, for a law that is not exact everywhere with
-/// `, range "packing fraction < 0.7", accuracy 1e-3` before the semicolon, for a conservation law with `, conserves "energy"`, for an
-/// identity with `, identity true`, for a value that follows from the manifest alone with `, manifest true`, and at last the name of a
+/// `, range "packing fraction < 0.7", accuracy 1e-3` before the semicolon, for a conservation law with `, conserves "energy"`
+/// (and `, integrator true` if an integrator keeps it), for an identity with `, identity true`, for a value that follows from the manifest alone with `, manifest true`, and at last the name of a
 /// law that has one, with `, named "Haff's law"`.
 macro_rules! laws {
-    ($($constant:ident: $statement:literal, $source:literal $(, range $range:literal)? $(, accuracy $accuracy:literal)? $(, conserves $conserved:literal)? $(, identity $identity:literal)? $(, manifest $manifest:literal)? $(, named $name:literal)?;)+) => {
+    ($($constant:ident: $statement:literal, $source:literal $(, range $range:literal)? $(, accuracy $accuracy:literal)? $(, conserves $conserved:literal)? $(, integrator $integrator:literal)? $(, identity $identity:literal)? $(, manifest $manifest:literal)? $(, named $name:literal)?;)+) => {
         $(
             #[doc = concat!("`", $statement, "` (", $source, ").")]
             pub(crate) const $constant: $crate::metric::Law = $crate::metric::Law {
@@ -59,6 +61,7 @@ macro_rules! laws {
                 relative_accuracy: 0.0 $(+ $accuracy)?,
                 conserved: $crate::metric::law::first(&[$($conserved)?]),
                 name: $crate::metric::law::first(&[$($name)?]),
+                is_of_integrator: false $(|| $integrator)?,
                 is_identity: false $(|| $identity)?,
                 is_of_manifest: false $(|| $manifest)?,
             };

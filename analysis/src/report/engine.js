@@ -1,18 +1,24 @@
 // Verify in this browser: the engine repeats the runs in a worker, and the page says whether each frame is that of the recording.
 {
   const section = document.querySelector(".engine");
-  const [line, list] = [section.querySelector("p"), section.querySelector("ul")];
+  const [line, list, status] = ["p", "ul", "[role=status]"].map((place) => section.querySelector(place));
   const button = line.querySelector("button");
   const label = button.textContent;
   const claims = [...document.querySelectorAll("script.claim")];
   const name = (run) => (claims.length > 1 ? `${claims[run].dataset.file}: ` : "");
   const seconds = (number) => `${number < 10 ? number.toFixed(1) : number.toFixed(0)} s`;
-  let worker, items = [];
+  let worker, items = [], offered;
+
+  // A text from a page that was changed may be long.
+  const set = (item, text, quality) => {
+    item.textContent = text.slice(0, 2000);
+    item.className = quality;
+    if (quality) status.textContent = item.textContent;
+  };
 
   const say = (text, quality = "") => {
     const item = list.appendChild(document.createElement("li"));
-    item.textContent = text;
-    item.className = quality;
+    set(item, text, quality);
     return item;
   };
 
@@ -20,28 +26,31 @@
     worker?.terminate();
     worker = undefined;
     button.textContent = label;
+    offered?.remove();
     if (text) say(text, "bad");
   };
 
   // The result of a run, or how far it is.
-  const result = ({ run, all, frames, difference, fault, part, seconds: took }) => {
-    const time = seconds(took);
-    if (difference === undefined) {
-      return part ? [`the first ${frames} of ${all} frames are equal (${time})`, "good"] : [`${frames} of ${all} frames are equal so far`, ""];
-    }
-    if (difference === null) return [`all ${frames} frames are equal (${time})${fault ? `, and the run fails alike: ${fault}` : ""}`, "good"];
+  const result = ({ all, key, frames, difference, fault, error, part, seconds: took }) => {
+    if (error) return [error, "bad"];
+    const equal = `of the repeated run equal those of the recording (${seconds(took)}; run key ${key?.slice(0, 8)})`;
+    if (difference === undefined) return part ? [`the first ${frames} of ${all} frames ${equal}`, "good"] : [`${frames} of ${all} frames are equal so far`, ""];
+    if (difference === null) return [`all ${frames} frames ${equal}${fault ? `, and the run fails alike: ${fault}` : ""}`, "good"];
     const { first, last, topics } = difference;
     const where = first === last ? `frame ${first} differs` : `one of the frames ${first} to ${last} differs`;
-    return [`${where}${topics.length ? `: ${topics.join(", ")}` : ", or one of the runs has no such frame"}`, "bad"];
+    const why = fault ? `: the repeated run ended after ${frames} frames (${fault})` : frames <= first || all <= first ? ", because one of the runs has fewer frames" : "";
+    return [`${where}${topics.length ? `: ${topics.slice(0, 20).join(", ")}` : why}`, "bad"];
   };
 
   const offer = ({ run, few, all, expected }) => {
-    const item = say(`${name(run)}the whole run takes about ${seconds(expected)} here: `);
-    for (const [text, frames] of [[`compare the first ${few} frames`, few], [`compare all ${all}`, all]]) {
+    const item = (offered = say(`${name(run)}the whole run takes about ${seconds(expected)} here: `));
+    status.textContent = item.textContent;
+    for (const [text, frames] of [[`compare the first ${few} frames`, few], [`compare all ${all}`, all]].slice(few < all ? 0 : 1)) {
       const choice = item.appendChild(document.createElement("button"));
       choice.textContent = text;
       choice.onclick = () => {
         item.remove();
+        button.focus();
         worker?.postMessage({ frames });
       };
       item.append(" ");
@@ -59,8 +68,7 @@
     } else {
       const [text, quality] = result(data);
       items[data.run] ??= say("");
-      items[data.run].textContent = name(data.run) + text;
-      items[data.run].className = quality;
+      set(items[data.run], name(data.run) + text, quality);
     }
   };
 
@@ -88,5 +96,5 @@
     button.disabled = true;
     say("This browser has no WebAssembly or cannot unpack gzip: a newer one can verify the runs.");
   }
-  button.onclick = () => (worker ? stop() : start());
+  button.onclick = () => (worker ? stop("stopped") : start());
 }

@@ -83,11 +83,13 @@ pub(super) fn section(report: &AnalysisReport) -> Markup {
                 button type="button" { "Verify in this browser" }
                 " "
                 span class="facts" {
-                    "Repeats " (runs_in_words(claims.len(), report.runs.len())) " with engine " (env!("CARGO_PKG_VERSION"))
-                    " (" (&hash[..16]) "; physics of version " (first.physics_version) ") and compares each frame."
+                    "Repeats " (runs_in_words(claims.len(), report.runs.len())) " from the manifest and compares each message with the hashes of the "
+                    "recording. The numbers, plots and pictures of this page are not computed again. Engine " (env!("CARGO_PKG_VERSION")) ", SHA-256 "
+                    (&hash[..16]) ", physics version " (first.physics_version) "."
                 }
             }
-            ul role="status" {}
+            ul {}
+            p class="unseen" role="status" {}
             noscript { p class="facts" { "To verify the runs in this browser, allow JavaScript." } }
         }
         @for (file, _, data) in &claims {

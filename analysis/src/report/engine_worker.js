@@ -42,9 +42,8 @@ const decoded = (text, what) => {
   }
 };
 
-// A page of an insecure origin cannot compute the hash; then, gzip has a checksum of its own.
 const isIntact = async (packed, hash) => {
-  if (!crypto.subtle) return true;
+  if (!crypto.subtle) throw new Error("at an address without https, the browser cannot check it: open the file itself");
   const found = new Uint8Array(await crypto.subtle.digest("SHA-256", packed));
   return Array.from(found, (byte) => byte.toString(16).padStart(2, "0")).join("") === hash;
 };
@@ -61,7 +60,11 @@ const verify = async ({ module, hash, claims }) => {
   const engine = await instance(module, hash).catch((error) => {
     throw new Error(`the engine is damaged or cannot be run here (${error.message}): nothing was compared`);
   });
-  for (const [run, claim] of claims.entries()) await compare(engine, run, decoded(claim, "the list of hashes"));
+  for (const [run, claim] of claims.entries()) {
+    await Promise.resolve()
+      .then(() => compare(engine, run, decoded(claim, "the list of hashes")))
+      .catch((error) => postMessage({ run, error: error.message }));
+  }
   postMessage({ done: true });
 };
 
@@ -70,9 +73,11 @@ const compare = async (engine, run, claim) => {
   const place = engine.input(claim.length);
   new Uint8Array(engine.memory.buffer, place, claim.length).set(claim);
   ask(engine, "verify");
-  const { version, claimed, messages: all } = JSON.parse(output(engine));
+  const { version, claimed, messages: all, every, run_key: key } = JSON.parse(output(engine));
   if (String(version) !== String(claimed)) postMessage({ run, versions: [claimed, version] });
   let frames = 1, budget = 1, shown = started, most = all, waited = 0, isAsked = false;
+  // Frames between two hashes are compared with the second one.
+  const compared = () => frames - (frames % every);
   const spent = () => (performance.now() - started - waited) / 1000;
   for (;;) {
     const before = performance.now();
@@ -82,20 +87,20 @@ const compare = async (engine, run, claim) => {
     else if (now - before > 40) budget = Math.max(1, budget >> 1);
     if (status === FRAME) frames += 1;
     if (status === ENDED) {
-      postMessage({ run, all, seconds: spent(), ...JSON.parse(output(engine)) });
+      postMessage({ run, all, key, seconds: spent(), ...JSON.parse(output(engine)) });
       return;
     }
-    if (status === FRAME && frames >= most && most < all) {
-      postMessage({ run, all, frames, seconds: spent(), part: true });
+    if (status === FRAME && compared() >= most && most < all) {
+      postMessage({ run, all, key, frames: compared(), seconds: spent(), part: true });
       return;
     }
     if (now - shown > 100) {
       shown = now;
-      postMessage({ run, all, frames, seconds: spent() });
+      postMessage({ run, all, frames: compared(), seconds: spent() });
       const expected = (spent() * all) / frames;
       if (!isAsked && spent() > 1 && expected > LONG_S) {
         isAsked = true;
-        const few = Math.max(frames + 1, Math.floor((LONG_S * all) / expected));
+        const few = every * Math.ceil(Math.max(frames + 1, (LONG_S * all) / expected) / every);
         postMessage({ run, all, few, expected });
         most = await new Promise((answer) => (answered = answer));
         waited += performance.now() - now;

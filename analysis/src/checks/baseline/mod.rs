@@ -121,6 +121,7 @@ impl Baseline {
                     || laws.iter().any(|law| law.is_conservation()),
                     |(_, metric)| metric.is_of_conservation_law(),
                 ),
+                is_of_integrator: laws.iter().any(|law| law.is_of_integrator),
                 is_of_manifest: laws.iter().any(|law| law.is_of_manifest),
                 replicates: [
                     replicates[0].of_mean(pair.old, &place),

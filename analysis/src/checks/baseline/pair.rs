@@ -40,6 +40,8 @@ pub(super) struct Rule<'a> {
     pub(super) is_conservation: bool,
     /// Whether its law is an identity of the recorded values, which holds whatever the run does.
     pub(super) is_identity: bool,
+    /// Whether one of its laws holds up to the error of an integrator.
+    pub(super) is_of_integrator: bool,
     /// The tolerance of the manifest.
     pub(super) tolerance: Option<&'a BaselineTolerance>,
     /// Whether this program derives such a metric.
@@ -185,6 +187,9 @@ impl Pair<'_> {
         }
         // Conservation laws hold for every seed.
         let is_exact = |entry: &MetricEntry| entry.is_exact(rule.rounding, rule.is_conservation);
+        if rule.is_of_integrator && [old, new].iter().any(|entry| is_exact(entry) == Some(true)) {
+            return self.row(place, None, "without contacts, the integrator has no error");
+        }
         if is_exact(old) == Some(true) {
             let still_is = is_exact(new) == Some(true) || is_rounding;
             let reason = if still_is {

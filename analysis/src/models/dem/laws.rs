@@ -12,7 +12,7 @@ use kinetoscope_manifest::quantity::{Finite, NonNegative};
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 laws! {
-    ENERGY_BALANCE: "kinetic + gravitational + elastic + dissipated - wall work is constant", "conservation of energy; what is left is the integrator's", conserves "sum of all energies";
+    ENERGY_BALANCE: "kinetic + gravitational + elastic + dissipated - wall work is constant", "conservation of energy; what is left is the integrator's", conserves "sum of all energies", integrator true;
     KINETIC_ENERGY: "0: both are the energies of translation and rotation of the same discs", "definition of the kinetic energy", identity true;
     RESTITUTION: "the specified e of the disc's material and the wall, if there is one; for a damping, e = exp(-pi ζ / sqrt(1 - ζ^2)) without limit_damping", "Schwager and Poeschel 2007", range "a time step of a tenth of a contact or less and η_n Δt/m below 1; accuracy e (2 ζ - ζ^2/2 d ln e/dζ) ω Δt + (ω Δt)^2/2 + 0.001, with ζ in place of 2 ζ with limit_damping, for a twentieth of a contact or less, explicit dashpots and η_n Δt/m below 0.15, else 5 %, or 1.2 η_n Δt/m if larger";
     CONTACT_DURATION: "pi / ω, ω^2 = k_n/m_eff - (η_n/(2 m_eff))^2; with limit_damping to the end of the force, and then η_n/k_n until the surfaces part", "damped harmonic oscillator; Schwager and Poeschel 2007", range "a time step of a tenth of a contact or less and η_n Δt/m below 1; accuracy 5 %, or 1.2 η_n Δt/m if larger";
