@@ -29,7 +29,7 @@ import report_in_firefox
 # longest task of the page.
 PRESS = """async () => {
   const section = document.querySelector(".engine");
-  if (!section) return JSON.stringify({ lines: [document.querySelector(".folds, main").textContent.match(/No button[^.]*/)?.[0] ?? "no section"] });
+  if (!section) return JSON.stringify({ lines: [document.querySelector(".folds, main").textContent.match(/This page cannot[^.]*/)?.[0] ?? "no section"] });
   const button = section.querySelector("button"), list = section.querySelector("ul");
   const lines = () => [...list.children].map((line) => line.textContent);
   if (button.disabled) return JSON.stringify({ lines: lines() });
