@@ -14,6 +14,8 @@ use std::time::{Duration, Instant};
 
 /// Bytes of frames that are handed to the thread together: waking it for each small frame would cost more than writing them.
 const BATCH_BYTES: usize = 64 << 10;
+/// Bytes of a batch from which the thread is started at once: one frame of this size takes longer to write than the thread to start.
+const THREAD_BYTES: usize = 256 << 10;
 /// Added to the bytes of each frame, so that many empty frames fill a batch, too.
 const BYTES_PER_FRAME: usize = 256;
 /// Time after which the next frame is handed over with those before it, whatever their size.
@@ -280,7 +282,7 @@ impl<W: Write + Send + 'static> Background<W> {
     /// Writes the batch on this thread, if the time for another one has not come; returns whether it did.
     fn write_here(&mut self) -> Result<bool, RecordError> {
         let Worker::Waiting(recorder) = &mut self.worker else { return Ok(false) };
-        if self.started.elapsed() >= WITHOUT_THREAD {
+        if self.started.elapsed() >= WITHOUT_THREAD || self.batch_bytes >= THREAD_BYTES {
             return Ok(false);
         }
         for (clock, mut frame) in self.batch.drain(..) {
