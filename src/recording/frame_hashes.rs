@@ -31,7 +31,7 @@ pub struct FrameHashes {
     pub messages: [u8; 16],
 }
 
-/// One topic, and for each listed frame a byte of the checksum of its messages so far: it tells which topics differ, not whether one does.
+/// One topic, and for each listed frame a byte of the checksum of its messages so far. It shows which topics differ, not whether one does.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct TopicTags {
     name: String,

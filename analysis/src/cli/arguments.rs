@@ -64,7 +64,7 @@ pub struct AnalyzeArguments {
     /// Write report.html without the engine that repeats its runs in the reader's browser
     #[arg(long, help_heading = "Output")]
     pub(super) no_engine: bool,
-    /// Put that engine into report.html, about 1 MB, instead of a file next to it
+    /// Put that engine, if the program carries one, into report.html, about 1 MB, instead of a file next to it
     #[arg(long, conflicts_with = "no_engine", help_heading = "Output")]
     pub(super) single_file: bool,
     /// Open the report in the browser; of several experiments, the page that lists them

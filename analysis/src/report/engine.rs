@@ -18,7 +18,7 @@ use std::path::Path;
 pub(crate) const ENGINE: &str = "kinetoscope-engine.js";
 /// Marks the scripts of the page, so that no other one is executed. Every text from a file is escaped; therefore, it need not be secret.
 pub(super) const NONCE: &str = "kinetoscope";
-/// Nothing is loaded from any network, and no address is asked.
+/// Nothing is loaded from any network, and nothing is sent. Only a script that does not belong to the page could open another one.
 const POLICY: &str = "default-src 'none'; script-src 'nonce-kinetoscope' 'wasm-unsafe-eval'; worker-src blob:; style-src 'unsafe-inline'; \
      img-src data: blob:; base-uri 'none'; form-action 'none'";
 const SCRIPT: &str = include_str!("engine.js");
@@ -63,7 +63,9 @@ pub(super) fn missing(report: &AnalysisReport) -> Option<String> {
         _ if report.engine.module().is_none() => {
             "the program was built without the engine for browsers"
         }
-        _ if claims(report).is_empty() => "no run is complete, whole and smaller than 64 MB",
+        _ if report.runs.iter().all(|run| run.claim.is_none()) => {
+            "no run is complete, whole and smaller than 64 MB"
+        }
         _ => return None,
     };
     Some(format!("This page cannot be verified in the browser: {why}."))
