@@ -134,7 +134,8 @@ fn bytes_after_the_end_are_reported() {
 fn killed_run_leaves_the_frames_of_its_closed_blocks() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("killed.partial.mcap");
-    let header = header(Compression::Zstd);
+    // Compressed blocks leave the recorder when a thread has finished them, so that their number depends on the time.
+    let header = header(Compression::None);
     let mut bytes = Vec::new();
     let mut recorder = Recorder::create(&mut bytes, &header).unwrap();
     let mut frame = kinetoscope_recording::frame::Frame::new();
