@@ -8,6 +8,7 @@ mod benchmark;
 mod bundling;
 mod check;
 mod comparison;
+mod demo;
 mod doctor;
 mod engine;
 mod executor;
@@ -15,6 +16,7 @@ mod info;
 mod locking;
 mod manifests;
 mod messages;
+mod named_recordings;
 mod output;
 mod planning;
 mod program_name;
@@ -30,6 +32,7 @@ use clap::{CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
 use comparison::fill_and_zoom::{FillArguments, ZoomArguments};
 use comparison::verify_and_compare::{CompareArguments, VerifyArguments};
+use demo::DemoArguments;
 use doctor::DoctorArguments;
 use engine::ENGINE;
 use info::InfoArguments;
@@ -46,6 +49,7 @@ use messages::exit::{self, OF_RUN, exit_codes};
 use messages::suggestion::with_nearest_subcommand;
 use program_name::ProgramName;
 use running::RunArguments;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use view::ViewArguments;
@@ -66,6 +70,8 @@ enum Command {
     Run(RunArguments),
     #[command(after_help = exit_codes(&[]))]
     New(NewArguments),
+    #[command(after_help = exit_codes(OF_RUN))]
+    Demo(DemoArguments),
     #[command(after_help = exit_codes(&[1, 4, 5, 129, 130, 143]))]
     Check(CheckArguments),
     #[command(after_help = exit_codes(&[1, 4, 5, 129, 130, 143]))]
@@ -153,9 +159,8 @@ pub fn main() -> ExitCode {
         allocator::keep_little();
         let name = ProgramName::called();
         let exit = match name {
-            ProgramName::Kinetoscope => {
-                Arguments::try_parse().map(|arguments| with_threads(|| execute(&arguments)))
-            }
+            ProgramName::Kinetoscope => Arguments::try_parse_from(words())
+                .map(|arguments| with_threads(|| execute(&arguments))),
             ProgramName::RunExperiment => RunExperiment::try_parse()
                 .map(|arguments| with_threads(|| arguments.run.execute(name))),
             ProgramName::AnalyzeRecordings => AnalyzeRecordings::try_parse()
@@ -178,6 +183,7 @@ fn execute(arguments: &Arguments) -> Exit {
     match &arguments.command {
         Command::Run(arguments) => arguments.execute(ProgramName::Kinetoscope),
         Command::New(arguments) => arguments.execute(),
+        Command::Demo(arguments) => arguments.execute(ENGINE),
         Command::Check(arguments) => arguments.execute(),
         Command::Lock(arguments) => arguments.execute(),
         Command::Bundle(arguments) => arguments.execute(),
@@ -222,10 +228,26 @@ fn command_of(name: ProgramName) -> clap::Command {
     }
 }
 
+/// The words of the command line of `kinetoscope`: a manifest in place of a subcommand means `run`, and `help run` means `run --help`.
+fn words() -> Vec<OsString> {
+    let mut words: Vec<OsString> = std::env::args_os().collect();
+    let first = words.get(1).map(|word| word.to_string_lossy().into_owned());
+    match first.as_deref() {
+        Some("help") => {
+            words.remove(1);
+            words.push("--help".into());
+        }
+        Some(manifest) if manifest.ends_with(".toml") => words.insert(1, "run".into()),
+        _ => {}
+    }
+    words
+}
+
 /// The program with the subcommand that was called, for the help of an error.
 fn called() -> String {
-    let command = Arguments::command();
-    let subcommand = std::env::args().nth(1).filter(|name| command.find_subcommand(name).is_some());
+    let (command, words) = (Arguments::command(), words());
+    let name = words.get(1).map(|word| word.to_string_lossy());
+    let subcommand = name.filter(|name| command.find_subcommand(name.as_ref()).is_some());
     subcommand.map_or_else(|| "kinetoscope".to_owned(), |name| format!("kinetoscope {name}"))
 }
 

@@ -1,5 +1,6 @@
 //! Tables and numbers for the terminal.
 
+use crate::checks::{CheckResult, one_line};
 use crate::metric::{Deviation, Metric};
 use crate::number_text::{six_digits, three_digits, two_digits, with_error};
 use kinetoscope_console::text::visible;
@@ -63,9 +64,28 @@ impl Terminal {
 /// numbers are below the name, and the deviation below the numbers if it has no room next to them.
 pub(crate) fn table(metrics: &[&Metric], terminal: Terminal) -> String {
     let rows: Vec<[String; 4]> = metrics.iter().map(|metric| row(metric)).collect();
-    let header = ["metric", "value", "theory", "deviation"].map(str::to_owned);
+    rows_of_four(["metric", "value", "theory", "deviation"], &rows, terminal)
+}
+
+/// Formats one line per metric of a check that passes: name and place, value, theoretical value, and what is required.
+pub(crate) fn table_of_passed(
+    checked: &[(&CheckResult, Option<&Metric>)],
+    terminal: Terminal,
+) -> String {
+    let rows: Vec<[String; 4]> = checked
+        .iter()
+        .map(|(result, metric)| {
+            let [_, value, theory, _] = metric.map(row).unwrap_or_default();
+            [&result.subject, &value, &theory, &result.requirement].map(|cell| one_line(cell))
+        })
+        .collect();
+    rows_of_four(["passed", "value", "theory", "required"], &rows, terminal)
+}
+
+fn rows_of_four(header: [&str; 4], rows: &[[String; 4]], terminal: Terminal) -> String {
+    let header = header.map(str::to_owned);
     let mut widths = header.each_ref().map(|text| text.chars().count());
-    for row in &rows {
+    for row in rows {
         for (width, cell) in widths.iter_mut().zip(row) {
             *width = (*width).max(cell.chars().count());
         }
