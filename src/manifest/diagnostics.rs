@@ -230,7 +230,7 @@ impl fmt::Display for Diagnostics {
 impl std::error::Error for Diagnostics {}
 
 /// Returns the known name that the user most likely meant: one of whose words, between hyphens, this is, or one a few letters away, or else
-/// one that contains the word.
+/// the shortest that contains the word.
 pub fn nearest<'a>(
     word: &str,
     known: impl IntoIterator<Item = &'a str> + Clone,
@@ -248,6 +248,9 @@ pub fn nearest<'a>(
         .filter(|(distance, name)| *distance <= 1 + name.chars().count() / 5)
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, name)| name);
-    let part = || known.into_iter().find(|name| word.len() > 2 && name.contains(word));
+    let part = || {
+        let names = known.into_iter().filter(|name| word.len() > 2 && name.contains(word));
+        names.min_by_key(|name| name.len())
+    };
     typo.or_else(part)
 }

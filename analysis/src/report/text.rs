@@ -26,6 +26,8 @@ pub(crate) enum Extent {
 const BRIEF_ROWS: usize = 10;
 /// Number of failed checks in a brief text.
 const BRIEF_FAILURES: usize = 20;
+/// Number of notes in a brief text.
+const BRIEF_NOTES: usize = 3;
 
 impl AnalysisReport {
     /// Formats the report for the terminal.
@@ -35,6 +37,7 @@ impl AnalysisReport {
         let mut shown = 0;
         if extent == Extent::Whole {
             text += &self.description_text(terminal);
+            text += &self.notes_text(terminal, usize::MAX);
             text += &self.metrics_text(terminal, usize::MAX).0;
         } else if !is_checked {
             let (table, rows) = self.metrics_text(terminal, BRIEF_ROWS);
@@ -45,6 +48,11 @@ impl AnalysisReport {
         text += &self.check_text(terminal, extent);
         text += &self.baseline_text(terminal);
         if extent == Extent::Brief {
+            let notes = self.notes_text(terminal, BRIEF_NOTES);
+            if !notes.is_empty() {
+                text += "\n";
+            }
+            text += &notes;
             text += &self.omitted_text(terminal, shown);
         }
         text
@@ -75,7 +83,12 @@ impl AnalysisReport {
             let words: Vec<&str> = self.description.split_whitespace().collect();
             let _ = writeln!(text, "{}", terminal.wrapped(&words.join(" "), 0));
         }
-        for note in &self.notes {
+        text
+    }
+
+    fn notes_text(&self, terminal: Terminal, most: usize) -> String {
+        let mut text = String::new();
+        for note in self.notes.iter().take(most) {
             let note = format!("note: {}", one_line(note));
             let _ = writeln!(text, "{}", terminal.wrapped(&note, 2));
         }
@@ -168,7 +181,8 @@ impl AnalysisReport {
             .collect();
         let metrics = self.sections().iter().map(|(_, metrics)| metrics.len()).sum::<usize>();
         let omitted = metrics.saturating_sub(shown + checked.len());
-        let parts = [(omitted, "other number"), (self.notes.len(), "note")];
+        let parts =
+            [(omitted, "other number"), (self.notes.len().saturating_sub(BRIEF_NOTES), "note")];
         let parts: Vec<String> = parts
             .iter()
             .filter(|(count, _)| *count > 0)
