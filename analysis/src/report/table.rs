@@ -3,6 +3,7 @@
 use crate::checks::{CheckResult, one_line};
 use crate::metric::{Deviation, Metric};
 use crate::number_text::{six_digits, three_digits, two_digits, with_error};
+use crate::sweep::samples::typographic_unit;
 use kinetoscope_console::text::visible;
 use kinetoscope_console::wrapped_line;
 
@@ -121,8 +122,8 @@ fn rows_of_four(header: [&str; 4], rows: &[[String; 4]], terminal: Terminal) -> 
 }
 
 fn row(metric: &Metric) -> [String; 4] {
-    let unit = match metric.unit() {
-        "" | "1" => String::new(),
+    let unit = match typographic_unit(metric.unit()) {
+        none if none.is_empty() => none,
         unit => format!(" {unit}"),
     };
     let value = match value_text(metric) {
