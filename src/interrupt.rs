@@ -15,7 +15,7 @@ impl Interrupt {
     ///
     /// # Errors
     /// A handler that the operating system rejects.
-    #[cfg(not(target_family = "wasm"))]
+    #[cfg(unix)]
     pub fn listen() -> std::io::Result<Self> {
         use signal_hook::consts::{SIGINT, SIGTERM};
         let interrupt = Self::default();
@@ -31,12 +31,34 @@ impl Interrupt {
             signal_hook::flag::register(signal, again)?;
             signal_hook::flag::register_usize(signal, Arc::clone(&interrupt.signal), number)?;
         }
-        #[cfg(unix)]
         interrupt.listen_to_hangup()?;
         // A file-size limit then causes an error of the write, which is reported, and does not kill the program.
-        #[cfg(unix)]
         signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
         Ok(interrupt)
+    }
+
+    /// Installs the handler of the console, which is one for the whole program: Ctrl-C, Ctrl-Break, a closed window and the end of the
+    /// session. The second event ends the program at once.
+    ///
+    /// # Errors
+    /// A handler that the operating system rejects.
+    #[cfg(windows)]
+    pub fn listen() -> std::io::Result<Self> {
+        use std::sync::OnceLock;
+        const CTRL_C: usize = 2;
+        static SIGNAL: OnceLock<Arc<AtomicUsize>> = OnceLock::new();
+        let is_first = SIGNAL.get().is_none();
+        let signal = Arc::clone(SIGNAL.get_or_init(Arc::default));
+        if is_first {
+            let raised = Arc::clone(&signal);
+            let handle = move || {
+                if raised.swap(CTRL_C, Ordering::Relaxed) != 0 {
+                    std::process::exit(128 + CTRL_C as i32);
+                }
+            };
+            ctrlc::set_handler(handle).map_err(std::io::Error::other)?;
+        }
+        Ok(Self { signal, stopped: Arc::default() })
     }
 
     /// Installs the handler of SIGHUP, which the system sends when the terminal is closed, often from several processes at once:

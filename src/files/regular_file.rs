@@ -3,6 +3,8 @@
 //! A named pipe without a writer would block `open` itself, and a device such as `/dev/zero` has no end. Therefore, a file is
 //! opened non-blocking, and its type is checked on the open file, which nothing can exchange any more.
 
+#[cfg(not(windows))]
+use std::fs::TryLockError;
 use std::fs::{File, Metadata, OpenOptions};
 use std::io::{self, Read as _};
 use std::path::{Component, Path, PathBuf};
@@ -200,6 +202,57 @@ pub fn open_or_create(path: &Path) -> io::Result<(File, Metadata)> {
         Err(error) => Err(error),
     }
 }
+
+/// Opens a file to read and write as [`open_or_create`], as the only one who writes it as long as the value exists; `None` if another one
+/// does. On Unix by a lock, which only such programs respect; on Windows, where locks would exclude readers, by not sharing it with writers.
+///
+/// # Errors
+/// As [`open_or_create`], or a file system without locks.
+#[cfg(not(windows))]
+pub fn open_as_only_writer(path: &Path) -> io::Result<Option<File>> {
+    let (file, _) = open_or_create(path)?;
+    match file.try_lock() {
+        Ok(()) => Ok(Some(file)),
+        Err(TryLockError::WouldBlock) => Ok(None),
+        Err(TryLockError::Error(error)) => Err(error),
+    }
+}
+
+/// Whether another one writes a file that it opened by [`open_as_only_writer`]. Its lock is tried for an instant.
+#[cfg(not(windows))]
+#[must_use]
+pub fn has_writer(path: &Path) -> bool {
+    open(path)
+        .is_ok_and(|(file, _)| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
+}
+
+#[cfg(windows)]
+#[expect(missing_docs, reason = "as above")]
+pub fn open_as_only_writer(path: &Path) -> io::Result<Option<File>> {
+    use std::os::windows::fs::OpenOptionsExt as _;
+    let mut options = OpenOptions::new();
+    options.create(true).truncate(false).read(true).write(true).share_mode(READERS_MAY_OPEN);
+    match options.open(path) {
+        Ok(file) => checked(file).map(|(file, _)| Some(file)),
+        Err(error) if error.raw_os_error() == Some(SHARING_VIOLATION) => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+#[cfg(windows)]
+#[expect(missing_docs, reason = "as above")]
+#[must_use]
+pub fn has_writer(path: &Path) -> bool {
+    let opened = OpenOptions::new().write(true).open(path);
+    opened.is_err_and(|error| error.raw_os_error() == Some(SHARING_VIOLATION))
+}
+
+/// FILE_SHARE_READ and FILE_SHARE_DELETE, so that an open file can be read and renamed.
+#[cfg(windows)]
+const READERS_MAY_OPEN: u32 = 1 | 4;
+/// ERROR_SHARING_VIOLATION.
+#[cfg(windows)]
+const SHARING_VIOLATION: i32 = 32;
 
 /// Reads the rest of an input that has `bytes` bytes according to its storage.
 ///

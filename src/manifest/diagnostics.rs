@@ -229,11 +229,18 @@ impl fmt::Display for Diagnostics {
 
 impl std::error::Error for Diagnostics {}
 
-/// Returns the known name that the user most likely meant: one a few letters away, or else one that contains the word.
+/// Returns the known name that the user most likely meant: one of whose words, between hyphens, this is, or one a few letters away, or else
+/// the shortest that contains the word.
 pub fn nearest<'a>(
     word: &str,
     known: impl IntoIterator<Item = &'a str> + Clone,
 ) -> Option<&'a str> {
+    let mut names = known.clone().into_iter();
+    if let Some(name) =
+        names.find(|name| name.contains('-') && name.split('-').any(|it| it == word))
+    {
+        return Some(name);
+    }
     let typo = known
         .clone()
         .into_iter()
@@ -241,6 +248,9 @@ pub fn nearest<'a>(
         .filter(|(distance, name)| *distance <= 1 + name.chars().count() / 5)
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, name)| name);
-    let part = || known.into_iter().find(|name| word.len() > 2 && name.contains(word));
+    let part = || {
+        let names = known.into_iter().filter(|name| word.len() > 2 && name.contains(word));
+        names.min_by_key(|name| name.len())
+    };
     typo.or_else(part)
 }

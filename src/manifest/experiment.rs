@@ -290,7 +290,9 @@ fn read_root(
 ) -> Document {
     let is_overridden = !sets.is_empty();
     let sweep = root.take("sweep");
-    let axes = sweep.as_ref().map_or_else(Vec::new, |sweep| sweep::read(sweep, errors));
+    let model = root.get("model").and_then(|model| model.node.table()?.entries.first());
+    let model = model.map(|model| model.key.as_str());
+    let axes = sweep.as_ref().map_or_else(Vec::new, |sweep| sweep::read(sweep, model, errors));
     for Setting { key, key_span, node } in sets {
         if let Some(setting) = axes
             .iter()

@@ -45,6 +45,9 @@ pub(crate) trait HasKeys {
     fn keys(&mut self, keys: &mut impl Keys);
 }
 
+/// Keys of the whole manifest that a user may write into a table.
+const OF_HEAD: [&str; 5] = ["name", "seed", "replicates", "replicate", "expected_outcome"];
+
 /// Reads one table: known keys into values, everything else into errors.
 pub(crate) struct Reader<'a> {
     path: String,
@@ -223,7 +226,14 @@ impl<'a> Reader<'a> {
             };
             let near = nearest(&entry.key, self.known.iter().copied()).map(str::to_owned);
             let inner = || self.inner.and_then(|inner| dotted_key(inner, "", &entry.key, 2));
+            let is_of_head = !self.path.is_empty() && OF_HEAD.contains(&&*entry.key);
             let label = match near.or_else(inner) {
+                _ if is_of_head => {
+                    format!(
+                        "write `{}` above the first table, as it belongs to all runs",
+                        entry.key
+                    )
+                }
                 Some(meant) => format!("did you mean `{meant}`?"),
                 None => format!("known keys: {}", self.known.join(", ")),
             };

@@ -23,6 +23,7 @@ mod checks;
 mod comparison;
 mod describe;
 mod experiment;
+mod experiment_name;
 mod head;
 mod places;
 mod plots;
@@ -44,6 +45,7 @@ pub use comparison::{
 pub use describe::unit_of_key;
 pub use diagnostics::{Diagnostics, nearest};
 pub use experiment::{Experiment, Lookup, Override, Run, parse, parse_run, parse_with};
+pub use experiment_name::experiment_name;
 pub use head::ExpectedOutcome;
 pub use model::starter;
 pub use places::line_of_key_in_message;

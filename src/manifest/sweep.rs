@@ -1,6 +1,6 @@
 //! `[sweep]`: one run for each combination of values.
 
-use crate::describe;
+use crate::describe::{self, model_table, record_table};
 use crate::diagnostics::{Diagnostic, Errors, nearest};
 use crate::keys::{Reader, rules};
 use crate::quantity::Finite;
@@ -81,8 +81,8 @@ pub(crate) fn numbers_of_variants(axes: &[Points]) -> Vec<String> {
     numbers
 }
 
-/// Reads the table `[sweep]` into its axes, in the order of the file.
-pub(crate) fn read(sweep: &Entry, errors: &mut Errors) -> Vec<Points> {
+/// Reads the table `[sweep]` of runs of a model into its axes, in the order of the file.
+pub(crate) fn read(sweep: &Entry, model: Option<&str>, errors: &mut Errors) -> Vec<Points> {
     let Some(table) = sweep.node.table() else {
         return refuse_type(&sweep.node, "sweep", "a table", errors).unwrap_or_default();
     };
@@ -94,7 +94,7 @@ pub(crate) fn read(sweep: &Entry, errors: &mut Errors) -> Vec<Points> {
             "variants" => axes.extend(variants(&entry.node, errors)),
             key => {
                 let entries = entry.leaves(key, &is_leaf).into_iter();
-                axes.extend(entries.filter_map(|(key, entry)| swept(&key, entry, errors)));
+                axes.extend(entries.filter_map(|(key, entry)| swept(&key, entry, model, errors)));
             }
         }
     }
@@ -114,18 +114,33 @@ fn is_range(table: &Table) -> bool {
 }
 
 /// The axis of a key of a model or of `[record]`: a list of values or a range.
-fn swept(key: &str, entry: &Entry, errors: &mut Errors) -> Option<Points> {
+fn swept(key: &str, entry: &Entry, model: Option<&str>, errors: &mut Errors) -> Option<Points> {
     let is_empty_table = entry.node.table().is_some_and(|table| table.entries.is_empty());
     let (title, label) = if is_empty_table {
-        (format!("the axis `{key}` is empty"), "needs a list or a range")
+        (format!("the axis `{key}` is empty"), "needs a list or a range".to_owned())
     } else if !key.starts_with("model.") && !key.starts_with("record.") {
-        let label = "keys of [model.*] and [record] can be swept, by their full name";
+        let label = match full_name(key, model) {
+            Some(meant) => format!("did you mean `{meant}`?"),
+            None => "keys of [model.*] and [record] can be swept, by their full name".to_owned(),
+        };
         (format!("`{key}` cannot be swept"), label)
     } else {
         return axis(key, entry, errors);
     };
     errors.push(Diagnostic::new(title).at(entry.key_span, label));
     None
+}
+
+/// The key of a model or of `[record]` that a user meant by its last part.
+fn full_name(key: &str, model: Option<&str>) -> Option<String> {
+    let tables = [
+        model.map(|model| (format!("model.{model}"), model_table(model))),
+        Some(("record".to_owned(), record_table())),
+    ];
+    tables.into_iter().flatten().find_map(|(path, table)| {
+        let known = table["properties"].as_object()?.keys().map(String::as_str);
+        nearest(key, known).map(|meant| format!("{path}.{meant}"))
+    })
 }
 
 fn axis(key: &str, entry: &Entry, errors: &mut Errors) -> Option<Points> {

@@ -113,7 +113,34 @@ pub(crate) fn parse_toml(
         syntax.hides_tables |= source[begin..end].trim_start().starts_with('[');
         syntax.lines.push(begin..end + 1);
         let span = Span { source: number, start: range.start, end: range.end };
-        syntax.errors.push(Diagnostic::new("this is not TOML").at(span, error.message()));
+        let label = number_as_meant(&source[begin..end]);
+        let label = label.map_or_else(|| error.message().to_owned(), str::to_owned);
+        syntax.errors.push(Diagnostic::new("this is not TOML").at(span, label));
     }
     (tree::table(parsed.into_inner(), number, 0), syntax)
+}
+
+/// How to write the number of a line such as `discs = 20 20`, `temperature_k = 300 K` or `radius_m = 0,1`; `None` for other lines.
+fn number_as_meant(line: &str) -> Option<&'static str> {
+    let value = line.split_once('=')?.1.split('#').next()?.trim();
+    let is_of_number = |c: char| c.is_ascii_digit() || matches!(c, '.' | '_' | '+' | '-');
+    let mut rest = value.trim_start_matches(is_of_number);
+    if let Some(exponent) = rest.strip_prefix(['e', 'E']).filter(|it| it.starts_with(is_of_number))
+    {
+        rest = exponent.trim_start_matches(is_of_number);
+    }
+    if rest.len() == value.len() || !value.contains(|c: char| c.is_ascii_digit()) {
+        return None;
+    }
+    let next = rest.trim_start().chars().next()?;
+    match next {
+        ',' => Some("a number has a decimal point, no comma: 0.1"),
+        _ if next.is_ascii_digit() => {
+            Some("one number has no spaces; several numbers are a list: [1, 2]")
+        }
+        _ if next.is_alphabetic() || matches!(next, '%' | '°') => {
+            Some("a number stands without a unit: the end of the key's name is the unit")
+        }
+        _ => None,
+    }
 }

@@ -4,6 +4,7 @@ use crate::messages::exit::unread_recording;
 use crate::messages::progress::size;
 use crate::messages::result_arguments::ResultArguments;
 use crate::messages::{Failure, plural};
+use crate::named_recordings::named_recordings;
 use clap::Args;
 use kinetoscope::run::recording;
 use kinetoscope_console::Exit;
@@ -25,62 +26,66 @@ const HEAD_BYTES: u64 = 512;
 /// Report what a recording is: experiment, run key, seed, versions, channels, frames, outcome, size.
 #[derive(Debug, Args)]
 pub(crate) struct InfoArguments {
-    /// Recording (*.mcap), or any other file
-    #[arg(value_name = "FILE")]
-    path: PathBuf,
+    /// Recordings (*.mcap), folders of recordings, or any other files
+    #[arg(required = true, value_name = "FILE")]
+    paths: Vec<PathBuf>,
     #[command(flatten)]
     result: ResultArguments,
 }
 
 impl InfoArguments {
-    /// Prints what the file is. The exit code is 0 only for a complete recording.
+    /// Prints what each file is. The exit code is 0 only for complete recordings.
     #[must_use]
     pub(crate) fn execute(&self) -> Exit {
-        self.result.concluded(self.describe().unwrap_or_else(|failure| {
-            if self.result.json {
-                let text = failure.plain_text();
-                self.result.print("", || json!({ "file": self.path, "error": text }));
-            }
-            failure.report()
-        }))
-    }
-
-    fn describe(&self) -> Result<Exit, Failure> {
-        let path = self.path.as_path();
-        let unreadable =
-            |what: &str| Failure::new(Exit::Unreadable, format!("{} {what}", shown_path(path)));
-        let metadata = fs::metadata(path).map_err(|error| {
-            unreadable(&format!("cannot be read: {error}")).help("check the path")
-        })?;
-        if metadata.is_dir() {
-            let recordings = plural(recordings_in(path), "recording");
-            return Err(unreadable(&format!("is a folder with {recordings}"))
-                .help("name one recording, or use `kinetoscope analyze` for a folder"));
-        }
-        if !metadata.is_file() {
-            let special = regular_file::type_of(&metadata);
-            return Err(unreadable(&format!("is {special}, not a recording"))
-                .help("name a recording (*.mcap)"));
-        }
-        let recording = recording::open(path).map_err(|error| not_a_recording(path, &error))?;
-        let contents = Contents::read(&recording);
-        let report = Report { recording: &recording, contents: &contents };
-        self.result.print(&report.text(), || report.json());
-        match (&contents.error, &recording.provenance().outcome) {
-            (Some(error), _) => Err(unread_recording(error)),
-            (None, Some(Outcome::Complete | Outcome::Fault(_))) => Ok(Exit::Done),
-            (None, Some(Outcome::Interrupted) | None) => {
-                Err(unreadable("is not finished").help("run its manifest again to resume"))
+        let paths = match named_recordings(&self.paths) {
+            Ok(paths) => paths,
+            Err(failure) => return self.result.concluded(self.result.failed(&failure)),
+        };
+        let (mut exit, mut documents) = (Exit::Done, Vec::new());
+        for path in &paths {
+            let described = describe(path, |report| {
+                self.result.say(&report.text());
+                documents.push(report.json());
+            });
+            if let Err(failure) = described {
+                if documents.last().is_none_or(|last| last["file"] != json!(path)) {
+                    documents.push(json!({ "file": path, "error": failure.plain_text() }));
+                }
+                exit = exit.worst(failure.report());
             }
         }
+        if self.result.json {
+            self.result.print_json(&match documents.pop() {
+                Some(document) if documents.is_empty() => document,
+                last => Json::Array(documents.into_iter().chain(last).collect()),
+            });
+        }
+        self.result.concluded(exit)
     }
 }
 
-/// Number of files of a folder that are named as recordings are.
-fn recordings_in(folder: &Path) -> u64 {
-    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-    let is_recording = |path: PathBuf| path.extension().is_some_and(|end| end == "mcap");
-    entries.filter(|entry| is_recording(entry.path())).count() as u64
+/// Shows a recording, and says why it is not a complete one.
+fn describe(path: &Path, show: impl FnOnce(&Report<'_>)) -> Result<(), Failure> {
+    let unreadable =
+        |what: &str| Failure::new(Exit::Unreadable, format!("{} {what}", shown_path(path)));
+    let metadata = fs::metadata(path)
+        .map_err(|error| unreadable(&format!("cannot be read: {error}")).help("check the path"))?;
+    if !metadata.is_file() {
+        let special = regular_file::type_of(&metadata);
+        return Err(
+            unreadable(&format!("is {special}, not a recording")).help("name a recording (*.mcap)")
+        );
+    }
+    let recording = recording::open(path).map_err(|error| not_a_recording(path, &error))?;
+    let contents = Contents::read(&recording);
+    show(&Report { recording: &recording, contents: &contents });
+    match (&contents.error, &recording.provenance().outcome) {
+        (Some(error), _) => Err(unread_recording(error)),
+        (None, Some(Outcome::Complete | Outcome::Fault(_))) => Ok(()),
+        (None, Some(Outcome::Interrupted) | None) => {
+            Err(unreadable("is not finished").help("run its manifest again to resume"))
+        }
+    }
 }
 
 /// The error for a file that does not open as a recording, with what it is instead.

@@ -8,6 +8,7 @@ mod benchmark;
 mod bundling;
 mod check;
 mod comparison;
+mod demo;
 mod doctor;
 mod engine;
 mod executor;
@@ -15,6 +16,7 @@ mod info;
 mod locking;
 mod manifests;
 mod messages;
+mod named_recordings;
 mod output;
 mod planning;
 mod program_name;
@@ -30,6 +32,7 @@ use clap::{CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
 use comparison::fill_and_zoom::{FillArguments, ZoomArguments};
 use comparison::verify_and_compare::{CompareArguments, VerifyArguments};
+use demo::DemoArguments;
 use doctor::DoctorArguments;
 use engine::ENGINE;
 use info::InfoArguments;
@@ -42,10 +45,12 @@ use locking::lock::LockArguments;
 use manifests::starter::{NewArguments, print_schema};
 use messages::Failure;
 use messages::argument_errors;
+use messages::examples::{FIRST_STEPS, with_examples};
 use messages::exit::{self, OF_RUN, exit_codes};
 use messages::suggestion::with_nearest_subcommand;
 use program_name::ProgramName;
 use running::RunArguments;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use view::ViewArguments;
@@ -53,7 +58,7 @@ use why::WhyArguments;
 
 /// Reproducible particle experiments: a manifest in, recordings and checked physics out.
 #[derive(Debug, Parser)]
-#[command(name = "kinetoscope", version, arg_required_else_help = true)]
+#[command(name = "kinetoscope", version, arg_required_else_help = true, after_help = FIRST_STEPS)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -62,45 +67,47 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 #[command(subcommand_help_heading = "Subcommands", disable_help_subcommand = true)]
 enum Command {
-    #[command(after_help = exit_codes(OF_RUN))]
+    #[command(after_help = with_examples("run", &exit_codes(OF_RUN)))]
     Run(RunArguments),
-    #[command(after_help = exit_codes(&[]))]
+    #[command(after_help = with_examples("new", &exit_codes(&[])))]
     New(NewArguments),
-    #[command(after_help = exit_codes(&[1, 4, 5, 129, 130, 143]))]
+    #[command(after_help = with_examples("demo", &exit_codes(OF_RUN)))]
+    Demo(DemoArguments),
+    #[command(after_help = with_examples("check", &exit_codes(&[1, 4, 5, 129, 130, 143])))]
     Check(CheckArguments),
-    #[command(after_help = exit_codes(&[1, 4, 5, 129, 130, 143]))]
+    #[command(after_help = with_examples("lock", &exit_codes(&[1, 4, 5, 129, 130, 143])))]
     Lock(LockArguments),
-    #[command(after_help = exit_codes(&[1, 4, 5, 129, 130, 143]))]
+    #[command(after_help = with_examples("bundle", &exit_codes(&[1, 4, 5, 129, 130, 143])))]
     Bundle(BundleArguments),
-    #[command(after_help = exit_codes(&[1, 4, 5, 129, 130, 143]))]
+    #[command(after_help = with_examples("reproduce", &exit_codes(&[1, 4, 5, 129, 130, 143])))]
     Reproduce(ReproduceArguments),
-    #[command(after_help = exit_codes(&[1, 4, 5, 129, 130, 143]))]
+    #[command(after_help = with_examples("verify", &exit_codes(&[1, 4, 5, 129, 130, 143])))]
     Verify(VerifyArguments),
-    #[command(after_help = exit_codes(&[4, 5]))]
+    #[command(after_help = with_examples("compare", &exit_codes(&[4, 5])))]
     Compare(CompareArguments),
-    #[command(after_help = exit_codes(&[1, 4, 5, 129, 130, 143]))]
+    #[command(after_help = with_examples("fill", &exit_codes(&[1, 4, 5, 129, 130, 143])))]
     Fill(FillArguments),
-    #[command(after_help = exit_codes(&[1, 4, 5, 129, 130, 143]))]
+    #[command(after_help = with_examples("zoom", &exit_codes(&[1, 4, 5, 129, 130, 143])))]
     Zoom(ZoomArguments),
-    #[command(after_help = exit_codes(OF_RUN))]
+    #[command(after_help = with_examples("why", &exit_codes(OF_RUN)))]
     Why(WhyArguments),
-    #[command(after_help = exit_codes(&[5]))]
+    #[command(after_help = with_examples("info", &exit_codes(&[5])))]
     Info(InfoArguments),
-    #[command(after_help = exit_codes(OF_RUN))]
+    #[command(after_help = with_examples("benchmark", &exit_codes(OF_RUN)))]
     Benchmark(BenchmarkArguments),
-    #[command(after_help = analysis::EXIT_CODES)]
+    #[command(after_help = with_examples("analyze", analysis::EXIT_CODES))]
     Analyze(AnalyzeArguments),
-    #[command(after_help = exit_codes(&[5]))]
+    #[command(after_help = with_examples("export", &exit_codes(&[5])))]
     Export(ExportArguments),
-    #[command(after_help = exit_codes(&[5]))]
+    #[command(after_help = with_examples("plot", &exit_codes(&[5])))]
     Plot(PlotArguments),
-    #[command(after_help = exit_codes(&[5, 130, 143]))]
+    #[command(after_help = with_examples("view", &exit_codes(&[5, 130, 143])))]
     View(ViewArguments),
     /// Print the JSON Schema of manifests, for editors
-    #[command(after_help = exit_codes(&[]))]
+    #[command(after_help = with_examples("schema", &exit_codes(&[])))]
     Schema,
     /// Print the completions of a program for a shell
-    #[command(after_help = exit_codes(&[]))]
+    #[command(after_help = with_examples("completions", &exit_codes(&[])))]
     Completions {
         /// The shell
         shell: Shell,
@@ -109,13 +116,13 @@ enum Command {
         program: ProgramName,
     },
     /// Write the manual pages into a folder, for packages of distributions
-    #[command(after_help = exit_codes(&[]))]
+    #[command(after_help = with_examples("man-pages", &exit_codes(&[])))]
     ManPages {
         /// The folder
         folder: PathBuf,
     },
     #[command(
-        after_help = "Exit codes:\n  0    no problem\n  1    a problem was found; its remedy is printed\n  2    bad arguments\n  70   an internal error, or not enough memory\n  75   the output cannot be written"
+        after_help = with_examples("doctor", "Exit codes:\n  0    no problem\n  1    a problem was found; its remedy is printed\n  2    bad arguments\n  70   an internal error, or not enough memory\n  75   the output cannot be written")
     )]
     Doctor(DoctorArguments),
 }
@@ -153,9 +160,8 @@ pub fn main() -> ExitCode {
         allocator::keep_little();
         let name = ProgramName::called();
         let exit = match name {
-            ProgramName::Kinetoscope => {
-                Arguments::try_parse().map(|arguments| with_threads(|| execute(&arguments)))
-            }
+            ProgramName::Kinetoscope => Arguments::try_parse_from(words())
+                .map(|arguments| with_threads(|| execute(&arguments))),
             ProgramName::RunExperiment => RunExperiment::try_parse()
                 .map(|arguments| with_threads(|| arguments.run.execute(name))),
             ProgramName::AnalyzeRecordings => AnalyzeRecordings::try_parse()
@@ -178,6 +184,7 @@ fn execute(arguments: &Arguments) -> Exit {
     match &arguments.command {
         Command::Run(arguments) => arguments.execute(ProgramName::Kinetoscope),
         Command::New(arguments) => arguments.execute(),
+        Command::Demo(arguments) => arguments.execute(ENGINE),
         Command::Check(arguments) => arguments.execute(),
         Command::Lock(arguments) => arguments.execute(),
         Command::Bundle(arguments) => arguments.execute(),
@@ -222,10 +229,26 @@ fn command_of(name: ProgramName) -> clap::Command {
     }
 }
 
+/// The words of the command line of `kinetoscope`: a manifest in place of a subcommand means `run`, and `help run` means `run --help`.
+fn words() -> Vec<OsString> {
+    let mut words: Vec<OsString> = std::env::args_os().collect();
+    let first = words.get(1).map(|word| word.to_string_lossy().into_owned());
+    match first.as_deref() {
+        Some("help") => {
+            words.remove(1);
+            words.push("--help".into());
+        }
+        Some(manifest) if manifest.ends_with(".toml") => words.insert(1, "run".into()),
+        _ => {}
+    }
+    words
+}
+
 /// The program with the subcommand that was called, for the help of an error.
 fn called() -> String {
-    let command = Arguments::command();
-    let subcommand = std::env::args().nth(1).filter(|name| command.find_subcommand(name).is_some());
+    let (command, words) = (Arguments::command(), words());
+    let name = words.get(1).map(|word| word.to_string_lossy());
+    let subcommand = name.filter(|name| command.find_subcommand(name.as_ref()).is_some());
     subcommand.map_or_else(|| "kinetoscope".to_owned(), |name| format!("kinetoscope {name}"))
 }
 
@@ -245,6 +268,31 @@ fn write_man_pages(folder: &Path) -> Exit {
         Err(error) => {
             let what = format!("cannot write the manual pages to {}: {error}", shown_path(folder));
             Failure::new(exit::of_output(&error), what).help("name another folder").report()
+        }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may panic")]
+mod tests {
+    use super::Arguments;
+    use crate::messages::examples::EXAMPLES;
+    use clap::{CommandFactory as _, Parser as _};
+
+    /// Guarantee: the help of every subcommand has examples, and each is a command line that the program accepts.
+    #[test]
+    fn examples_of_the_help_are_accepted() {
+        let command = Arguments::command();
+        let subcommands: Vec<&str> = command.get_subcommands().map(|one| one.get_name()).collect();
+        let with_examples: Vec<&str> = EXAMPLES.iter().map(|(name, _)| *name).collect();
+        assert_eq!(with_examples, subcommands);
+        for (name, examples) in EXAMPLES {
+            for example in *examples {
+                let words = ["kinetoscope"].into_iter().chain(example.split(' '));
+                let parsed = Arguments::try_parse_from(words);
+                assert!(parsed.is_ok(), "{example}: {}", parsed.unwrap_err());
+                assert!(example.split(' ').next() == Some(name), "{example}");
+            }
         }
     }
 }

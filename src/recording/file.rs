@@ -4,7 +4,7 @@ use crate::error::RecordError;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::folder::sync_folder;
 use kinetoscope_files::regular_file;
-use std::fs::{self, File, TryLockError};
+use std::fs::{self, File};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::thread::sleep;
@@ -238,17 +238,12 @@ pub fn final_path(folder: &Path, stem: &str) -> PathBuf {
 /// two steps of [`take_name`], loses this name and keeps its bytes.
 pub(crate) fn locked(partial: &Path) -> Result<File, RecordError> {
     for _ in 0..LOCK_TRIALS {
-        let (file, _) =
-            regular_file::open_or_create(partial).map_err(|error| at(partial, &error))?;
-        match file.try_lock() {
-            Ok(()) => {}
+        let Some(file) = regular_file::open_as_only_writer(partial).map_err(|e| at(partial, &e))?
+        else {
             // Possibly by [`is_being_written`].
-            Err(TryLockError::WouldBlock) => {
-                sleep(BETWEEN_TRIALS);
-                continue;
-            }
-            Err(TryLockError::Error(error)) => return Err(at(partial, &error)),
-        }
+            sleep(BETWEEN_TRIALS);
+            continue;
+        };
         if !is_still_named(&file, partial) {
             continue;
         }
@@ -263,8 +258,7 @@ pub(crate) fn locked(partial: &Path) -> Result<File, RecordError> {
 /// Whether another process is writing a recording. Its lock is tried for an instant, which a writer that starts then waits for.
 #[must_use]
 pub fn is_being_written(path: &Path) -> bool {
-    regular_file::open(path)
-        .is_ok_and(|(file, _)| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
+    regular_file::has_writer(path)
 }
 
 #[cfg(unix)]

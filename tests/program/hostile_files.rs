@@ -35,9 +35,9 @@ fn files_that_are_not_recordings_are_named() {
         let json = bench.call(&["info", "--json", name]);
         assert!(json.json()["error"].as_str().unwrap().starts_with("error: "), "{}", json.out);
     }
-    let expected = "error: manifest.toml is not an MCAP file\nhelp: name a recording (*.mcap)\n";
+    let expected = "error: bytes is not an MCAP file\nhelp: name a recording (*.mcap)\n";
     for option in ["--no-replay", "--quiet", "--json"] {
-        let called = bench.call(&["analyze", option, "manifest.toml"]);
+        let called = bench.call(&["analyze", option, "bytes"]);
         assert_eq!((called.code, called.err.as_str()), (Some(5), expected), "{option}");
     }
     fs::create_dir(bench.path("folder")).unwrap();

@@ -46,6 +46,10 @@ mod why_names_the_changed_key;
 mod names_decide_what_the_program_does;
 // Messages name a next command that works.
 mod messages_name_the_next_command;
+// The program carries its examples, and runs a manifest that is its only argument.
+mod examples_are_in_the_program;
+// `analyze` prints the answer and the checks in one screen.
+mod analysis_answers_in_a_screen;
 // Help, misspelled names, closed pipes.
 mod arguments;
 // Names without a folder.

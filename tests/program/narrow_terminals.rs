@@ -100,15 +100,15 @@ fn description_of_recordings_given_as_a_manifest_is_named() {
 }
 
 #[test]
-fn snapshot_beyond_the_end_is_noted() {
+fn snapshot_beyond_the_end_is_an_error() {
     let bench = Bench::new();
     let recording = bench.recording();
     let times = ["analyze", "--snapshots-at", "0.0005,7.0", recording.to_str().unwrap()];
     let called = bench.call(&times);
-    assert_eq!(called.code, Some(0), "{}", called.err);
-    let note = "note: no snapshot at t = 7 s: the recordings are from 0 to 0.001 s";
-    assert!(called.out.contains(note), "{}", called.out);
-    assert!(!called.out.contains("0.0005"), "{}", called.out);
+    assert_eq!(called.code, Some(2), "{}", called.err);
+    let note = "error: no snapshot at t = 7 s: the recordings are from 0 to 0.001 s\nhelp: ";
+    assert!(called.err.contains(note), "{}", called.err);
+    assert!(!called.err.contains("0.0005"), "{}", called.err);
 }
 
 /// The plots of points that an edited manifest no longer has are removed by the next analysis, and by `--prune` with the

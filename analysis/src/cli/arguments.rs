@@ -1,6 +1,7 @@
 //! The command lines of `analyze-recordings` and `kinetoscope analyze`.
 
 use crate::export::ExportFormat;
+use crate::report::text::Extent;
 use kinetoscope_console::StandardOutput;
 use std::path::PathBuf;
 
@@ -20,13 +21,13 @@ pub const EXIT_CODES: &str = "Exit codes:
 /// Compute metrics with standard errors, plots and checks from recordings.
 #[derive(Debug, clap::Args)]
 pub struct AnalyzeArguments {
-    /// Recordings, and folders of recordings; also on object storage as s3://BUCKET/PREFIX, in a program built with
-    /// `--features object-storage`
-    #[arg(required_unless_present = "list_metrics", value_name = "PATH")]
+    /// Recordings, folders of recordings, and manifests whose recordings are in `recordings` [default: recordings]; also on object
+    /// storage as s3://BUCKET/PREFIX, in a program built with `--features object-storage`
+    #[arg(value_name = "PATH")]
     pub(super) paths: Vec<PathBuf>,
-    /// Print the reference of all metrics (Markdown) and stop
-    #[arg(long, exclusive = true)]
-    pub(super) list_metrics: bool,
+    /// Print the reference of all metrics (Markdown), or the metrics of a model and with words, such as `gas pressure`, and stop
+    #[arg(long, exclusive = true, num_args = 0.., value_name = "WORD")]
+    pub(super) list_metrics: Option<Vec<String>>,
     /// Read all recordings, including those that have not changed since their last analysis
     #[arg(long)]
     pub(super) no_cache: bool,
@@ -77,6 +78,9 @@ pub struct AnalyzeArguments {
     /// coordinates of the sweep (released programs include it; a build from source needs `--features parquet`)
     #[arg(long, help_heading = "Output")]
     pub(super) metrics_table: bool,
+    /// Print every metric, note and check, not only the answer and the checked numbers
+    #[arg(long, conflicts_with_all = ["quiet", "json"], help_heading = "Messages")]
+    pub(super) all: bool,
     /// Print errors only
     #[arg(long, short, help_heading = "Messages")]
     pub(super) quiet: bool,
@@ -91,6 +95,11 @@ pub struct AnalyzeArguments {
 pub(super) const REPLAY_BYTES: usize = 3_000_000;
 
 impl AnalyzeArguments {
+    /// How much is printed of each experiment.
+    pub(super) fn extent(&self) -> Extent {
+        if self.all { Extent::Whole } else { Extent::Brief }
+    }
+
     /// Maximum size of the replays of a page; `None` for a page without.
     pub(super) fn replay_bytes(&self) -> Option<usize> {
         (!self.no_replay).then_some(self.replay_budget)

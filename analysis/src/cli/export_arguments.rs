@@ -1,6 +1,7 @@
 //! The command `kinetoscope export`: recordings in the formats of other programs, or as a small picture.
 
 use super::exit::CommandError;
+use super::meant_paths::meant_paths;
 use super::messages::{complain_unreadable, concluded, terminal};
 use crate::export::{self, Export, ExportFormat};
 use crate::input::recording::with_frame_limit;
@@ -87,7 +88,7 @@ impl ExportArguments {
         if self.format.contains(&ExportFormat::Parquet) && cfg!(not(feature = "parquet")) {
             return Err(CommandError::usage(export::needs_parquet()));
         }
-        let sources = input::sources(&self.paths)?;
+        let sources = input::sources(&meant_paths(&self.paths)?)?;
         let several = input::are_several(&sources);
         let (mut exports, mut unreadable) = (Vec::new(), BTreeSet::new());
         for source in &sources {
@@ -131,7 +132,7 @@ impl ExportArguments {
         let format =
             ThumbnailFormat::of(file, self.thumbnail_frames).map_err(CommandError::usage)?;
         write_file::check(file)?;
-        let sources = input::sources(&self.paths)?;
+        let sources = input::sources(&meant_paths(&self.paths)?)?;
         let recordings: Vec<(&RecordingFolder, &PathBuf)> = sources
             .iter()
             .flat_map(|source| source.files.iter().map(move |path| (source, path)))

@@ -3,6 +3,7 @@
 mod arguments;
 mod exit;
 mod export_arguments;
+mod meant_paths;
 mod messages;
 mod pages;
 mod plot_arguments;
@@ -22,7 +23,7 @@ use crate::models::metric_names;
 use crate::report::engine_place::EnginePlace;
 use crate::report::files;
 use crate::report::table::{Style, Terminal};
-use crate::report::{self, AnalysisOptions, AnalysisReport, analyze};
+use crate::report::{self, AnalysisOptions, AnalysisReport, analyze, snapshots_outside};
 use crate::run::cache::AnalysisCache;
 use crate::write_file::{self, WriteError};
 use exit::CommandError;
@@ -32,6 +33,7 @@ use kinetoscope_console::{Exit, Message, complain};
 use kinetoscope_files::regular_file::is_of_file;
 use kinetoscope_files::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
 use kinetoscope_manifest::{Check, parse_checks};
+use meant_paths::meant_paths;
 use messages::{complain_unreadable, concluded, terminal};
 use serde_json::json;
 use std::collections::{BTreeMap, BTreeSet};
@@ -82,9 +84,8 @@ pub fn cache(recordings: &[PathBuf]) -> Result<(), String> {
 }
 
 fn run(arguments: &AnalyzeArguments, engine: &'static [u8]) -> Result<Exit, CommandError> {
-    if arguments.list_metrics {
-        arguments.standard_output.print_exactly(&report::metrics_reference());
-        return Ok(Exit::Done);
+    if let Some(words) = &arguments.list_metrics {
+        return list_metrics(arguments, words);
     }
     let wants_parquet =
         arguments.metrics_table || arguments.export.contains(&ExportFormat::Parquet);
@@ -94,7 +95,8 @@ fn run(arguments: &AnalyzeArguments, engine: &'static [u8]) -> Result<Exit, Comm
     let checks = arguments.checks.as_deref().map_or_else(|| Ok(Vec::new()), read_checks)?;
     let mut baselines = read_baselines(&arguments.baseline)?;
     arguments.junit.as_deref().map_or(Ok(()), write_file::check)?;
-    let sources = sources(arguments)?;
+    let paths = meant_paths(&arguments.paths)?;
+    let sources = sources(arguments, &paths)?;
     reject_other_baselines(&baselines, &sources)?;
     if arguments.cache_only {
         let errors = fill_caches(sources, |folder| analysis_options(arguments, folder, engine));
@@ -122,7 +124,7 @@ fn run(arguments: &AnalyzeArguments, engine: &'static [u8]) -> Result<Exit, Comm
             let compared = report.compare(&baselines.remove(at), &arguments.allow_changed);
             compared.map_err(CommandError::usage)?;
         }
-        arguments.say(&report.text(terminal));
+        arguments.say(&report.text(terminal, arguments.extent()));
         let say = |line: &str| arguments.say(line);
         // The report names them already.
         export_all(&source, &arguments.export, &folder.join("export"), say, &mut BTreeSet::new())?;
@@ -138,6 +140,7 @@ fn run(arguments: &AnalyzeArguments, engine: &'static [u8]) -> Result<Exit, Comm
             "name one of them",
         )));
     }
+    reject_snapshots_outside(&arguments.snapshots_at, &analyzed)?;
     write(arguments, &analyzed, terminal)?;
     if arguments.open {
         pages::open(&analyzed, arguments);
@@ -148,6 +151,35 @@ fn run(arguments: &AnalyzeArguments, engine: &'static [u8]) -> Result<Exit, Comm
         arguments.standard_output.print_json(&json(&analyzed, exit));
     }
     Ok(exit)
+}
+
+/// Rejects a time of `--snapshots-at` that no run of any experiment reaches.
+fn reject_snapshots_outside(times: &[f64], analyzed: &[Analyzed]) -> Result<(), CommandError> {
+    let read = analyzed.iter().filter(|one| !one.is_empty());
+    let mut outside = read.map(|one| snapshots_outside(&one.report.runs, times));
+    let first = outside.next().unwrap_or_default();
+    match first.first() {
+        Some(what) if outside.all(|others| !others.is_empty()) => Err(CommandError::usage(
+            Message::new(what.as_str(), "name times that the recordings have"),
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// Prints the reference of all metrics, or those with the words.
+fn list_metrics(arguments: &AnalyzeArguments, words: &[String]) -> Result<Exit, CommandError> {
+    if words.is_empty() {
+        arguments.standard_output.print_exactly(&report::metrics_reference());
+        return Ok(Exit::Done);
+    }
+    let text = report::metrics_with(words, terminal()).ok_or_else(|| {
+        CommandError::usage(Message::new(
+            format!("no metric has the words {:?}", words.join(" ")),
+            "name a model (dem, gas, packing, orbit), a part of a metric's name, or fewer words",
+        ))
+    })?;
+    arguments.standard_output.print_styled(&text);
+    Ok(Exit::Done)
 }
 
 fn read_baselines(paths: &[PathBuf]) -> Result<Vec<Baseline>, CommandError> {
@@ -260,14 +292,14 @@ fn write(
     for Analyzed { results: folder, report, .. } in analyzed.iter().filter(|one| !one.is_empty()) {
         let plots = files::write(report, folder)?;
         let line = format!(
-            "written: report.html, metrics.json, metrics.csv and {} (*.svg) in {}",
+            "written: {}, with metrics.json, metrics.csv and {} (*.svg)",
+            shown_path(&folder.join(files::REPORT)),
             plural(plots as u64, "plot"),
-            shown_path(folder)
         );
         arguments.say(&format!("{}\n", terminal.wrapped(&line, 2)));
     }
     for folder in pages::write_indexes(analyzed, arguments)? {
-        let line = format!("written: index.html in {}", shown_path(&folder));
+        let line = format!("written: {}", shown_path(&folder.join(files::INDEX)));
         arguments.say(&format!("{}\n", terminal.wrapped(&line, 2)));
     }
     let all: Vec<_> = analyzed.iter().map(|one| one.report.checks()).collect();
@@ -275,8 +307,11 @@ fn write(
 }
 
 /// The folders of the recordings. If there are none, the JUnit file states that.
-fn sources(arguments: &AnalyzeArguments) -> Result<Vec<RecordingFolder>, CommandError> {
-    let sources = match input::sources(&arguments.paths) {
+fn sources(
+    arguments: &AnalyzeArguments,
+    paths: &[PathBuf],
+) -> Result<Vec<RecordingFolder>, CommandError> {
+    let sources = match input::sources(paths) {
         Ok(sources) => sources,
         Err(error) => {
             write_unread(arguments, &error.message)?;

@@ -1,5 +1,6 @@
 //! The page that lists several experiments, and the browser that shows a page.
 
+use super::meant_paths::meant_paths;
 use super::{AnalyzeArguments, Analyzed};
 use crate::report::files::{INDEX, REPORT};
 use crate::report::index::{self, Listed};
@@ -58,7 +59,7 @@ pub(super) fn name_earlier_reports(analyzed: &[Analyzed]) {
 fn index_folders(analyzed: &[Analyzed], arguments: &AnalyzeArguments) -> Vec<PathBuf> {
     let mut folders: Vec<PathBuf> = match &arguments.output {
         Some(output) => vec![output.clone()],
-        None => arguments.paths.clone(),
+        None => meant_paths(&arguments.paths).unwrap_or_default(),
     };
     folders.sort();
     folders.dedup();

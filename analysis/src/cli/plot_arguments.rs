@@ -1,6 +1,7 @@
 //! The command `kinetoscope plot`: one plot from the recordings of an experiment, as SVG or PNG.
 
 use super::exit::CommandError;
+use super::meant_paths::meant_paths;
 use super::messages::{complain_unreadable, concluded};
 use super::plotted_names::{check_names, check_places};
 use crate::input::recording::{self, OpenRun};
@@ -178,8 +179,9 @@ impl PlotArguments {
 
     /// The one experiment among the paths.
     fn source(&self) -> Result<RecordingFolder, CommandError> {
-        let (mut sources, unlisted): (Vec<_>, Vec<_>) =
-            input::sources(&self.paths)?.into_iter().partition(|source| !source.files.is_empty());
+        let (mut sources, unlisted): (Vec<_>, Vec<_>) = input::sources(&meant_paths(&self.paths)?)?
+            .into_iter()
+            .partition(|source| !source.files.is_empty());
         let unlisted: Vec<UnreadableRecording> =
             unlisted.into_iter().flat_map(|folder| folder.unreadable).collect();
         match (sources.pop(), sources.as_slice()) {

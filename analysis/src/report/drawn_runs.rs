@@ -45,7 +45,7 @@ pub(super) fn drawn_runs<'a>(
 }
 
 /// Notes about requested snapshots that no run reaches.
-pub(super) fn snapshots_outside(runs: &[RunAnalysis], requested: &[f64]) -> Vec<String> {
+pub(crate) fn snapshots_outside(runs: &[RunAnalysis], requested: &[f64]) -> Vec<String> {
     let Some(end) = runs.iter().map(|run| run.end_time).reduce(f64::max) else { return Vec::new() };
     let unit = runs.first().map_or("", |run| run.time_unit.as_str());
     let outside = requested.iter().filter(|time| **time > end || **time < 0.0);

@@ -19,12 +19,14 @@ mod provenance;
 mod replay_section;
 mod sweep_data;
 pub(crate) mod table;
-mod text;
+pub(crate) mod text;
 mod timing_section;
 
 pub use metrics_reference::metrics_reference;
+pub(crate) use metrics_reference::metrics_with;
 
-use self::drawn_runs::{drawn_files, drawn_runs, snapshots_outside};
+pub(crate) use self::drawn_runs::snapshots_outside;
+use self::drawn_runs::{drawn_files, drawn_runs};
 use self::engine_place::EnginePlace;
 use crate::answer::{Answer, AnswerSource};
 use crate::checks::baseline::{Baseline, BaselineComparison};

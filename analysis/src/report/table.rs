@@ -1,7 +1,9 @@
 //! Tables and numbers for the terminal.
 
+use crate::checks::{CheckResult, one_line};
 use crate::metric::{Deviation, Metric};
 use crate::number_text::{six_digits, three_digits, two_digits, with_error};
+use crate::sweep::samples::typographic_unit;
 use kinetoscope_console::text::visible;
 use kinetoscope_console::wrapped_line;
 
@@ -63,9 +65,28 @@ impl Terminal {
 /// numbers are below the name, and the deviation below the numbers if it has no room next to them.
 pub(crate) fn table(metrics: &[&Metric], terminal: Terminal) -> String {
     let rows: Vec<[String; 4]> = metrics.iter().map(|metric| row(metric)).collect();
-    let header = ["metric", "value", "theory", "deviation"].map(str::to_owned);
+    rows_of_four(["metric", "value", "theory", "deviation"], &rows, terminal)
+}
+
+/// Formats one line per metric of a check that passes: name and place, value, theoretical value, and what is required.
+pub(crate) fn table_of_passed(
+    checked: &[(&CheckResult, Option<&Metric>)],
+    terminal: Terminal,
+) -> String {
+    let rows: Vec<[String; 4]> = checked
+        .iter()
+        .map(|(result, metric)| {
+            let [_, value, theory, _] = metric.map(row).unwrap_or_default();
+            [&result.subject, &value, &theory, &result.requirement].map(|cell| one_line(cell))
+        })
+        .collect();
+    rows_of_four(["passed", "value", "theory", "required"], &rows, terminal)
+}
+
+fn rows_of_four(header: [&str; 4], rows: &[[String; 4]], terminal: Terminal) -> String {
+    let header = header.map(str::to_owned);
     let mut widths = header.each_ref().map(|text| text.chars().count());
-    for row in &rows {
+    for row in rows {
         for (width, cell) in widths.iter_mut().zip(row) {
             *width = (*width).max(cell.chars().count());
         }
@@ -101,8 +122,8 @@ pub(crate) fn table(metrics: &[&Metric], terminal: Terminal) -> String {
 }
 
 fn row(metric: &Metric) -> [String; 4] {
-    let unit = match metric.unit() {
-        "" | "1" => String::new(),
+    let unit = match typographic_unit(metric.unit()) {
+        none if none.is_empty() => none,
         unit => format!(" {unit}"),
     };
     let value = match value_text(metric) {

@@ -1,9 +1,11 @@
 //! The report as text for the terminal.
 
-use crate::checks::CheckKind;
+use crate::checks::{CheckKind, CheckResult, subject};
+use crate::metric::Metric;
 use crate::report::AnalysisReport;
-use crate::report::table::{Style, Terminal, reasons, table};
-use kinetoscope_console::text::one_line;
+use crate::report::table::{Style, Terminal, reasons, table, table_of_passed};
+use kinetoscope_console::text::{one_line, plural};
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 /// Number of metrics of a comparison with a baseline in the terminal: at least this many, and all failures up to a maximum; the
@@ -11,9 +13,53 @@ use std::fmt::Write as _;
 const MIN_BASELINE_ROWS: usize = 5;
 const MAX_BASELINE_ROWS: usize = 20;
 
+/// How much of a report the terminal shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Extent {
+    /// The answer, the checks and what failed: a screen.
+    Brief,
+    /// Every metric, every note and every check.
+    Whole,
+}
+
+/// Number of passed checks in a brief text, and of metrics if there are no checks; all are in the report.
+const BRIEF_ROWS: usize = 10;
+/// Number of failed checks in a brief text.
+const BRIEF_FAILURES: usize = 20;
+/// Number of notes in a brief text.
+const BRIEF_NOTES: usize = 3;
+
 impl AnalysisReport {
     /// Formats the report for the terminal.
-    pub(crate) fn text(&self, terminal: Terminal) -> String {
+    pub(crate) fn text(&self, terminal: Terminal, extent: Extent) -> String {
+        let is_checked = self.check_results.iter().any(|result| result.kind == CheckKind::Check);
+        let mut text = self.head_text(terminal);
+        let mut shown = 0;
+        if extent == Extent::Whole {
+            text += &self.description_text(terminal);
+            text += &self.notes_text(terminal, usize::MAX);
+            text += &self.metrics_text(terminal, usize::MAX).0;
+        } else if !is_checked {
+            let (table, rows) = self.metrics_text(terminal, BRIEF_ROWS);
+            text += &table;
+            shown = rows;
+        }
+        text += &self.outcome_text(terminal);
+        text += &self.check_text(terminal, extent);
+        text += &self.baseline_text(terminal);
+        if extent == Extent::Brief {
+            let notes = self.notes_text(terminal, BRIEF_NOTES);
+            if !notes.is_empty() {
+                text += "\n";
+            }
+            text += &notes;
+            text += &self.omitted_text(terminal, shown);
+        }
+        text
+    }
+
+    /// Name, failure, question and answer.
+    fn head_text(&self, terminal: Terminal) -> String {
         let mut text = String::new();
         let runs = match self.models_and_runs() {
             none if none.is_empty() => "nothing readable".to_owned(),
@@ -28,15 +74,36 @@ impl AnalysisReport {
         for line in [self.question.clone(), self.answer.text()].iter().filter(|it| !it.is_empty()) {
             let _ = writeln!(text, "{}", terminal.wrapped(&one_line(line), 2));
         }
+        text
+    }
+
+    fn description_text(&self, terminal: Terminal) -> String {
+        let mut text = String::new();
         if !self.description.is_empty() {
             let words: Vec<&str> = self.description.split_whitespace().collect();
             let _ = writeln!(text, "{}", terminal.wrapped(&words.join(" "), 0));
         }
-        for note in &self.notes {
+        text
+    }
+
+    fn notes_text(&self, terminal: Terminal, most: usize) -> String {
+        let mut text = String::new();
+        for note in self.notes.iter().take(most) {
             let note = format!("note: {}", one_line(note));
             let _ = writeln!(text, "{}", terminal.wrapped(&note, 2));
         }
-        for (title, metrics) in self.sections() {
+        text
+    }
+
+    /// Formats a table for each section with the number of rows, at most `most` in all.
+    fn metrics_text(&self, terminal: Terminal, most: usize) -> (String, usize) {
+        let (mut text, mut shown) = (String::new(), 0);
+        for (title, mut metrics) in self.sections() {
+            metrics.truncate(most - shown);
+            if most == shown {
+                break;
+            }
+            shown += metrics.len();
             let _ = writeln!(text, "\n{}", terminal.wrapped(&one_line(&title), 2));
             if !metrics.is_empty() {
                 let _ = writeln!(text, "{}", table(&metrics, terminal));
@@ -47,28 +114,85 @@ impl AnalysisReport {
                 }
             }
         }
-        for (kind, title) in [(CheckKind::Outcome, "outcomes"), (CheckKind::Check, "checks")] {
-            text += &self.check_text(kind, title, terminal);
-        }
-        text + &self.baseline_text(terminal)
+        (text, shown)
     }
 
-    /// Formats the results of one kind. Of outcomes, only failures are listed.
-    fn check_text(&self, kind: CheckKind, title: &str, terminal: Terminal) -> String {
-        let results = || self.check_results.iter().filter(|result| result.kind == kind);
-        let is_silent = kind == CheckKind::Outcome && results().all(|result| result.passed);
-        if results().next().is_none() || is_silent {
+    /// Lists the runs that ended otherwise than expected.
+    fn outcome_text(&self, terminal: Terminal) -> String {
+        let outcomes = self.check_results.iter().filter(|it| it.kind == CheckKind::Outcome);
+        let failed: Vec<&CheckResult> = outcomes.filter(|result| !result.passed).collect();
+        if failed.is_empty() {
             return String::new();
         }
-        let mut text = format!("\n{title}\n");
-        let inside = Terminal { width: terminal.width - 2, ..terminal };
-        for result in results().filter(|result| kind == CheckKind::Check || !result.passed) {
-            let (style, word) =
-                if result.passed { (Style::Good, "ok") } else { (Style::Bad, "FAILED") };
-            let line = inside.wrapped(&format!("{word} {}", one_line(&result.text())), 4);
-            let _ = writeln!(text, "  {}", line.replacen(word, &terminal.paint(style, word), 1));
+        let lines = failed.iter().map(|result| result_line(result, terminal));
+        format!("\noutcomes\n{}", lines.collect::<String>())
+    }
+
+    /// Formats the checks: each in a line, or in brief those that fail and a table of those that pass.
+    fn check_text(&self, terminal: Terminal, extent: Extent) -> String {
+        let checks = self.check_results.iter().filter(|it| it.kind == CheckKind::Check);
+        let checks: Vec<&CheckResult> = checks.collect();
+        if checks.is_empty() {
+            return String::new();
+        }
+        if extent == Extent::Whole {
+            let lines = checks.iter().map(|result| result_line(result, terminal));
+            return format!("\nchecks\n{}", lines.collect::<String>());
+        }
+        let (passed, failed): (Vec<&CheckResult>, Vec<&CheckResult>) =
+            checks.iter().partition(|result| result.passed);
+        let count = |number: usize, of: usize, word: &str| match number {
+            all if all == of => format!("{} {word}", plural(of as u64, "check")),
+            number => format!("{number} of {} {word}", plural(of as u64, "check")),
+        };
+        let mut counts = Vec::new();
+        if !failed.is_empty() {
+            counts.push(count(failed.len(), checks.len(), "failed"));
+        }
+        if !passed.is_empty() {
+            counts.push(count(passed.len(), checks.len(), "passed"));
+        }
+        let mut text = format!("\n{}\n", counts.join(", "));
+        let lines = failed.iter().take(BRIEF_FAILURES);
+        text.extend(lines.map(|result| result_line(result, terminal)));
+        if !passed.is_empty() {
+            // Means over replicates precede the runs that they are of.
+            let mut metrics: BTreeMap<String, &Metric> = BTreeMap::new();
+            for metric in &self.metrics {
+                metrics.entry(subject(metric)).or_insert(metric);
+            }
+            let rows: Vec<(&CheckResult, Option<&Metric>)> = passed
+                .iter()
+                .take(BRIEF_ROWS)
+                .map(|result| (*result, metrics.get(&result.subject).copied()))
+                .collect();
+            let _ = writeln!(text, "{}", table_of_passed(&rows, terminal));
         }
         text
+    }
+
+    /// Says in one line what a brief text omits, `shown` metrics besides those with a check.
+    fn omitted_text(&self, terminal: Terminal, shown: usize) -> String {
+        let checked: BTreeSet<&str> = self
+            .check_results
+            .iter()
+            .filter(|result| result.kind == CheckKind::Check)
+            .map(|result| result.subject.as_str())
+            .collect();
+        let metrics = self.sections().iter().map(|(_, metrics)| metrics.len()).sum::<usize>();
+        let omitted = metrics.saturating_sub(shown + checked.len());
+        let parts =
+            [(omitted, "other number"), (self.notes.len().saturating_sub(BRIEF_NOTES), "note")];
+        let parts: Vec<String> = parts
+            .iter()
+            .filter(|(count, _)| *count > 0)
+            .map(|(count, what)| plural(*count as u64, what))
+            .collect();
+        if parts.is_empty() {
+            return String::new();
+        }
+        let line = format!("--all prints {} as well", parts.join(" and "));
+        format!("\n{}\n", terminal.paint(Style::Faint, &terminal.wrapped(&line, 2)))
     }
 
     /// Formats the comparison with an earlier analysis: what differs, failures, and the worst metrics.
@@ -107,4 +231,12 @@ impl AnalysisReport {
         }
         text
     }
+}
+
+/// Formats the result of a check in a line.
+fn result_line(result: &CheckResult, terminal: Terminal) -> String {
+    let inside = Terminal { width: terminal.width - 2, ..terminal };
+    let (style, word) = if result.passed { (Style::Good, "ok") } else { (Style::Bad, "FAILED") };
+    let line = inside.wrapped(&format!("{word} {}", one_line(&result.text())), 4);
+    format!("  {}\n", line.replacen(word, &terminal.paint(style, word), 1))
 }

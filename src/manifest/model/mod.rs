@@ -103,7 +103,10 @@ macro_rules! models {
         pub fn starter(model: &str) -> Option<&'static str> {
             match model {
                 $(stringify!($name) => {
-                    Some(include_str!(concat!(stringify!($name), "/starter.toml")))
+                    Some(concat!(
+                        include_str!(concat!(stringify!($name), "/starter.toml")),
+                        include_str!("starter_tables.toml")
+                    ))
                 })+
                 _ => None,
             }

@@ -4,6 +4,7 @@ use crate::comparison::rerun::{exit_of, listen, with_progress};
 use crate::messages::Failure;
 use crate::messages::exit::exit_of_unread;
 use crate::messages::result_arguments::ResultArguments;
+use crate::named_recordings::named_recordings;
 use clap::Args;
 use kinetoscope::verify::compare::{RecordingComparison, compare_recordings};
 use kinetoscope::verify::diff::Comparison;
@@ -20,9 +21,9 @@ use std::path::{Path, PathBuf};
 /// Rerun the run of a recording and compare.
 #[derive(Debug, Args)]
 pub(crate) struct VerifyArguments {
-    /// Recording (*.mcap)
-    #[arg(value_name = "RECORDING")]
-    path: PathBuf,
+    /// Recordings (*.mcap), and folders of recordings
+    #[arg(required = true, value_name = "RECORDING")]
+    paths: Vec<PathBuf>,
     #[command(flatten)]
     result: ResultArguments,
 }
@@ -48,18 +49,40 @@ pub(crate) struct CompareArguments {
 }
 
 impl VerifyArguments {
-    /// Verifies the recording and prints the result.
+    /// Verifies each recording and prints the result.
     #[must_use]
     pub(crate) fn execute(&self) -> Exit {
-        let verified = with_progress(&self.path, &self.result, |interrupt, on_frame| {
-            verify(&self.path, interrupt, on_frame)
-        });
-        match verified {
-            Ok(Ok(verification)) => verified_report(&verification, &self.path),
-            Ok(Err(error)) => Report::of_error(&error),
-            Err(failure) => return self.result.concluded(self.result.failed(&failure)),
+        let failed = |failure: Failure| self.result.concluded(self.result.failed(&failure));
+        self.verify_all().map_or_else(failed, |report| report.print(&self.result))
+    }
+
+    fn verify_all(&self) -> Result<Report, Failure> {
+        let paths = named_recordings(&self.paths)?;
+        let (mut all, mut equal) = (Report::equal(), 0);
+        for path in &paths {
+            let verified = with_progress(path, &self.result, |interrupt, on_frame| {
+                verify(path, interrupt, on_frame)
+            })?;
+            let mut report = match verified {
+                Ok(verification) => verified_report(&verification, path),
+                Err(error) => Report::of_error(&error),
+            };
+            if paths.len() > 1 && !matches!(report.exit, Exit::Signal(_)) {
+                let about = |error: Message| error.about(shown_path(path));
+                report.errors = report.errors.into_iter().map(about).collect();
+            }
+            equal += u64::from(report.exit == Exit::Done);
+            let is_interrupted = matches!(report.exit, Exit::Signal(_));
+            all.add(report);
+            if is_interrupted {
+                return Ok(all);
+            }
         }
-        .print(&self.result)
+        if paths.len() > 1 {
+            let count = plural(paths.len() as u64, "recording");
+            all.lines.push(format!("{equal} of {count} equal to their reruns"));
+        }
+        Ok(all)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Messages of the programs: the plan before the runs, the summary after them, errors and the next command.
 
 pub(crate) mod argument_errors;
+pub(crate) mod examples;
 pub(crate) mod exit;
 mod heartbeat;
 pub(crate) mod progress;

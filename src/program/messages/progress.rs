@@ -2,7 +2,9 @@
 //! every ten seconds about those in progress. Before the runs, starts that take long have a bar or such lines.
 
 use crate::messages::heartbeat::{Activity, Heartbeat};
-use indicatif::{HumanBytes, MultiProgress, ProgressBar, ProgressState, ProgressStyle};
+use indicatif::{
+    HumanBytes, HumanDuration, MultiProgress, ProgressBar, ProgressState, ProgressStyle,
+};
 use kinetoscope::executor::observer::{ExecutionObserver, RunObserver};
 use kinetoscope::run::{RunError, RunReport, RunStart};
 use kinetoscope_console::text::plural;
@@ -10,6 +12,7 @@ use kinetoscope_console::{can_start_thread, complain};
 use kinetoscope_recording::recorder::Outcome;
 use std::fmt;
 use std::io::IsTerminal;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -51,6 +54,8 @@ struct RunProgress<'a> {
     display: &'a ProgressDisplay,
     stem: String,
     bar: ProgressBar,
+    /// How much of the total is of this run.
+    parts: AtomicU64,
 }
 
 impl ProgressDisplay {
@@ -61,9 +66,10 @@ impl ProgressDisplay {
         let total = if verbosity == Verbosity::Quiet || !on_terminal {
             ProgressBar::hidden()
         } else {
-            bars.add(ProgressBar::new(runs as u64))
+            bars.add(ProgressBar::new(PARTS_PER_RUN * runs as u64))
         };
-        total.set_style(style("all  {wide_bar} {pos}/{len} runs, {eta} left {msg}"));
+        let all = style("all  {wide_bar} {runs} runs, {left} left {msg}");
+        total.set_style(all.with_key("runs", finished_runs).with_key("left", time_left));
         // Without a thread for it, the bar moves when runs end.
         if !total.is_hidden() && can_start_thread() {
             total.enable_steady_tick(Duration::from_millis(200));
@@ -111,18 +117,25 @@ impl ExecutionObserver for ProgressDisplay {
         let bar = match self.output() {
             ProgressOutput::Bars => {
                 let bar = self.bars.insert_before(&self.total, ProgressBar::new(1));
-                let run = style("{wide_bar} {pos}/{len} frames {rate:>8} {eta:>4} left");
-                bar.set_style(run.with_key("rate", rate));
+                let run =
+                    style("{prefix:22!} {wide_bar} {pos}/{len} frames {rate:>8} {left:>4} left");
+                bar.set_style(run.with_key("rate", rate).with_key("left", time_left));
+                bar.set_prefix(short_name(stem));
                 bar
             }
             ProgressOutput::Lines | ProgressOutput::None => ProgressBar::hidden(),
         };
         self.activity.start(stem);
-        Box::new(RunProgress { display: self, stem: stem.to_owned(), bar })
+        Box::new(RunProgress {
+            display: self,
+            stem: stem.to_owned(),
+            bar,
+            parts: AtomicU64::new(0),
+        })
     }
 
     fn show_remote(&self, finished: usize, message: &str) {
-        self.total.set_position(finished as u64);
+        self.total.set_position(PARTS_PER_RUN * finished as u64);
         self.total.set_message(message.to_owned());
         self.activity.set_remote(finished, message);
     }
@@ -135,12 +148,21 @@ impl ExecutionObserver for ProgressDisplay {
     }
 }
 
+impl RunProgress<'_> {
+    /// Raises this run's share of the total to `parts`. A resumed run starts with what it had.
+    fn add_to_total(&self, parts: u64) {
+        let before = self.parts.fetch_max(parts, Ordering::Relaxed);
+        self.display.total.inc(parts.saturating_sub(before));
+    }
+}
+
 impl RunObserver for RunProgress<'_> {
     fn frame(&self, done: u64, of: u64) {
         match self.display.output() {
             ProgressOutput::Bars => {
                 self.bar.set_length(of);
                 self.bar.set_position(done);
+                self.add_to_total(PARTS_PER_RUN * done.min(of) / of.max(1));
             }
             ProgressOutput::Lines => self.display.activity.set_frames(&self.stem, done, of),
             ProgressOutput::None => {}
@@ -149,7 +171,7 @@ impl RunObserver for RunProgress<'_> {
 
     fn finish(self: Box<Self>, report: &Result<RunReport, RunError>) {
         self.bar.finish_and_clear();
-        self.display.total.inc(1);
+        self.add_to_total(PARTS_PER_RUN);
         self.display.activity.finish(&self.stem);
         if let Ok(RunReport { start: RunStart::Restarted(reason), .. }) = report {
             self.display.line(&format!("{}: restarted from scratch: {reason}", self.stem));
@@ -183,6 +205,35 @@ impl RunObserver for RunProgress<'_> {
 /// Formats a number of bytes, such as "1.50 MiB".
 pub(crate) fn size(bytes: u64) -> String {
     HumanBytes(bytes).to_string()
+}
+
+/// Length of the total bar for one run, so that runs in progress count, too.
+const PARTS_PER_RUN: u64 = 1000;
+
+/// Formats the number of runs that are finished, of all.
+fn finished_runs(state: &ProgressState, text: &mut dyn fmt::Write) {
+    let [done, all] = [state.pos(), state.len().unwrap_or(0)].map(|parts| parts / PARTS_PER_RUN);
+    // A failed write is repeated with the next frame.
+    let _ = write!(text, "{done}/{all}");
+}
+
+/// Formats the time that is left, which is unknown before the first frame.
+fn time_left(state: &ProgressState, text: &mut dyn fmt::Write) {
+    let _ = match state.pos() {
+        0 => write!(text, "?"),
+        _ => write!(text, "{:#}", HumanDuration(state.eta())),
+    };
+}
+
+/// The place of a run in its sweep, from the stem of its file; the experiment's name if it is the only one.
+fn short_name(stem: &str) -> String {
+    let mut parts: Vec<&str> = stem.split("__").collect();
+    // The last part is the start of the run's key.
+    parts.truncate(parts.len().max(2) - 1);
+    match parts.as_slice() {
+        [name] => (*name).to_owned(),
+        parts => parts[1..].join(", "),
+    }
 }
 
 /// Formats the frames per second, below 10 with one decimal.
@@ -260,7 +311,14 @@ fn completion_text((done, starts): Completion) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::completion_text;
+    use super::{completion_text, short_name};
+
+    #[test]
+    fn bar_of_a_run_names_its_place_in_the_sweep() {
+        assert_eq!(short_name("heap__friction=0.5__r2__0123abcd"), "friction=0.5, r2");
+        assert_eq!(short_name("heap__0123abcd"), "heap");
+        assert_eq!(short_name("recordings/heap.mcap"), "recordings/heap.mcap");
+    }
 
     #[test]
     fn line_states_the_complete_part_of_all_starts() {

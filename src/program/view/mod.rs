@@ -17,8 +17,9 @@ use kinetoscope_files::regular_file::{self, OpenFolder};
 use serde_json::json;
 use server::Server;
 use std::io;
-use std::net::{Ipv4Addr, SocketAddr, TcpListener};
+use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// The port unless another is given.
 const DEFAULT_PORT: u16 = 8766;
@@ -163,8 +164,30 @@ impl ViewArguments {
             let at_least = if contents.is_cut { "at least " } else { "" };
             text += &format!("{at_least}{more} more recordings: see the page\n");
         }
+        if is_unanswered(&self.viewer) {
+            text += &format!(
+                "\nNothing answers at {}. Without a Lichtblick, open http://{address}/ in a browser: it has the reports with their replays. \
+                 docs/replay.md says how to get one.\n",
+                self.viewer
+            );
+        }
         self.output.print(&text);
     }
+}
+
+/// Time for a viewer of this machine to accept a connection.
+const PATIENCE: Duration = Duration::from_millis(300);
+
+/// Whether the viewer should run on this machine and accepts no connection. Other machines are not asked.
+fn is_unanswered(viewer: &str) -> bool {
+    let Ok(address) = viewer.parse::<axum::http::Uri>() else { return false };
+    let host = address.host().unwrap_or_default();
+    if !matches!(host, "localhost" | "127.0.0.1") {
+        return false;
+    }
+    let usual_port = if address.scheme_str() == Some("https") { 443 } else { 80 };
+    let at = SocketAddr::from((Ipv4Addr::LOCALHOST, address.port_u16().unwrap_or(usual_port)));
+    TcpStream::connect_timeout(&at, PATIENCE).is_err()
 }
 
 /// An address of a web page: `http://` or `https://` with a host.
@@ -177,5 +200,21 @@ fn viewer_url(text: &str) -> Result<String, String> {
         Ok(text.to_owned())
     } else {
         Err("write an address such as http://localhost:8080/".to_owned())
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may panic")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_missing_viewer_of_this_machine_is_reported() {
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+        let viewer = format!("http://localhost:{}/", listener.local_addr().unwrap().port());
+        assert!(!is_unanswered(&viewer));
+        drop(listener);
+        assert!(is_unanswered(&viewer));
+        assert!(!is_unanswered("https://viewer.example:8443/x/"));
     }
 }

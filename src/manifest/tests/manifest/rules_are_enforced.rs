@@ -364,3 +364,25 @@ fn drawings_of_large_runs_are_within_a_budget() {
     }
     assert_eq!(distance("max_drawn_particles = 100\n", 10_000, 20_100), 1);
 }
+
+/// What new users write, each with what they meant.
+#[test]
+fn usual_mistakes_name_their_remedy() {
+    for (line, remedy) in [
+        ("particles = 20 20 # <-", "one number has no spaces; several numbers are a list"),
+        ("temperature_k = 300 K # <-", "a number stands without a unit"),
+        ("mass_kg = 3e-26kg # <-", "a number stands without a unit"),
+        ("radius_m = 0,1 # <-", "a number has a decimal point, no comma"),
+        ("radius_m = wide # <-", "this is not TOML"),
+        ("seed = 3 # <-", "write `seed` above the first table, as it belongs to all runs"),
+        ("replicates = 3 # <-", "write `replicates` above the first table"),
+    ] {
+        rejected(&format!("[model.gas]\n{line}"), remedy);
+    }
+    let euler = "did you mean \"explicit-euler\"?";
+    rejected("[model.orbit]\nintegrator = \"euler\" # <-", euler);
+    let sweep = |key: &str| format!("[model.packing]\n[sweep]\n{key} = [0.1, 0.2] # <-");
+    rejected(&sweep("restitution"), "did you mean `model.packing.restitution`?");
+    rejected(&sweep("frames"), "did you mean `record.frames`?");
+    rejected(&sweep("qqqq"), "keys of [model.*] and [record] can be swept, by their full name");
+}

@@ -257,6 +257,15 @@ fn starters_contain_every_key_with_its_default() {
         for key in keys(&schema["properties"]["model"]["properties"][name]) {
             assert!(is_shown(&key), "{name}: {key}");
         }
+        for table in ["checks", "plots", "view", "baseline", "sweep"] {
+            let table = &schema["properties"][table];
+            let table = table.get("items").unwrap_or(table);
+            // The tables of a sweep's keys are dotted names without quotes.
+            let keys = keys(table).into_iter().filter(|key| !matches!(&**key, "model" | "record"));
+            for key in keys {
+                assert!(text.contains(&format!("{key} = ")), "{name}: {key}");
+            }
+        }
         for channel in CHANNELS.iter().find(|(model, _)| *model == name).unwrap().1 {
             assert!(text.contains(channel), "{name}: {channel}");
         }

@@ -1,0 +1,51 @@
+//! The paths that a user means: without any, the folder `recordings`; a manifest stands for the folder of its recordings.
+
+use super::exit::CommandError;
+use crate::input::SIDE_CAR;
+use kinetoscope_console::Message;
+use kinetoscope_console::text::shown_path;
+use kinetoscope_files::folder::folder_of;
+use kinetoscope_files::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
+use kinetoscope_manifest::experiment_name;
+use std::path::{Path, PathBuf};
+
+/// The folder below which `run` records unless `--output` names another.
+const RECORDINGS: &str = "recordings";
+
+/// The recordings and folders of recordings behind the paths of a command line.
+///
+/// # Errors
+/// No path where there is no folder `recordings`, or a manifest without recordings there.
+pub(super) fn meant_paths(paths: &[PathBuf]) -> Result<Vec<PathBuf>, CommandError> {
+    if paths.is_empty() {
+        let usual = PathBuf::from(RECORDINGS);
+        return match usual.is_dir() {
+            true => Ok(vec![usual]),
+            false => Err(CommandError::usage(Message::new(
+                "no path is named, and there is no folder `recordings` here",
+                "name recordings, their folder or their manifest",
+            ))),
+        };
+    }
+    paths.iter().map(|path| meant_path(path)).collect()
+}
+
+fn meant_path(path: &Path) -> Result<PathBuf, CommandError> {
+    if !path.extension().is_some_and(|end| end == "toml") || !path.is_file() {
+        return Ok(path.to_owned());
+    }
+    if path.file_name().is_some_and(|name| name == SIDE_CAR) {
+        return Ok(folder_of(path).to_owned());
+    }
+    let source = read_text(path, MAX_SIDE_FILE_BYTES).ok();
+    let name = source.and_then(|source| experiment_name(&source, path));
+    let folder = Path::new(RECORDINGS).join(name.unwrap_or_default());
+    if folder.is_dir() {
+        return Ok(folder);
+    }
+    let (manifest, folder) = (shown_path(path), shown_path(&folder));
+    Err(CommandError::usage(Message::new(
+        format!("{manifest} has no recordings in {folder}"),
+        "run it first, or name the folder of its recordings",
+    )))
+}
