@@ -40,14 +40,14 @@ for platform in $platforms; do
             python3 -m venv target/linker
             target/linker/bin/pip install --quiet --disable-pip-version-check --requirement release/requirements.txt
         fi
-        rustup target add --quiet "$target"
+        rustup --quiet target add "$target"
         PATH="$root/target/linker/bin:$PATH" cargo zigbuild --locked --profile dist --target "$target.2.17" --target-dir target \
             --package kinetoscope-program --features parquet --bin kinetoscope
         python3 release/pack.py "$(stage "$target" "target/$target/dist/kinetoscope")" "$version" "$output" manylinux_2_17_aarch64
         ;;
     windows)
         target=x86_64-pc-windows-gnu
-        rustup target add --quiet "$target"
+        rustup --quiet target add "$target"
         cargo build --locked --profile dist --target "$target" --target-dir target \
             --package kinetoscope-program --features parquet --bin kinetoscope
         python3 release/pack.py "$(stage "$target" "target/$target/dist/kinetoscope.exe")" "$version" "$output" win_amd64
