@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """Packs a folder of programs as a wheel, an archive and a Debian package. Equal input gives equal bytes.
 
-Usage: pack.py STAGE VERSION OUTPUT     (SOURCE_DATE_EPOCH is the time of every file)
+Usage: pack.py STAGE VERSION OUTPUT [PLATFORM]     (SOURCE_DATE_EPOCH is the time of every file)
+
+With PLATFORM, only the wheel for it is made: manylinux_2_17_aarch64, win_amd64, or any, which is the Python package without programs.
 
 STAGE is laid out as below /usr: bin, share/man/man1, share/bash-completion/completions, ... The wheel contains the Python
 package in python/kinetoscope, with the dependencies and entry points of python/pyproject.toml, if they exist.
@@ -57,6 +59,11 @@ def files_below(folder):
         if path.is_file() and "__pycache__" not in path.parts:
             data = Link(os.readlink(path)) if path.is_symlink() else path.read_bytes()
             yield path.relative_to(folder).as_posix(), data, path.parent.name == "bin"
+
+
+def batch_file_for(name, link):
+    """The same for Windows, where the program itself answers --version by its own name."""
+    return f'@"%~dp0{link}.exe" {SUBCOMMANDS[name]} %*\r\n'.encode()
 
 
 def script_for(name, link, version):
@@ -119,26 +126,28 @@ def entry_points(project):
     return text
 
 
-def wheel(stage, version, output):
+def wheel(stage, version, output, platform=PLATFORM):
     description = ROOT / "python/pyproject.toml"
     project = tomllib.loads(description.read_text())["project"] if description.exists() else {}
     if project and project["version"] != version:
         sys.exit(f"error: python/pyproject.toml has version {project['version']}, Cargo.toml {version}")
     information = f"kinetoscope-{version}.dist-info"
     contents = [(f"kinetoscope/{name}", data, False) for name, data, _ in files_below(ROOT / "python/kinetoscope")]
-    for name, data, is_program in files_below(stage):
-        if isinstance(data, Link):
+    for name, data, is_program in files_below(stage) if platform != "any" else ():
+        if isinstance(data, Link) and platform.startswith("win"):
+            name, data = f"{name}.cmd", batch_file_for(Path(name).name, data)
+        elif isinstance(data, Link):
             data = script_for(Path(name).name, data, version)
         kind = "scripts/" + name.removeprefix("bin/") if is_program else "data/" + name
         contents.append((f"kinetoscope-{version}.data/{kind}", data, is_program))
-    tags = "".join(f"Tag: py3-none-{platform}\n" for platform in PLATFORM.split("."))
+    tags = "".join(f"Tag: py3-none-{name}\n" for name in platform.split("."))
     texts = {"METADATA": metadata(version, project), "entry_points.txt": entry_points(project)}
-    texts["WHEEL"] = f"Wheel-Version: 1.0\nGenerator: release/pack.py\nRoot-Is-Purelib: false\n{tags}"
+    texts["WHEEL"] = f"Wheel-Version: 1.0\nGenerator: release/pack.py\nRoot-Is-Purelib: {str(platform == 'any').lower()}\n{tags}"
     contents += [(f"{information}/{name}", text.encode(), False) for name, text in sorted(texts.items()) if text]
     contents += [(f"{information}/licenses/{name}", (ROOT / name).read_bytes(), False) for name in LICENSES]
     record = "".join(f"{name},sha256={digest(data)},{len(data)}\n" for name, data, _ in contents)
     contents.append((f"{information}/RECORD", f"{record}{information}/RECORD,,\n".encode(), False))
-    path = output / f"kinetoscope-{version}-py3-none-{PLATFORM}.whl"
+    path = output / f"kinetoscope-{version}-py3-none-{platform}.whl"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
         for name, data, is_program in contents:
             entry = zipfile.ZipInfo(name, time.gmtime(EPOCH)[:6])
@@ -222,7 +231,10 @@ def debian_package(stage, version, output):
 def main():
     stage, version, output = Path(sys.argv[1]), sys.argv[2], Path(sys.argv[3])
     output.mkdir(parents=True, exist_ok=True)
-    for pack in (wheel, archive, debian_package):
+    packs = (wheel, archive, debian_package)
+    if len(sys.argv) > 4:
+        packs = (lambda *arguments: wheel(*arguments, platform=sys.argv[4]),)
+    for pack in packs:
         path = pack(stage, version, output)
         print(f"{path.name}: {path.stat().st_size / 1e6:.2f} MB")
 

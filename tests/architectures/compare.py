@@ -385,9 +385,11 @@ def page(results, changes):
     lines += [f"- `{name}`: {change}" for name, change in changes.items() if change]
     lines += [
         "", "## Windows", "",
-        "Nothing is tested on Windows, and no claim is made for it. Debian has no standard library of Rust for it any more. That of `x86_64-pc-windows-gnu` has to be compiled from Debian's `rust-src` "
-        "with `-Z build-std`, which only a nightly compiler or `RUSTC_BOOTSTRAP=1` accepts: an attempt with version 1.97.1 compiled `core` and `alloc`, and was not continued to the programs. "
-        "Calls that only Unix has are in the files that rule 6 of ARCHITECTURE.md lists, behind `cfg` where Windows must compile; `tests/guarantees/repository_layout.rs` enforces the list.",
+        "`tests/architectures/windows.py` compiles the program for `x86_64-pc-windows-gnu` and executes it under Wine 8.0 (Debian 12): `check --locked --all` gives the locked messages and "
+        "metrics of all 51 experiments, a recording is equal in every byte to that of Linux, each system verifies the recording of the other, and killed and interrupted runs resume to the same "
+        "bytes. Wine is no Windows: the workflow `release` checks the wheel on Windows, and no claim is made before it has run. Two guarantees are weaker there: folders cannot be locked, so that two "
+        "programs that write the same side file at the same time replace each other's; and links on the way to a served file are found before it is opened, not during the call. "
+        "Calls that only Unix has are in the files that rule 6 of ARCHITECTURE.md lists, behind `cfg`; `tests/guarantees/repository_layout.rs` enforces the list.",
     ]
     return "\n".join(lines) + "\n"
 
