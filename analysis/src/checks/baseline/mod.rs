@@ -9,8 +9,10 @@
 //! | any other key | the comparison fails |
 //!
 //! A tolerance of the manifest (`[[baseline]]`) replaces all rules but the first and the last. A comparison fails if it finds
-//! nothing in common that could differ: no run, or no metric that is evidence.
+//! nothing in common that could differ: no run, or no metric that is evidence; a comparison of single runs also if it would not have found a
+//! change of a tenth (`sensitivity.rs`).
 
+mod kinds;
 mod pair;
 mod relation;
 mod replicates;
@@ -150,21 +152,10 @@ impl Baseline {
             let reason = "the baseline does not contain it";
             rows.push(pair.row(&place, None, reason));
         }
-        correct(&mut rows);
-        rows.sort_by(|one, other| one.rank().total_cmp(&other.rank()));
-        let mut failures = failures(old, new, &relations);
-        let has_other_seeds =
-            relations.counts().keys().any(|relation| matches!(relation, Relation::OtherSeed(_)));
-        let is_failed = !failures.is_empty() || rows.iter().any(|row| row.passed == Some(false));
-        let has_replicates = !means_before.is_disjoint(&means_now);
-        if !is_failed && let Some(reason) = sensitivity::insufficiency(&rows, has_replicates) {
-            failures.push(("the comparison".to_owned(), reason.to_owned()));
-        }
         let main = runs.first().map_or(&[][..], |run| main_results(run.model()).metrics);
-        let sensitivity =
-            (has_other_seeds && failures.is_empty()).then(|| Sensitivity::of(&rows, main));
-        let rules = rules(&relations, &rows);
-        Ok(BaselineComparison { rules, failures, rows, sensitivity })
+        let has_replicates = !means_before.is_disjoint(&means_now);
+        let failures = failures(old, new, &relations);
+        Ok(BaselineComparison::of(rows, failures, &relations, has_replicates, main))
     }
 }
 
@@ -276,6 +267,27 @@ fn rules(relations: &Relations, rows: &[BaselineRow]) -> Vec<String> {
 }
 
 impl BaselineComparison {
+    /// Decides on the rows, together with the failures that are not those of a metric.
+    fn of(
+        mut rows: Vec<BaselineRow>,
+        mut failures: Vec<(String, String)>,
+        relations: &Relations,
+        has_replicates: bool,
+        main: &[&str],
+    ) -> Self {
+        correct(&mut rows);
+        rows.sort_by(|one, other| one.rank().total_cmp(&other.rank()));
+        let is_failed = !failures.is_empty() || rows.iter().any(|row| row.passed == Some(false));
+        if !is_failed && let Some(reason) = sensitivity::insufficiency(&rows, has_replicates) {
+            failures.push(("the comparison".to_owned(), reason.to_owned()));
+        }
+        let has_other_seeds =
+            relations.counts().keys().any(|relation| matches!(relation, Relation::OtherSeed(_)));
+        let sensitivity =
+            (has_other_seeds && failures.is_empty()).then(|| Sensitivity::of(&rows, main));
+        Self { rules: rules(relations, &rows), failures, rows, sensitivity }
+    }
+
     /// All rows as JSON.
     pub(crate) fn json(&self) -> serde_json::Value {
         let row = |row: &BaselineRow| {

@@ -13,6 +13,7 @@
 //! | was inside the accuracy of its law | still is |
 //! | anything else | not compared |
 
+use super::kinds::FORMS;
 use super::relation::{Place, Relation};
 use super::replicates::{Replicates, freedom};
 use super::row::{BaselineRow, Evidence};
@@ -24,10 +25,6 @@ use kinetoscope_manifest::BaselineTolerance;
 
 /// Why the violation of a conservation law is not compared with that of another seed without errors.
 const VIOLATION_COMPARED: &str = "the violation of a conservation law in one run each: use replicates, or set a relative_tolerance in [[baseline]]";
-
-/// Ratios that are the same pure number in every gas in equilibrium, whatever its size, density and temperature.
-const FORMS: [&str; 3] =
-    ["fraction_within_half_radius", "mean_speed_over_rms", "pressure.second_half_over_first"];
 
 /// Degrees of freedom from which Student's t is taken as normal.
 const NORMAL_FREEDOM: f64 = 1e5;

@@ -8,6 +8,7 @@
 //! freedom for each value stands for its longer tails. The difference of two chi-squares with k degrees of freedom has the excess kurtosis 6/k, and t
 //! with k + 4 degrees of freedom the same: k/2 for each are on the safe side.
 
+use super::kinds::CHI_SQUARES;
 use super::relation::Place;
 use crate::metric_files::document::{Document, MetricEntry, ScopeEntry};
 use std::collections::BTreeMap;
@@ -20,13 +21,6 @@ pub(super) struct Replicates {
     /// Whether the manifest sets the value of each.
     pub(super) are_set_by_manifest: bool,
 }
-
-/// Metrics whose values follow chi-square distributions, which a few particles or a few bins make.
-const CHI_SQUARES: [&str; 3] = [
-    "granular_temperature.start",
-    "layers.chi_square_per_layer",
-    "speed_histogram.chi_square_per_bin",
-];
 
 /// Degrees of freedom of a value's error: its own, or else those of a sum over this many particles.
 pub(super) fn freedom(entry: &MetricEntry, particles: f64) -> f64 {

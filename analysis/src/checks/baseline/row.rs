@@ -1,11 +1,9 @@
 //! One metric of a comparison with an earlier analysis, and its text.
 
+use super::kinds::LOGARITHMS;
 use super::significance::Significance;
 use crate::checks::digits;
 use crate::metric::deviation::ROUNDING_FRACTION;
-
-/// Metrics that are logarithms: their zero depends on the unit of the argument.
-const LOGARITHMS: [&str; 1] = ["h_function"];
 
 /// What a value that passes shows of the experiment, from the least to the most.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -1,16 +1,11 @@
 //! What the manifests of the runs behind a metric set: the number of particles, and the size of the container that limits it.
 
+use super::kinds::{DEPOSIT_LENGTH, LIMITED};
 use super::relation::Place;
 use crate::metric_files::document::Document;
 use crate::models::extent;
 use crate::run::RunAnalysis;
 use std::collections::BTreeMap;
-
-/// Metrics that cannot grow beyond the width of the container: the length of a deposit, and its growth.
-const LIMITED: [&str; 2] = [LENGTH, "bed.normalized_runout"];
-
-/// The limited length itself.
-const LENGTH: &str = "bed.deposit_length";
 
 /// What the manifest of a run sets.
 #[derive(Clone, Copy, Debug)]
@@ -41,7 +36,7 @@ impl Runs {
         };
         let places = new.runs.iter().map(Place::of_run);
         let lengths = |document: &Document| -> BTreeMap<Place, f64> {
-            let named = document.metrics.iter().filter(|entry| entry.name == LENGTH);
+            let named = document.metrics.iter().filter(|entry| entry.name == DEPOSIT_LENGTH);
             named.filter_map(|entry| Some((Place::of_metric(entry), entry.value?))).collect()
         };
         let mut lengths_m = lengths(new);
