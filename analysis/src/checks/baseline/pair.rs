@@ -64,6 +64,13 @@ pub(super) struct Rule<'a> {
     pub(super) is_saturated: bool,
 }
 
+impl Rule<'_> {
+    /// Whether a value is that of its exact law, up to rounding. What an identity leaves is rounding, also if several runs give it a scatter.
+    fn is_exact(&self, entry: &MetricEntry) -> Option<bool> {
+        entry.is_exact(self.rounding, self.is_conservation || self.is_identity)
+    }
+}
+
 impl Pair<'_> {
     /// A row without evidence.
     pub(super) fn row(
@@ -154,8 +161,7 @@ impl Pair<'_> {
         is_other_seed: bool,
         reason: &str,
     ) -> BaselineRow {
-        let is_exact =
-            |old: &MetricEntry| old.is_exact(rule.rounding, rule.is_conservation) == Some(true);
+        let is_exact = |old: &MetricEntry| rule.is_exact(old) == Some(true);
         let could_differ = self
             .old
             .is_some_and(|old| is_exact(old) || old.standard_error.is_some() && !rule.has_mean);
@@ -196,7 +202,7 @@ impl Pair<'_> {
             return self.row(place, Some(is_rounding), reason);
         }
         // Conservation laws hold for every seed.
-        let is_exact = |entry: &MetricEntry| entry.is_exact(rule.rounding, rule.is_conservation);
+        let is_exact = |entry: &MetricEntry| rule.is_exact(entry);
         if rule.is_of_integrator && [old, new].iter().any(|entry| is_exact(entry) == Some(true)) {
             return self.row(place, None, "without contacts, the integrator has no error");
         }
