@@ -36,6 +36,8 @@ fn deposit_as_long_as_its_container_has_no_power() {
         let other = earlier.compare_folder(&row_of_discs(2, discs, 1e-6, 1.0), &["--json"]);
         assert_eq!(other.code, 0, "{}", other.text);
         assert_eq!(other.text.contains("insensitive"), is_insensitive, "{}", other.text);
+        let is_listed = other.text.contains(" % of bed.deposit_length");
+        assert_eq!(is_listed, !is_insensitive, "{}", other.text);
         let reason = row_of(&other, "bed.deposit_length")["reason"].to_string();
         assert_eq!(reason.contains("as large as the container"), is_insensitive, "{reason}");
     }

@@ -289,9 +289,9 @@ impl Pair<'_> {
             false => "within the scatter of seeds",
         };
         let row = self.row(place, Some(true), reason);
-        // A correct start is no evidence for what follows, and neither is a full container.
-        let evidence = match self.is_of_start() || rule.is_saturated || is_without_scatter {
+        let evidence = match rule.is_saturated || is_without_scatter {
             true => Evidence::None,
+            false if self.is_of_start() => Evidence::Start,
             false if FORMS.contains(&row.name.as_str()) => Evidence::Lawful,
             false => Evidence::Scattered,
         };

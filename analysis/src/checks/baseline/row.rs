@@ -10,6 +10,8 @@ use crate::metric::deviation::ROUNDING_FRACTION;
 pub(super) enum Evidence {
     /// Nothing: the manifest or the container sets it, or it is the same whatever the run does.
     None,
+    /// That the start is as expected, and nothing of what follows.
+    Start,
     /// That a law still holds, such as a conservation law, which does so for any size, time and temperature.
     Lawful,
     /// That no change of the least detectable size has happened.
@@ -60,7 +62,7 @@ impl BaselineRow {
     /// Whether the metric would have shown a change of this fraction of it.
     pub(super) fn shows(&self, fraction: f64) -> bool {
         match self.evidence {
-            Evidence::None | Evidence::Lawful => false,
+            Evidence::None | Evidence::Start | Evidence::Lawful => false,
             Evidence::Scattered => {
                 self.least_detectable_fraction().is_some_and(|least| least <= fraction)
             }
@@ -100,7 +102,8 @@ impl BaselineRow {
             format!(", difference {}", self.in_unit(difference))
         });
         let (old, new) = (value(self.old), value(self.new));
-        let least = self.least_detectable_fraction().filter(|_| self.passed == Some(true));
+        let is_shown = self.passed == Some(true) && self.evidence > Evidence::None;
+        let least = self.least_detectable_fraction().filter(|_| is_shown);
         let least = least.map_or_else(String::new, |fraction| {
             format!("; a change of {} would have been found", percent(fraction))
         });

@@ -22,7 +22,7 @@ const INSENSITIVE_RUNS: &str = "this comparison is insensitive: no metric of the
 /// Why a comparison in which no metric differs has not shown that nothing changed; `None` if it has. A conservation law alone shows
 /// that of what it conserves.
 pub(super) fn insufficiency(rows: &[BaselineRow], has_replicates: bool) -> Option<&'static str> {
-    if rows.iter().all(|row| row.evidence == Evidence::None) {
+    if rows.iter().all(|row| row.evidence <= Evidence::Start) {
         return Some(NOTHING_COMPARED);
     }
     (!has_replicates && !is_sensitive(rows)).then_some(INSENSITIVE_RUNS)
@@ -57,7 +57,7 @@ impl Sensitivity {
     /// detectable changes.
     pub(super) fn of(rows: &[BaselineRow], main: &[&str]) -> Self {
         let mut by_name: BTreeMap<&str, f64> = BTreeMap::new();
-        for row in rows {
+        for row in rows.iter().filter(|row| row.evidence > Evidence::None) {
             if let Some(fraction) = row.least_detectable_fraction() {
                 let largest = by_name.entry(&row.name).or_default();
                 *largest = if fraction > *largest { fraction } else { *largest };
