@@ -111,6 +111,20 @@ pub(crate) const FEW_CONTACTS: Scene = Scene {
     changes: [FALLING, DEM_RESTITUTION, DEM_TEMPERATURE, DEM_RADIUS, DEM_TIME_STEP],
 };
 
+/// Points that hardly feel gravity: m g R is an eighth of kT.
+pub(crate) const WEAK_GRAVITY: Scene = Scene {
+    name: "gas_in_weak_gravity",
+    manifest: "[model.gas]\nparticles = 500\nmass_kg = 1e-26\ngravity_m_per_s2 = 5e4\nduration_s = 0.01\n[record]\nframes = 40\n",
+    channels: "",
+    changes: [
+        change("gravity x 2", "model.gas.gravity_m_per_s2", "1e5"),
+        COLDER_WALLS,
+        HOTTER,
+        WIDER,
+        HEAVIER,
+    ],
+};
+
 /// Three scenes of each model; then a gas that starts in equilibrium with gravity, and a gas of few elastic discs.
 pub(crate) const SCENES: [Scene; 14] = [
     Scene {

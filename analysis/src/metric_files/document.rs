@@ -224,6 +224,11 @@ impl MetricEntry {
         self.theory.as_ref()?.exact_value()
     }
 
+    /// The theoretical value; `None` outside its law's range.
+    pub(crate) fn theory_in_range(&self) -> Option<f64> {
+        self.theory.as_ref().filter(|theory| theory.in_range)?.value
+    }
+
     /// Whether a value without errors is inside the accuracy of its law; `None` without such a law.
     pub(crate) fn is_within_accuracy(&self) -> Option<bool> {
         let (theory, accuracy) = self.theory.as_ref()?.bounded_value()?;

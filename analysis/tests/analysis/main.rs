@@ -35,6 +35,7 @@ mod unreadable_inputs_are_reported;
 mod check_results_are_machine_readable;
 // A baseline is compared run by run, by what differs.
 mod baselines_are_compared_run_by_run;
+mod baselines_need_power;
 
 // Exports contain the recorded bits in every format.
 mod exports_contain_the_recorded_bits;

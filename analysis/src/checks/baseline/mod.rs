@@ -9,12 +9,15 @@
 //! | any other key | the comparison fails |
 //!
 //! A tolerance of the manifest (`[[baseline]]`) replaces all rules but the first and the last. A comparison fails if it finds
-//! nothing in common that could differ: no run, or no metric that is evidence.
+//! nothing in common that could differ: no run, or no metric that is evidence; a comparison of single runs also if it would not have found a
+//! change of a tenth (`sensitivity.rs`).
 
+mod kinds;
 mod pair;
 mod relation;
 mod replicates;
 mod row;
+mod runs;
 mod sensitivity;
 mod significance;
 
@@ -30,14 +33,11 @@ use kinetoscope_manifest::BaselineTolerance;
 use pair::{Pair, Rule};
 use relation::{Place, Relation, Relations};
 use replicates::MetricsOfRuns;
+use runs::Runs;
 use sensitivity::Sensitivity;
 use serde_json::json;
 use significance::{FAMILY_LEVEL, holm};
 use std::collections::{BTreeMap, BTreeSet};
-
-/// Why a comparison in which no metric is evidence is a failure, and what to do.
-const NOTHING_COMPARED: &str = "nothing could be compared: no metric has a standard error in both analyses or follows an exact law: use \
-     replicates (replicates = 8 in both manifests), or set a relative_tolerance in [[baseline]]";
 
 /// The metrics of an earlier analysis.
 #[derive(Debug)]
@@ -95,8 +95,12 @@ impl Baseline {
         let draws = |run: &RunAnalysis| run.manifest.model.draws_random_numbers();
         let draws: Vec<bool> = runs.iter().map(draws).collect();
         let relations = Relations::between(old, new, &draws, allowed);
-        let means = means_in_both(old, new);
+        let [means_before, means_now] = [old, new].map(means_of);
+        let is_mean_of = |name: &str, place: &Place| {
+            [&means_before, &means_now].map(|means| means.contains(&(name, place.of_mean())))
+        };
         let replicates = [MetricsOfRuns::of(old), MetricsOfRuns::of(new)];
+        let settings = Runs::of(old, new, runs);
         let (known, definitions) = (metric_names(&old.model), metrics_of(&old.model));
         let mut now: BTreeMap<(&str, Place), (&MetricEntry, &Metric)> = new
             .metrics
@@ -110,11 +114,17 @@ impl Baseline {
         for earlier in &old.metrics {
             let place = Place::of_metric(earlier);
             let found = now.remove(&(earlier.name.as_str(), place.clone()));
-            let pair = Pair { old: Some(earlier), new: found.map(|(entry, _)| entry) };
+            let has_means = is_mean_of(&earlier.name, &place);
+            let pair = Pair {
+                old: Some(earlier),
+                new: found.map(|(entry, _)| entry),
+                has_replicates: has_means.contains(&true),
+            };
             let mut tolerances = tolerances.iter();
             let definition = definitions.iter().find(|definition| definition.name == earlier.name);
             let laws = definition.map_or(&[][..], |definition| definition.laws);
             let rounding = definition.map_or(0.0, |definition| definition.rounding);
+            let particles = settings.particles(&place);
             let rule = Rule {
                 rounding: found.map_or(rounding, |(_, metric)| metric.rounding),
                 is_conservation: found.map_or_else(
@@ -124,36 +134,28 @@ impl Baseline {
                 is_of_integrator: laws.iter().any(|law| law.is_of_integrator),
                 is_of_manifest: laws.iter().any(|law| law.is_of_manifest),
                 replicates: [
-                    replicates[0].of_mean(pair.old, &place),
-                    replicates[1].of_mean(pair.new, &place),
+                    replicates[0].of_mean(pair.old, &place, particles),
+                    replicates[1].of_mean(pair.new, &place, particles),
                 ],
+                particles,
+                is_saturated: settings.is_saturated(&earlier.name, &place),
                 is_identity: found.is_some_and(|(_, metric)| metric.is_of_identity()),
                 tolerance: tolerances.find(|tolerance| tolerance.metric == earlier.name),
                 is_known: known.contains(&earlier.name.as_str()),
-                has_mean: place.replicate.is_some()
-                    && means.contains(&(earlier.name.as_str(), place.of_mean())),
+                has_mean: place.replicate.is_some() && has_means == [true; 2],
             };
             rows.push(pair.compare(&place, &relations.of(&place), &rule));
         }
-        for ((_, place), (entry, _)) in now {
-            let pair = Pair { old: None, new: Some(entry) };
+        for ((name, place), (entry, _)) in now {
+            let has_replicates = is_mean_of(name, &place).contains(&true);
+            let pair = Pair { old: None, new: Some(entry), has_replicates };
             let reason = "the baseline does not contain it";
             rows.push(pair.row(&place, None, reason));
         }
-        correct(&mut rows);
-        rows.sort_by(|one, other| one.rank().total_cmp(&other.rank()));
-        let mut failures = failures(old, new, &relations);
-        let is_decided = |row: &BaselineRow| row.passed == Some(false) || row.is_evidence;
-        if failures.is_empty() && !rows.iter().any(is_decided) {
-            failures.push(("the comparison".to_owned(), NOTHING_COMPARED.to_owned()));
-        }
-        let has_other_seeds =
-            relations.counts().keys().any(|relation| matches!(relation, Relation::OtherSeed(_)));
         let main = runs.first().map_or(&[][..], |run| main_results(run.model()).metrics);
-        let sensitivity =
-            (has_other_seeds && failures.is_empty()).then(|| Sensitivity::of(&rows, main));
-        let rules = rules(&relations, &rows);
-        Ok(BaselineComparison { rules, failures, rows, sensitivity })
+        let has_replicates = !means_before.is_disjoint(&means_now);
+        let failures = failures(old, new, &relations);
+        Ok(BaselineComparison::of(rows, failures, &relations, has_replicates, main))
     }
 }
 
@@ -173,15 +175,12 @@ fn reject_unknown_keys(documents: [&Document; 2], allowed: &[String]) -> Result<
     }
 }
 
-/// The metrics and points of which both analyses have the mean over replicates.
-fn means_in_both<'a>(old: &'a Document, new: &'a Document) -> BTreeSet<(&'a str, Place)> {
-    let means = |document: &'a Document| -> BTreeSet<(&'a str, Place)> {
-        let is_mean =
-            |entry: &&MetricEntry| matches!(&entry.scope, ScopeEntry::Sweep { along: None, .. });
-        let entries = document.metrics.iter().filter(is_mean);
-        entries.map(|entry| (entry.name.as_str(), Place::of_metric(entry))).collect()
-    };
-    means(old).intersection(&means(new)).cloned().collect()
+/// The metrics and points of which an analysis has the mean over replicates.
+fn means_of(document: &Document) -> BTreeSet<(&str, Place)> {
+    let is_mean =
+        |entry: &&MetricEntry| matches!(&entry.scope, ScopeEntry::Sweep { along: None, .. });
+    let entries = document.metrics.iter().filter(is_mean);
+    entries.map(|entry| (entry.name.as_str(), Place::of_metric(entry))).collect()
 }
 
 /// Fails the rows whose differences are significant, and states which differences would have been.
@@ -216,7 +215,7 @@ fn failures(old: &Document, new: &Document, relations: &Relations) -> Vec<(Strin
         }
     }
     let places = |document: &Document| document.runs.iter().map(Place::of_run).collect::<Vec<_>>();
-    let name = |place: &Place| match place.text() {
+    let name = |place: &Place| match place.text(false) {
         text if text.is_empty() => "the run".to_owned(),
         text => format!("the run at {text}"),
     };
@@ -268,6 +267,27 @@ fn rules(relations: &Relations, rows: &[BaselineRow]) -> Vec<String> {
 }
 
 impl BaselineComparison {
+    /// Decides on the rows, together with the failures that are not those of a metric.
+    fn of(
+        mut rows: Vec<BaselineRow>,
+        mut failures: Vec<(String, String)>,
+        relations: &Relations,
+        has_replicates: bool,
+        main: &[&str],
+    ) -> Self {
+        correct(&mut rows);
+        rows.sort_by(|one, other| one.rank().total_cmp(&other.rank()));
+        let is_failed = !failures.is_empty() || rows.iter().any(|row| row.passed == Some(false));
+        if !is_failed && let Some(reason) = sensitivity::insufficiency(&rows, has_replicates) {
+            failures.push(("the comparison".to_owned(), reason.to_owned()));
+        }
+        let has_other_seeds =
+            relations.counts().keys().any(|relation| matches!(relation, Relation::OtherSeed(_)));
+        let sensitivity =
+            (has_other_seeds && failures.is_empty()).then(|| Sensitivity::of(&rows, main));
+        Self { rules: rules(relations, &rows), failures, rows, sensitivity }
+    }
+
     /// All rows as JSON.
     pub(crate) fn json(&self) -> serde_json::Value {
         let row = |row: &BaselineRow| {

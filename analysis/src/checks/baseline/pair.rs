@@ -13,9 +13,10 @@
 //! | was inside the accuracy of its law | still is |
 //! | anything else | not compared |
 
+use super::kinds::FORMS;
 use super::relation::{Place, Relation};
-use super::replicates::Replicates;
-use super::row::BaselineRow;
+use super::replicates::{Replicates, freedom};
+use super::row::{BaselineRow, Evidence};
 use super::significance::{Sample, Significance};
 use crate::checks::digits;
 use crate::metric::deviation::ROUNDING_FRACTION;
@@ -25,11 +26,16 @@ use kinetoscope_manifest::BaselineTolerance;
 /// Why the violation of a conservation law is not compared with that of another seed without errors.
 const VIOLATION_COMPARED: &str = "the violation of a conservation law in one run each: use replicates, or set a relative_tolerance in [[baseline]]";
 
+/// Degrees of freedom from which Student's t is taken as normal.
+const NORMAL_FREEDOM: f64 = 1e5;
+
 /// A metric in both analyses; at least one of them has it.
 #[derive(Clone, Copy)]
 pub(super) struct Pair<'a> {
     pub(super) old: Option<&'a MetricEntry>,
     pub(super) new: Option<&'a MetricEntry>,
+    /// Whether one of the analyses has the mean over replicates at this place.
+    pub(super) has_replicates: bool,
 }
 
 /// What a metric may differ by.
@@ -52,6 +58,17 @@ pub(super) struct Rule<'a> {
     pub(super) has_mean: bool,
     /// What the replicates of a mean state, in the baseline and now.
     pub(super) replicates: [Replicates; 2],
+    /// The number of particles behind the value.
+    pub(super) particles: f64,
+    /// Whether the container limits the value, before and now.
+    pub(super) is_saturated: bool,
+}
+
+impl Rule<'_> {
+    /// Whether a value is that of its exact law, up to rounding. What an identity leaves is rounding, also if several runs give it a scatter.
+    fn is_exact(&self, entry: &MetricEntry) -> Option<bool> {
+        entry.is_exact(self.rounding, self.is_conservation || self.is_identity)
+    }
 }
 
 impl Pair<'_> {
@@ -64,7 +81,7 @@ impl Pair<'_> {
     ) -> BaselineRow {
         let entry = self.new.or(self.old);
         let name = entry.map_or("", |entry| entry.name.as_str());
-        let at = place.text();
+        let at = place.text(self.has_replicates);
         BaselineRow {
             name: name.to_owned(),
             subject: if at.is_empty() { name.to_owned() } else { format!("{name} at {at}") },
@@ -74,14 +91,14 @@ impl Pair<'_> {
             significance: None,
             least_detectable: None,
             passed,
-            is_evidence: false,
+            evidence: Evidence::None,
             reason: reason.into(),
         }
     }
 
     /// A row that passes or fails, and would fail for a changed experiment.
     fn evidence(&self, place: &Place, passed: bool, reason: &str) -> BaselineRow {
-        BaselineRow { is_evidence: true, ..self.row(place, Some(passed), reason) }
+        BaselineRow { evidence: Evidence::Equal, ..self.row(place, Some(passed), reason) }
     }
 
     /// Compares the values by the rule that follows from what the runs differ in. A row that is compared by statistics passes
@@ -144,8 +161,7 @@ impl Pair<'_> {
         is_other_seed: bool,
         reason: &str,
     ) -> BaselineRow {
-        let is_exact =
-            |old: &MetricEntry| old.is_exact(rule.rounding, rule.is_conservation) == Some(true);
+        let is_exact = |old: &MetricEntry| rule.is_exact(old) == Some(true);
         let could_differ = self
             .old
             .is_some_and(|old| is_exact(old) || old.standard_error.is_some() && !rule.has_mean);
@@ -186,7 +202,7 @@ impl Pair<'_> {
             return self.row(place, Some(is_rounding), reason);
         }
         // Conservation laws hold for every seed.
-        let is_exact = |entry: &MetricEntry| entry.is_exact(rule.rounding, rule.is_conservation);
+        let is_exact = |entry: &MetricEntry| rule.is_exact(entry);
         if rule.is_of_integrator && [old, new].iter().any(|entry| is_exact(entry) == Some(true)) {
             return self.row(place, None, "without contacts, the integrator has no error");
         }
@@ -197,8 +213,11 @@ impl Pair<'_> {
             } else {
                 "no longer equal to its exact law up to rounding"
             };
-            let is_evidence = !(still_is && rule.is_identity);
-            return BaselineRow { is_evidence, ..self.row(place, Some(still_is), reason) };
+            let evidence = match rule.is_identity || rule.is_of_manifest {
+                true => Evidence::None,
+                false => Evidence::Lawful,
+            };
+            return BaselineRow { evidence, ..self.row(place, Some(still_is), reason) };
         }
         if rule.has_mean {
             return self.row(place, None, "compared by the mean over the replicates");
@@ -214,9 +233,9 @@ impl Pair<'_> {
             );
             return self.evidence(place, false, &reason);
         }
-        let [known_before, known_now] = rule.replicates.map(|replicates| replicates.known_error);
-        match [sample(old, known_before), sample(new, known_now)] {
-            [Some(one), Some(other)] => self.by_statistics(place, one, other, is_rounding),
+        let [before, now] = rule.replicates.map(|replicates| replicates.known_error);
+        match [sample(old, before, rule.particles), sample(new, now, rule.particles)] {
+            [Some(one), Some(other)] => self.by_statistics(place, rule, [one, other], is_rounding),
             // Whether a series is long enough depends on the seed, and a value that scatters may leave the accuracy of its law.
             [None, _] if old.has_unknown_scatter() => {
                 let why = old.reason.as_deref().unwrap_or_default();
@@ -256,24 +275,34 @@ impl Pair<'_> {
     fn by_statistics(
         &self,
         place: &Place,
-        one: Sample,
-        other: Sample,
+        rule: &Rule<'_>,
+        [one, other]: [Sample; 2],
         is_rounding: bool,
     ) -> BaselineRow {
         let significance = Significance::of(one, other);
         let significance = if is_rounding { significance.of_rounding() } else { significance };
-        let reason =
-            if is_rounding { "equal up to rounding" } else { "within the scatter of seeds" };
-        // A correct start is no evidence for what follows.
-        let is_evidence = !self.is_of_start();
+        let is_without_scatter = significance.error == 0.0;
+        let reason = match is_rounding {
+            true if is_without_scatter => "equal in all runs, so that its scatter is not known",
+            true => "equal up to rounding",
+            false if rule.is_saturated => "as large as the container, before and now",
+            false => "within the scatter of seeds",
+        };
         let row = self.row(place, Some(true), reason);
-        BaselineRow { significance: Some(significance), is_evidence, ..row }
+        let evidence = match rule.is_saturated || is_without_scatter {
+            true => Evidence::None,
+            false if self.is_of_start() => Evidence::Start,
+            false if FORMS.contains(&row.name.as_str()) => Evidence::Lawful,
+            false => Evidence::Scattered,
+        };
+        BaselineRow { significance: Some(significance), evidence, ..row }
     }
 }
 
 /// The value with its standard error, if both are known: that of the replicates if it is known, else the one of the entry.
-fn sample(entry: &MetricEntry, known_error: Option<f64>) -> Option<Sample> {
-    let own = || Some((entry.standard_error?, entry.degrees_of_freedom));
-    let (error, degrees_of_freedom) = known_error.map(|error| (error, None)).or_else(own)?;
+fn sample(entry: &MetricEntry, known_error: Option<(f64, f64)>, particles: f64) -> Option<Sample> {
+    let own = || Some((entry.standard_error?, freedom(entry, particles)));
+    let (error, degrees_of_freedom) = known_error.or_else(own)?;
+    let degrees_of_freedom = Some(degrees_of_freedom).filter(|freedom| *freedom < NORMAL_FREEDOM);
     Some(Sample { value: entry.value?, error, degrees_of_freedom })
 }

@@ -37,16 +37,17 @@ impl Place {
     }
 
     /// Whether a run is this one, or one from which this mean or fit was derived.
-    fn includes(&self, run: &Self) -> bool {
+    pub(super) fn includes(&self, run: &Self) -> bool {
         let is_here =
             self.coordinates.iter().all(|(key, value)| run.coordinates.get(key) == Some(value));
         is_here && (self.replicate.is_none() || *self == *run)
     }
 
-    /// The place as text, such as "temperature_k = 300, replicate = 1"; empty for the only run.
-    pub(super) fn text(&self) -> String {
+    /// The place as text, such as "temperature_k = 300, replicate = 1"; empty for the only run. The first of several replicates is named, too:
+    /// their mean is not.
+    pub(super) fn text(&self, has_replicates: bool) -> String {
         let places = self.coordinates.iter().map(|(key, value)| format!("{key} = {value}"));
-        let replicate = self.replicate.filter(|replicate| *replicate > 0);
+        let replicate = self.replicate.filter(|replicate| has_replicates || *replicate > 0);
         let replicate = replicate.map(|replicate| format!("replicate = {replicate}"));
         places.chain(replicate).collect::<Vec<_>>().join(", ")
     }

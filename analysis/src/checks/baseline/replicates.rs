@@ -1,9 +1,14 @@
 //! What the replicates of a mean state about its error.
 //!
 //! A mean over R replicates has the error s/sqrt(R) with R - 1 degrees of freedom, s their standard deviation. If each of the replicates
-//! has an error e_i that follows from a formula, so that it has no degrees of freedom, the mean has the error sqrt(sum of e_i^2)/R, which is as
-//! good as exact: for four replicates, a comparison finds less than half the change.
+//! has an error e_i that follows from a formula, so that it has no degrees of freedom, the mean has the error sqrt(sum of e_i^2)/R: for four
+//! replicates, a comparison finds less than half the change.
+//!
+//! Such an error is as good as exact, but the value is a sum over N particles, which is normal for many only: Student's t with N degrees of
+//! freedom for each value stands for its longer tails. The difference of two chi-squares with k degrees of freedom has the excess kurtosis 6/k, and t
+//! with k + 4 degrees of freedom the same: k/2 for each are on the safe side.
 
+use super::kinds::CHI_SQUARES;
 use super::relation::Place;
 use crate::metric_files::document::{Document, MetricEntry, ScopeEntry};
 use std::collections::BTreeMap;
@@ -11,10 +16,23 @@ use std::collections::BTreeMap;
 /// The replicates of a mean.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Replicates {
-    /// The error of the mean by those of the replicates, if each follows from a formula.
-    pub(super) known_error: Option<f64>,
+    /// The error of the mean by those of the replicates, if each follows from a formula, with its degrees of freedom.
+    pub(super) known_error: Option<(f64, f64)>,
     /// Whether the manifest sets the value of each.
     pub(super) are_set_by_manifest: bool,
+}
+
+/// Degrees of freedom of a value's error: its own, or else those of a sum over this many particles.
+pub(super) fn freedom(entry: &MetricEntry, particles: f64) -> f64 {
+    let of_formula = || {
+        let error = entry.standard_error?;
+        let is_chi_square = CHI_SQUARES.contains(&entry.name.as_str());
+        let mean = entry.theory_in_range().filter(|_| is_chi_square)?;
+        // A mean of squares with k degrees of freedom scatters by sqrt(2/k) of itself: this is k/2.
+        Some((mean / error).powi(2))
+    };
+    let freedom = entry.degrees_of_freedom.or_else(of_formula);
+    freedom.filter(|freedom| *freedom > 0.0).unwrap_or(particles)
 }
 
 /// The metrics of the runs of an analysis, by name and by the place of their mean.
@@ -32,7 +50,12 @@ impl<'a> MetricsOfRuns<'a> {
     }
 
     /// What the replicates of a mean state; nothing of a run, of a fit, or if some replicates are missing.
-    pub(super) fn of_mean(&self, entry: Option<&MetricEntry>, place: &Place) -> Replicates {
+    pub(super) fn of_mean(
+        &self,
+        entry: Option<&MetricEntry>,
+        place: &Place,
+        particles: f64,
+    ) -> Replicates {
         let replicates = match entry.map(|entry| &entry.scope) {
             Some(ScopeEntry::Sweep { along: None, replicates, .. }) => *replicates,
             _ => return Replicates::default(),
@@ -48,8 +71,9 @@ impl<'a> MetricsOfRuns<'a> {
         };
         let squares: Option<Vec<f64>> = runs.iter().map(square).collect();
         let sum = squares.map(|squares| squares.iter().sum::<f64>());
+        let freedom = runs.iter().map(|run| freedom(run, particles)).sum();
         Replicates {
-            known_error: sum.map(|sum| sum.sqrt() / replicates as f64),
+            known_error: sum.map(|sum| (sum.sqrt() / replicates as f64, freedom)),
             are_set_by_manifest: runs.iter().all(|run| run.is_set_by_manifest()),
         }
     }

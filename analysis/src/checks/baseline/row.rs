@@ -1,8 +1,24 @@
 //! One metric of a comparison with an earlier analysis, and its text.
 
+use super::kinds::LOGARITHMS;
 use super::significance::Significance;
 use crate::checks::digits;
 use crate::metric::deviation::ROUNDING_FRACTION;
+
+/// What a value that passes shows of the experiment, from the least to the most.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Evidence {
+    /// Nothing: the manifest or the container sets it, or it is the same whatever the run does.
+    None,
+    /// That the start is as expected, and nothing of what follows.
+    Start,
+    /// That a law still holds, such as a conservation law, which does so for any size, time and temperature.
+    Lawful,
+    /// That no change of the least detectable size has happened.
+    Scattered,
+    /// That the value is the same, within rounding or a tolerance.
+    Equal,
+}
 
 /// One metric in both analyses.
 #[derive(Clone, Debug)]
@@ -23,8 +39,8 @@ pub(crate) struct BaselineRow {
     pub(super) least_detectable: Option<f64>,
     /// Whether the metric passes; `None` if it is not compared.
     pub(crate) passed: Option<bool>,
-    /// Whether a changed experiment would have failed here: its values could have differed, and by how much is known.
-    pub(super) is_evidence: bool,
+    /// What the values show if they pass.
+    pub(super) evidence: Evidence,
     /// Why.
     pub(crate) reason: String,
 }
@@ -35,11 +51,23 @@ impl BaselineRow {
         Some(self.new? - self.old?)
     }
 
-    /// The least change that would have been found, as a fraction of the baseline's value. `None` of a value of zero, and where no change
-    /// beyond rounding is lost: such a value is exact.
+    /// The least change that would have been found, as a fraction of the baseline's value, or of the argument of a logarithm. `None` of a value
+    /// of zero, and where no change beyond rounding is lost: such a value is exact.
     pub(super) fn least_detectable_fraction(&self) -> Option<f64> {
-        let fraction = self.least_detectable? / self.old?.abs();
+        let scale = if LOGARITHMS.contains(&self.name.as_str()) { 1.0 } else { self.old?.abs() };
+        let fraction = self.least_detectable? / scale;
         Some(fraction).filter(|fraction| fraction.is_finite() && *fraction > ROUNDING_FRACTION)
+    }
+
+    /// Whether the metric would have shown a change of this fraction of it.
+    pub(super) fn shows(&self, fraction: f64) -> bool {
+        match self.evidence {
+            Evidence::None | Evidence::Start | Evidence::Lawful => false,
+            Evidence::Scattered => {
+                self.least_detectable_fraction().is_some_and(|least| least <= fraction)
+            }
+            Evidence::Equal => true,
+        }
     }
 
     /// The order of the rows: failures first, then by significance, then by relative difference; what is not compared is last.
@@ -74,7 +102,8 @@ impl BaselineRow {
             format!(", difference {}", self.in_unit(difference))
         });
         let (old, new) = (value(self.old), value(self.new));
-        let least = self.least_detectable_fraction().filter(|_| self.passed == Some(true));
+        let is_shown = self.passed == Some(true) && self.evidence > Evidence::None;
+        let least = self.least_detectable_fraction().filter(|_| is_shown);
         let least = least.map_or_else(String::new, |fraction| {
             format!("; a change of {} would have been found", percent(fraction))
         });
