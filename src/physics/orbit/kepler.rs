@@ -106,8 +106,8 @@ impl Kepler {
     /// Solves Kepler's equation in universal form for X: r0 X + eta0 G2 + zeta0 G3 = t, |t| at most half a period.
     ///
     /// The derivative of the left side is r, which is at least the perihelion distance q, so the left side increases and |X| <= |t| / q.
-    /// Newton's method is used; where a step would leave the bracket, and after [`MAX_NEWTON_STEPS`], because the method can alternate
-    /// between two points within the bracket for ever, the bracket is halved.
+    /// Newton's method is used; where a step would leave the bracket, the bracket is halved, and also for a large step after
+    /// [`MAX_NEWTON_STEPS`], because the method can alternate between two points within the bracket for ever.
     fn universal_variable(&self, time_days: f64) -> f64 {
         // Motion backward in time is motion forward with the opposite velocity.
         let (time, eta) =
@@ -131,7 +131,8 @@ impl Kepler {
                 high = x
             }
             let newton = x - excess / (self.distance + eta * g1 + self.zeta * g2);
-            let is_inside = newton >= low && newton <= high && iteration < MAX_NEWTON_STEPS;
+            let alternates = iteration >= MAX_NEWTON_STEPS && (newton - x).abs() > SMALL_STEP * x;
+            let is_inside = newton >= low && newton <= high && !alternates;
             let next = if is_inside { newton } else { 0.5 * (low + high) };
             let change = (next - x).abs();
             x = next;
@@ -147,8 +148,10 @@ impl Kepler {
 /// factor of 2 of its width.
 const MAX_ITERATIONS: u32 = 400;
 
-/// Number of iterations after which every step halves the bracket.
+/// Number of iterations after which a large step halves the bracket.
 const MAX_NEWTON_STEPS: u32 = 100;
+/// Relative size of a step that is not large: near the solution, the method can alternate between neighboring numbers.
+const SMALL_STEP: f64 = 1e-6;
 
 /// `G_n(X)` = `X^n c_n(beta X^2)` for n = 0 to 3 with Stumpff's functions `c_n(z)` = sum over k of (-z)^k / (n + 2 k)!:
 /// d`G_n`/dX = `G_(n-1)`, and `G_0` = cos(sqrt(beta) X) where beta > 0.
