@@ -59,7 +59,7 @@ fn answer_part(part: &AnswerPart) -> Markup {
                     Some(true) => {
                         span class="good" role="img" title=(PASSES) aria-label=(PASSES) { "\u{a0}✓" }
                         // A deviation of many standard errors passes by the tolerance only.
-                        @if let Some(tolerance) = &number.tolerance { span class="good" { "\u{a0}" (tolerance.replace(' ', "\u{a0}")) } }
+                        @if let Some(tolerance) = &number.tolerance { span class="good" { " " (tolerance.replace(' ', "\u{a0}")) } }
                     },
                     Some(false) => strong class="bad" { " (its check fails)" },
                     None => {},

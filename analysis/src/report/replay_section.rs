@@ -237,7 +237,7 @@ fn film(run: &RunAnalysis, replay: &Replay) -> Markup {
 }
 
 /// The run's coordinates in its sweep, or its file.
-fn run_name(run: &RunAnalysis) -> String {
+pub(super) fn run_name(run: &RunAnalysis) -> String {
     match label(&run.coordinates) {
         name if name.is_empty() => run.file.clone(),
         name => name,
