@@ -2,7 +2,8 @@
 
 use super::missing_runs::{first_clause, is_whole, missing_runs};
 use super::number::{
-    NumberForm, compared_form, form_of, metric_text, percent, stated_tolerance, unit_words,
+    NumberForm, compared_form, conserved, form_of, metric_text, number_with, percent, size_text,
+    stated_tolerance,
 };
 use super::phrase::{phrase, span};
 use super::place::place_words;
@@ -343,30 +344,10 @@ fn to_start(metric: &Metric, source: &AnswerSource<'_>) -> Option<String> {
     starts.next().is_none().then(|| format!(", {fraction} of that at the start"))
 }
 
-/// The fraction above which a violated quantity is not called conserved.
-const LARGEST_VIOLATION: f64 = 0.1;
-
-/// The quantity that is conserved, unless its violation is exactly 0, or large.
-pub(super) fn conserved(metric: &Metric) -> Option<&'static str> {
-    let law = metric.theory.filter(|theory| theory.in_range())?.law?;
-    let size = metric.value().abs();
-    law.conserved.filter(|_| size > 0.0 && size <= LARGEST_VIOLATION)
-}
-
-pub(super) fn size_text(metric: &Metric) -> String {
-    format!("{}{}", significant(metric.value().abs(), 2), unit_words(metric.unit()))
-}
-
 /// The value of a metric as a number of a sentence.
 fn number(metric: &Metric, is_passed: Option<bool>) -> AnswerPart {
     let text = metric_text(metric, form_of(metric));
     AnswerPart::Number(number_with(metric, text, is_passed))
-}
-
-/// A number of a sentence with its text.
-pub(super) fn number_with(metric: &Metric, text: String, is_passed: Option<bool>) -> AnswerNumber {
-    let is_failure_stated = false;
-    AnswerNumber { metric: metric.name(), text, is_passed, is_failure_stated, tolerance: None }
 }
 
 /// Sentences with spaces between them.

@@ -44,6 +44,26 @@ pub(super) fn stated_tolerance(check: &Check, metric: &Metric) -> Option<String>
     is_beyond.then(|| format!("within {tolerance}"))
 }
 
+/// The fraction above which a violated quantity is not called conserved.
+const LARGEST_VIOLATION: f64 = 0.1;
+
+/// The quantity that is conserved, unless its violation is exactly 0, or large.
+pub(super) fn conserved(metric: &Metric) -> Option<&'static str> {
+    let law = metric.theory.filter(|theory| theory.in_range())?.law?;
+    let size = metric.value().abs();
+    law.conserved.filter(|_| size > 0.0 && size <= LARGEST_VIOLATION)
+}
+
+pub(super) fn size_text(metric: &Metric) -> String {
+    format!("{}{}", significant(metric.value().abs(), 2), unit_words(metric.unit()))
+}
+
+/// A number of a sentence with its text.
+pub(super) fn number_with(metric: &Metric, text: String, is_passed: Option<bool>) -> AnswerNumber {
+    let is_failure_stated = false;
+    AnswerNumber { metric: metric.name(), text, is_passed, is_failure_stated, tolerance: None }
+}
+
 /// The form of a number.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct NumberForm {
@@ -193,10 +213,10 @@ pub(super) fn theory_text(theory: f64, metric: &Metric) -> String {
 /// The digits of a theoretical value down to the last one of the metric's standard error, at least three: rounded to fewer, it may lie on
 /// the other side of the measured value. `None` without an error that is shown.
 pub(super) fn theory_digits(theory: f64, metric: &Metric) -> Option<u8> {
-    if metric.theory_value() == Some(theory) {
-        if let Some(digits) = difference_digits(metric) {
-            return Some(digits);
-        }
+    if metric.theory_value() == Some(theory)
+        && let Some(digits) = difference_digits(metric)
+    {
+        return Some(digits);
     }
     let exponent = |value: f64| libm::log10(value.abs()).floor() as i32;
     let error = metric.standard_error().filter(|_| theory != 0.0)?;

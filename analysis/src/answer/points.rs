@@ -1,9 +1,8 @@
 //! Sentences about the values of one metric at several points of a sweep: how they depend on the swept key, and how far they are from
 //! theory at most.
 
-use super::composed::{conserved, number_with, size_text};
 use super::dependence::{Dependence, dependence};
-use super::number::common_texts;
+use super::number::{common_texts, conserved, number_with, size_text};
 use super::phrase::{at_end, common_span};
 use super::place::{key_words, place_words};
 use super::{AnswerNumber, AnswerPart, AnswerSource};

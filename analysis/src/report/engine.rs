@@ -105,7 +105,7 @@ pub(super) fn section(report: &AnalysisReport) -> Markup {
             script nonce=(NONCE) src=(ENGINE) {}
         }
         script nonce=(NONCE) { (PreEscaped(SCRIPT)) }
-        (rerun::section(report))
+        (rerun::section(report, NONCE))
     }
 }
 

@@ -27,8 +27,8 @@ const ask = (engine, name, argument) => {
 
 // Runs of a changed manifest that take longer are ended, s.
 const MOST_S = 60;
-// Time between two frames of a changed run that the page shows, ms.
-const SHOWN_MS = 40;
+// Time between two frames of a changed run that the page shows, ms; of few particles, it shows so many frames in any case, for their paths.
+const SHOWN_MS = 40, FEW_NUMBERS = 200, PATH_FRAMES = 1000;
 
 let answered, kept;
 self.addEventListener("message", ({ data }) => {
@@ -97,16 +97,17 @@ const rerun = (engine, manifest) => {
     const place = engine.output();
     const state = new Float64Array(engine.memory.buffer.slice(Number(place >> 32n), Number(place >> 32n) + Number(place & 0xffffffffn)));
     postMessage({ frame, of, columns, state, planned });
+    return state.length <= FEW_NUMBERS ? Math.ceil(of / PATH_FRAMES) : Infinity;
   };
   let frame = 1, budget = 1, shown = performance.now();
-  send(frame);
+  const every = send(frame);
   for (;;) {
     const before = performance.now();
     const status = ask(engine, "advance", budget);
     const now = performance.now(), seconds = (now - started) / 1000;
     budget = nextBudget(budget, now - before);
     if (status === FRAME) frame += 1;
-    if (status === FRAME && now - shown > SHOWN_MS) {
+    if (status === FRAME && (now - shown > SHOWN_MS || frame % every === 0)) {
       shown = now;
       send(frame);
     }

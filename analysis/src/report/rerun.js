@@ -6,7 +6,7 @@
   const [button, reset, save] = box.querySelectorAll("button");
   // Up to so many particles without a radius leave a path.
   const MOST_WITH_PATH = 20;
-  let worker, run, view, isRunning, path;
+  let worker, run, view, isRunning, path, hasPath, awaited, discs = [];
 
   const say = (words, quality = "") => ([status.textContent, status.className] = [words.slice(0, 4000), quality]);
 
@@ -46,14 +46,21 @@
     stop(words, "bad");
   }
 
-  // Particles in the smallest square around all frames so far.
-  function draw({ columns, state }) {
+  // The particles of a frame, in the smallest square around all frames so far.
+  function take({ columns, state }) {
     const width = columns.length, [x, y, radius] = ["x", "y", "radius"].map((name) => columns.indexOf(name));
-    const discs = [];
+    discs = [];
     for (let at = 0; at < state.length; at += width) discs.push([state[at + x], state[at + y], radius < 0 ? 0 : state[at + radius]]);
     for (const [px, py] of discs.filter((disc) => disc.every(Number.isFinite))) {
       view = view ? [min(view[0], px), min(view[1], py), max(view[2], px), max(view[3], py)] : [px, py, px, py];
     }
+    hasPath = radius < 0 && discs.length <= MOST_WITH_PATH;
+    if (hasPath) path.push(...discs);
+    if (!awaited) awaited = requestAnimationFrame(draw);
+  }
+
+  function draw() {
+    awaited = undefined;
     if (!view) return;
     const size = canvas.width, scale = size / (1.1 * (max(view[2] - view[0], view[3] - view[1]) || 1));
     const paint = canvas.getContext("2d");
@@ -65,8 +72,7 @@
     };
     paint.clearRect(0, 0, size, size);
     path.forEach(fill("#8a8f98", 1));
-    discs.forEach(fill("#e8a33d", radius < 0 && discs.length <= MOST_WITH_PATH ? 5 : 1.5));
-    if (radius < 0 && discs.length <= MOST_WITH_PATH) path.push(...discs);
+    discs.forEach(fill("#e8a33d", hasPath ? 5 : 1.5));
   }
 
   function tell(metrics) {
@@ -92,7 +98,7 @@
     if (data.failed) return stop(data.failed, "bad");
     if (data.state) {
       canvas.hidden = false;
-      draw(data);
+      take(data);
       const more = data.planned > 1 ? `; the text plans ${data.planned} runs, of which only the first is run` : "";
       say(`frame ${data.frame} of ${data.of}${more}`);
     }

@@ -6,7 +6,6 @@ use crate::input::key_words::words_and_unit;
 use crate::metric::Measurement;
 use crate::models::main_results;
 use crate::report::AnalysisReport;
-use crate::report::engine::NONCE;
 use crate::report::plot_section::data;
 use crate::report::replay_section::run_name;
 use crate::run::RunAnalysis;
@@ -41,8 +40,8 @@ struct RecordedNumber<'a> {
     standard_error: Option<f64>,
 }
 
-/// The fields, the manifest, and the places of the changed run's frames and numbers; empty without a run that the page can repeat.
-pub(super) fn section(report: &AnalysisReport) -> Markup {
+/// The fields, the manifest, and the places of the changed run's frames and numbers. `nonce` marks the scripts of the page.
+pub(super) fn section(report: &AnalysisReport, nonce: &str) -> Markup {
     let claimed = report.runs.iter().filter_map(|run| Some((run, run.claim.as_ref()?)));
     let runs: Vec<Changeable<'_>> = claimed
         .take(MOST_RUNS)
@@ -81,7 +80,7 @@ pub(super) fn section(report: &AnalysisReport) -> Markup {
             }
             (data("given", &runs))
         }
-        script nonce=(NONCE) { (PreEscaped(SCRIPT)) }
+        script nonce=(nonce) { (PreEscaped(SCRIPT)) }
     }
 }
 
