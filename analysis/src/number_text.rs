@@ -63,8 +63,48 @@ pub(crate) fn plus_minus_to(digits: Option<u8>, value: f64, standard_error: f64)
     Some(if is_plain { text } else { format!("({text})·{}", power_text(exponent)) })
 }
 
+/// Formats a number in units of a power of ten, with two digits of its standard error, or with some digits of the value if it has none;
+/// `None` for a number that is not finite.
+pub(crate) fn with_power(
+    value: f64,
+    standard_error: Option<f64>,
+    power: i32,
+    digits: u8,
+) -> Option<String> {
+    if !value.is_finite() || value == 0.0 {
+        return None;
+    }
+    let unit = 10.0_f64.powi(power);
+    let shown = standard_error.filter(|error| plus_minus(value, *error).is_some());
+    let last = match shown {
+        Some(error) => decimal_exponent(error) - 1,
+        None => decimal_exponent(value.abs()) + 1 - i32::from(digits),
+    };
+    let decimals = usize::try_from(power - last).unwrap_or(0);
+    let number = format!("{:.decimals$}", value / unit).replace('-', "−");
+    let text = match shown {
+        Some(error) => format!("({number} ± {:.decimals$})", error / unit),
+        None => number,
+    };
+    Some(format!("{text}·{}", power_text(power)))
+}
+
+/// The power of ten of the first digit of a positive number.
+pub(crate) fn power_of(value: f64) -> i32 {
+    decimal_exponent(value)
+}
+
 /// Formats a number with some significant digits as sentences contain it, without zeros at the end of decimals.
 pub(crate) fn significant(value: f64, digits: u8) -> String {
+    trimmed(value, digits, trim_zeros)
+}
+
+/// The same with zeros at the end.
+pub(crate) fn fixed(value: f64, digits: u8) -> String {
+    trimmed(value, digits, str::to_owned)
+}
+
+fn trimmed(value: f64, digits: u8, trim: fn(&str) -> String) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.abs().to_string();
     }
@@ -77,9 +117,9 @@ pub(crate) fn significant(value: f64, digits: u8) -> String {
         let decimals = usize::try_from(i32::from(digits) - 1 - exponent).unwrap_or(0);
         // Digits before the decimal point are rounded as well.
         let value: f64 = rounded.parse().unwrap_or(value);
-        trim_zeros(&format!("{value:.decimals$}"))
+        trim(&format!("{value:.decimals$}"))
     } else {
-        format!("{}·{}", trim_zeros(mantissa), power_text(exponent))
+        format!("{}·{}", trim(mantissa), power_text(exponent))
     };
     text.replace('-', "−")
 }

@@ -1,21 +1,25 @@
 //! Sentences that follow from the checks and the requested plots, for a manifest without an answer of its own, and for checks that fail.
 
-use super::dependence::dependence;
 use super::missing_runs::{first_clause, is_whole, missing_runs};
-use super::number::{form_of, metric_text, unit_words};
-use super::place::{key_words, place_words};
+use super::number::{
+    NumberForm, compared_form, conserved, form_of, metric_text, number_with, percent, size_text,
+    stated_tolerance,
+};
+use super::phrase::{phrase, span};
+use super::place::place_words;
+use super::points::{everywhere, listed, several};
 use super::question::shared_words;
 use super::relation::{relation, requirement, to_theory};
 use super::{AnswerNumber, AnswerPart, AnswerSource};
 use crate::checks::{checked_metrics, compare};
 use crate::input::coordinates::text;
-use crate::metric::{Deviation, Metric, MetricScope};
+use crate::metric::{Metric, MetricScope};
 use crate::models::{label_of, main_results};
 use crate::number_text::{plus_minus, significant};
 use crate::run::{RunAnalysis, RunStatus};
 use kinetoscope_console::text::one_line;
 use kinetoscope_manifest::{
-    Bound, Check, Coordinate, ExpectedOutcome, IfUndecided, TimingComparison, unit_of_key,
+    Bound, Check, Coordinate, ExpectedOutcome, IfUndecided, TimingComparison,
 };
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
@@ -185,19 +189,32 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
         findings.sort_by_key(|finding| Reverse(shared_words(source, finding.name())));
     }
     findings.sort_by_key(Finding::is_of_conservation_law);
+    let telling = main_names(source).first().copied();
+    let is_asked = |finding: &Finding<'_>| shared_words(source, finding.name()) > 0;
+    // The question names the most telling result already: others of the model do not belong to the answer.
+    if findings.first().is_some_and(|first| Some(first.name()) == telling && is_asked(first)) {
+        findings.retain(|it| {
+            it.check.is_some() || is_asked(it) || !main_names(source).contains(&it.name())
+        });
+    }
     let shown = findings.iter().take(MOST_SENTENCES);
     let sentences = shown.map(|finding| finding.sentences(source)).collect::<Vec<_>>();
     if sentences.is_empty() { unfinished(source) } else { joined(sentences) }
 }
 
-/// The main metrics of what the manifests set, as far as every run has them.
-fn main_findings<'a>(source: &AnswerSource<'a>) -> Vec<Finding<'a>> {
+/// The main results of what the manifests set, the most telling one first.
+fn main_names(source: &AnswerSource<'_>) -> Vec<&'static str> {
     let mut names: Vec<&'static str> = Vec::new();
     for name in source.runs.iter().flat_map(|run| main_results(run.model()).metrics) {
         if !names.contains(name) {
             names.push(name);
         }
     }
+    names
+}
+
+/// The main metrics of what the manifests set, as far as every run has them.
+fn main_findings<'a>(source: &AnswerSource<'a>) -> Vec<Finding<'a>> {
     let finding = |name: &&'static str| {
         let everywhere = Check {
             metric: (*name).to_owned(),
@@ -210,7 +227,7 @@ fn main_findings<'a>(source: &AnswerSource<'a>) -> Vec<Finding<'a>> {
         let is_known = !metrics.is_empty() && metrics.iter().all(|metric| metric.is_applicable());
         is_known.then_some(Finding { check: None, is_everywhere: true, has_places: false, metrics })
     };
-    let mut findings: Vec<Finding<'_>> = names.iter().filter_map(finding).collect();
+    let mut findings: Vec<Finding<'_>> = main_names(source).iter().filter_map(finding).collect();
     findings.sort_by_key(|finding| Reverse(shared_words(source, finding.name())));
     findings
 }
@@ -221,7 +238,7 @@ pub(super) fn main_sentence(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
         |finding: &Finding<'_>| source.checks.iter().any(|check| check.metric == finding.name());
     let findings = main_findings(source);
     let first = findings.iter().find(|finding| !is_checked(finding));
-    first.map_or_else(Vec::new, Finding::sentence)
+    first.map_or_else(Vec::new, |finding| finding.sentence(source))
 }
 
 /// What is known of one metric.
@@ -235,9 +252,6 @@ struct Finding<'a> {
     /// Its values, without duplicates.
     metrics: Vec<&'a Metric>,
 }
-
-/// Maximum number of values that a sentence lists with their places.
-const MOST_LISTED: usize = 4;
 
 impl<'a> Finding<'a> {
     fn add(&mut self, check: Option<&'a Check>, metrics: &[&'a Metric]) {
@@ -263,7 +277,7 @@ impl<'a> Finding<'a> {
         let is_fit = |metric: &&&Metric| matches!(&metric.scope, MetricScope::Sweep(scope) if scope.along.is_some());
         let is_of_points = self.is_everywhere && !self.metrics.iter().any(|it| is_fit(&it));
         let missing = points.saturating_sub(self.metrics.len());
-        let mut parts = self.sentence();
+        let mut parts = self.sentence(source);
         if missing > 0 && is_of_points {
             let has = if missing == 1 { "has" } else { "have" };
             parts.push(AnswerPart::words(format!(" {missing} of {points} points {has} no value.")));
@@ -271,10 +285,10 @@ impl<'a> Finding<'a> {
         parts
     }
 
-    fn sentence(&self) -> Vec<AnswerPart> {
+    fn sentence(&self, source: &AnswerSource<'_>) -> Vec<AnswerPart> {
         match self.metrics.as_slice() {
-            [metric] => single(self.check, metric),
-            metrics => several(self.check, metrics, self.has_places),
+            [metric] => single(self.check, metric, source),
+            metrics => several(self.check.map(|_| true), metrics, self.has_places, source),
         }
     }
 }
@@ -292,167 +306,48 @@ fn unfinished(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
     ending.filter(|_| !is_any_complete).map(AnswerPart::Failure).into_iter().collect()
 }
 
-fn single(check: Option<&Check>, metric: &Metric) -> Vec<AnswerPart> {
+fn single(check: Option<&Check>, metric: &Metric, source: &AnswerSource<'_>) -> Vec<AnswerPart> {
     let place = place_words(metric.coordinates());
     let is_passed = check.map(|_| true);
     if let Some(conserved) = conserved(metric) {
         return vec![
             AnswerPart::words(format!("The {conserved}{place} is conserved to ")),
-            AnswerPart::Number(AnswerNumber {
-                text: size_text(metric),
-                ..answer_number(metric, is_passed)
-            }),
+            AnswerPart::Number(number_with(metric, size_text(metric), is_passed)),
             AnswerPart::words("."),
         ];
     }
-    let relation = check.map_or_else(|| to_theory(metric), |check| relation(check, metric));
+    let mut relation = check.map_or_else(|| to_theory(metric), |check| relation(check, metric));
+    if relation.is_empty() {
+        relation = to_start(metric, source).unwrap_or_default();
+    }
+    let phrase = phrase(metric, &relation, span(metric, source).as_deref());
+    let form = NumberForm { is_size: phrase.is_size, ..compared_form(metric) };
+    let tolerance = check.and_then(|check| stated_tolerance(check, metric));
+    let number = number_with(metric, metric_text(metric, form), is_passed);
     vec![
-        AnswerPart::words(format!("The {}{place} is ", metric.definition.label)),
-        number(metric, is_passed),
-        AnswerPart::words(format!("{relation}.")),
+        AnswerPart::words(phrase.before),
+        AnswerPart::Number(AnswerNumber { tolerance, ..number }),
+        AnswerPart::words(format!("{}{relation}.", phrase.after)),
     ]
 }
 
-/// The fraction above which a violated quantity is not called conserved.
-const LARGEST_VIOLATION: f64 = 0.1;
-
-/// The quantity that is conserved, unless its violation is exactly 0, or large.
-fn conserved(metric: &Metric) -> Option<&'static str> {
-    let law = metric.theory.filter(|theory| theory.in_range())?.law?;
-    let size = metric.value().abs();
-    law.conserved.filter(|_| size > 0.0 && size <= LARGEST_VIOLATION)
-}
-
-fn size_text(metric: &Metric) -> String {
-    format!("{}{}", significant(metric.value().abs(), 2), unit_words(metric.unit()))
-}
-
-/// The values of several points with their places, or the least and the greatest of many, and how far from theory they are at most.
-fn several(check: Option<&Check>, metrics: &[&Metric], has_places: bool) -> Vec<AnswerPart> {
-    let by_value = |one: &&&Metric, other: &&&Metric| one.value().total_cmp(&other.value());
-    let extremes = metrics.iter().min_by(by_value).zip(metrics.iter().max_by(by_value));
-    let Some((least, greatest)) = extremes else { return Vec::new() };
-    let is_passed = check.map(|_| true);
-    let everywhere = everywhere(metrics.len());
-    let size = |metric: &Metric| metric.value().abs();
-    let worst = if size(least) > size(greatest) { least } else { greatest };
-    if let Some(conserved) = conserved(worst).filter(|_| !has_places) {
-        return vec![
-            AnswerPart::words(format!("The {conserved} is conserved to ")),
-            AnswerPart::Number(AnswerNumber {
-                text: size_text(worst),
-                ..answer_number(worst, is_passed)
-            }),
-            AnswerPart::words(format!("{everywhere}.")),
-        ];
-    }
-    let start = AnswerPart::words(format!("The {} is ", least.definition.label));
-    let relation = if has_places { String::new() } else { common_relation(metrics) };
-    let text = |metric: &Metric| metric_text(metric, form_of(metric));
-    if text(least) == text(greatest) && !has_places {
-        let end = AnswerPart::words(format!("{everywhere}{relation}."));
-        return vec![start, number(least, is_passed), end];
-    }
-    let key = |coordinate: &Coordinate| {
-        let unit = unit_of_key(&coordinate.key);
-        let words = key_words(&coordinate.key, unit);
-        if unit == "1" && words.ends_with('s') { format!("number of {words}") } else { words }
+/// A value at the end as a fraction of the same quantity at the start, if that is a metric.
+fn to_start(metric: &Metric, source: &AnswerSource<'_>) -> Option<String> {
+    let is_start = |other: &&Metric| {
+        other.name().strip_suffix(".start") == Some(metric.name())
+            && other.coordinates() == metric.coordinates()
+            && other.is_applicable()
     };
-    let dependence = if has_places { String::new() } else { dependence(metrics, key) };
-    let mut parts = vec![start];
-    parts.extend(listed(metrics, is_passed));
-    parts.push(AnswerPart::words(format!("{dependence}{relation}.")));
-    parts
+    let mut starts = source.metrics.iter().filter(is_start);
+    let start = starts.next().filter(|start| start.value() > 0.0)?;
+    let fraction = percent(metric.value() / start.value());
+    starts.next().is_none().then(|| format!(", {fraction} of that at the start"))
 }
 
-fn everywhere(points: usize) -> String {
-    match points {
-        2 => " at both points of the sweep".to_owned(),
-        all => format!(" at all {all} points of the sweep"),
-    }
-}
-
-/// Values with their places, or the least and the greatest of many.
-fn listed(metrics: &[&Metric], is_passed: Option<bool>) -> Vec<AnswerPart> {
-    let mut parts = Vec::new();
-    let by_value = |one: &&&Metric, other: &&&Metric| one.value().total_cmp(&other.value());
-    let extremes = metrics.iter().min_by(by_value).zip(metrics.iter().max_by(by_value));
-    if metrics.len() <= MOST_LISTED {
-        for (index, metric) in metrics.iter().enumerate() {
-            let separator = match metrics.len() - index {
-                1 => "",
-                2 => " and ",
-                _ => ", ",
-            };
-            parts.push(number(metric, is_passed));
-            parts.push(AnswerPart::words(place_words(metric.coordinates()) + separator));
-        }
-    } else if let Some((least, greatest)) = extremes {
-        let to = format!("{} to ", place_words(least.coordinates()));
-        let end = place_words(greatest.coordinates());
-        parts.extend([
-            AnswerPart::words("from "),
-            number(least, is_passed),
-            AnswerPart::words(to),
-            number(greatest, is_passed),
-            AnswerPart::words(end),
-        ]);
-    }
-    parts
-}
-
-/// Standard errors above which values are not called close to theory.
-const LARGEST_AGREEMENT: f64 = 4.0;
-
-/// How far from theory several points are at most.
-fn common_relation(metrics: &[&Metric]) -> String {
-    let law = common_law(metrics);
-    let violation = |metric: &&Metric| metric.theory?.violation;
-    if let Some(violation) = metrics.iter().find_map(violation) {
-        let law = if law == THEORY { "its law" } else { law };
-        return format!(", outside the range of {law}: {violation}");
-    }
-    let sigma = |metric: &&Metric| match metric.deviation() {
-        Some(Deviation::StandardErrors(sigma)) => Some(sigma.abs()),
-        Some(Deviation::Rounding) => Some(0.0),
-        _ => None,
-    };
-    let sigmas: Option<Vec<f64>> = metrics.iter().map(sigma).collect();
-    match sigmas.and_then(|all| all.into_iter().reduce(f64::max)) {
-        Some(0.0) => return format!(", equal to {law}"),
-        Some(worst) if worst <= 1.0 => return format!(", within one standard error of {law}"),
-        Some(worst) if worst <= LARGEST_AGREEMENT => {
-            return format!(", within {} standard errors of {law}", significant(worst, 2));
-        }
-        Some(worst) => {
-            return format!(", up to {} standard errors from {law}", significant(worst, 2));
-        }
-        None => {}
-    }
-    let is_inside =
-        |metric: &&Metric| matches!(metric.deviation(), Some(Deviation::Bound { is_inside: true }));
-    let all_inside = metrics.iter().all(is_inside);
-    let law = if law == THEORY { "the law" } else { law };
-    if all_inside { format!(", inside the accuracy of {law}") } else { String::new() }
-}
-
-/// What a law without a name is called.
-const THEORY: &str = "theory";
-
-/// The name of the law of all metrics.
-fn common_law(metrics: &[&Metric]) -> &'static str {
-    let name = |metric: &&Metric| metric.theory.and_then(|theory| theory.law?.name);
-    let first = metrics.first().and_then(name);
-    first.filter(|_| metrics.iter().all(|metric| name(metric) == first)).unwrap_or(THEORY)
-}
-
+/// The value of a metric as a number of a sentence.
 fn number(metric: &Metric, is_passed: Option<bool>) -> AnswerPart {
-    AnswerPart::Number(answer_number(metric, is_passed))
-}
-
-fn answer_number(metric: &Metric, is_passed: Option<bool>) -> AnswerNumber {
     let text = metric_text(metric, form_of(metric));
-    AnswerNumber { metric: metric.name(), text, is_passed, is_failure_stated: false }
+    AnswerPart::Number(number_with(metric, text, is_passed))
 }
 
 /// Sentences with spaces between them.

@@ -7,12 +7,12 @@ use kinetoscope_manifest::Coordinate;
 
 /// The powers that are named, the simplest first.
 const POWERS: [(f64, &str); 6] = [
-    (1.0, "in proportion to the"),
-    (-1.0, "in inverse proportion to the"),
-    (2.0, "in proportion to the square of the"),
-    (0.5, "in proportion to the square root of the"),
-    (-2.0, "in inverse proportion to the square of the"),
-    (-0.5, "in inverse proportion to the square root of the"),
+    (1.0, "is proportional to the"),
+    (-1.0, "is inversely proportional to the"),
+    (2.0, "is proportional to the square of the"),
+    (0.5, "is proportional to the square root of the"),
+    (-2.0, "is inversely proportional to the square of the"),
+    (-0.5, "is inversely proportional to the square root of the"),
 ];
 
 /// Largest relative difference of the values over the power that is named as one.
@@ -24,39 +24,109 @@ const LARGEST_RANGE: f64 = 0.5;
 /// Largest standard error of an exponent that is stated with one decimal.
 const LARGEST_ERROR: f64 = 0.05;
 
-/// The dependence of values on the only number that is swept, such as ", in proportion to the temperature within 0.2 %"; empty if
-/// there are too few points or nothing simple to say. `name` gives the words for a key.
-pub(super) fn dependence(metrics: &[&Metric], name: impl Fn(&Coordinate) -> String) -> String {
-    let point = |metric: &&Metric| match metric.coordinates() {
+/// Largest relative difference between values that are said to change little.
+const LARGEST_CHANGE: f64 = 0.02;
+
+/// How values depend on a swept key. Indices are those of the metrics.
+#[derive(Debug, PartialEq)]
+pub(super) enum Dependence {
+    /// Nothing simple to say.
+    None,
+    /// A verb that needs only two of the values, such as "is proportional to the temperature within 0.2 %".
+    OfEnds {
+        /// The verb with its object.
+        verb: String,
+        /// The value to state first.
+        first: usize,
+        /// The value to state last.
+        last: usize,
+    },
+    /// Words after all values.
+    Remark(String),
+    /// The greatest value is neither the first nor the last.
+    GreatestAt(usize),
+    /// The least value is neither the first nor the last.
+    LeastAt(usize),
+}
+
+/// The dependence of values on the only number that is swept. `name` gives the words for a key.
+pub(super) fn dependence(metrics: &[&Metric], name: impl Fn(&Coordinate) -> String) -> Dependence {
+    let point = |(index, metric): (usize, &&Metric)| match metric.coordinates() {
         [only] if only.key != VARIANT => {
             let error = metric.standard_error().unwrap_or(0.0);
-            Some([only.value.parse::<f64>().ok()?, metric.value(), error])
+            Some((index, [only.value.parse::<f64>().ok()?, metric.value(), error]))
         }
         _ => None,
     };
-    let points: Option<Vec<[f64; 3]>> = metrics.iter().map(point).collect();
+    let points: Option<Vec<(usize, [f64; 3])>> = metrics.iter().enumerate().map(point).collect();
     let Some(mut points) = points.filter(|points| points.len() >= 2) else {
-        return String::new();
+        return Dependence::None;
     };
-    points.sort_by(|one, other| one[0].total_cmp(&other[0]));
+    points.sort_by(|(_, one), (_, other)| one[0].total_cmp(&other[0]));
     let key = name(&metrics[0].coordinates()[0]);
+    let (indices, points): (Vec<usize>, Vec<[f64; 3]>) = points.into_iter().unzip();
     let exponents = exponents(&points);
-    let points: Vec<(f64, f64)> = points.iter().map(|[x, y, _]| (*x, *y)).collect();
     if points.len() < LEAST_POINTS {
         let between = |range| format!(", with exponent {range} of the {key} between the two");
-        return exponents.map(between).unwrap_or_default();
+        return exponents.map(between).map_or(Dependence::None, Dependence::Remark);
     }
-    let exponents = exponents.map(|range| format!(" with exponent {range}")).unwrap_or_default();
+    let values: Vec<(f64, f64)> = points.iter().map(|[x, y, _]| (*x, *y)).collect();
+    let (first, last) = (indices[0], indices[indices.len() - 1]);
+    match verb(&values, &key, exponents) {
+        Some(verb) => Dependence::OfEnds { verb, first, last },
+        None => extremum(&points, &indices),
+    }
+}
+
+/// The verb of values that follow a power, rise, fall or change little.
+fn verb(points: &[(f64, f64)], key: &str, exponents: Option<String>) -> Option<String> {
+    let exponents = exponents.map(|range| format!(" (exponent {range})")).unwrap_or_default();
     let falling: Vec<(f64, f64)> = points.iter().map(|(x, y)| (*x, -y)).collect();
-    match named_power(&points) {
-        Some((words, spread)) if spread < 1e-9 => format!(", {words} {key}"),
-        Some((words, spread)) => {
-            format!(", {words} {key} within {} %", significant(100.0 * spread, 2))
+    match (named_power(points), change(points)) {
+        (Some((words, spread)), _) if spread < 1e-9 => Some(format!("{words} {key}")),
+        (Some((words, spread)), _) => {
+            Some(format!("{words} {key} within {} %", significant(100.0 * spread, 2)))
         }
-        None if rises(&points) => format!(", rising with the {key}{exponents}"),
-        None if rises(&falling) => format!(", falling with the {key}{exponents}"),
-        None => String::new(),
+        (None, change) if change <= LARGEST_CHANGE => {
+            Some(format!("differs by at most {} %", significant(100.0 * change, 2)))
+        }
+        _ if rises(points) => Some(format!("rises with the {key}{exponents}")),
+        _ if rises(&falling) => Some(format!("falls with the {key}{exponents}")),
+        _ => None,
     }
+}
+
+/// The difference of the extremes over the larger size.
+fn change(points: &[(f64, f64)]) -> f64 {
+    let (mut least, mut greatest) = (f64::INFINITY, f64::NEG_INFINITY);
+    for (_, y) in points {
+        least = if *y < least { *y } else { least };
+        greatest = if *y > greatest { *y } else { greatest };
+    }
+    let larger = if greatest.abs() > least.abs() { greatest.abs() } else { least.abs() };
+    (greatest - least) / larger
+}
+
+/// Standard errors of a difference above which an extremum is not due to scatter.
+const LEAST_DIFFERENCE: f64 = 3.0;
+
+/// A value in the middle that is beyond both ends by more than their scatter.
+fn extremum(points: &[[f64; 3]], indices: &[usize]) -> Dependence {
+    let [start, .., end] = points else { return Dependence::None };
+    let inner = points.iter().zip(indices).take(points.len() - 1).skip(1);
+    let by_value =
+        |one: &(&[f64; 3], &usize), other: &(&[f64; 3], &usize)| one.0[1].total_cmp(&other.0[1]);
+    let is_beyond = |value: &[f64; 3], sign: f64| {
+        [start, end].into_iter().all(|other| {
+            let scatter = LEAST_DIFFERENCE * libm::hypot(value[2], other[2]);
+            sign * (value[1] - other[1]) > scatter
+        })
+    };
+    if let Some((_, index)) = inner.clone().max_by(by_value).filter(|it| is_beyond(it.0, 1.0)) {
+        return Dependence::GreatestAt(*index);
+    }
+    let least = inner.min_by(by_value).filter(|it| is_beyond(it.0, -1.0));
+    least.map_or(Dependence::None, |(_, index)| Dependence::LeastAt(*index))
 }
 
 /// The exponents between neighboring points, such as "2.0" or "4.1 to 4.2"; `None` if their errors or differences are large.
@@ -121,7 +191,7 @@ fn rises(points: &[(f64, f64)]) -> bool {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-    use super::{POWERS, exponents, named_power, rises};
+    use super::{Dependence, POWERS, exponents, extremum, named_power, rises, verb};
 
     /// Values of exact powers; controls: other powers, values that do not change, and a change of sign.
     #[test]
@@ -137,7 +207,7 @@ mod tests {
         }
         assert!(named_power(&[(1.0, -1.0), (2.0, 1.0), (3.0, 2.0)]).is_none());
         let negative = of(1.0).map(|(x, y)| (x, -y));
-        assert_eq!(named_power(&negative).unwrap().0, "in proportion to the");
+        assert_eq!(named_power(&negative).unwrap().0, "is proportional to the");
     }
 
     /// Values of two powers; controls: large errors, different powers, values that hardly change, a start at zero, and a change of sign.
@@ -168,5 +238,21 @@ mod tests {
         assert!(rises(&[(1.0, 1.0), (2.0, 1.2), (3.0, 1.5)]));
         assert!(!rises(&[(1.0, 1.0), (2.0, 1.01), (3.0, 1.02)]));
         assert!(!rises(&[(1.0, 1.0), (2.0, 2.0), (3.0, 1.5)]));
+    }
+
+    /// Control: a difference within the scatter is no extremum.
+    #[test]
+    fn value_in_the_middle_is_named_where_it_is_beyond_the_ends() {
+        let of = |y: f64, error: f64| [[1.0, 1.0, error], [2.0, y, error], [3.0, 1.5, error]];
+        assert_eq!(extremum(&of(2.0, 0.0), &[4, 5, 6]), Dependence::GreatestAt(5));
+        assert_eq!(extremum(&of(0.2, 0.0), &[4, 5, 6]), Dependence::LeastAt(5));
+        assert_eq!(extremum(&of(2.0, 0.2), &[4, 5, 6]), Dependence::None);
+        assert_eq!(extremum(&of(1.2, 0.0), &[4, 5, 6]), Dependence::None);
+    }
+
+    #[test]
+    fn small_changes_have_their_size() {
+        let points = [(1.0, -0.97), (2.0, -0.97), (3.0, -0.968)];
+        assert_eq!(verb(&points, "friction", None).unwrap(), "differs by at most 0.21 %");
     }
 }

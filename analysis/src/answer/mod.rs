@@ -6,7 +6,9 @@ mod composed;
 mod dependence;
 mod missing_runs;
 mod number;
+mod phrase;
 mod place;
+mod points;
 mod question;
 mod relation;
 mod template;
@@ -61,13 +63,18 @@ pub(crate) struct AnswerSource<'a> {
 }
 
 impl AnswerSource<'_> {
-    /// Whether the checks of a metric pass; `None` without a check.
-    fn is_passed(&self, metric: &Metric) -> Option<bool> {
-        let applies = |check: &&&Check| {
+    /// The checks of a metric.
+    fn checks_of(&self, metric: &Metric) -> impl Iterator<Item = &Check> {
+        let applies = move |check: &&&Check| {
             check.metric == metric.name()
                 && checked_metrics(check, self.metrics).iter().any(|it| std::ptr::eq(*it, metric))
         };
-        let results = self.checks.iter().filter(applies).map(|check| compare(check, metric).passed);
+        self.checks.iter().filter(applies).copied()
+    }
+
+    /// Whether the checks of a metric pass; `None` without a check.
+    fn is_passed(&self, metric: &Metric) -> Option<bool> {
+        let results = self.checks_of(metric).map(|check| compare(check, metric).passed);
         results.reduce(|all, passed| all && passed)
     }
 }

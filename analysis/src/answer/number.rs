@@ -1,7 +1,8 @@
 //! Measured numbers as a reader writes them.
 
-use crate::metric::Metric;
-use crate::number_text::{plus_minus, plus_minus_to, significant};
+use crate::metric::{Deviation, Metric};
+use crate::number_text::{fixed, plus_minus, plus_minus_to, power_of, significant, with_power};
+use kinetoscope_manifest::{Bound, Check};
 
 /// A measured number of an answer.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,6 +15,8 @@ pub(crate) struct AnswerNumber {
     pub(crate) is_passed: Option<bool>,
     /// Whether the sentence itself states that a check fails.
     pub(crate) is_failure_stated: bool,
+    /// The tolerance of a check that passes in spite of a deviation of many standard errors, such as "within 5 %".
+    pub(crate) tolerance: Option<String>,
 }
 
 impl AnswerNumber {
@@ -21,6 +24,44 @@ impl AnswerNumber {
     pub(crate) fn mark(&self) -> Option<bool> {
         self.is_passed.filter(|is_passed| *is_passed || !self.is_failure_stated)
     }
+}
+
+/// Standard errors above which a deviation is not explained by scatter, so that a passed check needs its tolerance in words.
+const LARGEST_SCATTER: f64 = 3.0;
+
+/// The tolerance of a check that a metric passes although it deviates by many standard errors; `None` for other checks.
+pub(super) fn stated_tolerance(check: &Check, metric: &Metric) -> Option<String> {
+    let (expected, tolerance) = match check.bound {
+        Bound::Near { expected, tolerance } => (expected, in_unit(tolerance, metric)),
+        Bound::NearRelative { expected, relative_tolerance } => {
+            (expected, percent(relative_tolerance))
+        }
+        _ => return None,
+    };
+    let expected = expected.or(metric.theory_value())?;
+    let error = metric.standard_error().filter(|error| *error > 0.0)?;
+    let is_beyond = (metric.value() - expected).abs() > LARGEST_SCATTER * error;
+    is_beyond.then(|| format!("within {tolerance}"))
+}
+
+/// The fraction above which a violated quantity is not called conserved.
+const LARGEST_VIOLATION: f64 = 0.1;
+
+/// The quantity that is conserved, unless its violation is exactly 0, or large.
+pub(super) fn conserved(metric: &Metric) -> Option<&'static str> {
+    let law = metric.theory.filter(|theory| theory.in_range())?.law?;
+    let size = metric.value().abs();
+    law.conserved.filter(|_| size > 0.0 && size <= LARGEST_VIOLATION)
+}
+
+pub(super) fn size_text(metric: &Metric) -> String {
+    format!("{}{}", significant(metric.value().abs(), 2), unit_words(metric.unit()))
+}
+
+/// A number of a sentence with its text.
+pub(super) fn number_with(metric: &Metric, text: String, is_passed: Option<bool>) -> AnswerNumber {
+    let is_failure_stated = false;
+    AnswerNumber { metric: metric.name(), text, is_passed, is_failure_stated, tolerance: None }
 }
 
 /// The form of a number.
@@ -46,6 +87,82 @@ pub(super) fn form_of(metric: &Metric) -> NumberForm {
     let label = metric.definition.label;
     let is_in_percent = ["relative ", "fraction "].iter().any(|word| label.starts_with(word));
     NumberForm { is_in_percent, ..NumberForm::default() }
+}
+
+/// The form of a value whose difference from theory is stated without a standard error: with the digits of which two are of the
+/// difference, so that it follows from the numbers that are shown.
+pub(super) fn compared_form(metric: &Metric) -> NumberForm {
+    NumberForm { digits: difference_digits(metric), ..form_of(metric) }
+}
+
+/// Relative differences from theory above which more digits are shown.
+pub(super) const SAME: f64 = 5e-4;
+/// Maximum number of digits for the sake of a difference.
+const MOST_COMPARED_DIGITS: i32 = 6;
+
+fn difference_digits(metric: &Metric) -> Option<u8> {
+    let is_bare = matches!(metric.deviation(), Some(Deviation::Bare(_) | Deviation::Bound { .. }));
+    let theory = metric.theory_value().filter(|theory| is_bare && *theory != 0.0)?;
+    let is_shown = |error| plus_minus(metric.value(), error).is_some();
+    if metric.standard_error().is_some_and(is_shown) || metric.value() == 0.0 {
+        return None;
+    }
+    let difference = (metric.value() - theory).abs();
+    if difference < SAME * theory.abs() || difference > theory.abs() {
+        return None;
+    }
+    let digits = power_of(metric.value().abs()) - power_of(difference) + 2;
+    u8::try_from(digits.clamp(i32::from(DIGITS), MOST_COMPARED_DIGITS)).ok()
+}
+
+/// A value as its digits in a comparison state it.
+pub(super) fn shown_value(value: f64, metric: &Metric) -> f64 {
+    let shown = difference_digits(metric)
+        .and_then(|digits| format!("{value:.*e}", usize::from(digits) - 1).parse().ok());
+    shown.unwrap_or(value)
+}
+
+/// The values of several points with one power of ten, if they are close, and with the same number of digits.
+pub(super) fn common_texts(metrics: &[&Metric]) -> Vec<String> {
+    let plain: Vec<String> =
+        metrics.iter().map(|metric| metric_text(metric, form_of(metric))).collect();
+    let powers = metrics.iter().filter(|metric| metric.value() != 0.0);
+    let powers: Vec<i32> = powers.map(|metric| power_of(metric.value().abs())).collect();
+    let (Some(least), Some(greatest)) = (powers.iter().min(), powers.iter().max()) else {
+        return plain;
+    };
+    let has_powers = |text: &String| text.contains("·10");
+    let texts = metrics.iter().zip(&plain);
+    if plain.iter().any(has_powers) {
+        let is_close = greatest - least <= 1 && !metrics.iter().any(|it| form_of(it).is_in_percent);
+        let common = |(metric, plain): (&&Metric, &String)| {
+            let text = with_power(metric.value(), metric.standard_error(), *greatest, DIGITS);
+            text.filter(|_| is_close)
+                .map_or_else(|| plain.clone(), |text| text + &unit_words(metric.unit()))
+        };
+        return texts.map(common).collect();
+    }
+    let digits = plain.iter().map(|text| shown_digits(text)).max().unwrap_or(DIGITS);
+    let is_whole = plain.iter().all(|text| !text.contains('.'));
+    let same_digits = |(metric, plain): (&&Metric, &String)| {
+        let form = form_of(metric);
+        let is_plain = is_whole || plain.contains('±') || digits > DIGITS || metric.value() == 0.0;
+        if is_plain {
+            return plain.clone();
+        }
+        let is_in_percent = form.is_in_percent && matches!(metric.unit(), "" | "1");
+        let factor = if is_in_percent { 100.0 } else { 1.0 };
+        let unit = if is_in_percent { " %".to_owned() } else { unit_words(metric.unit()) };
+        fixed(factor * metric.value(), digits) + &unit
+    };
+    texts.map(same_digits).collect()
+}
+
+/// Number of significant digits of the number at the start of a text.
+fn shown_digits(text: &str) -> u8 {
+    let number = text.split(' ').next().unwrap_or_default();
+    let digits = number.chars().filter(char::is_ascii_digit);
+    u8::try_from(digits.skip_while(|digit| *digit == '0').count()).unwrap_or(u8::MAX)
 }
 
 /// The value of a metric with its standard error and its unit.
@@ -74,10 +191,12 @@ pub(super) fn text_of(
     }
 }
 
-/// A value without an error: all digits of a count, else the given number of digits or three.
+/// A value without an error: all digits of a count, else the given number of digits or three, and those before the decimal point.
 fn value_text(value: f64, digits: Option<u8>) -> String {
     let is_count = value == libm::round(value) && value.abs() < 1e6;
-    significant(value, digits.unwrap_or(if is_count { 6 } else { DIGITS }))
+    let is_long = (1e3..1e4).contains(&value.abs());
+    let default = if is_count { 6 } else { DIGITS + u8::from(is_long) };
+    significant(value, digits.unwrap_or(default))
 }
 
 /// A bare value in the metric's unit.
@@ -94,6 +213,11 @@ pub(super) fn theory_text(theory: f64, metric: &Metric) -> String {
 /// The digits of a theoretical value down to the last one of the metric's standard error, at least three: rounded to fewer, it may lie on
 /// the other side of the measured value. `None` without an error that is shown.
 pub(super) fn theory_digits(theory: f64, metric: &Metric) -> Option<u8> {
+    if metric.theory_value() == Some(theory)
+        && let Some(digits) = difference_digits(metric)
+    {
+        return Some(digits);
+    }
     let exponent = |value: f64| libm::log10(value.abs()).floor() as i32;
     let error = metric.standard_error().filter(|_| theory != 0.0)?;
     plus_minus(metric.value(), error)?;

@@ -20,6 +20,15 @@ const COMMON: [&str; 11] = [
     "change",
 ];
 
+/// Words of a question and the words of labels that they ask for.
+const SYNONYMS: [(&str, &str); 5] = [
+    ("cool", "temperature"),
+    ("bounce", "restitution"),
+    ("leak", "escape"),
+    ("leave", "escape"),
+    ("grow", "growth"),
+];
+
 /// Number of words of the question that the label of a metric has as well.
 pub(super) fn shared_words(source: &AnswerSource<'_>, metric: &str) -> usize {
     let question = source.record.map_or("", |record| &record.question);
@@ -33,7 +42,10 @@ fn words_in_common(question: &str, label: &str) -> usize {
         !COMMON.contains(word)
             && words(&label).any(|other| other.starts_with(word.get(..LETTERS).unwrap_or(word)))
     };
-    words(&question).filter(is_in_label).count()
+    let is_synonym = |word: &&str| {
+        SYNONYMS.iter().any(|(asked, meant)| word.starts_with(asked) && label.contains(meant))
+    };
+    words(&question).filter(|word| is_in_label(word) || is_synonym(word)).count()
 }
 
 fn words_of(text: &str) -> impl Iterator<Item = &str> {
@@ -53,5 +65,7 @@ mod tests {
         let growth = "relative growth of the semi-major axis";
         assert_eq!(words_in_common("How fast does the orbit grow?", growth), 1);
         assert_eq!(words_in_common("", growth), 0);
+        assert_eq!(words_in_common("How does cooling depend on it?", "temperature at the end"), 1);
+        assert_eq!(words_in_common("How does cooling depend on it?", rate), 0);
     }
 }

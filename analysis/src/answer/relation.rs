@@ -1,14 +1,16 @@
 //! How a number relates to theory, or to what a check expects, in words.
 
-use super::number::{in_unit, percent, theory_text, unit_words};
+use super::number::{
+    SAME, compared_form, in_unit, metric_text, percent, shown_value, theory_text, unit_words,
+};
 use crate::metric::{Deviation, Metric};
 use crate::number_text::significant;
 use kinetoscope_manifest::{Bound, Check};
 
 /// Standard errors within which a value agrees with theory.
 const AGREES: f64 = 1.0;
-/// A relative difference below which two numbers are the same to the digits of a sentence.
-const SAME: f64 = 5e-4;
+/// Standard errors of a single value above which it is called unlikely.
+const UNLIKELY: f64 = 3.0;
 /// A relative tolerance below which a check requires the same number.
 const SAME_NUMBER: f64 = 1e-9;
 /// A ratio to theory above this is given as a factor, not in percent.
@@ -61,7 +63,22 @@ pub(super) fn to_theory(metric: &Metric) -> String {
         (Deviation::StandardErrors(sigma), Some(_)) => {
             conditional(sigma, metric.value(), theory.value, &value)
         }
-        _ => of_deviation(deviation, metric.value(), theory.value, theory.accuracy, &value),
+        (Deviation::Rounding, _)
+            if name.is_some_and(|it| metric.definition.label.ends_with(it)) =>
+        {
+            ", as the law requires".to_owned()
+        }
+        (Deviation::Bare(_) | Deviation::Bound { .. }, _)
+            if metric_text(metric, compared_form(metric)) == number =>
+        {
+            format!(", equal to {value} in all digits shown")
+        }
+        _ => {
+            // A difference in percent follows from the numbers that are shown.
+            let [measured, expected] =
+                [metric.value(), theory.value].map(|it| shown_value(it, metric));
+            of_deviation(deviation, measured, expected, theory.accuracy, &value)
+        }
     }
 }
 
@@ -70,8 +87,14 @@ fn conditional(sigma: f64, measured: f64, theory: f64, value: &str) -> String {
     if sigma.abs() <= AGREES {
         return format!(", which agrees with {value} for this start within the standard error");
     }
+    let remark = unlikely(sigma);
     let (difference, sigma) = (excess(measured, theory, value), significant(sigma.abs(), 2));
-    format!("{difference} for this start, by {sigma} standard errors of the difference")
+    format!("{difference} for this start, by {sigma} standard errors of the difference{remark}")
+}
+
+/// What a deviation that scatter hardly explains is called.
+fn unlikely(sigma: f64) -> &'static str {
+    if sigma.abs() > UNLIKELY { ", which is unlikely by chance" } else { "" }
 }
 
 fn of_deviation(
@@ -90,7 +113,8 @@ fn of_deviation(
             format!(", which agrees with {value} within its standard error")
         }
         Deviation::StandardErrors(sigma) => {
-            format!(", {} standard errors {} {value}", significant(sigma.abs(), 2), side(sigma))
+            let number = significant(sigma.abs(), 2);
+            format!(", {number} standard errors {} {value}{}", side(sigma), unlikely(sigma))
         }
         Deviation::Bound { is_inside } => {
             let place = if is_inside { "inside" } else { "outside" };

@@ -1,7 +1,9 @@
 //! The answer that the manifest gives, with its numbers filled in.
 
 use super::missing_runs::{first_clause, is_whole, missing_runs};
-use super::number::{NumberForm, metric_text, text_of, theory_digits, unit_words};
+use super::number::{
+    NumberForm, metric_text, stated_tolerance, text_of, theory_digits, unit_words,
+};
 use super::{AnswerNumber, AnswerPart, AnswerSource};
 use crate::input::coordinates;
 use crate::metric::{Metric, MetricScope};
@@ -52,8 +54,17 @@ fn number(
     };
     if !reference.is_theory {
         let (text, is_passed) = (metric_text(metric, form), source.is_passed(metric));
+        let mut tolerances =
+            source.checks_of(metric).filter_map(|check| stated_tolerance(check, metric));
         let (metric, is_failure_stated) = (metric.name(), false);
-        return AnswerPart::Number(AnswerNumber { metric, text, is_passed, is_failure_stated });
+        let tolerance = tolerances.next();
+        return AnswerPart::Number(AnswerNumber {
+            metric,
+            text,
+            is_passed,
+            is_failure_stated,
+            tolerance,
+        });
     }
     match metric.theory.filter(|theory| theory.in_range()) {
         Some(theory) => {

@@ -103,6 +103,10 @@ fn run(arguments: &AnalyzeArguments, engine: &'static [u8]) -> Result<Exit, Comm
         errors.iter().for_each(complain_unreadable);
         return Ok(UnreadableRecording::exit(&errors).unwrap_or(Exit::Done));
     }
+    if arguments.single_file && engine.is_empty() && !arguments.quiet {
+        let note = "note: this program was built without the engine for browsers: the page cannot verify its runs";
+        complain(note, false);
+    }
     let terminal = terminal();
     let several = input::are_several(&sources);
     if several && arguments.output.is_some() {

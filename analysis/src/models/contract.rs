@@ -118,6 +118,8 @@ pub(crate) struct Extent {
     pub(crate) walls: Vec<Shape>,
     /// Whether a replay draws the path of each particle.
     pub(crate) has_trails: bool,
+    /// Whether particles that leave through a side enter through the opposite one.
+    pub(crate) is_periodic: bool,
 }
 
 /// A fit of a metric along an axis of a sweep.

@@ -271,6 +271,10 @@ impl ReplayCollector {
             still.points.iter().all(|point| point.radius.is_nan() || point.radius == 0.0)
         };
         let points = if stills.iter().all(are_points) { " Points are drawn as dots." } else { "" };
+        let periodic = match self.extent.is_periodic {
+            true => " A disc that leaves through a periodic side enters through the opposite one.",
+            false => "",
+        };
         let missing = |count: u64, what: &str| match count {
             0 => String::new(),
             count => {
@@ -281,6 +285,7 @@ impl ReplayCollector {
             frames,
             particles,
             points.to_owned(),
+            periodic.to_owned(),
             missing(not_finite, "at no finite place"),
             missing(outside, "far outside of the view"),
         ]

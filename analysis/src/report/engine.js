@@ -1,3 +1,13 @@
+// A worker with the engine; what it answers, and why it ends.
+self.kinetoscopeWorker = (show, stop) => {
+  const source = URL.createObjectURL(new Blob([document.querySelector("script.engine-worker").textContent], { type: "text/javascript" }));
+  const worker = new Worker(source);
+  URL.revokeObjectURL(source);
+  worker.onmessage = show;
+  worker.onerror = (event) => stop(`the engine cannot be started (${event.message ?? "the browser allows no worker"})`);
+  return worker;
+};
+
 // Verify in this browser: the engine repeats the runs in a worker, and the page says whether each frame is that of the recording.
 {
   const section = document.querySelector(".engine");
@@ -77,11 +87,7 @@
     items = [];
     button.textContent = "Stop";
     try {
-      const source = URL.createObjectURL(new Blob([document.querySelector("script.engine-worker").textContent], { type: "text/javascript" }));
-      worker = new Worker(source);
-      URL.revokeObjectURL(source);
-      worker.onmessage = show;
-      worker.onerror = (event) => stop(`the engine cannot be started (${event.message ?? "the browser allows no worker"})`);
+      worker = self.kinetoscopeWorker(show, stop);
       worker.postMessage({ module: self.kinetoscopeEngine, hash: section.dataset.module, claims: claims.map((claim) => claim.textContent) });
     } catch (error) {
       stop(`the engine cannot be started (${error.message})`);

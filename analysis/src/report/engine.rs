@@ -6,6 +6,7 @@
 
 use crate::report::AnalysisReport;
 use crate::report::engine_place::EnginePlace;
+use crate::report::rerun;
 use crate::run::RunAnalysis;
 use crate::write_file::{WriteError, replace};
 use base64::Engine as _;
@@ -104,6 +105,7 @@ pub(super) fn section(report: &AnalysisReport) -> Markup {
             script nonce=(NONCE) src=(ENGINE) {}
         }
         script nonce=(NONCE) { (PreEscaped(SCRIPT)) }
+        (rerun::section(report, NONCE))
     }
 }
 
@@ -125,7 +127,7 @@ mod tests {
 
     #[test]
     fn scripts_do_not_end_their_elements() {
-        for script in [SCRIPT, WORKER] {
+        for script in [SCRIPT, WORKER, rerun::SCRIPT] {
             assert!(!script.contains("</script") && !script.contains("<!--"));
         }
     }

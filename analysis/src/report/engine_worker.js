@@ -25,9 +25,17 @@ const ask = (engine, name, argument) => {
   return status;
 };
 
-let answered;
+// Runs of a changed manifest that take longer are ended, s.
+const MOST_S = 60;
+// Time between two frames of a changed run that the page shows, ms; of few particles, it shows so many frames in any case, for their paths.
+const SHOWN_MS = 40, FEW_NUMBERS = 200, PATH_FRAMES = 1000;
+
+let answered, kept;
 self.addEventListener("message", ({ data }) => {
-  if ("module" in data) verify(data).catch((error) => postMessage({ failed: error.message }));
+  const failed = (error) => postMessage({ failed: error.message });
+  if ("claims" in data) verify(data).catch(failed);
+  else if ("module" in data) (kept = instance(data.module, data.hash)).catch(failed);
+  else if ("manifest" in data) kept.then((engine) => rerun(engine, data.manifest)).catch(failed);
   else answered?.(data.frames);
 });
 
@@ -68,10 +76,54 @@ const verify = async ({ module, hash, claims }) => {
   postMessage({ done: true });
 };
 
+const hand = (engine, bytes) => {
+  const place = engine.input(bytes.length);
+  new Uint8Array(engine.memory.buffer, place, bytes.length).set(bytes);
+};
+
+// The steps or events of the next call, after one that took some ms.
+const nextBudget = (budget, took) => (took < 10 ? Math.min(2 * budget, 2 ** 31) : took > 40 ? Math.max(1, budget >> 1) : budget);
+
+// Runs the first run that a manifest plans, and hands its frames and its metrics to the page, which ends it with terminate().
+const rerun = (engine, manifest) => {
+  const started = performance.now(), bytes = new TextEncoder().encode(manifest);
+  hand(engine, bytes);
+  ask(engine, "plan");
+  const planned = JSON.parse(output(engine)).runs.length;
+  ask(engine, "start", 0);
+  const { frames: of, columns } = JSON.parse(output(engine));
+  const send = (frame) => {
+    ask(engine, "columns");
+    const place = engine.output();
+    const state = new Float64Array(engine.memory.buffer.slice(Number(place >> 32n), Number(place >> 32n) + Number(place & 0xffffffffn)));
+    postMessage({ frame, of, columns, state, planned });
+    return state.length <= FEW_NUMBERS ? Math.ceil(of / PATH_FRAMES) : Infinity;
+  };
+  let frame = 1, budget = 1, shown = performance.now();
+  const every = send(frame);
+  for (;;) {
+    const before = performance.now();
+    const status = ask(engine, "advance", budget);
+    const now = performance.now(), seconds = (now - started) / 1000;
+    budget = nextBudget(budget, now - before);
+    if (status === FRAME) frame += 1;
+    if (status === FRAME && (now - shown > SHOWN_MS || frame % every === 0)) {
+      shown = now;
+      send(frame);
+    }
+    if (status === ENDED) {
+      const { frames, fault } = JSON.parse(output(engine));
+      ask(engine, "metrics");
+      postMessage({ metrics: JSON.parse(output(engine)), frames, fault, seconds });
+      return;
+    }
+    if (seconds > MOST_S) throw new Error(`ended after ${MOST_S} s at frame ${frame} of ${of}: shorten the run, or download the manifest and run it with the program`);
+  }
+};
+
 const compare = async (engine, run, claim) => {
   const started = performance.now();
-  const place = engine.input(claim.length);
-  new Uint8Array(engine.memory.buffer, place, claim.length).set(claim);
+  hand(engine, claim);
   ask(engine, "verify");
   const { version, claimed, messages: all, every, run_key: key } = JSON.parse(output(engine));
   if (String(version) !== String(claimed)) postMessage({ run, versions: [claimed, version] });
@@ -83,8 +135,7 @@ const compare = async (engine, run, claim) => {
     const before = performance.now();
     const status = ask(engine, "advance", budget);
     const now = performance.now();
-    if (now - before < 10) budget = Math.min(2 * budget, 2 ** 31);
-    else if (now - before > 40) budget = Math.max(1, budget >> 1);
+    budget = nextBudget(budget, now - before);
     if (status === FRAME) frames += 1;
     if (status === ENDED) {
       postMessage({ run, all, key, seconds: spent(), ...JSON.parse(output(engine)) });

@@ -56,7 +56,11 @@ fn answer_part(part: &AnswerPart) -> Markup {
             AnswerPart::Number(number) => {
                 strong { (with_subscripts(&number.text.replace(' ', "\u{a0}"))) }
                 @match number.mark() {
-                    Some(true) => span class="good" role="img" title=(PASSES) aria-label=(PASSES) { "\u{a0}✓" },
+                    Some(true) => {
+                        span class="good" role="img" title=(PASSES) aria-label=(PASSES) { "\u{a0}✓" }
+                        // A deviation of many standard errors passes by the tolerance only.
+                        @if let Some(tolerance) = &number.tolerance { span class="good" { " " (tolerance.replace(' ', "\u{a0}")) } }
+                    },
                     Some(false) => strong class="bad" { " (its check fails)" },
                     None => {},
                 }

@@ -59,6 +59,8 @@ pub(super) fn page_head(title: &str, style_sheet: &str, policy: &Markup) -> Mark
             (policy)
             meta name="viewport" content="width=device-width, initial-scale=1";
             meta name="color-scheme" content="light dark";
+            // Without one, a browser asks the server for a file.
+            link rel="icon" href="data:,";
             title { (title) }
             style { (PreEscaped(STYLE_SHEET)) (PreEscaped(style_sheet)) }
         }

@@ -17,6 +17,7 @@ mod plot_section;
 mod plots;
 mod provenance;
 mod replay_section;
+mod rerun;
 mod sweep_data;
 pub(crate) mod table;
 pub(crate) mod text;

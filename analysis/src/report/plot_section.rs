@@ -145,7 +145,7 @@ fn any_metric(sweep: &SweepData) -> Markup {
 
 /// Data for the script. No text in it ends the element, because every `<` is escaped, and characters that are not visible are written as
 /// elsewhere in the page.
-fn data(class: &str, data: &impl Serialize) -> Markup {
+pub(super) fn data(class: &str, data: &impl Serialize) -> Markup {
     // The data has only numbers, texts and lists, which the serializer cannot refuse.
     let text = serde_json::to_string(data).unwrap_or_default();
     let mut json = String::with_capacity(text.len());

@@ -295,8 +295,7 @@ function player(part, leader) {
     wanted = source.dataset.file;
     if (menu) menu.selectedIndex = index;
     // That nothing is left out needs no line.
-    const isWhole = /^All \d+ frames are shown\.( Points are drawn as dots\.)?$/.test(source.dataset.note);
-    find(".note").textContent = remark = isWhole ? "" : source.dataset.note;
+    find(".note").textContent = remark = source.dataset.note.replace(/^All \d+ frames are shown\.( Points are drawn as dots\.)? ?/, "");
     const isDrawn = Boolean(source.dataset.film);
     find(".stage").hidden = !isDrawn;
     if (!isDrawn) { film = data = file = undefined; return; }

@@ -145,18 +145,23 @@ fn species(played: &[Played<'_>]) -> usize {
     played.iter().map(|(run, _)| replay::species(&run.manifest.model)).min().unwrap_or(1)
 }
 
+/// Number of characters of a run's name that fit next to the words of its menu.
+const LONGEST_NAME: usize = 28;
+
 /// A menu of runs and the canvas of the chosen one. The second player shows the time of the first one, which has the controls.
 fn player(names: &[String], chosen: usize, is_second: bool) -> Markup {
     let label = match is_second {
         true => "Particles of the second run",
         false => "Particles of the run; arrow keys change the frame, space plays",
     };
+    // A long name needs the width of its player.
+    let is_long = names.iter().any(|name| name.chars().count() > LONGEST_NAME);
     html! {
         div class="player" {
             @if names.len() > 1 {
                 p {
                     label {
-                        span { (if is_second { "Second run: " } else { "Run: " }) }
+                        span class=[is_long.then_some("unseen")] { (if is_second { "Second run: " } else { "Run: " }) }
                         select class="runs" autocomplete="off" {
                             @for (index, name) in names.iter().enumerate() {
                                 option selected[index == chosen] { (name) }
@@ -232,7 +237,7 @@ fn film(run: &RunAnalysis, replay: &Replay) -> Markup {
 }
 
 /// The run's coordinates in its sweep, or its file.
-fn run_name(run: &RunAnalysis) -> String {
+pub(super) fn run_name(run: &RunAnalysis) -> String {
     match label(&run.coordinates) {
         name if name.is_empty() => run.file.clone(),
         name => name,

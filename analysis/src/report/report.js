@@ -1,5 +1,5 @@
 // Plots that respond to the pointer.
-const COLORS = 7, MOST_CURVES = 14, REACH_PX = 60, TEXT_PX = 12, LEAST_DRAG_PX = 8, PRINT_WIDTH_PX = 350, ENTRY_PX = 24, LEAST_TICK_PX = 32, GROWTH = 30;
+const COLORS = 7, MOST_CURVES = 14, REACH_PX = 60, TEXT_PX = 12, LEAST_DRAG_PX = 8, PRINT_WIDTH_PX = 350, ENTRY_PX = 24, LEAST_TICK_PX = 32, GROWTH = 30, CHART_FRAME_PX = 112;
 let isPrinted = false;
 
 function set(target, attributes) {
@@ -175,9 +175,18 @@ function chart(figure, data) {
     condense(element("text", { "text-anchor": "middle", style: `font-size:${size}px`, ...attributes }, sheet, text), room);
   }
 
+  // Two charts next to the replay share the height of the window, so that its lower edge cuts none. Each has a title, a legend and buttons as well.
+  function heightOf(full) {
+    if (data.equal) return min(0.9 * full, 560);
+    const usual = clamp(0.58 * full, 260, 400), column = figure.closest(".adjacent");
+    const isShared = !isPrinted && innerWidth >= 860 && column?.querySelectorAll("figure:not(.live)").length === 2;
+    const top = isShared ? column.getBoundingClientRect().top + scrollY : 0;
+    return isShared ? clamp((innerHeight - top) / 2 - CHART_FRAME_PX, 170, usual) : usual;
+  }
+
   function draw() {
     const full = isPrinted ? PRINT_WIDTH_PX : clamp(figure.clientWidth, 240, 760);
-    const height = data.equal ? min(0.9 * full, 560) : clamp(0.58 * full, 260, 400);
+    const height = heightOf(full);
     const top = 10, lines = xAxis.words ? 2 : 1, bottom = 32 + 14 * lines, right = 16 + endMargin(full, height - bottom);
     const [x, y] = ranges((full - 70) / (height - top - bottom));
     const rows = ticksOf(yAxis, isLogY, ...y, max(2, (height - top - bottom) / 45));

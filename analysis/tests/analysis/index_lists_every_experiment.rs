@@ -152,3 +152,21 @@ fn experiments_of_one_name_have_no_common_folder_of_results() {
     assert!(output.text.contains("have the same name"), "{}", output.text);
     assert_eq!(fs::read_dir(results.path()).unwrap().count(), 0);
 }
+
+/// A single file of a program without the engine cannot be verified in a browser, which the page and the command say. Control: pages that
+/// load the engine from a file next to them.
+#[test]
+fn single_file_without_the_engine_is_announced() {
+    let all = two_experiments();
+    let plain = all.path().join("plain");
+    let folder = plain.to_str().unwrap();
+    let note = "without the engine";
+    let text = |arguments: &[&str]| {
+        let text = analyze(&[arguments, &[folder]].concat()).exited_with(0).text;
+        text.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let single = text(&["--single-file"]);
+    let page = fs::read_to_string(plain.join("report.html")).unwrap();
+    assert_eq!(single.contains(note), page.contains(note), "{single}");
+    assert!(!text(&[]).contains(note));
+}

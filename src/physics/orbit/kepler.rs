@@ -106,7 +106,8 @@ impl Kepler {
     /// Solves Kepler's equation in universal form for X: r0 X + eta0 G2 + zeta0 G3 = t, |t| at most half a period.
     ///
     /// The derivative of the left side is r, which is at least the perihelion distance q, so the left side increases and |X| <= |t| / q.
-    /// Newton's method is used; where a step would leave the bracket, the bracket is halved.
+    /// Newton's method is used; where a step would leave the bracket, the bracket is halved, and also for a large step after
+    /// [`MAX_NEWTON_STEPS`], because the method can alternate between two points within the bracket for ever.
     fn universal_variable(&self, time_days: f64) -> f64 {
         // Motion backward in time is motion forward with the opposite velocity.
         let (time, eta) =
@@ -120,7 +121,7 @@ impl Kepler {
         // Starts from the solution for a circle if it is in the bracket.
         let circle = time / self.distance;
         let mut x = if circle <= high { circle } else { 0.5 * high };
-        for _ in 0..MAX_ITERATIONS {
+        for iteration in 0..MAX_ITERATIONS {
             let [_, g1, g2, g3] = stumpff_functions(self.beta, x);
             let excess = self.distance * x + eta * g2 + self.zeta * g3 - time;
             // An excess that is not a number is beyond the solution.
@@ -130,7 +131,9 @@ impl Kepler {
                 high = x
             }
             let newton = x - excess / (self.distance + eta * g1 + self.zeta * g2);
-            let next = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
+            let alternates = iteration >= MAX_NEWTON_STEPS && (newton - x).abs() > SMALL_STEP * x;
+            let is_inside = newton >= low && newton <= high && !alternates;
+            let next = if is_inside { newton } else { 0.5 * (low + high) };
             let change = (next - x).abs();
             x = next;
             if change <= f64::EPSILON * x {
@@ -144,6 +147,11 @@ impl Kepler {
 /// Maximum number of iterations. Newton's method takes about 5; halving takes one per bit and, from a bracket that is too wide, one per
 /// factor of 2 of its width.
 const MAX_ITERATIONS: u32 = 400;
+
+/// Number of iterations after which a large step halves the bracket.
+const MAX_NEWTON_STEPS: u32 = 100;
+/// Relative size of a step that is not large: near the solution, the method can alternate between neighboring numbers.
+const SMALL_STEP: f64 = 1e-6;
 
 /// `G_n(X)` = `X^n c_n(beta X^2)` for n = 0 to 3 with Stumpff's functions `c_n(z)` = sum over k of (-z)^k / (n + 2 k)!:
 /// d`G_n`/dX = `G_(n-1)`, and `G_0` = cos(sqrt(beta) X) where beta > 0.

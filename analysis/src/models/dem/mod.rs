@@ -15,7 +15,7 @@ mod sweep;
 use crate::models::contract::{Extent, MainResults, ModelAnalysis, PlottedObserver};
 use crate::models::snapshots::Snapshots;
 use crate::plot::drawing;
-use kinetoscope_manifest::model::{DemConfig, DemWall, DemWallShape};
+use kinetoscope_manifest::model::{DemConfig, DemWall, DemWallShape, PeriodicSides};
 use observe::DemRun;
 
 /// The analysis of DEM runs.
@@ -88,5 +88,6 @@ pub(super) fn extent(config: &DemConfig) -> Extent {
         bounds: Some(bounds),
         walls: [drawing::rectangle(bounds)].into_iter().chain(inner).collect(),
         has_trails: false,
+        is_periodic: config.periodic != PeriodicSides::None,
     }
 }

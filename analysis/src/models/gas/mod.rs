@@ -88,5 +88,6 @@ pub(super) fn extent(config: &GasConfig) -> Extent {
         bounds: Some(bounds),
         walls: vec![drawing::circle(center, radius)],
         has_trails: false,
+        is_periodic: false,
     }
 }

@@ -16,7 +16,7 @@ mod sweep;
 use crate::models::contract::{Extent, MainResults, ModelAnalysis, PlottedObserver};
 use crate::models::snapshots::Snapshots;
 use crate::plot::drawing;
-use kinetoscope_manifest::model::PackingConfig;
+use kinetoscope_manifest::model::{Boundary, PackingConfig};
 use observe::PackingRun;
 
 /// The analysis of packing runs.
@@ -58,5 +58,12 @@ pub(super) fn extent(config: &PackingConfig) -> Extent {
     let half = [config.width.get() / 2.0, config.height.get() / 2.0];
     let bounds = [half.map(|side| -side), half];
     let walls = vec![drawing::rectangle(bounds)];
-    Extent { radius: config.radius.get(), bounds: Some(bounds), walls, has_trails: false }
+    let is_periodic = config.boundary == Boundary::Periodic;
+    Extent {
+        radius: config.radius.get(),
+        bounds: Some(bounds),
+        walls,
+        has_trails: false,
+        is_periodic,
+    }
 }

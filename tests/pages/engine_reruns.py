@@ -1,0 +1,108 @@
+"""Do reports run a changed manifest in Chromium and Firefox, and mark the result as the reader's?
+
+Usage: python engine_reruns.py REPORT.html ...    (package: websockets; programs: chromium, firefox-esr)
+
+The reports are of a program that was built with the engine (`src/browser/build.sh`). In each page, from a file:
+- the unchanged manifest gives the recorded numbers, digit by digit;
+- after a change of the first number, frames appear, and at least one number is another one; the mark names the change;
+- an invalid number gives the program's error with its key; a manifest of 300 kB and one of 10^8 particles are rejected with a message;
+- a long run is stopped by the reader, and after the stop the page runs again.
+Prints a table with the times of the first frame and of the numbers, and the longest task; exit code 1 for a fault.
+"""
+
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+from engine_verifies import Chromium, Firefox
+
+# Changes the text or the first field, presses the button, waits for its end or, after a time, presses it again.
+PRESS = """async () => {
+  const change = %s;
+  const box = document.querySelector(".rerun");
+  if (!box || box.hidden) return JSON.stringify({ status: "no section" });
+  const [button, reset] = box.querySelectorAll("button"), text = box.querySelector("textarea"), field = box.querySelector(".keys input");
+  const status = box.querySelector("[role=status]"), canvas = box.querySelector("canvas"), table = box.querySelector("table");
+  box.open = true;
+  reset.click();
+  if (change.wait) await new Promise((done) => setTimeout(done, change.wait));
+  if (change.factor) { field.value = Number(field.value) * change.factor; field.oninput(); }
+  if (change.replace) text.value = text.value.replace(new RegExp(change.replace[0], "m"), change.replace[1]);
+  if (change.length) text.value += "#".repeat(change.length);
+  let longest = 0, first;
+  try { new PerformanceObserver((seen) => seen.getEntries().forEach((task) => (longest = Math.max(longest, task.duration)))).observe({ type: "longtask" }); } catch {}
+  const started = performance.now();
+  button.click();
+  while (button.textContent === "Stop") {
+    await new Promise((done) => setTimeout(done, 5));
+    if (!canvas.hidden) first ??= performance.now() - started;
+    if (change.stop && performance.now() - started > change.stop) button.click();
+  }
+  const rows = [...table.tBodies[0].rows].map((row) => [...row.cells].map((cell) => cell.textContent));
+  const pixels = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+  return JSON.stringify({
+    status: status.textContent, rows: table.hidden ? [] : rows, first: first ?? 0, all: performance.now() - started, longest,
+    mark: box.querySelector(".mark").textContent, painted: !canvas.hidden && pixels.some((value) => value > 0),
+  });
+}"""
+
+CASES = {
+    "unchanged": ({"wait": 1500}, lambda found: found["rows"] and all(row[1] == row[2] for row in found["rows"]) and "nothing is changed" in found["mark"]),
+    "changed": ({"factor": 2}, lambda found: any(row[1] != row[2] for row in found["rows"]) and "→" in found["mark"]
+                and "not the recorded run" in found["mark"] and found["painted"]),
+    "invalid": ({"factor": -1}, lambda found: not found["rows"] and "error" in found["status"]),
+    "no manifest": ({"replace": ["^seed.*$", "seed = ["]}, lambda found: not found["rows"] and "error" in found["status"]),
+    "too long": ({"length": 300_000}, lambda found: "256 kB" in found["status"]),
+    "too large": ({"replace": ["^(particles|discs) = .*$", "$1 = 100000000"]}, lambda found: not found["rows"] and "complete" not in found["status"]),
+    "stopped": ({"replace": ["^(duration_s|duration_days|events_per_disc) = .*$", "$1 = 1000000"], "stop": 120},
+                lambda found: "stopped by you" in found["status"] and not found["rows"]),
+    "again": ({}, lambda found: found["rows"] and all(row[1] == row[2] for row in found["rows"])),
+}
+
+
+class Pages:
+    """What both browsers can do: open a page, and call a function in it."""
+
+    @staticmethod
+    def open(browser, address):
+        if browser.name == "Chromium":
+            browser.open(address)
+        else:
+            browser.call("browsingContext.navigate", context=browser.tab, url=address, wait="complete")
+
+    @staticmethod
+    def press(browser, change):
+        function = PRESS % json.dumps(change)
+        found = json.loads(browser.value(f"({function})()")) if browser.name == "Chromium" else browser.result_of(function)
+        return found if "status" in found else {"status": str(found), "rows": [], "mark": "", "first": 0, "all": 0, "longest": 0, "painted": False}
+
+
+def main(reports):
+    faults = 0
+    with tempfile.TemporaryDirectory() as folder:
+        for browser_class in (Chromium, Firefox):
+            (profile := Path(folder) / browser_class.name).mkdir()
+            with browser_class(profile) as browser:
+                for report in reports:
+                    Pages.open(browser, report.as_uri())
+                    for name, (change, is_right) in CASES.items():
+                        # Orbits have no number of particles.
+                        if name == "too large" and "model.orbit" in report.read_text():
+                            continue
+                        found = Pages.press(browser, change)
+                        if not is_right(found):
+                            faults += 1
+                            print(f"FAULT {browser.name}, {report.parent.name}, {name}: {json.dumps(found)[:600]}", flush=True)
+                        elif name == "changed":
+                            print(f"{browser.name}, {report.parent.name}: first frame {found['first']:.0f} ms, numbers {found['all']:.0f} ms, "
+                                  f"longest task {found['longest']:.0f} ms: {found['mark'][:90]}", flush=True)
+                if browser.errors:
+                    faults += 1
+                    print(f"{browser.name}: {browser.errors[:3]}")
+    print(f"{len(reports)} reports, {len(CASES)} cases, {faults} faults")
+    return int(faults > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main([Path(word).resolve() for word in sys.argv[1:]]))
