@@ -54,6 +54,15 @@ def find(programs: Optional[PathLike] = None) -> str:
     )
 
 
+def is_installed(programs: Optional[PathLike] = None) -> bool:
+    """Whether the program is found."""
+    try:
+        find(programs)
+    except ProgramNotFoundError:
+        return False
+    return True
+
+
 class Finished:
     """Exit code and output of the program."""
 

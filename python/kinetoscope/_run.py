@@ -6,14 +6,17 @@ import os
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Dict, List, Optional, Tuple
+from typing import TYPE_CHECKING, Any, Dict, List, Optional, Tuple
 
 import numpy as np
 
-from . import _player, _programs, _tables, _toml
+from . import _folder, _player, _programs, _tables, _toml
 from ._container import load
 from ._errors import RecordingError, damaged
 from ._frames import Frames
+
+if TYPE_CHECKING:
+    from ._experiment import Experiment
 
 
 @dataclass(frozen=True)
@@ -51,9 +54,11 @@ class Run:
         *,
         allow_torn: bool = False,
         programs: Optional[_programs.PathLike] = None,
+        experiment: Optional["Experiment"] = None,
     ) -> None:
         self.path: Path = _programs.absolute(path)
         self._programs = programs
+        self._experiment = experiment
         self._container = load(self.path, allow_torn)
         self._provenance = self._container.metadata["kinetoscope"]
         outcome = self._container.metadata.get("kinetoscope.outcome", {}).get("outcome")
@@ -107,6 +112,38 @@ class Run:
         if not isinstance(seed, int):
             raise damaged(self.path, "its manifest has no seed")
         return seed
+
+    @property
+    def replicate(self) -> int:
+        """The number of the replicate, from 0; 0 without replicates.
+
+        >>> recording.replicate, recording.coordinates
+        (0, {})
+        """
+        replicate = self.manifest.get("replicate")
+        return replicate if isinstance(replicate, int) else 0
+
+    @property
+    def coordinates(self) -> Dict[str, _folder.Coordinate]:
+        """The values of the swept keys, by the names that metrics use, such as ``temperature_k``; empty without a sweep."""
+        if self._experiment is not None and self._experiment.path.is_dir():
+            return self._experiment._coordinates_of(self)
+        text = _folder.description(self.path.parent)
+        entries = [] if text is None else _folder.entries(self.path.parent, text)
+        return _folder.coordinates_of(self.path.name, entries)
+
+    def metric(self, name: str) -> float:
+        """The value of one metric of this run.
+
+        >>> recording.metric("energy.kinetic") == experiment.metric("energy.kinetic")
+        True
+        """
+        if self._experiment is None:
+            # Imported here: experiments have runs.
+            from ._experiment import open
+
+            self._experiment = open(self.path, programs=self._programs)
+        return self._experiment._metric_of(self, name)
 
     @property
     def run_key(self) -> str:

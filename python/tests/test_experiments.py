@@ -67,7 +67,7 @@ def test_a_sweep_has_metrics_by_coordinates(experiments: Path, tmp_path: Path, p
     table = gas.metrics
     assert list(table.columns)[:4] == ["temperature_k", "replicate", "metric", "value"]
     assert mean in list(table["value"])
-    assert list(gas.metric_table("pandas").columns) == list(table.columns)
+    assert list(gas.table("pandas").columns) == list(table.columns)
     with pytest.raises(k.KinetoscopeError, match="has 4 values.*\nhelp: the first is at temperature_k = 200"):
         gas.metric("pressure.measured")
     for where, help in (
