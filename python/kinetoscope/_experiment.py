@@ -336,58 +336,6 @@ def _distance(one: object, other: object) -> Tuple[float, str]:
     return 1.0 - difflib.SequenceMatcher(None, str(one), str(other)).ratio(), str(one)
 
 
-def run(
-    manifest: _programs.PathLike,
-    *,
-    seed: Optional[int] = None,
-    set: Optional[Mapping[str, object]] = None,
-    output: _programs.PathLike = "recordings",
-    jobs: Optional[int] = None,
-    force: bool = False,
-    programs: Optional[_programs.PathLike] = None,
-) -> Experiment:
-    """Runs the experiment of a manifest and returns its recordings.
-
-    Finished runs are not rerun unless a value, the seed or the physics has changed, or with ``force``. ``set`` overrides
-    keys of the manifest; ``output`` is the folder of all experiments, ``jobs`` the number of runs to execute in
-    parallel, and ``programs`` the folder of the program ``kinetoscope`` if it is not installed with this package.
-
-    >>> short = kinetoscope.run(
-    ...     experiments / "first_run.toml", seed=7, set={"model.dem.discs": 5}, output=folder, programs=programs
-    ... )
-    >>> short.runs[0].seed, len(short.runs[0]["/state"][0])
-    (7, 5)
-    """
-    overrides = dict(set or {})
-    if seed is not None:
-        overrides["seed"] = seed
-    arguments = ["run", "--json", "--quiet", "--output", os.fspath(_programs.absolute(output))]
-    for key, value in overrides.items():
-        arguments += ["--set", f"{key}={_toml.literal(value)}"]
-    if jobs is not None:
-        arguments += ["--jobs", str(jobs)]
-    if force:
-        arguments.append("--force")
-    path = os.fspath(_programs.absolute(manifest))
-    if os.path.isdir(path):
-        raise KinetoscopeError(f"{path} is a folder", "name one manifest, such as `kinetoscope.run(\"exp.toml\")`")
-    finished = _programs.call([*arguments, path], programs)
-    if finished.code != _programs.EXIT_OK:
-        raise finished.error()
-    experiments = finished.json()["experiments"]
-    # Manifests that `start_from` names are run first.
-    result = next((entry for entry in experiments if entry.get("manifest") == path), experiments[-1])
-    files = [Path(entry["recording"]) for entry in result["runs"] if entry.get("recording")]
-    experiment = Experiment(Path(result["destination"]), files, programs=programs)
-    listed = {path.name for path in _folder.listed(experiment.path)}
-    if not listed.issuperset(file.name for file in files):
-        raise KinetoscopeError(
-            f"another run of {experiment.name} has described its own recordings in {experiment.path} meanwhile",
-            "give each of several simultaneous runs an `output` of its own",
-        )
-    return experiment
-
-
 def open(path: _programs.PathLike, *, programs: Optional[_programs.PathLike] = None) -> Experiment:
     """Opens the recordings in a folder such as ``recordings/first_run``, or one recording.
 

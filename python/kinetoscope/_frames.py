@@ -86,6 +86,8 @@ class Frames:
     def __getitem__(self, index: Union[int, slice]) -> Union[Table, "Frames"]:
         if isinstance(index, slice):
             return Frames(self._container, self.topic, self._selection[index])
+        if isinstance(index, str):
+            raise self._column_of_all(index)
         try:
             frame = self._selection[index]
         except IndexError:
@@ -94,6 +96,16 @@ class Frames:
 
     def __iter__(self) -> Iterator[Table]:
         return self._read(self._selection)
+
+    def _column_of_all(self, name: str) -> KinetoscopeError:
+        """The error for a column of all frames, which would be the whole file."""
+        if name not in self.columns:
+            return UnknownNameError.of("column", name, self.columns)
+        topic = f'["{self.topic}"]'
+        return KinetoscopeError(
+            f"`{topic}` has frames, and each frame has the column `{name}`",
+            f'`run{topic}[0]["{name}"]` is that of one frame; `run{topic}.array()["{name}"]` is that of all frames in memory',
+        )
 
     def array(self) -> Table:
         """All frames in memory: one row per frame, one column per particle.

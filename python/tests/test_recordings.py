@@ -246,6 +246,10 @@ def test_a_chunk_that_claims_too_much_is_rejected(recording: k.Run, tmp_path: Pa
 def test_unknown_names_have_the_nearest_ones(recording: k.Run, experiment: k.Experiment) -> None:
     with pytest.raises(k.UnknownNameError, match="unknown topic `/stat`\nhelp: did you mean `/state`"):
         recording["/stat"]
+    with pytest.raises(k.KinetoscopeError, match="has frames, and each frame has the column `x`\nhelp: .*array"):
+        recording["/state"]["x"]  # type: ignore[call-overload]
+    with pytest.raises(k.UnknownNameError, match="unknown column `vz`\nhelp: expected one of"):
+        recording["/state"]["vz"]  # type: ignore[call-overload]
     with pytest.raises(KeyError, match="did you mean `/energy`"):
         recording.series("/energy_")
     with pytest.raises(k.UnknownNameError, match="did you mean `energy.kinetic`"):
