@@ -9,7 +9,7 @@ import threading
 from pathlib import Path
 from typing import Any, Dict, FrozenSet, Iterator, List, Mapping, Optional
 
-from . import _folder, _manifest, _programs
+from . import _folder, _manifest, _programs, _progress
 from ._errors import KinetoscopeError
 from ._experiment import Experiment
 
@@ -27,6 +27,8 @@ def run(
     output: _programs.PathLike = "recordings",
     jobs: Optional[int] = None,
     force: bool = False,
+    progress: Optional[bool] = None,
+    verbose: bool = False,
     programs: Optional[_programs.PathLike] = None,
 ) -> Experiment:
     """Runs the experiment of a manifest and returns its recordings.
@@ -37,7 +39,8 @@ def run(
 
     ``output`` is the folder of all experiments. If its folder of this name has other recordings already, as in a loop
     over seeds, the experiment is named with its run key as well. ``jobs`` is the number of runs to execute in parallel,
-    and ``programs`` the folder of the program ``kinetoscope`` if it is not installed with this package.
+    and ``programs`` the folder of the program ``kinetoscope`` if it is not installed with this package. A line of
+    progress is shown in terminals and notebooks unless ``progress=False``; ``verbose`` prints a line per finished run.
 
     >>> gas = kinetoscope.run(
     ...     {"name": "warm", "model": {"gas": {"particles": 50, "duration_s": 0.02}}},
@@ -56,13 +59,19 @@ def run(
         planned = ["--output", os.fspath(folder), *_manifest.overrides(values)]
         name = str(values.get("name") or source.name)
         is_varied = bool(values) or not source.is_file
-        arguments = ["run", "--json", "--quiet"]
+        shown = _progress.of(name, progress, verbose)
+        arguments = ["run", "--json", "--quiet"] if shown is None else ["run", "--json", "--verbose"]
         if jobs is not None:
             arguments += ["--jobs", str(jobs)]
         if force:
             arguments.append("--force")
         with _own_name(source, planned, folder / name, is_varied, programs) as options:
-            finished = _programs.call([*arguments, *planned, *options, os.fspath(source.path)], programs)
+            command = [*arguments, *planned, *options, os.fspath(source.path)]
+            try:
+                finished = _programs.call(command, programs, None if shown is None else shown.add)
+            finally:
+                if shown is not None:
+                    shown.end()
         if finished.code != _programs.EXIT_OK:
             finished.messages = source.located(finished.messages)
             raise finished.error()
