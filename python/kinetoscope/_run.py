@@ -6,16 +6,19 @@ import os
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Dict, List, Optional, Tuple
+from typing import TYPE_CHECKING, Any, Dict, List, Literal, Optional, Tuple, overload
 
 import numpy as np
 
-from . import _folder, _player, _programs, _tables, _toml
+from . import _folder, _log, _player, _programs, _tables, _toml
 from ._container import load
 from ._errors import RecordingError, damaged
 from ._frames import Frames
 
 if TYPE_CHECKING:
+    import pandas
+    import polars
+
     from ._experiment import Experiment
 
 
@@ -93,10 +96,11 @@ class Run:
         return tuple(self._container.topics())
 
     @property
-    def manifest(self) -> Dict[str, Any]:
+    def manifest(self) -> Dict[str, _toml.Value]:
         """The complete manifest of this run, with defaults, as it is in the recording."""
         try:
-            return _toml.parsed(self._container.manifest)
+            manifest: Dict[str, _toml.Value] = _toml.parsed(self._container.manifest)
+            return manifest
         except (ValueError, RecursionError) as error:
             raise damaged(self.path, "its manifest is not TOML") from error
 
@@ -160,7 +164,25 @@ class Run:
         """``complete``, ``fault``, ``interrupted``, or ``unfinished`` for a torn file."""
         return self._outcome
 
-    def series(self, topic: str, library: Optional[_tables.TableLibrary] = None) -> Any:
+    @property
+    def log(self) -> Tuple[_log.LogEntry, ...]:
+        """The messages of the run, such as its warnings and the reason of its end.
+
+        >>> recording.log[0].level, recording.log[0].message.splitlines()[0]
+        ('info', '1 s of playback = 40 ms simulated')
+        """
+        return _log.read(self._container)
+
+    @overload
+    def series(self, topic: str, library: Literal["polars"]) -> "polars.DataFrame": ...
+
+    @overload
+    def series(self, topic: str, library: Literal["pandas"]) -> "pandas.DataFrame": ...
+
+    @overload
+    def series(self, topic: str, library: None = ...) -> _tables.Table: ...
+
+    def series(self, topic: str, library: Optional[_tables.TableLibrary] = None) -> _tables.Table:
         """A topic over time as a Polars data frame, or as pandas if only that is installed or requested.
 
         One row per frame, or one per entry for topics with columns of numbers such as ``/speeds``.

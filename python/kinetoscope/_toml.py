@@ -14,6 +14,10 @@ else:
     import tomli as tomllib
 
 
+# A value of a manifest; Python's readers of TOML know dates as well, which no manifest has.
+Value = Union[str, int, float, bool, List["Value"], Dict[str, "Value"]]
+
+
 def parsed(text: str) -> Dict[str, Any]:
     """The table of a document."""
     return tomllib.loads(text)

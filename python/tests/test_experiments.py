@@ -57,7 +57,9 @@ def test_seed_and_overrides_are_those_of_the_recording(
 ) -> None:
     change = {"model.dem.discs": 5, "model.dem.restitution": 0.25, "model.dem.periodic": "x"}
     run = k.run(experiments / "first_run.toml", seed=9, set=change, output=tmp_path, programs=programs).runs[0]
-    dem = run.manifest["model"]["dem"]
+    model = run.manifest["model"]
+    assert isinstance(model, dict) and isinstance(model["dem"], dict)
+    dem = model["dem"]
     assert (run.seed, dem["discs"], dem["restitution"], dem["periodic"]) == (9, 5, 0.25, "x")
 
 
