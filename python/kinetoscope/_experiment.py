@@ -8,10 +8,25 @@ import os
 import tempfile
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Literal, Mapping, Optional, Tuple, TypedDict, overload
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Dict,
+    Iterator,
+    List,
+    Literal,
+    Mapping,
+    Optional,
+    Sequence,
+    Tuple,
+    TypedDict,
+    Union,
+    overload,
+)
 
-from . import _folder, _player, _programs, _results, _tables, _toml, _wide
+from . import _folder, _player, _plot, _programs, _results, _tables, _toml, _wide
 from ._errors import KinetoscopeError, ProgramNotFoundError, RecordingError, UnknownNameError
+from ._plot import Plot
 from ._run import Run
 
 if TYPE_CHECKING:
@@ -183,6 +198,28 @@ class Experiment:
             if not report.exists():
                 raise finished.error()
             _player.display(report.read_text(encoding="utf-8"), height)
+
+    def plot(
+        self,
+        y: Union[str, Sequence[str]] = (),
+        x: str = "",
+        *,
+        figure: str = "",
+        where: Optional[Mapping[str, object]] = None,
+        title: str = "",
+        log: str = "",
+    ) -> Plot:
+        """The plot that `kinetoscope plot` draws: metrics over a swept key, or fields of channels over time.
+
+        ``y`` is a metric such as ``pressure.measured`` or a field such as ``/energy.kinetic_j``, or several; ``x`` is a
+        swept key, another metric, or ``time``. ``figure`` is a chart of the model in place of ``y``, such as
+        ``energy_balance``. ``where`` selects points of the sweep, and ``log="xy"`` draws logarithmic axes.
+        """
+        names = [y] if isinstance(y, str) else list(y)
+        if not names and not figure:
+            raise KinetoscopeError("a plot needs `y` or `figure`", "name a metric, or a field such as `/energy.kinetic_j`")
+        with self._input() as path:
+            return _plot.draw(_plot.options(names, x, where or {}, figure, title, log), path, self._programs)
 
     @contextlib.contextmanager
     def _input(self) -> Iterator[Path]:
