@@ -18,8 +18,9 @@ from ._errors import (
     RunFailedError,
     UnknownNameError,
 )
-from ._experiment import Experiment, open, run
+from ._experiment import Experiment, open
 from ._frames import Frames
+from ._launch import run
 from ._run import Run
 
 __version__ = "0.1.0"

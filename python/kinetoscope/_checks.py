@@ -10,7 +10,7 @@ from typing import Any, Callable, Dict, List, Mapping, Optional
 
 from . import _toml
 from ._errors import KinetoscopeError
-from ._experiment import Experiment
+from ._experiment import CheckResult, Experiment
 from ._programs import PathLike
 
 
@@ -38,11 +38,15 @@ def run_checks(
 
     @pytest.mark.parametrize("kinetoscope_check", cases)
     def test(kinetoscope_run: Callable[..., Experiment], kinetoscope_check: Dict[str, Any]) -> None:
-        experiment = kinetoscope_run(path, seed=seed, set=set)
-        failures = [result for result in evaluate(experiment, kinetoscope_check) if not result["passed"]]
+        try:
+            experiment = kinetoscope_run(path, seed=seed, set=set)
+            results = evaluate(experiment, kinetoscope_check)
+        except KinetoscopeError as error:
+            pytest.fail(str(error), pytrace=False)
+        failures = [result for result in results if not result["passed"]]
         if failures:
-            lines = (f"{result['subject']}: {result['finding']}" for result in failures)
-            pytest.fail("\n".join(lines), pytrace=False)
+            lines = [f"{result['subject']}: {result['finding']}" for result in failures]
+            pytest.fail("\n".join([*lines, f"the recordings are in {experiment.path}"]), pytrace=False)
 
     return test  # type: ignore[no-any-return]
 
@@ -59,13 +63,13 @@ def checks_of(manifest: Path) -> List[Dict[str, Any]]:
     return checks
 
 
-def evaluate(experiment: Experiment, check: Mapping[str, Any]) -> List[Dict[str, Any]]:
+def evaluate(experiment: Experiment, check: Mapping[str, Any]) -> List[CheckResult]:
     """The results of one check: one per run, mean or fit that it selects."""
     with tempfile.TemporaryDirectory(prefix="kinetoscope-") as folder:
         file = Path(folder) / "checks.toml"
         lines = "".join(f"{key} = {_toml.literal(value)}\n" for key, value in check.items())
         file.write_text(f"[[checks]]\n{lines}", encoding="utf-8")
-        results: List[Dict[str, Any]] = experiment._analyze(["--checks", os.fspath(file)])["checks"]
+        results: List[CheckResult] = experiment._analyze(["--checks", os.fspath(file)])["checks"]
     # Those of the file come after all others.
     return results[len(experiment.checks) :]
 

@@ -6,7 +6,7 @@ import struct
 import zlib
 from fractions import Fraction
 from pathlib import Path
-from typing import BinaryIO, Dict, FrozenSet, NamedTuple, Optional, Tuple
+from typing import BinaryIO, Dict, FrozenSet, List, NamedTuple, Optional, Tuple
 
 import lz4.frame
 import zstandard
@@ -176,6 +176,8 @@ class Messages:
         self.counts: Dict[int, int] = {}
         # Log times of the wanted channel, with start and end of the payloads.
         self.places: Dict[int, Tuple[int, int]] = {}
+        # The same of the log, of which a frame may have several messages.
+        self.lines: List[Tuple[int, int, int]] = []
         self.first_time: Optional[int] = None
         self.last_time: Optional[int] = None
         self.are_scalars = False
@@ -227,6 +229,8 @@ class Messages:
             self.counts[channel] = self.counts.get(channel, 0) + 1
             if channel == self._wanted:
                 self.places[log_time] = (start, end)
+                if channel == log:
+                    self.lines.append((log_time, start, end))
             if self.first_time is None:
                 self.first_time = log_time
             at = end

@@ -92,7 +92,7 @@ class StateDecoder:
     """
 
     def __init__(self, columns: Sequence[str]) -> None:
-        self.dtype = np.dtype([(name, "<f8") for name in columns])
+        self.dtype: np.dtype[np.void] = np.dtype([(name, "<f8") for name in columns])
         self._expected = [(name.encode(), 8 * index, FLOAT64) for index, name in enumerate(columns)]
         self._between = b""
         self._data_bytes = -1
@@ -176,7 +176,7 @@ class TableDecoder:
         self._scalars: List[str] = [entry.name for entry in fields if not _is_repeated(entry)]
         if not all(entry.type in NUMPY_TYPES for entry in fields):
             raise not_numbers(topic, schema.name, DISPLAYED)
-        self.dtype = np.dtype([(entry.name, NUMPY_TYPES[entry.type]) for entry in fields])
+        self.dtype: np.dtype[np.void] = np.dtype([(entry.name, NUMPY_TYPES[entry.type]) for entry in fields])
         self._texts = [entry.name for entry in fields if entry.type == TEXT and not _is_repeated(entry)]
 
     def __call__(self, content: bytes, start: int, end: int) -> Table:
@@ -216,6 +216,6 @@ def decoder_of(topic: str, schema: Schema, columns: Sequence[str]) -> Union[Stat
     if not schema.name.startswith("kinetoscope."):
         help = DISPLAYED
         if schema.name == "foxglove.Log":
-            help = "its text is read with the package `mcap`, and viewers such as Foxglove show it"
+            help = "`run.log` has its messages"
         raise not_numbers(topic, schema.name, help)
     return TableDecoder(topic, schema)

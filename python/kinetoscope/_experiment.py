@@ -8,11 +8,30 @@ import os
 import tempfile
 import warnings
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, Mapping, Optional, Tuple
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Dict,
+    Iterator,
+    List,
+    Literal,
+    Mapping,
+    Optional,
+    Sequence,
+    Tuple,
+    TypedDict,
+    Union,
+    overload,
+)
 
-from . import _player, _programs, _tables, _toml
-from ._errors import KinetoscopeError, RecordingError, UnknownNameError, damaged
+from . import _folder, _player, _plot, _programs, _results, _tables, _toml, _wide
+from ._errors import KinetoscopeError, ProgramNotFoundError, RecordingError, UnknownNameError
+from ._plot import Plot
 from ._run import Run
+
+if TYPE_CHECKING:
+    import pandas
+    import polars
 
 # Layout of `metrics.json` that this package reads.
 METRICS_SCHEMA = 2
@@ -33,6 +52,14 @@ COLUMNS = (
     "file",
     "source",
 )
+
+
+class CheckResult(TypedDict):
+    """The result of a check, or of the outcome that the manifest expects of a run."""
+
+    subject: str
+    passed: bool
+    finding: str
 
 
 class Experiment:
@@ -56,7 +83,7 @@ class Experiment:
         self._files = files
         self._programs = programs
         # A later run of another seed or with other values describes its own recordings in the same folder.
-        self._description = _description(path)
+        self._description = _folder.description(path)
         self._runs: Optional[Tuple[Run, ...]] = None
         self._analysis: Optional[Dict[str, Any]] = None
 
@@ -73,25 +100,43 @@ class Experiment:
     def runs(self) -> Tuple[Run, ...]:
         """The finished runs, in the order of the sweep."""
         if self._runs is None:
-            self._runs = tuple(Run(path, programs=self._programs) for path in self._files)
+            self._runs = tuple(Run(path, programs=self._programs, experiment=self) for path in self._files)
         return self._runs
 
     @property
-    def metrics(self) -> Any:
-        """All metrics as a Polars data frame, or as pandas if only that is installed.
+    def metrics(self) -> _tables.Table:
+        """All metrics as a Polars data frame, or as pandas if only that is installed: `table()`."""
+        return self.table()
+
+    @overload
+    def table(self, library: Literal["polars"], *, wide: bool = ..., by: _wide.By = ...) -> "polars.DataFrame": ...
+
+    @overload
+    def table(self, library: Literal["pandas"], *, wide: bool = ..., by: _wide.By = ...) -> "pandas.DataFrame": ...
+
+    @overload
+    def table(self, library: None = ..., *, wide: bool = ..., by: _wide.By = ...) -> _tables.Table: ...
+
+    def table(
+        self, library: Optional[_tables.TableLibrary] = None, *, wide: bool = False, by: _wide.By = "run"
+    ) -> _tables.Table:
+        """All metrics as a table of the library of choice, ``"polars"`` or ``"pandas"``.
 
         One row per metric and run, and one per mean over replicates or fit over a sweep; the first columns are the
-        coordinates of the sweep. Recordings that have not changed since the last analysis are not read again.
-        """
-        return self.metric_table()
+        coordinates of the sweep. With ``wide=True``, each metric is a column, and there is one row per run, or, with
+        ``by="point"``, one per point of the sweep with the means over its replicates and their standard errors.
 
-    def metric_table(self, library: Optional[_tables.TableLibrary] = None) -> Any:
-        """The same table by the library of choice, ``"polars"`` or ``"pandas"``."""
+        >>> experiment.table("polars", wide=True).columns[:3]
+        ['replicate', 'file', 'energy.kinetic']
+        """
         _tables.library_module(library)
         rows = self._rows()
-        coordinates = dict.fromkeys(key for row in rows for key in row["coordinates"])
+        names = list(dict.fromkeys(key for row in rows for key in row["coordinates"]))
+        if wide:
+            flat = _wide.rows(rows, names, by)
+            return _tables.frame_of_rows(flat, list(dict.fromkeys(key for row in flat for key in row)), library)
         flat = [{**row, **row["coordinates"]} for row in rows]
-        return _tables.frame_of_rows(flat, [*coordinates, *COLUMNS], library)
+        return _tables.frame_of_rows(flat, [*names, *COLUMNS], library)
 
     def metric(self, name: str, **where: object) -> float:
         """The value of one metric at the given coordinates, such as ``temperature_k=300``.
@@ -119,9 +164,7 @@ class Experiment:
                 if places
                 else "`experiment.metrics` lists all values",
             )
-        if chosen[0]["value"] is None:
-            raise KinetoscopeError(f"`{name}` has no value: {chosen[0]['reason']}")
-        return float(chosen[0]["value"])
+        return _value_of(chosen[0])
 
     @property
     def question(self) -> str:
@@ -139,9 +182,12 @@ class Experiment:
         return str(answer["text"]) if answer else ""
 
     @property
-    def checks(self) -> List[Dict[str, Any]]:
+    def checks(self) -> List[CheckResult]:
         """The results of the outcome of each run and of the manifest's checks: ``subject``, ``passed``, ``finding``."""
-        checks: List[Dict[str, Any]] = self._analyzed()["checks"]
+        if "checks" not in self._analyzed():
+            # `metrics.json` of small experiments has none.
+            self._analysis = self._analyze_for(f"{self.path / _results.METRICS} has no results of checks")
+        checks: List[CheckResult] = self._analyzed()["checks"]
         return checks
 
     def show(self, *, height: int = 900) -> None:
@@ -153,10 +199,32 @@ class Experiment:
                 raise finished.error()
             _player.display(report.read_text(encoding="utf-8"), height)
 
+    def plot(
+        self,
+        y: Union[str, Sequence[str]] = (),
+        x: str = "",
+        *,
+        figure: str = "",
+        where: Optional[Mapping[str, object]] = None,
+        title: str = "",
+        log: str = "",
+    ) -> Plot:
+        """The plot that `kinetoscope plot` draws: metrics over a swept key, or fields of channels over time.
+
+        ``y`` is a metric such as ``pressure.measured`` or a field such as ``/energy.kinetic_j``, or several; ``x`` is a
+        swept key, another metric, or ``time``. ``figure`` is a chart of the model in place of ``y``, such as
+        ``energy_balance``. ``where`` selects points of the sweep, and ``log="xy"`` draws logarithmic axes.
+        """
+        names = [y] if isinstance(y, str) else list(y)
+        if not names and not figure:
+            raise KinetoscopeError("a plot needs `y` or `figure`", "name a metric, or a field such as `/energy.kinetic_j`")
+        with self._input() as path:
+            return _plot.draw(_plot.options(names, x, where or {}, figure, title, log), path, self._programs)
+
     @contextlib.contextmanager
     def _input(self) -> Iterator[Path]:
         """The folder or file to analyze: if the folder describes other recordings by now, one that has only those of this experiment."""
-        if _description(self.path) == self._description:
+        if _folder.description(self.path) == self._description:
             yield self.path
             return
         with tempfile.TemporaryDirectory(prefix=".kinetoscope-", dir=self.path.parent) as scratch:
@@ -173,20 +241,67 @@ class Experiment:
                     ) from error
             yield folder
 
+    def _coordinates_of(self, run: Run) -> Dict[str, _folder.Coordinate]:
+        entries = _folder.entries(self.path, self._description) if self._description else []
+        return _folder.coordinates_of(run.path.name, entries)
+
+    def _metric_of(self, run: Run, name: str) -> float:
+        rows = [row for row in self._rows() if row["scope"] == "run" and row["file"] == run.path.name]
+        row = next((row for row in rows if row["metric"] == name), None)
+        if row is None:
+            raise UnknownNameError.of("metric", name, (row["metric"] for row in rows))
+        return _value_of(row)
+
     def _rows(self) -> List[Dict[str, Any]]:
         return [_row(metric) for metric in self._analyzed()["analysis"]["metrics"]]
 
     def _analyzed(self) -> Dict[str, Any]:
+        """The results: those next to the recordings if they belong to them, else those of an analysis."""
         if self._analysis is None:
-            self._analysis = self._analyze([])
+            try:
+                self._analysis = self._stored()
+            except _results.NoResultsError as missing:
+                self._analysis = self._analyze_for(missing.message)
         return self._analysis
 
+    def _stored(self) -> Dict[str, Any]:
+        if not self.path.is_dir():
+            keys = {run.path.name: run.run_key for run in self.runs}
+            return {"analysis": _results.read_of_some(self.path.parent, keys, METRICS_SCHEMA)}
+        if _folder.description(self.path) != self._description:
+            raise _results.NoResultsError(f"{self.path} describes other recordings by now")
+        stored = _results.read(self.path, self._run_keys(), METRICS_SCHEMA)
+        if _results.is_older(self.path, self.path / _folder.DESCRIPTION) and _programs.is_installed(self._programs):
+            raise _results.NoResultsError(f"{self.path / _results.METRICS} is older than the description of its folder")
+        result = {"analysis": stored}
+        if "checks" in stored:
+            result["checks"] = stored["checks"]
+        return result
+
+    def _run_keys(self) -> Dict[str, str]:
+        """The files of the runs with their run keys."""
+        if self._description is None:
+            return {run.path.name: run.run_key for run in self.runs}
+        keys = {entry.file: entry.run_key for entry in _folder.entries(self.path, self._description)}
+        return {file.name: keys[file.name] for file in self._files if file.name in keys}
+
+    def _analyze_for(self, reason: str) -> Dict[str, Any]:
+        """Analyzes the recordings because of a missing file, which is named if there is no program."""
+        try:
+            return self._analyze([])
+        except ProgramNotFoundError as error:
+            raise ProgramNotFoundError(
+                f"{reason}, and {error.message}", f"`kinetoscope analyze {self.path}` writes this file; {error.help}"
+            ) from error
+
     def _analyze(self, options: List[str]) -> Dict[str, Any]:
-        """Analyzes the recordings. The results are written next to them if that is possible and they are all of the folder's."""
+        """Analyzes the recordings without a report. The metrics are kept next to them if they are all of the folder's."""
         with tempfile.TemporaryDirectory(prefix="kinetoscope-") as scratch, self._input() as path:
-            if options or path != self.path or not (path.is_dir() and os.access(path, os.W_OK)):
-                options = [*options, "--no-replay", "--output", scratch]
-            finished = _programs.call(["analyze", "--json", "--quiet", *options, os.fspath(path)], self._programs)
+            _results.lend_cache(self.path, Path(scratch))
+            arguments = ["analyze", "--json", "--quiet", "--no-replay", "--no-engine", "--output", scratch, *options]
+            finished = _programs.call([*arguments, os.fspath(path)], self._programs)
+            if not options and path == self.path and path.is_dir() and finished.output.strip():
+                _results.keep(Path(scratch), path)
         if not finished.output.strip():
             raise finished.error()
         result = finished.json()
@@ -218,6 +333,12 @@ def _row(metric: Mapping[str, Any]) -> Dict[str, Any]:
     row["replicate"] = place.get("replicate")
     row["file"] = place.get("file")
     return row
+
+
+def _value_of(row: Mapping[str, Any]) -> float:
+    if row["value"] is None:
+        raise KinetoscopeError(f"`{row['metric']}` has no value: {row['reason']}")
+    return float(row["value"])
 
 
 def _value_at(row: Mapping[str, Any], key: str) -> object:
@@ -252,58 +373,6 @@ def _distance(one: object, other: object) -> Tuple[float, str]:
     return 1.0 - difflib.SequenceMatcher(None, str(one), str(other)).ratio(), str(one)
 
 
-def run(
-    manifest: _programs.PathLike,
-    *,
-    seed: Optional[int] = None,
-    set: Optional[Mapping[str, object]] = None,
-    output: _programs.PathLike = "recordings",
-    jobs: Optional[int] = None,
-    force: bool = False,
-    programs: Optional[_programs.PathLike] = None,
-) -> Experiment:
-    """Runs the experiment of a manifest and returns its recordings.
-
-    Finished runs are not rerun unless a value, the seed or the physics has changed, or with ``force``. ``set`` overrides
-    keys of the manifest; ``output`` is the folder of all experiments, ``jobs`` the number of runs to execute in
-    parallel, and ``programs`` the folder of the program ``kinetoscope`` if it is not installed with this package.
-
-    >>> short = kinetoscope.run(
-    ...     experiments / "first_run.toml", seed=7, set={"model.dem.discs": 5}, output=folder, programs=programs
-    ... )
-    >>> short.runs[0].seed, len(short.runs[0]["/state"][0])
-    (7, 5)
-    """
-    overrides = dict(set or {})
-    if seed is not None:
-        overrides["seed"] = seed
-    arguments = ["run", "--json", "--quiet", "--output", os.fspath(_programs.absolute(output))]
-    for key, value in overrides.items():
-        arguments += ["--set", f"{key}={_toml.literal(value)}"]
-    if jobs is not None:
-        arguments += ["--jobs", str(jobs)]
-    if force:
-        arguments.append("--force")
-    path = os.fspath(_programs.absolute(manifest))
-    if os.path.isdir(path):
-        raise KinetoscopeError(f"{path} is a folder", "name one manifest, such as `kinetoscope.run(\"exp.toml\")`")
-    finished = _programs.call([*arguments, path], programs)
-    if finished.code != _programs.EXIT_OK:
-        raise finished.error()
-    experiments = finished.json()["experiments"]
-    # Manifests that `start_from` names are run first.
-    result = next((entry for entry in experiments if entry.get("manifest") == path), experiments[-1])
-    files = [Path(entry["recording"]) for entry in result["runs"] if entry.get("recording")]
-    experiment = Experiment(Path(result["destination"]), files, programs=programs)
-    listed = {path.name for path in _listed(experiment.path)}
-    if not listed.issuperset(file.name for file in files):
-        raise KinetoscopeError(
-            f"another run of {experiment.name} has described its own recordings in {experiment.path} meanwhile",
-            "give each of several simultaneous runs an `output` of its own",
-        )
-    return experiment
-
-
 def open(path: _programs.PathLike, *, programs: Optional[_programs.PathLike] = None) -> Experiment:
     """Opens the recordings in a folder such as ``recordings/first_run``, or one recording.
 
@@ -315,7 +384,7 @@ def open(path: _programs.PathLike, *, programs: Optional[_programs.PathLike] = N
         # Reports a file that is missing or is not a recording.
         Run(place)
         return Experiment(place, [place], programs=programs)
-    files = list(_listed(place))
+    files = _folder.listed(place)
     if files:
         return Experiment(place, files, programs=programs)
     inner = sorted(entry.parent for entry in place.glob("*/experiment.toml"))
@@ -324,29 +393,3 @@ def open(path: _programs.PathLike, *, programs: Optional[_programs.PathLike] = N
             f"{place} contains {len(inner)} experiments", f"open one of them, such as `{inner[0]}`"
         )
     raise RecordingError(f"{place} contains no finished recording", "run the experiment first: `kinetoscope.run(…)`")
-
-
-def _description(path: Path) -> Optional[str]:
-    """The text of the folder's `experiment.toml`, which lists its recordings; none for a file, or without it."""
-    try:
-        return (path / "experiment.toml").read_text(encoding="utf-8")
-    except (OSError, ValueError):
-        return None
-
-
-def _listed(folder: Path) -> Iterator[Path]:
-    """The finished recordings of a folder: those that its `experiment.toml` lists, else all."""
-    description = folder / "experiment.toml"
-    if not description.is_file():
-        yield from sorted(path for path in folder.glob("*.mcap") if not path.name.endswith(".partial.mcap"))
-        return
-    try:
-        entries = _toml.parsed(description.read_text(encoding="utf-8")).get("runs", [])
-        names = [str(entry["file"]) for entry in entries]
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise damaged(description, str(error)) from error
-    for name in names:
-        # Only files of this folder.
-        path = folder / os.path.basename(name)
-        if path.is_file():
-            yield path

@@ -5,16 +5,20 @@ from __future__ import annotations
 from bisect import bisect_right
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
-from typing import Any, BinaryIO, Dict, Iterator, List, Mapping, Optional, Tuple, Union, overload
+from typing import TYPE_CHECKING, BinaryIO, Dict, Iterator, List, Mapping, Optional, Tuple, Union, overload
 
 import numpy as np
 import numpy.typing as npt
 
+from . import _units
 from ._chunks import ChunkSpan, Content, Messages, check_content, read_chunk
 from ._container import Container, open_file
-from ._decoding import CONSTANTS, PARTICLES, STATE, BadMessage, Decoder, StateDecoder, Table, decoder_of
+from ._decoding import CONSTANTS, PARTICLES, STATE, BadMessage, StateDecoder, Table, TableDecoder, decoder_of
 from ._errors import KinetoscopeError, RecordingError, UnknownNameError, damaged
 from ._records import or_damaged
+
+if TYPE_CHECKING:
+    import xarray
 
 
 class Frames:
@@ -45,7 +49,7 @@ class Frames:
         self._state_units = dict(zip(columns, provenance["state_units"].split(",")))
         self._state_columns = columns
         # Rejects drawings before the first frame is requested.
-        self.dtype: np.dtype[Any] = self._decoder().dtype  # type: ignore[attr-defined]
+        self.dtype: np.dtype[np.void] = self._decoder().dtype
         if self._has_particles():
             self.dtype = np.dtype([(name, "<f8") for name in columns])
         self._selection = range(topics[topic]) if selection is None else selection
@@ -57,8 +61,15 @@ class Frames:
 
     @property
     def units(self) -> Mapping[str, str]:
-        """The units of the columns of ``/state``; the fields of other topics have their unit in the name."""
-        return {name: self._state_units.get(name, "") for name in self.columns} if self.topic == STATE else {}
+        """The units of the columns: ``1`` for numbers and ratios, empty for the own units of a dimensionless model.
+
+        >>> recording["/energy"].units["kinetic_j"], recording["/contact_statistics"].units["coordination_number"]
+        ('J', '1')
+        """
+        if self.topic == STATE:
+            return {name: self._state_units.get(name, "") for name in self.columns}
+        provenance = self._container.metadata["kinetoscope"]
+        return _units.of_fields(provenance["model"], self.columns, provenance["time_unit"])
 
     @property
     def indices(self) -> range:
@@ -86,6 +97,8 @@ class Frames:
     def __getitem__(self, index: Union[int, slice]) -> Union[Table, "Frames"]:
         if isinstance(index, slice):
             return Frames(self._container, self.topic, self._selection[index])
+        if isinstance(index, str):
+            raise self._column_of_all(index)
         try:
             frame = self._selection[index]
         except IndexError:
@@ -94,6 +107,16 @@ class Frames:
 
     def __iter__(self) -> Iterator[Table]:
         return self._read(self._selection)
+
+    def _column_of_all(self, name: str) -> KinetoscopeError:
+        """The error for a column of all frames, which would be the whole file."""
+        if name not in self.columns:
+            return UnknownNameError.of("column", name, self.columns)
+        topic = f'["{self.topic}"]'
+        return KinetoscopeError(
+            f"`{topic}` has frames, and each frame has the column `{name}`",
+            f'`run{topic}[0]["{name}"]` is that of one frame; `run{topic}.array()["{name}"]` is that of all frames in memory',
+        )
 
     def array(self) -> Table:
         """All frames in memory: one row per frame, one column per particle.
@@ -112,7 +135,7 @@ class Frames:
             whole[row] = frame
         return whole
 
-    def to_xarray(self, index: Optional[int] = None) -> Any:
+    def to_xarray(self, index: Optional[int] = None) -> "xarray.Dataset":
         """An ``xarray.Dataset`` of one frame, or of all frames with the coordinates ``frame`` and ``time``."""
         try:
             import xarray
@@ -138,7 +161,7 @@ class Frames:
     def _has_particles(self) -> bool:
         return self.topic == STATE and any(name in CONSTANTS for name in self._state_columns)
 
-    def _decoder(self) -> Decoder:
+    def _decoder(self) -> Union[StateDecoder, TableDecoder]:
         try:
             return decoder_of(self.topic, self._container.schemas[self._channel.schema_id], self._state_columns)
         except ImportError:
@@ -154,7 +177,7 @@ class Frames:
         decode = self._decoder()
         with ExitStack() as stack:
             stream = stack.enter_context(open_file(self._container.path))
-            places = _Places(self._container, self._channel.id, stream)
+            places = Places(self._container, self._channel.id, stream)
             particles = None
             if self._has_particles():
                 own_stream = stack.enter_context(open_file(self._container.path))
@@ -189,13 +212,13 @@ def _keep_freed_memory() -> None:
 class _Particles:
     """The constants of the particles, which are recorded when they change, as columns of the states until then."""
 
-    def __init__(self, container: Container, stream: BinaryIO, dtype: np.dtype[Any]) -> None:
+    def __init__(self, container: Container, stream: BinaryIO, dtype: np.dtype[np.void]) -> None:
         channel = container.channel(PARTICLES)
         if channel is None:
             raise damaged(container.path, f"it has states without `{PARTICLES}`")
         self._container = container
         self._is_single = container.message_counts.get(channel.id) == 1
-        self._places = _Places(container, channel.id, stream)
+        self._places = Places(container, channel.id, stream)
         self._dtype = dtype
         self._decode = StateDecoder([name for name in dtype.names or () if name in CONSTANTS])
         self._place: Tuple[bytes, int, int] = (b"", 0, 0)
@@ -232,7 +255,7 @@ class _Particles:
         return self._table
 
 
-class _Places:
+class Places:
     """The messages of a channel in the chunk that was read last; chunks without the channel are not read.
 
     While its frames are used, a thread decompresses the next chunk. Chunks with one large frame are not read ahead. When all
@@ -254,6 +277,7 @@ class _Places:
         self._next: Optional[Tuple[int, "Future[Content]"]] = None
         self._content = b""
         self._messages: Dict[int, Tuple[int, int]] = {}
+        self._lines: List[Tuple[int, int, int]] = []
         self._count = 0
         self._in_order = 0
 
@@ -282,6 +306,13 @@ class _Places:
                 return self._content, start, end
         return None
 
+    def lines(self) -> Iterator[Tuple[bytes, int, int, int]]:
+        """The messages of the log, with their log times and places in the content of their chunks."""
+        for position in range(len(self._numbers)):
+            self._read(position)
+            for line in self._lines:
+                yield (self._content, *line)
+
     def _read(self, position: int) -> None:
         if position in (self._chunk, -1):
             return
@@ -296,9 +327,9 @@ class _Places:
             raise
         except Exception as error:
             raise or_damaged(container.path, f"chunk {number} cannot be read", error) from error
-        self._content, self._messages = content.data, messages.places
+        self._content, self._messages, self._lines = content.data, messages.places, messages.lines
         if position == self._in_order:
-            self._count_in_order(len(messages.places))
+            self._count_in_order(messages.counts.get(self._channel_id, 0))
 
     def _scanned(self, number: int, content: Content) -> Messages:
         """The messages of a chunk, which agree with the index."""

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
+import queue
 import shutil
 import signal
 import subprocess
 import sys
 import sysconfig
+import threading
 from pathlib import Path
-from typing import Any, Dict, List, Optional, Sequence, Union
+from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple, Union
 
 from ._errors import KinetoscopeError, ProgramNotFoundError, RunFailedError
 
@@ -24,6 +27,8 @@ if _USER_SCHEME in sysconfig.get_scheme_names():
     _SCRIPT_FOLDERS.append(sysconfig.get_path("scripts", _USER_SCHEME))
 # Time for a run to write its checkpoint after an interrupt, s.
 SECONDS_TO_STOP = 30.0
+# Time after which a line of progress is renewed, s.
+SECONDS_BETWEEN_STATES = 1.0
 
 EXIT_OK = 0
 EXIT_FAILED = 1
@@ -52,6 +57,15 @@ def find(programs: Optional[PathLike] = None) -> str:
         "`pip install --force-reinstall kinetoscope`, or a wheel that `release/build.sh` made, installs it; in a clone, run "
         "`cargo build --release` and pass `programs=\"target/release\"`",
     )
+
+
+def is_installed(programs: Optional[PathLike] = None) -> bool:
+    """Whether the program is found."""
+    try:
+        find(programs)
+    except ProgramNotFoundError:
+        return False
+    return True
 
 
 class Finished:
@@ -87,8 +101,13 @@ class Finished:
         return kind(f"{text}\n(`{PROGRAM} {self.arguments[0]}` ended with exit code {self.code})", help)
 
 
-def call(arguments: Sequence[str], programs: Optional[PathLike] = None) -> Finished:
-    """Runs the program to its end. An interrupt of Python ends it in order, so that a later call resumes the run."""
+def call(
+    arguments: Sequence[str], programs: Optional[PathLike] = None, watch: Optional[Callable[[Optional[str]], None]] = None
+) -> Finished:
+    """Runs the program to its end. An interrupt of Python ends it in order, so that a later call resumes the run.
+
+    `watch` gets each line of its messages, and none after a second without one.
+    """
     command: List[str] = [find(programs), *arguments]
     try:
         child = subprocess.Popen(
@@ -104,20 +123,84 @@ def call(arguments: Sequence[str], programs: Optional[PathLike] = None) -> Finis
             f"{command[0]} cannot be executed: {error.strerror}",
             "install a wheel or build the program for this operating system and processor",
         ) from error
-    with child:
+    with child, _ended_with_parent(child):
         try:
-            output, messages = child.communicate()
-        except KeyboardInterrupt:
-            _stop(child)
+            output, messages = child.communicate() if watch is None else _watched(child, watch)
+        except BaseException:
+            # Unread output would stop the program.
+            _stop(child, child.communicate if watch is None else child.wait)
             raise
     return Finished(arguments, child.returncode, output, messages)
 
 
-def _stop(child: "subprocess.Popen[str]") -> None:
+def _watched(child: "subprocess.Popen[str]", watch: Callable[[Optional[str]], None]) -> Tuple[str, str]:
+    """Output and errors of a program, whose lines of messages are watched."""
+    lines: "queue.Queue[Optional[str]]" = queue.Queue()
+    output: List[str] = []
+
+    def read_messages() -> None:
+        assert child.stderr is not None
+        for line in child.stderr:
+            lines.put(line.rstrip("\n"))
+        lines.put(None)
+
+    def read_output() -> None:
+        assert child.stdout is not None
+        output.append(child.stdout.read())
+
+    readers = [threading.Thread(target=read, daemon=True) for read in (read_messages, read_output)]
+    for reader in readers:
+        reader.start()
+    messages: List[str] = []
+    while True:
+        try:
+            line = lines.get(timeout=SECONDS_BETWEEN_STATES)
+        except queue.Empty:
+            watch(None)
+            continue
+        if line is None:
+            break
+        watch(line)
+        # Without `--quiet`, errors come after the lines on the runs.
+        if messages or line.startswith("error: "):
+            messages.append(line)
+    for reader in readers:
+        reader.join()
+    child.wait()
+    return "".join(output), "\n".join(messages)
+
+
+@contextlib.contextmanager
+def _ended_with_parent(child: "subprocess.Popen[str]") -> Iterator[None]:
+    """Ends the program in order if this process is killed meanwhile, as when a kernel is closed.
+
+    A shell waits for a line on a pipe whose other end only this process has, and signals the program if the pipe is closed without
+    one. It has a session of its own, so that Ctrl-C does not end it.
+    """
+    try:
+        guard = subprocess.Popen(
+            ["/bin/sh", "-c", 'read -r line || kill -TERM "$1"', "sh", str(child.pid)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+    except OSError:
+        # Systems without this shell.
+        yield
+        return
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError):
+            guard.communicate(b"\n")
+
+
+def _stop(child: "subprocess.Popen[str]", wait: Callable[..., object]) -> None:
     interrupt = signal.SIGINT if os.name == "posix" else signal.SIGTERM
     child.send_signal(interrupt)
     try:
-        child.communicate(timeout=SECONDS_TO_STOP)
+        wait(timeout=SECONDS_TO_STOP)
     except subprocess.TimeoutExpired:
         child.kill()
 

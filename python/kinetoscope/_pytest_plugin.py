@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any, Callable, Dict, Mapping, Optional
+from typing import Any, Callable, Dict, Mapping, Optional, Union
 
 import pytest
 
-from ._experiment import Experiment, run
+from ._errors import KinetoscopeError
+from ._experiment import Experiment
+from ._launch import run
 from ._programs import PathLike
 
 
@@ -22,7 +24,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 @pytest.fixture(scope="session")
-def _kinetoscope_experiments() -> Dict[str, Experiment]:
+def _kinetoscope_experiments() -> Dict[str, Union[Experiment, KinetoscopeError]]:
     return {}
 
 
@@ -30,7 +32,7 @@ def _kinetoscope_experiments() -> Dict[str, Experiment]:
 def kinetoscope_run(
     request: pytest.FixtureRequest,
     tmp_path_factory: pytest.TempPathFactory,
-    _kinetoscope_experiments: Dict[str, Experiment],
+    _kinetoscope_experiments: Dict[str, Union[Experiment, KinetoscopeError]],
 ) -> Callable[..., Experiment]:
     """Runs the experiment of a manifest, whose path is relative to the module of tests, in a temporary folder.
 
@@ -46,7 +48,13 @@ def kinetoscope_run(
         if key not in _kinetoscope_experiments:
             programs: Any = request.config.getoption("--kinetoscope-programs")
             output = tmp_path_factory.mktemp("kinetoscope")
-            _kinetoscope_experiments[key] = run(path, seed=seed, set=set, output=output, programs=programs)
-        return _kinetoscope_experiments[key]
+            try:
+                _kinetoscope_experiments[key] = run(path, seed=seed, set=set, output=output, programs=programs)
+            except KinetoscopeError as error:
+                _kinetoscope_experiments[key] = error
+        result = _kinetoscope_experiments[key]
+        if isinstance(result, KinetoscopeError):
+            raise result
+        return result
 
     return run_once

@@ -6,14 +6,20 @@ import os
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Dict, List, Optional, Tuple
+from typing import TYPE_CHECKING, Any, Dict, List, Literal, Optional, Tuple, overload
 
 import numpy as np
 
-from . import _player, _programs, _tables, _toml
+from . import _folder, _log, _player, _programs, _tables, _toml
 from ._container import load
 from ._errors import RecordingError, damaged
 from ._frames import Frames
+
+if TYPE_CHECKING:
+    import pandas
+    import polars
+
+    from ._experiment import Experiment
 
 
 @dataclass(frozen=True)
@@ -51,9 +57,11 @@ class Run:
         *,
         allow_torn: bool = False,
         programs: Optional[_programs.PathLike] = None,
+        experiment: Optional["Experiment"] = None,
     ) -> None:
         self.path: Path = _programs.absolute(path)
         self._programs = programs
+        self._experiment = experiment
         self._container = load(self.path, allow_torn)
         self._provenance = self._container.metadata["kinetoscope"]
         outcome = self._container.metadata.get("kinetoscope.outcome", {}).get("outcome")
@@ -88,10 +96,11 @@ class Run:
         return tuple(self._container.topics())
 
     @property
-    def manifest(self) -> Dict[str, Any]:
+    def manifest(self) -> Dict[str, _toml.Value]:
         """The complete manifest of this run, with defaults, as it is in the recording."""
         try:
-            return _toml.parsed(self._container.manifest)
+            manifest: Dict[str, _toml.Value] = _toml.parsed(self._container.manifest)
+            return manifest
         except (ValueError, RecursionError) as error:
             raise damaged(self.path, "its manifest is not TOML") from error
 
@@ -109,6 +118,38 @@ class Run:
         return seed
 
     @property
+    def replicate(self) -> int:
+        """The number of the replicate, from 0; 0 without replicates.
+
+        >>> recording.replicate, recording.coordinates
+        (0, {})
+        """
+        replicate = self.manifest.get("replicate")
+        return replicate if isinstance(replicate, int) else 0
+
+    @property
+    def coordinates(self) -> Dict[str, _folder.Coordinate]:
+        """The values of the swept keys, by the names that metrics use, such as ``temperature_k``; empty without a sweep."""
+        if self._experiment is not None and self._experiment.path.is_dir():
+            return self._experiment._coordinates_of(self)
+        text = _folder.description(self.path.parent)
+        entries = [] if text is None else _folder.entries(self.path.parent, text)
+        return _folder.coordinates_of(self.path.name, entries)
+
+    def metric(self, name: str) -> float:
+        """The value of one metric of this run.
+
+        >>> recording.metric("energy.kinetic") == experiment.metric("energy.kinetic")
+        True
+        """
+        if self._experiment is None:
+            # Imported here: experiments have runs.
+            from ._experiment import open
+
+            self._experiment = open(self.path, programs=self._programs)
+        return self._experiment._metric_of(self, name)
+
+    @property
     def run_key(self) -> str:
         """SHA-256 of all inputs that affect the result."""
         return self._provenance["run_key"]
@@ -123,7 +164,25 @@ class Run:
         """``complete``, ``fault``, ``interrupted``, or ``unfinished`` for a torn file."""
         return self._outcome
 
-    def series(self, topic: str, library: Optional[_tables.TableLibrary] = None) -> Any:
+    @property
+    def log(self) -> Tuple[_log.LogEntry, ...]:
+        """The messages of the run, such as its warnings and the reason of its end.
+
+        >>> recording.log[0].level, recording.log[0].message.splitlines()[0]
+        ('info', '1 s of playback = 40 ms simulated')
+        """
+        return _log.read(self._container)
+
+    @overload
+    def series(self, topic: str, library: Literal["polars"]) -> "polars.DataFrame": ...
+
+    @overload
+    def series(self, topic: str, library: Literal["pandas"]) -> "pandas.DataFrame": ...
+
+    @overload
+    def series(self, topic: str, library: None = ...) -> _tables.Table: ...
+
+    def series(self, topic: str, library: Optional[_tables.TableLibrary] = None) -> _tables.Table:
         """A topic over time as a Polars data frame, or as pandas if only that is installed or requested.
 
         One row per frame, or one per entry for topics with columns of numbers such as ``/speeds``.

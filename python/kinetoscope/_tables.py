@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
-from typing import Any, Dict, List, Literal, Optional, Sequence
+from typing import TYPE_CHECKING, Any, Dict, List, Literal, Optional, Sequence, Union
 
 from ._errors import KinetoscopeError
 
+if TYPE_CHECKING:
+    import pandas
+    import polars
+
+# A data frame of the library that is installed or chosen.
+Table = Union["polars.DataFrame", "pandas.DataFrame"]
 TableLibrary = Literal["polars", "pandas"]
 # The first one that is installed is the default.
 LIBRARIES: Sequence[TableLibrary] = ("polars", "pandas")
@@ -28,15 +34,15 @@ def library_module(library: Optional[TableLibrary]) -> Any:
     )
 
 
-def frame_of_columns(columns: Dict[str, Any], library: Optional[TableLibrary]) -> Any:
+def frame_of_columns(columns: Dict[str, Any], library: Optional[TableLibrary]) -> Table:
     """A data frame from arrays of equal length."""
-    return library_module(library).DataFrame(columns)
+    table: Table = library_module(library).DataFrame(columns)
+    return table
 
 
-def frame_of_rows(rows: List[Dict[str, Any]], names: Sequence[str], library: Optional[TableLibrary]) -> Any:
+def frame_of_rows(rows: List[Dict[str, Any]], names: Sequence[str], library: Optional[TableLibrary]) -> Table:
     """A data frame from rows; a value that a row lacks is missing."""
     module = library_module(library)
     columns = {name: [row.get(name) for row in rows] for name in names}
-    if module.__name__ == "polars":
-        return module.DataFrame(columns, strict=False)
-    return module.DataFrame(columns)
+    table: Table = module.DataFrame(columns, **({"strict": False} if module.__name__ == "polars" else {}))
+    return table

@@ -1,4 +1,4 @@
-"""Executes the notebooks in a temporary folder and checks that each displays its player.
+"""Executes the notebooks in a temporary folder and checks that each displays its player and a plot.
 
 Usage: python execute.py PROGRAMS     (the folder of the program kinetoscope)
 """
@@ -36,12 +36,10 @@ def main() -> None:
             if outputs:
                 sys.exit(f"{path.name} contains outputs: clear them before a commit")
             NotebookClient(notebook, timeout=120, resources={"metadata": {"path": str(work)}}).execute()
-            pages = [
-                output.data["text/html"]
-                for cell in notebook.cells
-                for output in cell.get("outputs", [])
-                if "text/html" in output.get("data", {})
-            ]
+            data = [output.get("data", {}) for cell in notebook.cells for output in cell.get("outputs", [])]
+            if not any("image/svg+xml" in content for content in data):
+                sys.exit(f"{path.name} does not display a plot")
+            pages = [content["text/html"] for content in data if "text/html" in content]
             if not any(page.startswith("<iframe") and "film" in page for page in pages):
                 sys.exit(f"{path.name} does not display its player")
             print(f"{path.name}: executed, {time.monotonic() - start:.1f} s")

@@ -29,8 +29,12 @@ def test_every_public_name_has_documentation_with_an_example() -> None:
 def test_metrics_are_those_of_the_own_recordings_after_another_run_in_the_folder(
     experiments: Path, tmp_path: Path, programs: Optional[str]
 ) -> None:
-    manifest = experiments / "first_run.toml"
-    runs = [k.run(manifest, seed=seed, output=tmp_path, programs=programs) for seed in (1, 2, 3)]
+    manifest = tmp_path / "first_run.toml"
+    runs = []
+    for seed in (1, 2, 3):
+        # As on the command line, an edited file describes the same folder.
+        manifest.write_text((experiments / manifest.name).read_text().replace("seed = 1", f"seed = {seed}"))
+        runs.append(k.run(manifest, output=tmp_path, programs=programs))
     alone = [
         k.run(manifest, seed=seed, output=tmp_path / str(seed), programs=programs).metric("energy.residual")
         for seed in (1, 2, 3)
@@ -53,7 +57,9 @@ def test_seed_and_overrides_are_those_of_the_recording(
 ) -> None:
     change = {"model.dem.discs": 5, "model.dem.restitution": 0.25, "model.dem.periodic": "x"}
     run = k.run(experiments / "first_run.toml", seed=9, set=change, output=tmp_path, programs=programs).runs[0]
-    dem = run.manifest["model"]["dem"]
+    model = run.manifest["model"]
+    assert isinstance(model, dict) and isinstance(model["dem"], dict)
+    dem = model["dem"]
     assert (run.seed, dem["discs"], dem["restitution"], dem["periodic"]) == (9, 5, 0.25, "x")
 
 
@@ -67,7 +73,7 @@ def test_a_sweep_has_metrics_by_coordinates(experiments: Path, tmp_path: Path, p
     table = gas.metrics
     assert list(table.columns)[:4] == ["temperature_k", "replicate", "metric", "value"]
     assert mean in list(table["value"])
-    assert list(gas.metric_table("pandas").columns) == list(table.columns)
+    assert list(gas.table("pandas").columns) == list(table.columns)
     with pytest.raises(k.KinetoscopeError, match="has 4 values.*\nhelp: the first is at temperature_k = 200"):
         gas.metric("pressure.measured")
     for where, help in (

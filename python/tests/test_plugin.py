@@ -44,6 +44,7 @@ def test_run_checks_yields_one_test_per_check(pytester: pytest.Pytester, program
             "*test_bounds?energy.kinetic-1? FAILED*",
             "*test_bounds?energy.kinetic-2? PASSED*",
             "energy.kinetic: measured *, expected at most -1",
+            "the recordings are in /*/bounds",
         ]
     )
 
@@ -73,3 +74,12 @@ def test_a_manifest_without_checks_is_an_error(tmp_path: Path) -> None:
         k.run_checks(manifest)
     with pytest.raises(k.KinetoscopeError, match="cannot read the manifest"):
         k.run_checks(tmp_path / "missing.toml")
+
+
+def test_a_wrong_metric_is_one_message_without_tracebacks(pytester: pytest.Pytester, programs: Optional[str]) -> None:
+    pytester.path.joinpath("bounds.toml").write_text(MANIFEST.replace("energy.residual_relative", "energy.residul_relative"))
+    pytester.makepyfile("import kinetoscope\ntest_bounds = kinetoscope.run_checks('bounds.toml')")
+    result = pytester.runpytest_subprocess(*options(programs))
+    result.assert_outcomes(failed=3)
+    result.stdout.fnmatch_lines(["`energy.residul_relative` is not a metric", "*did you mean `energy.residual_relative`?*"])
+    result.stdout.no_fnmatch_line("*_programs.py*")

@@ -81,7 +81,7 @@ def test_numeric_topics_equal_those_of_the_official_reader(run_of_model: k.Run) 
                 np.testing.assert_array_equal(ours[name], getattr(theirs, name))
         compared += 1
     assert compared >= 3
-    with pytest.raises(k.KinetoscopeError, match="foxglove.Log, not numbers\nhelp: its text is read with"):
+    with pytest.raises(k.KinetoscopeError, match="foxglove.Log, not numbers\nhelp: `run.log` has"):
         run_of_model["/log"]
 
 
@@ -164,6 +164,8 @@ def test_missing_optional_packages_are_named(recording: k.Run, monkeypatch: pyte
 
 def test_xarray_has_times_and_units(recording: k.Run) -> None:
     whole = recording["/state"][:10].to_xarray()
+    energy = recording["/energy"][:2].to_xarray()
+    assert energy["kinetic_j"].attrs["units"] == "J"
     assert whole["x"].shape == (10, 20) and whole["vx"].attrs["units"] == "m/s"
     one = recording["/state"].to_xarray(-1)
     assert int(one["frame"]) == 250 and float(one["time"]) == recording["/state"].times[-1]
@@ -246,6 +248,10 @@ def test_a_chunk_that_claims_too_much_is_rejected(recording: k.Run, tmp_path: Pa
 def test_unknown_names_have_the_nearest_ones(recording: k.Run, experiment: k.Experiment) -> None:
     with pytest.raises(k.UnknownNameError, match="unknown topic `/stat`\nhelp: did you mean `/state`"):
         recording["/stat"]
+    with pytest.raises(k.KinetoscopeError, match="has frames, and each frame has the column `x`\nhelp: .*array"):
+        recording["/state"]["x"]  # type: ignore[call-overload]
+    with pytest.raises(k.UnknownNameError, match="unknown column `vz`\nhelp: expected one of"):
+        recording["/state"]["vz"]  # type: ignore[call-overload]
     with pytest.raises(KeyError, match="did you mean `/energy`"):
         recording.series("/energy_")
     with pytest.raises(k.UnknownNameError, match="did you mean `energy.kinetic`"):
