@@ -34,7 +34,7 @@ use doctor::DoctorArguments;
 use engine::ENGINE;
 use info::InfoArguments;
 use kinetoscope_analysis::cli::{
-    self as analysis, AnalyzeArguments, ExportArguments, PlotArguments,
+    self as analysis, AnalyzeArguments, ExportArguments, PlotArguments, TableArguments,
 };
 use kinetoscope_console::text::shown_path;
 use kinetoscope_console::{Exit, start_threads};
@@ -94,6 +94,8 @@ enum Command {
     Export(ExportArguments),
     #[command(after_help = exit_codes(&[5]))]
     Plot(PlotArguments),
+    #[command(after_help = exit_codes(&[5]))]
+    Table(TableArguments),
     #[command(after_help = exit_codes(&[5, 130, 143]))]
     View(ViewArguments),
     /// Print the JSON Schema of manifests, for editors
@@ -192,6 +194,7 @@ fn execute(arguments: &Arguments) -> Exit {
         Command::Analyze(arguments) => arguments.execute(ENGINE),
         Command::Export(arguments) => arguments.execute(),
         Command::Plot(arguments) => arguments.execute(),
+        Command::Table(arguments) => arguments.execute(),
         Command::View(arguments) => arguments.execute(),
         Command::Schema => print_schema(),
         Command::Completions { shell, program } => print_completions(*shell, *program),
