@@ -29,6 +29,7 @@ use check::CheckArguments;
 use clap::{CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
 use comparison::fill_and_zoom::{FillArguments, ZoomArguments};
+use comparison::restore::RestoreArguments;
 use comparison::verify_and_compare::{CompareArguments, VerifyArguments};
 use doctor::DoctorArguments;
 use engine::ENGINE;
@@ -82,6 +83,8 @@ enum Command {
     Fill(FillArguments),
     #[command(after_help = exit_codes(&[1, 4, 5, 129, 130, 143]))]
     Zoom(ZoomArguments),
+    #[command(after_help = exit_codes(&[1, 5, 129, 130, 143]))]
+    Restore(RestoreArguments),
     #[command(after_help = exit_codes(OF_RUN))]
     Why(WhyArguments),
     #[command(after_help = exit_codes(&[5]))]
@@ -188,6 +191,7 @@ fn execute(arguments: &Arguments) -> Exit {
         Command::Compare(arguments) => arguments.execute(),
         Command::Fill(arguments) => arguments.execute(),
         Command::Zoom(arguments) => arguments.execute(),
+        Command::Restore(arguments) => arguments.execute(),
         Command::Why(arguments) => arguments.execute(),
         Command::Info(arguments) => arguments.execute(),
         Command::Benchmark(arguments) => arguments.execute(),

@@ -4,7 +4,11 @@
 pub(crate) mod condition;
 pub(crate) mod document;
 #[cfg(feature = "parquet")]
+pub(crate) mod run_row;
+#[cfg(feature = "parquet")]
 pub(crate) mod runs_query;
+#[cfg(feature = "parquet")]
+pub(crate) mod runs_store;
 #[cfg(feature = "parquet")]
 pub(crate) mod runs_table;
 pub(crate) mod table;

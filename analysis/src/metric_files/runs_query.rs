@@ -2,7 +2,9 @@
 
 use crate::metric_files::condition::{BoundComparison, Condition, nearest_column};
 use crate::metric_files::document::RUNS_TABLE;
-use crate::metric_files::runs_table::{DESCRIPTION, ERROR_SUFFIX, RUNS_SCHEMA, RunsDescription};
+use crate::metric_files::runs_table::{
+    DESCRIPTION, ERROR_SUFFIX, MANIFEST, RUNS_SCHEMA, RunsDescription,
+};
 use crate::statistics::mean_of_independent;
 use crate::table::parquet_reader::ParquetReader;
 use crate::table::{Cell, CellKind, Column};
@@ -73,6 +75,11 @@ impl StoredRuns {
         Ok(Self { path, reader, description })
     }
 
+    /// The names of all columns.
+    pub(crate) fn columns(&self) -> Vec<String> {
+        self.reader.columns.iter().map(|column| column.name.clone()).collect()
+    }
+
     /// Answers a question.
     ///
     /// # Errors
@@ -94,7 +101,8 @@ impl StoredRuns {
         comparisons: &[BoundComparison],
     ) -> Result<Answered, QueryError> {
         let known = self.reader.columns.iter();
-        let default = known.filter(|column| !column.name.ends_with(ERROR_SUFFIX));
+        let default =
+            known.filter(|column| !column.name.ends_with(ERROR_SUFFIX) && column.name != MANIFEST);
         let chosen = match question.columns.as_slice() {
             [] => default.map(|column| column.name.clone()).collect(),
             chosen => chosen.to_vec(),

@@ -6,11 +6,13 @@
 use crate::input::coordinates::{AxisNames, CoordinateValue, value_of};
 use crate::metric::Definition;
 use crate::metric_files::document::DefinitionEntry;
-use crate::run::RunAnalysis;
+use crate::metric_files::run_row::RunRow;
+use crate::models::metrics_of;
 use crate::table::{Cell, CellKind, Column};
 use kinetoscope_manifest::unit_of_key;
+use parquet::errors::ParquetError;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Name of the entry with the description among the file's metadata.
 pub(crate) const DESCRIPTION: &str = "kinetoscope";
@@ -20,24 +22,28 @@ pub(crate) const RUNS_SCHEMA: u32 = 1;
 pub(crate) const ERROR_SUFFIX: &str = ".standard_error";
 
 /// A column after those of the coordinates: its name, its type and its cell of a run.
-type RunColumn = (&'static str, CellKind, fn(&RunAnalysis) -> Cell);
+type RunColumn = (&'static str, CellKind, fn(&RunRow) -> Cell);
 
-/// The columns between those of the coordinates and those of the metrics.
+/// The columns between those of the coordinates and those of the metrics; before the last of these, there is that of the manifests.
 const COLUMNS: &[RunColumn] = {
     use CellKind::{Integer, Text};
     &[
-        ("replicate", Integer, |run| u64::from(run.manifest.replicate).into()),
-        ("seed", Integer, |run| run.manifest.seed.into()),
-        ("outcome", Text, |run| run.ending.word().into()),
-        ("outcome_detail", Text, |run| run.ending.detail().into()),
+        ("replicate", Integer, |run| u64::from(run.replicate).into()),
+        ("seed", Integer, |run| run.seed.into()),
+        ("outcome", Text, |run| run.outcome.as_str().into()),
+        ("outcome_detail", Text, |run| run.outcome_detail.clone().into()),
         ("frames", Integer, |run| run.frames.into()),
         ("end_time", CellKind::Number, |run| run.end_time.into()),
         ("messages", Text, |run| run.messages.as_ref().map(hexadecimal).into()),
-        ("run_key", Text, |run| run.origin.run_key.as_str().into()),
-        ("program_version", Text, |run| run.origin.program_version.as_str().into()),
-        ("physics_version", Integer, |run| u64::from(run.origin.physics_version).into()),
+        ("file", Text, |run| run.file.as_str().into()),
+        ("run_key", Text, |run| run.run_key.as_str().into()),
+        ("program_version", Text, |run| run.program_version.as_str().into()),
+        ("physics_version", Integer, |run| u64::from(run.physics_version).into()),
     ]
 };
+
+/// The column with the canonical manifests.
+pub(crate) const MANIFEST: &str = "manifest";
 
 /// What the metadata of the file states about the table.
 #[derive(Debug, Serialize, Deserialize)]
@@ -65,7 +71,9 @@ pub(crate) struct CoordinateColumn {
 
 /// The table of these runs.
 pub(crate) struct RunsTable<'a> {
-    runs: &'a [RunAnalysis],
+    rows: &'a [RunRow],
+    /// The canonical manifest of a row.
+    manifest: &'a dyn Fn(usize) -> String,
     /// The columns of coordinates, with the key of each.
     axes: Vec<(String, Column)>,
     metrics: Vec<&'static Definition>,
@@ -73,20 +81,24 @@ pub(crate) struct RunsTable<'a> {
 
 impl<'a> RunsTable<'a> {
     /// The table of runs in the order of the experiment.
-    pub(crate) fn new(runs: &'a [RunAnalysis]) -> Self {
-        let names = AxisNames::of(runs.iter().map(|run| run.coordinates.as_slice()));
+    pub(crate) fn new(rows: &'a [RunRow], manifest: &'a dyn Fn(usize) -> String) -> Self {
+        let names = AxisNames::of(rows.iter().map(|run| run.coordinates.as_slice()));
         let axis = |(key, name): (&str, &str)| {
-            let is_taken = COLUMNS.iter().any(|(column, ..)| *column == name);
+            let is_taken = name == MANIFEST || COLUMNS.iter().any(|(column, ..)| *column == name);
             let name = if is_taken { key } else { name };
-            (key.to_owned(), Column::new(name, kind_of_axis(runs, key)))
+            (key.to_owned(), Column::new(name, kind_of_axis(rows, key)))
         };
+        // In the order of the definitions, which is that of rows that were read from a table as well.
+        let present: BTreeSet<&str> =
+            rows.iter().flat_map(RunRow::definitions).map(|metric| metric.name).collect();
+        let models: BTreeSet<&str> = rows.iter().map(|row| row.model.as_str()).collect();
         let mut metrics: Vec<&'static Definition> = Vec::new();
-        for found in runs.iter().flat_map(|run| &run.measurements) {
-            if !metrics.iter().any(|known| std::ptr::eq(*known, found.definition)) {
-                metrics.push(found.definition);
+        for known in models.into_iter().flat_map(metrics_of) {
+            if present.contains(known.name) && !metrics.iter().any(|it| it.name == known.name) {
+                metrics.push(known);
             }
         }
-        Self { runs, axes: names.iter().map(axis).collect(), metrics }
+        Self { rows, manifest, axes: names.iter().map(axis).collect(), metrics }
     }
 
     /// The columns.
@@ -97,17 +109,13 @@ impl<'a> RunsTable<'a> {
             let error = format!("{}{ERROR_SUFFIX}", metric.name);
             [metric.name.to_owned(), error].map(|name| Column::new(name, CellKind::Number))
         });
-        axes.chain(fixed).chain(metrics).collect()
-    }
-
-    /// The number of rows.
-    pub(crate) fn rows(&self) -> usize {
-        self.runs.len()
+        let manifest = [Column::new(MANIFEST, CellKind::Text)];
+        axes.chain(fixed).chain(manifest).chain(metrics).collect()
     }
 
     /// The cell of a row in a column, both counted from 0.
-    pub(crate) fn cell(&self, row: usize, column: usize) -> Cell {
-        let run = &self.runs[row];
+    fn cell(&self, row: usize, column: usize) -> Cell {
+        let run = &self.rows[row];
         if let Some((key, axis)) = self.axes.get(column) {
             return coordinate(run, key, axis.kind);
         }
@@ -115,14 +123,12 @@ impl<'a> RunsTable<'a> {
         if let Some((.., cell)) = COLUMNS.get(column) {
             return cell(run);
         }
-        let column = column - COLUMNS.len();
-        let Some(definition) = self.metrics.get(column / 2) else { return Cell::Missing };
-        let mut found = run.measurements.iter();
-        let found = found.find(|found| std::ptr::eq(found.definition, *definition));
-        found.filter(|found| found.reason.is_none()).map_or(Cell::Missing, |found| {
-            let estimate = found.estimate;
-            if column % 2 == 0 { estimate.value.into() } else { estimate.standard_error.into() }
-        })
+        if column == COLUMNS.len() {
+            return (self.manifest)(row).into();
+        }
+        let column = column - COLUMNS.len() - 1;
+        let definition = self.metrics.get(column / 2);
+        definition.map_or(Cell::Missing, |metric| run.value(metric)[column % 2].into())
     }
 
     /// The description as JSON.
@@ -145,7 +151,7 @@ impl<'a> RunsTable<'a> {
 }
 
 /// The type of a coordinate: whole numbers if all values are, numbers if all are, else text.
-fn kind_of_axis(runs: &[RunAnalysis], key: &str) -> CellKind {
+fn kind_of_axis(runs: &[RunRow], key: &str) -> CellKind {
     let all = runs.iter().flat_map(|run| &run.coordinates).filter(|it| it.key == key);
     all.fold(CellKind::Integer, |kind, coordinate| match (value_of(coordinate), kind) {
         (_, CellKind::Text) | (CoordinateValue::Text(_), _) => CellKind::Text,
@@ -155,7 +161,7 @@ fn kind_of_axis(runs: &[RunAnalysis], key: &str) -> CellKind {
 }
 
 /// The coordinate of a run as a cell of this type.
-fn coordinate(run: &RunAnalysis, key: &str, kind: CellKind) -> Cell {
+fn coordinate(run: &RunRow, key: &str, kind: CellKind) -> Cell {
     let found = run.coordinates.iter().find(|coordinate| coordinate.key == key);
     found.map_or(Cell::Missing, |coordinate| match (value_of(coordinate), kind) {
         (_, CellKind::Text) | (CoordinateValue::Text(_), _) => coordinate.value.as_str().into(),
@@ -169,22 +175,19 @@ fn hexadecimal(bytes: &[u8; 16]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// The bytes of `runs.parquet`.
+/// The bytes of `runs.parquet`. `manifest` returns the canonical manifest of a row.
 ///
 /// # Errors
 /// Errors of the writer; none is expected.
-pub(crate) fn to_parquet<W: std::io::Write + Send>(
-    output: W,
+pub(crate) fn to_parquet(
     experiment: &str,
-    runs: &[RunAnalysis],
-) -> Result<W, parquet::errors::ParquetError> {
-    let table = RunsTable::new(runs);
+    rows: &[RunRow],
+    manifest: &dyn Fn(usize) -> String,
+) -> Result<Vec<u8>, ParquetError> {
+    let table = RunsTable::new(rows, manifest);
     let description = table.description(experiment);
-    let description =
-        description.map_err(|error| parquet::errors::ParquetError::General(error.to_string()))?;
-    let columns = table.columns();
+    let description = description.map_err(|error| ParquetError::General(error.to_string()))?;
     let metadata = (DESCRIPTION, description.as_str());
-    crate::table::parquet::write(output, &columns, metadata, table.rows(), |row, column| {
-        table.cell(row, column)
-    })
+    let cell = |row, column| table.cell(row, column);
+    crate::table::parquet::write(Vec::new(), &table.columns(), metadata, rows.len(), cell)
 }

@@ -2,6 +2,8 @@
 
 use crate::metric_files::document::{MOST_RUNS, RUNS_TABLE};
 #[cfg(feature = "parquet")]
+use crate::metric_files::run_row::RunRow;
+#[cfg(feature = "parquet")]
 use crate::metric_files::runs_table;
 use crate::metric_files::table::to_csv;
 #[cfg(feature = "parquet")]
@@ -38,9 +40,11 @@ pub(crate) fn write(report: &AnalysisReport, folder: &Path) -> Result<usize, Wri
         let parquet =
             to_parquet(listed()).map_err(|error| failed("metrics.parquet", error.to_string()))?;
         replace(&folder.join("metrics.parquet"), parquet)?;
-        let runs = runs_table::to_parquet(Vec::new(), &report.name, &report.runs);
-        let runs = runs.map_err(|error| failed(RUNS_TABLE, error.to_string()))?;
-        replace(&folder.join(RUNS_TABLE), runs)?;
+        let rows: Vec<RunRow> = report.runs.iter().map(RunRow::of).collect();
+        let manifest = |row: usize| report.runs[row].manifest.canonical();
+        let table = runs_table::to_parquet(&report.name, &rows, &manifest);
+        let table = table.map_err(|error| failed(RUNS_TABLE, error.to_string()))?;
+        replace(&folder.join(RUNS_TABLE), table)?;
     }
     let (earlier, mut list) = (listed_plots(folder), String::new());
     let mut drawn = Vec::new();

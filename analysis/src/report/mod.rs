@@ -153,6 +153,7 @@ impl AnalysisTask {
             fields,
             view: Some(view),
             with_claim: *is_drawn && options.engine.module().is_some(),
+            with_messages: true,
         };
         let cached = options
             .cache

@@ -78,6 +78,8 @@ pub struct RunOptions<'a> {
     pub view: Option<&'a ViewRequest>,
     /// Whether the page can check the messages of the run.
     pub with_claim: bool,
+    /// Whether the messages of a small recording are hashed, for the table of runs.
+    pub with_messages: bool,
 }
 
 /// Metrics and plots of one recording.
@@ -222,7 +224,7 @@ pub fn analyze(
         time_unit: run.recording().provenance().time_unit.clone(),
         ending,
         measurements: measurements.0,
-        messages: message_hash(run),
+        messages: options.with_messages.then(|| message_hash(run)).flatten(),
         replay,
         fields: fields.finish(),
         restored_by,

@@ -1,6 +1,7 @@
 //! `verify` and `compare`: recordings against a rerun and against each other.
 
 use crate::comparison::rerun::{exit_of, listen, with_progress};
+use crate::comparison::restore::verify_sample;
 use crate::messages::Failure;
 use crate::messages::exit::exit_of_unread;
 use crate::messages::result_arguments::ResultArguments;
@@ -15,14 +16,18 @@ use kinetoscope_console::text::{one_line, plural, shown_path};
 use kinetoscope_console::{Exit, Explained as _, Message};
 use kinetoscope_recording::reader::Outcome;
 use serde_json::json;
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-/// Rerun the run of a recording and compare.
+/// Rerun the run of a recording and compare, or a random sample of the runs in a table of an experiment.
 #[derive(Debug, Args)]
 pub(crate) struct VerifyArguments {
-    /// Recording (*.mcap)
+    /// Recording (*.mcap); with --sample, the folder of an experiment or its runs.parquet
     #[arg(value_name = "RECORDING")]
     path: PathBuf,
+    /// Execute so many random runs of the table in memory, and compare the hashes of their messages
+    #[arg(long, value_name = "N")]
+    sample: Option<NonZeroUsize>,
     #[command(flatten)]
     result: ResultArguments,
 }
@@ -51,6 +56,11 @@ impl VerifyArguments {
     /// Verifies the recording and prints the result.
     #[must_use]
     pub(crate) fn execute(&self) -> Exit {
+        if let Some(number) = self.sample {
+            let verified = verify_sample(&self.path, number.get(), &self.result);
+            let exit = verified.unwrap_or_else(|failure| self.result.failed(&failure));
+            return self.result.concluded(exit);
+        }
         let verified = with_progress(&self.path, &self.result, |interrupt, on_frame| {
             verify(&self.path, interrupt, on_frame)
         });
