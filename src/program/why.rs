@@ -105,23 +105,36 @@ impl WhyArguments {
                 }));
             }
         }
-        let mut text = lines.join("\n");
-        if let Some(file) = &self.list {
-            output_file::write(file, format!("{text}\n").as_bytes())
-                .map_err(|error| unwritten(file, &error))?;
-        }
-        if lines.len() > MOST_LISTED {
-            text = counted(&experiment.name, lines.len(), &kinds);
-            text += &match &self.list {
-                Some(file) => format!("\nThe reasons for each run are in {}", shown_path(file)),
-                None => "\n--list FILE writes the reason for each run".to_owned(),
-            };
-        }
+        let text = self.reasons(&experiment.name, &lines, &kinds)?;
         self.result.print(
             &text,
             || json!({ "experiment": experiment.name, "folder": plan.folder, "runs": runs }),
         );
         Ok(if plan.rejected().next().is_some() { Exit::BadInput } else { Exit::Done })
+    }
+}
+
+impl WhyArguments {
+    /// The text to print: the reason for each run, or the number of runs by their reasons. The list is written if it is requested.
+    fn reasons(
+        &self,
+        name: &str,
+        lines: &[String],
+        kinds: &BTreeMap<String, usize>,
+    ) -> Result<String, Failure> {
+        let text = lines.join("\n");
+        if let Some(file) = &self.list {
+            output_file::write(file, format!("{text}\n").as_bytes())
+                .map_err(|error| unwritten(file, &error))?;
+        }
+        if lines.len() <= MOST_LISTED {
+            return Ok(text);
+        }
+        let place = match &self.list {
+            Some(file) => format!("The reasons for each run are in {}", shown_path(file)),
+            None => "--list FILE writes the reason for each run".to_owned(),
+        };
+        Ok(format!("{}\n{place}", counted(name, lines.len(), kinds)))
     }
 }
 

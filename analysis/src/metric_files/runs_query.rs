@@ -47,6 +47,9 @@ pub(crate) struct Question {
     pub(crate) group: Vec<String>,
 }
 
+/// The cells of a group's keys, the number of its runs, and for each metric its values and the error of the last one.
+type Group = (Vec<Cell>, u64, Vec<(Vec<f64>, Cell)>);
+
 /// A column of a table and the number that it has there.
 type Place = (usize, Column);
 
@@ -133,8 +136,7 @@ impl StoredRuns {
         let metrics = self.metrics(question)?;
         let outcome = self.places(&["outcome".to_owned()])?[0].0;
         let mut index: BTreeMap<Vec<String>, usize> = BTreeMap::new();
-        // The cells of the keys, the number of runs, and for each metric its values and the error of the last one.
-        let mut groups: Vec<(Vec<Cell>, u64, Vec<(Vec<f64>, Cell)>)> = Vec::new();
+        let mut groups: Vec<Group> = Vec::new();
         for group in 0..self.reader.groups() {
             let outcomes = self.cells(group, outcome)?;
             let selected = self.selected(group, comparisons)?.into_iter();

@@ -1,6 +1,5 @@
 //! Which metrics of single runs an analysis lists: all of a small experiment, and of a large one those that its results need.
 
-use super::MAX_POINTS_SHOWN;
 use crate::input::coordinates;
 use crate::metric::Metric;
 use crate::metric_files::document::MOST_RUNS;
@@ -8,6 +7,9 @@ use crate::models::main_results;
 use crate::run::RunAnalysis;
 use kinetoscope_manifest::{AnswerPart, Check, ExperimentRecord, PlotRequest};
 use std::collections::{BTreeMap, BTreeSet};
+
+/// Maximum number of sweep points in the terminal; the files contain all.
+pub(super) const MAX_POINTS_SHOWN: usize = 6;
 
 /// The metrics of the runs. Of more than [`MOST_RUNS`], they are those of the first points, which are shown, and those that checks, the
 /// answer and requested plots name at points without a mean over replicates: 25 metrics of each of 20,000 runs would take more memory

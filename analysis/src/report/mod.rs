@@ -28,7 +28,7 @@ pub use metrics_reference::metrics_reference;
 
 use self::drawn_runs::{drawn_files, drawn_runs, snapshots_outside};
 use self::engine_place::EnginePlace;
-use self::metrics_of_runs::metrics_of_runs;
+use self::metrics_of_runs::{MAX_POINTS_SHOWN, metrics_of_runs};
 use crate::answer::{Answer, AnswerSource};
 use crate::checks::baseline::BaselineComparison;
 use crate::checks::ci_formats::ExperimentChecks;
@@ -104,8 +104,6 @@ pub(crate) struct AnalysisReport {
 
 /// Maximum number of sweep points with plots of single runs.
 const MAX_RUNS_DRAWN: usize = 6;
-/// Maximum number of sweep points in the terminal; the files contain all.
-const MAX_POINTS_SHOWN: usize = 6;
 
 /// Options of an analysis.
 #[derive(Clone, Debug, Default)]
@@ -137,6 +135,11 @@ struct AnalysisTask {
 }
 
 impl AnalysisTask {
+    /// The file and its size in bytes.
+    fn size(&self) -> (String, u64) {
+        (self.run.file.clone(), self.run.recording().bytes())
+    }
+
     /// Loads the analysis of an unchanged recording from the cache, or reads the recording.
     fn analyze(
         &self,
@@ -251,8 +254,7 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     let fields = requested::fields_to_read(requests, &places);
     let view = source.record.as_ref().and_then(|record| record.view.clone()).unwrap_or_default();
     let (tasks, drawn) = tasks(opened, fields, &view);
-    let sizes = tasks.iter().map(|task| (task.run.file.clone(), task.run.recording().bytes()));
-    let sizes = sizes.collect();
+    let sizes = tasks.iter().map(AnalysisTask::size).collect();
     let hosts = tasks.iter().filter_map(|task| source.host_file(&task.run.file)).collect();
     let (mut runs, mut seconds): (Vec<RunAnalysis>, Vec<f64>) = (Vec::new(), Vec::new());
     let (mut notes, mut unreadable) = (source.notes.clone(), source.unreadable.clone());
