@@ -31,6 +31,12 @@ pub use checked_experiment::{CheckedExperiment, CheckedValue, checked_experiment
 pub use checks::ci_formats::markdown_text;
 pub use input::UnreadableRecording;
 pub use metric::{Definition, Law, Measurement, Theory, Violation};
+#[cfg(feature = "parquet")]
+pub use metric_files::run_row::RunRow;
+#[cfg(feature = "parquet")]
+pub use metric_files::runs_store::{
+    StoreError, StoredRun, row_of_recording, stored_rows, stored_runs, write_runs_table,
+};
 pub use models::{
     figure_names, fitted_along, metric_names, metrics_of_figure, needs_replicates, unit_of,
 };

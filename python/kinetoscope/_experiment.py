@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     import polars
 
 # Layout of `metrics.json` that this package reads.
-METRICS_SCHEMA = 2
+METRICS_SCHEMA = 3
 # Values of a coordinate that an error lists.
 SHOWN_VALUES = 8
 # Columns of the table of metrics after the coordinates.
@@ -253,7 +253,8 @@ class Experiment:
         return _value_of(row)
 
     def _rows(self) -> List[Dict[str, Any]]:
-        return [_row(metric) for metric in self._analyzed()["analysis"]["metrics"]]
+        analysis = self._analyzed()["analysis"]
+        return [_row(metric, analysis["definitions"][metric["name"]]) for metric in analysis["metrics"]]
 
     def _analyzed(self) -> Dict[str, Any]:
         """The results: those next to the recordings if they belong to them, else those of an analysis."""
@@ -320,11 +321,14 @@ class Experiment:
         return analysis
 
 
-def _row(metric: Mapping[str, Any]) -> Dict[str, Any]:
-    """A metric as a row, with the values of its coordinates."""
+def _row(metric: Mapping[str, Any], definition: Mapping[str, Any]) -> Dict[str, Any]:
+    """A metric as a row, with the values of its coordinates and the texts of its definition."""
     place = metric.get("run") or metric.get("sweep") or {}
     theory = metric.get("theory")
     row = dict(metric, metric=metric["name"], theory=theory["value"] if theory else None)
+    row["source"] = definition["source"]
+    if theory and theory["law"] is not None:
+        row["source"] += f"; theory: {definition['laws'][theory['law']]['source']}"
     row["coordinates"] = {
         key: entry["value"] if isinstance(entry, dict) else entry
         for key, entry in place.get("coordinates", {}).items()

@@ -10,8 +10,7 @@ use kinetoscope_physics::kind_of;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
 use kinetoscope_recording::claim::Claim;
 use kinetoscope_recording::frame::Frame;
-use kinetoscope_recording::frame_hashes::{FrameHasher, HashDifference};
-use kinetoscope_recording::observer::{ChannelList, FrameObserver};
+use kinetoscope_recording::frame_hashes::{FrameHasher, HashDifference, HashingObserver};
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::recorder::{Compression, Outcome, Recorder};
 use serde_json::{Value, json};
@@ -81,23 +80,8 @@ struct CurrentRun {
     run_key: String,
 }
 
-/// Adds the messages of a recording up while they are written.
-struct HashingObserver(Arc<Mutex<FrameHasher>>);
-
 fn locked(hasher: &Mutex<FrameHasher>) -> MutexGuard<'_, FrameHasher> {
     hasher.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-impl FrameObserver for HashingObserver {
-    fn begin(&mut self, _: ChannelList) {}
-
-    fn message(&mut self, topic: &'static str, log_time_ns: u64, payload: &[u8]) {
-        locked(&self.0).add(topic, log_time_ns, payload);
-    }
-
-    fn end_of_frame(&mut self) {
-        locked(&self.0).end_frame();
-    }
 }
 
 /// The versions of the program, of the messages and of each model's physics.

@@ -3,7 +3,7 @@
 use crate::head::Head;
 use crate::keys::{HasKeys as _, Writer};
 use crate::model::ModelConfig;
-use crate::record::RecordConfig;
+use crate::record::{Keep, RecordConfig};
 use sha2::{Digest, Sha256};
 use std::fmt;
 
@@ -45,7 +45,12 @@ impl RunManifest {
         writer.header(&format!("model.{}", self.model.name()));
         self.model.clone().keys(&mut writer);
         writer.header("record");
-        self.record.clone().keys_for(self.model.time_key(), &mut writer);
+        let mut record = self.record.clone();
+        // A run of which only the metrics are kept has the messages, and the key, of one with all frames.
+        if record.keep == Keep::Metrics {
+            record.keep = Keep::All;
+        }
+        record.keys_for(self.model.time_key(), &mut writer);
         writer.text
     }
 }

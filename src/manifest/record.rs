@@ -30,7 +30,8 @@ table! {
         draw_every: Option<NonZeroU64> ["1", optional],
         /// Compression of the recording's chunks.
         compression: Compression [""] = Compression::Zstd,
-        /// Which frames are stored: all of them, or only keyframes, from which `kinetoscope fill` restores the others.
+        /// Which frames are stored: all of them, only keyframes, from which `kinetoscope fill` restores the others, or none, of which only
+        /// the metrics remain and `kinetoscope restore` writes any recording.
         keep: Keep ["", sparse] = Keep::All,
         /// With `keep = "keyframes"`: a keyframe is every k-th frame; 100 where not given. The start and the end always are.
         keyframe_distance: Option<NonZeroU64> ["1", optional],
@@ -81,6 +82,8 @@ words! {
         All = "all",
         /// Every k-th frame, with the state of the model, and a hash of each of the others.
         Keyframes = "keyframes",
+        /// None: of each run, a row of `runs.parquet` with its metrics and the hash of its messages remains.
+        Metrics = "metrics",
     }
 }
 
@@ -174,7 +177,7 @@ impl RecordConfig {
     #[must_use]
     pub fn distance_of_keyframes(&self) -> Option<NonZeroU64> {
         match self.keep {
-            Keep::All => None,
+            Keep::All | Keep::Metrics => None,
             Keep::Keyframes => Some(self.keyframe_distance.unwrap_or(DEFAULT_KEYFRAME_DISTANCE)),
         }
     }
@@ -194,7 +197,7 @@ impl RecordConfig {
             let title = "`record.decades` needs `frames_per_decade`";
             table.refuse(&["decades"], title, "add `frames_per_decade`");
         }
-        if self.keep == Keep::All && table.has("keyframe_distance") {
+        if self.keep != Keep::Keyframes && table.has("keyframe_distance") {
             let title = "`record.keyframe_distance` needs `keep = \"keyframes\"`";
             table.refuse(&["keyframe_distance"], title, "add `keep = \"keyframes\"`");
         }

@@ -22,6 +22,21 @@ pub struct Earlier {
     by_key: BTreeMap<String, String>,
 }
 
+/// Why a run is to be executed or not.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Reason {
+    /// The reason, with the files and values that differ.
+    pub text: String,
+    /// The same without what is of this run only, such as `to do: differs in seed`, by which many runs are counted.
+    pub kind: String,
+}
+
+impl Reason {
+    fn of(kind: &str, text: String) -> Self {
+        Self { text, kind: kind.to_owned() }
+    }
+}
+
 #[derive(Debug)]
 struct EarlierRecording {
     file: String,
@@ -70,35 +85,47 @@ impl Earlier {
 
     /// Describes whether a run is to be executed, and why.
     #[must_use]
-    pub fn reason(&self, run: &PlannedRun, folder: &Path) -> String {
+    pub fn reason(&self, run: &PlannedRun, folder: &Path) -> Reason {
         match &run.status {
             Status::Done(Outcome::Fault(fault)) => {
-                format!("finished; it failed ({fault}), --force reruns it")
+                let text = format!("finished; it failed ({fault}), --force reruns it");
+                Reason { text, kind: "finished; the run failed, --force reruns it".to_owned() }
             }
-            Status::Done(_) => "finished".to_owned(),
-            Status::Rejected(error) => format!("rejected: {}", error.message().clause()),
-            Status::ToDo(_) => format!("to do: {}", self.reason_to_execute(run, folder)),
+            Status::Done(_) => Reason::of("finished", "finished".to_owned()),
+            Status::Rejected(error) => {
+                Reason::of("rejected", format!("rejected: {}", error.message().clause()))
+            }
+            Status::ToDo(_) => {
+                let Reason { text, kind } = self.reason_to_execute(run, folder);
+                Reason { text: format!("to do: {text}"), kind: format!("to do: {kind}") }
+            }
         }
     }
 
-    fn reason_to_execute(&self, run: &PlannedRun, folder: &Path) -> String {
+    fn reason_to_execute(&self, run: &PlannedRun, folder: &Path) -> Reason {
         if let Some(reason) = unusable(&final_path(folder, &run.stem)) {
-            return reason;
+            return Reason::of("its recording cannot be used", reason);
         }
         if partial_path(folder, &run.stem).exists() {
-            return format!("{}.partial.mcap is unfinished", run.stem);
+            return Reason::of("unfinished", format!("{}.partial.mcap is unfinished", run.stem));
         }
         // The sweep or the number of replicates has changed.
         if let Some(file) = self.by_key.get(run.run_key.as_str()) {
-            return format!("recorded as {file}, which has another name");
+            let text = format!("recorded as {file}, which has another name");
+            return Reason::of("recorded with another name", text);
         }
         let candidates = self.by_stem.get(without_key(&run.stem)).into_iter().flatten();
         let nearest = candidates
             .map(|earlier| (changes(&earlier.contents, run), &earlier.file))
             .min_by_key(|(changes, _)| changes.len());
         match nearest {
-            Some((changes, file)) => format!("differs from {file}\n    {}", changes.join("\n    ")),
-            None => "never recorded".to_owned(),
+            Some((changes, file)) => {
+                let keys = changes.iter().map(|change| change.split(": ").next().unwrap_or(change));
+                let kind = format!("differs in {}", keys.collect::<Vec<_>>().join(", "));
+                let text = format!("differs from {file}\n    {}", changes.join("\n    "));
+                Reason { text, kind }
+            }
+            None => Reason::of("never recorded", "never recorded".to_owned()),
         }
     }
 }

@@ -31,13 +31,14 @@ use check::CheckArguments;
 use clap::{CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
 use comparison::fill_and_zoom::{FillArguments, ZoomArguments};
+use comparison::restore::RestoreArguments;
 use comparison::verify_and_compare::{CompareArguments, VerifyArguments};
 use demo::DemoArguments;
 use doctor::DoctorArguments;
 use engine::ENGINE;
 use info::InfoArguments;
 use kinetoscope_analysis::cli::{
-    self as analysis, AnalyzeArguments, ExportArguments, PlotArguments,
+    self as analysis, AnalyzeArguments, ExportArguments, PlotArguments, TableArguments,
 };
 use kinetoscope_console::text::shown_path;
 use kinetoscope_console::{Exit, start_threads};
@@ -89,6 +90,8 @@ enum Command {
     Fill(FillArguments),
     #[command(after_help = with_examples("zoom", &exit_codes(&[1, 4, 5, 129, 130, 143])))]
     Zoom(ZoomArguments),
+    #[command(after_help = with_examples("restore", &exit_codes(&[1, 5, 129, 130, 143])))]
+    Restore(RestoreArguments),
     #[command(after_help = with_examples("why", &exit_codes(OF_RUN)))]
     Why(WhyArguments),
     #[command(after_help = with_examples("info", &exit_codes(&[5])))]
@@ -101,6 +104,8 @@ enum Command {
     Export(ExportArguments),
     #[command(after_help = with_examples("plot", &exit_codes(&[5])))]
     Plot(PlotArguments),
+    #[command(after_help = with_examples("table", &exit_codes(&[5])))]
+    Table(TableArguments),
     #[command(after_help = with_examples("view", &exit_codes(&[5, 130, 143])))]
     View(ViewArguments),
     /// Print the JSON Schema of manifests, for editors
@@ -193,12 +198,14 @@ fn execute(arguments: &Arguments) -> Exit {
         Command::Compare(arguments) => arguments.execute(),
         Command::Fill(arguments) => arguments.execute(),
         Command::Zoom(arguments) => arguments.execute(),
+        Command::Restore(arguments) => arguments.execute(),
         Command::Why(arguments) => arguments.execute(),
         Command::Info(arguments) => arguments.execute(),
         Command::Benchmark(arguments) => arguments.execute(),
         Command::Analyze(arguments) => arguments.execute(ENGINE),
         Command::Export(arguments) => arguments.execute(),
         Command::Plot(arguments) => arguments.execute(),
+        Command::Table(arguments) => arguments.execute(),
         Command::View(arguments) => arguments.execute(),
         Command::Schema => print_schema(),
         Command::Completions { shell, program } => print_completions(*shell, *program),

@@ -3,6 +3,7 @@
 use crate::comparison::rerun::{listen, stop_if_interrupted};
 use crate::manifests::pipeline;
 use crate::manifests::{ManifestArguments, ManifestReader};
+use crate::messages::exit;
 use crate::messages::result_arguments::ResultArguments;
 use crate::messages::{Failure, bad, name_of};
 use crate::output::OutputArguments;
@@ -10,10 +11,15 @@ use crate::planning::plan_report::not_planned;
 use crate::planning::planner::Planner;
 use clap::Args;
 use kinetoscope::plan::Status;
-use kinetoscope::plan::why::Earlier;
+use kinetoscope::plan::why::{Earlier, Reason};
 use kinetoscope_console::Exit;
+use kinetoscope_console::text::{plural, shown_path};
+use kinetoscope_files::output_file;
 use serde_json::{Value as Json, json};
-use std::path::PathBuf;
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
 
 /// Report for each run whether it is finished, and otherwise which keys differ from the nearest recording.
 #[derive(Debug, Args)]
@@ -25,9 +31,15 @@ pub(crate) struct WhyArguments {
     manifest: ManifestArguments,
     #[command(flatten)]
     output: OutputArguments,
+    /// Write the reason for each run to a file; without it, more than 50 runs are counted by their reasons
+    #[arg(long, value_name = "FILE")]
+    list: Option<PathBuf>,
     #[command(flatten)]
     result: ResultArguments,
 }
+
+/// Maximum number of runs whose reasons are printed one by one.
+const MOST_LISTED: usize = 50;
 
 impl WhyArguments {
     /// Prints the reason for each run.
@@ -40,6 +52,9 @@ impl WhyArguments {
         if self.output.is_remote() {
             return Err(bad("`why` needs a local folder, but the recordings go to s3://")
                 .help("name a folder of recordings with --output DIR"));
+        }
+        if let Some(file) = &self.list {
+            output_file::check(file).map_err(|error| unwritten(file, &error))?;
         }
         let interrupt = &listen()?;
         let overrides = self.manifest.overrides()?;
@@ -69,27 +84,69 @@ impl WhyArguments {
         let plan = &planned.plan;
         let earlier = Earlier::in_folder(&plan.folder);
         let (mut lines, mut runs) = (Vec::new(), Vec::<Json>::new());
+        let mut kinds: BTreeMap<String, usize> = BTreeMap::new();
         for run in &plan.runs {
             stop_if_interrupted(interrupt)?;
             let name = name_of(run, &experiment);
-            let reason = earlier.reason(run, &plan.folder);
+            let Reason { text: reason, kind } = earlier.reason(run, &plan.folder);
+            *kinds.entry(kind).or_default() += 1;
             let status = match run.status {
                 Status::Done(_) => "finished",
                 Status::ToDo(_) => "to do",
                 Status::Rejected(_) => "rejected",
             };
             lines.push(format!("{name}: {reason}"));
-            runs.push(json!({
-                "run": name,
-                "run_key": run.run_key.as_str(),
-                "status": status,
-                "reason": reason,
-            }));
+            if self.result.json {
+                runs.push(json!({
+                    "run": name,
+                    "run_key": run.run_key.as_str(),
+                    "status": status,
+                    "reason": reason,
+                }));
+            }
         }
+        let text = self.reasons(&experiment.name, &lines, &kinds)?;
         self.result.print(
-            &lines.join("\n"),
+            &text,
             || json!({ "experiment": experiment.name, "folder": plan.folder, "runs": runs }),
         );
         Ok(if plan.rejected().next().is_some() { Exit::BadInput } else { Exit::Done })
     }
+}
+
+impl WhyArguments {
+    /// The text to print: the reason for each run, or the number of runs by their reasons. The list is written if it is requested.
+    fn reasons(
+        &self,
+        name: &str,
+        lines: &[String],
+        kinds: &BTreeMap<String, usize>,
+    ) -> Result<String, Failure> {
+        let text = lines.join("\n");
+        if let Some(file) = &self.list {
+            output_file::write(file, format!("{text}\n").as_bytes())
+                .map_err(|error| unwritten(file, &error))?;
+        }
+        if lines.len() <= MOST_LISTED {
+            return Ok(text);
+        }
+        let place = match &self.list {
+            Some(file) => format!("The reasons for each run are in {}", shown_path(file)),
+            None => "--list FILE writes the reason for each run".to_owned(),
+        };
+        Ok(format!("{}\n{place}", counted(name, lines.len(), kinds)))
+    }
+}
+
+/// The number of runs by their reasons, the most frequent first.
+fn counted(name: &str, runs: usize, kinds: &BTreeMap<String, usize>) -> String {
+    let mut kinds: Vec<(&String, &usize)> = kinds.iter().collect();
+    kinds.sort_by_key(|(_, count)| Reverse(**count));
+    let lines = kinds.iter().map(|(kind, count)| format!("\n  {count} {kind}"));
+    format!("{name}: {}{}", plural(runs as u64, "run"), lines.collect::<String>())
+}
+
+fn unwritten(file: &Path, error: &io::Error) -> Failure {
+    let what = format!("cannot write {}: {error}", shown_path(file));
+    Failure::new(exit::of_output(error), what).help("choose another file with --list FILE")
 }

@@ -4,9 +4,11 @@
 //! frame misses no difference, and the last hash is that of all messages in a lock file.
 
 use crate::error::ReadError;
+use crate::observer::{ChannelList, FrameObserver};
 use crate::reader::{RecordedFrame, Recording};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Adds up the messages of a run.
 #[derive(Clone, Debug, Default)]
@@ -15,6 +17,28 @@ pub struct FrameHasher {
     // The checksum of each topic's messages so far, in the order of `hashes.topics`.
     checksums: Vec<crc32fast::Hasher>,
     hashes: FrameHashes,
+}
+
+/// Adds the messages of a recording up while they are written.
+#[derive(Clone, Debug, Default)]
+pub struct HashingObserver(pub Arc<Mutex<FrameHasher>>);
+
+impl HashingObserver {
+    fn hasher(&self) -> MutexGuard<'_, FrameHasher> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl FrameObserver for HashingObserver {
+    fn begin(&mut self, _: ChannelList) {}
+
+    fn message(&mut self, topic: &'static str, log_time_ns: u64, payload: &[u8]) {
+        self.hasher().add(topic, log_time_ns, payload);
+    }
+
+    fn end_of_frame(&mut self) {
+        self.hasher().end_frame();
+    }
 }
 
 /// The hashes of a run.

@@ -18,7 +18,7 @@ from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
 TOLERANCE = 1e-9
-SCHEMA = 2
+SCHEMA = 3
 GM_SUN = 2.959122082322128e-4  # AU^3/day^2, orbit exercise 14to4
 
 

@@ -124,3 +124,29 @@ fn impossible_run_is_reported() {
     assert_eq!(asked.status.code(), Some(2), "{}", stderr(&asked));
     assert!(stdout(&asked).starts_with("unstable: rejected: "), "{}", stdout(&asked));
 }
+
+/// Setup: 60 replicates of two particles, of which one is removed after all were recorded. Control: 50 are listed one by one.
+#[test]
+fn many_runs_are_counted_by_their_reasons_and_listed_on_request() {
+    let folder = tempfile::tempdir().unwrap();
+    let many = |runs: u32| {
+        format!("replicates = {runs}\n{GAS}").replace("particles = 50", "particles = 2")
+    };
+    let asked = |runs: u32, set: &[&str]| why(folder.path(), &many(runs), set);
+    assert!(asked(60, &[]).starts_with("gas: 60 runs\n  60 to do: never recorded\n--list FILE"));
+    let manifest = folder.path().join("asked.toml");
+    let output = folder.path().join("recordings");
+    let run = [PathBuf::from("run"), "--quiet".into(), "--output".into(), output.clone(), manifest];
+    assert_eq!(kinetoscope(&run).status.code(), Some(0));
+    fs::remove_file(&recordings(&output.join("gas"))[0]).unwrap();
+    assert!(asked(60, &[]).starts_with("gas: 60 runs\n  59 finished\n  1 to do: never recorded\n"));
+    assert!(asked(60, &["seed=7"]).starts_with("gas: 60 runs\n  59 to do: differs in seed\n"));
+    assert_eq!(asked(50, &[]).lines().count(), 50);
+    let list = folder.path().join("list.txt");
+    let manifest = folder.path().join("asked.toml");
+    fs::write(&manifest, many(60)).unwrap();
+    let why = ["why".into(), "--list".into(), list.clone(), "--output".into(), output, manifest];
+    let counted = stdout(&kinetoscope(&why));
+    assert!(counted.contains("59 finished") && counted.contains("list.txt"), "{counted}");
+    assert_eq!(fs::read_to_string(list).unwrap().lines().count(), 60);
+}

@@ -305,7 +305,7 @@ mod tests {
         let theory = theory.expected().map(|expected| expected.by(None));
         let scope =
             MetricScope::Sweep(SweepScope { along: None, coordinates: Vec::new(), replicates: 1 });
-        Metric::new(SLOPE, estimate, theory, String::new(), scope)
+        Metric::new(SLOPE, estimate, theory, scope)
     }
 
     fn passes(bound: Bound, metric: &Metric) -> bool {
@@ -390,7 +390,8 @@ mod tests {
                 is_identity: false,
                 is_of_manifest: false,
             };
-            let theory = found.theory.map(|theory| Theory { law: Some(law), ..theory });
+            let theory =
+                found.theory.map(|theory| Theory { law: Some(Box::leak(Box::new(law))), ..theory });
             let check = Check {
                 metric: "slope".to_owned(),
                 at: Vec::new(),

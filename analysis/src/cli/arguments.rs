@@ -75,7 +75,7 @@ pub struct AnalyzeArguments {
     #[arg(long, value_name = "FORMAT,…", value_delimiter = ',', help_heading = "Output")]
     pub(super) export: Vec<ExportFormat>,
     /// Write the metrics of all runs as one Parquet table as well, in folders `export/metrics/KEY=VALUE/` named by the
-    /// coordinates of the sweep (released programs include it; a build from source needs `--features parquet`)
+    /// coordinates of the sweep
     #[arg(long, help_heading = "Output")]
     pub(super) metrics_table: bool,
     /// Print every metric, note and check, not only the answer and the checked numbers

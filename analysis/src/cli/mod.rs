@@ -1,4 +1,4 @@
-//! The programs `analyze-recordings`, `kinetoscope analyze`, `kinetoscope export` and `kinetoscope plot`: from arguments to files, text and an exit code.
+//! The programs `analyze-recordings`, `kinetoscope analyze`, `kinetoscope export`, `kinetoscope plot` and `kinetoscope table`: from arguments to files, text and an exit code.
 
 mod arguments;
 mod exit;
@@ -8,10 +8,14 @@ mod messages;
 mod pages;
 mod plot_arguments;
 mod plotted_names;
+#[cfg(feature = "parquet")]
+mod table_arguments;
 
 pub use arguments::{AnalyzeArguments, EXIT_CODES};
 pub use export_arguments::ExportArguments;
 pub use plot_arguments::PlotArguments;
+#[cfg(feature = "parquet")]
+pub use table_arguments::TableArguments;
 
 use crate::checks::baseline::{Baseline, BaselineComparison};
 use crate::checks::ci_formats::{self, ExperimentChecks};

@@ -26,7 +26,7 @@ use std::path::{Path, PathBuf};
 pub(crate) enum ExportFormat {
     /// One CSV table per topic: one line per particle and frame, or per frame
     Csv,
-    /// The same tables as Parquet (released programs include it; a build from source needs `--features parquet`)
+    /// The same tables as Parquet
     Parquet,
     /// One text file per frame with `x y r vx vy` per line, the borders, and gnuplot scripts that play particles and velocities
     Gnuplot,

@@ -351,7 +351,7 @@ impl RecordingFolder {
             opened.sort_by_key(|(_, run)| run.manifest.model.name());
             let manifests: Vec<(&str, &str)> = opened
                 .iter()
-                .map(|(_, run)| (run.manifest.model.name(), run.canonical.as_str()))
+                .map(|(_, run)| (run.manifest.model.name(), run.recording().manifest()))
                 .collect();
             let all_coordinates = coordinates::of_manifests(&manifests);
             let runs = opened.into_iter().map(|(_, run)| run).zip(all_coordinates).collect();

@@ -12,8 +12,6 @@ pub struct OpenRun {
     recording: Recording,
     /// The file name without its folder.
     pub(crate) file: String,
-    /// The canonical text of the run's manifest.
-    pub(crate) canonical: String,
     /// The run's manifest.
     pub(crate) manifest: RunManifest,
     /// The run's run key.
@@ -70,9 +68,8 @@ pub(crate) fn opened(recording: Recording) -> Result<OpenRun, UnreadableRecordin
 /// # Errors
 /// An invalid manifest.
 pub(crate) fn opened_with_its_frames(recording: Recording) -> Result<OpenRun, UnreadableRecording> {
-    let canonical = recording.manifest().to_owned();
     let path = recording.path();
-    let manifest = parse_run(&canonical).map_err(|diagnostics| {
+    let manifest = parse_run(recording.manifest()).map_err(|diagnostics| {
         let path = shown_path(path);
         let errors = diagnostics.to_string();
         UnreadableRecording::new(
@@ -89,7 +86,7 @@ pub(crate) fn opened_with_its_frames(recording: Recording) -> Result<OpenRun, Un
         Some(particles) => recording.with_max_particles(particles),
         None => recording,
     };
-    Ok(OpenRun { recording, file, canonical, manifest, run_key })
+    Ok(OpenRun { recording, file, manifest, run_key })
 }
 
 /// Rejects a recording that holds a part of its run: most metrics need its start.

@@ -134,8 +134,13 @@ mod tests {
             is_identity: false,
             is_of_manifest: false,
         };
-        let by =
-            |law| Deviation::of(&estimate, Some(0.0_f64.expected().unwrap().by(Some(law))), 1e-9);
+        let by = |law| {
+            Deviation::of(
+                &estimate,
+                Some(0.0_f64.expected().unwrap().by(Some(Box::leak(Box::new(law))))),
+                1e-9,
+            )
+        };
         assert_eq!(by(law(true)), Some(Deviation::Bare(1e-4)));
         assert!(matches!(by(law(false)), Some(Deviation::StandardErrors(_))));
     }

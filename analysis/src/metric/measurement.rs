@@ -33,14 +33,6 @@ impl Measurement {
         let deviation = Deviation::of(&self.estimate, self.theory, self.definition.rounding)?;
         deviation.in_standard_errors()
     }
-
-    /// How the value is derived, and the law of the theoretical value.
-    pub(crate) fn source(&self) -> String {
-        match self.theory.and_then(|theory| theory.law) {
-            Some(law) => format!("{}; theory: {law}", self.definition.how),
-            None => self.definition.how.to_owned(),
-        }
-    }
 }
 
 /// Why a metric has no value in a recording that has the states of some frames only.
@@ -63,7 +55,7 @@ impl Measurements {
         value: impl Measured,
         theory: impl Expected,
     ) {
-        self.compare_with(definition, value, definition.laws.first().copied(), theory);
+        self.insert(definition, value, definition.laws.first(), theory);
     }
 
     /// Adds a value with the theoretical value of one of the definition's laws.
@@ -74,9 +66,20 @@ impl Measurements {
         law: impl Into<Option<Law>>,
         theory: impl Expected,
     ) {
+        let law: Option<Law> = law.into();
+        let own = law.and_then(|law| definition.laws.iter().find(|own| **own == law));
+        debug_assert_eq!(own.is_some(), law.is_some());
+        self.insert(definition, value, own, theory);
+    }
+
+    fn insert(
+        &mut self,
+        definition: &'static Definition,
+        value: impl Measured,
+        law: Option<&'static Law>,
+        theory: impl Expected,
+    ) {
         let Some(estimate) = value.estimate() else { return };
-        let law = law.into();
-        debug_assert!(law.is_none_or(|law| definition.laws.contains(&law)));
         let theory = theory.expected().map(|expected| expected.by(law));
         self.0.push(Measurement { definition, estimate, theory, reason: None });
     }

@@ -24,7 +24,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Version of the layout of `metrics.json`.
-pub(crate) const SCHEMA: u32 = 2;
+pub(crate) const SCHEMA: u32 = 3;
 
 /// A value with its definition and scope.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,8 +39,6 @@ pub(crate) struct Metric {
     pub(crate) reason: Option<Cow<'static, str>>,
     /// A deviation below this is a rounding error.
     pub(crate) rounding: f64,
-    /// How the value is derived, and the law of the theoretical value.
-    pub(crate) source: String,
     /// The run or the part of the sweep that the value describes.
     pub(crate) scope: MetricScope,
 }
@@ -50,11 +48,10 @@ impl Metric {
         definition: &'static Definition,
         estimate: Estimate,
         theory: Option<Theory>,
-        source: String,
         scope: MetricScope,
     ) -> Self {
         let rounding = definition.rounding;
-        Self { definition, estimate, theory, reason: None, rounding, source, scope }
+        Self { definition, estimate, theory, reason: None, rounding, scope }
     }
 
     /// The value; NaN if there is none.
@@ -82,6 +79,16 @@ impl Metric {
     pub(crate) fn is_of_identity(&self) -> bool {
         let law = self.theory.and_then(|theory| theory.law);
         law.is_some_and(|law| law.is_identity)
+    }
+
+    /// Whether it is of one run rather than of a part of the sweep.
+    pub(crate) const fn is_of_run(&self) -> bool {
+        matches!(self.scope, MetricScope::Run(_))
+    }
+
+    /// Whether it is a fit along an axis of the sweep.
+    pub(crate) fn is_fit(&self) -> bool {
+        matches!(&self.scope, MetricScope::Sweep(sweep) if sweep.along.is_some())
     }
 
     /// The metric's name.

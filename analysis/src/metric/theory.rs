@@ -13,7 +13,7 @@ pub struct Theory {
     /// The condition of the law that the run does not meet; `None` within the law's range. Outside, the value is not compared.
     pub violation: Option<Violation>,
     /// The law that gives the value.
-    pub law: Option<Law>,
+    pub law: Option<&'static Law>,
 }
 
 impl Theory {
@@ -51,7 +51,7 @@ pub(crate) struct ExpectedValue {
 
 impl ExpectedValue {
     /// The theoretical value by a law.
-    pub(crate) fn by(self, law: Option<Law>) -> Theory {
+    pub(crate) fn by(self, law: Option<&'static Law>) -> Theory {
         let relative_accuracy = law.map_or(0.0, |law| law.relative_accuracy);
         let accuracy = self.accuracy.unwrap_or_else(|| relative_accuracy * self.value.abs());
         Theory { value: self.value, accuracy, violation: self.violation, law }

@@ -2,7 +2,7 @@
 
 use crate::input::coordinates::{AxisNames, CoordinateValue, value_of};
 use crate::metric::deviation::ROUNDING_FRACTION;
-use crate::metric::{Metric, MetricScope, SCHEMA};
+use crate::metric::{Definition, Law, Metric, MetricScope, SCHEMA};
 use crate::run::RunAnalysis;
 use crate::statistics::{SET_BY_MANIFEST, is_of_short_series};
 use kinetoscope_console::text::json;
@@ -27,10 +27,55 @@ pub(crate) struct Document {
     pub(crate) model: String,
     /// Version of the program that derived the metrics.
     pub(crate) analysis_version: String,
-    /// The runs.
+    /// The number of runs.
+    #[serde(default)]
+    pub(crate) run_count: usize,
+    /// The runs; empty if there are more than [`MOST_RUNS`].
     pub(crate) runs: Vec<RunEntry>,
-    /// The metrics of the sweep, then those of the runs.
+    /// The file next to this one with one row per run; `None` from a program without Parquet.
+    #[serde(default)]
+    pub(crate) table: Option<String>,
+    /// The definitions of the metrics, by name.
+    #[serde(default)]
+    pub(crate) definitions: BTreeMap<String, DefinitionEntry>,
+    /// The metrics of the sweep, then those of the runs, unless these are left out.
     pub(crate) metrics: Vec<MetricEntry>,
+    /// The results of the checks if the runs are left out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) checks: Vec<CheckEntry>,
+}
+
+/// Name of the file with one row per run.
+pub(crate) const RUNS_TABLE: &str = "runs.parquet";
+/// Maximum number of runs whose metrics are in the files; for more, the files hold means over replicates, fits and checks.
+pub(crate) const MOST_RUNS: usize = 1000;
+
+/// A definition in the file.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct DefinitionEntry {
+    /// "1" for a fraction or ratio, empty for the model's own unit.
+    pub(crate) unit: String,
+    /// How the value is derived.
+    source: String,
+    /// The laws that give theoretical values.
+    laws: Vec<LawEntry>,
+}
+
+/// A law in the file.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct LawEntry {
+    /// The law and its literature.
+    source: String,
+    /// Where it holds; null if everywhere.
+    range: Option<String>,
+}
+
+/// The result of a check in the file.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct CheckEntry {
+    pub(crate) subject: String,
+    pub(crate) passed: bool,
+    pub(crate) finding: String,
 }
 
 /// The answer in the file.
@@ -84,7 +129,6 @@ pub(crate) struct MetricEntry {
     pub(crate) deviation_sigma: Option<f64>,
     pub(crate) applicable: bool,
     pub(crate) reason: Option<String>,
-    pub(crate) source: String,
     #[serde(flatten)]
     pub(crate) scope: ScopeEntry,
 }
@@ -94,8 +138,9 @@ pub(crate) struct MetricEntry {
 pub(crate) struct TheoryEntry {
     value: Option<f64>,
     accuracy: Option<f64>,
-    range: Option<String>,
-    source: Option<String>,
+    /// Index of the law among those of the definition.
+    #[serde(default)]
+    law: Option<usize>,
     in_range: bool,
 }
 
@@ -135,6 +180,9 @@ pub(crate) struct CoordinateEntry {
 impl Document {
     /// The contents for the runs and the metrics of an experiment. The model is that of the first run; empty without a run.
     pub(crate) fn of(experiment: &str, runs: &[RunAnalysis], metrics: &[Metric]) -> Self {
+        let has_runs = runs.len() <= MOST_RUNS;
+        let is_listed = |metric: &&Metric| has_runs || !metric.is_of_run();
+        let listed = || metrics.iter().filter(is_listed);
         let names = AxisNames::of(runs.iter().map(|run| run.coordinates.as_slice()));
         Self {
             schema: SCHEMA,
@@ -143,8 +191,16 @@ impl Document {
             answer: None,
             model: runs.first().map_or("", |run| run.model().name()).to_owned(),
             analysis_version: env!("CARGO_PKG_VERSION").to_owned(),
-            runs: runs.iter().map(|run| RunEntry::of(run, &names)).collect(),
-            metrics: metrics.iter().map(|metric| MetricEntry::of(metric, &names)).collect(),
+            run_count: runs.len(),
+            table: cfg!(feature = "parquet").then(|| RUNS_TABLE.to_owned()),
+            runs: runs
+                .iter()
+                .take_while(|_| has_runs)
+                .map(|run| RunEntry::of(run, &names))
+                .collect(),
+            definitions: listed().map(|metric| DefinitionEntry::of(metric.definition)).collect(),
+            metrics: listed().map(|metric| MetricEntry::of(metric, &names)).collect(),
+            checks: Vec::new(),
         }
     }
 
@@ -154,6 +210,22 @@ impl Document {
     /// Errors of the serializer; none is expected.
     pub(crate) fn to_json(&self) -> serde_json::Result<String> {
         serde_json::to_string_pretty(self).map(|text| json(&text) + "\n")
+    }
+}
+
+impl DefinitionEntry {
+    /// The entry with its name.
+    pub(crate) fn of(definition: &Definition) -> (String, Self) {
+        let law = |law: &Law| LawEntry {
+            source: law.to_string(),
+            range: Some(law.range.to_owned()).filter(|range| !range.is_empty()),
+        };
+        let entry = Self {
+            unit: definition.unit.to_owned(),
+            source: definition.how.to_owned(),
+            laws: definition.laws.iter().map(law).collect(),
+        };
+        (definition.name.to_owned(), entry)
     }
 }
 
@@ -189,18 +261,14 @@ impl MetricEntry {
             theory: metric.theory.map(|theory| TheoryEntry {
                 value: finite(theory.value),
                 accuracy: finite(theory.accuracy),
-                range: theory
+                law: theory
                     .law
-                    .map(|law| law.range)
-                    .filter(|range| !range.is_empty())
-                    .map(str::to_owned),
-                source: theory.law.map(|law| law.to_string()),
+                    .and_then(|law| metric.definition.laws.iter().position(|known| known == law)),
                 in_range: theory.in_range(),
             }),
             deviation_sigma: metric.deviation_in_standard_errors().and_then(finite),
             applicable: metric.is_applicable(),
             reason: metric.reason_in_files(),
-            source: metric.source.clone(),
             scope: ScopeEntry::of(&metric.scope, names),
         }
     }

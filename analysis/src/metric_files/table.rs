@@ -39,7 +39,6 @@ const COLUMNS: &[Definition] = {
         ("physics_version", Integer, |metric| {
             run(metric).map(|run| u64::from(run.origin.physics_version)).into()
         }),
-        ("source", Text, |metric| metric.source.as_str().into()),
     ]
 };
 
@@ -118,7 +117,9 @@ impl<'a> MetricTable<'a> {
 ///
 /// # Errors
 /// Errors of the writer; none is expected.
-pub(crate) fn to_csv(metrics: &[Metric]) -> Result<String, csv::Error> {
+pub(crate) fn to_csv<'a>(
+    metrics: impl IntoIterator<Item = &'a Metric>,
+) -> Result<String, csv::Error> {
     let table = MetricTable::new(metrics);
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(table.columns(&[]).iter().map(Column::text))?;
@@ -134,7 +135,9 @@ pub(crate) fn to_csv(metrics: &[Metric]) -> Result<String, csv::Error> {
 /// # Errors
 /// Errors of the writer; none is expected.
 #[cfg(feature = "parquet")]
-pub(crate) fn to_parquet(metrics: &[Metric]) -> Result<Vec<u8>, parquet::errors::ParquetError> {
+pub(crate) fn to_parquet<'a>(
+    metrics: impl IntoIterator<Item = &'a Metric>,
+) -> Result<Vec<u8>, parquet::errors::ParquetError> {
     let table = MetricTable::new(metrics);
     let mut file = crate::table::parquet::ParquetTable::new(Vec::new(), &table.columns(&[]))?;
     table.rows(&[]).try_for_each(|row| file.row(row))?;

@@ -1,5 +1,10 @@
 //! Writes the files of an analysis.
 
+use crate::metric_files::document::{MOST_RUNS, RUNS_TABLE};
+#[cfg(feature = "parquet")]
+use crate::metric_files::run_row::RunRow;
+#[cfg(feature = "parquet")]
+use crate::metric_files::runs_table;
 use crate::metric_files::table::to_csv;
 #[cfg(feature = "parquet")]
 use crate::metric_files::table::to_parquet;
@@ -15,8 +20,8 @@ pub(crate) const REPORT: &str = "report.html";
 /// The page of a folder of experiments.
 pub(crate) const INDEX: &str = "index.html";
 
-/// Writes `metrics.json`, `metrics.csv`, `report.html` and the plots (with the feature `parquet` also
-/// `metrics.parquet`); returns the number of plots. Plots of the analysis before that are not drawn again are removed.
+/// Writes `metrics.json`, `metrics.csv` (for more than [`MOST_RUNS`] runs, without the metrics of single runs), `report.html` and the plots (with the feature `parquet` also
+/// `metrics.parquet` and `runs.parquet`); returns the number of plots. Plots of the analysis before that are not drawn again are removed.
 ///
 /// # Errors
 /// The first file that cannot be written.
@@ -26,13 +31,20 @@ pub(crate) fn write(report: &AnalysisReport, folder: &Path) -> Result<usize, Wri
     let json =
         report.document().to_json().map_err(|error| failed("metrics.json", error.to_string()))?;
     replace(&folder.join("metrics.json"), &json)?;
-    let csv = to_csv(&report.metrics).map_err(|error| failed("metrics.csv", error.to_string()))?;
+    let (has_runs, metrics) = (report.runs.len() <= MOST_RUNS, &report.metrics);
+    let listed = || metrics.iter().filter(|metric| has_runs || !metric.is_of_run());
+    let csv = to_csv(listed()).map_err(|error| failed("metrics.csv", error.to_string()))?;
     replace(&folder.join("metrics.csv"), &csv)?;
     #[cfg(feature = "parquet")]
     {
-        let parquet = to_parquet(&report.metrics)
-            .map_err(|error| failed("metrics.parquet", error.to_string()))?;
+        let parquet =
+            to_parquet(listed()).map_err(|error| failed("metrics.parquet", error.to_string()))?;
         replace(&folder.join("metrics.parquet"), parquet)?;
+        let rows: Vec<RunRow> = report.runs.iter().map(RunRow::of).collect();
+        let manifest = |row: usize| report.runs[row].manifest.canonical();
+        let table = runs_table::to_parquet(&report.name, &rows, &manifest);
+        let table = table.map_err(|error| failed(RUNS_TABLE, error.to_string()))?;
+        replace(&folder.join(RUNS_TABLE), table)?;
     }
     let (earlier, mut list) = (listed_plots(folder), String::new());
     let mut drawn = Vec::new();

@@ -34,12 +34,18 @@ frame after 5 events per disc, with k the number of discs over 32, rounded up, o
 const FILES: &str = "
 ## metrics.json
 
-`{\"schema\": 2, \"experiment\", \"question\", \"answer\", \"model\", \"analysis_version\", \"runs\": [...], \"metrics\": [...]}`. `docs/metrics.schema.json` is its JSON Schema.
+`{\"schema\": 3, \"experiment\", \"question\", \"answer\", \"model\", \"analysis_version\", \"run_count\", \"runs\": [...], \"definitions\": {...}, \"metrics\": [...]}`. `docs/metrics.schema.json` is its JSON Schema.
 Numbers that are not known or not finite are null. `schema` is raised when a field goes or changes its meaning; new fields do not raise it.
 
 A run has `file`, `run_key`, `coordinates`, `replicate`, `seed`, `program_version` and `physics_version` (of the program that recorded it), `outcome`
 (complete, fault, unfinished or damaged), `outcome_detail` (what failed), `frames`, and `manifest`: the dotted keys of its canonical manifest with their values as
 TOML. A value of more than 200 characters is represented by its SHA-256.
+
+`definitions` has one entry per name of a metric: `unit`, `source` (how the value is found) and `laws`, each with its `source` (law and literature) and the `range`
+in which it holds (null: everywhere).
+
+Up to 1000 runs, `metrics` contains the metrics of the sweep and those of each run. For more, `runs` is empty, `metrics` contains the means over replicates and the
+fits, and `checks` contains the results of the checks (`subject`, `passed`, `finding`).
 
 | field of a metric | meaning |
 |---|---|
@@ -48,11 +54,10 @@ TOML. A value of more than 200 characters is represented by its SHA-256.
 | `standard_error` | the scatter that other seeds would show |
 | `conditional_standard_error` | the error given the run's own start, where theory is computed from that start; the deviation uses it |
 | `degrees_of_freedom` | of the standard error, for Student's t; null if the error is as good as exact |
-| `theory` | null, or `value`, `accuracy` (of the law, in the metric's unit; 0 if exact), `range` in which the law holds (null: everywhere), `source` (law and literature), `in_range` (whether the run is in the range) |
+| `theory` | null, or `value`, `accuracy` (of the law, in the metric's unit; 0 if exact), `law` (its index in `laws` of the definition), `in_range` (whether the run is in the range) |
 | `deviation_sigma` | deviation from theory over error and accuracy together; null within rounding, with an unknown error, with an error below the accuracy, which is a bound, and outside the range |
 | `applicable` | whether the metric has a value |
 | `reason` | why the value, its error or its deviation is missing |
-| `source` | how the value is found, and the law |
 | `run` | of a metric of one run: `file`, `coordinates`, `replicate`, `outcome`, as in `runs` |
 | `sweep` | of a mean or a fit: `along` (the axis of a fit; null for a mean over replicates), `coordinates`, `replicates` (their number) |
 
@@ -62,8 +67,15 @@ same last part. The value is a number where the manifest has one; the unit is \"
 ## metrics.csv
 
 One row per run and metric, and one per mean or fit: first one column per coordinate, then `replicate`, `metric`, `value`, and so on as in `metrics.json`. Empty cells are
-missing values; numbers have the fewest digits that give them back exactly. `metrics.parquet` (with the feature `parquet`) and the table of a sweep
-(`--metrics-table`) have the same columns.
+missing values; numbers have the fewest digits that give them back exactly. `metrics.parquet` and the table of a sweep
+(`--metrics-table`) have the same columns. For more than 1000 runs, both files contain means and fits only.
+
+## runs.parquet
+
+One row per run, in the order of the sweep: the coordinates (whole numbers, numbers or words), `replicate`, `seed`, `outcome`, `outcome_detail`, `frames`, `end_time`,
+`messages` (the first half of the SHA-256 of all messages, as in `kinetoscope.lock`, of recordings up to 1 MiB), `file`, `run_key`, `program_version`, `physics_version`, `manifest`, and for each
+metric its value and, with the ending `.standard_error`, its standard error. The entry `kinetoscope` of the file's metadata states keys, units and definitions as JSON.
+`kinetoscope table` and any reader of Parquet read it.
 ";
 
 /// The reference of all metrics, in Markdown.

@@ -10,6 +10,8 @@ mod head;
 pub(crate) mod html;
 pub(crate) mod index;
 mod markup;
+mod metrics_document;
+mod metrics_of_runs;
 mod metrics_reference;
 mod numbers;
 mod plot_data;
@@ -29,8 +31,9 @@ pub(crate) use metrics_reference::metrics_with;
 pub(crate) use self::drawn_runs::snapshots_outside;
 use self::drawn_runs::{drawn_files, drawn_runs};
 use self::engine_place::EnginePlace;
+use self::metrics_of_runs::{MAX_POINTS_SHOWN, metrics_of_runs};
 use crate::answer::{Answer, AnswerSource};
-use crate::checks::baseline::{Baseline, BaselineComparison};
+use crate::checks::baseline::BaselineComparison;
 use crate::checks::ci_formats::ExperimentChecks;
 use crate::checks::{CheckResult, evaluate, outcome};
 use crate::input::RecordingFolder;
@@ -39,7 +42,6 @@ use crate::input::coordinates;
 use crate::input::host_file::HostFile;
 use crate::input::recording::OpenRun;
 use crate::metric::{Metric, MetricScope};
-use crate::metric_files::document::Document;
 use crate::number_text::six_digits;
 use crate::plot::Plot;
 use crate::run::cache::AnalysisCache;
@@ -52,9 +54,7 @@ use kinetoscope_manifest::{
     BaselineTolerance, Check, Coordinate, ExpectedOutcome, ExperimentRecord, TimingTable,
     ViewRequest,
 };
-use rayon::iter::{
-    IndexedParallelIterator as _, IntoParallelRefIterator as _, ParallelIterator as _,
-};
+use rayon::iter::{IndexedParallelIterator as _, IntoParallelIterator as _, ParallelIterator as _};
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::thread::available_parallelism;
@@ -107,8 +107,6 @@ pub(crate) struct AnalysisReport {
 
 /// Maximum number of sweep points with plots of single runs.
 const MAX_RUNS_DRAWN: usize = 6;
-/// Maximum number of sweep points in the terminal; the files contain all.
-const MAX_POINTS_SHOWN: usize = 6;
 
 /// Options of an analysis.
 #[derive(Clone, Debug, Default)]
@@ -140,6 +138,11 @@ struct AnalysisTask {
 }
 
 impl AnalysisTask {
+    /// The file and its size in bytes.
+    fn size(&self) -> (String, u64) {
+        (self.run.file.clone(), self.run.recording().bytes())
+    }
+
     /// Loads the analysis of an unchanged recording from the cache, or reads the recording.
     fn analyze(
         &self,
@@ -156,6 +159,7 @@ impl AnalysisTask {
             fields,
             view: Some(view),
             with_claim: *is_drawn && options.engine.module().is_some(),
+            with_messages: true,
         };
         let cached = options
             .cache
@@ -175,10 +179,10 @@ impl AnalysisTask {
     }
 }
 
-/// Analyzes all recordings in parallel on all CPUs; results are in the order of the tasks. The replays of `replayed` runs share the
+/// Analyzes all recordings in parallel on all CPUs; results are in the order of the tasks. Each recording is closed when it was read. The replays of `replayed` runs share the
 /// page's budget.
 fn analyze_all(
-    tasks: &[AnalysisTask],
+    tasks: Vec<AnalysisTask>,
     replayed: usize,
     options: &AnalysisOptions,
     view: &ViewRequest,
@@ -188,7 +192,7 @@ fn analyze_all(
     let threads = threads.unwrap_or(NonZeroUsize::MIN);
     let replay_bytes = options.replay_bytes.map(|bytes| (bytes / replayed.max(1)).max(1));
     // One task at a time per thread, because recordings differ in length.
-    let tasks = tasks.par_iter().with_max_len(1);
+    let tasks = tasks.into_par_iter().with_max_len(1);
     let timed = tasks.map(|task| {
         let started = Instant::now();
         let result = task.analyze(options, replay_bytes, threads, view);
@@ -216,7 +220,7 @@ pub(crate) fn fill_cache(
         .collect();
     let replayed = drawn.map_or(tasks.len(), |drawn| drawn.len()).min(sweep::figures::MAX_CURVES);
     let view = source.record.as_ref().and_then(|record| record.view.clone()).unwrap_or_default();
-    let results = analyze_all(&tasks, replayed, options, &view);
+    let results = analyze_all(tasks, replayed, options, &view);
     let unread = results.into_iter().filter_map(|(result, _)| result.err());
     source.unreadable.drain(..).chain(unread).collect()
 }
@@ -253,11 +257,11 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     let fields = requested::fields_to_read(requests, &places);
     let view = source.record.as_ref().and_then(|record| record.view.clone()).unwrap_or_default();
     let (tasks, drawn) = tasks(opened, fields, &view);
-    let sizes = tasks.iter().map(|task| (task.run.file.clone(), task.run.recording().bytes()));
+    let sizes = tasks.iter().map(AnalysisTask::size).collect();
     let hosts = tasks.iter().filter_map(|task| source.host_file(&task.run.file)).collect();
     let (mut runs, mut seconds): (Vec<RunAnalysis>, Vec<f64>) = (Vec::new(), Vec::new());
     let (mut notes, mut unreadable) = (source.notes.clone(), source.unreadable.clone());
-    for (result, took) in analyze_all(&tasks, drawn, options, &view) {
+    for (result, took) in analyze_all(tasks, drawn, options, &view) {
         match result {
             Ok(run) => {
                 runs.push(run);
@@ -273,8 +277,8 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     notes.extend(refusals.iter().map(Refusal::note));
     notes.extend(sweep::correlation_note(&points).map(str::to_owned));
     metrics.extend(sweep::replicate_means(&points));
-    metrics.extend(runs.iter().flat_map(RunAnalysis::metrics));
     let record = source.record.as_ref();
+    metrics.extend(metrics_of_runs(&runs, &metrics, record, &options.checks));
     let axes = record.map_or(&[][..], |record| &record.axes);
     let data = PlotData { runs: &runs, points: &points, metrics: &metrics, places: &places, axes };
     let expected = record.map_or(ExpectedOutcome::Complete, |record| record.expected_outcome);
@@ -301,7 +305,7 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
         answer,
         description: text(|record| &record.description),
         comment: text(|record| &record.comment),
-        sizes: sizes.collect(),
+        sizes,
         hosts,
         runs,
         metrics,
@@ -409,29 +413,6 @@ impl AnalysisReport {
             1 => Some("1 file unreadable".to_owned()),
             files => Some(format!("{files} files unreadable")),
         }
-    }
-
-    /// The contents of `metrics.json`.
-    pub(crate) fn document(&self) -> Document {
-        let (question, answer) = (self.question.clone(), self.answer.entry());
-        Document { question, answer, ..Document::of(&self.name, &self.runs, &self.metrics) }
-    }
-
-    /// Compares the metrics with those of an earlier analysis. Keys that are `allowed` may differ.
-    ///
-    /// # Errors
-    /// A key in `allowed` that no manifest has.
-    pub(crate) fn compare(
-        &mut self,
-        baseline: &Baseline,
-        allowed: &[String],
-    ) -> Result<(), String> {
-        let document = self.document();
-        let comparison =
-            baseline.compare(&self.metrics, &document, &self.runs, &self.tolerances, allowed)?;
-        self.check_results.extend(comparison.check_results());
-        self.baseline = Some(comparison);
-        Ok(())
     }
 
     /// The metrics to show with their titles: fits, then the points of a short sweep.

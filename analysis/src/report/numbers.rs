@@ -279,7 +279,7 @@ mod tests {
         let scope =
             MetricScope::Sweep(SweepScope { along: None, coordinates: Vec::new(), replicates: 1 });
         let theory = theory.expected().map(|expected| expected.by(None));
-        Metric::new(FORCE, Estimate::bare(value), theory, String::new(), scope)
+        Metric::new(FORCE, Estimate::bare(value), theory, scope)
     }
 
     fn check(passed: bool) -> CheckResult {

@@ -240,7 +240,7 @@ mod tests {
         let scope =
             MetricScope::Sweep(SweepScope { along: None, coordinates: Vec::new(), replicates: 2 });
         let theory = theory.expected().map(|expected| expected.by(None));
-        Metric::new(LENGTH, estimate, theory, String::new(), scope)
+        Metric::new(LENGTH, estimate, theory, scope)
     }
 
     /// A tiny deviation is not "+0.00 %", only a rounding error is called one, and a deviation from 0 does not repeat the value.
@@ -292,7 +292,7 @@ mod tests {
         };
         let estimate = Estimate::new(-1.234_567e-23, 2.3e-24);
         let theory = 0.0.expected().map(|expected| expected.by(None));
-        let metric = Metric::new(INTERCEPT, estimate, theory, String::new(), scope);
+        let metric = Metric::new(INTERCEPT, estimate, theory, scope);
         let text = table(&[&metric], Terminal { width: 60, colors: false });
         for line in text.lines() {
             assert!(line.chars().count() <= 60, "{line}");

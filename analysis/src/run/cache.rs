@@ -54,6 +54,7 @@ struct CachedAnalysis {
     /// The simulation fault; `None` for a complete run.
     fault: Option<String>,
     measurements: Vec<CachedMeasurement>,
+    messages: Option<[u8; 16]>,
     /// `None` if no plots were requested.
     figures: Option<Figures>,
     /// Maximum size of the replay, bytes; `None` if no replay was requested.
@@ -141,6 +142,7 @@ impl AnalysisCache {
             measurements: numbers
                 .map(|number| measurement(model, &number))
                 .collect::<Option<_>>()?,
+            messages: cached.messages,
             figures: cached.figures.filter(|_| with_figures).unwrap_or_default(),
             replay: cached.replay.filter(|_| replay_bytes.is_some()),
             fields,
@@ -164,6 +166,7 @@ impl AnalysisCache {
             time_unit: found.time_unit.clone(),
             fault,
             measurements: found.measurements.iter().map(number).collect(),
+            messages: found.messages,
             figures: options.with_figures.then(|| found.figures.clone()),
             replay_bytes: options.replay_bytes,
             replay: found.replay.clone(),
@@ -186,7 +189,7 @@ fn number(measurement: &Measurement) -> CachedMeasurement {
         name: measurement.name().to_owned(),
         estimate: measurement.estimate,
         theory: measurement.theory.map(|theory| {
-            let law = theory.law.and_then(|law| laws.iter().position(|other| *other == law));
+            let law = theory.law.and_then(|law| laws.iter().position(|other| other == law));
             (theory.value, theory.accuracy, theory.violation, law)
         }),
         reason: measurement.reason.as_deref().map(str::to_owned),
@@ -197,7 +200,7 @@ fn measurement(model: &str, number: &CachedMeasurement) -> Option<Measurement> {
     let named = |definition: &&&Definition| definition.name == number.name;
     let definition = metrics_of(model).iter().find(named)?;
     let theory = number.theory.map(|(value, accuracy, violation, law)| {
-        let law = law.and_then(|law| definition.laws.get(law)).copied();
+        let law = law.and_then(|law| definition.laws.get(law));
         Theory { value, accuracy, violation, law }
     });
     let reason = number.reason.clone().map(Into::into);

@@ -16,7 +16,8 @@ use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_manifest::{Coordinate, RunManifest, ViewRequest};
 use kinetoscope_recording::claim::Claim;
 use kinetoscope_recording::error::{ReadError, ReadFault};
-use kinetoscope_recording::reader::Outcome;
+use kinetoscope_recording::frame_hashes::FrameHashes;
+use kinetoscope_recording::reader::{Outcome, StoredFrames};
 use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -24,6 +25,9 @@ use std::sync::Arc;
 
 /// Size of a recording up to which its page can check it.
 const MOST_CLAIMED_BYTES: u64 = 64 << 20;
+/// Size of a recording up to which the table of the runs has the hash of its messages. A larger one is read without its drawings, and the
+/// hash would take longer than the metrics.
+const MOST_HASHED_BYTES: u64 = 1 << 20;
 
 /// Status of a run or of its file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -74,6 +78,8 @@ pub struct RunOptions<'a> {
     pub view: Option<&'a ViewRequest>,
     /// Whether the page can check the messages of the run.
     pub with_claim: bool,
+    /// Whether the messages of a small recording are hashed, for the table of runs.
+    pub with_messages: bool,
 }
 
 /// Metrics and plots of one recording.
@@ -97,6 +103,8 @@ pub struct RunAnalysis {
     pub ending: RunStatus,
     /// The metrics.
     pub measurements: Vec<Measurement>,
+    /// The first half of the SHA-256 of all messages, as a lock file contains it; `None` for a recording that is large or lacks messages.
+    pub messages: Option<[u8; 16]>,
     /// The plots, if requested.
     pub(crate) figures: Figures,
     /// The replay, if requested.
@@ -135,7 +143,7 @@ impl RunAnalysis {
         self.measurements.iter().map(move |measurement| {
             let scope = MetricScope::Run(Arc::clone(&scope));
             let Measurement { definition, estimate, theory, .. } = *measurement;
-            let metric = Metric::new(definition, estimate, theory, measurement.source(), scope);
+            let metric = Metric::new(definition, estimate, theory, scope);
             Metric { reason: measurement.reason.clone(), ..metric }
         })
     }
@@ -216,6 +224,7 @@ pub fn analyze(
         time_unit: run.recording().provenance().time_unit.clone(),
         ending,
         measurements: measurements.0,
+        messages: options.with_messages.then(|| message_hash(run)).flatten(),
         replay,
         fields: fields.finish(),
         restored_by,
@@ -225,6 +234,16 @@ pub fn analyze(
         manifest: run.manifest.clone(),
         origin: run.origin(),
     })
+}
+
+/// The hash of all messages of a small recording that has all of them.
+fn message_hash(run: &OpenRun) -> Option<[u8; 16]> {
+    let recording = run.recording();
+    let provenance = recording.provenance();
+    let is_whole = matches!(provenance.outcome, Some(Outcome::Complete | Outcome::Fault(_)))
+        && provenance.stored == StoredFrames::All;
+    let is_hashed = is_whole && recording.bytes() <= MOST_HASHED_BYTES;
+    is_hashed.then(|| FrameHashes::of(recording).ok()).flatten().map(|hashes| hashes.messages)
 }
 
 /// The claim of a recording, for which all of its messages are read. A page runs what takes some seconds; therefore, a larger recording has

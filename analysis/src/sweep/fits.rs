@@ -162,16 +162,14 @@ impl Fit {
         others: &[Coordinate],
     ) -> Option<Metric> {
         let estimate = mean_of_independent(values)?;
-        let law = definition.laws.first().copied().filter(|_| theory.is_some());
+        let law = definition.laws.first().filter(|_| theory.is_some());
         let theory = theory.expected().map(|expected| expected.by(law));
-        let law = law.map_or_else(String::new, |law| format!("; theory: {law}"));
-        let source = format!("{}, a replicate at a time{law}", definition.how);
         let scope = MetricScope::Sweep(SweepScope {
             along: Some(self.along.to_owned()),
             coordinates: others.to_vec(),
             replicates: values.len(),
         });
-        Some(Metric::new(definition, estimate, theory, source, scope))
+        Some(Metric::new(definition, estimate, theory, scope))
     }
 }
 

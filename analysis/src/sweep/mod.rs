@@ -110,8 +110,7 @@ pub(crate) fn replicate_means(points: &[SweepPoint<'_>]) -> Vec<Metric> {
             };
             let coordinates = point.coordinates.clone();
             let scope = MetricScope::Sweep(SweepScope { along: None, coordinates, replicates });
-            let source = format!("mean over replicates of {}", first.source());
-            means.push(Metric::new(first.definition, estimate, theory, source, scope));
+            means.push(Metric::new(first.definition, estimate, theory, scope));
         }
     }
     means

@@ -2,6 +2,8 @@
 
 #[cfg(feature = "parquet")]
 pub(crate) mod parquet;
+#[cfg(feature = "parquet")]
+pub(crate) mod parquet_reader;
 
 use kinetoscope_console::text::visible;
 

@@ -5,6 +5,7 @@ use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical, Zst
 use parquet::column::writer::ColumnWriter;
 use parquet::data_type::ByteArray;
 use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
@@ -27,11 +28,7 @@ impl<W: Write + Send> ParquetTable<W> {
     /// # Errors
     /// An output that cannot be written.
     pub(crate) fn new(output: W, columns: &[Column]) -> Result<Self, ParquetError> {
-        let fields: Result<Vec<Arc<Type>>, ParquetError> = columns.iter().map(field).collect();
-        let schema = Type::group_type_builder("table").with_fields(fields?).build()?;
-        let zstd = Compression::ZSTD(ZstdLevel::try_new(1)?);
-        let properties = WriterProperties::builder().set_compression(zstd).build();
-        let writer = SerializedFileWriter::new(output, Arc::new(schema), Arc::new(properties))?;
+        let writer = begin(output, columns, None)?;
         Ok(Self { writer, group: vec![Vec::new(); columns.len()] })
     }
 
@@ -73,6 +70,47 @@ impl<W: Write + Send> ParquetTable<W> {
         }
         group.close().map(drop)
     }
+}
+
+/// Writes a table column by column, so that the memory is that of one column of a row group. `cell` returns that of a row and a column.
+///
+/// # Errors
+/// An output that cannot be written.
+pub(crate) fn write<W: Write + Send>(
+    output: W,
+    columns: &[Column],
+    (name, description): (&str, &str),
+    rows: usize,
+    cell: impl Fn(usize, usize) -> Cell,
+) -> Result<W, ParquetError> {
+    let entry = KeyValue::new(name.to_owned(), description.to_owned());
+    let mut writer = begin(output, columns, Some(vec![entry]))?;
+    for first in (0..rows).step_by(ROWS_PER_GROUP) {
+        let mut group = writer.next_row_group()?;
+        for column in 0..columns.len() {
+            let here = first..rows.min(first + ROWS_PER_GROUP);
+            let cells: Vec<Cell> = here.map(|row| cell(row, column)).collect();
+            if let Some(mut writer) = group.next_column()? {
+                write_cells(&cells, writer.untyped())?;
+                writer.close()?;
+            }
+        }
+        group.close()?;
+    }
+    writer.into_inner()
+}
+
+fn begin<W: Write + Send>(
+    output: W,
+    columns: &[Column],
+    metadata: Option<Vec<KeyValue>>,
+) -> Result<SerializedFileWriter<W>, ParquetError> {
+    let fields: Result<Vec<Arc<Type>>, ParquetError> = columns.iter().map(field).collect();
+    let schema = Type::group_type_builder("table").with_fields(fields?).build()?;
+    let zstd = Compression::ZSTD(ZstdLevel::try_new(1)?);
+    let properties =
+        WriterProperties::builder().set_compression(zstd).set_key_value_metadata(metadata).build();
+    SerializedFileWriter::new(output, Arc::new(schema), Arc::new(properties))
 }
 
 fn field(column: &Column) -> Result<Arc<Type>, ParquetError> {

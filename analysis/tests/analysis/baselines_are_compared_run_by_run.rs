@@ -290,8 +290,8 @@ fn unusable_baselines_are_rejected_before_the_analysis() {
     rejected(&text[..text.len() / 2], "is not a complete metrics.json");
     rejected(&text.replacen("\"gas\"", "\"other\"", 1), "the baseline is of the experiment other");
     rejected(
-        &text.replacen("\"schema\": 2", "\"schema\": 1", 1),
-        "has schema 1, this version reads 2",
+        &text.replacen("\"schema\": 3", "\"schema\": 1", 1),
+        "has schema 1, this version reads 3",
     );
     fs::write(&earlier.file, &text).unwrap();
     let unknown = earlier.compare_folder(&earlier.folder, &["--allow-changed", "temprature_k"]);

@@ -37,6 +37,10 @@ mod check_results_are_machine_readable;
 mod baselines_are_compared_run_by_run;
 mod baselines_need_power;
 
+// Files of many runs hold means and checks only, and each definition once.
+mod files_of_many_runs_are_small;
+// The table of runs has their metrics, and answers questions.
+mod table_of_runs_answers_questions;
 // Exports contain the recorded bits in every format.
 mod exports_contain_the_recorded_bits;
 // `docs/metrics.md` and the schema of `metrics.json` are current.

@@ -13,7 +13,7 @@ use clap::Args;
 use kinetoscope::verify::lock_file::{LockFile, RunHashes};
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::{one_line, shown_path};
-use kinetoscope_files::regular_file::{is_of_file, read_text};
+use kinetoscope_files::regular_file::{is_of_file, read, read_text};
 use serde_json::Value as Json;
 use std::fs;
 use std::io;
@@ -132,10 +132,10 @@ impl ReproduceArguments {
             ))
         };
         for name in analyze(rerun)? {
-            let read = |folder: &Path| read_text(&folder.join(&name), MAX_RESULT_BYTES).ok();
-            let [one, other] = [bundled, rerun].map(|folder| match name == REPORT {
-                true => read(folder).as_deref().map(without_machine),
-                false => read(folder),
+            let [one, other] = [bundled, rerun].map(|folder| {
+                let bytes = read(&folder.join(&name), MAX_RESULT_BYTES).ok()?;
+                let report = || without_machine(&String::from_utf8_lossy(&bytes)).into_bytes();
+                Some(if name == REPORT { report() } else { bytes })
             });
             if one.is_none() || one != other {
                 return Err(differs(format!("the bundled {name} is not that of the rerun")));

@@ -2,4 +2,5 @@
 
 pub(crate) mod fill_and_zoom;
 pub(crate) mod rerun;
+pub(crate) mod restore;
 pub(crate) mod verify_and_compare;

@@ -1,6 +1,7 @@
 //! `verify` and `compare`: recordings against a rerun and against each other.
 
 use crate::comparison::rerun::{exit_of, listen, with_progress};
+use crate::comparison::restore::verify_sample;
 use crate::messages::Failure;
 use crate::messages::exit::exit_of_unread;
 use crate::messages::result_arguments::ResultArguments;
@@ -16,14 +17,18 @@ use kinetoscope_console::text::{one_line, plural, shown_path};
 use kinetoscope_console::{Exit, Explained as _, Message};
 use kinetoscope_recording::reader::Outcome;
 use serde_json::json;
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-/// Rerun the run of a recording and compare.
+/// Rerun the run of a recording and compare, or a random sample of the runs in a table of an experiment.
 #[derive(Debug, Args)]
 pub(crate) struct VerifyArguments {
-    /// Recordings (*.mcap), and folders of recordings
+    /// Recordings (*.mcap), and folders of recordings; with --sample, the folder of an experiment or its runs.parquet
     #[arg(required = true, value_name = "RECORDING")]
     paths: Vec<PathBuf>,
+    /// Execute so many random runs of the table in memory, and compare the hashes of their messages
+    #[arg(long, value_name = "N")]
+    sample: Option<NonZeroUsize>,
     #[command(flatten)]
     result: ResultArguments,
 }
@@ -52,11 +57,20 @@ impl VerifyArguments {
     /// Verifies each recording and prints the result.
     #[must_use]
     pub(crate) fn execute(&self) -> Exit {
+        if let (Some(number), [table]) = (self.sample, self.paths.as_slice()) {
+            let verified = verify_sample(table, number.get(), &self.result);
+            let exit = verified.unwrap_or_else(|failure| self.result.failed(&failure));
+            return self.result.concluded(exit);
+        }
         let failed = |failure: Failure| self.result.concluded(self.result.failed(&failure));
         self.verify_all().map_or_else(failed, |report| report.print(&self.result))
     }
 
     fn verify_all(&self) -> Result<Report, Failure> {
+        if self.sample.is_some() {
+            let failure = Failure::new(Exit::BadInput, "--sample takes one experiment");
+            return Err(failure.help("verify each with its own command"));
+        }
         let paths = named_recordings(&self.paths)?;
         let (mut all, mut equal) = (Report::equal(), 0);
         for path in &paths {

@@ -135,7 +135,7 @@ impl Execution<'_> {
         Ok(executed)
     }
 
-    fn say(&self, text: &str) {
+    pub(crate) fn say(&self, text: &str) {
         self.arguments.messages.say(text);
     }
 
@@ -217,7 +217,7 @@ impl Execution<'_> {
         stale.remove(&mut report).map_err(failed)
     }
 
-    fn listen(&self) -> Result<&Interrupt, Failure> {
+    pub(crate) fn listen(&self) -> Result<&Interrupt, Failure> {
         if let Some(interrupt) = self.interrupt.get() {
             return Ok(interrupt);
         }

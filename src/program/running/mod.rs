@@ -2,7 +2,9 @@
 
 mod arguments;
 mod experiment;
+mod journal;
 mod live;
+mod metrics_only;
 mod next_command;
 mod results;
 mod shared_pool;
@@ -217,6 +219,13 @@ impl<'a> Session<'a> {
     }
 
     fn plan(&mut self, execution: Execution<'a>) {
+        if execution.keeps_only_metrics() && !self.arguments.execution.dry_run {
+            self.execute_waiting();
+            if !self.is_interrupted() {
+                self.take(execution.execute_for_metrics());
+            }
+            return;
+        }
         let planned = match execution.begin() {
             Ok(Begun::Planned(planned)) => planned,
             Ok(Begun::Ended(executed)) => return self.take(Ok(executed)),

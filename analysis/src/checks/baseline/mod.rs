@@ -25,7 +25,7 @@ pub(crate) use row::BaselineRow;
 
 use crate::checks::{CheckKind, CheckResult};
 use crate::metric::{Metric, SCHEMA};
-use crate::metric_files::document::{Document, MetricEntry, ScopeEntry};
+use crate::metric_files::document::{Document, MOST_RUNS, MetricEntry, ScopeEntry};
 use crate::models::{main_results, metric_names, metrics_of};
 use crate::run::RunAnalysis;
 use kinetoscope_console::text::plural;
@@ -38,6 +38,9 @@ use sensitivity::Sensitivity;
 use serde_json::json;
 use significance::{FAMILY_LEVEL, holm};
 use std::collections::{BTreeMap, BTreeSet};
+
+/// The schema with the texts of its definition in each metric; it has all that is compared.
+const WITH_TEXTS: u64 = 2;
 
 /// The metrics of an earlier analysis.
 #[derive(Debug)]
@@ -65,8 +68,15 @@ impl Baseline {
         let broken = |error| format!("is not a complete metrics.json ({error})");
         let read: serde_json::Value = serde_json::from_str(text).map_err(broken)?;
         match read["schema"].as_u64() {
-            Some(schema) if schema == u64::from(SCHEMA) => {
-                serde_json::from_value(read).map(Self).map_err(broken)
+            Some(schema) if schema == u64::from(SCHEMA) || schema == WITH_TEXTS => {
+                let document: Document = serde_json::from_value(read).map_err(broken)?;
+                if document.run_count > MOST_RUNS {
+                    return Err(format!(
+                        "holds means of {}, and metrics are compared run by run: compare up to {MOST_RUNS} runs, such as those of a smaller sweep",
+                        plural(document.run_count as u64, "run")
+                    ));
+                }
+                Ok(Self(document))
             }
             Some(schema) => Err(format!("has schema {schema}, this version reads {SCHEMA}")),
             None => Err("is not a metrics.json, because it has no schema".to_owned()),

@@ -1,0 +1,175 @@
+//! The command `kinetoscope table`: questions to the table of an experiment's runs.
+
+use super::exit::CommandError;
+use super::messages::concluded;
+use crate::metric_files::condition::Condition;
+use crate::metric_files::runs_query::{Answered, QueryError, Question, StoredRuns};
+use crate::metric_files::runs_table::{DESCRIPTION, ERROR_SUFFIX};
+use crate::number_text::with_error;
+use crate::table::{self, Cell, Column};
+use crate::write_file;
+use kinetoscope_console::text::plural;
+use kinetoscope_console::{Exit, Message, StandardOutput};
+use serde_json::{Map, Value};
+use std::path::{Path, PathBuf};
+
+/// Print columns of the table of an experiment's runs (runs.parquet), or means over groups of complete runs with their standard
+/// errors.
+#[derive(Debug, clap::Args)]
+pub struct TableArguments {
+    /// Folder of an analyzed experiment, or its runs.parquet
+    #[arg(value_name = "EXPERIMENT")]
+    path: PathBuf,
+    /// Columns: coordinates of the sweep, replicate, seed, outcome, metrics and so on [default: all but standard errors]
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    columns: Vec<String>,
+    /// Rows that meet all of these comparisons, such as 'temperature_k > 250, outcome = complete'
+    #[arg(long = "where", value_name = "CONDITION")]
+    condition: Option<String>,
+    /// Print one row per group of runs that agree in these columns, with means and standard errors over the complete runs
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    group: Vec<String>,
+    /// Format
+    #[arg(long, value_enum, default_value_t = TableFormat::Text)]
+    format: TableFormat,
+    /// File for the table [default: standard output]
+    #[arg(long, short, value_name = "FILE", required_if_eq("format", "parquet"))]
+    output: Option<PathBuf>,
+    #[arg(skip)]
+    standard_output: StandardOutput,
+}
+
+/// A format of a table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum TableFormat {
+    /// Aligned columns; the digits in brackets are one standard error
+    Text,
+    /// One line per row; numbers have the fewest digits that give them back exactly
+    Csv,
+    /// A list of objects
+    Json,
+    /// A table for DuckDB and Polars
+    Parquet,
+}
+
+impl From<QueryError> for CommandError {
+    fn from(error: QueryError) -> Self {
+        match error {
+            QueryError::Question(message) => Self::usage(message),
+            QueryError::Table(message) => Self { exit: Exit::Unreadable, message },
+        }
+    }
+}
+
+impl TableArguments {
+    /// Prints or writes the table.
+    #[must_use]
+    pub fn execute(&self) -> Exit {
+        concluded(self.answer(), &self.standard_output, self.format == TableFormat::Json)
+    }
+
+    fn answer(&self) -> Result<Exit, CommandError> {
+        let condition = self.condition.as_deref().map_or(Ok(Condition::default()), |text| {
+            let help = "write comparisons such as 'temperature_k > 250, outcome = complete'";
+            Condition::parse(text).map_err(|what| CommandError::usage(Message::new(what, help)))
+        })?;
+        self.output.as_deref().map_or(Ok(()), write_file::check)?;
+        let runs = StoredRuns::open(&self.path)?;
+        let (columns, group) = (self.columns.clone(), self.group.clone());
+        let answered = runs.answer(&Question { columns, condition, group })?;
+        let written = match self.format {
+            TableFormat::Text => text(&answered, &runs).into_bytes(),
+            TableFormat::Csv => csv_text(&answered).map_err(failed)?,
+            TableFormat::Json => format!("{:#}\n", json(&answered)).into_bytes(),
+            TableFormat::Parquet => parquet(&answered, &runs).map_err(failed)?,
+        };
+        match &self.output {
+            Some(file) => write_file::write(file, written)?,
+            None => self.standard_output.print_exactly(&String::from_utf8_lossy(&written)),
+        }
+        Ok(Exit::Done)
+    }
+}
+
+/// The error of a format's writer; none is expected.
+fn failed(error: impl std::fmt::Display) -> CommandError {
+    write_file::WriteError::new(Path::new("the table"), error).into()
+}
+
+/// Aligned columns; a value and its standard error are one column, with the unit in its head.
+fn text(answered: &Answered, runs: &StoredRuns) -> String {
+    let columns = &answered.columns;
+    let is_error_of =
+        |at: usize| at > 0 && columns[at].name == format!("{}{ERROR_SUFFIX}", columns[at - 1].name);
+    let shown: Vec<usize> = (0..columns.len()).filter(|at| !is_error_of(*at)).collect();
+    let head = |at: &usize| match unit(&columns[*at], runs) {
+        "" | "1" => columns[*at].text(),
+        unit => format!("{} ({unit})", columns[*at].text()),
+    };
+    let cell = |row: &[Cell], at: usize| match (&row[at], row.get(at + 1)) {
+        (Cell::Number(value), Some(error)) if at + 1 < columns.len() && is_error_of(at + 1) => {
+            let error = if let Cell::Number(error) = error { Some(*error) } else { None };
+            with_error(*value, error)
+        }
+        (cell, _) => cell.text(),
+    };
+    let heads: Vec<String> = shown.iter().map(head).collect();
+    let rows = answered.rows.iter();
+    let rows: Vec<Vec<String>> =
+        rows.map(|row| shown.iter().map(|at| cell(row, *at)).collect()).collect();
+    let width = |at: usize| {
+        let widths = rows.iter().chain([&heads]).map(|row| row[at].chars().count());
+        widths.max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..shown.len()).map(width).collect();
+    let line = |row: &Vec<String>| {
+        let cells = row.iter().zip(&widths).map(|(text, width)| format!("{text:<width$}"));
+        cells.collect::<Vec<_>>().join("  ").trim_end().to_owned() + "\n"
+    };
+    let lines: String = [&heads].into_iter().chain(&rows).map(line).collect();
+    format!("{lines}{}\n", plural(rows.len() as u64, "row"))
+}
+
+/// The unit of a column; empty if it has none.
+fn unit<'a>(column: &Column, runs: &'a StoredRuns) -> &'a str {
+    let description = &runs.description;
+    let of_axis = description.coordinates.get(&column.name).map(|axis| axis.unit.as_str());
+    let of_metric = || description.metrics.get(&column.name).map(|metric| metric.unit.as_str());
+    of_axis.or_else(of_metric).unwrap_or_default()
+}
+
+fn csv_text(answered: &Answered) -> Result<Vec<u8>, csv::Error> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(answered.columns.iter().map(Column::text))?;
+    for row in &answered.rows {
+        writer.write_record(row.iter().map(Cell::text))?;
+    }
+    writer.into_inner().map_err(|error| csv::Error::from(error.into_error()))
+}
+
+fn json(answered: &Answered) -> Value {
+    let value = |cell: &Cell| match cell {
+        Cell::Missing => Value::Null,
+        Cell::Text(text) => text.as_str().into(),
+        Cell::Integer(number) => (*number).into(),
+        Cell::Number(number) => (*number).into(),
+        Cell::Boolean(value) => (*value).into(),
+    };
+    let object = |row: &Vec<Cell>| {
+        let names = answered.columns.iter().map(|column| column.name.clone());
+        Value::Object(names.zip(row.iter().map(value)).collect::<Map<_, _>>())
+    };
+    Value::Array(answered.rows.iter().map(object).collect())
+}
+
+fn parquet(
+    answered: &Answered,
+    runs: &StoredRuns,
+) -> Result<Vec<u8>, parquet::errors::ParquetError> {
+    let description = serde_json::to_string(&runs.description).unwrap_or_default();
+    let (columns, rows) = (&answered.columns, &answered.rows);
+    let metadata = (DESCRIPTION, description.as_str());
+    table::parquet::write(Vec::new(), columns, metadata, rows.len(), |row, column| {
+        rows[row][column].clone()
+    })
+}

@@ -1,0 +1,129 @@
+//! One row of `runs.parquet`: a run with its outcome and its metrics, without its recording.
+
+use crate::metric::Definition;
+use crate::models::metrics_of;
+use crate::run::RunAnalysis;
+use kinetoscope_manifest::Coordinate;
+use serde::{Deserialize, Serialize};
+
+/// A run with its outcome and its metrics. The file of a sweep in progress holds what its plan does not know.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunRow {
+    /// The run's coordinates in its sweep.
+    #[serde(skip)]
+    pub coordinates: Vec<Coordinate>,
+    /// Number of the replicate.
+    #[serde(skip)]
+    pub replicate: u32,
+    /// Seed of all random streams.
+    #[serde(skip)]
+    pub seed: u64,
+    /// Name of the recording, also if it is not kept.
+    #[serde(skip)]
+    pub file: String,
+    /// The run key.
+    pub run_key: String,
+    /// The first half of the SHA-256 of all messages; `None` if they were not hashed.
+    pub messages: Option<[u8; 16]>,
+    pub(crate) program_version: String,
+    pub(crate) physics_version: u32,
+    pub(crate) outcome: String,
+    pub(crate) outcome_detail: Option<String>,
+    pub(crate) frames: u64,
+    pub(crate) end_time: f64,
+    pub(crate) model: String,
+    /// Index among the model's metrics, value and standard error; NaN if one is missing.
+    pub(crate) values: Vec<(u16, f64, f64)>,
+}
+
+impl RunRow {
+    /// The row of an analyzed run.
+    #[must_use]
+    pub fn of(run: &RunAnalysis) -> Self {
+        let model = run.model().name();
+        let known = metrics_of(model);
+        let value = |found: &crate::metric::Measurement| {
+            let at = known.iter().position(|it| it.name == found.definition.name)?;
+            let value = if found.reason.is_none() { found.estimate.value } else { f64::NAN };
+            let error = found.estimate.standard_error.filter(|_| found.reason.is_none());
+            Some((u16::try_from(at).ok()?, value, error.unwrap_or(f64::NAN)))
+        };
+        Self {
+            coordinates: run.coordinates.clone(),
+            replicate: run.manifest.replicate,
+            seed: run.manifest.seed,
+            file: run.file.clone(),
+            run_key: run.origin.run_key.clone(),
+            messages: run.messages,
+            program_version: run.origin.program_version.clone(),
+            physics_version: run.origin.physics_version,
+            outcome: run.ending.word().to_owned(),
+            outcome_detail: run.ending.detail(),
+            frames: run.frames,
+            end_time: run.end_time,
+            model: model.to_owned(),
+            values: run.measurements.iter().filter_map(value).collect(),
+        }
+    }
+
+    /// A row of a model with the values and errors of the metrics that have a column, and nothing else.
+    pub(crate) fn of_values(model: &str, value: impl Fn(&str) -> Option<[f64; 2]>) -> Self {
+        let known = metrics_of(model).iter().enumerate();
+        let values = known.filter_map(|(at, metric)| {
+            let [value, error] = value(metric.name)?;
+            Some((u16::try_from(at).ok()?, value, error))
+        });
+        Self {
+            coordinates: Vec::new(),
+            replicate: 0,
+            seed: 0,
+            file: String::new(),
+            run_key: String::new(),
+            messages: None,
+            program_version: String::new(),
+            physics_version: 0,
+            outcome: String::new(),
+            outcome_detail: None,
+            frames: 0,
+            end_time: f64::NAN,
+            model: model.to_owned(),
+            values: values.collect(),
+        }
+    }
+
+    /// Why the run failed; `None` for a complete one.
+    #[must_use]
+    pub fn fault(&self) -> Option<&str> {
+        (self.outcome == "fault").then(|| self.outcome_detail.as_deref().unwrap_or_default())
+    }
+
+    /// The row as bytes.
+    ///
+    /// # Errors
+    /// A defect of the program.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, postcard::Error> {
+        postcard::to_stdvec(self)
+    }
+
+    /// The row of these bytes; `None` if they are not one that this version of the program has derived.
+    #[must_use]
+    pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
+        let row: Option<Self> = postcard::from_bytes(bytes).ok();
+        row.filter(|row| row.program_version == env!("CARGO_PKG_VERSION"))
+    }
+
+    /// The metrics in the order in which they were derived.
+    pub(crate) fn definitions(&self) -> impl Iterator<Item = &'static Definition> {
+        let known = metrics_of(&self.model);
+        self.values.iter().filter_map(|(at, ..)| known.get(usize::from(*at)).copied())
+    }
+
+    /// The value and the standard error of a metric; NaN if one is missing.
+    pub(crate) fn value(&self, definition: &Definition) -> [f64; 2] {
+        let known = metrics_of(&self.model);
+        let is_it = |(at, ..): &&(u16, f64, f64)| {
+            known.get(usize::from(*at)).is_some_and(|it| it.name == definition.name)
+        };
+        self.values.iter().find(is_it).map_or([f64::NAN; 2], |(_, value, error)| [*value, *error])
+    }
+}

@@ -1,0 +1,137 @@
+//! The journal of a sweep whose recordings are not kept: one file with the rows of its finished runs, as they finish.
+//!
+//! Each row is preceded by its length and the first bytes of its SHA-256. A torn end, which a kill leaves, is cut off when the file is
+//! opened again.
+
+use kinetoscope_analysis::RunRow;
+use kinetoscope_files::regular_file::open_or_create;
+use sha2::{Digest as _, Sha256};
+use std::fs::{self, File, TryLockError};
+use std::io::{self, BufReader, Read, Seek as _, SeekFrom, Write as _};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// The first bytes of a journal, with the version of its layout.
+const MAGIC: &[u8; 8] = b"KSROWS01";
+/// Bytes of a row's checksum.
+const SUM_BYTES: usize = 8;
+/// Maximum length of a row: some hundred metrics.
+const MOST_ROW_BYTES: u32 = 1 << 20;
+/// Rows and time after which the file is synced.
+const ROWS_PER_SYNC: usize = 4096;
+pub(crate) const BETWEEN_SYNCS: Duration = Duration::from_secs(1);
+
+/// A journal that is written.
+#[derive(Debug)]
+pub(crate) struct Journal {
+    file: File,
+    path: PathBuf,
+    /// Bytes of rows that are not written yet.
+    waiting: Vec<u8>,
+    rows: usize,
+    synced: Instant,
+}
+
+impl Journal {
+    /// Opens the journal in a folder, locks it, cuts off a torn end, and returns its rows.
+    ///
+    /// # Errors
+    /// A file that cannot be read or written, is no journal, or is locked by another process.
+    pub(crate) fn open(path: &Path) -> io::Result<(Self, Vec<RunRow>)> {
+        let (mut file, _) = open_or_create(path)?;
+        match file.try_lock() {
+            Err(TryLockError::WouldBlock) => {
+                return Err(io::Error::new(io::ErrorKind::WouldBlock, "another program writes it"));
+            }
+            // Some network file systems have no locks.
+            Ok(()) | Err(TryLockError::Error(_)) => {}
+        }
+        let (rows, end) = read(&file)?;
+        file.set_len(end)?;
+        file.seek(SeekFrom::Start(end))?;
+        if end == 0 {
+            file.write_all(MAGIC)?;
+        }
+        let (path, waiting, synced) = (path.to_owned(), Vec::new(), Instant::now());
+        Ok((Self { file, path, waiting, rows: 0, synced }, rows))
+    }
+
+    /// Appends a row, and syncs the file if it is time to.
+    ///
+    /// # Errors
+    /// A disk that fails.
+    pub(crate) fn append(&mut self, row: &RunRow) -> io::Result<()> {
+        let bytes = row.to_bytes().map_err(io::Error::other)?;
+        let length = u32::try_from(bytes.len()).map_err(io::Error::other)?;
+        self.waiting.extend_from_slice(&length.to_le_bytes());
+        self.waiting.extend_from_slice(&Sha256::digest(&bytes)[..SUM_BYTES]);
+        self.waiting.extend_from_slice(&bytes);
+        self.rows += 1;
+        if self.rows >= ROWS_PER_SYNC || self.synced.elapsed() >= BETWEEN_SYNCS {
+            self.sync()?;
+        }
+        Ok(())
+    }
+
+    /// Writes what is waiting to the disk.
+    ///
+    /// # Errors
+    /// A disk that fails.
+    pub(crate) fn sync(&mut self) -> io::Result<()> {
+        if self.waiting.is_empty() {
+            return Ok(());
+        }
+        self.file.write_all(&self.waiting)?;
+        self.file.sync_data()?;
+        self.waiting.clear();
+        (self.rows, self.synced) = (0, Instant::now());
+        Ok(())
+    }
+
+    /// Removes the file: its rows are in the table.
+    ///
+    /// # Errors
+    /// A folder that cannot be written.
+    pub(crate) fn remove(self) -> io::Result<()> {
+        fs::remove_file(self.path)
+    }
+}
+
+/// The whole rows of a journal, and the place after them; 0 for a file that ends within its first bytes.
+fn read(file: &File) -> io::Result<(Vec<RunRow>, u64)> {
+    let mut input = BufReader::new(file);
+    let mut magic = Vec::new();
+    input.by_ref().take(MAGIC.len() as u64).read_to_end(&mut magic)?;
+    if !MAGIC.starts_with(&magic) {
+        return Err(io::Error::new(
+            io::ErrorKind::InvalidData,
+            "it is not a journal of this version",
+        ));
+    }
+    if magic.len() < MAGIC.len() {
+        return Ok((Vec::new(), 0));
+    }
+    let (mut rows, mut end) = (Vec::new(), MAGIC.len() as u64);
+    while let Some((row, bytes)) = read_row(&mut input)? {
+        rows.push(row);
+        end += bytes;
+    }
+    Ok((rows, end))
+}
+
+/// The next row and its length in the file; `None` at a torn end.
+fn read_row(input: &mut impl Read) -> io::Result<Option<(RunRow, u64)>> {
+    let mut head = Vec::new();
+    input.take(4 + SUM_BYTES as u64).read_to_end(&mut head)?;
+    let Some((length, sum)) = head.split_first_chunk::<4>() else { return Ok(None) };
+    let length = u32::from_le_bytes(*length);
+    if sum.len() < SUM_BYTES || length > MOST_ROW_BYTES {
+        return Ok(None);
+    }
+    let mut bytes = Vec::new();
+    input.take(length.into()).read_to_end(&mut bytes)?;
+    let is_whole =
+        bytes.len() as u64 == u64::from(length) && Sha256::digest(&bytes)[..SUM_BYTES] == *sum;
+    let row = is_whole.then(|| RunRow::from_bytes(&bytes)).flatten();
+    Ok(row.map(|row| (row, u64::from(length) + head.len() as u64)))
+}

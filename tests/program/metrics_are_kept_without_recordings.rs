@@ -1,0 +1,142 @@
+//! Guarantee: with `keep = "metrics"`, `runs.parquet` has the bytes that an analysis of all recordings writes, on any number of jobs and
+//! however often the sweep was killed; `restore` writes the bytes of the recordings, and each row has the hash of their messages.
+//!
+//! Setup: two temperatures and two distributions of speeds with replicates of 20 particles, and discs with an unstable time step.
+
+#![allow(clippy::unwrap_used, reason = "a test's own failure")]
+
+use crate::subcommand_bench::{Bench, Called, command, recordings};
+use std::fs;
+use std::path::PathBuf;
+use std::thread::sleep;
+use std::time::Duration;
+
+fn sweep(replicates: u32, keep: &str) -> String {
+    format!(
+        "name = \"gas\"\nseed = 3\nreplicates = {replicates}\n[model.gas]\nparticles = 20\nduration_s = 0.001\n\
+         [record]\nframes = 4\nkeep = \"{keep}\"\n[sweep]\n\"model.gas.temperature_k\" = [200, 300]\n\
+         \"model.gas.speed_distribution\" = [\"maxwell\", \"equal\"]\n"
+    )
+}
+
+fn expect(called: &Called, code: i32) {
+    assert_eq!(called.code, Some(code), "{}{}", called.out, called.err);
+}
+
+/// The table of a sweep whose recordings are not kept, executed below `output`.
+fn table(bench: &Bench, replicates: u32, output: &str, more: &[&str]) -> Vec<u8> {
+    bench.write("kept.toml", &sweep(replicates, "metrics"));
+    let run = ["run", "--quiet", "kept.toml", "--output", output];
+    expect(&bench.call(&[&run, more].concat()), 0);
+    assert!(!bench.path(output).join("gas/.runs.journal").exists());
+    fs::read(bench.path(output).join("gas/runs.parquet")).unwrap()
+}
+
+#[test]
+fn table_without_recordings_has_the_bytes_of_an_analysis() {
+    let bench = Bench::new();
+    bench.write("all.toml", &sweep(3, "all"));
+    expect(&bench.call(&["run", "--quiet", "all.toml"]), 0);
+    expect(&bench.call(&["analyze", "--quiet", "recordings/gas"]), 0);
+    let analyzed = fs::read(bench.path("recordings/gas/runs.parquet")).unwrap();
+    assert!(table(&bench, 3, "one", &["--jobs", "1"]) == analyzed, "one job");
+    assert!(table(&bench, 3, "four", &["--jobs", "4"]) == analyzed, "four jobs");
+    assert_eq!(recordings(&bench.path("four/gas")).len(), 0);
+    // Finished rows are not executed again, and those of more replicates are added.
+    assert!(table(&bench, 3, "one", &[]) == analyzed, "again");
+    assert!(bench.call(&["run", "kept.toml", "--output", "one"]).out.contains("12 runs, 0 to do"));
+    let more = table(&bench, 4, "one", &[]);
+    assert!(more == table(&bench, 4, "from_scratch", &[]) && more != analyzed);
+
+    // Restored recordings are those that were recorded, byte for byte.
+    let restore = ["restore", "one/gas", "--where", "replicate=1,temperature_k<300"];
+    let restored = bench.call(&restore);
+    expect(&restored, 0);
+    assert!(restored.out.contains("2 of 2 runs"), "{}", restored.out);
+    let files = recordings(&bench.path("one/gas/restored"));
+    assert_eq!(files.len(), 2);
+    for file in &files {
+        let recorded = bench.path("recordings/gas").join(file.file_name().unwrap());
+        assert!(fs::read(file).unwrap() == fs::read(recorded).unwrap(), "{file:?}");
+    }
+    let verified = bench.call(&["verify", "one/gas", "--sample", "5"]);
+    expect(&verified, 0);
+    assert!(verified.out.contains("5 of 5 runs"), "{}", verified.out);
+    // Control: the recording of another run under the name of the row is found, and kept.
+    fs::copy(&files[0], &files[1]).unwrap();
+    let other = bench.call(&restore);
+    expect(&other, 5);
+    assert!(
+        other.err.contains("have the hash") && other.out.contains("1 of 2 runs"),
+        "{}",
+        other.err
+    );
+    assert!(fs::read(&files[1]).unwrap() == fs::read(&files[0]).unwrap());
+    for (arguments, code, part) in [
+        (&["restore", "one/gas", "--where", "replicate=77"][..], 2, "no run"),
+        (&["restore", "one/gas", "--where", "replicate"][..], 2, "  | replicate\n  |          ^"),
+        (
+            &["restore", "one/gas", "--where", "replicate=1", "--output", "one/gas"][..],
+            2,
+            "replace",
+        ),
+        (&["restore", "none", "--where", "replicate=1"][..], 5, "does not exist"),
+    ] {
+        let called = bench.call(arguments);
+        expect(&called, code);
+        assert!(called.err.contains(part), "{part} in {}", called.err);
+    }
+}
+
+/// Setup: kills after 20 to 400 ms. Between two of them, the end of the journal is torn off, as by a power loss.
+#[test]
+fn killed_sweep_resumes_to_the_same_bytes() {
+    let bench = Bench::new();
+    let expected = table(&bench, 150, "whole", &[]);
+    let journal = bench.path("killed/gas/.runs.journal");
+    let mut sizes = Vec::new();
+    for milliseconds in [20, 90, 150, 60, 200, 400] {
+        let mut run = command()
+            .current_dir(bench.0.path())
+            .args(["run", "--quiet", "kept.toml", "--output", "killed", "--jobs", "2"])
+            .spawn()
+            .unwrap();
+        sleep(Duration::from_millis(milliseconds));
+        run.kill().unwrap();
+        run.wait().unwrap();
+        if let Ok(bytes) = fs::read(&journal) {
+            sizes.push(bytes.len());
+            fs::write(&journal, &bytes[..bytes.len() - bytes.len().min(13)]).unwrap();
+        }
+    }
+    assert!(table(&bench, 150, "killed", &[]) == expected, "journals of {sizes:?} bytes");
+    // A second program is rejected while the first one has the journal, and a foreign file is not overwritten.
+    fs::write(&journal, "no journal of this program").unwrap();
+    let foreign = bench.call(&["run", "--quiet", "kept.toml", "--output", "killed"]);
+    assert_eq!(foreign.code, Some(75), "{}", foreign.err);
+    assert_eq!(fs::read(&journal).unwrap(), b"no journal of this program");
+}
+
+#[test]
+fn rows_of_failed_runs_state_the_fault_and_other_places_are_rejected() {
+    let bench = Bench::new();
+    let fault = "name = \"fault\"\nreplicates = 2\n[model.dem]\ndiscs = 5\ntime_step_s = 0.01\n\
+         on_unstable_time_step = \"warn\"\nduration_s = 1.0\n[record]\nframes = 10\nkeep = \"metrics\"\n";
+    let fault: PathBuf = bench.write("fault.toml", fault);
+    let failed = bench.call(&["run", "--quiet", fault.to_str().unwrap()]);
+    expect(&failed, 1);
+    assert!(failed.err.contains("2 of 2 runs ended otherwise than expected"), "{}", failed.err);
+    let rows =
+        bench.call(&["table", "recordings/fault", "--columns", "outcome", "--format", "csv"]);
+    assert_eq!(rows.out, "outcome\nfault\nfault\n");
+    bench.write("kept.toml", &sweep(1, "metrics"));
+    for option in [&["--executor", "slurm"][..], &["--export-commands", "list"], &["--analyze"]] {
+        let rejected = bench.call(&[&["run", "kept.toml"], option].concat());
+        expect(&rejected, 2);
+        assert!(
+            rejected.err.contains("cannot be used with `keep = \"metrics\"`"),
+            "{}",
+            rejected.err
+        );
+    }
+}
