@@ -9,7 +9,7 @@ use clap::{Args, Parser};
 use kinetoscope_analysis::cli::AnalyzeArguments;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_console::{Exit, StandardOutput};
-use std::fs;
+use kinetoscope_files::regular_file::{MAX_MANIFEST_BYTES, read_text};
 use std::path::Path;
 
 /// Run the experiment `first_run`, analyze it and open its report: manifest, recording and page stay in this folder.
@@ -66,7 +66,7 @@ impl DemoArguments {
 /// Writes the manifest, unless it is there already.
 fn write_manifest(file: &Path) -> Result<(), Failure> {
     let manifest = Shipped::named(NAME).map_or("", |shipped| shipped.manifest);
-    match fs::read_to_string(file) {
+    match read_text(file, MAX_MANIFEST_BYTES) {
         Ok(present) if present == manifest => Ok(()),
         Ok(_) => Err(bad(format!("{} is here with other contents", shown_path(file))).help(
             "run it with `kinetoscope run`, or repeat `kinetoscope demo` in an empty folder",
