@@ -50,16 +50,16 @@ def test_a_document_is_its_table() -> None:
 
 
 def test_errors_of_a_dict_have_their_place_in_it(tmp_path: Path, programs: Optional[str]) -> None:
-    wrong: Dict[str, Any] = {"model": {"gas": {"particles": -4, "temperatur_k": 3, "radius_m": "wide"}}, "colour": 1}
+    wrong: Dict[str, Any] = {"model": {"gas": {"particles": -4, "temprature_k": 3, "radius_m": "wide"}}, "shade": 1}
     with pytest.raises(k.RunFailedError) as caught:
         k.run(wrong, output=tmp_path, programs=programs)
     for text in (
         '`model.gas.particles` is -4; must be a whole number from 1',
         '--> manifest["model"]["gas"]["particles"]',
         "did you mean `temperature_k`?",
-        '--> manifest["model"]["gas"]["temperatur_k"]',
+        '--> manifest["model"]["gas"]["temprature_k"]',
         '--> manifest["model"]["gas"]["radius_m"]',
-        '--> manifest["colour"]',
+        '--> manifest["shade"]',
     ):
         assert text in str(caught.value)
     assert "kinetoscope-" not in str(caught.value)
@@ -89,8 +89,8 @@ def test_a_sweep_is_set_from_python(kind: str, tmp_path: Path, programs: Optiona
     experiment = k.run(manifest, sweep=sweep, replicates=2, output=tmp_path, programs=programs)  # type: ignore[arg-type]
     assert experiment.path == tmp_path / "small" and len(experiment.runs) == 6
     assert [run.coordinates["temperature_k"] for run in experiment.runs[::2]] == [200, 250, 300]
-    with pytest.raises(k.RunFailedError, match='--> manifest\\["sweep"\\]\\["model.gas.temperatur_k"\\]'):
-        k.run(manifest, sweep={"model.gas.temperatur_k": [1, 2]}, output=tmp_path, programs=programs)
+    with pytest.raises(k.RunFailedError, match='--> manifest\\["sweep"\\]\\["model.gas.temprature_k"\\]'):
+        k.run(manifest, sweep={"model.gas.temprature_k": [1, 2]}, output=tmp_path, programs=programs)
 
 
 def test_starts_are_relative_to_the_working_directory(

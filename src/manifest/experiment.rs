@@ -281,6 +281,12 @@ fn read_overrides(
     sets
 }
 
+/// The name of the model whose table a manifest has.
+fn model_of(root: &Table) -> Option<&str> {
+    let tables = root.get("model")?.node.table()?;
+    tables.entries.first().map(|table| table.key.as_str())
+}
+
 fn read_root(
     source: &str,
     root: &mut Table,
@@ -290,9 +296,7 @@ fn read_root(
 ) -> Document {
     let is_overridden = !sets.is_empty();
     let sweep = root.take("sweep");
-    let model = root.get("model").and_then(|model| model.node.table()?.entries.first());
-    let model = model.map(|model| model.key.as_str());
-    let axes = sweep.as_ref().map_or_else(Vec::new, |sweep| sweep::read(sweep, model, errors));
+    let axes = sweep::read(sweep.as_ref(), model_of(root), errors);
     for Setting { key, key_span, node } in sets {
         if let Some(setting) = axes
             .iter()

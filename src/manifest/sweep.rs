@@ -82,7 +82,8 @@ pub(crate) fn numbers_of_variants(axes: &[Points]) -> Vec<String> {
 }
 
 /// Reads the table `[sweep]` of runs of a model into its axes, in the order of the file.
-pub(crate) fn read(sweep: &Entry, model: Option<&str>, errors: &mut Errors) -> Vec<Points> {
+pub(crate) fn read(sweep: Option<&Entry>, model: Option<&str>, errors: &mut Errors) -> Vec<Points> {
+    let Some(sweep) = sweep else { return Vec::new() };
     let Some(table) = sweep.node.table() else {
         return refuse_type(&sweep.node, "sweep", "a table", errors).unwrap_or_default();
     };

@@ -51,7 +51,7 @@ impl DemoArguments {
         if !self.no_open {
             words.push("--open".into());
         }
-        let analyze = Analyze::try_parse_from(words).map_err(|error| bad(error))?;
+        let analyze = Analyze::try_parse_from(words).map_err(bad)?;
         let analyzed = analyze.arguments.execute(engine);
         let output = StandardOutput::default();
         output.print(&format!(

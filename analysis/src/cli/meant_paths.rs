@@ -31,7 +31,7 @@ pub(super) fn meant_paths(paths: &[PathBuf]) -> Result<Vec<PathBuf>, CommandErro
 }
 
 fn meant_path(path: &Path) -> Result<PathBuf, CommandError> {
-    if !path.extension().is_some_and(|end| end == "toml") || !path.is_file() {
+    if path.extension().is_none_or(|end| end != "toml") || !path.is_file() {
         return Ok(path.to_owned());
     }
     if path.file_name().is_some_and(|name| name == SIDE_CAR) {

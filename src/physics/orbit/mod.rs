@@ -54,7 +54,7 @@ enum System {
 
 const KIND: ModelKind = ModelKind {
     name: "orbit",
-    physics_version: 4,
+    physics_version: 5,
     time_unit: "d",
     state_columns: &[
         StateColumn { name: "x", unit: "AU" },

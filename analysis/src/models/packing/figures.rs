@@ -62,8 +62,11 @@ fn temperature(run: &PackingRun) -> Plot {
         let theory = run.pairs.iter().map(|(events, pairs)| {
             (*events, start.temperature * law::cooling(restitution, *pairs, discs))
         });
-        let name =
-            if restitution == 1.0 { "T at the start" } else { "Haff, T₀ exp(−(1−e²) C/N), C pairs" };
+        let name = if restitution == 1.0 {
+            "T at the start"
+        } else {
+            "Haff, T₀ exp(−(1−e²) C/N), C pairs"
+        };
         curves.push(Curve::theory(name, 1, theory));
     }
     let ends = [run.frames.first(), run.frames.last()];
