@@ -26,7 +26,7 @@ pub struct Fingerprint {
 pub struct FrameTags {
     /// Number of frames.
     pub frames: u64,
-    /// The tag of the last frame of each group of [`FrameTags::frames_per_tag`].
+    /// The tag of the last frame of each group of `frames_per_tag`.
     pub tags: Vec<u8>,
 }
 
