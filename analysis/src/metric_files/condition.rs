@@ -210,7 +210,7 @@ mod tests {
             bound.iter().all(|comparison| comparison.holds(&cells[comparison.column]))
         };
         for (text, found) in [
-            ("temperature_k=300", [false, true, false]),
+            ("temperature_k=300", [false, true, true]),
             ("temperature_k > 250 and outcome = complete", [false, true, false]),
             ("temperature_k>=200,outcome!=\"complete\"", [false, false, true]),
             ("temperature_k<300", [true, false, false]),

@@ -275,7 +275,6 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     let points = sweep::points(&runs);
     let (mut metrics, refusals) = sweep::fits::fits(&points);
     notes.extend(refusals.iter().map(Refusal::note));
-    notes.extend(sweep::correlation_note(&points).map(str::to_owned));
     metrics.extend(sweep::replicate_means(&points));
     let record = source.record.as_ref();
     metrics.extend(metrics_of_runs(&runs, &metrics, record, &options.checks));
@@ -298,6 +297,8 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     });
     let requests = plots::requests(record, &answer, data);
     let (plots, requested_plots) = plots::plots(data, &requests, &mut notes);
+    // What concerns all sweeps alike comes last.
+    notes.extend(sweep::correlation_note(&points).map(str::to_owned));
     let text = |of: fn(&ExperimentRecord) -> &String| record.map(of).cloned().unwrap_or_default();
     AnalysisReport {
         name: source.name.clone(),

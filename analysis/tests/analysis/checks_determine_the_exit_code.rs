@@ -45,7 +45,7 @@ fn frames(run: &RunManifest) -> Frames {
 #[test]
 fn passing_checks_exit_with_zero() {
     let folder = Folder::write(MANIFEST, frames);
-    let output = analyze(&[folder.name()]).exited_with(0);
+    let output = analyze(&["--all", folder.name()]).exited_with(0);
     let line =
         "ok pressure.measured at temperature_k = 100: measured 100.5 N/m, expected 100.5 ± 0.6";
     assert!(flat(&output.text).contains(line), "{}", output.text);
