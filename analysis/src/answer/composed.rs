@@ -1,5 +1,6 @@
 //! Sentences that follow from the checks and the requested plots, for a manifest without an answer of its own, and for checks that fail.
 
+use super::dependence::order;
 use super::missing_runs::{first_clause, is_whole, missing_runs};
 use super::number::{
     NumberForm, compared_form, conserved, form_of, metric_text, number_with, percent, size_text,
@@ -8,7 +9,7 @@ use super::number::{
 use super::phrase::{phrase, span};
 use super::place::place_words;
 use super::points::{everywhere, listed, several};
-use super::question::shared_words;
+use super::question::{asks_for_order, shared_words};
 use super::relation::{relation, requirement, to_theory};
 use super::{AnswerNumber, AnswerPart, AnswerSource};
 use crate::checks::{checked_metrics, compare};
@@ -198,7 +199,11 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
         });
     }
     let shown = findings.iter().take(MOST_SENTENCES);
-    let sentences = shown.map(|finding| finding.sentences(source)).collect::<Vec<_>>();
+    let mut sentences = shown.map(|finding| finding.sentences(source)).collect::<Vec<_>>();
+    let order = findings.first().and_then(|finding| order(&finding.metrics));
+    if let Some(order) = order.filter(|_| asks_for_order(source)) {
+        sentences.insert(0, vec![AnswerPart::words(format!("The method is of order {order}."))]);
+    }
     if sentences.is_empty() { unfinished(source) } else { joined(sentences) }
 }
 

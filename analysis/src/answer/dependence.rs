@@ -154,6 +154,33 @@ fn exponents(points: &[[f64; 3]]) -> Option<String> {
     (changes && greatest - least <= LARGEST_RANGE).then_some(range)
 }
 
+/// The order of a method: the whole number to which the exponents of its errors over the time step are close; `None` if there is none, or if
+/// the steps are not swept alone.
+pub(super) fn order(metrics: &[&Metric]) -> Option<i64> {
+    let point = |metric: &&Metric| match metric.coordinates() {
+        [only] if only.key.contains(".time_step") => {
+            Some((only.value.parse::<f64>().ok()?, metric.value()))
+        }
+        _ => None,
+    };
+    let mut points = metrics.iter().map(point).collect::<Option<Vec<(f64, f64)>>>()?;
+    points.sort_by(|(one, _), (other, _)| one.total_cmp(other));
+    order_of(&points)
+}
+
+/// The order of the method of errors over rising time steps.
+fn order_of(points: &[(f64, f64)]) -> Option<i64> {
+    let exponent =
+        |pair: &[(f64, f64)]| libm::log(pair[1].1 / pair[0].1) / libm::log(pair[1].0 / pair[0].0);
+    let exponents: Vec<f64> = points.windows(2).map(exponent).collect();
+    let order = libm::round(*exponents.first()?);
+    let is_close = exponents.iter().all(|exponent| (exponent - order).abs() <= FROM_ORDER);
+    (is_close && order >= 1.0).then_some(order as i64)
+}
+
+/// Largest difference of an exponent from the order of a method.
+const FROM_ORDER: f64 = 0.25;
+
 /// The power of the key over which the values are the same, with their largest relative difference.
 fn named_power(points: &[(f64, f64)]) -> Option<(&'static str, f64)> {
     let spread = |power: f64| {
@@ -191,7 +218,7 @@ fn rises(points: &[(f64, f64)]) -> bool {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-    use super::{Dependence, POWERS, exponents, extremum, named_power, rises, verb};
+    use super::{Dependence, POWERS, exponents, extremum, named_power, order_of, rises, verb};
 
     /// Values of exact powers; controls: other powers, values that do not change, and a change of sign.
     #[test]
@@ -231,6 +258,18 @@ mod tests {
         assert_eq!(exponents(&of(0.01, 0.0)), None);
         assert_eq!(exponents(&[[0.0, 1.0, 0.0], [2.0, 4.0, 0.0]]), None);
         assert_eq!(exponents(&[[1.0, -1.0, 0.0], [2.0, 4.0, 0.0]]), None);
+    }
+
+    /// Controls: exponents between two orders, errors that do not grow, a single step, and an error of 0.
+    #[test]
+    fn order_of_a_method_is_the_whole_number_of_its_exponents() {
+        let of = |power: f64| [1.0, 2.0, 4.0].map(|step: f64| (step, libm::pow(step, power)));
+        assert_eq!(order_of(&of(2.0)), Some(2));
+        assert_eq!(order_of(&of(4.2)), Some(4));
+        for points in [&of(1.5)[..], &of(0.0), &of(-1.0), &of(2.0)[..1], &[(1.0, 0.0), (2.0, 1.0)]]
+        {
+            assert_eq!(order_of(points), None, "{points:?}");
+        }
     }
 
     #[test]

@@ -35,6 +35,12 @@ pub(super) fn shared_words(source: &AnswerSource<'_>, metric: &str) -> usize {
     words_in_common(question, label_of(metric).unwrap_or_default())
 }
 
+/// Whether the question is about the order of a method.
+pub(super) fn asks_for_order(source: &AnswerSource<'_>) -> bool {
+    let question = source.record.map_or("", |record| &record.question).to_lowercase();
+    words_of(&question).any(|word| word == "order")
+}
+
 fn words_in_common(question: &str, label: &str) -> usize {
     let (question, label) = (question.to_lowercase(), label.to_lowercase());
     let words = |text| words_of(text).filter(|word| word.len() + 1 >= LETTERS);
