@@ -100,7 +100,8 @@ class Experiment:
     def runs(self) -> Tuple[Run, ...]:
         """The finished runs, in the order of the sweep."""
         if self._runs is None:
-            self._runs = tuple(Run(path, programs=self._programs, experiment=self) for path in self._files)
+            runs = (Run(path, programs=self._programs, experiment=self) for path in self._files)
+            self._runs = tuple(run._with_all_frames() for run in runs)
         return self._runs
 
     @property

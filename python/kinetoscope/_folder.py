@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 import os
+import re
+import struct
 from pathlib import Path
-from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 from . import _toml
 from ._errors import damaged
@@ -59,6 +62,20 @@ def listed(folder: Path) -> List[Path]:
     return [folder / entry.file for entry in entries(folder, text) if (folder / entry.file).is_file()]
 
 
+def restored(path: Path, manifest: str, provenance: Mapping[str, str]) -> Optional[Path]:
+    """The file in which `kinetoscope fill` restores a recording of keyframes: its run key is that of the manifest without them."""
+    whole = re.sub(r"(?m)^(keep|keyframe_distance) = .*\n?", "", manifest)
+    versions = struct.pack("<II", int(provenance["physics_version"]), int(provenance["schema_version"]))
+    key = hashlib.sha256(versions + whole.encode()).hexdigest()
+    name, separator, _ = path.stem.rpartition("__")
+    return path.with_name(f"{name}__{key[:8]}.mcap") if separator else None
+
+
+def _place(file: str) -> str:
+    """A file's name without its run key, which differs between a recording of keyframes and the restored one."""
+    return file.rpartition("__")[0] or file
+
+
 def coordinates_of(file: str, entries: Sequence[RunEntry]) -> Dict[str, Coordinate]:
     """The coordinates of a run by the names that metrics use: the last part of a key where that is unique."""
     keys = dict.fromkeys(key for entry in entries for key, _ in entry.coordinates)
@@ -66,7 +83,7 @@ def coordinates_of(file: str, entries: Sequence[RunEntry]) -> Dict[str, Coordina
     return {
         _last_part(key) if last_parts.count(_last_part(key)) == 1 else key: _value(key, text)
         for entry in entries
-        if entry.file == file
+        if _place(entry.file) == _place(file)
         for key, text in entry.coordinates
     }
 

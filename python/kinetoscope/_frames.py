@@ -5,7 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
-from typing import TYPE_CHECKING, BinaryIO, Dict, Iterator, List, Mapping, Optional, Tuple, Union, overload
+from typing import TYPE_CHECKING, BinaryIO, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -36,7 +36,7 @@ class Frames:
     'm/s'
     """
 
-    def __init__(self, container: Container, topic: str, selection: Optional[range] = None) -> None:
+    def __init__(self, container: Container, topic: str, selection: Optional[Sequence[int]] = None) -> None:
         self._container = container
         self.topic = topic
         channel = container.channel(topic)
@@ -52,7 +52,7 @@ class Frames:
         self.dtype: np.dtype[np.void] = self._decoder().dtype
         if self._has_particles():
             self.dtype = np.dtype([(name, "<f8") for name in columns])
-        self._selection = range(topics[topic]) if selection is None else selection
+        self._selection = self._recorded(topics) if selection is None else selection
 
     @property
     def columns(self) -> Tuple[str, ...]:
@@ -72,8 +72,8 @@ class Frames:
         return _units.of_fields(provenance["model"], self.columns, provenance["time_unit"])
 
     @property
-    def indices(self) -> range:
-        """The indices of these frames in the recording; 0 is the start."""
+    def indices(self) -> Sequence[int]:
+        """The numbers of these frames in the run; 0 is the start. A recording of keyframes has a part of the states."""
         return self._selection
 
     @property
@@ -81,6 +81,18 @@ class Frames:
         """The simulated time of each frame, in the unit of the recording."""
         clocks = Frames(self._container, "/frame", self._selection)
         return np.fromiter((clock["time"][0] for clock in clocks), np.float64, len(clocks))
+
+    def _recorded(self, topics: Mapping[str, int]) -> Sequence[int]:
+        """The numbers of the frames that the topic has: all, or those of the keyframes and the last one."""
+        first, distance = self._container.layout.stored
+        all_frames = range(first, first + topics.get("/frame", 0))
+        count = topics[self.topic]
+        keyframes = all_frames[::distance]
+        if count == len(all_frames):
+            return all_frames
+        if count == len(keyframes) + 1:
+            return (*keyframes, all_frames[-1])
+        return keyframes[:count] if distance > 1 else range(first, first + count)
 
     def __len__(self) -> int:
         return len(self._selection)
@@ -103,7 +115,7 @@ class Frames:
             frame = self._selection[index]
         except IndexError:
             raise IndexError(f"frame {index} of {len(self)} frames") from None
-        return next(self._read(range(frame, frame + 1)))
+        return next(self._read((frame,)))
 
     def __iter__(self) -> Iterator[Table]:
         return self._read(self._selection)
@@ -147,7 +159,7 @@ class Frames:
         if index is not None:
             # Negative numbers and numbers beyond the end as for lists.
             frame = self._selection[index]
-            selected = Frames(self._container, self.topic, range(frame, frame + 1))
+            selected = Frames(self._container, self.topic, (frame,))
         whole, dimensions = selected.array(), ("frame", "particle" if self.topic == "/state" else "row")
         variables = {
             name: (dimensions, whole[name], {"units": self.units[name]} if self.units.get(name) else {})
@@ -171,7 +183,7 @@ class Frames:
             what = f"the schema of {self.topic} cannot be read"
             raise or_damaged(self._container.path, what, error) from error
 
-    def _read(self, selection: range) -> Iterator[Table]:
+    def _read(self, selection: Sequence[int]) -> Iterator[Table]:
         if len(selection) == 0:
             return
         decode = self._decoder()
@@ -182,7 +194,7 @@ class Frames:
             if self._has_particles():
                 own_stream = stack.enter_context(open_file(self._container.path))
                 particles = _Particles(self._container, own_stream, self.dtype)
-            if abs(selection.step) * len(selection) > 1:
+            if len(selection) > 1:
                 _keep_freed_memory()
                 places.read_ahead = stack.enter_context(ThreadPoolExecutor(1))
             for frame in selection:

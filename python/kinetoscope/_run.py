@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Dict, List, Literal, Optional, Tuple, overload
 
 import numpy as np
+import numpy.typing as npt
 
 from . import _folder, _log, _player, _programs, _tables, _toml
 from ._container import load
@@ -72,6 +73,15 @@ class Run:
                 "`kinetoscope.Run(path, allow_torn=True)`",
             )
         self._outcome = outcome or "unfinished"
+
+    def _with_all_frames(self) -> "Run":
+        """The recording in which `kinetoscope fill` restored the frames of this one of keyframes; else this one."""
+        if self._container.layout.stored.distance == 1:
+            return self
+        path = _folder.restored(self.path, self._container.manifest, self._provenance)
+        if path is None or not path.is_file():
+            return self
+        return Run(path, programs=self._programs, experiment=self._experiment)
 
     def __repr__(self) -> str:
         return f"<run {self.path.stem}: {self.model}, {len(self)} frames, {self.outcome}>"
@@ -150,6 +160,15 @@ class Run:
         return self._experiment._metric_of(self, name)
 
     @property
+    def times(self) -> npt.NDArray[np.float64]:
+        """The simulated time of every frame of the run, also of those whose state is not recorded.
+
+        >>> len(recording.times), float(recording.times[0])
+        (251, 0.0)
+        """
+        return self["/frame"].times
+
+    @property
     def run_key(self) -> str:
         """SHA-256 of all inputs that affect the result."""
         return self._provenance["run_key"]
@@ -197,7 +216,7 @@ class Run:
         lengths = [len(table) for table in tables]
         rows = np.concatenate(tables) if tables else np.empty(0, frames.dtype)
         columns: Dict[str, Any] = {
-            "frame": np.repeat(np.arange(len(tables)), lengths),
+            "frame": np.repeat(np.asarray(frames.indices, dtype=np.int64), lengths),
             "time": np.repeat(frames.times, lengths),
         }
         for name in frames.columns:

@@ -17,6 +17,7 @@ from mcap_protobuf.decoder import DecoderFactory
 from mutated_recording import CHUNK, MutatedRecording, encoded
 
 import kinetoscope as k
+from kinetoscope import _programs
 
 MODELS = ["first_run", "gas_300_kelvin", "packing_fifty_discs", "orbit_exercise"]
 
@@ -143,9 +144,30 @@ def test_series_of_keyframes_have_all_frames(experiments: Path, tmp_path: Path, 
     )
     assert keys.path.stat().st_size < full.path.stat().st_size / 2
     assert keys.series("/energy").equals(full.series("/energy"))
-    # Control: states are stored at the keyframes only.
-    with pytest.raises(k.RecordingError, match="does not have frame 1.*\nhelp: `kinetoscope fill"):
-        list(keys["/state"])
+
+
+def test_frames_of_a_part_of_a_run_have_their_numbers(
+    experiments: Path, tmp_path: Path, programs: Optional[str]
+) -> None:
+    change = {"record.keep": "keyframes", "record.keyframe_distance": 30}
+    keys, full = (
+        k.run(experiments / "first_run.toml", set=change, output=tmp_path / name, programs=programs).runs[0]
+        for name, change in (("keys", change), ("full", {}))
+    )
+    state, whole = keys["/state"], full["/state"]
+    # 251 frames: every 30th, and the last one.
+    assert list(state.indices) == [*range(0, 250, 30), 250] and len(keys.times) == 251
+    assert [index for index, frame in zip(state.indices, state) if not np.array_equal(frame, whole[index])] == []
+    assert np.array_equal(state[-1], whole[250]) and np.array_equal(state[1:3].times, full.times[[30, 60]])
+    assert keys.series("/state", "pandas")["frame"].unique().tolist() == list(state.indices)
+    arguments = ["--from", "0.1", "--to", "0.11", "--every", "0.001", str(keys.path), "--output", str(tmp_path / "zoom.mcap")]
+    assert _programs.call(["zoom", *arguments], programs).code == 0
+    zoomed = k.Run(tmp_path / "zoom.mcap")
+    assert len(zoomed["/state"]) == len(zoomed) == len(list(zoomed["/state"])) and zoomed.times[0] >= 0.0999
+    assert _programs.call(["fill", str(keys.path)], programs).code == 0
+    restored = k.open(keys.path.parent, programs=programs).runs[0]
+    assert len(restored["/state"]) == 251 and restored.coordinates == keys.coordinates
+    assert restored.run_key == full.run_key
 
 
 def test_missing_optional_packages_are_named(recording: k.Run, monkeypatch: pytest.MonkeyPatch) -> None:
