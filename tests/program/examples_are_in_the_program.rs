@@ -46,14 +46,17 @@ fn every_shipped_experiment_is_in_the_program() {
 #[test]
 fn file_that_exists_is_not_replaced() {
     let bench = Bench::new();
-    let first = bench.call(&["new", "gas", "--output", "my gas.toml"]);
+    let unnamed = bench.call(&["new", "gas", "--output", "my gas.toml"]);
+    assert_eq!(unnamed.code, Some(2), "{}", unnamed.out);
+    assert!(unnamed.err.contains("cannot name an experiment\nhelp: "), "{}", unnamed.err);
+    let first = bench.call(&["new", "gas", "--output", "my_gas.toml"]);
     assert_eq!(first.code, Some(0), "{}", first.err);
-    assert!(first.out.ends_with("kinetoscope run 'my gas.toml'\n"), "{}", first.out);
-    let manifest = fs::read_to_string(bench.path("my gas.toml")).unwrap();
-    let again = bench.call(&["new", "dem", "--output", "my gas.toml"]);
+    assert!(first.out.ends_with("kinetoscope run my_gas.toml\n"), "{}", first.out);
+    let manifest = fs::read_to_string(bench.path("my_gas.toml")).unwrap();
+    let again = bench.call(&["new", "dem", "--output", "my_gas.toml"]);
     assert_eq!(again.code, Some(2), "{}", again.out);
     assert!(again.err.contains("exists already\nhelp: "), "{}", again.err);
-    assert_eq!(fs::read_to_string(bench.path("my gas.toml")).unwrap(), manifest);
+    assert_eq!(fs::read_to_string(bench.path("my_gas.toml")).unwrap(), manifest);
     let unwritable = bench.call(&["new", "dem", "--output", "none/dem.toml"]);
     assert!(unwritable.code.is_some_and(|code| code > 0), "{}", unwritable.err);
     assert!(unwritable.err.contains("\nhelp: "), "{}", unwritable.err);

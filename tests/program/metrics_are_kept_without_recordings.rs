@@ -140,3 +140,29 @@ fn rows_of_failed_runs_state_the_fault_and_other_places_are_rejected() {
         );
     }
 }
+
+/// Guarantee: finished rows are not dropped by a mistaken manifest, and a table replaces no other kind of file.
+#[test]
+fn rows_of_other_runs_are_kept_until_they_are_pruned() {
+    let bench = Bench::new();
+    let first = table(&bench, 2, "kept", &[]);
+    for mistaken in ["seed=4", "replicates=1"] {
+        let called = bench.call(&["run", "kept.toml", "--output", "kept", "--set", mistaken]);
+        expect(&called, 2);
+        assert!(
+            called.err.contains("that the manifest does not describe\nhelp: name another folder")
+        );
+        assert!(fs::read(bench.path("kept/gas/runs.parquet")).unwrap() == first, "{mistaken}");
+    }
+    let pruned = ["run", "--quiet", "--prune", "kept.toml", "--output", "kept", "--set", "seed=4"];
+    expect(&bench.call(&pruned), 0);
+    assert!(fs::read(bench.path("kept/gas/runs.parquet")).unwrap() != first);
+    let into = |file: &str| {
+        bench.call(&["table", "kept/gas", "--columns", "replicate", "--format", "csv", "-o", file])
+    };
+    let manifest = fs::read(bench.path("kept.toml")).unwrap();
+    expect(&into("kept.toml"), 2);
+    assert!(fs::read(bench.path("kept.toml")).unwrap() == manifest);
+    let written = into("kept.csv");
+    assert!(written.out.starts_with("written: kept.csv (8 rows)"), "{}", written.out);
+}

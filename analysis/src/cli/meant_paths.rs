@@ -2,8 +2,8 @@
 
 use super::exit::CommandError;
 use crate::input::SIDE_CAR;
-use kinetoscope_console::Message;
 use kinetoscope_console::text::shown_path;
+use kinetoscope_console::{Message, complain};
 use kinetoscope_files::folder::folder_of;
 use kinetoscope_files::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
 use kinetoscope_manifest::experiment_name;
@@ -41,6 +41,13 @@ fn meant_path(path: &Path) -> Result<PathBuf, CommandError> {
     let name = source.and_then(|source| experiment_name(&source, path));
     let folder = Path::new(RECORDINGS).join(name.unwrap_or_default());
     if folder.is_dir() {
+        if is_newer(path, &folder.join(SIDE_CAR)) {
+            let manifest = shown_path(path);
+            let note = format!(
+                "note: {manifest} was saved after its runs, which are analyzed as they were recorded; run it again if it was changed"
+            );
+            complain(&note, false);
+        }
         return Ok(folder);
     }
     let (manifest, folder) = (shown_path(path), shown_path(&folder));
@@ -48,4 +55,10 @@ fn meant_path(path: &Path) -> Result<PathBuf, CommandError> {
         format!("{manifest} has no recordings in {folder}"),
         "run it first, or name the folder of its recordings",
     )))
+}
+
+/// Whether a manifest was written after the description of its runs; false if the system states no times.
+fn is_newer(manifest: &Path, description: &Path) -> bool {
+    let written = |path: &Path| path.metadata().and_then(|it| it.modified()).ok();
+    matches!((written(manifest), written(description)), (Some(one), Some(other)) if one > other)
 }

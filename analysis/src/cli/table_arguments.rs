@@ -1,6 +1,7 @@
 //! The command `kinetoscope table`: questions to the table of an experiment's runs.
 
 use super::exit::CommandError;
+use super::meant_paths::meant_paths;
 use super::messages::concluded;
 use crate::metric_files::condition::Condition;
 use crate::metric_files::runs_query::{Answered, QueryError, Question, StoredRuns};
@@ -8,7 +9,7 @@ use crate::metric_files::runs_table::{DESCRIPTION, ERROR_SUFFIX};
 use crate::number_text::with_error;
 use crate::table::{self, Cell, Column};
 use crate::write_file;
-use kinetoscope_console::text::plural;
+use kinetoscope_console::text::{one_line, plural, shown_path};
 use kinetoscope_console::{Exit, Message, StandardOutput};
 use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};
@@ -17,7 +18,7 @@ use std::path::{Path, PathBuf};
 /// errors.
 #[derive(Debug, clap::Args)]
 pub struct TableArguments {
-    /// Folder of an analyzed experiment, or its runs.parquet
+    /// Folder of an analyzed experiment, its manifest, or its runs.parquet
     #[arg(value_name = "EXPERIMENT")]
     path: PathBuf,
     /// Columns: coordinates of the sweep, replicate, seed, outcome, metrics and so on [default: all but standard errors]
@@ -68,13 +69,31 @@ impl TableArguments {
         concluded(self.answer(), &self.standard_output, self.format == TableFormat::Json)
     }
 
+    /// Rejects a file that cannot be written, and one with the ending of something else, such as a manifest.
+    fn check_output(&self, file: &Path) -> Result<(), CommandError> {
+        let ending = match self.format {
+            TableFormat::Text => "txt",
+            TableFormat::Csv => "csv",
+            TableFormat::Json => "json",
+            TableFormat::Parquet => "parquet",
+        };
+        if file.extension().is_none_or(|end| end != ending) {
+            return Err(CommandError::usage(Message::new(
+                format!("{} does not end in .{ending}", shown_path(file)),
+                format!("name a file NAME.{ending}, or choose another --format"),
+            )));
+        }
+        Ok(write_file::check(file)?)
+    }
+
     fn answer(&self) -> Result<Exit, CommandError> {
         let condition = self.condition.as_deref().map_or(Ok(Condition::default()), |text| {
             let help = "write comparisons such as 'temperature_k > 250, outcome = complete'";
             Condition::parse(text).map_err(|what| CommandError::usage(Message::new(what, help)))
         })?;
-        self.output.as_deref().map_or(Ok(()), write_file::check)?;
-        let runs = StoredRuns::open(&self.path)?;
+        self.output.as_deref().map_or(Ok(()), |file| self.check_output(file))?;
+        let path = meant_paths(std::slice::from_ref(&self.path))?;
+        let runs = StoredRuns::open(path.first().unwrap_or(&self.path))?;
         let (columns, group) = (self.columns.clone(), self.group.clone());
         let answered = runs.answer(&Question { columns, condition, group })?;
         let written = match self.format {
@@ -84,7 +103,15 @@ impl TableArguments {
             TableFormat::Parquet => parquet(&answered, &runs).map_err(failed)?,
         };
         match &self.output {
-            Some(file) => write_file::write(file, written)?,
+            Some(file) => {
+                write_file::write(file, written)?;
+                let rows = plural(answered.rows.len() as u64, "row");
+                let line = format!("written: {} ({rows})\n", shown_path(file));
+                self.standard_output.print(&line);
+            }
+            None if self.format == TableFormat::Json => {
+                self.standard_output.print_json(&String::from_utf8_lossy(&written));
+            }
             None => self.standard_output.print_exactly(&String::from_utf8_lossy(&written)),
         }
         Ok(Exit::Done)
@@ -113,10 +140,12 @@ fn text(answered: &Answered, runs: &StoredRuns) -> String {
         }
         (cell, _) => cell.text(),
     };
-    let heads: Vec<String> = shown.iter().map(head).collect();
+    // Names and units are those of a file.
+    let heads: Vec<String> = shown.iter().map(|at| one_line(&head(at)).into_owned()).collect();
     let rows = answered.rows.iter();
-    let rows: Vec<Vec<String>> =
-        rows.map(|row| shown.iter().map(|at| cell(row, *at)).collect()).collect();
+    let rows: Vec<Vec<String>> = rows
+        .map(|row| shown.iter().map(|at| one_line(&cell(row, *at)).into_owned()).collect())
+        .collect();
     let width = |at: usize| {
         let widths = rows.iter().chain([&heads]).map(|row| row[at].chars().count());
         widths.max().unwrap_or(0)
@@ -127,7 +156,11 @@ fn text(answered: &Answered, runs: &StoredRuns) -> String {
         cells.collect::<Vec<_>>().join("  ").trim_end().to_owned() + "\n"
     };
     let lines: String = [&heads].into_iter().chain(&rows).map(line).collect();
-    format!("{lines}{}\n", plural(rows.len() as u64, "row"))
+    let left_out = match answered.left_out {
+        0 => String::new(),
+        number => format!("; without {} that did not end as expected", plural(number, "run")),
+    };
+    format!("{lines}{}{left_out}\n", plural(rows.len() as u64, "row"))
 }
 
 /// The unit of a column; empty if it has none.

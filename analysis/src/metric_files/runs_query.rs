@@ -37,6 +37,8 @@ pub(crate) struct StoredRuns {
 pub(crate) struct Answered {
     pub(crate) columns: Vec<Column>,
     pub(crate) rows: Vec<Vec<Cell>>,
+    /// Runs that meet the condition, but are not complete, so that they are in no group.
+    pub(crate) left_out: u64,
 }
 
 /// A question: columns (all that are not standard errors if there are none), a condition, and the columns that define groups.
@@ -122,7 +124,8 @@ impl StoredRuns {
                 }),
             );
         }
-        Ok(Answered { columns: places.into_iter().map(|(_, column)| column).collect(), rows })
+        let columns = places.into_iter().map(|(_, column)| column).collect();
+        Ok(Answered { columns, rows, left_out: 0 })
     }
 
     /// Means over the complete runs of each group that meet the condition, with their standard errors, in the order of the table. The
@@ -137,11 +140,13 @@ impl StoredRuns {
         let outcome = self.places(&["outcome".to_owned()])?[0].0;
         let mut index: BTreeMap<Vec<String>, usize> = BTreeMap::new();
         let mut groups: Vec<Group> = Vec::new();
+        let mut left_out = 0;
         for group in 0..self.reader.groups() {
             let outcomes = self.cells(group, outcome)?;
             let selected = self.selected(group, comparisons)?.into_iter();
-            let selected: Vec<usize> =
-                selected.filter(|row| outcomes[*row] == Cell::from("complete")).collect();
+            let (selected, others): (Vec<usize>, Vec<usize>) =
+                selected.partition(|row| outcomes[*row] == Cell::from("complete"));
+            left_out += others.len() as u64;
             let of_keys: Vec<Vec<Cell>> =
                 keys.iter().map(|place| self.cells(group, place.0)).collect::<Result<_, _>>()?;
             let place_of = |row: &usize| {
@@ -180,7 +185,7 @@ impl StoredRuns {
             }
             cells
         });
-        Ok(Answered { columns: columns.collect(), rows: rows.collect() })
+        Ok(Answered { columns: columns.collect(), rows: rows.collect(), left_out })
     }
 
     /// The columns of values and errors of the metrics to be averaged.

@@ -111,7 +111,7 @@ pub fn stored_rows(folder: &Path) -> Result<Vec<RunRow>, Message> {
             return Ok(Vec::new());
         }
         let columns = runs.columns();
-        let Answered { columns, rows } =
+        let Answered { columns, rows, .. } =
             runs.answer(&Question { columns, ..Question::default() })?;
         let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
         Ok(rows.iter().filter_map(|cells| row_of_cells(&names, cells)).collect())

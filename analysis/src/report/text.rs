@@ -26,6 +26,8 @@ pub(crate) enum Extent {
 const BRIEF_ROWS: usize = 10;
 /// Number of failed checks in a brief text.
 const BRIEF_FAILURES: usize = 20;
+/// Number of runs without the expected outcome in a brief text.
+const BRIEF_OUTCOMES: usize = 4;
 /// Number of notes in a brief text.
 const BRIEF_NOTES: usize = 3;
 
@@ -44,7 +46,7 @@ impl AnalysisReport {
             text += &table;
             shown = rows;
         }
-        text += &self.outcome_text(terminal);
+        text += &self.outcome_text(terminal, extent);
         text += &self.check_text(terminal, extent);
         text += &self.baseline_text(terminal);
         if extent == Extent::Brief {
@@ -118,14 +120,19 @@ impl AnalysisReport {
     }
 
     /// Lists the runs that ended otherwise than expected.
-    fn outcome_text(&self, terminal: Terminal) -> String {
+    fn outcome_text(&self, terminal: Terminal, extent: Extent) -> String {
         let outcomes = self.check_results.iter().filter(|it| it.kind == CheckKind::Outcome);
         let failed: Vec<&CheckResult> = outcomes.filter(|result| !result.passed).collect();
         if failed.is_empty() {
             return String::new();
         }
-        let lines = failed.iter().map(|result| result_line(result, terminal));
-        format!("\noutcomes\n{}", lines.collect::<String>())
+        let most = if extent == Extent::Brief { BRIEF_OUTCOMES } else { failed.len() };
+        let lines = failed.iter().take(most).map(|result| result_line(result, terminal));
+        let mut text = format!("\noutcomes\n{}", lines.collect::<String>());
+        if failed.len() > most {
+            let _ = writeln!(text, "  and {} more: --all prints them", failed.len() - most);
+        }
+        text
     }
 
     /// Formats the checks: each in a line, or in brief those that fail and a table of those that pass.

@@ -109,8 +109,7 @@ fn is_recording(path: &Path, error: &io::Error) -> bool {
     opened.is_some_and(|(mut file, _)| file.read_exact(&mut start).is_ok()) && start == MAGIC
 }
 
-const CREATE_ONE: &str =
-    "`kinetoscope new gas > gas.toml` writes a manifest; experiments/first_run.toml is an example";
+const CREATE_ONE: &str = "`kinetoscope new gas --output gas.toml` writes a manifest in UTF-8; `kinetoscope new --list` names examples";
 
 /// The manifest with the name nearest to that of a missing one, in the same folder or in `experiments`; an exact name first.
 fn nearest_manifest(missing: &Path) -> Option<PathBuf> {

@@ -7,7 +7,7 @@ use clap::Args;
 use kinetoscope_console::text::{plural, shown_path};
 use kinetoscope_console::{Exit, StandardOutput};
 use kinetoscope_manifest::model::ModelConfig;
-use kinetoscope_manifest::nearest;
+use kinetoscope_manifest::{experiment_name, nearest};
 use std::fs::{self, File};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
@@ -44,6 +44,10 @@ impl NewArguments {
         let manifest = manifest_of(name)?;
         match &self.output {
             None => Ok(print_exactly(manifest.trim_end())),
+            Some(file) if experiment_name(manifest, file).is_none() => {
+                let what = format!("the name of {} cannot name an experiment", shown_path(file));
+                Err(bad(what).help("use letters, digits, _ and - only, such as my_gas.toml"))
+            }
             Some(file) => write_new(file, manifest).map(|()| said(&next(file))),
         }
     }

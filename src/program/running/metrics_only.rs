@@ -22,7 +22,7 @@ use kinetoscope_physics::kind_of;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::io;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -59,7 +59,7 @@ impl Execution<'_> {
         let failed = |error: io::Error| {
             let what = format!("{} cannot be written: {error}", shown_path(&folder));
             Failure::new(exit::of_output(&error), what)
-                .help("make room, or end the other program that executes this sweep; then run the same command again to resume")
+                .help("end another program that executes this sweep, or make room; then run the same command again to resume")
         };
         fs::create_dir_all(&folder).map_err(failed)?;
         let keys: Vec<String> = self.experiment.runs.par_iter().map(key_of).collect();
@@ -70,6 +70,7 @@ impl Execution<'_> {
                 stored_rows(&folder).map_err(|message| Failure::of(Exit::Unreadable, message))?;
             rows.extend(stored.into_iter().chain(found).map(|row| (row.run_key.clone(), row)));
         }
+        self.reject_other_rows(&keys, &rows, &folder)?;
         let to_do: Vec<usize> =
             (0..keys.len()).filter(|run| !rows.contains_key(&keys[*run])).collect();
         self.say(&format!(
@@ -94,6 +95,24 @@ impl Execution<'_> {
         let shown = shown_path(&folder);
         self.say(&format!("Wrote {shown}/runs.parquet\nTables of it: kinetoscope table {shown}"));
         Ok(self.without_recordings(self.report_faults(&keys, &rows)))
+    }
+
+    /// Rejects a folder with rows of runs that the manifest no longer describes, as with another seed: the new table would not have them.
+    fn reject_other_rows(
+        &self,
+        keys: &[String],
+        rows: &HashMap<String, RunRow>,
+        folder: &Path,
+    ) -> Result<(), Failure> {
+        let own: HashSet<&String> = keys.iter().collect();
+        let others = rows.keys().filter(|key| !own.contains(key)).count();
+        if others == 0 || self.arguments.execution.prune {
+            return Ok(());
+        }
+        let (folder, count) = (shown_path(folder), plural(others as u64, "run"));
+        let what =
+            format!("{folder} has the metrics of {count} that the manifest does not describe");
+        Err(bad(what).help("name another folder with --output, or drop these rows with --prune"))
     }
 
     /// Rejects what needs recordings or other machines.
