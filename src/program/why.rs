@@ -38,7 +38,7 @@ pub(crate) struct WhyArguments {
     result: ResultArguments,
 }
 
-/// Maximum number of runs whose reasons are printed one by one.
+/// Maximum number of runs whose reasons are each printed.
 const MOST_LISTED: usize = 50;
 
 impl WhyArguments {

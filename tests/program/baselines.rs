@@ -169,3 +169,25 @@ fn changed_keys_fail_and_are_named_and_the_same_run_is_equal() {
         }
     }
 }
+
+/// Guarantee: a metric that some seeds do not have is no difference. Setup: a bed that settles, or has flying discs at its end, by chance.
+#[test]
+fn metrics_that_only_some_seeds_have_do_not_fail() {
+    let bench = Bench::new();
+    bench.write(
+        "tilt.toml",
+        "replicates = 8\n[model.dem]\ndiscs = 60\nwidth_m = 0.02\nheight_m = 0.03\nrestitution = 0.8\nfriction = 0.3\n\
+         duration_s = 0.14\n[record]\nframes = 60\n",
+    );
+    let run = |seed: &str, output: &str| {
+        let arguments = ["run", "--quiet", "tilt.toml", "--set", seed, "--output", output];
+        assert_eq!(bench.call(&arguments).code, Some(0));
+        let analyzed = bench.call(&["analyze", "--quiet", &format!("{output}/tilt")]);
+        assert_eq!(analyzed.code, Some(0), "{}", analyzed.err);
+    };
+    run("seed=1000", "before");
+    run("seed=1", "now");
+    let arguments = ["analyze", "now/tilt", "--baseline", "before/tilt/metrics.json"];
+    let compared = bench.call(&arguments);
+    assert_eq!(compared.code, Some(0), "{}{}", compared.out, compared.err);
+}

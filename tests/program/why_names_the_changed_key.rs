@@ -125,7 +125,7 @@ fn impossible_run_is_reported() {
     assert!(stdout(&asked).starts_with("unstable: rejected: "), "{}", stdout(&asked));
 }
 
-/// Setup: 60 replicates of two particles, of which one is removed after all were recorded. Control: 50 are listed one by one.
+/// Setup: 60 replicates of two particles, of which one is removed after all were recorded. Control: of 50, each is listed.
 #[test]
 fn many_runs_are_counted_by_their_reasons_and_listed_on_request() {
     let folder = tempfile::tempdir().unwrap();

@@ -32,7 +32,7 @@ use crate::run::cache::AnalysisCache;
 use crate::write_file::{self, WriteError};
 use exit::CommandError;
 use export_arguments::export_all;
-use kinetoscope_console::text::{plural, shown_path};
+use kinetoscope_console::text::{one_line, plural, shown_path};
 use kinetoscope_console::{Exit, Message, complain};
 use kinetoscope_files::regular_file::is_of_file;
 use kinetoscope_files::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
@@ -153,7 +153,7 @@ fn run(arguments: &AnalyzeArguments, engine: &'static [u8]) -> Result<Exit, Comm
     if arguments.open {
         pages::open(&analyzed, arguments);
     }
-    let exit = conclude(&analyzed, terminal);
+    let exit = conclude(&analyzed, terminal, arguments.quiet);
     pages::name_earlier_reports(&analyzed);
     if arguments.json {
         arguments.standard_output.print_json(&json(&analyzed, exit));
@@ -381,8 +381,23 @@ fn write_table(
     Ok(format!("{}\n", terminal.wrapped(&line, 2)))
 }
 
+/// Prints each failed check with its experiment, which a quiet analysis has not printed.
+fn name_failures(analyzed: &[Analyzed]) {
+    for Analyzed { report, .. } in analyzed {
+        for failed in report.check_results.iter().filter(|result| !result.passed) {
+            complain(
+                &format!("FAILED {}: {}", one_line(&report.name), one_line(&failed.text())),
+                false,
+            );
+        }
+    }
+}
+
 /// Prints what is unreadable and a summary of failures, and returns the worst exit code.
-fn conclude(analyzed: &[Analyzed], terminal: Terminal) -> Exit {
+fn conclude(analyzed: &[Analyzed], terminal: Terminal, is_quiet: bool) -> Exit {
+    if is_quiet {
+        name_failures(analyzed);
+    }
     let unreadable: Vec<&UnreadableRecording> =
         analyzed.iter().flat_map(|one| &one.report.unreadable).collect();
     unreadable.iter().for_each(|why| complain_unreadable(why));

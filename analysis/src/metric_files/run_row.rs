@@ -97,6 +97,17 @@ impl RunRow {
         (self.outcome == "fault").then(|| self.outcome_detail.as_deref().unwrap_or_default())
     }
 
+    /// The name of the first metric of which another row of the run has another value or error; a missing one is missing in both.
+    #[must_use]
+    pub fn differing_metric(&self, other: &Self) -> Option<&'static str> {
+        let is_same = |one: f64, other: f64| one == other || (one.is_nan() && other.is_nan());
+        let differs = |metric: &&Definition| {
+            let [own, others] = [self.value(metric), other.value(metric)];
+            !is_same(own[0], others[0]) || !is_same(own[1], others[1])
+        };
+        metrics_of(&self.model).iter().copied().find(differs).map(|metric| metric.name)
+    }
+
     /// The row as bytes.
     ///
     /// # Errors
@@ -125,5 +136,29 @@ impl RunRow {
             known.get(usize::from(*at)).is_some_and(|it| it.name == definition.name)
         };
         self.values.iter().find(is_it).map_or([f64::NAN; 2], |(_, value, error)| [*value, *error])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::RunRow;
+
+    /// Guarantee: `verify --sample` finds a changed value, a changed error and one that appeared. Control: a metric that is missing in both.
+    #[test]
+    fn changed_metric_of_a_row_is_named() {
+        let row = |pressure: f64, error: f64, speed: f64| {
+            RunRow::of_values("gas", move |name| match name {
+                "pressure.measured" => Some([pressure, error]),
+                "mean_speed" => Some([speed, f64::NAN]),
+                _ => None,
+            })
+        };
+        let stored = row(1.0, 0.1, f64::NAN);
+        assert_eq!(row(1.0, 0.1, f64::NAN).differing_metric(&stored), None);
+        let changed = f64::from_bits(1.0_f64.to_bits() + 1);
+        for other in [row(changed, 0.1, f64::NAN), row(1.0, f64::NAN, f64::NAN)] {
+            assert_eq!(other.differing_metric(&stored), Some("pressure.measured"));
+        }
+        assert_eq!(row(1.0, 0.1, 2.0).differing_metric(&stored), Some("mean_speed"));
     }
 }

@@ -178,7 +178,7 @@ impl AnalysisReport {
         text
     }
 
-    /// Says in one line what a brief text omits, `shown` metrics besides those with a check.
+    /// Says in one line what a brief text omits. It has `shown` metrics in addition to those with a check.
     fn omitted_text(&self, terminal: Terminal, shown: usize) -> String {
         let checked: BTreeSet<&str> = self
             .check_results

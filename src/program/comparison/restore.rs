@@ -9,7 +9,7 @@ use kinetoscope::interrupt::Interrupt;
 use kinetoscope::run::in_memory::run_with_hash;
 use kinetoscope::run::{RunContext, RunSpec, execute};
 use kinetoscope::verify::fingerprint::fingerprint;
-use kinetoscope_analysis::{StoredRun, stored_runs};
+use kinetoscope_analysis::{RunRow, StoredRun, row_of_recording, stored_rows, stored_runs};
 use kinetoscope_console::text::shown_path;
 use kinetoscope_console::{Exit, Explained as _};
 use kinetoscope_manifest::{Run, RunManifest, parse_run, run_key};
@@ -18,6 +18,7 @@ use kinetoscope_recording::channels::SCHEMA_VERSION;
 use kinetoscope_recording::reader::Recording;
 use rayon::prelude::*;
 use serde_json::json;
+use std::collections::HashMap;
 use std::fs;
 use std::hash::{BuildHasher as _, RandomState};
 use std::path::{Path, PathBuf};
@@ -82,15 +83,19 @@ pub(crate) fn verify_sample(
     let random = RandomState::new();
     runs.sort_by_cached_key(|run| random.hash_one(&run.run_key));
     runs.truncate(number);
+    let rows = stored_rows(folder_of(path)).map_err(|why| Failure::of(Exit::Unreadable, why))?;
+    let rows: HashMap<&str, &RunRow> = rows.iter().map(|row| (row.run_key.as_str(), row)).collect();
     let verified: Vec<Result<(), Failure>> = runs
         .par_iter()
         .map(|run| {
             let manifest = manifest_of(run)?;
             let rerun = Run { coordinates: Vec::new(), replicate: manifest.replicate, manifest };
-            let (_, messages) = run_with_hash(&rerun, interrupt)
+            let (recording, messages) = run_with_hash(&rerun, interrupt)
                 .map_err(|error| Failure::of(Exit::RunFailed, error.message().about(&run.file)))?;
             stop_if_interrupted(interrupt)?;
-            compared(run, &hexadecimal(&messages), None)
+            compared(run, &hexadecimal(&messages), None)?;
+            rows.get(run.run_key.as_str())
+                .map_or(Ok(()), |row| compared_metrics(run, row, &recording))
         })
         .collect();
     stop_if_interrupted(interrupt)?;
@@ -156,8 +161,9 @@ fn restored(run: &StoredRun, folder: &Path, interrupt: &Interrupt) -> Result<(),
             live: None,
             gnuplot: None,
         };
-        execute(spec, None, context)
-            .map_err(|error| Failure::of(Exit::RunFailed, error.message().about(&run.file)))?;
+        execute(spec, None, context).map_err(|error| {
+            Failure::of(exit::of_run_error(&error), error.message().about(&run.file))
+        })?;
         stop_if_interrupted(interrupt)?;
     }
     let recording = Recording::open(&path).and_then(|recording| fingerprint(&recording));
@@ -184,6 +190,20 @@ fn compared(run: &StoredRun, found: &str, path: Option<&Path>) -> Result<(), Fai
         .help("the program, the processor or the table has changed: compare with `kinetoscope doctor` and the table's `program_version`"))
 }
 
+/// Compares the metrics of a rerun with those of its row.
+fn compared_metrics(run: &StoredRun, row: &RunRow, rerun: &Recording) -> Result<(), Failure> {
+    let found = row_of_recording(rerun)
+        .map_err(|why| Failure::of(Exit::Unreadable, why.message.about(&run.file)))?;
+    match found.differing_metric(row) {
+        None => Ok(()),
+        Some(name) => {
+            let what = format!("{}: the rerun has another {name} than its row", run.file);
+            Err(Failure::new(Exit::Unreadable, what)
+                .help("the table was changed: execute the sweep again with --force"))
+        }
+    }
+}
+
 fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
@@ -194,14 +214,11 @@ fn conclude(results: &[Result<(), Failure>], place: &str, result: &ResultArgumen
     let exit = failures.clone().fold(Exit::Done, |exit, failure| exit.worst(failure.report()));
     let equal = results.iter().filter(|result| result.is_ok()).count();
     let runs = plural(results.len() as u64, "run");
-    result.print(
-        &format!("{equal} of {runs} {place}: the hash of all messages is that of the table"),
-        || {
-            json!({
-                "exit_code": exit.code(), "runs": results.len(), "equal": equal,
-                "errors": failures.map(Failure::plain_text).collect::<Vec<_>>(),
-            })
-        },
-    );
+    result.print(&format!("{equal} of {runs} {place}: equal to the table"), || {
+        json!({
+            "exit_code": exit.code(), "runs": results.len(), "equal": equal,
+            "errors": failures.map(Failure::plain_text).collect::<Vec<_>>(),
+        })
+    });
     exit
 }

@@ -2,6 +2,7 @@
 
 use crate::messages::Failure;
 use kinetoscope::outputs::upload::UploadReport;
+use kinetoscope::run::RunError;
 use kinetoscope_console::{Exit, Explained as _};
 use kinetoscope_files::output_file::is_of_path;
 use kinetoscope_files::regular_file::is_of_file;
@@ -67,6 +68,14 @@ pub(crate) const ON_FAILED_DISK: &str = "check the disk, then run the same comma
 /// The exit code of an output that cannot be written.
 pub(crate) fn of_output(error: &io::Error) -> Exit {
     if is_of_path(error) { Exit::BadInput } else { Exit::Retryable }
+}
+
+/// The exit code of a run that left no complete recording.
+pub(crate) fn of_run_error(error: &RunError) -> Exit {
+    match error {
+        RunError::Record(error) if error.is_retryable() => Exit::Retryable,
+        _ => Exit::RunFailed,
+    }
 }
 
 /// The exit code of the uploads of an experiment.

@@ -33,7 +33,7 @@ use std::{fs, thread};
 const JOURNAL: &str = ".runs.journal";
 /// Rows that wait for the thread that writes them.
 const MOST_WAITING: usize = 1024;
-/// Failures that are printed one by one.
+/// Maximum number of failures that are printed.
 const MOST_REPORTED: usize = 10;
 
 /// A run without a row, and why.

@@ -1,5 +1,6 @@
 //! What became of the runs of an experiment: their errors, the worst exit code, and the summary as JSON.
 
+use crate::messages::exit::of_run_error;
 use crate::messages::{Failure, complain, name_of, plural};
 use kinetoscope::outputs::sidecars;
 use kinetoscope::plan::{Plan, PlannedRun, Status};
@@ -99,10 +100,7 @@ fn leave_failure(plan: &Plan, run: &PlannedRun, class: Exit, message: &Message) 
 pub(crate) fn of_run(result: &Result<RunReport, RunError>) -> Result<Recorded, (Exit, Message)> {
     match result {
         Ok(report) => Ok(Recorded { outcome: report.outcome.clone(), fault: report.fault.clone() }),
-        Err(RunError::Record(error)) if error.is_retryable() => {
-            Err((Exit::Retryable, error.message()))
-        }
-        Err(error) => Err((Exit::RunFailed, error.message())),
+        Err(error) => Err((of_run_error(error), error.message())),
     }
 }
 

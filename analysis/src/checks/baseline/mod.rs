@@ -148,6 +148,9 @@ impl Baseline {
                     replicates[1].of_mean(pair.new, &place, particles),
                 ],
                 particles,
+                is_of_some_seeds: replicates
+                    .iter()
+                    .any(|runs| runs.is_of_some_runs(&earlier.name, &place)),
                 is_saturated: settings.is_saturated(&earlier.name, &place),
                 is_identity: found.is_some_and(|(_, metric)| metric.is_of_identity()),
                 tolerance: tolerances.find(|tolerance| tolerance.metric == earlier.name),

@@ -9,6 +9,7 @@
 //! | was that of its exact law | still is |
 //! | standard errors in both analyses; of a mean over replicates, by the errors of `replicates.rs` | the difference is not significant by Student's t, with Holm's correction |
 //! | a run too short for the standard error of one of the values | not compared |
+//! | a value that only some replicates of one analysis have | may be missing in the other |
 //! | a standard error in the baseline only | fails |
 //! | was inside the accuracy of its law | still is |
 //! | anything else | not compared |
@@ -60,6 +61,8 @@ pub(super) struct Rule<'a> {
     pub(super) replicates: [Replicates; 2],
     /// The number of particles behind the value.
     pub(super) particles: f64,
+    /// Whether only some replicates of one of the analyses have a value.
+    pub(super) is_of_some_seeds: bool,
     /// Whether the container limits the value, before and now.
     pub(super) is_saturated: bool,
 }
@@ -165,7 +168,7 @@ impl Pair<'_> {
         let could_differ = self
             .old
             .is_some_and(|old| is_exact(old) || old.standard_error.is_some() && !rule.has_mean);
-        let may_lack = is_other_seed && rule.is_known && !could_differ;
+        let may_lack = is_other_seed && rule.is_known && (!could_differ || rule.is_of_some_seeds);
         self.row(place, (!may_lack).then_some(false), reason)
     }
 

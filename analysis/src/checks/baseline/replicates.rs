@@ -36,7 +36,11 @@ pub(super) fn freedom(entry: &MetricEntry, particles: f64) -> f64 {
 }
 
 /// The metrics of the runs of an analysis, by name and by the place of their mean.
-pub(super) struct MetricsOfRuns<'a>(BTreeMap<(&'a str, Place), Vec<&'a MetricEntry>>);
+pub(super) struct MetricsOfRuns<'a> {
+    metrics: BTreeMap<(&'a str, Place), Vec<&'a MetricEntry>>,
+    /// The number of runs by the place of their mean.
+    runs: BTreeMap<Place, usize>,
+}
 
 impl<'a> MetricsOfRuns<'a> {
     pub(super) fn of(document: &'a Document) -> Self {
@@ -46,7 +50,20 @@ impl<'a> MetricsOfRuns<'a> {
             let mean = Place::of_metric(entry).of_mean();
             runs.entry((entry.name.as_str(), mean)).or_default().push(entry);
         }
-        Self(runs)
+        let mut counts = BTreeMap::new();
+        for run in &document.runs {
+            *counts.entry(Place::of_run(run).of_mean()).or_default() += 1;
+        }
+        Self { metrics: runs, runs: counts }
+    }
+
+    /// Whether some of the runs at a place have a value of a metric and others have none, so that the seed decides.
+    pub(super) fn is_of_some_runs(&self, name: &str, place: &Place) -> bool {
+        let place = place.of_mean();
+        let all = self.runs.get(&place).copied().unwrap_or(0);
+        let entries = self.metrics.get(&(name, place)).into_iter().flatten();
+        let with_value = entries.filter(|entry| entry.value.is_some()).count();
+        with_value > 0 && with_value < all
     }
 
     /// What the replicates of a mean state; nothing of a run, of a fit, or if some replicates are missing.
@@ -60,7 +77,7 @@ impl<'a> MetricsOfRuns<'a> {
             Some(ScopeEntry::Sweep { along: None, replicates, .. }) => *replicates,
             _ => return Replicates::default(),
         };
-        let found = entry.and_then(|entry| self.0.get(&(entry.name.as_str(), place.clone())));
+        let found = entry.and_then(|entry| self.metrics.get(&(entry.name.as_str(), place.clone())));
         let Some(runs) = found.filter(|runs| runs.len() == replicates) else {
             return Replicates::default();
         };
