@@ -96,6 +96,13 @@ fn manifest_alone_is_run_and_analyzed_by_its_name() {
     assert!(bench.path("recordings/index.html").exists());
     bench.write("named.toml", &format!("name = \"gas\"\n{GAS}"));
     assert_eq!(bench.call(&["analyze", "named.toml"]).code, Some(0));
+    // Not the folder of all recordings, and no other one.
+    for name in ["name = \"../gas\"", "name = \"\""] {
+        bench.write("odd.toml", &format!("{name}\n{GAS}"));
+        let odd = bench.call(&["analyze", "odd.toml"]);
+        assert_eq!((odd.code, odd.out.as_str()), (Some(2), ""), "{name}");
+        assert!(odd.err.contains("states no name of an experiment"), "{}", odd.err);
+    }
     let mistaken = bench.call(&["gas.toml", "--forse"]);
     assert_eq!(mistaken.err, "error: unknown option `--forse`\nhelp: did you mean `--force`?\n");
     let help = bench.call(&["help", "verify"]);

@@ -38,8 +38,16 @@ fn meant_path(path: &Path) -> Result<PathBuf, CommandError> {
         return Ok(folder_of(path).to_owned());
     }
     let source = read_text(path, MAX_SIDE_FILE_BYTES).ok();
-    let name = source.and_then(|source| experiment_name(&source, path));
-    let folder = Path::new(RECORDINGS).join(name.unwrap_or_default());
+    let Some(name) = source.and_then(|source| experiment_name(&source, path)) else {
+        return Err(CommandError::usage(Message::new(
+            format!(
+                "{} states no name of an experiment, and its file name is none",
+                shown_path(path)
+            ),
+            "set `name` to letters, digits, _ and -, or name the folder of the recordings",
+        )));
+    };
+    let folder = Path::new(RECORDINGS).join(name);
     if folder.is_dir() {
         if is_newer(path, &folder.join(SIDE_CAR)) {
             let manifest = shown_path(path);
