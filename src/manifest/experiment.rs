@@ -7,7 +7,7 @@ use crate::checks::{self, Check, CheckedManifest, MetricNames};
 use crate::diagnostics::{Diagnostic, Diagnostics, Errors};
 use crate::head::{ExpectedOutcome, Head, NAME_RULE, is_name};
 use crate::keys::{HasKeys as _, Reader};
-use crate::model::{ModelConfig, Recordings, no_model};
+use crate::model::{ModelConfig, Recordings, accept_misplaced, no_model};
 use crate::plots::{self, PlotRequest, PlottedManifest};
 use crate::record::RecordConfig;
 use crate::sentence::{leading_comment, question};
@@ -295,6 +295,7 @@ fn read_root(
     errors: &mut Errors,
 ) -> Document {
     let is_overridden = !sets.is_empty();
+    accept_misplaced(root, errors);
     let sweep = root.take("sweep");
     let axes = sweep::read(sweep.as_ref(), model_of(root), errors);
     for Setting { key, key_span, node } in sets {
@@ -488,6 +489,7 @@ fn read_physics(
     let sound = errors.len() == errors_before;
     let mut record = RecordConfig::default();
     let mut reader = Reader::new("record", table, errors);
+    reader.names_elsewhere(&format!("model.{}", model.name()), |names| model.clone().keys(names));
     record.keys_for(model.time_key(), &mut reader);
     record.check(&model, sound, &mut reader);
     reader.finish();

@@ -54,6 +54,8 @@ pub(crate) struct Reader<'a> {
     table: &'a Table,
     /// Other tables of the manifest, whose keys a user may have meant.
     inner: Option<&'a Table>,
+    /// Another table by its name, with the keys that belong there.
+    elsewhere: Option<(String, Vec<&'static str>)>,
     errors: &'a mut Errors,
     known: Vec<&'static str>,
     failed: Vec<&'static str>,
@@ -67,6 +69,7 @@ impl<'a> Reader<'a> {
             path: path.to_owned(),
             table,
             inner: None,
+            elsewhere: None,
             errors,
             known: Vec::new(),
             failed: Vec::new(),
@@ -182,6 +185,13 @@ impl<'a> Reader<'a> {
         self.inner = Some(tables);
     }
 
+    /// Names another table and its keys, for keys that were written into this one.
+    pub(crate) fn names_elsewhere(&mut self, table: &str, visit: impl FnOnce(&mut Names)) {
+        let mut names = Names::default();
+        visit(&mut names);
+        self.elsewhere = Some((table.to_owned(), names.0));
+    }
+
     /// The form of the table, among the keys of all its forms: the one of which most keys are present, else the first with a
     /// key that is like one of the table. Without any, errors name the keys of all forms. Keys of two forms are an error.
     pub(crate) fn form_among(&mut self, forms: &[&[&'static str]]) -> Option<usize> {
@@ -227,15 +237,15 @@ impl<'a> Reader<'a> {
             let near = nearest(&entry.key, self.known.iter().copied()).map(str::to_owned);
             let inner = || self.inner.and_then(|inner| dotted_key(inner, "", &entry.key, 2));
             let is_of_head = !self.path.is_empty() && OF_HEAD.contains(&&*entry.key);
-            let label = match near.or_else(inner) {
+            let elsewhere = self.elsewhere.as_ref().filter(|(_, keys)| keys.contains(&&*entry.key));
+            let key = &entry.key;
+            let label = match (elsewhere, near.or_else(inner)) {
+                (Some((table, _)), _) => format!("write `{key}` below [{table}]"),
                 _ if is_of_head => {
-                    format!(
-                        "write `{}` above the first table, as it belongs to all runs",
-                        entry.key
-                    )
+                    format!("write `{key}` above the first table, as it belongs to all runs")
                 }
-                Some(meant) => format!("did you mean `{meant}`?"),
-                None => format!("known keys: {}", self.known.join(", ")),
+                (None, Some(meant)) => format!("did you mean `{meant}`?"),
+                (None, None) => format!("known keys: {}", self.known.join(", ")),
             };
             self.errors.push(Diagnostic::new(title).at(entry.key_span, label));
         }
@@ -295,6 +305,25 @@ macro_rules! rules {
     };
 }
 pub(crate) use rules;
+
+/// Collects the names of keys.
+#[derive(Default)]
+pub(crate) struct Names(Vec<&'static str>);
+
+impl Keys for Names {
+    fn key<T: TomlValue>(&mut self, key: &Key, _value: &mut T) {
+        self.0.push(key.name);
+    }
+
+    fn optional<T: TomlValue>(&mut self, key: &Key, current: Option<T>) -> Option<T> {
+        self.0.push(key.name);
+        current
+    }
+
+    fn exclusive(&mut self, names: &'static [&'static str]) {
+        self.0.extend(names);
+    }
+}
 
 /// Writes a table in canonical form: every key that has a value, in the order of its declaration.
 #[derive(Default)]

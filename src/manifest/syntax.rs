@@ -134,6 +134,7 @@ fn number_as_meant(line: &str) -> Option<&'static str> {
     }
     let next = rest.trim_start().chars().next()?;
     match next {
+        '*' | '/' | '^' | '(' => Some("a number stands alone, computed: 3e2, not 3*10^2"),
         ',' => Some("a number has a decimal point, no comma: 0.1"),
         _ if next.is_ascii_digit() => {
             Some("one number has no spaces; several numbers are a list: [1, 2]")

@@ -28,7 +28,7 @@ pub(crate) struct BenchmarkArguments {
     #[command(flatten)]
     manifest: ManifestArguments,
     /// Write the table to DIR/NAME/timing.json as well; the report of the recordings there shows it
-    #[arg(long, value_name = "DIR", help_heading = "Output")]
+    #[arg(long, short, value_name = "DIR", help_heading = "Output")]
     output: Option<PathBuf>,
     #[command(flatten)]
     result: ResultArguments,

@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 pub(crate) struct OutputArguments {
     /// Folder of the recordings, which are written to DIR/NAME; or s3://BUCKET/PREFIX, in a program built with
     /// `--features object-storage` [default: recordings]
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, short, value_name = "DIR")]
     output: Option<PathBuf>,
     /// Local folder of recordings on their way to s3://; each is removed after its upload
     #[arg(long, value_name = "DIR", default_value = SPOOL)]

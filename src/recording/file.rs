@@ -1,6 +1,7 @@
 //! The file of a recording. It has a partial name while it is written and gets its final name only when it is complete.
 
-use crate::error::RecordError;
+use crate::error::{ReadFault, RecordError};
+use crate::reader::Recording;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::folder::sync_folder;
 use kinetoscope_files::regular_file;
@@ -42,6 +43,8 @@ pub enum Committed {
     New,
     /// A recording with the same bytes existed.
     AlreadyThere,
+    /// A damaged recording had the name. It was kept as `STEM.mcap.damaged`.
+    Replaced,
 }
 
 impl RecordingFile {
@@ -130,7 +133,7 @@ impl RecordingFile {
         Ok(self.partial)
     }
 
-    /// Syncs the file and renames it to its final name, if that is free or holds the same bytes.
+    /// Syncs the file and renames it to its final name, if that is free, holds the same bytes or is that of a damaged recording.
     ///
     /// # Errors
     /// A disk that fails, a partial file that had more bytes, or other bytes under the final name; the partial file then stays.
@@ -144,19 +147,31 @@ impl RecordingFile {
         let committed = match take_name(&self.partial, &self.destination) {
             Ok(()) => Committed::New,
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
-                if !same_bytes(&self.partial, &self.destination)? {
+                if same_bytes(&self.partial, &self.destination)? {
+                    fs::remove_file(&self.partial).map_err(|error| at(&self.partial, &error))?;
+                    Committed::AlreadyThere
+                } else if is_damaged(&self.destination) && self.replaces_damaged() {
+                    Committed::Replaced
+                } else {
                     return Err(RecordError::Differs {
                         existing: self.destination.clone(),
                         partial: self.partial.clone(),
                     });
                 }
-                fs::remove_file(&self.partial).map_err(|error| at(&self.partial, &error))?;
-                Committed::AlreadyThere
             }
             Err(error) => return Err(at(&self.destination, &error)),
         };
         sync_folder(&self.destination)?;
         Ok(committed)
+    }
+
+    /// Gives the recording the name of a damaged one, which keeps its bytes under another name. `false` if that name is taken.
+    fn replaces_damaged(&self) -> bool {
+        let mut kept = self.destination.clone().into_os_string();
+        kept.push(".damaged");
+        !Path::new(&kept).exists()
+            && fs::rename(&self.destination, &kept).is_ok()
+            && take_name(&self.partial, &self.destination).is_ok()
     }
 
     fn sync(&self) -> Result<(), RecordError> {
@@ -284,6 +299,15 @@ fn has_further_names(file: &File) -> bool {
 #[cfg(not(unix))]
 fn has_further_names(_file: &File) -> bool {
     false
+}
+
+/// Whether a recording of this program is cut off, or its bytes are not those that were written.
+fn is_damaged(recording: &Path) -> bool {
+    let frames = Recording::open(recording).and_then(|opened| opened.frames());
+    let error = frames.map_or_else(Some, |mut frames| frames.find_map(Result::err));
+    error.is_some_and(|error| {
+        matches!(error.fault, ReadFault::Torn { .. } | ReadFault::Damaged { .. })
+    })
 }
 
 /// Renames the file if the final name is free. Without hard links, the name is checked before the rename.

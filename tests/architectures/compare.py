@@ -76,6 +76,8 @@ def shortened(manifest):
     old, new = SHORTENED[manifest.stem]
     if text.count(old) != 1:
         raise ValueError(f"{manifest} does not contain {old!r} once")
+    # The answer and the picture may name points that are left out; neither is part of the messages.
+    text = re.sub(r"(?m)^(answer|compare) = .*\n", "", text)
     return text.replace(old, new), f"`{new}` instead of `{old}`"
 
 

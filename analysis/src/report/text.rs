@@ -63,10 +63,11 @@ impl AnalysisReport {
     /// Name, failure, question and answer.
     fn head_text(&self, terminal: Terminal) -> String {
         let mut text = String::new();
-        let runs = match self.models_and_runs() {
-            none if none.is_empty() => "nothing readable".to_owned(),
-            some => some,
-        };
+        let runs = self.models_and_runs();
+        if runs.is_empty() {
+            // Nothing is readable: the errors say why.
+            return text;
+        }
         let heading = format!("{} ({runs})", one_line(&self.name));
         let _ = writeln!(text, "{}", terminal.paint(Style::Heading, &heading));
         if let Some(headline) = self.headline() {

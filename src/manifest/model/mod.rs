@@ -22,7 +22,8 @@ pub use start_from::{RecordedState, Recordings, StartFrom};
 
 use crate::diagnostics::{Diagnostic, Errors, nearest};
 use crate::keys::{HasKeys, Keys, Reader};
-use crate::tree::{Entry, Table};
+use crate::record::RecordConfig;
+use crate::tree::{Entry, Node, Table, Value};
 use crate::value::refuse_type;
 use contract::Model;
 use start_from::MayBeRecorded as _;
@@ -209,6 +210,9 @@ impl ModelConfig {
             return refuse_type(&entry.node, &path, "a table", errors).or(Some(model));
         };
         let mut reader = Reader::new(&path, table, errors);
+        let time_key = model.time_key();
+        let mut record = RecordConfig::default();
+        reader.names_elsewhere("record", |names| record.keys_for(time_key, names));
         model.keys(&mut reader);
         if let Some(Err(why)) = recordings.map(|recordings| model.read_start(recordings)) {
             let title = format!("the run cannot start from `{path}.start_from`");
@@ -220,9 +224,30 @@ impl ModelConfig {
     }
 }
 
+/// Reads a table `[gas]` as `[model.gas]`, and reports it.
+pub(crate) fn accept_misplaced(root: &mut Table, errors: &mut Errors) {
+    if root.get("model").is_some() {
+        return;
+    }
+    let Some(entry) = ModelConfig::NAMES.iter().find_map(|name| root.take(name)) else { return };
+    let title = format!("the table of the model is `model.{}`", entry.key);
+    let label = format!("write [model.{}]", entry.key);
+    errors.push(Diagnostic::new(title).at(entry.key_span, label));
+    let (key_span, span) = (entry.key_span, entry.node.span);
+    let node = Node { span, value: Value::Table(Table { entries: vec![entry] }) };
+    root.entries.push(Entry { key: "model".to_owned(), key_span, node });
+}
+
 /// The entry of the model in `[model]`; unknown and further models are errors.
 fn one_model<'a>(models: &'a Table, errors: &mut Errors) -> Option<&'a Entry> {
     let mut known: Vec<&Entry> = Vec::new();
+    let is_name = |entry: &&Entry| matches!(&entry.node.value, Value::Text(name) if ModelConfig::NAMES.contains(&&**name));
+    if let Some(entry) = models.entries.iter().find(is_name) {
+        let title = format!("`model.{}` is not how a model is named", entry.key);
+        let label = "write the model into the table's name, such as [model.gas]";
+        errors.push(Diagnostic::new(title).at(entry.key_span, label));
+        return None;
+    }
     for entry in &models.entries {
         if ModelConfig::NAMES.contains(&&*entry.key) {
             known.push(entry);

@@ -34,7 +34,7 @@ pub(crate) struct RestoreArguments {
     #[arg(long = "where", value_name = "CONDITION")]
     condition: String,
     /// Folder for the recordings [default: `restored` in the folder of the experiment]
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, short, value_name = "DIR")]
     output: Option<PathBuf>,
     #[command(flatten)]
     result: ResultArguments,

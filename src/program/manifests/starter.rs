@@ -25,7 +25,7 @@ pub(crate) struct NewArguments {
     #[arg(long, value_name = "DIR", exclusive = true)]
     all: Option<PathBuf>,
     /// Write the manifest to a new file
-    #[arg(long, value_name = "FILE", requires = "name")]
+    #[arg(long, short, value_name = "FILE", requires = "name")]
     output: Option<PathBuf>,
 }
 

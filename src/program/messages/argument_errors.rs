@@ -1,5 +1,6 @@
 //! Errors in the arguments of a command: `error:` states what is wrong, `help:` names the nearest name.
 
+use crate::manifests::shipped::Shipped;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use kinetoscope_console::{Exit, StandardOutput, complain};
 use std::io::IsTerminal as _;
@@ -40,8 +41,12 @@ pub(crate) fn message(error: &clap::Error, command: &str) -> String {
         }
         ErrorKind::InvalidSubcommand => {
             let name = context(ContextKind::InvalidSubcommand).unwrap_or_default();
+            let is_shipped = Shipped::named(&name).is_some();
             let help = match context(ContextKind::SuggestedSubcommand) {
                 Some(near) => format!("did you mean `{near}`?"),
+                None if is_shipped => format!(
+                    "`{command} new {name} --output {name}.toml` writes this experiment, `{command} {name}.toml` runs it"
+                ),
                 None => format!("`{command} --help` lists the subcommands"),
             };
             format!("error: unknown subcommand `{name}`\nhelp: {help}")
@@ -158,6 +163,7 @@ mod tests {
         {
             assert!(error(&[written]).ends_with(&format!("did you mean `{meant}`?")), "{written}");
         }
+        assert!(error(&["first_run"]).contains("program new first_run --output first_run.toml"));
         assert!(error(&["simulate"]).ends_with("`program --help` lists the subcommands"));
     }
 }

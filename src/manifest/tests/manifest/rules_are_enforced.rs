@@ -373,12 +373,18 @@ fn usual_mistakes_name_their_remedy() {
         ("temperature_k = 300 K # <-", "a number stands without a unit"),
         ("mass_kg = 3e-26kg # <-", "a number stands without a unit"),
         ("radius_m = 0,1 # <-", "a number has a decimal point, no comma"),
+        ("temperature_k = 3*10^2 # <-", "a number stands alone, computed: 3e2"),
         ("radius_m = wide # <-", "this is not TOML"),
+        ("frames = 10 # <-", "write `frames` below [record]"),
+        ("every_s = 0.1 # <-", "write `every_s` below [record]"),
         ("seed = 3 # <-", "write `seed` above the first table, as it belongs to all runs"),
         ("replicates = 3 # <-", "write `replicates` above the first table"),
     ] {
         rejected(&format!("[model.gas]\n{line}"), remedy);
     }
+    rejected("[model.gas]\n[record]\nduration_s = 1 # <-", "write `duration_s` below [model.gas]");
+    rejected("[gas] # <-\nparticles = 7", "write [model.gas]");
+    rejected("[model]\nname = \"gas\" # <-\nparticles = 7", "such as [model.gas]");
     let euler = "did you mean \"explicit-euler\"?";
     rejected("[model.orbit]\nintegrator = \"euler\" # <-", euler);
     let sweep = |key: &str| format!("[model.packing]\n[sweep]\n{key} = [0.1, 0.2] # <-");

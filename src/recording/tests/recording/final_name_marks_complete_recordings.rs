@@ -85,6 +85,33 @@ fn equal_bytes_are_accepted_and_other_bytes_are_an_error_that_keeps_both_files()
     assert_eq!(std::fs::read(folder.path().join("run.mcap")).unwrap(), first);
 }
 
+/// A damaged recording is no result of another run: its run can be recorded again, and the damaged bytes are kept. Control: the test
+/// above, in which both are intact.
+#[test]
+fn recording_takes_the_place_of_a_damaged_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = || {
+        let file = RecordingFile::create(folder.path(), "run").unwrap();
+        write_run(file, 3, &Outcome::Complete).unwrap().commit()
+    };
+    assert_eq!(run().unwrap(), Committed::New);
+    let finished = folder.path().join("run.mcap");
+    let intact = std::fs::read(&finished).unwrap();
+    let mut flipped = intact.clone();
+    flipped[intact.len() / 2] ^= 1;
+    for damaged in [&flipped[..], &intact[..intact.len() / 2]] {
+        std::fs::write(&finished, damaged).unwrap();
+        assert_eq!(run().unwrap(), Committed::Replaced);
+        assert_eq!(std::fs::read(&finished).unwrap(), intact);
+        let kept = folder.path().join("run.mcap.damaged");
+        assert_eq!(std::fs::read(&kept).unwrap(), damaged);
+        // A second damaged recording does not replace the first.
+        std::fs::write(&finished, &flipped).unwrap();
+        assert!(matches!(run().unwrap_err(), RecordError::Differs { .. }));
+        std::fs::remove_file(kept).unwrap();
+    }
+}
+
 #[test]
 fn second_writer_of_a_recording_is_rejected() {
     let folder = tempfile::tempdir().unwrap();
