@@ -2,7 +2,7 @@
 //! with and without checkpoints, and with and without viewers.
 //!
 //! The bars: a run of 1e5 discs with `--threads 1` that records every 100th step takes at most 5 % longer than one that records
-//! its start and end only, with `--threads 2` at most 15 %; a dense recording with all channels takes at most 1.25 times the time of
+//! its start and end only, with `--threads 2` at most 15 %; a dense recording with all channels takes at most 1.15 times the time of
 //! its state; checkpoints take at most 2 % of a run, also with 1e6 discs; 16 viewers that subscribe to all channels and do not read
 //! take at most 2 % of a run that is served without viewers.
 //!
@@ -48,8 +48,10 @@
 //! The time saved is less than that of the compression alone (`chunk_compression`), since the rows are moved together and compared (5 % of a dem
 //! run, `perf record`).
 //!
-//! All channels over the state only: 1.15 is not reached: dem 1.51, with friction 1.24, packing 1.50. A cheaper state makes this ratio larger.
-//! A drawn frame of dem costs 1.97 ms more than its state of 2.02: at most one frame in seven could be drawn for 1.15, and by default it is one in two.
+//! Drawings within 15 % of a run's time (`RecordConfig::distance_of_drawings`): these runs draw one frame in 10 instead of 2. Programs of the tests
+//! in turn with those before, `--threads 1`, a load of 13, processor time of all channels over the state only, medians of three with ranges:
+//! dem 1.48 to 1.14 (1.09 to 1.15), with friction 1.20 to 1.08 (1.06 to 1.08), gas 1.37 to 1.10 (1.09 to 1.14), packing 1.52 to 1.13 (1.07 to 1.13);
+//! every frame drawn 2.05, 1.44, 1.71 and 2.07. Files 38.2 to 30.8, 159.4 to 151.5, 64.4 to 53.1 and 69.8 to 58.4 MB.
 //! zstd takes 36 % of a dem run with all channels, copies 7 and checksums 3; the search for NaNs took 7 before and takes 4 (`perf record`).
 //!
 //! Measured and not built:
@@ -59,16 +61,13 @@
 //!   (1.5 GB/s; Python's `hashlib` takes as long). It would save some 0.4 of the 1.3 ms per frame of dense DEM keyframes. Run keys, lock files,
 //!   `start_from` and S3 use SHA-256, which Python and browsers compute without another package, and one hash is enough for a project.
 //!
-//! The first three bars are not reached (the reasons are from before version 4):
+//! The first two bars are not reached (the reasons are from before version 4):
 //! - With `--threads 1`, a frame takes 4 to 5 ms of a run with 26 ms per frame. The rows, which are written in the order of the ids, take 2.5
 //!   of them (`perf record`), and 2.2 in pages of 2 MB (`GLIBC_TUNABLES=glibc.malloc.hugetlb=1`): more than the 1.3 of the bar. If the
 //!   recorder's thread writes them from copies of the columns, the run takes 0.98 (0.91 to 1.07) of the time, and 1.10 (1.08 to 1.16)
 //!   with `--threads 2`: rejected.
 //! - With `--threads 2`, 100 steps take 16 ms of wall time and 26 to 30 of processor time. If both cores were always busy, the bar
 //!   would leave 7 to 11 ms of processor time per frame. Compressing its 8 MB takes 10.
-//! - In dense recordings, zstd took 72 % of the time of the recorder's thread before (`perf record -s`). If that thread did nothing else,
-//!   1.3 would remain. Less needs a drawing with fewer bytes, because both threads that compress compete for two cores with the
-//!   model's.
 //!
 //! Two checkpoints of 1e6 discs in 51.4 s: 52.5 s, +2.1 % (one pair; a set takes twelve minutes).
 //!

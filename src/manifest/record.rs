@@ -26,7 +26,8 @@ table! {
         /// all of them.
         max_drawn_particles: NonZeroU32 ["1"] = count(10_000),
         /// Every k-th frame is drawn, and the first and the last one; where not given, every frame of a run that draws at most
-        /// 2,010,000 particles in all of them, and one in 2, 5, 10, 20, … of a larger one. The state is recorded in every frame.
+        /// 2,010,000 particles in all of them, and one in 2, 5, 10, 20, … of a larger one, at most one in 10 if hardly any step lies between
+        /// its frames. The state is recorded in every frame.
         draw_every: Option<NonZeroU64> ["1", optional],
         /// Compression of the recording's chunks.
         compression: Compression [""] = Compression::Zstd,
@@ -45,6 +46,11 @@ const DEFAULT_KEYFRAME_DISTANCE: NonZeroU64 = NonZeroU64::new(100).expect("not z
 /// Number of particles drawn in all frames together above which not every frame is drawn: the maximum per frame in the default number of
 /// frames, 201. Their drawings have 241 MB.
 const DRAWN_PARTICLES: u64 = 2_010_000;
+
+/// Time to draw a particle, and to record its state, in that of one step of one particle of a dilute dem cloud, some 3 ns
+/// (`cargo bench --bench recording_overhead -- dense`). Above [`DRAWN_PARTICLES`], drawings take at most 15 % of the time of a run.
+const DRAWING_STEPS: u128 = 60;
+const STATE_STEPS: u128 = 60;
 
 /// When frames are taken. The start is frame 0 and the end is always a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -161,15 +167,19 @@ impl RecordConfig {
         Self { keep: Keep::All, keyframe_distance: None, ..self.clone() }
     }
 
-    /// Distance of the drawn frames of a run with so many particles and frames: as few of 1, 2, 5, 10, 20, 50, … as suffice. Keyframes, whose
-    /// default distance is 100, are then drawn.
+    /// Distance of the drawn frames of a run with so many particles and frames, whose model computes so many steps of single particles: as
+    /// few of 1, 2, 5, 10, 20, 50, … as suffice. Keyframes, whose default distance is 100, are then drawn.
     #[must_use]
-    pub fn distance_of_drawings(&self, particles: u64, frames: u64) -> NonZeroU64 {
+    pub fn distance_of_drawings(&self, particles: u64, frames: u64, steps: u64) -> NonZeroU64 {
         let drawn = particles.min(self.max_drawn_particles.get().into()).saturating_mul(frames);
-        let least = drawn.div_ceil(DRAWN_PARTICLES);
+        let other = u128::from(particles.saturating_mul(frames)) * STATE_STEPS + u128::from(steps);
+        let by_time = (u128::from(drawn) * DRAWING_STEPS * 100).div_ceil(15 * other.max(1));
+        let by_number = u128::from(drawn.div_ceil(DRAWN_PARTICLES));
+        let least = if by_number > 1 { by_number.max(by_time) } else { 1 };
         let mut distances =
             (0..18).flat_map(|zeros| [1, 2, 5].map(|digit| digit * 10_u64.pow(zeros)));
-        let by_size = distances.find(|distance| *distance >= least).and_then(NonZeroU64::new);
+        let by_size =
+            distances.find(|distance| u128::from(*distance) >= least).and_then(NonZeroU64::new);
         self.draw_every.or(by_size).unwrap_or(NonZeroU64::MAX)
     }
 

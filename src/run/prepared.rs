@@ -12,6 +12,9 @@ use kinetoscope_physics::{kind_of, prepare_while};
 use kinetoscope_recording::recorder::{self, Header, Selection, StoredFrames};
 use std::fmt;
 
+/// Time of a collision of the packing model, in that of one step of one particle (`RecordConfig::distance_of_drawings`).
+const STEPS_PER_COLLISION: u64 = 150;
+
 /// Relative rounding error of a time that is a product of a count and a step.
 const TIME_ROUNDING: f64 = 1e-9;
 
@@ -80,6 +83,13 @@ impl Prepared {
         let schedule = Schedule::new(manifest.record.interval, model.extent())?;
         let frames = schedule.frames().saturating_add(1);
         let (kind, record) = (kind_of(&manifest.model), &manifest.record);
+        let particles = manifest.model.particles();
+        let steps = match model.extent() {
+            Extent::Steps { total, .. } => total.saturating_mul(particles),
+            Extent::Events(total) => total.saturating_mul(STEPS_PER_COLLISION),
+            // A closed form, or a number of collisions that no manifest states.
+            Extent::Time(_) => 0,
+        };
         let header = Header {
             manifest: canonical.to_owned(),
             run_key: run_key.to_owned(),
@@ -96,7 +106,7 @@ impl Prepared {
             scenery: model.scenery(),
             playback_fps: record.playback_fps.get(),
             max_drawn_particles: record.max_drawn_particles,
-            draw_every: record.distance_of_drawings(manifest.model.particles(), frames),
+            draw_every: record.distance_of_drawings(particles, frames, steps),
             compression: match record.compression {
                 Compression::Zstd => recorder::Compression::Zstd,
                 Compression::Zstd3 => recorder::Compression::Zstd3,
