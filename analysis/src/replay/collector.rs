@@ -13,7 +13,6 @@ use super::view::View;
 use crate::input::recording::OpenRun;
 use crate::models;
 use crate::models::contract::Extent;
-use kinetoscope_console::text::plural;
 use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_manifest::record::RecordInterval;
 use kinetoscope_manifest::{ViewColor, ViewFrame, ViewRequest};
@@ -254,19 +253,19 @@ impl ReplayCollector {
         } else {
             String::new()
         };
-        let (mut not_finite, mut outside) = (0_u64, 0_u64);
         let range = Range::around(view);
-        for point in stills.iter().flat_map(|still| &still.points) {
-            let [x, y, _] = point.disc();
-            if point.radius.is_nan() {
-                continue;
-            }
-            if !x.is_finite() || !y.is_finite() {
-                not_finite += 1;
-            } else if range.stored([x, y]).contains(&ABSENT) {
-                outside += 1;
-            }
-        }
+        // The largest number of particles of a frame at such places.
+        let most = |is_there: &dyn Fn([f64; 2]) -> bool| {
+            let missing = |point: &&Point| {
+                let [x, y, _] = point.disc();
+                !point.radius.is_nan() && is_there([x, y])
+            };
+            let counts = stills.iter().map(|still| still.points.iter().filter(missing).count());
+            counts.max().unwrap_or(0) as u64
+        };
+        let is_finite = |place: [f64; 2]| place.iter().all(|part| part.is_finite());
+        let not_finite = most(&|place| !is_finite(place));
+        let outside = most(&|place| is_finite(place) && range.stored(place).contains(&ABSENT));
         let are_points = |still: &&Still| {
             still.points.iter().all(|point| point.radius.is_nan() || point.radius == 0.0)
         };
@@ -275,11 +274,10 @@ impl ReplayCollector {
             true => " A disc that leaves through a periodic side enters through the opposite one.",
             false => "",
         };
-        let missing = |count: u64, what: &str| match count {
+        let missing = |count: u64, place: &str| match count {
             0 => String::new(),
-            count => {
-                format!(" Not drawn, in all frames together: {} {what}.", plural(count, "position"))
-            }
+            1 => format!(" One particle {place} is not drawn."),
+            count => format!(" Up to {count} particles {place} are not drawn."),
         };
         [
             frames,
