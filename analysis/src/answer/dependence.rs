@@ -71,7 +71,7 @@ pub(super) fn dependence(
     let (indices, points): (Vec<usize>, Vec<[f64; 3]>) = points.into_iter().unzip();
     let exponents = exponents(&points);
     if points.len() < LEAST_POINTS {
-        let between = |range| format!(", with exponent {range} of the {key} between the two");
+        let between = |range| format!(", an exponent of {range} in the {key}");
         return exponents.map(between).map_or(Dependence::None, Dependence::Remark);
     }
     let values: Vec<(f64, f64)> = points.iter().map(|[x, y, _]| (*x, *y)).collect();
@@ -91,9 +91,7 @@ fn verb(points: &[(f64, f64)], key: &str, exponents: Option<String>) -> Option<S
         (Some((words, spread)), _) => {
             Some(format!("{words} {key} within {} %", significant(100.0 * spread, 2)))
         }
-        (None, change) if change <= LARGEST_CHANGE => {
-            Some(format!("hardly depends on the {key}"))
-        }
+        (None, change) if change <= LARGEST_CHANGE => Some(format!("hardly depends on the {key}")),
         _ if rises(points) => Some(format!("rises with the {key}{exponents}")),
         _ if rises(&falling) => Some(format!("falls with the {key}{exponents}")),
         _ => None,

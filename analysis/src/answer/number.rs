@@ -208,7 +208,9 @@ pub(super) fn in_unit(value: f64, metric: &Metric) -> String {
 
 /// A theoretical value in the metric's unit, with the digits that the metric's standard error has.
 pub(super) fn theory_text(theory: f64, metric: &Metric) -> String {
-    let form = NumberForm { digits: theory_digits(theory, metric), ..form_of(metric) };
+    let of_difference = difference_digits(metric).filter(|_| metric.theory_value() == Some(theory));
+    let digits = of_difference.or_else(|| theory_digits(theory, metric));
+    let form = NumberForm { digits, ..form_of(metric) };
     let measured = metric_text(metric, compared_form(metric));
     // Next to (5.56 ± 0.24)·10³, theory is 5.58·10³, not 5580.
     let power = if theory == 0.0 { 0 } else { power_of(theory.abs()) };
@@ -221,13 +223,8 @@ pub(super) fn theory_text(theory: f64, metric: &Metric) -> String {
 }
 
 /// The digits of a theoretical value down to the last one of the metric's standard error, at least three: rounded to fewer, it may lie on
-/// the other side of the measured value. `None` without an error that is shown.
+/// the other side of the measured value. `None` without an error that is shown: the value has three digits, and so has theory.
 pub(super) fn theory_digits(theory: f64, metric: &Metric) -> Option<u8> {
-    if metric.theory_value() == Some(theory)
-        && let Some(digits) = difference_digits(metric)
-    {
-        return Some(digits);
-    }
     let exponent = |value: f64| libm::log10(value.abs()).floor() as i32;
     let error = metric.standard_error().filter(|_| theory != 0.0)?;
     plus_minus(metric.value(), error)?;

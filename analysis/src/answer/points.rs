@@ -50,7 +50,8 @@ pub(super) fn several(
         let end = AnswerPart::words(format!("{everywhere}{relation}."));
         return vec![AnswerPart::words(format!("The {label} is ")), number, end];
     }
-    let dependence = if has_places { Dependence::None } else { dependence(metrics, sign, swept_words) };
+    let dependence =
+        if has_places { Dependence::None } else { dependence(metrics, sign, swept_words) };
     let mut parts = Vec::new();
     let after = match dependence {
         Dependence::OfEnds { verb, first, last } => {

@@ -78,9 +78,9 @@ pub(super) fn to_theory(metric: &Metric) -> String {
         }
         // A difference within the standard error is due to chance, whatever the law's accuracy.
         (Deviation::Bound { .. }, _)
-            if metric.standard_error().is_some_and(|error| {
-                (metric.value() - theory.value).abs() <= AGREES * error
-            }) =>
+            if metric
+                .standard_error()
+                .is_some_and(|error| (metric.value() - theory.value).abs() <= AGREES * error) =>
         {
             format!(", which agrees with {value} within its standard error")
         }

@@ -9,8 +9,8 @@ use crate::models::chart_needs_all_states;
 use crate::models::figures::time_scale_of;
 use crate::plot::{Axis, Curve, CurveStyle, Plot, Point, Scale, extremes};
 use crate::run::{RunAnalysis, RunStatus};
-use crate::sweep::figures::{MAX_CURVES, capitalized, shared_charts, stem_of};
 use crate::sweep::SweepPoint;
+use crate::sweep::figures::{MAX_CURVES, capitalized, shared_charts, stem_of};
 use kinetoscope_console::Message;
 use kinetoscope_console::text::one_line;
 use kinetoscope_manifest::{

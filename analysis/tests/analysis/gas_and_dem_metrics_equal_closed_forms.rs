@@ -353,6 +353,8 @@ fn gas_that_empties_is_compared_with_the_law_of_its_plot() {
     let folder = Folder::write(manifest, |_| {
         frames_of(0..2, |index, frame| {
             frame.push_state(&[0.0, 0.0, 2.0, 0.0]);
+            let temperature = GasTemperature::default();
+            frame.push(&GasTemperature { mean_speed_m_per_s: 2.0, ..temperature });
             let particles_escaped = 637 * index as u64;
             frame.push(&GasEnergyBalance { particles_escaped, ..GasEnergyBalance::default() });
             10.0 * f64::from(index)
