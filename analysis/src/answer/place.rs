@@ -60,7 +60,7 @@ mod tests {
         };
         assert_eq!(words("model.dem.friction", "0.5"), " at a friction of 0.5");
         assert_eq!(words("model.gas.orifice_width_m", "0.2"), " at an orifice width of 0.2 m");
-        assert_eq!(words("model.orbit.time_step_days", "1.0"), " at a time step of 1 day");
+        assert_eq!(words("model.orbit.time_step_days", "1"), " at a time step of 1 day");
         assert_eq!(words("model.orbit.integrator", "rk4"), " (integrator rk4)");
         assert_eq!(words("model.dem.discs", "20"), " with 20 discs");
         assert_eq!(words("variant", "slow"), " (slow)");
