@@ -11,6 +11,7 @@ use super::place::place_words;
 use super::points::{everywhere, listed, several};
 use super::question::{asks_for_order, shared_words};
 use super::relation::{relation, requirement, to_theory};
+use super::settings::with_settings;
 use super::{AnswerNumber, AnswerPart, AnswerSource};
 use crate::checks::{checked_metrics, compare};
 use crate::input::coordinates::text;
@@ -204,7 +205,10 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
     if let Some(order) = order.filter(|_| asks_for_order(source)) {
         sentences.insert(0, vec![AnswerPart::words(format!("The method is of order {order}."))]);
     }
-    if sentences.is_empty() { unfinished(source) } else { joined(sentences) }
+    if sentences.is_empty() {
+        return unfinished(source);
+    }
+    joined(with_settings(sentences, source))
 }
 
 /// The main results of what the manifests set, the most telling one first.

@@ -49,12 +49,16 @@ pub(super) enum Dependence {
     LeastAt(usize),
 }
 
-/// The dependence of values on the only number that is swept. `name` gives the words for a key.
-pub(super) fn dependence(metrics: &[&Metric], name: impl Fn(&Coordinate) -> String) -> Dependence {
+/// The dependence of values with this sign on the only number that is swept. `name` gives the words for a key.
+pub(super) fn dependence(
+    metrics: &[&Metric],
+    sign: f64,
+    name: impl Fn(&Coordinate) -> String,
+) -> Dependence {
     let point = |(index, metric): (usize, &&Metric)| match metric.coordinates() {
         [only] if only.key != VARIANT => {
             let error = metric.standard_error().unwrap_or(0.0);
-            Some((index, [only.value.parse::<f64>().ok()?, metric.value(), error]))
+            Some((index, [only.value.parse::<f64>().ok()?, sign * metric.value(), error]))
         }
         _ => None,
     };
@@ -67,7 +71,7 @@ pub(super) fn dependence(metrics: &[&Metric], name: impl Fn(&Coordinate) -> Stri
     let (indices, points): (Vec<usize>, Vec<[f64; 3]>) = points.into_iter().unzip();
     let exponents = exponents(&points);
     if points.len() < LEAST_POINTS {
-        let between = |range| format!(", with exponent {range} of the {key} between the two");
+        let between = |range| format!(", an exponent of {range} in the {key}");
         return exponents.map(between).map_or(Dependence::None, Dependence::Remark);
     }
     let values: Vec<(f64, f64)> = points.iter().map(|[x, y, _]| (*x, *y)).collect();
@@ -87,9 +91,7 @@ fn verb(points: &[(f64, f64)], key: &str, exponents: Option<String>) -> Option<S
         (Some((words, spread)), _) => {
             Some(format!("{words} {key} within {} %", significant(100.0 * spread, 2)))
         }
-        (None, change) if change <= LARGEST_CHANGE => {
-            Some(format!("differs by at most {} %", significant(100.0 * change, 2)))
-        }
+        (None, change) if change <= LARGEST_CHANGE => Some(format!("hardly depends on the {key}")),
         _ if rises(points) => Some(format!("rises with the {key}{exponents}")),
         _ if rises(&falling) => Some(format!("falls with the {key}{exponents}")),
         _ => None,
@@ -290,8 +292,8 @@ mod tests {
     }
 
     #[test]
-    fn small_changes_have_their_size() {
+    fn values_that_hardly_change_hardly_depend_on_the_key() {
         let points = [(1.0, -0.97), (2.0, -0.97), (3.0, -0.968)];
-        assert_eq!(verb(&points, "friction", None).unwrap(), "differs by at most 0.21 %");
+        assert_eq!(verb(&points, "friction", None).unwrap(), "hardly depends on the friction");
     }
 }

@@ -11,6 +11,7 @@ mod place;
 mod points;
 mod question;
 mod relation;
+mod settings;
 mod template;
 
 pub(crate) use number::AnswerNumber;

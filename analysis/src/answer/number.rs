@@ -1,7 +1,9 @@
 //! Measured numbers as a reader writes them.
 
 use crate::metric::{Deviation, Metric};
-use crate::number_text::{fixed, plus_minus, plus_minus_to, power_of, significant, with_power};
+use crate::number_text::{
+    fixed, plus_minus, plus_minus_to, power_of, power_text, significant, with_power,
+};
 use kinetoscope_manifest::{Bound, Check};
 
 /// A measured number of an answer.
@@ -206,18 +208,23 @@ pub(super) fn in_unit(value: f64, metric: &Metric) -> String {
 
 /// A theoretical value in the metric's unit, with the digits that the metric's standard error has.
 pub(super) fn theory_text(theory: f64, metric: &Metric) -> String {
-    let form = NumberForm { digits: theory_digits(theory, metric), ..form_of(metric) };
-    text_of(theory, None, metric.unit(), form)
+    let of_difference = difference_digits(metric).filter(|_| metric.theory_value() == Some(theory));
+    let digits = of_difference.or_else(|| theory_digits(theory, metric));
+    let form = NumberForm { digits, ..form_of(metric) };
+    let measured = metric_text(metric, compared_form(metric));
+    // Next to (5.56 ± 0.24)·10³, theory is 5.58·10³, not 5580.
+    let power = if theory == 0.0 { 0 } else { power_of(theory.abs()) };
+    let has_power = measured.contains(&format!("·{}", power_text(power)));
+    let text = with_power(theory, None, power, form.digits.unwrap_or(DIGITS));
+    match text.filter(|_| has_power && !form.is_in_percent) {
+        Some(text) => text + &unit_words(metric.unit()),
+        None => text_of(theory, None, metric.unit(), form),
+    }
 }
 
 /// The digits of a theoretical value down to the last one of the metric's standard error, at least three: rounded to fewer, it may lie on
-/// the other side of the measured value. `None` without an error that is shown.
+/// the other side of the measured value. `None` without an error that is shown: the value has three digits, and so has theory.
 pub(super) fn theory_digits(theory: f64, metric: &Metric) -> Option<u8> {
-    if metric.theory_value() == Some(theory)
-        && let Some(digits) = difference_digits(metric)
-    {
-        return Some(digits);
-    }
     let exponent = |value: f64| libm::log10(value.abs()).floor() as i32;
     let error = metric.standard_error().filter(|_| theory != 0.0)?;
     plus_minus(metric.value(), error)?;

@@ -34,6 +34,10 @@ pub(super) fn phrase(metric: &Metric, relation: &str, span: Option<&str>) -> Phr
             return Phrase { before, is_size: true, after };
         }
     }
+    if let Some((whole, cause)) = part(label) {
+        let before = format!("{cause}{place} takes ");
+        return Phrase { before, is_size: false, after: format!(" of the {whole}") };
+    }
     let label = at_end(label, span);
     let ratio = label.strip_prefix("ratio of the ");
     if let Some(quantity) = ratio.and_then(|it| it.strip_suffix(" to that at the start")) {
@@ -41,6 +45,14 @@ pub(super) fn phrase(metric: &Metric, relation: &str, span: Option<&str>) -> Phr
         return Phrase { before, is_size: false, after: " times that at the start".to_owned() };
     }
     Phrase { before: format!("The {label}{place} is "), is_size: false, after: String::new() }
+}
+
+/// The whole and, capitalized, the cause of a fraction, such as "dissipated energy" and "Friction".
+fn part(label: &str) -> Option<(&str, String)> {
+    let (whole, cause) = label.strip_prefix("fraction of the ")?.split_once(" that is due to ")?;
+    let mut letters = cause.chars();
+    let first = letters.next()?.to_uppercase();
+    Some((whole, format!("{first}{}", letters.as_str())))
 }
 
 /// A label that names the end of the run by its time, if it is known.
@@ -93,7 +105,15 @@ fn span_of(run: &RunAnalysis) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::change;
+    use super::{change, part};
+
+    /// Control: a fraction without a cause.
+    #[test]
+    fn causes_of_fractions_are_subjects() {
+        let label = "fraction of the dissipated energy that is due to friction";
+        assert_eq!(part(label), Some(("dissipated energy", "Friction".to_owned())));
+        assert_eq!(part("fraction of the particles within half of the radius"), None);
+    }
 
     #[test]
     fn changes_have_a_verb_of_their_sign() {

@@ -6,7 +6,7 @@ use crate::number_text::with_short_numbers;
 use kinetoscope_console::text::one_line;
 use kinetoscope_manifest::{Coordinate, unit_of_key};
 
-/// The point of a sweep in words, such as " at a friction of 0.5"; empty for a single run.
+/// The point of a sweep in words, such as " at a friction of 0.5" or " (integrator rk4)"; empty for a single run.
 pub(super) fn place_words(coordinates: &[Coordinate]) -> String {
     let words = coordinates.iter().map(|coordinate| {
         let value = one_line(&shown_value(coordinate)).into_owned();
@@ -24,7 +24,12 @@ pub(super) fn place_words(coordinates: &[Coordinate]) -> String {
         // "1 day" is singular.
         let unit =
             unit.strip_suffix('s').filter(|it| value == "1" && *it == " day").unwrap_or(&unit);
-        format!(" at {words} {value}{unit}")
+        // "200 K" is a value, "rk4" is a choice.
+        if shown_value(coordinate).parse::<f64>().is_err() {
+            return format!(" ({words} {value})");
+        }
+        let article = if words.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+        format!(" at {article} {words} of {value}{unit}")
     });
     words.collect()
 }
@@ -39,4 +44,25 @@ pub(super) fn key_words(key: &str, unit: &str) -> String {
     let name = name.strip_suffix(&suffix).unwrap_or(name);
     let name = if unit == "d" { name.strip_suffix("_days").unwrap_or(name) } else { name };
     name.replace('_', " ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::place_words;
+    use kinetoscope_manifest::Coordinate;
+
+    /// Guarantee: a number has its quantity and its unit, a choice its key.
+    #[test]
+    fn points_of_a_sweep_are_words() {
+        let words = |key: &str, value: &str| {
+            let [key, value] = [key, value].map(str::to_owned);
+            place_words(&[Coordinate { key, value }])
+        };
+        assert_eq!(words("model.dem.friction", "0.5"), " at a friction of 0.5");
+        assert_eq!(words("model.gas.orifice_width_m", "0.2"), " at an orifice width of 0.2 m");
+        assert_eq!(words("model.orbit.time_step_days", "1"), " at a time step of 1 day");
+        assert_eq!(words("model.orbit.integrator", "rk4"), " (integrator rk4)");
+        assert_eq!(words("model.dem.discs", "20"), " with 20 discs");
+        assert_eq!(words("variant", "slow"), " (slow)");
+    }
 }

@@ -39,14 +39,19 @@ pub(super) fn several(
         ];
     }
     let label = at_end(least.definition.label, common_span(metrics, source).as_deref());
+    let is_loss = metrics.iter().all(is_loss);
+    let label = if is_loss { loss_words(&label) } else { label };
+    let sign = if is_loss { -1.0 } else { 1.0 };
     let relation = if has_places { String::new() } else { common_relation(metrics) };
     let ends = common_texts(&[least, greatest]);
     if ends[0] == ends[1] && !has_places {
-        let number = AnswerPart::Number(number_with(least, ends[0].clone(), is_passed));
+        let number = sizes(&[least]).concat();
+        let number = AnswerPart::Number(number_with(least, number, is_passed));
         let end = AnswerPart::words(format!("{everywhere}{relation}."));
         return vec![AnswerPart::words(format!("The {label} is ")), number, end];
     }
-    let dependence = if has_places { Dependence::None } else { dependence(metrics, swept_words) };
+    let dependence =
+        if has_places { Dependence::None } else { dependence(metrics, sign, swept_words) };
     let mut parts = Vec::new();
     let after = match dependence {
         Dependence::OfEnds { verb, first, last } => {
@@ -73,6 +78,28 @@ pub(super) fn several(
     parts
 }
 
+/// The beginning of the label of a change.
+const CHANGE: &str = "relative change of the ";
+
+/// Whether a value is a loss: if all are, they are given without their sign.
+fn is_loss(metric: &&Metric) -> bool {
+    metric.definition.label.starts_with(CHANGE) && metric.value() < 0.0
+}
+
+/// The label of a change whose values are losses.
+fn loss_words(label: &str) -> String {
+    label.replacen(CHANGE, "relative loss of ", 1)
+}
+
+/// The values of several points, of losses without their sign.
+fn sizes(metrics: &[&Metric]) -> Vec<String> {
+    let texts = common_texts(metrics);
+    match metrics.iter().all(is_loss) {
+        true => texts.into_iter().map(|text| text.replacen('−', "", 1)).collect(),
+        false => texts,
+    }
+}
+
 fn swept_words(coordinate: &Coordinate) -> String {
     let unit = unit_of_key(&coordinate.key);
     let words = key_words(&coordinate.key, unit);
@@ -94,7 +121,7 @@ pub(super) fn listed(metrics: &[&Metric], is_passed: Option<bool>) -> Vec<Answer
     if metrics.len() > MOST_LISTED {
         return extremes.map_or_else(Vec::new, |(one, other)| from_to(one, other, is_passed));
     }
-    for (index, (metric, text)) in metrics.iter().zip(common_texts(metrics)).enumerate() {
+    for (index, (metric, text)) in metrics.iter().zip(sizes(metrics)).enumerate() {
         let separator = match metrics.len() - index {
             1 => "",
             2 => " and ",
@@ -108,7 +135,7 @@ pub(super) fn listed(metrics: &[&Metric], is_passed: Option<bool>) -> Vec<Answer
 
 fn from_to(one: &Metric, other: &Metric, is_passed: Option<bool>) -> Vec<AnswerPart> {
     let mut parts = Vec::new();
-    let texts = common_texts(&[one, other]);
+    let texts = sizes(&[one, other]);
     for ((metric, text), word) in [one, other].into_iter().zip(texts).zip(["from ", " to "]) {
         parts.push(AnswerPart::words(word));
         parts.push(AnswerPart::Number(number_with(metric, text, is_passed)));
@@ -143,7 +170,7 @@ fn common_relation(metrics: &[&Metric]) -> String {
         |metric: &&Metric| matches!(metric.deviation(), Some(Deviation::Bound { is_inside: true }));
     let all_inside = metrics.iter().all(is_inside);
     let law = if law == THEORY { "the law" } else { law };
-    if all_inside { format!(", inside the accuracy of {law}") } else { String::new() }
+    if all_inside { format!(", within the accuracy of {law}") } else { String::new() }
 }
 
 /// The largest of the deviations of some points from a law, in words that state whether it is unlikely.

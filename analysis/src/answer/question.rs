@@ -54,7 +54,7 @@ fn words_in_common(question: &str, label: &str) -> usize {
     words(&question).filter(|word| is_in_label(word) || is_synonym(word)).count()
 }
 
-fn words_of(text: &str) -> impl Iterator<Item = &str> {
+pub(super) fn words_of(text: &str) -> impl Iterator<Item = &str> {
     text.split(|letter: char| !letter.is_alphabetic())
 }
 

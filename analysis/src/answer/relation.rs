@@ -71,7 +71,18 @@ pub(super) fn to_theory(metric: &Metric) -> String {
         (Deviation::Bare(_) | Deviation::Bound { .. }, _)
             if metric_text(metric, compared_form(metric)) == number =>
         {
-            format!(", equal to {value} in all digits shown")
+            match name {
+                Some(name) => format!(", as {name} predicts"),
+                None => ", as theory predicts".to_owned(),
+            }
+        }
+        // A difference within the standard error is due to chance, whatever the law's accuracy.
+        (Deviation::Bound { .. }, _)
+            if metric
+                .standard_error()
+                .is_some_and(|error| (metric.value() - theory.value).abs() <= AGREES * error) =>
+        {
+            format!(", which agrees with {value} within its standard error")
         }
         _ => {
             // A difference in percent follows from the numbers that are shown.
@@ -117,7 +128,7 @@ fn of_deviation(
             format!(", {number} standard errors {} {value}{}", side(sigma), unlikely(sigma))
         }
         Deviation::Bound { is_inside } => {
-            let place = if is_inside { "inside" } else { "outside" };
+            let place = if is_inside { "within" } else { "outside" };
             let bound = match accuracy / expected.abs() {
                 relative if relative.is_finite() => format!(" of {}", percent(relative)),
                 _ => String::new(),

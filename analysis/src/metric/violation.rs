@@ -83,8 +83,6 @@ quantities! {
     NoPartition = "a partition divides the particles",
     /// The start is no equilibrium.
     BarometricStart = "the particles do not start in barometric equilibrium",
-    /// Fraction of the particles that have left.
-    FractionLeft = "the fraction of the particles that have left",
     /// Speed of the wall over the rms speed.
     WallSpeed = "the speed of the wall over v_rms",
 }

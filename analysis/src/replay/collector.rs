@@ -7,13 +7,12 @@ use super::film::{Film, Replay};
 use super::lines::{LineStyle, Lines, styles, texts};
 use super::picture::{PictureStyle, picture};
 use super::poster::{nearest, poster};
-use super::speeds::{Speeds, Velocities, legend_top};
+use super::speeds::{Speeds, Spins, Velocities, legend_top};
 use super::still::{Columns, Point, Still, halve, padded, thinned};
 use super::view::View;
 use crate::input::recording::OpenRun;
 use crate::models;
 use crate::models::contract::Extent;
-use kinetoscope_console::text::plural;
 use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_manifest::record::RecordInterval;
 use kinetoscope_manifest::{ViewColor, ViewFrame, ViewRequest};
@@ -28,6 +27,8 @@ const MAX_PARTICLES: usize = 10_000;
 const MIN_FRAMES: usize = 60;
 /// Blocks of neighboring frames whose encoding predicts that of all frames.
 const SAMPLED_BLOCKS: usize = 3;
+/// Number of points up to which spins are stored: those of more would take the place of frames.
+const MAX_SPINS: usize = 200_000;
 /// Bytes per particle and frame that the collector counts on; the encoding of most runs takes one to three.
 const MIN_BYTES_PER_POINT: usize = 1;
 
@@ -254,19 +255,19 @@ impl ReplayCollector {
         } else {
             String::new()
         };
-        let (mut not_finite, mut outside) = (0_u64, 0_u64);
         let range = Range::around(view);
-        for point in stills.iter().flat_map(|still| &still.points) {
-            let [x, y, _] = point.disc();
-            if point.radius.is_nan() {
-                continue;
-            }
-            if !x.is_finite() || !y.is_finite() {
-                not_finite += 1;
-            } else if range.stored([x, y]).contains(&ABSENT) {
-                outside += 1;
-            }
-        }
+        // The largest number of particles of a frame at such places.
+        let most = |is_there: &dyn Fn([f64; 2]) -> bool| {
+            let missing = |point: &&Point| {
+                let [x, y, _] = point.disc();
+                !point.radius.is_nan() && is_there([x, y])
+            };
+            let counts = stills.iter().map(|still| still.points.iter().filter(missing).count());
+            counts.max().unwrap_or(0) as u64
+        };
+        let is_finite = |place: [f64; 2]| place.iter().all(|part| part.is_finite());
+        let not_finite = most(&|place| !is_finite(place));
+        let outside = most(&|place| is_finite(place) && range.stored(place).contains(&ABSENT));
         let are_points = |still: &&Still| {
             still.points.iter().all(|point| point.radius.is_nan() || point.radius == 0.0)
         };
@@ -275,11 +276,10 @@ impl ReplayCollector {
             true => " A disc that leaves through a periodic side enters through the opposite one.",
             false => "",
         };
-        let missing = |count: u64, what: &str| match count {
+        let missing = |count: u64, place: &str| match count {
             0 => String::new(),
-            count => {
-                format!(" Not drawn, in all frames together: {} {what}.", plural(count, "position"))
-            }
+            1 => format!(" One particle {place} is not drawn."),
+            count => format!(" Up to {count} particles {place} are not drawn."),
         };
         [
             frames,
@@ -354,6 +354,15 @@ impl ReplayCollector {
                 points().map(|point| velocities.stored(point.velocity[axis])).collect();
             append_series(&mut data, &stored, particles, 1);
         }
+        let spins =
+            Spins::of(stills.iter().map(|still| {
+                still.points.iter().map(|point| f64::from(point.spin.abs())).collect()
+            }));
+        let has_spins = spins.top > 0.0 && particles * stills.len() <= MAX_SPINS;
+        if has_spins {
+            let stored: Vec<u8> = points().map(|point| spins.stored(point.spin)).collect();
+            append_speeds(&mut data, &stored, particles);
+        }
         let shown = stills.len() as f64 / self.frames as f64;
         let (first, picture, names) = self.first_picture(stills, view, speeds.top);
         Film {
@@ -374,6 +383,7 @@ impl ReplayCollector {
             speed_top: speeds.top,
             velocity_top: velocities.top,
             velocity_step: velocities.step,
+            spin_top: if has_spins { spins.top } else { 0.0 },
             wall_points: ends,
             line_styles: styles,
             has_moving_walls,

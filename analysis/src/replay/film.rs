@@ -52,6 +52,8 @@ pub(crate) struct Film {
     /// The largest component of a velocity, and the length of one step of a component; 0 without velocities.
     pub(super) velocity_top: f64,
     pub(super) velocity_step: f64,
+    /// The spin of the largest stored value; 0 without spins.
+    pub(super) spin_top: f64,
     /// Number of ends of wall segments, two per segment, and whether they are stored for each frame.
     pub(super) wall_points: usize,
     pub(super) has_moving_walls: bool,
@@ -99,6 +101,8 @@ impl Film {
             "speedTopText": three_digits(self.speed_top),
             "velocityTop": self.velocity_top,
             "velocityStep": self.velocity_step,
+            "spinTop": self.spin_top,
+            "spinTopText": three_digits(self.spin_top),
             "wallPoints": self.wall_points,
             "movingWalls": self.has_moving_walls,
             "lineStyles": self.line_styles.iter().map(LineStyle::described).collect::<Vec<_>>(),

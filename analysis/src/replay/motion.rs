@@ -84,7 +84,7 @@ mod tests {
     fn on_circle(angle: f64, has_velocity: bool) -> Point {
         let (sin, cos) = (libm::sin(angle), libm::cos(angle));
         let velocity = if has_velocity { [-sin as f32, cos as f32] } else { [f32::NAN; 2] };
-        Point { x: cos, y: sin, speed: 1.0, velocity, radius: 0.0 }
+        Point { x: cos, y: sin, speed: 1.0, velocity, radius: 0.0, spin: 0.0 }
     }
 
     /// Guarantee: a drawn part of a circle is within 0.5 % of the picture's width of the circle, and parts that would miss it by more are not drawn. Control: a
@@ -130,6 +130,7 @@ mod tests {
             speed: 1.0,
             velocity: [velocity, 0.0],
             radius: 0.0,
+            spin: 0.0,
         };
         assert_eq!(path_part([&point(0.5, 1.0), &point(0.5, -1.0)], [None; 2], 1.0, 2.0), None);
         assert!(path_part([&point(0.0, 1.0), &point(1.0, 1.0)], [None; 2], 1.0, 2.0).is_some());

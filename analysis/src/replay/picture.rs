@@ -294,8 +294,14 @@ mod tests {
     use std::sync::Arc;
 
     fn still(places: &[[f64; 2]]) -> Still {
-        let point =
-            |&[x, y]: &[f64; 2]| Point { x, y, speed: 1.0, velocity: [0.0; 2], radius: 0.0 };
+        let point = |&[x, y]: &[f64; 2]| Point {
+            x,
+            y,
+            speed: 1.0,
+            velocity: [0.0; 2],
+            radius: 0.0,
+            spin: 0.0,
+        };
         let points = places.iter().map(point).collect();
         Still { number: 0, time: 0.0, points, lines: Arc::new(Lines::of(&[])) }
     }

@@ -73,8 +73,14 @@ mod tests {
 
     /// Frames of particles at these heights, with these speeds.
     fn frames(heights: &[&[f64]], speeds: &[f32]) -> Vec<Still> {
-        let point =
-            |y: f64, speed: f32| Point { y, x: 0.0, speed, velocity: [0.0; 2], radius: 0.1 };
+        let point = |y: f64, speed: f32| Point {
+            y,
+            x: 0.0,
+            speed,
+            velocity: [0.0; 2],
+            radius: 0.1,
+            spin: 0.0,
+        };
         let still = |(number, (heights, speed)): (usize, (&&[f64], &f32))| Still {
             number: number as u64,
             time: number as f64,

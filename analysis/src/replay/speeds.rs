@@ -43,6 +43,27 @@ impl Speeds {
     }
 }
 
+/// The stored spins: equal steps between the largest clockwise and counterclockwise spins, of which a few fast ones do not darken the others.
+pub(super) struct Spins {
+    /// The spin of the largest stored value; 0 if nothing spins.
+    pub(super) top: f64,
+}
+
+impl Spins {
+    pub(super) fn of(frames: impl Iterator<Item = Vec<f64>>) -> Self {
+        Self { top: Speeds::of(frames, None).top }
+    }
+
+    pub(super) fn stored(&self, spin: f32) -> u8 {
+        let (fraction, middle) = (f64::from(spin) / self.top, f64::from(LARGEST_SPEED / 2));
+        if fraction.is_finite() {
+            libm::round(middle * (1.0 + fraction.clamp(-1.0, 1.0))) as u8
+        } else {
+            ABSENT_SPEED
+        }
+    }
+}
+
 /// The speed at the upper end of a recorded color bar, by its last text, such as "0.848 m/s"; `None` without a positive number.
 pub(super) fn legend_top(legend: &[Shape]) -> Option<f64> {
     let text = texts(legend).pop()?;
@@ -90,6 +111,17 @@ mod tests {
         let speeds = || [vec![0.1, 0.2, 5.0]].into_iter();
         assert_eq!(Speeds::of(speeds(), Some(0.848)).top, 0.848);
         assert_eq!(Speeds::of(speeds(), None).top, 5.0);
+    }
+
+    /// Control: without a spin, none is stored.
+    #[test]
+    fn spins_are_stored_with_their_sign() {
+        let spins = Spins::of([vec![2.0, 1.0, 0.0]].into_iter());
+        assert_eq!(spins.top, 2.0);
+        let stored = [-9.0, -2.0, -1.0, 0.0, 1.0, 2.0].map(|spin| spins.stored(spin));
+        assert_eq!(stored, [0, 0, 64, 127, 191, 254]);
+        assert_eq!(spins.stored(f32::NAN), ABSENT_SPEED);
+        assert_eq!(Spins::of([vec![0.0]].into_iter()).stored(0.0), ABSENT_SPEED);
     }
 
     #[test]

@@ -12,6 +12,8 @@ pub(super) struct Point {
     pub(super) speed: f32,
     pub(super) velocity: [f32; 2],
     pub(super) radius: f32,
+    /// Angular velocity, counterclockwise; NaN if it is not recorded.
+    pub(super) spin: f32,
 }
 
 impl Point {
@@ -22,6 +24,7 @@ impl Point {
         speed: f32::NAN,
         velocity: [f32::NAN; 2],
         radius: f32::NAN,
+        spin: f32::NAN,
     };
 
     pub(super) fn disc(&self) -> [f64; 3] {
@@ -46,6 +49,7 @@ pub(super) struct Columns {
     /// vx and vy.
     in_plane: Option<[usize; 2]>,
     radius: Option<usize>,
+    spin: Option<usize>,
     id: Option<usize>,
 }
 
@@ -57,6 +61,7 @@ impl Columns {
             velocity: ["vx", "vy", "vz"].into_iter().filter_map(index).collect(),
             in_plane: index("vx").zip(index("vy")).map(|(x, y)| [x, y]),
             radius: index("radius"),
+            spin: index("spin"),
             id: index("id"),
         })
     }
@@ -77,7 +82,8 @@ impl Columns {
             .map_or([f32::NAN; 2], |columns| columns.map(|column| narrowed(values[column])));
         let radius = self.radius.map_or(radius, |column| values[column]) as f32;
         let radius = if radius >= 0.0 { radius } else { 0.0 };
-        Point { x, y, speed: narrowed(speed), velocity, radius }
+        let spin = self.spin.map_or(f32::NAN, |column| narrowed(values[column]));
+        Point { x, y, speed: narrowed(speed), velocity, radius, spin }
     }
 }
 

@@ -50,9 +50,11 @@ function share() {
   if (!widest) return;
   const fastest = max(...all.map((each) => each.film.speedMax)), isSpeed = scale.by === "speed";
   scale.top = widest.speedTop;
+  scale.spin = max(...all.map((each) => each.film.spinTop));
+  find('[value="spin"]').hidden = !scale.spin;
   find(".bar").style.background = `linear-gradient(to right, ${widest.colors.join()})`;
   find(".scale").hidden = isSpeed && !(scale.top > 0);
-  const [low, high] = { height: ["low at start", "high"], side: ["left at start", "right"], species: ["first species", "last"] }[scale.by] ?? ["speed 0",
+  const [low, high] = { height: ["low at start", "high"], side: ["left at start", "right"], species: ["first species", "last"], spin: [`clockwise ${number(scale.spin, 0, 3)}`, `counterclockwise rad/${widest.units[2]}`] }[scale.by] ?? ["speed 0",
     `${fastest > 1.005 * scale.top ? "≥ " : ""}${withUnit(widest.speedTopText, widest.units[1])}`];
   find(".bottom").textContent = low;
   find(".top").textContent = high;

@@ -120,7 +120,7 @@ fn heading(report: &AnalysisReport) -> Markup {
         header {
             div class="kicker" {
                 h1 { (breakable(&report.name)) }
-                strong class=(class) { (summary) }
+                @if !summary.is_empty() { strong class=(class) { (summary) } }
                 span class="facts" { (report.models_and_runs()) }
             }
             @if let Some(headline) = report.headline() {

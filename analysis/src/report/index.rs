@@ -176,7 +176,8 @@ fn card(card: &Card<'_>) -> Markup {
             (question(report))
             (result(report, &card.link))
             p class="facts" {
-                strong class=(class) { (outcome) } " · " (plural(report.runs.len() as u64, "run"))
+                @if !outcome.is_empty() { strong class=(class) { (outcome) } " · " }
+                (plural(report.runs.len() as u64, "run"))
             }
         }
     }

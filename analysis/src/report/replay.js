@@ -119,7 +119,12 @@ function player(part, leader) {
   }
 
   // The color of a particle, as a step of the palette.
-  const toneOf = (i) => tones[i] >= 0 ? tones[i] : steps[data.speeds[frame() * film.particles + i]];
+  const toneOf = (i) => {
+    const place = frame() * film.particles + i;
+    return tones[i] >= 0 ? tones[i] : scale.by === "spin" ? spinTone(data.spins[place]) : steps[data.speeds[place]];
+  };
+  const spinOf = (stored) => (stored / 127 - 1) * film.spinTop;
+  const spinTone = (stored) => stored < ABSENT_SPEED ? clamp(Math.floor((spinOf(stored) / scale.spin + 1) / 2 * STEPS), 0, STEPS - 1) : UNKNOWN;
 
   // All discs of one color are one path; those that this leaves out were painted.
   function drawDiscs() {
@@ -266,6 +271,7 @@ function player(part, leader) {
       const count = clamp(Math.floor(Math.log10(Math.abs(value) / film.velocityStep)), 1, 4);
       parts.push(`${["vx", "vy"][axis]} ≈ ${shown(value, count, 1)}`);
     });
+    if (data.spins[place] < ABSENT_SPEED) parts.push(`spin ≈ ${number(spinOf(data.spins[place]), 0, 2)} rad/${film.units[2]}`);
     if (radius) parts.push(`radius = ${shown(radius, 4, 0)}`);
     row.textContent = parts.join(" · ");
   }

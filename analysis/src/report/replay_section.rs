@@ -204,6 +204,8 @@ fn controls(runs: usize, all: usize, view: &ViewRequest, species: usize) -> Mark
                     @for (value, name) in COLORS.iter().filter(|(value, _)| species > 1 || *value != ViewColor::Species) {
                         option value=(value.word()) selected[*value == color] { (name) }
                     }
+                    // The script shows it where discs spin.
+                    option value="spin" hidden { "spin" }
                 }
             }
             // The script shows the switches that the run has data for.

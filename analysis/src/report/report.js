@@ -1,5 +1,5 @@
 // Plots that respond to the pointer.
-const COLORS = 7, MOST_CURVES = 14, REACH_PX = 60, TEXT_PX = 12, LEAST_DRAG_PX = 8, PRINT_WIDTH_PX = 350, ENTRY_PX = 24, LEAST_TICK_PX = 32, GROWTH = 30, CHART_FRAME_PX = 112;
+const COLORS = 7, MOST_CURVES = 14, REACH_PX = 60, TEXT_PX = 12, LEAST_DRAG_PX = 8, PRINT_WIDTH_PX = 350, ENTRY_PX = 24, LEAST_TICK_PX = 32, GROWTH = 30, CHART_FRAME_PX = 112, LEAST_CAPTION_PX = 11;
 let isPrinted = false;
 
 function set(target, attributes) {
@@ -168,11 +168,25 @@ function chart(figure, data) {
     if (bars) element("path", { ...strokeOf(curve), class: "curve bars", d: bars }, parent);
   }
 
-  function caption(axis, exponent, attributes, room) {
+  function captionOf(axis, exponent) {
     const power = exponent ? `10${superscript(exponent)}` : "", unit = [power, axis.unit].filter(Boolean).join(" ");
-    const text = unit ? `${axis.label} (${unit})` : axis.label;
-    const size = clamp(13 * room / widthOf(text, 13), 11, 13);
+    return unit ? `${axis.label} (${unit})` : axis.label;
+  }
+
+  function caption(text, attributes, room) {
+    const size = clamp(13 * room / widthOf(text, 13), LEAST_CAPTION_PX, 13);
     condense(element("text", { "text-anchor": "middle", style: `font-size:${size}px`, ...attributes }, sheet, text), room);
+  }
+
+  // A text in one line, or in the two most equal ones if it has no room at its smallest size.
+  function linesOf(text, room) {
+    const words = text.split(" "), width = (line) => widthOf(line, LEAST_CAPTION_PX), longest = (lines) => max(...lines.map(width));
+    let best = [text];
+    if (width(text) > room) words.forEach((_, i) => {
+      const lines = [words.slice(0, i).join(" "), words.slice(i).join(" ")];
+      if (longest(lines) < longest(best)) best = lines;
+    });
+    return best;
   }
 
   // Two charts next to the replay share the height of the window, so that its lower edge cuts none. Each has a title, a legend and buttons as well.
@@ -190,7 +204,8 @@ function chart(figure, data) {
     const top = 10, lines = xAxis.words ? 2 : 1, bottom = 32 + 14 * lines, right = 16 + endMargin(full, height - bottom);
     const [x, y] = ranges((full - 70) / (height - top - bottom));
     const rows = ticksOf(yAxis, isLogY, ...y, max(2, (height - top - bottom) / 45));
-    const left = 30 + Math.ceil(max(LEAST_TICK_PX, ...rows.ticks.map(({ text }) => widthOf(text, TEXT_PX))));
+    const room = height - bottom + top - 4, upright = linesOf(captionOf(yAxis, rows.exponent), room);
+    const left = 16 + 14 * upright.length + Math.ceil(max(LEAST_TICK_PX, ...rows.ticks.map(({ text }) => widthOf(text, TEXT_PX))));
     view = { x, y, left, top, width: full - left - right, height: height - top - bottom };
     let columns, amount = max(2, lines * Math.floor(view.width / 70));
     // Words are in two lines by turns.
@@ -221,8 +236,8 @@ function chart(figure, data) {
     for (const curve of shown()) drawCurve(curve, area);
     element("rect", { class: "frame", ...box }, sheet);
     placeEntries(full, height);
-    caption(xAxis, columns.exponent, { x: left + view.width / 2, y: height - 8 }, view.width + 28);
-    caption(yAxis, rows.exponent, { transform: `translate(14 ${top + view.height / 2}) rotate(-90)` }, view.height + 2 * top - 4);
+    caption(captionOf(xAxis, columns.exponent), { x: left + view.width / 2, y: height - 8 }, view.width + 28);
+    upright.forEach((line, i) => caption(line, { transform: `translate(${14 + 14 * i} ${top + view.height / 2}) rotate(-90)` }, room));
     view.now = element("line", { class: "now", y1: top, y2: foot, visibility: "hidden" }, area);
     view.mark = element("circle", { class: "mark", r: 6, visibility: "hidden" }, area);
     view.zoom = element("rect", { class: "zoom", visibility: "hidden" }, sheet);

@@ -4,6 +4,7 @@ use crate::checks::{CheckKind, CheckResult, subject};
 use crate::metric::Metric;
 use crate::report::AnalysisReport;
 use crate::report::table::{Style, Terminal, reasons, table, table_of_passed};
+use crate::sweep::SHARED_STREAMS;
 use kinetoscope_console::text::{one_line, plural};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -39,7 +40,7 @@ impl AnalysisReport {
         let mut shown = 0;
         if extent == Extent::Whole {
             text += &self.description_text(terminal);
-            text += &self.notes_text(terminal, usize::MAX);
+            text += &notes_text(&self.all_notes(), terminal);
             text += &self.metrics_text(terminal, usize::MAX).0;
         } else if !is_checked {
             let (table, rows) = self.metrics_text(terminal, BRIEF_ROWS);
@@ -50,7 +51,7 @@ impl AnalysisReport {
         text += &self.check_text(terminal, extent);
         text += &self.baseline_text(terminal);
         if extent == Extent::Brief {
-            let notes = self.notes_text(terminal, BRIEF_NOTES);
+            let notes = notes_text(&self.brief_notes(), terminal);
             if !notes.is_empty() {
                 text += "\n";
             }
@@ -89,13 +90,14 @@ impl AnalysisReport {
         text
     }
 
-    fn notes_text(&self, terminal: Terminal, most: usize) -> String {
-        let mut text = String::new();
-        for note in self.notes.iter().take(most) {
-            let note = format!("note: {}", one_line(note));
-            let _ = writeln!(text, "{}", terminal.wrapped(&note, 2));
-        }
-        text
+    fn all_notes(&self) -> Vec<&str> {
+        self.notes.iter().map(String::as_str).collect()
+    }
+
+    /// The first notes of this experiment: none that every sweep has.
+    fn brief_notes(&self) -> Vec<&str> {
+        let of_experiment = self.notes.iter().filter(|note| *note != SHARED_STREAMS);
+        of_experiment.take(BRIEF_NOTES).map(String::as_str).collect()
     }
 
     /// Formats a table for each section with the number of rows, at most `most` in all.
@@ -189,8 +191,8 @@ impl AnalysisReport {
             .collect();
         let metrics = self.sections().iter().map(|(_, metrics)| metrics.len()).sum::<usize>();
         let omitted = metrics.saturating_sub(shown + checked.len());
-        let parts =
-            [(omitted, "other number"), (self.notes.len().saturating_sub(BRIEF_NOTES), "note")];
+        let notes = self.notes.len() - self.brief_notes().len();
+        let parts = [(omitted, "other number"), (notes, "note")];
         let parts: Vec<String> = parts
             .iter()
             .filter(|(count, _)| *count > 0)
@@ -239,6 +241,11 @@ impl AnalysisReport {
         }
         text
     }
+}
+
+fn notes_text(notes: &[&str], terminal: Terminal) -> String {
+    let line = |note: &&str| terminal.wrapped(&format!("note: {}", one_line(note)), 2) + "\n";
+    notes.iter().map(line).collect()
 }
 
 /// Formats the result of a check in a line.

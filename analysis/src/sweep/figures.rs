@@ -7,7 +7,7 @@ use crate::models::contract::{ModelAnalysis, Ordinate, TradeOff};
 use crate::models::figures::SharedCurve;
 use crate::plot::{Axis, Curve, CurveStyle, Plot, Point, Scale, extremes};
 use crate::run::RunAnalysis;
-use crate::sweep::{SHARED_STREAMS, SweepPoint, share_random_streams};
+use crate::sweep::SweepPoint;
 use std::collections::BTreeSet;
 
 /// Maximum number of curves per chart: the number of distinct colors.
@@ -119,9 +119,7 @@ fn plot(points: &[SweepPoint<'_>], key: &str, ordinate: &Ordinate) -> Option<Plo
         [axis(|point| point.x, &x_label, x_unit), axis(|point| point.y, ordinate.title, unit)];
     let stem = format!("{}_vs_{}", stem_of(ordinate.metric), x_label.replace(' ', "_"));
     let title = format!("{} against {x_label}", capitalized(ordinate.title));
-    let plot = Plot::chart(stem, title, axes, curves);
-    let is_shared = share_random_streams(points, ordinate.metric);
-    Some(if is_shared { plot.with_remark(SHARED_STREAMS) } else { plot })
+    Some(Plot::chart(stem, title, axes, curves))
 }
 
 /// A line of known order through the group's first point, for groups without a theoretical value.

@@ -48,12 +48,12 @@ impl SweepPoint<'_> {
     }
 }
 
-/// The remark on plots and tables of points whose deviations are correlated.
+/// The note on points whose deviations are correlated. It concerns all sweeps alike, so that neither plots nor a brief text show it.
 pub(crate) const SHARED_STREAMS: &str = "the points use the same random numbers: their errors may have a common part, which cancels in differences between points";
 
 /// Whether a metric scatters from seed to seed and two points of the sweep have the same seed and replicate: a run's random
 /// streams depend on these two only, so that points differ by the swept keys and not by chance.
-pub(crate) fn share_random_streams(points: &[SweepPoint<'_>], metric: &str) -> bool {
+fn share_random_streams(points: &[SweepPoint<'_>], metric: &str) -> bool {
     let mut streams = BTreeSet::new();
     let mut is_shared = false;
     let mut scatters = false;
@@ -70,11 +70,10 @@ pub(crate) fn share_random_streams(points: &[SweepPoint<'_>], metric: &str) -> b
     is_shared && scatters
 }
 
-/// The remark for the table of a sweep, if deviations of its points from theory are correlated.
+/// The note for a sweep, if the scatter of one of its metrics is correlated.
 pub(crate) fn correlation_note(points: &[SweepPoint<'_>]) -> Option<&'static str> {
-    let first = points.first()?.runs.first()?;
-    let mut compared = first.measurements.iter().filter(|found| found.theory.is_some());
-    compared.any(|found| share_random_streams(points, found.name())).then_some(SHARED_STREAMS)
+    let mut measurements = points.first()?.runs.first()?.measurements.iter();
+    measurements.any(|found| share_random_streams(points, found.name())).then_some(SHARED_STREAMS)
 }
 
 /// The mean of the replicates' theoretical values, which is as accurate as the least accurate of them.

@@ -1,6 +1,6 @@
 //! Lines in a plot of metrics: the fits that the model knows or that the plot requests, their laws, and power laws for comparison.
 
-use super::samples::{Abscissa, Group};
+use super::samples::{Abscissa, Group, typographic_unit};
 use crate::input::coordinates::label;
 use crate::metric::{Metric, MetricScope};
 use crate::models::MODELS;
@@ -128,7 +128,13 @@ impl Lines<'_> {
                 });
                 Some(Fitted { line, text })
             }
-            FitShape::Line => Some(Fitted { line: None, text: text("slope") }),
+            FitShape::Line => {
+                let unit = fit.parameters.first().map_or("", |slope| slope.unit);
+                let with_unit = |text: String| {
+                    format!("{text} {}", typographic_unit(unit)).trim_end().to_owned()
+                };
+                Some(Fitted { line: None, text: text("slope").map(with_unit) })
+            }
         }
     }
 }

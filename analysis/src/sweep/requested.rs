@@ -9,8 +9,8 @@ use crate::models::chart_needs_all_states;
 use crate::models::figures::time_scale_of;
 use crate::plot::{Axis, Curve, CurveStyle, Plot, Point, Scale, extremes};
 use crate::run::{RunAnalysis, RunStatus};
+use crate::sweep::SweepPoint;
 use crate::sweep::figures::{MAX_CURVES, capitalized, shared_charts, stem_of};
-use crate::sweep::{SHARED_STREAMS, SweepPoint, share_random_streams};
 use kinetoscope_console::Message;
 use kinetoscope_console::text::one_line;
 use kinetoscope_manifest::{
@@ -83,8 +83,6 @@ impl PlotData<'_> {
             groups.extend(of_metric.into_iter().map(|group| (*metric, group)));
             if let ([only], 1) = (samples.as_slice(), names.len()) {
                 remarks.push(only.described(&typographic_unit(definition.unit)));
-            } else if share_random_streams(self.points, metric) {
-                remarks.push(SHARED_STREAMS.to_owned());
             }
         }
         let (label, is_power_law) = (common_label(&names), label(names[0]).1);

@@ -187,8 +187,8 @@ fn granular_temperature_at_the_start_is_compared_with_that_of_drawn_velocities()
     }
 }
 
-/// Guarantee: points of a sweep that have the same seed and replicates are reported as correlated, in table and plot. Control: a
-/// single point is not.
+/// Guarantee: points of a sweep that have the same seed and replicates are reported as correlated, in the folded notes and with `--all`:
+/// neither in a plot nor in a brief text, because it concerns all sweeps alike. Control: a single point is not.
 #[test]
 fn points_that_share_random_streams_are_reported_as_correlated() {
     const REMARK: &str = "the points use the same random numbers: their errors may have a common part, which cancels in differences between points";
@@ -198,8 +198,13 @@ fn points_that_share_random_streams_are_reported_as_correlated() {
     };
     let sweep = Folder::write(GAS_SWEEP, gas_frames);
     assert!(read(&sweep, "report.html").contains(&format!("<li>{REMARK}</li>")));
-    // A plot has several lines of it.
-    assert!(read(&sweep, "pressure_vs_temperature.svg").contains(&REMARK[..30]));
+    assert!(!read(&sweep, "pressure_vs_temperature.svg").contains(&REMARK[..30]));
+    let words = |arguments: &[&str]| {
+        analyze(arguments).text.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    assert!(words(&[sweep.name(), "--all"]).contains(REMARK));
+    let brief = words(&[sweep.name()]);
+    assert!(!brief.contains(&REMARK[..30]) && brief.contains("and 1 note as well"), "{brief}");
     let point = GAS_SWEEP.replace("[100.0, 200.0, 400.0]", "[100.0]");
     let point = Folder::write(&point, gas_frames);
     assert!(!read(&point, "report.html").contains(REMARK), "control");
@@ -335,4 +340,32 @@ fn control_contradicting_energy_balance_is_found() {
     });
     let expected = 0.5e-3 / (1e-3 * 9.81 * 0.1005);
     folder.metrics().assert_near("energy.kinetic_disagreement_relative", expected, 1e-9);
+}
+
+/// Law: N (1 - exp(-t/tau)) particles leave a well mixed gas within t, with 1/tau = <v> w/(pi A) (Knudsen's flux n <v>/pi in two dimensions).
+///
+/// Guarantee: the answer and the plot compare with this law. Setup: t/tau = 10/pi^2. Control: at the constant rate of the start, all would
+/// have left.
+#[test]
+fn gas_that_empties_is_compared_with_the_law_of_its_plot() {
+    let manifest = "[model.gas]\nparticles = 1000\norifice_width_m = 0.5\nduration_s = 10\n[record]\nframes = 1\n";
+    let left: f64 = 1000.0 * (1.0 - (-10.0 / PI / PI).exp());
+    let folder = Folder::write(manifest, |_| {
+        frames_of(0..2, |index, frame| {
+            frame.push_state(&[0.0, 0.0, 2.0, 0.0]);
+            let temperature = GasTemperature::default();
+            frame.push(&GasTemperature { mean_speed_m_per_s: 2.0, ..temperature });
+            let particles_escaped = 637 * index as u64;
+            frame.push(&GasEnergyBalance { particles_escaped, ..GasEnergyBalance::default() });
+            10.0 * f64::from(index)
+        })
+    });
+    let theory = folder.metrics().theory("effusion_rate").unwrap();
+    assert!((theory - left / 10.0).abs() < 1e-9, "{theory}");
+    let page = folder.page().replace(['\u{a0}', '\n'], " ");
+    let answer = "63.7 ± 2.5 per second</strong>, which agrees with the 63.7 per second of kinetic theory within its standard error.";
+    assert!(page.contains(answer), "the answer");
+    let (_, curve) = page.split_once("\"kinetic theory, N (1 − exp(−t/τ))").unwrap();
+    let curve = curve.split('}').next().unwrap();
+    assert!(curve.contains(&left.to_string()[..6]), "{curve}");
 }

@@ -83,7 +83,7 @@ fn failed_check_comes_first_with_its_reason_in_words() {
 fn check_that_fails_at_several_points_has_one_sentence() {
     let sweep = format!("{DROP}[sweep]\n\"model.dem.friction\" = [0.1, 0.2]\n");
     let failing = check("restitution.measured", "minimum = 0.9");
-    let expected = "A check fails at both points of the sweep: the measured restitution is 0.8 at friction 0.1 and 0.8 at friction 0.2, where at least 0.9 is required.";
+    let expected = "A check fails at both points of the sweep: the measured restitution is 0.8 at a friction of 0.1 and 0.8 at a friction of 0.2, where at least 0.9 is required.";
     let text = answer(&format!("{sweep}{failing}"));
     assert!(text.starts_with(expected), "{text}");
     let same = check("restitution.measured", "expected = 0.7\nrelative_tolerance = 1e-12");
@@ -103,6 +103,19 @@ fn sentences_follow_from_the_checks_and_name_no_metric() {
     let given = check("restitution.measured", "expected = 0.79\ntolerance = 0.1");
     let expected = "The measured restitution is 0.8, 1.3 % above the expected 0.79.";
     assert_eq!(answer(&format!("{DROP}{given}")), expected);
+}
+
+/// Guarantee: an answer states the setting that its question asks for; what a single run cannot show is said. Control: another question.
+#[test]
+fn settings_that_the_question_asks_for_are_in_the_answer() {
+    let asked = |question: &str| answer(&format!("question = \"{question}\"\n{DROP}"));
+    let measured = "he measured restitution is 0.8, equal to the theoretical 0.8.";
+    let with = format!("With a restitution of 0.8, t{measured}");
+    assert!(asked("Is the restitution the specified one?").starts_with(&with), "{with}");
+    let text = asked("What does friction do?");
+    let remark = "This is one run, with a friction of 0: a sweep over the friction would show what it changes.";
+    assert!(text.starts_with(&format!("T{measured}")) && text.ends_with(remark), "{text}");
+    assert!(asked("How far does it fall?").starts_with(&format!("T{measured}")));
 }
 
 /// Control: a plot over the sweep that the manifest requests is the first one.
@@ -134,7 +147,7 @@ fn main_result_answers_where_the_check_misses_the_question() {
     let text = asked("What restitution has the disc?");
     assert!(
         text.starts_with(
-            "The measured restitution is 0.8, equal to the theoretical 0.8. The kinetic energy"
+            "With a restitution of 0.8, the measured restitution is 0.8, equal to the theoretical 0.8. The kinetic energy"
         ),
         "{text}"
     );
@@ -159,7 +172,8 @@ fn sentences_cover_all_points_of_a_sweep() {
             check("restitution.measured", &place)
         })
         .concat();
-    let expected = "The measured restitution is 0.8 at friction 0.1 and 0.8 at friction 0.2.";
+    let expected =
+        "The measured restitution is 0.8 at a friction of 0.1 and 0.8 at a friction of 0.2.";
     assert_eq!(answer(&format!("{sweep}{places}")), expected);
     let plot = "[[plots]]\ny = \"restitution.measured\"\ntitle = \"A plot\"\n";
     let page = page(&format!("{sweep}{plot}"));
@@ -231,7 +245,7 @@ fn missing_runs_of_a_sweep_are_counted_in_the_sentence() {
     assert!(composed.ends_with(" This is from 2 of 3 runs."), "{composed}");
     // The numbers of coordinates have at most six digits.
     assert!(
-        composed.contains("at friction 0.123457") && !composed.contains("0.1234567"),
+        composed.contains("at a friction of 0.123457") && !composed.contains("0.1234567"),
         "{composed}"
     );
 }
@@ -333,18 +347,25 @@ fn sentences_about_a_sweep_begin_with_the_dependence() {
             })
         });
         analyze(&[folder.name()]).exited_with(0);
-        marked(&folder.page()).replace("<strong>", "").replace("</strong>", "")
+        let page = folder.page();
+        // The number below the plot has its unit.
+        let (_, remark) = page.split_once("\"remark\":\"fitted slope ").unwrap();
+        assert!(remark.split('"').next().unwrap().ends_with(" N/(m K)"), "{remark:.40}");
+        marked(&page).replace("<strong>", "").replace("</strong>", "")
     };
     let text = answer([1.0, 2.0, 4.0]);
     let proportional =
         "The pressure on the wall is proportional to the temperature, from (1.0000 ± ";
     assert!(text.starts_with(proportional), "{text}");
     let text = answer([1.0, 1.001, 1.002]);
-    let small = "The pressure on the wall differs by at most 0.2 %, from (1.0000 ± ";
+    let small = "The pressure on the wall hardly depends on the temperature, from (1.0000 ± ";
     assert!(text.starts_with(small), "{text}");
     let text = answer([1.0, 3.0, 2.0]);
     assert!(text.starts_with("The pressure on the wall is (1.0000 ± "), "{text}");
-    assert!(text.contains("at temperature 400 K, greatest at temperature 200 K, but"), "{text}");
+    assert!(
+        text.contains("at a temperature of 400 K, greatest at a temperature of 200 K, but"),
+        "{text}"
+    );
 }
 
 #[test]

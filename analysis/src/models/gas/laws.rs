@@ -14,7 +14,7 @@ laws! {
     BAROMETRIC_TEMPERATURE: "T is that of the start at all times and heights", "Maxwell-Boltzmann distribution in gravity", range "points that start in barometric equilibrium", manifest true;
     WALL_COLLISION_RATE: "2 N <v> / (pi R)", "mean chord pi R / 2 of a uniform isotropic state", range "points, placed uniformly over the area";
     INVARIANTS: "speed and angular momentum of each particle are constant", "specular reflection in a circle", conserves "motion of each particle";
-    EFFUSION: "N <v> w / (pi A) particles per unit of time", "flux n <v> / pi on a wall in two dimensions (Knudsen)", range "the start: fewer than a tenth have left; accuracy: the fraction that has left", named "kinetic theory";
+    EFFUSION: "N (1 - exp(-t/tau)) / t with 1/tau = <v> w / (pi A)", "flux n <v> / pi on a wall in two dimensions (Knudsen), of a gas that empties and stays well mixed", range "accuracy: half of the fraction that has left, because fast particles leave first and points mix slowly", named "kinetic theory";
     ADIABATIC: "T A = constant for a slow wall", "adiabatic exponent 2 in two dimensions", range "wall slower than a tenth of v_rms", accuracy 0.02, named "the adiabatic law";
     ENERGY_BALANCE: "energy = energy at the start + work + heat + rescaling - escaped", "first law of thermodynamics", conserves "sum of all energies";
     THERMALIZATION: "T tends to the wall's temperature", "equilibrium with a thermal wall (Maxwell 1879)", range "after 20 crossings of the container";
@@ -88,11 +88,12 @@ pub(crate) fn has_several_masses(config: &GasConfig) -> bool {
     !config.additional_masses_kg.is_empty()
 }
 
-/// Initial effusion rate through an opening of width w, N `<v>` w / (pi A): a flux n `<v>` / pi per meter of wall; `None` where the
-/// density is not uniform.
-pub(crate) fn effusion_rate_per_s(config: &GasConfig, mean_speed_m_per_s: f64) -> Option<f64> {
+/// Number of particles that leave through an opening of width w within a time, N (1 - exp(-t/tau)) with 1/tau = `<v>` w / (pi A): a flux
+/// n `<v>` / pi per meter of wall, of a density that falls and stays uniform; `None` where it is not uniform.
+pub(crate) fn escaped(config: &GasConfig, mean_speed_m_per_s: f64, time_s: f64) -> Option<f64> {
     let width = config.orifice_width_m.filter(|_| !config.has_gravity_or_partition())?.get();
-    Some(f64::from(config.particles.get()) * mean_speed_m_per_s * width / (PI * area_m2(config)))
+    let rate_per_s = mean_speed_m_per_s * width / (PI * area_m2(config));
+    Some(-f64::from(config.particles.get()) * libm::expm1(-rate_per_s * time_s))
 }
 
 /// Mean over drawn speeds of `<v>` at a fixed `<v^2>`, and of `<v^2>` at a fixed `<v>`, over their values for many particles. They are

@@ -78,21 +78,18 @@ fn steps(run: &GasRun, begin: f64, end: f64) -> Vec<(f64, f64)> {
     steps
 }
 
-/// Number of particles that have left, with that of a well mixed gas: N (1 - exp(-t/τ)) with 1/τ = <v> w/(π A).
+/// Number of particles that have left, with that of a well mixed gas.
 fn escaped(run: &GasRun) -> Option<Plot> {
-    let rate = law::effusion_rate_per_s(&run.config, run.first_mean_speed_m_per_s?)?;
-    let particles = f64::from(run.config.particles.get());
-    let mixed = |time: f64| -particles * libm::expm1(-rate * time / particles);
+    let speed = run.first_mean_speed_m_per_s?;
+    let mixed = |time: f64| law::escaped(&run.config, speed, time);
+    let law: Option<Vec<(f64, f64)>> =
+        run.escaped.iter().map(|(time, _)| Some((*time, mixed(*time)?))).collect();
     let curves = vec![
         Curve::line("counted", 0, run.escaped.iter().copied()),
-        Curve::theory(
-            "N (1 − exp(−t/τ)), 1/τ = ⟨v⟩ w / (π A)",
-            1,
-            run.escaped.iter().map(|(time, _)| (*time, mixed(*time))),
-        ),
+        Curve::theory("kinetic theory, N (1 − exp(−t/τ)), 1/τ = ⟨v⟩ w / (π A)", 1, law?),
     ];
     let axes = [Axis::linear("time", "s"), Axis::linear("particles that have left", "")];
-    Some(Plot::chart("escaped_over_time", "Effusion", axes, curves))
+    Some(Plot::chart("escaped_over_time", "Particles that have left", axes, curves))
 }
 
 /// Number of wall collisions with that of a uniform gas.
