@@ -166,3 +166,31 @@ fn rows_of_other_runs_are_kept_until_they_are_pruned() {
     let written = into("kept.csv");
     assert!(written.out.starts_with("written: kept.csv (8 rows)"), "{}", written.out);
 }
+
+/// Guarantee: a damaged table gives no number, and the runs of its rows are executed again. Setup: one flipped bit in each seventh of the
+/// file.
+#[test]
+fn damaged_table_is_an_error_until_its_runs_are_executed_again() {
+    let bench = Bench::new();
+    let whole = table(&bench, 1, "kept", &[]);
+    let path = bench.path("kept/gas/runs.parquet");
+    for part in 0..7 {
+        let mut damaged = whole.clone();
+        damaged[(2 * part + 1) * whole.len() / 14] ^= 1 << part;
+        fs::write(&path, &damaged).unwrap();
+        for asked in [
+            &["table", "kept/gas"][..],
+            &["restore", "kept/gas", "--where", "replicate=0"],
+            &["verify", "kept/gas", "--sample", "4"],
+        ] {
+            let called = bench.call(asked);
+            expect(&called, 5);
+            let message = "its checksum is wrong\nhelp: write it again";
+            assert!(called.err.contains(message), "{asked:?}: {}", called.err);
+        }
+        let again = bench.call(&["run", "--quiet", "kept.toml", "--output", "kept"]);
+        expect(&again, 0);
+        assert!(again.err.contains("the runs of its rows are executed again"), "{}", again.err);
+        assert!(fs::read(&path).unwrap() == whole, "part {part}");
+    }
+}

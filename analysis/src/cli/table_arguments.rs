@@ -57,7 +57,9 @@ impl From<QueryError> for CommandError {
     fn from(error: QueryError) -> Self {
         match error {
             QueryError::Question(message) => Self::usage(message),
-            QueryError::Table(message) => Self { exit: Exit::Unreadable, message },
+            QueryError::Damaged(message) | QueryError::Table(message) => {
+                Self { exit: Exit::Unreadable, message }
+            }
         }
     }
 }
@@ -202,7 +204,5 @@ fn parquet(
     let description = serde_json::to_string(&runs.description).unwrap_or_default();
     let (columns, rows) = (&answered.columns, &answered.rows);
     let metadata = (DESCRIPTION, description.as_str());
-    table::parquet::write(Vec::new(), columns, metadata, rows.len(), |row, column| {
-        rows[row][column].clone()
-    })
+    table::parquet::write(columns, metadata, rows.len(), |row, column| rows[row][column].clone())
 }

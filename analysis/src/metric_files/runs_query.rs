@@ -21,9 +21,15 @@ const RUNS: &str = "runs";
 pub(crate) enum QueryError {
     /// The question does not fit the table.
     Question(Message),
+    /// The bytes of the table are not those that were written.
+    Damaged(Message),
     /// The table cannot be read.
     Table(Message),
 }
+
+/// The next step after a table that cannot be read.
+const WRITE_AGAIN: &str =
+    "write it again: analyze its recordings, or run its manifest if that has `keep = \"metrics\"`";
 
 /// The table of an experiment.
 pub(crate) struct StoredRuns {
@@ -63,11 +69,11 @@ impl StoredRuns {
     pub(crate) fn open(path: &Path) -> Result<Self, QueryError> {
         let path = if path.is_dir() { path.join(RUNS_TABLE) } else { path.to_path_buf() };
         let shown = shown_path(&path);
-        let again = "write it with `kinetoscope analyze` and the folder of the recordings";
-        let failed = |what: String| QueryError::Table(Message::new(what, again));
+        let failed = |what: String| QueryError::Table(Message::new(what, WRITE_AGAIN));
         let reader = ParquetReader::open(&path).map_err(|error| match error.kind() {
             io::ErrorKind::NotFound => failed(format!("{shown} does not exist")),
-            _ => failed(format!("{shown} is not a whole table: {error}")),
+            io::ErrorKind::InvalidData => damaged(&path, &error),
+            _ => failed(format!("{shown} cannot be read: {error}")),
         })?;
         let description = reader.entry(DESCRIPTION).unwrap_or_default();
         let Ok(description) = serde_json::from_str::<RunsDescription>(description) else {
@@ -243,11 +249,11 @@ impl StoredRuns {
     }
 
     fn cells(&self, group: usize, column: usize) -> Result<Vec<Cell>, QueryError> {
-        self.reader.cells(group, column).map_err(|error| {
-            QueryError::Table(Message::new(
-                format!("{} is damaged: {error}", shown_path(&self.path)),
-                "write it again with `kinetoscope analyze`",
-            ))
-        })
+        self.reader.cells(group, column).map_err(|error| damaged(&self.path, &error))
     }
+}
+
+fn damaged(path: &Path, why: &io::Error) -> QueryError {
+    let what = format!("{} is not a whole table of runs: {why}", shown_path(path));
+    QueryError::Damaged(Message::new(what, WRITE_AGAIN))
 }

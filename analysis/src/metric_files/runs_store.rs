@@ -38,14 +38,18 @@ pub struct StoreError {
     pub message: Message,
     /// Whether the condition is the reason.
     pub is_of_question: bool,
+    /// Whether the reason is a table whose bytes are not those that were written.
+    pub is_of_damage: bool,
 }
 
 impl From<QueryError> for StoreError {
     fn from(error: QueryError) -> Self {
-        match error {
-            QueryError::Question(message) => Self { message, is_of_question: true },
-            QueryError::Table(message) => Self { message, is_of_question: false },
-        }
+        let is_of_question = matches!(error, QueryError::Question(_));
+        let is_of_damage = matches!(error, QueryError::Damaged(_));
+        let (QueryError::Question(message)
+        | QueryError::Damaged(message)
+        | QueryError::Table(message)) = error;
+        Self { message, is_of_question, is_of_damage }
     }
 }
 
@@ -79,8 +83,7 @@ pub fn write_runs_table(
 /// A condition that does not fit the table, or a table that cannot be read.
 pub fn stored_runs(path: &Path, condition: Option<&str>) -> Result<Vec<StoredRun>, StoreError> {
     let condition = condition.map_or(Ok(Condition::default()), |text| {
-        let error = |what: String| StoreError { message: what.into(), is_of_question: true };
-        Condition::parse(text).map_err(error)
+        Condition::parse(text).map_err(|what| QueryError::Question(what.into()))
     })?;
     let names = ["file", "run_key", "physics_version", "messages", MANIFEST];
     let columns = names.map(str::to_owned).to_vec();
@@ -101,22 +104,19 @@ pub fn stored_runs(path: &Path, condition: Option<&str>) -> Result<Vec<StoredRun
 ///
 /// # Errors
 /// A table that cannot be read.
-pub fn stored_rows(folder: &Path) -> Result<Vec<RunRow>, Message> {
+pub fn stored_rows(folder: &Path) -> Result<Vec<RunRow>, StoreError> {
     if !folder.join(RUNS_TABLE).exists() {
         return Ok(Vec::new());
     }
-    let rows = || -> Result<Vec<RunRow>, QueryError> {
-        let runs = StoredRuns::open(folder)?;
-        if runs.description.analysis_version != env!("CARGO_PKG_VERSION") {
-            return Ok(Vec::new());
-        }
-        let columns = runs.columns();
-        let Answered { columns, rows, .. } =
-            runs.answer(&Question { columns, ..Question::default() })?;
-        let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
-        Ok(rows.iter().filter_map(|cells| row_of_cells(&names, cells)).collect())
-    };
-    rows().map_err(|error| StoreError::from(error).message)
+    let runs = StoredRuns::open(folder)?;
+    if runs.description.analysis_version != env!("CARGO_PKG_VERSION") {
+        return Ok(Vec::new());
+    }
+    let columns = runs.columns();
+    let Answered { columns, rows, .. } =
+        runs.answer(&Question { columns, ..Question::default() })?;
+    let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
+    Ok(rows.iter().filter_map(|cells| row_of_cells(&names, cells)).collect())
 }
 
 /// The row with these cells; `None` if they are not those of a run of this program.

@@ -189,5 +189,5 @@ pub(crate) fn to_parquet(
     let description = description.map_err(|error| ParquetError::General(error.to_string()))?;
     let metadata = (DESCRIPTION, description.as_str());
     let cell = |row, column| table.cell(row, column);
-    crate::table::parquet::write(Vec::new(), &table.columns(), metadata, rows.len(), cell)
+    crate::table::parquet::write(&table.columns(), metadata, rows.len(), cell)
 }

@@ -15,7 +15,7 @@ use kinetoscope::interrupt::Interrupt;
 use kinetoscope::run::in_memory::run_with_hash;
 use kinetoscope_analysis::{RunRow, row_of_recording, stored_rows, write_runs_table};
 use kinetoscope_console::text::{one_line, shown_path};
-use kinetoscope_console::{Exit, Explained as _, Message};
+use kinetoscope_console::{Exit, Explained as _, Message, complain};
 use kinetoscope_manifest::record::Keep;
 use kinetoscope_manifest::{ExpectedOutcome, Run, RunKey, run_key};
 use kinetoscope_physics::kind_of;
@@ -66,8 +66,14 @@ impl Execution<'_> {
         let (mut journal, found) = Journal::open(&folder.join(JOURNAL)).map_err(failed)?;
         let mut rows = HashMap::new();
         if !self.force {
-            let stored =
-                stored_rows(&folder).map_err(|message| Failure::of(Exit::Unreadable, message))?;
+            let stored = stored_rows(&folder).or_else(|error| {
+                if !error.is_of_damage {
+                    return Err(Failure::of(Exit::Unreadable, error.message));
+                }
+                let what = error.message.what;
+                complain(&format!("note: {what}; the runs of its rows are executed again"), false);
+                Ok(Vec::new())
+            })?;
             rows.extend(stored.into_iter().chain(found).map(|row| (row.run_key.clone(), row)));
         }
         self.reject_other_rows(&keys, &rows, &folder)?;
