@@ -3,7 +3,7 @@
 use crate::metric_files::condition::{BoundComparison, Condition, nearest_column};
 use crate::metric_files::document::RUNS_TABLE;
 use crate::metric_files::runs_table::{
-    DESCRIPTION, ERROR_SUFFIX, MANIFEST, RUNS_SCHEMA, RunsDescription,
+    DESCRIPTION, DETAILS, ERROR_SUFFIX, MANIFEST, RUNS_SCHEMA, RunsDescription,
 };
 use crate::statistics::mean_of_independent;
 use crate::table::parquet_reader::ParquetReader;
@@ -15,7 +15,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// The column of a grouped table with the number of runs.
-const RUNS: &str = "runs";
+pub(crate) const RUNS: &str = "runs";
+/// The end of the name of a column with the number of runs that have a metric, after that of the metric.
+pub(crate) const COUNT_SUFFIX: &str = ".runs";
 
 /// Why a question has no answer.
 pub(crate) enum QueryError {
@@ -111,9 +113,11 @@ impl StoredRuns {
         question: &Question,
         comparisons: &[BoundComparison],
     ) -> Result<Answered, QueryError> {
-        let known = self.reader.columns.iter();
-        let default =
-            known.filter(|column| !column.name.ends_with(ERROR_SUFFIX) && column.name != MANIFEST);
+        let is_default = |column: &&Column| {
+            let name = column.name.as_str();
+            !name.ends_with(ERROR_SUFFIX) && ![MANIFEST, DETAILS].contains(&name)
+        };
+        let default = self.reader.columns.iter().filter(is_default);
         let chosen = match question.columns.as_slice() {
             [] => default.map(|column| column.name.clone()).collect(),
             chosen => chosen.to_vec(),
@@ -134,8 +138,8 @@ impl StoredRuns {
         Ok(Answered { columns, rows, left_out: 0 })
     }
 
-    /// Means over the complete runs of each group that meet the condition, with their standard errors, in the order of the table. The
-    /// error of a single run is its own.
+    /// Means over the complete runs of each group that meet the condition, with their standard errors and the number of runs that have
+    /// the metric, in the order of the table. The error of a single run is its own.
     fn grouped(
         &self,
         question: &Question,
@@ -176,7 +180,10 @@ impl StoredRuns {
                 }
             }
         }
-        let of_metrics = metrics.into_iter().flatten().map(|(_, column)| column);
+        let of_metrics = metrics.into_iter().flat_map(|[(_, value), (_, error)]| {
+            let count = Column::new(format!("{}{COUNT_SUFFIX}", value.name), CellKind::Integer);
+            [value, error, count]
+        });
         let keys = keys.into_iter().map(|(_, column)| column);
         let columns = keys.chain([Column::new(RUNS, CellKind::Integer)]).chain(of_metrics);
         let rows = groups.into_iter().map(|(mut cells, runs, metrics)| {
@@ -188,6 +195,7 @@ impl StoredRuns {
                     1 => error,
                     _ => mean.and_then(|mean| mean.standard_error).into(),
                 });
+                cells.push((values.len() as u64).into());
             }
             cells
         });
