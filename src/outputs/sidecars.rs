@@ -9,7 +9,7 @@ use kinetoscope_files::atomic_file::{remove_if_exists, replace, replace_unsynced
 use kinetoscope_files::regular_file::{
     MAX_EXPERIMENT_RECORD_BYTES, MAX_SIDE_FILE_BYTES, read, read_text,
 };
-use kinetoscope_manifest::{Experiment, ExperimentRecord, TimingTable};
+use kinetoscope_manifest::{Experiment, ExperimentRecord, RunKey, TimingTable};
 use kinetoscope_recording::layout::{have_one_time_scale, without_time_scale};
 use serde::Serialize;
 use std::fs;
@@ -18,14 +18,17 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Writes `experiment.toml`: name, description, checks, sweep and replicates as executed, with their files.
+/// Writes `experiment.toml`: name, description, checks, sweep and replicates as executed, with the files and keys of the runs.
 ///
 /// # Errors
 /// A folder that cannot be written.
-pub fn write_experiment(experiment: &Experiment, plan: &Plan) -> io::Result<()> {
-    let files = plan.runs.iter().map(|run| (run.file_name(), run.run_key.clone()));
+pub fn write_experiment(
+    experiment: &Experiment,
+    folder: &Path,
+    files: impl IntoIterator<Item = (String, RunKey)>,
+) -> io::Result<()> {
     let record = ExperimentRecord::new(experiment, files);
-    update(&plan.folder.join("experiment.toml"), record.to_toml().as_bytes())
+    update(&folder.join("experiment.toml"), record.to_toml().as_bytes())
 }
 
 /// File name of an experiment's layout: a viewer lists an imported layout by its file name.

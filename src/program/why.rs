@@ -9,15 +9,17 @@ use crate::messages::{Failure, bad, name_of};
 use crate::output::OutputArguments;
 use crate::planning::plan_report::not_planned;
 use crate::planning::planner::Planner;
+use crate::running::metrics_only::keeps_only_metrics;
 use clap::Args;
 use kinetoscope::plan::Status;
 use kinetoscope::plan::why::{Earlier, Reason};
+use kinetoscope_analysis::stored_rows;
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::{plural, shown_path};
 use kinetoscope_files::output_file;
 use serde_json::{Value as Json, json};
 use std::cmp::Reverse;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -83,18 +85,24 @@ impl WhyArguments {
         stop_if_interrupted(interrupt)?;
         let plan = &planned.plan;
         let earlier = Earlier::in_folder(&plan.folder);
+        let stored = keeps_only_metrics(&experiment).then(|| stored_rows(&plan.folder)).transpose();
+        let stored = stored.map_err(|error| Failure::of(Exit::Unreadable, error.message))?;
+        let rows: Option<HashSet<String>> =
+            stored.map(|rows| rows.into_iter().map(|row| row.run_key).collect());
         let (mut lines, mut runs) = (Vec::new(), Vec::<Json>::new());
         let mut kinds: BTreeMap<String, usize> = BTreeMap::new();
         for run in &plan.runs {
             stop_if_interrupted(interrupt)?;
             let name = name_of(run, &experiment);
-            let Reason { text: reason, kind } = earlier.reason(run, &plan.folder);
-            *kinds.entry(kind).or_default() += 1;
-            let status = match run.status {
-                Status::Done(_) => "finished",
-                Status::ToDo(_) => "to do",
-                Status::Rejected(_) => "rejected",
+            let (Reason { text: reason, kind }, status) = match (&rows, &run.status) {
+                (Some(rows), Status::Done(_) | Status::ToDo(_)) => {
+                    reason_of_row(rows.contains(run.run_key.as_str()))
+                }
+                (_, Status::Done(_)) => (earlier.reason(run, &plan.folder), "finished"),
+                (_, Status::ToDo(_)) => (earlier.reason(run, &plan.folder), "to do"),
+                (_, Status::Rejected(_)) => (earlier.reason(run, &plan.folder), "rejected"),
             };
+            *kinds.entry(kind).or_default() += 1;
             lines.push(format!("{name}: {reason}"));
             if self.result.json {
                 runs.push(json!({
@@ -136,6 +144,15 @@ impl WhyArguments {
         };
         Ok(format!("{}\n{place}", counted(name, lines.len(), kinds)))
     }
+}
+
+/// The reason and the status of a run of which only the metrics are kept.
+fn reason_of_row(has_row: bool) -> (Reason, &'static str) {
+    let (text, status) = match has_row {
+        true => ("finished", "finished"),
+        false => ("to do: no row in runs.parquet", "to do"),
+    };
+    (Reason { text: text.to_owned(), kind: text.to_owned() }, status)
 }
 
 /// The number of runs by their reasons, the most frequent first.

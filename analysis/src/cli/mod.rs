@@ -215,7 +215,7 @@ fn reject_other_baselines(
 /// Rejects experiments whose results would replace each other in the folder of `--output`.
 fn reject_equal_names(sources: &[RecordingFolder]) -> Result<(), CommandError> {
     let mut folders = BTreeMap::new();
-    for source in sources.iter().filter(|source| !source.files.is_empty()) {
+    for source in sources.iter().filter(|source| !source.is_empty()) {
         if let Some(other) = folders.insert(&source.name, &source.folder) {
             let (one, other) = (shown_path(&source.folder), shown_path(other));
             return Err(CommandError::usage(Message::new(
@@ -319,7 +319,7 @@ fn sources(
     arguments: &AnalyzeArguments,
     paths: &[PathBuf],
 ) -> Result<Vec<RecordingFolder>, CommandError> {
-    let sources = match input::sources(paths) {
+    let sources = match input::sources_and_tables(paths) {
         Ok(sources) => sources,
         Err(error) => {
             write_unread(arguments, &error.message)?;

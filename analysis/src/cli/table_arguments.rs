@@ -4,7 +4,9 @@ use super::exit::CommandError;
 use super::meant_paths::meant_paths;
 use super::messages::concluded;
 use crate::metric_files::condition::Condition;
-use crate::metric_files::runs_query::{Answered, QueryError, Question, StoredRuns};
+use crate::metric_files::runs_query::{
+    Answered, COUNT_SUFFIX, QueryError, Question, RUNS, StoredRuns,
+};
 use crate::metric_files::runs_table::{DESCRIPTION, ERROR_SUFFIX};
 use crate::number_text::with_error;
 use crate::table::{self, Cell, Column};
@@ -57,7 +59,9 @@ impl From<QueryError> for CommandError {
     fn from(error: QueryError) -> Self {
         match error {
             QueryError::Question(message) => Self::usage(message),
-            QueryError::Table(message) => Self { exit: Exit::Unreadable, message },
+            QueryError::Damaged(message) | QueryError::Table(message) => {
+                Self { exit: Exit::Unreadable, message }
+            }
         }
     }
 }
@@ -128,7 +132,14 @@ fn text(answered: &Answered, runs: &StoredRuns) -> String {
     let columns = &answered.columns;
     let is_error_of =
         |at: usize| at > 0 && columns[at].name == format!("{}{ERROR_SUFFIX}", columns[at - 1].name);
-    let shown: Vec<usize> = (0..columns.len()).filter(|at| !is_error_of(*at)).collect();
+    // The number of runs that have a metric, if all runs of each group have it.
+    let all_runs = columns.iter().position(|column| column.name == RUNS);
+    let is_repeated = |at: usize| {
+        let has_all = |runs: usize| answered.rows.iter().all(|row| row[at] == row[runs]);
+        columns[at].name.ends_with(COUNT_SUFFIX) && all_runs.is_some_and(has_all)
+    };
+    let is_shown = |at: &usize| !is_error_of(*at) && !is_repeated(*at);
+    let shown: Vec<usize> = (0..columns.len()).filter(is_shown).collect();
     let head = |at: &usize| match unit(&columns[*at], runs) {
         "" | "1" => columns[*at].text(),
         unit => format!("{} ({unit})", columns[*at].text()),
@@ -202,7 +213,5 @@ fn parquet(
     let description = serde_json::to_string(&runs.description).unwrap_or_default();
     let (columns, rows) = (&answered.columns, &answered.rows);
     let metadata = (DESCRIPTION, description.as_str());
-    table::parquet::write(Vec::new(), columns, metadata, rows.len(), |row, column| {
-        rows[row][column].clone()
-    })
+    table::parquet::write(columns, metadata, rows.len(), |row, column| rows[row][column].clone())
 }

@@ -6,11 +6,15 @@ pub(crate) mod host_file;
 pub(crate) mod key_words;
 mod object_storage;
 pub mod recording;
+#[cfg(feature = "parquet")]
+mod run_table;
 
 pub use error::UnreadableRecording;
 pub(crate) use error::{InvalidPath, ON_FAILED_DISK};
 
 use crate::input::recording::{OpenRun, is_partial, restored_file};
+use crate::metric_files::document::RUNS_TABLE;
+use crate::run::RunAnalysis;
 use kinetoscope_console::text::{every, plural, shown_path};
 use kinetoscope_files::folder::folder_of;
 use kinetoscope_files::regular_file::{MAX_EXPERIMENT_RECORD_BYTES, read_opened};
@@ -46,6 +50,10 @@ pub(crate) struct RecordingFolder {
     restored: BTreeSet<String>,
     /// The recordings, sorted.
     pub(crate) files: Vec<PathBuf>,
+    /// The runs of the table in a folder without recordings, in the order of the experiment.
+    pub(crate) tabled: Vec<RunAnalysis>,
+    /// Whether the table in the folder is kept, because it has rows of runs that have no recording here.
+    pub(crate) keeps_table: bool,
     /// Whether the whole folder was given rather than some of its files.
     pub(crate) whole: bool,
     /// Notes for the user.
@@ -70,6 +78,21 @@ pub(crate) struct OpenedRuns {
 /// # Errors
 /// The first path without recordings.
 pub(crate) fn sources(paths: &[PathBuf]) -> Result<Vec<RecordingFolder>, InvalidPath> {
+    found_sources(paths, false)
+}
+
+/// As [`sources`], with the folders of experiments that have no recordings, but a table of their runs.
+///
+/// # Errors
+/// The first path without either.
+pub(crate) fn sources_and_tables(paths: &[PathBuf]) -> Result<Vec<RecordingFolder>, InvalidPath> {
+    found_sources(paths, cfg!(feature = "parquet"))
+}
+
+fn found_sources(
+    paths: &[PathBuf],
+    with_tables: bool,
+) -> Result<Vec<RecordingFolder>, InvalidPath> {
     let mut found: Vec<RecordingFolder> = Vec::new();
     let mut named: BTreeMap<PathBuf, Vec<PathBuf>> = BTreeMap::new();
     for path in paths {
@@ -81,7 +104,7 @@ pub(crate) fn sources(paths: &[PathBuf]) -> Result<Vec<RecordingFolder>, Invalid
                 return Err(InvalidPath::without_recordings(path));
             }
         } else if path.is_dir() {
-            search(path, &mut found);
+            search(path, with_tables, &mut found);
             if found.len() == before {
                 return Err(InvalidPath::without_recordings(path));
             }
@@ -111,7 +134,7 @@ pub(crate) fn sources(paths: &[PathBuf]) -> Result<Vec<RecordingFolder>, Invalid
 
 /// Whether several folders contain recordings.
 pub(crate) fn are_several(sources: &[RecordingFolder]) -> bool {
-    sources.iter().filter(|source| !source.files.is_empty()).count() > 1
+    sources.iter().filter(|source| !source.is_empty()).count() > 1
 }
 
 /// Adds the recordings under an address.
@@ -126,7 +149,7 @@ fn search_remote(address: &Path, found: &mut Vec<RecordingFolder>) -> Result<(),
 }
 
 /// Adds the recordings of a folder and its subfolders. A folder that cannot be listed is one whose recordings are unreadable.
-fn search(folder: &Path, found: &mut Vec<RecordingFolder>) {
+fn search(folder: &Path, with_tables: bool, found: &mut Vec<RecordingFolder>) {
     let mut paths = match listed(folder) {
         Ok(paths) => paths,
         Err(error) => {
@@ -156,9 +179,12 @@ fn search(folder: &Path, found: &mut Vec<RecordingFolder>) {
     let files: Vec<PathBuf> = paths.iter().filter(is_recording).cloned().collect();
     if !files.is_empty() && !found.iter().any(|source| source.folder == folder) {
         found.push(source(Arc::new(LocalFolders), folder.to_path_buf(), files, true));
+    } else if with_tables && [RUNS_TABLE, SIDE_CAR].iter().all(|name| folder.join(name).is_file()) {
+        #[cfg(feature = "parquet")]
+        found.push(run_table::source(folder));
     }
     for path in paths.iter().filter(|path| path.is_dir() && !path.is_symlink()) {
-        search(path, found);
+        search(path, with_tables, found);
     }
 }
 
@@ -191,10 +217,17 @@ impl RecordingFolder {
             index: BTreeMap::new(),
             restored: BTreeSet::new(),
             files,
+            tabled: Vec::new(),
+            keeps_table: false,
             whole,
             notes: Vec::new(),
             unreadable: Vec::new(),
         }
+    }
+
+    /// Whether the folder has neither recordings nor rows of runs.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.files.is_empty() && self.tabled.is_empty()
     }
 
     /// Whether the folder is on object storage.
@@ -250,6 +283,10 @@ impl RecordingFolder {
 
     /// Removes recordings that do not belong to the latest run of the experiment.
     fn sort_by(&mut self, record: ExperimentRecord) {
+        #[cfg(feature = "parquet")]
+        if self.files.is_empty() {
+            return self.sort_table_by(record);
+        }
         let names = record.runs.iter().enumerate().map(|(at, run)| (run.file.clone(), at));
         let index: BTreeMap<String, usize> = names.collect();
         // A name that is not UTF-8 is no run's name, although it may be shown as one.
@@ -325,6 +362,8 @@ impl RecordingFolder {
         self.notes.extend(notes);
         self.notes.extend(runs.iter().filter_map(|(run, _)| keyframes_note(run)));
         self.unreadable.extend(unreadable);
+        #[cfg(feature = "parquet")]
+        self.keep_other_rows(&runs);
         runs
     }
 

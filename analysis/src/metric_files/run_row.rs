@@ -1,9 +1,12 @@
 //! One row of `runs.parquet`: a run with its outcome and its metrics, without its recording.
 
-use crate::metric::Definition;
+use crate::metric::{Definition, Measurement, RunOrigin};
+use crate::models::figures::Figures;
 use crate::models::metrics_of;
-use crate::run::RunAnalysis;
-use kinetoscope_manifest::Coordinate;
+use crate::run::cache::{CachedMeasurement, measurement, number};
+use crate::run::{RunAnalysis, RunStatus};
+use crate::statistics::Estimate;
+use kinetoscope_manifest::{Coordinate, RunManifest};
 use serde::{Deserialize, Serialize};
 
 /// A run with its outcome and its metrics. The file of a sweep in progress holds what its plan does not know.
@@ -34,7 +37,12 @@ pub struct RunRow {
     pub(crate) model: String,
     /// Index among the model's metrics, value and standard error; NaN if one is missing.
     pub(crate) values: Vec<(u16, f64, f64)>,
+    /// The rest of the measurements, which an analysis of the row needs: [`Details`] as postcard.
+    pub(crate) details: Vec<u8>,
 }
+
+/// The unit of the time, and for each index among the model's metrics the measurement without name, value and standard error.
+type Details = (String, Vec<(u16, CachedMeasurement)>);
 
 impl RunRow {
     /// The row of an analyzed run.
@@ -42,12 +50,21 @@ impl RunRow {
     pub fn of(run: &RunAnalysis) -> Self {
         let model = run.model().name();
         let known = metrics_of(model);
-        let value = |found: &crate::metric::Measurement| {
+        let index = |found: &Measurement| {
             let at = known.iter().position(|it| it.name == found.definition.name)?;
+            u16::try_from(at).ok()
+        };
+        let value = |found: &Measurement| {
             let value = if found.reason.is_none() { found.estimate.value } else { f64::NAN };
             let error = found.estimate.standard_error.filter(|_| found.reason.is_none());
-            Some((u16::try_from(at).ok()?, value, error.unwrap_or(f64::NAN)))
+            Some((index(found)?, value, error.unwrap_or(f64::NAN)))
         };
+        let detail = |found: &Measurement| {
+            let rest = number(found);
+            let estimate = Estimate { value: 0.0, standard_error: None, ..rest.estimate };
+            Some((index(found)?, CachedMeasurement { name: String::new(), estimate, ..rest }))
+        };
+        let details: Vec<_> = run.measurements.iter().filter_map(detail).collect();
         Self {
             coordinates: run.coordinates.clone(),
             replicate: run.manifest.replicate,
@@ -63,7 +80,48 @@ impl RunRow {
             end_time: run.end_time,
             model: model.to_owned(),
             values: run.measurements.iter().filter_map(value).collect(),
+            // Without them, the run is executed again.
+            details: postcard::to_stdvec(&(&run.time_unit, details)).unwrap_or_default(),
         }
+    }
+
+    /// The analysis of a row with its place in the sweep, without figures and replay; `None` if its details are not those of this program.
+    pub(crate) fn analysis(&self, manifest: RunManifest) -> Option<RunAnalysis> {
+        let (time_unit, details): Details = postcard::from_bytes(&self.details).ok()?;
+        let known = metrics_of(&self.model);
+        let measured = |(at, mut rest): (u16, CachedMeasurement)| {
+            let definition = known.get(usize::from(at))?;
+            let [value, error] = self.value(definition);
+            rest.name = definition.name.to_owned();
+            rest.estimate.value = value;
+            rest.estimate.standard_error = Some(error).filter(|error| !error.is_nan());
+            measurement(&self.model, &rest)
+        };
+        Some(RunAnalysis {
+            file: self.file.clone(),
+            coordinates: self.coordinates.clone(),
+            manifest,
+            origin: RunOrigin {
+                run_key: self.run_key.clone(),
+                program_version: self.program_version.clone(),
+                physics_version: self.physics_version,
+            },
+            frames: self.frames,
+            end_time: self.end_time,
+            time_unit,
+            ending: match self.outcome.as_str() {
+                "complete" => RunStatus::Complete,
+                "fault" => RunStatus::Fault(self.outcome_detail.clone().unwrap_or_default()),
+                _ => RunStatus::Unfinished,
+            },
+            measurements: details.into_iter().map(measured).collect::<Option<_>>()?,
+            messages: self.messages,
+            figures: Figures::default(),
+            replay: None,
+            fields: Vec::new(),
+            restored_by: None,
+            claim: None,
+        })
     }
 
     /// A row of a model with the values and errors of the metrics that have a column, and nothing else.
@@ -88,6 +146,7 @@ impl RunRow {
             end_time: f64::NAN,
             model: model.to_owned(),
             values: values.collect(),
+            details: Vec::new(),
         }
     }
 
@@ -123,10 +182,13 @@ impl RunRow {
         row.filter(|row| row.program_version == env!("CARGO_PKG_VERSION"))
     }
 
-    /// The metrics in the order in which they were derived.
+    /// The metrics with a value or an error, in the order in which they were derived.
     pub(crate) fn definitions(&self) -> impl Iterator<Item = &'static Definition> {
         let known = metrics_of(&self.model);
-        self.values.iter().filter_map(|(at, ..)| known.get(usize::from(*at)).copied())
+        let has_cell =
+            |(_, value, error): &&(u16, f64, f64)| value.is_finite() || error.is_finite();
+        let present = self.values.iter().filter(has_cell);
+        present.filter_map(|(at, ..)| known.get(usize::from(*at)).copied())
     }
 
     /// The value and the standard error of a metric; NaN if one is missing.

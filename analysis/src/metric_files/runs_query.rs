@@ -3,7 +3,7 @@
 use crate::metric_files::condition::{BoundComparison, Condition, nearest_column};
 use crate::metric_files::document::RUNS_TABLE;
 use crate::metric_files::runs_table::{
-    DESCRIPTION, ERROR_SUFFIX, MANIFEST, RUNS_SCHEMA, RunsDescription,
+    DESCRIPTION, DETAILS, ERROR_SUFFIX, MANIFEST, RUNS_SCHEMA, RunsDescription,
 };
 use crate::statistics::mean_of_independent;
 use crate::table::parquet_reader::ParquetReader;
@@ -15,15 +15,23 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// The column of a grouped table with the number of runs.
-const RUNS: &str = "runs";
+pub(crate) const RUNS: &str = "runs";
+/// The end of the name of a column with the number of runs that have a metric, after that of the metric.
+pub(crate) const COUNT_SUFFIX: &str = ".runs";
 
 /// Why a question has no answer.
 pub(crate) enum QueryError {
     /// The question does not fit the table.
     Question(Message),
+    /// The bytes of the table are not those that were written.
+    Damaged(Message),
     /// The table cannot be read.
     Table(Message),
 }
+
+/// The next step after a table that cannot be read.
+const WRITE_AGAIN: &str =
+    "write it again: analyze its recordings, or run its manifest if that has `keep = \"metrics\"`";
 
 /// The table of an experiment.
 pub(crate) struct StoredRuns {
@@ -63,11 +71,11 @@ impl StoredRuns {
     pub(crate) fn open(path: &Path) -> Result<Self, QueryError> {
         let path = if path.is_dir() { path.join(RUNS_TABLE) } else { path.to_path_buf() };
         let shown = shown_path(&path);
-        let again = "write it with `kinetoscope analyze` and the folder of the recordings";
-        let failed = |what: String| QueryError::Table(Message::new(what, again));
+        let failed = |what: String| QueryError::Table(Message::new(what, WRITE_AGAIN));
         let reader = ParquetReader::open(&path).map_err(|error| match error.kind() {
             io::ErrorKind::NotFound => failed(format!("{shown} does not exist")),
-            _ => failed(format!("{shown} is not a whole table: {error}")),
+            io::ErrorKind::InvalidData => damaged(&path, &error),
+            _ => failed(format!("{shown} cannot be read: {error}")),
         })?;
         let description = reader.entry(DESCRIPTION).unwrap_or_default();
         let Ok(description) = serde_json::from_str::<RunsDescription>(description) else {
@@ -105,9 +113,11 @@ impl StoredRuns {
         question: &Question,
         comparisons: &[BoundComparison],
     ) -> Result<Answered, QueryError> {
-        let known = self.reader.columns.iter();
-        let default =
-            known.filter(|column| !column.name.ends_with(ERROR_SUFFIX) && column.name != MANIFEST);
+        let is_default = |column: &&Column| {
+            let name = column.name.as_str();
+            !name.ends_with(ERROR_SUFFIX) && ![MANIFEST, DETAILS].contains(&name)
+        };
+        let default = self.reader.columns.iter().filter(is_default);
         let chosen = match question.columns.as_slice() {
             [] => default.map(|column| column.name.clone()).collect(),
             chosen => chosen.to_vec(),
@@ -128,8 +138,8 @@ impl StoredRuns {
         Ok(Answered { columns, rows, left_out: 0 })
     }
 
-    /// Means over the complete runs of each group that meet the condition, with their standard errors, in the order of the table. The
-    /// error of a single run is its own.
+    /// Means over the complete runs of each group that meet the condition, with their standard errors and the number of runs that have
+    /// the metric, in the order of the table. The error of a single run is its own.
     fn grouped(
         &self,
         question: &Question,
@@ -170,7 +180,10 @@ impl StoredRuns {
                 }
             }
         }
-        let of_metrics = metrics.into_iter().flatten().map(|(_, column)| column);
+        let of_metrics = metrics.into_iter().flat_map(|[(_, value), (_, error)]| {
+            let count = Column::new(format!("{}{COUNT_SUFFIX}", value.name), CellKind::Integer);
+            [value, error, count]
+        });
         let keys = keys.into_iter().map(|(_, column)| column);
         let columns = keys.chain([Column::new(RUNS, CellKind::Integer)]).chain(of_metrics);
         let rows = groups.into_iter().map(|(mut cells, runs, metrics)| {
@@ -182,6 +195,7 @@ impl StoredRuns {
                     1 => error,
                     _ => mean.and_then(|mean| mean.standard_error).into(),
                 });
+                cells.push((values.len() as u64).into());
             }
             cells
         });
@@ -243,11 +257,11 @@ impl StoredRuns {
     }
 
     fn cells(&self, group: usize, column: usize) -> Result<Vec<Cell>, QueryError> {
-        self.reader.cells(group, column).map_err(|error| {
-            QueryError::Table(Message::new(
-                format!("{} is damaged: {error}", shown_path(&self.path)),
-                "write it again with `kinetoscope analyze`",
-            ))
-        })
+        self.reader.cells(group, column).map_err(|error| damaged(&self.path, &error))
     }
+}
+
+fn damaged(path: &Path, why: &io::Error) -> QueryError {
+    let what = format!("{} is not a whole table of runs: {why}", shown_path(path));
+    QueryError::Damaged(Message::new(what, WRITE_AGAIN))
 }

@@ -6,11 +6,12 @@ use crate::metric_files::condition::Condition;
 use crate::metric_files::document::RUNS_TABLE;
 use crate::metric_files::run_row::RunRow;
 use crate::metric_files::runs_query::{Answered, QueryError, Question, StoredRuns};
-use crate::metric_files::runs_table::{ERROR_SUFFIX, MANIFEST, to_parquet};
-use crate::run::{self, RunOptions};
+use crate::metric_files::runs_table::{DETAILS, ERROR_SUFFIX, MANIFEST, to_parquet};
+use crate::run::{self, RunAnalysis, RunOptions};
 use crate::table::Cell;
 use kinetoscope_console::Message;
 use kinetoscope_files::atomic_file;
+use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::reader::Recording;
 use std::io;
 use std::num::NonZeroUsize;
@@ -38,14 +39,18 @@ pub struct StoreError {
     pub message: Message,
     /// Whether the condition is the reason.
     pub is_of_question: bool,
+    /// Whether the reason is a table whose bytes are not those that were written.
+    pub is_of_damage: bool,
 }
 
 impl From<QueryError> for StoreError {
     fn from(error: QueryError) -> Self {
-        match error {
-            QueryError::Question(message) => Self { message, is_of_question: true },
-            QueryError::Table(message) => Self { message, is_of_question: false },
-        }
+        let is_of_question = matches!(error, QueryError::Question(_));
+        let is_of_damage = matches!(error, QueryError::Damaged(_));
+        let (QueryError::Question(message)
+        | QueryError::Damaged(message)
+        | QueryError::Table(message)) = error;
+        Self { message, is_of_question, is_of_damage }
     }
 }
 
@@ -79,8 +84,7 @@ pub fn write_runs_table(
 /// A condition that does not fit the table, or a table that cannot be read.
 pub fn stored_runs(path: &Path, condition: Option<&str>) -> Result<Vec<StoredRun>, StoreError> {
     let condition = condition.map_or(Ok(Condition::default()), |text| {
-        let error = |what: String| StoreError { message: what.into(), is_of_question: true };
-        Condition::parse(text).map_err(error)
+        Condition::parse(text).map_err(|what| QueryError::Question(what.into()))
     })?;
     let names = ["file", "run_key", "physics_version", "messages", MANIFEST];
     let columns = names.map(str::to_owned).to_vec();
@@ -101,26 +105,36 @@ pub fn stored_runs(path: &Path, condition: Option<&str>) -> Result<Vec<StoredRun
 ///
 /// # Errors
 /// A table that cannot be read.
-pub fn stored_rows(folder: &Path) -> Result<Vec<RunRow>, Message> {
+pub fn stored_rows(folder: &Path) -> Result<Vec<RunRow>, StoreError> {
+    read_rows(folder).map(|rows| rows.into_iter().map(|(row, _)| row).collect())
+}
+
+/// The analyses of the runs in the table of a folder, as [`stored_rows`], without their coordinates.
+///
+/// # Errors
+/// A table that cannot be read.
+pub(crate) fn stored_analyses(folder: &Path) -> Result<Vec<RunAnalysis>, StoreError> {
+    let analyzed = |(row, manifest): (RunRow, RunManifest)| row.analysis(manifest);
+    read_rows(folder).map(|rows| rows.into_iter().filter_map(analyzed).collect())
+}
+
+fn read_rows(folder: &Path) -> Result<Vec<(RunRow, RunManifest)>, StoreError> {
     if !folder.join(RUNS_TABLE).exists() {
         return Ok(Vec::new());
     }
-    let rows = || -> Result<Vec<RunRow>, QueryError> {
-        let runs = StoredRuns::open(folder)?;
-        if runs.description.analysis_version != env!("CARGO_PKG_VERSION") {
-            return Ok(Vec::new());
-        }
-        let columns = runs.columns();
-        let Answered { columns, rows, .. } =
-            runs.answer(&Question { columns, ..Question::default() })?;
-        let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
-        Ok(rows.iter().filter_map(|cells| row_of_cells(&names, cells)).collect())
-    };
-    rows().map_err(|error| StoreError::from(error).message)
+    let runs = StoredRuns::open(folder)?;
+    if runs.description.analysis_version != env!("CARGO_PKG_VERSION") {
+        return Ok(Vec::new());
+    }
+    let columns = runs.columns();
+    let Answered { columns, rows, .. } =
+        runs.answer(&Question { columns, ..Question::default() })?;
+    let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
+    Ok(rows.iter().filter_map(|cells| row_of_cells(&names, cells)).collect())
 }
 
 /// The row with these cells; `None` if they are not those of a run of this program.
-fn row_of_cells(names: &[&str], cells: &[Cell]) -> Option<RunRow> {
+fn row_of_cells(names: &[&str], cells: &[Cell]) -> Option<(RunRow, RunManifest)> {
     let cell = |name: &str| names.iter().position(|known| *known == name).map(|at| &cells[at]);
     let manifest = kinetoscope_manifest::parse_run(&text(cell(MANIFEST)?)).ok()?;
     let number = |name: &str| match cell(name) {
@@ -128,23 +142,30 @@ fn row_of_cells(names: &[&str], cells: &[Cell]) -> Option<RunRow> {
         _ => f64::NAN,
     };
     let detail = text(cell("outcome_detail")?);
-    let messages = text(cell("messages")?);
-    let byte = |at: usize| u8::from_str_radix(messages.get(2 * at..2 * at + 2)?, 16).ok();
-    let bytes: Option<Vec<u8>> = (0..16).map(byte).collect();
-    Some(RunRow {
+    let messages = bytes(&text(cell("messages")?));
+    let row = RunRow {
+        file: text(cell("file")?),
         run_key: text(cell("run_key")?),
-        messages: bytes.and_then(|bytes| bytes.try_into().ok()),
+        messages: messages.and_then(|bytes| bytes.try_into().ok()),
         program_version: text(cell("program_version")?),
         physics_version: u32::try_from(integer(cell("physics_version")?)).ok()?,
         outcome: text(cell("outcome")?),
         outcome_detail: Some(detail).filter(|detail| !detail.is_empty()),
         frames: u64::try_from(integer(cell("frames")?)).ok()?,
         end_time: number("end_time"),
+        details: bytes(&text(cell(DETAILS)?))?,
         ..RunRow::of_values(manifest.model.name(), |metric| {
             cell(metric)?;
             Some([number(metric), number(&format!("{metric}{ERROR_SUFFIX}"))])
         })
-    })
+    };
+    Some((row, manifest))
+}
+
+/// The bytes with these hexadecimal digits.
+fn bytes(digits: &str) -> Option<Vec<u8>> {
+    let byte = |at: usize| u8::from_str_radix(digits.get(at..at + 2)?, 16).ok();
+    (0..digits.len()).step_by(2).map(byte).collect()
 }
 
 fn integer(cell: &Cell) -> i64 {

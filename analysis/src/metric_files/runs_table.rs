@@ -34,14 +34,17 @@ const COLUMNS: &[RunColumn] = {
         ("outcome_detail", Text, |run| run.outcome_detail.clone().into()),
         ("frames", Integer, |run| run.frames.into()),
         ("end_time", CellKind::Number, |run| run.end_time.into()),
-        ("messages", Text, |run| run.messages.as_ref().map(hexadecimal).into()),
+        ("messages", Text, |run| run.messages.map(|hash| hexadecimal(&hash)).into()),
         ("file", Text, |run| run.file.as_str().into()),
         ("run_key", Text, |run| run.run_key.as_str().into()),
         ("program_version", Text, |run| run.program_version.as_str().into()),
         ("physics_version", Integer, |run| u64::from(run.physics_version).into()),
+        (DETAILS, Text, |run| hexadecimal(&run.details).into()),
     ]
 };
 
+/// The column with what `kinetoscope analyze` needs in addition to values and standard errors.
+pub(crate) const DETAILS: &str = "details";
 /// The column with the canonical manifests.
 pub(crate) const MANIFEST: &str = "manifest";
 
@@ -171,7 +174,7 @@ fn coordinate(run: &RunRow, key: &str, kind: CellKind) -> Cell {
     })
 }
 
-fn hexadecimal(bytes: &[u8; 16]) -> String {
+fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
@@ -189,5 +192,5 @@ pub(crate) fn to_parquet(
     let description = description.map_err(|error| ParquetError::General(error.to_string()))?;
     let metadata = (DESCRIPTION, description.as_str());
     let cell = |row, column| table.cell(row, column);
-    crate::table::parquet::write(Vec::new(), &table.columns(), metadata, rows.len(), cell)
+    crate::table::parquet::write(&table.columns(), metadata, rows.len(), cell)
 }

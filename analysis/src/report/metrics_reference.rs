@@ -73,9 +73,10 @@ missing values; numbers have the fewest digits that give them back exactly. `met
 ## runs.parquet
 
 One row per run, in the order of the sweep: the coordinates (whole numbers, numbers or words), `replicate`, `seed`, `outcome`, `outcome_detail`, `frames`, `end_time`,
-`messages` (the first half of the SHA-256 of all messages, as in `kinetoscope.lock`, of recordings up to 1 MiB), `file`, `run_key`, `program_version`, `physics_version`, `manifest`, and for each
-metric its value and, with the ending `.standard_error`, its standard error. The entry `kinetoscope` of the file's metadata states keys, units and definitions as JSON.
-`kinetoscope table` and any reader of Parquet read it.
+`messages` (the first half of the SHA-256 of all messages, as in `kinetoscope.lock`, of recordings up to 1 MiB), `file`, `run_key`, `program_version`, `physics_version`, `details` (what else `kinetoscope analyze` needs, for this version of the program only),
+`manifest`, and for each metric that any run has its value and, with the ending `.standard_error`, its standard error. The entry `kinetoscope` of the file's metadata states keys, units and definitions as JSON.
+`kinetoscope table` and any reader of Parquet read it. The 32 bytes before the footer are the SHA-256 of all other bytes, which the commands of Kinetoscope check before they read
+anything else.
 ";
 
 /// The reference of all metrics, in Markdown.

@@ -56,6 +56,7 @@ use kinetoscope_manifest::{
 };
 use rayon::iter::{IndexedParallelIterator as _, IntoParallelIterator as _, ParallelIterator as _};
 use std::collections::BTreeMap;
+use std::mem;
 use std::num::NonZeroUsize;
 use std::thread::available_parallelism;
 use std::time::Instant;
@@ -75,6 +76,8 @@ pub(crate) struct AnalysisReport {
     pub(crate) comment: String,
     /// Sizes of the recordings, bytes, by file.
     pub(crate) sizes: BTreeMap<String, u64>,
+    /// Whether an existing table of runs is kept.
+    keeps_table: bool,
     /// The host files of the runs that have one, in the order of the runs.
     pub(crate) hosts: Vec<HostFile>,
     /// The runs, in the order of the experiment.
@@ -252,8 +255,11 @@ fn tasks(
 /// Analyzes the recordings of one folder.
 pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -> AnalysisReport {
     let opened = source.open();
+    let tabled = mem::take(&mut source.tabled);
     let requests = source.record.as_ref().map_or(&[][..], |record| &record.plots);
-    let places: Vec<Vec<Coordinate>> = opened.iter().map(|(_, place)| place.clone()).collect();
+    let of_rows = tabled.iter().map(|run| &run.coordinates);
+    let places = opened.iter().map(|(_, place)| place).chain(of_rows).cloned();
+    let places: Vec<Vec<Coordinate>> = places.collect();
     let fields = requested::fields_to_read(requests, &places);
     let view = source.record.as_ref().and_then(|record| record.view.clone()).unwrap_or_default();
     let (tasks, drawn) = tasks(opened, fields, &view);
@@ -270,6 +276,8 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
             Err(why) => unreadable.push(why),
         }
     }
+    runs.extend(tabled);
+    seconds.resize(runs.len(), 0.0);
     add_endings(&runs, &mut notes, &mut unreadable);
     notes.extend(snapshots_outside(&runs, &options.snapshots_at));
     let points = sweep::points(&runs);
@@ -307,6 +315,7 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
         description: text(|record| &record.description),
         comment: text(|record| &record.comment),
         sizes,
+        keeps_table: source.keeps_table,
         hosts,
         runs,
         metrics,

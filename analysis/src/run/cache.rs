@@ -66,13 +66,14 @@ struct CachedAnalysis {
     claim: Option<Option<Claim>>,
 }
 
+/// A measurement as a file has it.
 #[derive(Serialize, Deserialize)]
-struct CachedMeasurement {
-    name: String,
-    estimate: Estimate,
+pub(crate) struct CachedMeasurement {
+    pub(crate) name: String,
+    pub(crate) estimate: Estimate,
     /// Value, accuracy, condition that the run does not meet, and index of the law among those of the definition.
-    theory: Option<(f64, f64, Option<Violation>, Option<usize>)>,
-    reason: Option<String>,
+    pub(crate) theory: Option<(f64, f64, Option<Violation>, Option<usize>)>,
+    pub(crate) reason: Option<String>,
 }
 
 /// The cache of one folder of results.
@@ -183,7 +184,8 @@ impl AnalysisCache {
     }
 }
 
-fn number(measurement: &Measurement) -> CachedMeasurement {
+/// The measurement for a file.
+pub(crate) fn number(measurement: &Measurement) -> CachedMeasurement {
     let laws = measurement.definition.laws;
     CachedMeasurement {
         name: measurement.name().to_owned(),
@@ -196,7 +198,8 @@ fn number(measurement: &Measurement) -> CachedMeasurement {
     }
 }
 
-fn measurement(model: &str, number: &CachedMeasurement) -> Option<Measurement> {
+/// The measurement from a file; `None` if the model has no such metric.
+pub(crate) fn measurement(model: &str, number: &CachedMeasurement) -> Option<Measurement> {
     let named = |definition: &&&Definition| definition.name == number.name;
     let definition = metrics_of(model).iter().find(named)?;
     let theory = number.theory.map(|(value, accuracy, violation, law)| {

@@ -4,6 +4,8 @@
 pub(crate) mod parquet;
 #[cfg(feature = "parquet")]
 pub(crate) mod parquet_reader;
+#[cfg(feature = "parquet")]
+mod seal;
 
 use kinetoscope_console::text::visible;
 

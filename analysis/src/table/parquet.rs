@@ -1,6 +1,6 @@
 //! Tables as Parquet, one row group at a time.
 
-use super::{Cell, CellKind, Column};
+use super::{Cell, CellKind, Column, seal};
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical, ZstdLevel};
 use parquet::column::writer::ColumnWriter;
 use parquet::data_type::ByteArray;
@@ -13,7 +13,7 @@ use std::io::Write;
 use std::sync::Arc;
 
 /// Rows per row group, which bound the memory.
-const ROWS_PER_GROUP: usize = 1 << 15;
+pub(super) const ROWS_PER_GROUP: usize = 1 << 15;
 
 /// A Parquet table that is written row by row.
 pub(crate) struct ParquetTable<W: Write + Send> {
@@ -60,44 +60,45 @@ impl<W: Write + Send> ParquetTable<W> {
         if self.group.first().is_none_or(Vec::is_empty) {
             return Ok(());
         }
-        let mut group = self.writer.next_row_group()?;
-        for cells in &mut self.group {
-            if let Some(mut column) = group.next_column()? {
-                write_cells(cells, column.untyped())?;
-                column.close()?;
-            }
-            cells.clear();
-        }
-        group.close().map(drop)
+        add_group(&mut self.writer, &self.group)?;
+        self.group.iter_mut().for_each(Vec::clear);
+        Ok(())
     }
 }
 
-/// Writes a table column by column, so that the memory is that of one column of a row group. `cell` returns that of a row and a column.
+/// Writes a row group of these columns.
+fn add_group<W: Write + Send>(
+    writer: &mut SerializedFileWriter<W>,
+    columns: impl IntoIterator<Item: AsRef<[Cell]>>,
+) -> Result<(), ParquetError> {
+    let mut group = writer.next_row_group()?;
+    for cells in columns {
+        if let Some(mut column) = group.next_column()? {
+            write_cells(cells.as_ref(), column.untyped())?;
+            column.close()?;
+        }
+    }
+    group.close().map(drop)
+}
+
+/// The bytes of a table with a checksum, written column by column. `cell` returns that of a row and a column.
 ///
 /// # Errors
-/// An output that cannot be written.
-pub(crate) fn write<W: Write + Send>(
-    output: W,
+/// Errors of the writer; none is expected.
+pub(crate) fn write(
     columns: &[Column],
     (name, description): (&str, &str),
     rows: usize,
     cell: impl Fn(usize, usize) -> Cell,
-) -> Result<W, ParquetError> {
+) -> Result<Vec<u8>, ParquetError> {
     let entry = KeyValue::new(name.to_owned(), description.to_owned());
-    let mut writer = begin(output, columns, Some(vec![entry]))?;
+    let mut writer = begin(Vec::new(), columns, Some(vec![entry]))?;
     for first in (0..rows).step_by(ROWS_PER_GROUP) {
-        let mut group = writer.next_row_group()?;
-        for column in 0..columns.len() {
-            let here = first..rows.min(first + ROWS_PER_GROUP);
-            let cells: Vec<Cell> = here.map(|row| cell(row, column)).collect();
-            if let Some(mut writer) = group.next_column()? {
-                write_cells(&cells, writer.untyped())?;
-                writer.close()?;
-            }
-        }
-        group.close()?;
+        let here = first..rows.min(first + ROWS_PER_GROUP);
+        let cells = |column| here.clone().map(|row| cell(row, column)).collect::<Vec<Cell>>();
+        add_group(&mut writer, (0..columns.len()).map(cells))?;
     }
-    writer.into_inner()
+    writer.into_inner().map(seal::sealed)
 }
 
 fn begin<W: Write + Send>(

@@ -1,6 +1,7 @@
 //! Reader of the tables that this program writes as Parquet: one column of one row group at a time.
 
-use super::{Cell, CellKind, Column};
+use super::parquet::ROWS_PER_GROUP;
+use super::{Cell, CellKind, Column, seal};
 use kinetoscope_files::regular_file;
 use parquet::column::reader::ColumnReader;
 use parquet::data_type::ByteArray;
@@ -19,13 +20,20 @@ pub(crate) struct ParquetReader {
 }
 
 impl ParquetReader {
-    /// Opens a table and reads its footer.
+    /// Opens a table, checks all of its bytes, and reads its footer.
     ///
     /// # Errors
-    /// A file that cannot be read, or that is not a whole table.
+    /// A file that cannot be read, or `InvalidData` for one that is not a table as this program writes it.
     pub(crate) fn open(path: &Path) -> io::Result<Self> {
         let (file, _) = regular_file::open(path)?;
-        let reader = SerializedFileReader::new(file).map_err(io::Error::other)?;
+        seal::check(&file)?;
+        let invalid = |why: ParquetError| io::Error::new(io::ErrorKind::InvalidData, why);
+        let reader = SerializedFileReader::new(file).map_err(invalid)?;
+        // The reader reserves memory for the rows that the footer states.
+        let rows = |group: usize| reader.metadata().row_group(group).num_rows();
+        if (0..reader.num_row_groups()).any(|at| !(0..=ROWS_PER_GROUP as i64).contains(&rows(at))) {
+            return Err(invalid(ParquetError::General("a group with too many rows".to_owned())));
+        }
         let schema = reader.metadata().file_metadata().schema_descr();
         let column = |at: usize| {
             let column = schema.column(at);

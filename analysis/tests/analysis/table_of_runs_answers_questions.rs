@@ -5,11 +5,13 @@
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
 use crate::synthetic::{Folder, Frames, analyze, two_frames};
+use kinetoscope_analysis::stored_rows;
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::model::{ModelConfig, SpeedScale};
 use kinetoscope_recording::channels::GasPressure;
 use serde_json::{Value, json};
-use std::fs;
+use std::fs::{self, OpenOptions};
+use std::io::{Seek as _, SeekFrom, Write as _};
 use std::process::Command;
 
 const MANIFEST: &str = "name = \"gas\"\nreplicates = 3\nseed = 7\n[model.gas]\nparticles = 1\nduration_s = 1.0\n\
@@ -150,5 +152,40 @@ fn wrong_questions_and_damaged_tables_are_explained() {
     fs::copy(folder.path().join("metrics.parquet"), &path).unwrap();
     let (code, _, errors) = table(&folder, &[]);
     assert_eq!(code, 5);
-    assert!(errors.contains("not a table of runs"), "{errors}");
+    assert!(errors.contains("not a whole table of runs: its checksum is wrong"), "{errors}");
+}
+
+/// Guarantee: a table of which any bit has changed gives no number at all. Setup: every 7th bit, and every 7th length. Control: the
+/// whole table before and after that.
+#[test]
+fn every_flipped_bit_of_a_table_is_found() {
+    let folder = Folder::write(MANIFEST, frames);
+    folder.metrics();
+    let path = folder.path().join("runs.parquet");
+    let whole = fs::read(&path).unwrap();
+    let rows = || match stored_rows(folder.path()) {
+        Ok(rows) => Some(rows.len()),
+        Err(error) => {
+            assert!(error.is_of_damage, "{}", error.message);
+            None
+        }
+    };
+    assert_eq!(rows(), Some(12));
+    let mut file = OpenOptions::new().write(true).open(&path).unwrap();
+    let mut write = |at: usize, byte: u8| {
+        file.seek(SeekFrom::Start(at as u64)).unwrap();
+        file.write_all(&[byte]).unwrap();
+    };
+    for bit in (0..8 * whole.len()).step_by(7) {
+        let (at, flip) = (bit / 8, 1 << (bit % 8));
+        write(at, whole[at] ^ flip);
+        assert_eq!(rows(), None, "bit {bit} of {}", 8 * whole.len());
+        write(at, whole[at]);
+    }
+    assert_eq!(rows(), Some(12));
+    let file = OpenOptions::new().write(true).open(&path).unwrap();
+    for length in (0..whole.len()).rev().step_by(7) {
+        file.set_len(length as u64).unwrap();
+        assert_eq!(rows(), None, "{length} bytes");
+    }
 }

@@ -83,7 +83,8 @@ pub(crate) fn verify_sample(
     let random = RandomState::new();
     runs.sort_by_cached_key(|run| random.hash_one(&run.run_key));
     runs.truncate(number);
-    let rows = stored_rows(folder_of(path)).map_err(|why| Failure::of(Exit::Unreadable, why))?;
+    let rows = stored_rows(folder_of(path))
+        .map_err(|error| Failure::of(Exit::Unreadable, error.message))?;
     let rows: HashMap<&str, &RunRow> = rows.iter().map(|row| (row.run_key.as_str(), row)).collect();
     let verified: Vec<Result<(), Failure>> = runs
         .par_iter()

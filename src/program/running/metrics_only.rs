@@ -12,12 +12,13 @@ use crate::running::experiment::{Executed, Execution};
 use crate::running::journal::{BETWEEN_SYNCS, Journal};
 use kinetoscope::executor::observer::ExecutionObserver as _;
 use kinetoscope::interrupt::Interrupt;
+use kinetoscope::outputs::sidecars::write_experiment;
 use kinetoscope::run::in_memory::run_with_hash;
 use kinetoscope_analysis::{RunRow, row_of_recording, stored_rows, write_runs_table};
 use kinetoscope_console::text::{one_line, shown_path};
-use kinetoscope_console::{Exit, Explained as _, Message};
+use kinetoscope_console::{Exit, Explained as _, Message, complain};
 use kinetoscope_manifest::record::Keep;
-use kinetoscope_manifest::{ExpectedOutcome, Run, RunKey, run_key};
+use kinetoscope_manifest::{ExpectedOutcome, Experiment, Run, RunKey, run_key};
 use kinetoscope_physics::kind_of;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
 use rayon::ThreadPoolBuilder;
@@ -39,6 +40,11 @@ const MOST_REPORTED: usize = 10;
 /// A run without a row, and why.
 type Unexecuted = (usize, Message);
 
+/// Whether no recording of the runs of an experiment is kept.
+pub(crate) fn keeps_only_metrics(experiment: &Experiment) -> bool {
+    experiment.runs.iter().any(|run| run.manifest.record.keep == Keep::Metrics)
+}
+
 /// The run key of a run of the experiment.
 fn key_of(run: &Run) -> String {
     let physics_version = kind_of(&run.manifest.model).physics_version;
@@ -48,7 +54,7 @@ fn key_of(run: &Run) -> String {
 impl Execution<'_> {
     /// Whether no recording of the runs is kept.
     pub(crate) fn keeps_only_metrics(&self) -> bool {
-        self.experiment.runs.iter().any(|run| run.manifest.record.keep == Keep::Metrics)
+        keeps_only_metrics(&self.experiment)
     }
 
     /// Executes the runs that have no row yet, and writes the table when all have one.
@@ -66,8 +72,14 @@ impl Execution<'_> {
         let (mut journal, found) = Journal::open(&folder.join(JOURNAL)).map_err(failed)?;
         let mut rows = HashMap::new();
         if !self.force {
-            let stored =
-                stored_rows(&folder).map_err(|message| Failure::of(Exit::Unreadable, message))?;
+            let stored = stored_rows(&folder).or_else(|error| {
+                if !error.is_of_damage {
+                    return Err(Failure::of(Exit::Unreadable, error.message));
+                }
+                let what = error.message.what;
+                complain(&format!("note: {what}; the runs of its rows are executed again"), false);
+                Ok(Vec::new())
+            })?;
             rows.extend(stored.into_iter().chain(found).map(|row| (row.run_key.clone(), row)));
         }
         self.reject_other_rows(&keys, &rows, &folder)?;
@@ -93,7 +105,9 @@ impl Execution<'_> {
         self.write_table(&folder, &keys, &rows).map_err(failed)?;
         journal.remove().map_err(failed)?;
         let shown = shown_path(&folder);
-        self.say(&format!("Wrote {shown}/runs.parquet\nTables of it: kinetoscope table {shown}"));
+        self.say(&format!(
+            "Wrote {shown}/runs.parquet\nTables of it: kinetoscope table {shown}\nChecks, plots and report: kinetoscope analyze {shown}"
+        ));
         Ok(self.without_recordings(self.report_faults(&keys, &rows)))
     }
 
@@ -193,26 +207,28 @@ impl Execution<'_> {
         written.map(|()| unexecuted)
     }
 
-    /// Writes the rows of all runs in the order of the sweep.
+    /// Writes the rows of all runs in the order of the sweep, and the experiment as executed.
     fn write_table(
         &self,
         folder: &Path,
         keys: &[String],
         rows: &HashMap<String, RunRow>,
     ) -> io::Result<()> {
-        let runs = &self.experiment.runs;
+        let Experiment { runs, name, replicates, .. } = &*self.experiment;
+        let mut files = Vec::new();
         let placed = runs.iter().zip(keys).filter_map(|(run, key)| {
             let key = RunKey::from_hex(key)?;
-            let stem = run.file_stem(&self.experiment.name, &key, self.experiment.replicates);
             let mut row = rows.get(key.as_str())?.clone();
             row.coordinates.clone_from(&run.coordinates);
             (row.replicate, row.seed) = (run.replicate, run.manifest.seed);
-            row.file = format!("{stem}.mcap");
+            row.file = format!("{}.mcap", run.file_stem(name, &key, *replicates));
+            files.push((row.file.clone(), key));
             Some(row)
         });
         let placed: Vec<RunRow> = placed.collect();
         let manifest = |row: usize| runs[row].manifest.canonical();
-        write_runs_table(folder, &self.experiment.name, &placed, &manifest)
+        write_runs_table(folder, name, &placed, &manifest)?;
+        write_experiment(&self.experiment, folder, files)
     }
 
     /// Prints why runs have no row; `None` if all have one.
@@ -277,7 +293,7 @@ impl Execution<'_> {
 }
 
 /// The row of a run, which is executed and analyzed in memory; `None` after an interrupt.
-fn row_of(run: &Run, interrupt: &Interrupt) -> Result<Option<RunRow>, Message> {
+pub(crate) fn row_of(run: &Run, interrupt: &Interrupt) -> Result<Option<RunRow>, Message> {
     let executed = run_with_hash(run, interrupt).map_err(|error| error.message());
     if interrupt.is_raised() {
         return Ok(None);

@@ -4,7 +4,7 @@ mod arguments;
 mod experiment;
 mod journal;
 mod live;
-mod metrics_only;
+pub(crate) mod metrics_only;
 mod next_command;
 mod results;
 mod shared_pool;

@@ -1,0 +1,59 @@
+//! The checksum of a table: the SHA-256 of all its other bytes, between its columns and its footer. Readers of Parquet find the footer from
+//! the end of the file and the columns from the footer, so that they skip it.
+
+use sha2::{Digest as _, Sha256};
+use std::fs::File;
+use std::io::{self, Read as _, Seek as _};
+
+/// Bytes of the checksum.
+const SUM_BYTES: usize = 32;
+/// Bytes after the footer: its length, and the mark of the format.
+const TAIL_BYTES: usize = 8;
+
+/// The place of the footer in a table of this length with these last bytes.
+fn footer_start(bytes: u64, tail: [u8; TAIL_BYTES]) -> Option<u64> {
+    let [a, b, c, d, ..] = tail;
+    bytes.checked_sub(u64::from(u32::from_le_bytes([a, b, c, d])) + TAIL_BYTES as u64)
+}
+
+/// Adds the checksum to a table.
+pub(super) fn sealed(mut table: Vec<u8>) -> Vec<u8> {
+    let sum = Sha256::digest(&table);
+    let tail = table.last_chunk().copied();
+    let footer = tail.and_then(|tail| footer_start(table.len() as u64, tail));
+    if let Some(at) = footer.and_then(|at| usize::try_from(at).ok()) {
+        table.splice(at..at, sum);
+    }
+    table
+}
+
+/// Checks all bytes of a table, before any of them is decoded, and returns to its beginning.
+///
+/// # Errors
+/// A file that cannot be read, and `InvalidData` for one that has changed since it was written.
+pub(super) fn check(mut file: &File) -> io::Result<()> {
+    let changed = || io::Error::new(io::ErrorKind::InvalidData, "its checksum is wrong");
+    let bytes = file.metadata()?.len();
+    let mut tail = [0; TAIL_BYTES];
+    let end = bytes.checked_sub(TAIL_BYTES as u64).ok_or_else(changed)?;
+    file.seek(io::SeekFrom::Start(end))?;
+    file.read_exact(&mut tail)?;
+    let footer = footer_start(bytes, tail).ok_or_else(changed)?;
+    let mut left = footer.checked_sub(SUM_BYTES as u64).ok_or_else(changed)?;
+    file.rewind()?;
+    let (mut hash, mut sum, mut buffer) = (Sha256::new(), [0; SUM_BYTES], vec![0; 1 << 16]);
+    for part in 0..2 {
+        while left > 0 {
+            let most = usize::try_from(left).map_or(buffer.len(), |left| left.min(buffer.len()));
+            file.read_exact(&mut buffer[..most])?;
+            hash.update(&buffer[..most]);
+            left -= most as u64;
+        }
+        if part == 0 {
+            file.read_exact(&mut sum)?;
+            left = bytes - footer;
+        }
+    }
+    file.rewind()?;
+    if hash.finalize().as_slice() == sum { Ok(()) } else { Err(changed()) }
+}
