@@ -13,7 +13,7 @@ use crate::subcommand_bench::{Bench, Called};
 
 /// What a comparison states.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Finding {
+pub(crate) enum Finding {
     /// A difference, exit code 3.
     Different,
     /// That nothing could be compared, or only large changes would have been found, exit code 3.
@@ -23,14 +23,14 @@ enum Finding {
 }
 
 /// A scene with its baseline of seed 1.
-struct Baseline<'a> {
-    bench: Bench,
-    scene: &'a Scene,
+pub(crate) struct Baseline<'a> {
+    pub(crate) bench: Bench,
+    pub(crate) scene: &'a Scene,
     replicates: u32,
 }
 
 impl<'a> Baseline<'a> {
-    fn new(scene: &'a Scene, replicates: u32) -> Self {
+    pub(crate) fn new(scene: &'a Scene, replicates: u32) -> Self {
         let bench = Bench::new();
         bench.write("scene.toml", &scene.manifest());
         let baseline = Self { bench, scene, replicates };
@@ -51,7 +51,7 @@ impl<'a> Baseline<'a> {
     }
 
     /// Runs a seed, with or without a change, compares it with the baseline, and removes its recordings. The results for CI are in `junit.xml`.
-    fn called(&self, seed: u32, change: Option<&Change>) -> Called {
+    pub(crate) fn called(&self, seed: u32, change: Option<&Change>) -> Called {
         self.run("other", seed, change);
         let metrics = format!("baseline/{}/metrics.json", self.scene.name);
         let mut arguments =
@@ -70,7 +70,7 @@ impl<'a> Baseline<'a> {
     }
 
     /// Compares a seed, with or without a change, with the baseline; also returns the failures in words.
-    fn compare(&self, seed: u32, change: Option<&Change>) -> (Finding, String) {
+    pub(crate) fn compare(&self, seed: u32, change: Option<&Change>) -> (Finding, String) {
         let (finding, texts) = self.compare_all(seed, change);
         (finding, texts.into_iter().take(3).collect::<Vec<_>>().join("; "))
     }
@@ -100,13 +100,13 @@ impl<'a> Baseline<'a> {
 }
 
 /// The comparison with the baseline in what `--json` prints.
-fn comparison_in(printed: &str) -> serde_json::Value {
+pub(crate) fn comparison_in(printed: &str) -> serde_json::Value {
     let mut documents =
         serde_json::Deserializer::from_str(printed).into_iter::<serde_json::Value>();
     documents.next().unwrap().unwrap()["experiments"][0]["baseline"].take()
 }
 
-fn scene(name: &str) -> &'static Scene {
+pub(crate) fn scene(name: &str) -> &'static Scene {
     SCENES.iter().find(|scene| scene.name == name).unwrap()
 }
 
@@ -155,7 +155,8 @@ fn comparison_states_the_least_changes_that_it_finds() {
     assert!(note.contains("insensitive") && note.contains("`replicates`"), "{note}");
     assert!(junit.contains(changes) && junit.contains(note), "{junit}");
     let (many, junit) = lines("gas_points", 1);
-    let [changes] = many.as_slice() else { panic!("control: {many:?}") };
+    let [changes, not_compared] = many.as_slice() else { panic!("control: {many:?}") };
+    assert!(not_compared.starts_with("not compared in single runs: "), "{not_compared}");
     assert!(changes.contains("% of mean_speed"), "{changes}");
     assert!(junit.contains(changes), "control: {junit}");
 }

@@ -1,6 +1,7 @@
 //! Scenes of all models, and changes of their physics that a comparison with a baseline must find.
 
 /// A scene with its changes.
+#[derive(Clone, Copy)]
 pub(crate) struct Scene {
     pub(crate) name: &'static str,
     /// The manifest without name, seed and replicates.
@@ -101,6 +102,56 @@ pub(crate) const SHORT_SCENES: [Scene; 2] = [
         channels: PACKING,
         changes: PACKING_CHANGES,
     },
+];
+
+/// Runs of few particles, or in which a value, its error or the validity of its law depends on the seed: few particles that leave through an
+/// orifice or get lost, energies lost in few collisions, discs that may go a quarter of the box between two frames, and discs that
+/// hardly collide.
+pub(crate) const CHANCE_SCENES: [Scene; 5] = [
+    Scene {
+        name: "gas_few_leave",
+        manifest: "[model.gas]\nparticles = 20\nduration_s = 0.002\norifice_width_m = 0.5\n[record]\nframes = 20\n",
+        channels: GAS,
+        changes: SCENES[2].changes,
+    },
+    Scene {
+        name: "gas_few_as_printed",
+        manifest: "[model.gas]\nparticles = 10\nduration_s = 0.002\npropagation = \"as-printed\"\ntime_step_s = 1e-5\n[[checks]]\nmetric = \"particles_outside\"\nmaximum = 10.0\n[record]\nframes = 20\n",
+        channels: GAS,
+        changes: SCENES[0].changes,
+    },
+    Scene {
+        name: "packing_few_losses",
+        manifest: "[model.packing]\ndiscs = 150\nwidth = 100.0\nheight = 100.0\nduration = 6.0\nrestitution = 0.9\nboundary = \"periodic\"\n[record]\nframes = 80\n",
+        channels: PACKING,
+        changes: PACKING_CHANGES,
+    },
+    Scene {
+        name: "packing_far_between_frames",
+        manifest: "[model.packing]\ndiscs = 40\nwidth = 40.0\nheight = 40.0\nduration = 250.0\nboundary = \"periodic\"\n[record]\nframes = 90\n",
+        channels: PACKING,
+        changes: PACKING_CHANGES,
+    },
+    Scene {
+        name: "gas_few_discs",
+        manifest: "[model.gas]\nparticles = 6\nduration_s = 0.05\ndisc_radius_m = 0.02\n[record]\nframes = 100\n",
+        channels: GAS,
+        changes: SCENES[0].changes,
+    },
+];
+
+/// Changes that no metric of a single run shows: time steps that are exact whatever their length, and walls that hardly turn directions.
+pub(crate) const HIDDEN: [(Scene, Change); 2] = [
+    (
+        Scene {
+            name: "gas_time_stepped",
+            manifest: "[model.gas]\nparticles = 2000\nduration_s = 0.002\npropagation = \"time-stepped\"\ntime_step_s = 1e-5\n[record]\nframes = 70\n",
+            channels: GAS,
+            changes: SCENES[0].changes,
+        },
+        change("time step x 2", "model.gas.time_step_s", "2e-5"),
+    ),
+    (SCENES[3], change("wall noise", "model.packing.wall_noise_variance_rad2", "0.003")),
 ];
 
 /// Falling discs, some of which touch nothing until the end of some runs.

@@ -68,6 +68,7 @@ mod experiments_share_processors;
 mod ci_scripts;
 // Changed physics against an earlier analysis of another seed.
 mod baselines_find_changed_physics;
+mod baselines_of_few_particles;
 mod baselines_state_their_power;
 // Standard output and standard error on a full disk.
 mod full_output;

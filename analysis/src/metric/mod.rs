@@ -23,6 +23,9 @@ use kinetoscope_manifest::Coordinate;
 use std::borrow::Cow;
 use std::sync::Arc;
 
+/// A part of the reasons why a value that does not scatter has no error, by which a baseline is known to contain one.
+pub(crate) const BOUND_ONLY: &str = "the accuracy of its law, which is no standard error";
+
 /// Version of the layout of `metrics.json`.
 pub(crate) const SCHEMA: u32 = 3;
 
@@ -139,11 +142,9 @@ impl Metric {
             (Some(Deviation::Rounding), _) => {
                 "equal to theory up to rounding, which has no standard error"
             }
-            (Some(Deviation::Bound { is_inside: true }), _) => {
-                "inside the accuracy of its law, which is no standard error"
-            }
-            (Some(Deviation::Bound { is_inside: false }), _) => {
-                "outside the accuracy of its law, which is no standard error"
+            (Some(Deviation::Bound { is_inside }), _) => {
+                let side = if is_inside { "inside" } else { "outside" };
+                return Some(format!("{side} {BOUND_ONLY}"));
             }
             (_, MetricScope::Run(_)) => {
                 "one run does not tell the scatter between seeds: a standard error needs replicates; without random numbers there is none"

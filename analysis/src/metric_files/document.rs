@@ -2,9 +2,11 @@
 
 use crate::input::coordinates::{AxisNames, CoordinateValue, value_of};
 use crate::metric::deviation::ROUNDING_FRACTION;
-use crate::metric::{Definition, Law, Metric, MetricScope, SCHEMA};
+use crate::metric::{BOUND_ONLY, Definition, Law, Metric, MetricScope, SCHEMA};
 use crate::run::RunAnalysis;
-use crate::statistics::{SET_BY_MANIFEST, is_of_short_series};
+use crate::statistics::{
+    BY_CHANCE, DEPENDS_ON_START, NOTHING_COUNTED, SET_BY_MANIFEST, is_of_short_series,
+};
 use kinetoscope_console::text::json;
 use kinetoscope_manifest::{Coordinate, manifest_values, unit_of_key};
 use serde::{Deserialize, Serialize};
@@ -297,16 +299,36 @@ impl MetricEntry {
         self.theory.as_ref().filter(|theory| theory.in_range)?.value
     }
 
-    /// Whether a value without errors is inside the accuracy of its law; `None` without such a law.
-    pub(crate) fn is_within_accuracy(&self) -> Option<bool> {
+    /// The distance of a value from its law, over the law's accuracy; `None` without such a law, and for a value that scatters, as the reason
+    /// for its missing error states.
+    pub(crate) fn distance_over_accuracy(&self) -> Option<f64> {
         let (theory, accuracy) = self.theory.as_ref()?.bounded_value()?;
-        let has_error = self.standard_error.or(self.conditional_standard_error).is_some();
-        Some((self.value? - theory).abs() <= accuracy).filter(|_| !has_error)
+        Some((self.value? - theory).abs() / accuracy).filter(|_| self.states(BOUND_ONLY))
     }
 
     /// Whether the value scatters by an amount that the run is too short to tell, as the reason for its missing error states.
     pub(crate) fn has_unknown_scatter(&self) -> bool {
         self.standard_error.is_none() && self.reason.as_deref().is_some_and(is_of_short_series)
+    }
+
+    /// Whether the value differs from start to start by an amount that the run does not tell, as the reason for its missing error states.
+    pub(crate) fn depends_on_start(&self) -> bool {
+        self.standard_error.is_none() && self.states(DEPENDS_ON_START)
+    }
+
+    /// Whether nothing was counted, so that the value is zero by chance, as the reason for its missing error states.
+    pub(crate) fn counts_nothing(&self) -> bool {
+        self.standard_error.is_none() && self.states(NOTHING_COUNTED)
+    }
+
+    /// Whether the reason for a missing value states that another seed may have it.
+    pub(crate) fn lacks_by_chance(&self) -> bool {
+        self.value.is_none() && BY_CHANCE.iter().any(|reason| self.states(reason))
+    }
+
+    /// Whether this is a part of the reason, which a law's range may follow.
+    fn states(&self, part: &str) -> bool {
+        self.reason.as_deref().is_some_and(|reason| reason.contains(part))
     }
 
     /// Whether the manifest alone determines the value, as the reason for its missing error states.

@@ -7,6 +7,24 @@ use std::fmt::{self, Display, Formatter};
 pub(crate) const SET_BY_MANIFEST: &str =
     "the manifest sets the value, which is the same for every seed";
 
+/// The text of [`MissingError::DependsOnStart`].
+pub(crate) const DEPENDS_ON_START: &str =
+    "the value differs from start to start: a standard error needs replicates";
+
+/// The text of [`MissingError::NothingCounted`].
+pub(crate) const NOTHING_COUNTED: &str = "nothing was counted";
+
+/// Why the second moment of the speeds of a run with few events has no mean.
+pub(crate) const AFTER_FEW_EVENTS: &str =
+    "needs two frames with the channel temperature or per_collision after 5 events per disc";
+/// Why frames far apart give no diffusion coefficient.
+pub(crate) const FRAMES_FAR_APART: &str = "frames are more than a quarter of a mean free time apart, or a disc may have traveled a quarter of a side between two";
+/// Why a short run gives no diffusion coefficient.
+pub(crate) const SHORTER_THAN_WINDOW: &str = "the run is shorter than ten mean free times";
+
+/// Reasons for a missing value that hold for some seeds of a manifest only: the number of events of a duration, and the fastest disc.
+pub(crate) const BY_CHANCE: [&str; 3] = [AFTER_FEW_EVENTS, FRAMES_FAR_APART, SHORTER_THAN_WINDOW];
+
 /// Parts of the texts of [`MissingError::TooFewEntries`] and [`MissingError::TooCorrelated`], by which a baseline is known to contain a
 /// value that scatters by an unknown amount.
 const OF_SHORT_SERIES: [&str; 2] = [", the run has ", ": a standard error needs a longer run"];
@@ -85,10 +103,8 @@ impl Display for MissingError {
             Self::Drifting => formatter
                 .write_str("the value drifts during the run: a standard error needs replicates"),
             Self::SetByManifest => formatter.write_str(SET_BY_MANIFEST),
-            Self::NothingCounted => formatter.write_str("nothing was counted"),
-            Self::DependsOnStart => formatter.write_str(
-                "the value differs from start to start: a standard error needs replicates",
-            ),
+            Self::NothingCounted => formatter.write_str(NOTHING_COUNTED),
+            Self::DependsOnStart => formatter.write_str(DEPENDS_ON_START),
         }
     }
 }

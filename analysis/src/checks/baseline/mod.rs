@@ -152,6 +152,7 @@ impl Baseline {
                     .iter()
                     .any(|runs| runs.is_of_some_runs(&earlier.name, &place)),
                 is_saturated: settings.is_saturated(&earlier.name, &place),
+                zero: settings.zero_of(&earlier.name, &place, earlier.value.unwrap_or(0.0)),
                 is_identity: found.is_some_and(|(_, metric)| metric.is_of_identity()),
                 tolerance: tolerances.find(|tolerance| tolerance.metric == earlier.name),
                 is_known: known.contains(&earlier.name.as_str()),
@@ -203,7 +204,7 @@ fn correct(rows: &mut [BaselineRow]) {
     let level = FAMILY_LEVEL / tested.len() as f64;
     for &index in &tested {
         let significance = rows[index].significance;
-        rows[index].least_detectable = significance.map(|found| found.least_detectable(level));
+        rows[index].least_detectable = significance.and_then(|found| found.least_detectable(level));
     }
     let probability = |&index: &usize| rows[index].significance.map_or(1.0, |it| it.probability);
     let probabilities: Vec<f64> = tested.iter().map(probability).collect();
@@ -296,8 +297,8 @@ impl BaselineComparison {
         }
         let has_other_seeds =
             relations.counts().keys().any(|relation| matches!(relation, Relation::OtherSeed(_)));
-        let sensitivity =
-            (has_other_seeds && failures.is_empty()).then(|| Sensitivity::of(&rows, main));
+        let sensitivity = (has_other_seeds && failures.is_empty())
+            .then(|| Sensitivity::of(&rows, main, &relations.changed_keys(), has_replicates));
         Self { rules: rules(relations, &rows), failures, rows, sensitivity }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::metric_files::document::{Coordinates, Document, MetricEntry, RunEntry, ScopeEntry};
 use kinetoscope_manifest::{KeyDifference, differing_values};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Identifies a run, or a part of a sweep, independently of its recording's file name, which changes with the physics.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -115,6 +115,20 @@ impl Relations {
     pub(super) fn of(&self, place: &Place) -> Relation {
         let included = self.runs.iter().filter(|(run, _)| place.includes(run));
         included.map(|(_, relation)| relation.clone()).max().unwrap_or(Relation::NoCounterpart)
+    }
+
+    /// The keys that differ in addition to the seed, and are allowed to, with their values.
+    pub(super) fn changed_keys(&self) -> Vec<String> {
+        let keys = self.runs.values().filter_map(|relation| match relation {
+            Relation::OtherSeed(differences) => Some(differences),
+            _ => None,
+        });
+        // The versions of the programs are named in several words.
+        let is_key = |text: &&String| {
+            text.split_once(": ").is_some_and(|(name, _)| name != "seed" && !name.contains(' '))
+        };
+        let changed: BTreeSet<&String> = keys.flatten().filter(is_key).collect();
+        changed.into_iter().cloned().collect()
     }
 
     /// Each relation with the number of its runs, from the least to the greatest.

@@ -20,6 +20,8 @@ pub(super) struct Replicates {
     pub(super) known_error: Option<(f64, f64)>,
     /// Whether the manifest sets the value of each.
     pub(super) are_set_by_manifest: bool,
+    /// Whether the value of one differs from start to start by an amount that the run does not tell.
+    pub(super) depend_on_start: bool,
 }
 
 /// Degrees of freedom of a value's error: its own, or else those of a sum over this many particles.
@@ -92,6 +94,7 @@ impl<'a> MetricsOfRuns<'a> {
         Replicates {
             known_error: sum.map(|sum| (sum.sqrt() / replicates as f64, freedom)),
             are_set_by_manifest: runs.iter().all(|run| run.is_set_by_manifest()),
+            depend_on_start: runs.iter().any(|run| run.depends_on_start()),
         }
     }
 }

@@ -3,7 +3,6 @@
 use super::kinds::LOGARITHMS;
 use super::significance::Significance;
 use crate::checks::digits;
-use crate::metric::deviation::ROUNDING_FRACTION;
 
 /// What a value that passes shows of the experiment, from the least to the most.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -33,6 +32,8 @@ pub(crate) struct BaselineRow {
     pub(crate) old: Option<f64>,
     /// The value now.
     pub(crate) new: Option<f64>,
+    /// The value from which changes count: 0, or the one that the metric has where what it measures has no effect.
+    pub(super) zero: f64,
     /// The significance of the difference, if both values have a standard error and are those of different seeds.
     pub(crate) significance: Option<Significance>,
     /// The least change that would have been found, in the metric's unit, if the metric is compared by its standard errors.
@@ -51,12 +52,26 @@ impl BaselineRow {
         Some(self.new? - self.old?)
     }
 
-    /// The least change that would have been found, as a fraction of the baseline's value, or of the argument of a logarithm. `None` of a value
-    /// of zero, and where no change beyond rounding is lost: such a value is exact.
+    /// The least change that would have been found, as a fraction of what the baseline's value differs from its zero by, or of the
+    /// argument of a logarithm. `None` without such a difference.
     pub(super) fn least_detectable_fraction(&self) -> Option<f64> {
-        let scale = if LOGARITHMS.contains(&self.name.as_str()) { 1.0 } else { self.old?.abs() };
-        let fraction = self.least_detectable? / scale;
-        Some(fraction).filter(|fraction| fraction.is_finite() && *fraction > ROUNDING_FRACTION)
+        Some(self.fraction(self.least_detectable?)?).filter(|fraction| fraction.is_finite())
+    }
+
+    /// A change as a fraction of what the baseline's value differs from its zero by, or of the argument of a logarithm.
+    pub(super) fn fraction(&self, change: f64) -> Option<f64> {
+        let is_logarithm = LOGARITHMS.contains(&self.name.as_str());
+        let scale = if is_logarithm { 1.0 } else { (self.old? - self.zero).abs() };
+        Some(change / scale)
+    }
+
+    /// What changes are fractions of, such as "compressibility_factor - 1".
+    pub(super) fn changing_part(&self) -> String {
+        match self.zero {
+            zero if zero > 0.0 => format!("{} - {}", self.name, digits(zero)),
+            zero if zero < 0.0 => format!("{} + {}", self.name, digits(-zero)),
+            _ => self.name.clone(),
+        }
     }
 
     /// Whether the metric would have shown a change of this fraction of it.
@@ -105,7 +120,11 @@ impl BaselineRow {
         let is_shown = self.passed == Some(true) && self.evidence > Evidence::None;
         let least = self.least_detectable_fraction().filter(|_| is_shown);
         let least = least.map_or_else(String::new, |fraction| {
-            format!("; a change of {} would have been found", percent(fraction))
+            let part = match self.zero {
+                0.0 => String::new(),
+                _ => format!(" of {}", self.changing_part()),
+            };
+            format!("; a change of {}{part} would have been found", percent(fraction))
         });
         format!("{new}, baseline {old}{difference}{sigma}: {}{least}", self.reason)
     }

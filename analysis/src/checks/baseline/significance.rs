@@ -19,6 +19,13 @@ pub(super) struct Sample {
     pub(super) degrees_of_freedom: Option<f64>,
 }
 
+impl Sample {
+    /// Another value with the same scatter; `None` without one.
+    pub(super) fn with_value(self, value: Option<f64>) -> Option<Self> {
+        Some(Self { value: value?, ..self })
+    }
+}
+
 /// The difference of two independent values in units of its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Significance {
@@ -30,6 +37,8 @@ pub(crate) struct Significance {
     pub(crate) degrees_of_freedom: Option<f64>,
     /// The combined error, in the metric's unit.
     pub(super) error: f64,
+    /// Whether this error is itself a rounding error, so that it is no scatter.
+    pub(super) is_of_rounding: bool,
 }
 
 impl Significance {
@@ -47,20 +56,27 @@ impl Significance {
         let degrees_of_freedom = (inverse > 0.0).then(|| 1.0 / inverse);
         let probability = two_sided_probability(t, degrees_of_freedom);
         let sigma = degrees_of_freedom.map_or(t, |freedom| normal_equivalent(t, freedom));
-        Self { probability, sigma, degrees_of_freedom, error: combined }
+        Self { probability, sigma, degrees_of_freedom, error: combined, is_of_rounding: false }
     }
 
     /// The same comparison of a difference that is a rounding error.
-    pub(super) const fn of_rounding(self) -> Self {
+    pub(super) const fn of_equal_values(self) -> Self {
         Self { probability: 1.0, sigma: 0.0, ..self }
+    }
+
+    /// The same comparison, in which errors up to this one are rounding errors.
+    pub(super) fn with_rounding(self, rounding: f64) -> Self {
+        Self { is_of_rounding: self.error <= rounding, ..self }
     }
 
     /// The least change that a test at this level finds with the probability [`POWER`], in the metric's unit: (t_α + t_β) s with
     /// the combined error s, the quantile t_α at the level and the one-sided quantile t_β at 1 - [`POWER`]. A change δ is found if
-    /// δ + ε > t_α s, and ε/s, the chance deviation over the measured error, is above -t_β with the probability [`POWER`].
-    pub(super) fn least_detectable(self, level: f64) -> f64 {
+    /// δ + ε > t_α s, and ε/s, the chance deviation over the measured error, is above -t_β with the probability [`POWER`]. `None`
+    /// if the error is a rounding error.
+    pub(super) fn least_detectable(self, level: f64) -> Option<f64> {
         let quantile = |probability| two_sided_quantile(probability, self.degrees_of_freedom);
-        (quantile(level) + quantile(2.0 * (1.0 - POWER))) * self.error
+        let factor = || quantile(level) + quantile(2.0 * (1.0 - POWER));
+        (!self.is_of_rounding).then(|| factor() * self.error)
     }
 }
 
@@ -107,9 +123,14 @@ mod tests {
     fn changes_of_the_least_detectable_size_are_found() {
         // docs/statistics.md states the factors of 20 metrics: 12.2 and 5.70.
         for (degrees_of_freedom, factor) in [(Some(6.0), 12.204), (None, 5.700)] {
-            let known =
-                Significance { probability: 1.0, sigma: 0.0, degrees_of_freedom, error: 1.0 };
-            assert!((known.least_detectable(FAMILY_LEVEL / 20.0) - factor).abs() < 1e-3);
+            let exact = |value| Sample { value, error: 1.0, degrees_of_freedom };
+            let known = Significance {
+                degrees_of_freedom,
+                error: 1.0,
+                ..Significance::of(exact(0.0), exact(1.0))
+            };
+            let least = known.least_detectable(FAMILY_LEVEL / 20.0).unwrap();
+            assert!((least - factor).abs() < 1e-3);
         }
         let level = 1e-4;
         for replicates in [Some(4), Some(8), None] {
@@ -127,7 +148,7 @@ mod tests {
             let (mut found, mut found_half) = (0, 0);
             for _ in 0..2000 {
                 let (before, now) = (sample(), sample());
-                let size = Significance::of(before, now).least_detectable(level);
+                let size = Significance::of(before, now).least_detectable(level).unwrap();
                 let is_found = |change: f64| {
                     let changed = Sample { value: now.value + change, ..now };
                     Significance::of(before, changed).probability < level

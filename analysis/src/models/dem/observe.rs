@@ -169,7 +169,11 @@ impl DemRun {
         } else if matches!(self.config.placement, Placement::Given(_))
             && self.config.discs.get() > 1
         {
-            let start = Estimate::set_by_manifest(start);
+            // A disc may fall in at the start, if there is room.
+            let start = match self.config.insertion {
+                None => Estimate::set_by_manifest(start),
+                Some(_) => Estimate::bare(start),
+            };
             found.add(metric::GRANULAR_TEMPERATURE_START, start);
         }
     }

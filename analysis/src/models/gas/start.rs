@@ -5,14 +5,24 @@ use super::metrics as metric;
 use super::observe::GasRun;
 use super::scatter::StartScatter;
 use crate::metric::Measurements;
+use crate::metric::deviation::ROUNDING_FRACTION;
 use crate::statistics::Estimate;
 use kinetoscope_manifest::model::{SpeedScale, TemperatureDefinition};
 
 impl GasRun {
     /// Adds the temperature of the first frame and the radius of the container.
     pub(super) fn measure_start(&self, found: &mut Measurements) {
-        let radius = self.radii.last().map(|&(_, radius_m)| radius_m);
-        found.add(metric::CONTAINER_RADIUS, radius.map(Estimate::set_by_manifest));
+        // A moving wall is where the manifest brings it only if the run has not ended before.
+        let duration_s = self.config.duration_s.get();
+        let is_set = |time_s: f64| {
+            self.config.wall_speed_m_per_s.get() == 0.0
+                || (duration_s - time_s).abs() <= ROUNDING_FRACTION * duration_s
+        };
+        let radius = self.radii.last().map(|&(time_s, radius_m)| match is_set(time_s) {
+            true => Estimate::set_by_manifest(radius_m),
+            false => Estimate::bare(radius_m),
+        });
+        found.add(metric::CONTAINER_RADIUS, radius);
         let Some(&(_, by_mean_square, by_mean_speed)) = self.temperatures.first() else { return };
         match self.config.speed_scale {
             SpeedScale::Temperature(given) => {

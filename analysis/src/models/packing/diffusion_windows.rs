@@ -4,7 +4,7 @@
 //! memory does not grow with the number of frames, and the values of different windows enter the blocking analysis separately.
 
 use super::displacement::Displacement;
-use crate::statistics::{Blocking, Entries, Estimate};
+use crate::statistics::{Blocking, Entries, Estimate, FRAMES_FAR_APART, SHORTER_THAN_WINDOW};
 
 /// Length of a window in mean free times. After it, exp(-t/t_0) is 5e-5. In two dimensions, the velocity autocorrelation has a tail
 /// proportional to 1/t, whose integral has no limit (Alder and Wainwright 1970), so the length is part of the definition of D.
@@ -87,17 +87,14 @@ impl DiffusionWindows {
     /// D by velocities and by displacements, or why there is none.
     pub(super) fn estimates(&self) -> Result<[Estimate; 2], &'static str> {
         if self.is_coarse {
-            return Err(COARSE);
+            return Err(FRAMES_FAR_APART);
         }
         let found = self.by_velocities.estimate().zip(self.by_displacements.estimate());
-        found.map(|(velocities, displacements)| [velocities, displacements]).ok_or(SHORT)
+        found
+            .map(|(velocities, displacements)| [velocities, displacements])
+            .ok_or(SHORTER_THAN_WINDOW)
     }
 }
-
-/// Why frames far apart give no value.
-const COARSE: &str = "frames are more than a quarter of a mean free time apart, or a disc may have traveled a quarter of a side between two";
-/// Why a short run gives no value.
-const SHORT: &str = "the run is shorter than ten mean free times";
 
 impl Origin {
     fn new(time: f64, velocities: &[[f64; 2]], displacements: &[[f64; 2]]) -> Self {

@@ -15,7 +15,7 @@ use crate::models::hard_discs::DiscSizes;
 use crate::models::relative_change;
 use crate::models::series::Series;
 use crate::models::snapshots::{Snapshots, StateStyle};
-use crate::statistics::{Blocking, Entries, Estimate, MissingError, Sum, mean};
+use crate::statistics::{AFTER_FEW_EVENTS, Blocking, Entries, Estimate, MissingError, Sum, mean};
 use kinetoscope_manifest::model::{Boundary, PackingConfig};
 use kinetoscope_recording::channels::{
     PackingCollisions, PackingPressure, PackingTemperature, PerCollision,
@@ -253,10 +253,7 @@ impl PackingRun {
         match self.mean_a2() {
             _ if lacks_collisions => found.explain(metric::A2_MEAN, NEEDS_ALL_STATES),
             Some(mean) => found.compare_with(metric::A2_MEAN, mean, law, theory),
-            None => found.explain(
-                metric::A2_MEAN,
-                "needs two frames with the channel temperature or per_collision after 5 events per disc",
-            ),
+            None => found.explain(metric::A2_MEAN, AFTER_FEW_EVENTS),
         }
     }
 
