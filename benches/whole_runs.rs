@@ -43,7 +43,9 @@
 //!
 //! `jobs`: 35.6 s and 23.2 s, 1.56 (1.39 to 1.57; 5 pairs). With one job, the recorder's threads already work beside the models: the set
 //! takes 39 s of processor time with one job or two, so on two cores the ratio is at most 35.6/19.5 = 1.83. These are figures of manifests
-//! that were executed one after the other, with an idle core at the end of each; now, their runs share the processors.
+//! that were executed one after the other, with an idle core at the end of each; now, their runs share the processors. On the Xeon, idle: 46.0 and
+//! 28.6 s, 1.59, with 51.9 s of processor time. The bar of 1.75 would need 26.3 s, and two cores that never idle 26.0 (1.77): the threads of one job
+//! already occupy 1.13 cores.
 //!
 //! Plans from samples instead of starts took the processor time of a plan from 0.8 to 0.1 s (DEM on a lattice), 3.1 to 0.16 (the same at
 //! random), 1.8 to 0.09 (packing) and 0.6 to 0.03 (gas); 5 alternate plans on a busy machine, where the wall time is several times that.
