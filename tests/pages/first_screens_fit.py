@@ -3,7 +3,8 @@
 Usage: python tests/pages/first_screens_fit.py RECORDINGS    (package: websockets; program: chromium)
 
 RECORDINGS: the folder of `index.html` and of one folder per report. Prints one line per report, and their medians and extremes. Exit code 1 if a page misses one of
-the bars below, has an error, or is wider than its window. Control: a copy of the first report with a tall element, a metric's name and an error at its start must be found.
+the bars below, has an error, is wider than its window, or squeezes a label of an axis. Control: a copy of the first report with a tall element, a metric's name, an error
+and a squeezed label at its start must be found.
 """
 
 import re
@@ -37,8 +38,9 @@ PROBE = """(async () => {
   const boxes = [...document.querySelectorAll("canvas")].filter((canvas) => canvas.checkVisibility()).map((canvas) => canvas.getBoundingClientRect());
   const script = [...document.querySelectorAll("script:not([type])")].reduce((sum, each) => sum + each.textContent.length, 0);
   const page = document.documentElement;
+  const squeezed = [...document.querySelectorAll(".sheet text[textLength]")].map((text) => text.textContent);
   return { text: texts.join(" "), top: Math.min(...boxes.map((box) => box.top)), bottom: Math.max(...boxes.map((box) => box.bottom)),
-    replays: boxes.length, height: page.scrollHeight, isWide: page.scrollWidth > page.clientWidth, script };
+    replays: boxes.length, squeezed, height: page.scrollHeight, isWide: page.scrollWidth > page.clientWidth, script };
 })()"""
 
 
@@ -51,6 +53,7 @@ def seen(browser, page):
         faults += [f"error at {size[0]} px: {error}" for error in browser.errors]
         if one["isWide"]:
             faults.append(f"wider than {size[0]} px")
+        faults += [f"squeezed at {size[0]} px: {label}" for label in one["squeezed"]]
     screen, phone = found[SCREEN], found[PHONE]
     if screen["replays"] and (screen["top"] >= MOST_TOP or screen["bottom"] > SCREEN[1]):
         faults.append(f"the replay is from {screen['top']:.0f} to {screen['bottom']:.0f} px")
@@ -66,11 +69,11 @@ def seen(browser, page):
 
 def require_control(browser, page, folder):
     """Faults that are there must be found."""
-    start = '<main><div style="height: 900px; width: 2000px"><p>energy.max_residual</p></div><script>undefined.x</script>'
+    start = '<main><div style="height: 900px; width: 2000px"><p>energy.max_residual</p></div><svg class="sheet"><text textLength="9">label</text></svg><script>undefined.x</script>'
     faulty = Path(folder) / "control.html"
     faulty.write_text(page.read_text().replace("<main>", start))
     faults = " ".join(seen(browser, faulty)[1])
-    for fault in ("error at", "wider than", "the replay is from", "on a phone", "names of metrics"):
+    for fault in ("error at", "wider than", "the replay is from", "on a phone", "names of metrics", "squeezed at"):
         if fault not in faults:
             sys.exit(f"the control is not found: {fault} in {faults}")
 

@@ -54,7 +54,7 @@ function share() {
   find('[value="spin"]').hidden = !scale.spin;
   find(".bar").style.background = `linear-gradient(to right, ${widest.colors.join()})`;
   find(".scale").hidden = isSpeed && !(scale.top > 0);
-  const [low, high] = { height: ["low at start", "high"], side: ["left at start", "right"], species: ["first species", "last"], spin: [`clockwise ${number(scale.spin, 0, 3)}`, `counterclockwise rad/${widest.units[2]}`] }[scale.by] ?? ["speed 0",
+  const [low, high] = { height: ["low at start", "high"], side: ["left at start", "right"], species: ["first species", "last"], spin: ["clockwise", `counterclockwise, ${number(scale.spin, 0, 3)} rad/${widest.units[2]}`] }[scale.by] ?? ["speed 0",
     `${fastest > 1.005 * scale.top ? "≥ " : ""}${withUnit(widest.speedTopText, widest.units[1])}`];
   find(".bottom").textContent = low;
   find(".top").textContent = high;

@@ -5,7 +5,7 @@ use crate::input::coordinates::label;
 use crate::metric::{Metric, MetricScope};
 use crate::models::MODELS;
 use crate::models::contract::{Fit, FitShape};
-use crate::number_text::{short_number, three_digits, with_error};
+use crate::number_text::{plus_minus, short_number, three_digits};
 use crate::plot::{Curve, CurveStyle, Point, extremes};
 use crate::statistics::{Estimate, least_squares_line, mean_of_independent, power_law_exponent};
 use crate::sweep::SweepPoint;
@@ -283,11 +283,8 @@ struct Fitted {
 
 /// A fitted number with its standard error, or to three digits.
 fn number(estimate: Estimate) -> String {
-    let text = match estimate.standard_error.filter(|error| *error > 0.0) {
-        Some(error) => with_error(estimate.value, Some(error)),
-        None => three_digits(estimate.value),
-    };
-    text.replace('-', "−")
+    let with_error = estimate.standard_error.and_then(|error| plus_minus(estimate.value, error));
+    with_error.unwrap_or_else(|| three_digits(estimate.value).replace('-', "−"))
 }
 
 /// An exponent, as a fraction of small numbers if it is close to one.

@@ -278,11 +278,11 @@ fn number_of_a_fit_is_the_same_in_the_answer_and_in_the_plot() {
     let page = folder.page();
     let expected = "It grows by <strong>(2.00 ± 0.58)·10⁻²¹ N/(m K)</strong> (from 12 of 16 runs).";
     assert_eq!(marked(&page), expected);
-    assert!(page.contains("fit, slope 2.00(58)·10⁻²¹"), "{}", marked(&page));
+    assert!(page.contains("fit, slope (2.00 ± 0.58)·10⁻²¹"), "{}", marked(&page));
     // A fit that no metric has, from the replicates as well: exponents 1, 2, 3 and 4.
     let folder = Folder::write(&format!("{answer}{SWEEP}{plots}"), frames(|c| c));
     analyze(&[folder.name()]).exited_with(0);
-    assert!(folder.page().contains("fit, exponent 2.50(65)"));
+    assert!(folder.page().contains("fit, exponent 2.50 ± 0.65"));
 }
 
 /// Setup: four replicates; mean 1.59155 and error 0.000065 in units of 1e-24 N/m; a particle of 1 m/s in place of all 1000 of 1e-26 kg, so that

@@ -101,11 +101,10 @@ fn film(element: &str) -> Film {
     let packed = base64::engine::general_purpose::STANDARD.decode(text).unwrap();
     let Some(description) = attribute(tag, "data-film") else {
         assert!(packed.is_empty());
-        let (description, bytes) = (Value::Null, 0);
         return Film {
-            description,
+            description: Value::Null,
             note,
-            bytes,
+            bytes: 0,
             times: vec![],
             numbers: vec![],
             positions: vec![],
@@ -143,7 +142,8 @@ fn film(element: &str) -> Film {
         };
         values.into_iter().map(part).collect::<Vec<_>>()
     });
-    assert_eq!(at, data.len());
+    let has_spins = number("spinTop") > 0.0;
+    assert_eq!(at + if has_spins { frames * particles } else { 0 }, data.len());
     let [vxs, vys] = parts;
     let pairs: Vec<_> = vxs.into_iter().zip(vys).map(|(x, y)| Some([x?, y?])).collect();
     let velocities = pairs.chunks(particles.max(1)).map(<[_]>::to_vec).collect();
