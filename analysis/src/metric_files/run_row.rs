@@ -3,9 +3,9 @@
 use crate::metric::{Definition, Measurement, RunOrigin};
 use crate::models::figures::Figures;
 use crate::models::metrics_of;
-use crate::run::cache::{CachedMeasurement, measurement, number};
+use crate::run::cache::{CachedMeasurement, CachedTheory, measurement, number};
 use crate::run::{RunAnalysis, RunStatus};
-use crate::statistics::Estimate;
+use crate::statistics::{Estimate, MissingError};
 use kinetoscope_manifest::{Coordinate, RunManifest};
 use serde::{Deserialize, Serialize};
 
@@ -41,8 +41,11 @@ pub struct RunRow {
     pub(crate) details: Vec<u8>,
 }
 
-/// The unit of the time, and for each index among the model's metrics the measurement without name, value and standard error.
-type Details = (String, Vec<(u16, CachedMeasurement)>);
+/// The unit of the time, and the measurements without values and standard errors.
+type Details = (String, Vec<Detail>);
+/// Index among the model's metrics, conditional standard error, degrees of freedom, why there is no error, theory and reason.
+type Detail =
+    (u16, Option<f64>, Option<f64>, Option<MissingError>, Option<CachedTheory>, Option<String>);
 
 impl RunRow {
     /// The row of an analyzed run.
@@ -60,11 +63,12 @@ impl RunRow {
             Some((index(found)?, value, error.unwrap_or(f64::NAN)))
         };
         let detail = |found: &Measurement| {
-            let rest = number(found);
-            let estimate = Estimate { value: 0.0, standard_error: None, ..rest.estimate };
-            Some((index(found)?, CachedMeasurement { name: String::new(), estimate, ..rest }))
+            let CachedMeasurement { estimate, theory, reason, .. } = number(found);
+            let (conditional, freedom) =
+                (estimate.conditional_standard_error, estimate.degrees_of_freedom);
+            Some((index(found)?, conditional, freedom, estimate.missing_error, theory, reason))
         };
-        let details: Vec<_> = run.measurements.iter().filter_map(detail).collect();
+        let details: Vec<Detail> = run.measurements.iter().filter_map(detail).collect();
         Self {
             coordinates: run.coordinates.clone(),
             replicate: run.manifest.replicate,
@@ -87,15 +91,22 @@ impl RunRow {
 
     /// The analysis of a row with its place in the sweep, without figures and replay; `None` if its details are not those of this program.
     pub(crate) fn analysis(&self, manifest: RunManifest) -> Option<RunAnalysis> {
-        let (time_unit, details): Details = postcard::from_bytes(&self.details).ok()?;
+        let (time_unit, details) = self.details()?;
         let known = metrics_of(&self.model);
-        let measured = |(at, mut rest): (u16, CachedMeasurement)| {
+        let measured = |detail: Detail| {
+            let (at, conditional_standard_error, degrees_of_freedom, missing_error, ..) = detail;
             let definition = known.get(usize::from(at))?;
             let [value, error] = self.value(definition);
-            rest.name = definition.name.to_owned();
-            rest.estimate.value = value;
-            rest.estimate.standard_error = Some(error).filter(|error| !error.is_nan());
-            measurement(&self.model, &rest)
+            let standard_error = Some(error).filter(|error| !error.is_nan());
+            let estimate = Estimate {
+                value,
+                standard_error,
+                conditional_standard_error,
+                degrees_of_freedom,
+                missing_error,
+            };
+            let (name, theory, reason) = (definition.name.to_owned(), detail.4, detail.5);
+            measurement(&self.model, &CachedMeasurement { name, estimate, theory, reason })
         };
         Some(RunAnalysis {
             file: self.file.clone(),
@@ -122,6 +133,11 @@ impl RunRow {
             restored_by: None,
             claim: None,
         })
+    }
+
+    /// What the columns of values and errors lack; `None` if this program has not written it.
+    pub(crate) fn details(&self) -> Option<Details> {
+        postcard::from_bytes(&self.details).ok()
     }
 
     /// A row of a model with the values and errors of the metrics that have a column, and nothing else.

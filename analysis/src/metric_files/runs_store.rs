@@ -159,7 +159,7 @@ fn row_of_cells(names: &[&str], cells: &[Cell]) -> Option<(RunRow, RunManifest)>
             Some([number(metric), number(&format!("{metric}{ERROR_SUFFIX}"))])
         })
     };
-    Some((row, manifest))
+    row.details().map(|_| (row, manifest))
 }
 
 /// The bytes with these hexadecimal digits.

@@ -42,9 +42,9 @@ pub(crate) fn write(report: &AnalysisReport, folder: &Path) -> Result<usize, Wri
         let parquet =
             to_parquet(listed()).map_err(|error| failed("metrics.parquet", error.to_string()))?;
         replace(&folder.join("metrics.parquet"), parquet)?;
-        let rows: Vec<RunRow> = report.runs.iter().map(RunRow::of).collect();
-        let manifest = |row: usize| report.runs[row].manifest.canonical();
         if !report.keeps_table || !folder.join(RUNS_TABLE).exists() {
+            let rows: Vec<RunRow> = report.runs.iter().map(RunRow::of).collect();
+            let manifest = |row: usize| report.runs[row].manifest.canonical();
             let table = runs_table::to_parquet(&report.name, &rows, &manifest);
             let table = table.map_err(|error| failed(RUNS_TABLE, error.to_string()))?;
             replace(&folder.join(RUNS_TABLE), table)?;

@@ -71,10 +71,12 @@ struct CachedAnalysis {
 pub(crate) struct CachedMeasurement {
     pub(crate) name: String,
     pub(crate) estimate: Estimate,
-    /// Value, accuracy, condition that the run does not meet, and index of the law among those of the definition.
-    pub(crate) theory: Option<(f64, f64, Option<Violation>, Option<usize>)>,
+    pub(crate) theory: Option<CachedTheory>,
     pub(crate) reason: Option<String>,
 }
+
+/// Value, accuracy, condition that the run does not meet, and index of the law among those of the definition.
+pub(crate) type CachedTheory = (f64, f64, Option<Violation>, Option<usize>);
 
 /// The cache of one folder of results.
 #[derive(Clone, Debug)]

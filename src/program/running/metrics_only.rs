@@ -102,13 +102,13 @@ impl Execution<'_> {
         if let Some(exit) = self.report_unexecuted(&unexecuted) {
             return Ok(self.without_recordings(exit));
         }
-        self.write_table(&folder, &keys, &rows).map_err(failed)?;
+        let rows = self.write_table(&folder, &keys, rows).map_err(failed)?;
         journal.remove().map_err(failed)?;
         let shown = shown_path(&folder);
         self.say(&format!(
             "Wrote {shown}/runs.parquet\nTables of it: kinetoscope table {shown}\nChecks, plots and report: kinetoscope analyze {shown}"
         ));
-        Ok(self.without_recordings(self.report_faults(&keys, &rows)))
+        Ok(self.without_recordings(self.report_faults(&rows)))
     }
 
     /// Rejects a folder with rows of runs that the manifest no longer describes, as with another seed: the new table would not have them.
@@ -207,28 +207,30 @@ impl Execution<'_> {
         written.map(|()| unexecuted)
     }
 
-    /// Writes the rows of all runs in the order of the sweep, and the experiment as executed.
+    /// Writes the rows of all runs in the order of the sweep, and the experiment as executed; returns the rows.
     fn write_table(
         &self,
         folder: &Path,
         keys: &[String],
-        rows: &HashMap<String, RunRow>,
-    ) -> io::Result<()> {
+        mut rows: HashMap<String, RunRow>,
+    ) -> io::Result<Vec<RunRow>> {
         let Experiment { runs, name, replicates, .. } = &*self.experiment;
-        let mut files = Vec::new();
-        let placed = runs.iter().zip(keys).filter_map(|(run, key)| {
-            let key = RunKey::from_hex(key)?;
-            let mut row = rows.get(key.as_str())?.clone();
+        let (mut files, mut placed) = (Vec::new(), Vec::<RunRow>::new());
+        for (run, key) in runs.iter().zip(keys) {
+            // Variants of another name may be the same run.
+            let copy = || placed.iter().find(|row| row.run_key == *key).cloned();
+            let found = rows.remove(key).or_else(copy);
+            let (Some(mut row), Some(key)) = (found, RunKey::from_hex(key)) else { continue };
             row.coordinates.clone_from(&run.coordinates);
             (row.replicate, row.seed) = (run.replicate, run.manifest.seed);
             row.file = format!("{}.mcap", run.file_stem(name, &key, *replicates));
             files.push((row.file.clone(), key));
-            Some(row)
-        });
-        let placed: Vec<RunRow> = placed.collect();
+            placed.push(row);
+        }
         let manifest = |row: usize| runs[row].manifest.canonical();
         write_runs_table(folder, name, &placed, &manifest)?;
-        write_experiment(&self.experiment, folder, files)
+        write_experiment(&self.experiment, folder, files)?;
+        Ok(placed)
     }
 
     /// Prints why runs have no row; `None` if all have one.
@@ -246,14 +248,12 @@ impl Execution<'_> {
     }
 
     /// Prints which runs have ended otherwise than the manifest expects.
-    fn report_faults(&self, keys: &[String], rows: &HashMap<String, RunRow>) -> Exit {
+    fn report_faults(&self, rows: &[RunRow]) -> Exit {
         let expects_fault = self.experiment.expected_outcome == ExpectedOutcome::Fault;
-        let is_other = |run: &usize| {
-            rows.get(&keys[*run]).is_some_and(|row| row.fault().is_some() != expects_fault)
-        };
-        let others: Vec<usize> = (0..keys.len()).filter(is_other).collect();
+        let is_other = |run: &usize| rows[*run].fault().is_some() != expects_fault;
+        let others: Vec<usize> = (0..rows.len()).filter(is_other).collect();
         for run in others.iter().take(MOST_REPORTED) {
-            let fault = rows.get(&keys[*run]).and_then(RunRow::fault);
+            let fault = rows[*run].fault();
             let what = fault.map_or(
                 "the run is complete, but its manifest expects a fault".to_owned(),
                 |fault| format!("failed: {}", one_line(fault)),
@@ -268,7 +268,7 @@ impl Execution<'_> {
         let what = format!(
             "{} of {} ended otherwise than expected",
             others.len(),
-            plural(keys.len() as u64, "run")
+            plural(rows.len() as u64, "run")
         );
         Failure::new(Exit::RunFailed, what).report()
     }
