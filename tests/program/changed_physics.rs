@@ -151,7 +151,15 @@ pub(crate) const HIDDEN: [(Scene, Change); 2] = [
         },
         change("time step x 2", "model.gas.time_step_s", "2e-5"),
     ),
-    (SCENES[3], change("wall noise", "model.packing.wall_noise_variance_rad2", "0.003")),
+    (
+        Scene {
+            name: "packing_long",
+            manifest: "[model.packing]\ndiscs = 300\nwidth = 98.0\nheight = 98.0\nduration = 1000.0\n[record]\nframes = 200\n",
+            channels: PACKING,
+            changes: PACKING_CHANGES,
+        },
+        change("wall noise", "model.packing.wall_noise_variance_rad2", "0.003"),
+    ),
 ];
 
 /// Falling discs, some of which touch nothing until the end of some runs.

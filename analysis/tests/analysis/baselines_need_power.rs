@@ -82,7 +82,7 @@ fn tolerance_is_evidence_of_what_could_differ() {
     };
     let folder = run(1, "");
     let earlier = Earlier::of(folder);
-    for (metric, tolerance, verdict) in [
+    for (metric, tolerance, result) in [
         ("packing_fraction", 0.01, "nothing could be compared"),
         ("bed.weight", 1e-6, "nothing could be compared"),
         ("bed.height", 1e9, "nothing could be compared"),
@@ -95,8 +95,8 @@ fn tolerance_is_evidence_of_what_could_differ() {
         let compared = earlier.compare_folder(&run(2, &entry), &[]);
         let text = flat(&compared.text);
         assert!(text.contains(&format!("ok {metric}")), "{metric}: {text}");
-        assert_eq!(compared.code, if verdict.is_empty() { 0 } else { 3 }, "{metric}: {text}");
-        assert!(text.contains(verdict), "{metric}, {tolerance}: {text}");
+        assert_eq!(compared.code, if result.is_empty() { 0 } else { 3 }, "{metric}: {text}");
+        assert!(text.contains(result), "{metric}, {tolerance}: {text}");
     }
     // The same entry does not make replicates sensitive either.
     let beds = |seed: u32| row_of_discs(seed, 4, 1e-6, 1.0);

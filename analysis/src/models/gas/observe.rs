@@ -192,7 +192,7 @@ impl GasRun {
             found.explain(metric::PRESSURE_IDEAL, reason);
         } else {
             let ideal = pressure.ideal_gas_n_per_m;
-            // Through an orifice, the pressure follows who has left, also if it was nobody.
+            // Through an orifice, the pressure follows which particles have left, also if none has.
             let given = law::ideal_gas_pressure_n_per_m(&self.config)
                 .filter(|_| self.config.orifice_width_m.is_none());
             let is_given =
