@@ -39,7 +39,8 @@
 //! Each of these runs draws more than 2,010,000 discs, so that by default one frame in two is drawn. Programs of the tests, otherwise as above,
 //! every frame drawn and the default, processor time over state only and MB: dem 2.03 to 1.50, 51.7 to 42.4; with friction 1.33 to 1.17, 183.7
 //! to 173.8; gas 1.69 to 1.36, 82.6 to 64.4; packing 2.08 to 1.55, 87.5 to 71.2. Peak memory of one run before version 4, with it, and with it and
-//! compressed chunks of their own size, MB (runs of version 4 differ by up to 8): dem 38, 79, 75; gas 36, 70, 57; packing 36, 82, 63.
+//! compressed chunks of their own size, MB (runs of version 4 differ by up to 8): dem 38, 79, 75; gas 36, 70, 57; packing 36, 82, 63. With version
+//! 5, and now that one frame in 10 is drawn, programs of the tests, two runs each: dem 70 and 62, 63 and 60; gas 73 and 71, 69 and 56; packing 73 and 74, 70 and 73.
 //!
 //! Schema version 5 (`/particles` has the constants, and a NaN is sought in many numbers at once), in turn with the program before it, programs of
 //! the tests under a load of 20, processor time in ms per frame, medians of three, and MB of all channels: dem state only 2.17 to 2.02, all 3.10 to 3.04,
