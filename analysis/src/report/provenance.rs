@@ -40,7 +40,8 @@ fn facts(report: &AnalysisReport) -> Vec<(&'static str, String)> {
     facts.push(("program", distinct(|run| run.origin.program_version.clone())));
     facts.push(("physics", distinct(|run| format!("version {}", run.origin.physics_version))));
     let bytes: u64 = report.sizes.values().sum();
-    facts.push(("size", size_text(bytes)));
+    // The runs of a table have no recordings.
+    facts.extend((bytes > 0).then(|| ("size", size_text(bytes))));
     facts
 }
 

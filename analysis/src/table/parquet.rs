@@ -1,19 +1,23 @@
 //! Tables as Parquet, one row group at a time.
 
 use super::{Cell, CellKind, Column, seal};
-use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical, ZstdLevel};
+use parquet::basic::{Compression, Encoding, LogicalType, Repetition, Type as Physical, ZstdLevel};
 use parquet::column::writer::ColumnWriter;
 use parquet::data_type::ByteArray;
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
-use parquet::schema::types::Type;
+use parquet::schema::types::{ColumnPath, Type};
+use std::collections::BTreeSet;
 use std::io::Write;
 use std::sync::Arc;
 
 /// Rows per row group, which bound the memory.
 pub(super) const ROWS_PER_GROUP: usize = 1 << 15;
+
+/// Rows that are compared to choose the encoding of a column.
+const MOST_COMPARED: usize = 1000;
 
 /// A Parquet table that is written row by row.
 pub(crate) struct ParquetTable<W: Write + Send> {
@@ -28,7 +32,7 @@ impl<W: Write + Send> ParquetTable<W> {
     /// # Errors
     /// An output that cannot be written.
     pub(crate) fn new(output: W, columns: &[Column]) -> Result<Self, ParquetError> {
-        let writer = begin(output, columns, None)?;
+        let writer = begin(output, columns, None, |_| false)?;
         Ok(Self { writer, group: vec![Vec::new(); columns.len()] })
     }
 
@@ -92,7 +96,12 @@ pub(crate) fn write(
     cell: impl Fn(usize, usize) -> Cell,
 ) -> Result<Vec<u8>, ParquetError> {
     let entry = KeyValue::new(name.to_owned(), description.to_owned());
-    let mut writer = begin(Vec::new(), columns, Some(vec![entry]))?;
+    let is_mostly_different = |column: usize| {
+        let first = rows.min(MOST_COMPARED);
+        let texts: BTreeSet<String> = (0..first).map(|row| cell(row, column).text()).collect();
+        texts.len() > first / 2
+    };
+    let mut writer = begin(Vec::new(), columns, Some(vec![entry]), is_mostly_different)?;
     for first in (0..rows).step_by(ROWS_PER_GROUP) {
         let here = first..rows.min(first + ROWS_PER_GROUP);
         let cells = |column| here.clone().map(|row| cell(row, column)).collect::<Vec<Cell>>();
@@ -105,13 +114,22 @@ fn begin<W: Write + Send>(
     output: W,
     columns: &[Column],
     metadata: Option<Vec<KeyValue>>,
+    is_mostly_different: impl Fn(usize) -> bool,
 ) -> Result<SerializedFileWriter<W>, ParquetError> {
     let fields: Result<Vec<Arc<Type>>, ParquetError> = columns.iter().map(field).collect();
     let schema = Type::group_type_builder("table").with_fields(fields?).build()?;
     let zstd = Compression::ZSTD(ZstdLevel::try_new(1)?);
-    let properties =
-        WriterProperties::builder().set_compression(zstd).set_key_value_metadata(metadata).build();
-    SerializedFileWriter::new(output, Arc::new(schema), Arc::new(properties))
+    let mut properties =
+        WriterProperties::builder().set_compression(zstd).set_key_value_metadata(metadata);
+    // A dictionary of different values is longer than they are, and the first bytes of numbers are alike.
+    for (_, column) in columns.iter().enumerate().filter(|(at, _)| is_mostly_different(*at)) {
+        let path = ColumnPath::new(vec![column.name.clone()]);
+        properties = properties.set_column_dictionary_enabled(path.clone(), false);
+        if column.kind == CellKind::Number {
+            properties = properties.set_column_encoding(path, Encoding::BYTE_STREAM_SPLIT);
+        }
+    }
+    SerializedFileWriter::new(output, Arc::new(schema), Arc::new(properties.build()))
 }
 
 fn field(column: &Column) -> Result<Arc<Type>, ParquetError> {

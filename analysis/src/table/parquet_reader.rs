@@ -10,6 +10,7 @@ use parquet::file::reader::FileReader as _;
 use parquet::file::serialized_reader::SerializedFileReader;
 use std::fs::File;
 use std::io;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 /// A table on the disk.
@@ -28,7 +29,7 @@ impl ParquetReader {
         let (file, _) = regular_file::open(path)?;
         seal::check(&file)?;
         let invalid = |why: ParquetError| io::Error::new(io::ErrorKind::InvalidData, why);
-        let reader = SerializedFileReader::new(file).map_err(invalid)?;
+        let reader = caught(|| SerializedFileReader::new(file).map_err(invalid))?;
         // The reader reserves memory for the rows that the footer states.
         let rows = |group: usize| reader.metadata().row_group(group).num_rows();
         if (0..reader.num_row_groups()).any(|at| !(0..=ROWS_PER_GROUP as i64).contains(&rows(at))) {
@@ -70,6 +71,10 @@ impl ParquetReader {
     /// # Errors
     /// A file that cannot be read or is damaged.
     pub(crate) fn cells(&self, group: usize, column: usize) -> io::Result<Vec<Cell>> {
+        caught(|| self.decoded(group, column))
+    }
+
+    fn decoded(&self, group: usize, column: usize) -> io::Result<Vec<Cell>> {
         let rows = self.rows(group);
         let group = self.reader.get_row_group(group).map_err(io::Error::other)?;
         let cells = match group.get_column_reader(column).map_err(io::Error::other)? {
@@ -99,6 +104,15 @@ impl ParquetReader {
         };
         cells.map_err(io::Error::other)
     }
+}
+
+/// What is read, or an error: the crate panics on some tables that were forged with a correct checksum.
+fn caught<T>(read: impl FnOnce() -> io::Result<T>) -> io::Result<T> {
+    // A panic leaves nothing behind that is used again: the table was only read.
+    catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| {
+        let what = "its reader has failed, as described above";
+        Err(io::Error::new(io::ErrorKind::InvalidData, what))
+    })
 }
 
 /// The cells of the values that `read` adds, with the level of each row: 0 for a missing one.
