@@ -9,7 +9,7 @@ use crate::messages::{Failure, bad, name_of};
 use crate::output::OutputArguments;
 use crate::planning::plan_report::not_planned;
 use crate::planning::planner::Planner;
-use crate::running::metrics_only::keeps_only_metrics;
+use crate::planning::rows::keeps_only_metrics;
 use clap::Args;
 use kinetoscope::plan::Status;
 use kinetoscope::plan::why::{Earlier, Reason};

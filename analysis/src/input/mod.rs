@@ -6,15 +6,11 @@ pub(crate) mod host_file;
 pub(crate) mod key_words;
 mod object_storage;
 pub mod recording;
-#[cfg(feature = "parquet")]
-mod run_table;
 
 pub use error::UnreadableRecording;
 pub(crate) use error::{InvalidPath, ON_FAILED_DISK};
 
 use crate::input::recording::{OpenRun, is_partial, restored_file};
-use crate::metric_files::document::RUNS_TABLE;
-use crate::run::RunAnalysis;
 use kinetoscope_console::text::{every, plural, shown_path};
 use kinetoscope_files::folder::folder_of;
 use kinetoscope_files::regular_file::{MAX_EXPERIMENT_RECORD_BYTES, read_opened};
@@ -32,6 +28,8 @@ use std::sync::Arc;
 
 /// Name of the file next to the recordings that describes the experiment.
 pub(crate) const SIDE_CAR: &str = "experiment.toml";
+/// Name of the file with one row per run.
+pub(crate) const RUNS_TABLE: &str = "runs.parquet";
 
 /// Recordings that are analyzed together: those of one folder.
 #[derive(Debug)]
@@ -50,10 +48,8 @@ pub(crate) struct RecordingFolder {
     restored: BTreeSet<String>,
     /// The recordings, sorted.
     pub(crate) files: Vec<PathBuf>,
-    /// The runs of the table in a folder without recordings, in the order of the experiment.
-    pub(crate) tabled: Vec<RunAnalysis>,
-    /// Whether the table in the folder is kept, because it has rows of runs that have no recording here.
-    pub(crate) keeps_table: bool,
+    /// Whether the folder has no recordings, but a table of its runs.
+    pub(crate) is_table: bool,
     /// Whether the whole folder was given rather than some of its files.
     pub(crate) whole: bool,
     /// Notes for the user.
@@ -180,8 +176,11 @@ fn search(folder: &Path, with_tables: bool, found: &mut Vec<RecordingFolder>) {
     if !files.is_empty() && !found.iter().any(|source| source.folder == folder) {
         found.push(source(Arc::new(LocalFolders), folder.to_path_buf(), files, true));
     } else if with_tables && [RUNS_TABLE, SIDE_CAR].iter().all(|name| folder.join(name).is_file()) {
-        #[cfg(feature = "parquet")]
-        found.push(run_table::source(folder));
+        let (storage, files) = (Arc::new(LocalFolders), Vec::new());
+        let mut source = RecordingFolder::new(storage, folder.to_owned(), files, true);
+        source.is_table = true;
+        source.read_side_car();
+        found.push(source);
     }
     for path in paths.iter().filter(|path| path.is_dir() && !path.is_symlink()) {
         search(path, with_tables, found);
@@ -217,17 +216,16 @@ impl RecordingFolder {
             index: BTreeMap::new(),
             restored: BTreeSet::new(),
             files,
-            tabled: Vec::new(),
-            keeps_table: false,
+            is_table: false,
             whole,
             notes: Vec::new(),
             unreadable: Vec::new(),
         }
     }
 
-    /// Whether the folder has neither recordings nor rows of runs.
+    /// Whether the folder has neither recordings nor a table of runs.
     pub(crate) fn is_empty(&self) -> bool {
-        self.files.is_empty() && self.tabled.is_empty()
+        self.files.is_empty() && !self.is_table
     }
 
     /// Whether the folder is on object storage.
@@ -283,9 +281,10 @@ impl RecordingFolder {
 
     /// Removes recordings that do not belong to the latest run of the experiment.
     fn sort_by(&mut self, record: ExperimentRecord) {
-        #[cfg(feature = "parquet")]
-        if self.files.is_empty() {
-            return self.sort_table_by(record);
+        if self.is_table {
+            self.name.clone_from(&record.name);
+            self.record = Some(record);
+            return;
         }
         let names = record.runs.iter().enumerate().map(|(at, run)| (run.file.clone(), at));
         let index: BTreeMap<String, usize> = names.collect();
@@ -362,8 +361,6 @@ impl RecordingFolder {
         self.notes.extend(notes);
         self.notes.extend(runs.iter().filter_map(|(run, _)| keyframes_note(run)));
         self.unreadable.extend(unreadable);
-        #[cfg(feature = "parquet")]
-        self.keep_other_rows(&runs);
         runs
     }
 

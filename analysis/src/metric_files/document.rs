@@ -1,5 +1,6 @@
 //! The contents of `metrics.json`.
 
+use crate::input::RUNS_TABLE;
 use crate::input::coordinates::{AxisNames, CoordinateValue, value_of};
 use crate::metric::deviation::ROUNDING_FRACTION;
 use crate::metric::{BOUND_ONLY, Definition, Law, Metric, MetricScope, SCHEMA};
@@ -47,8 +48,6 @@ pub(crate) struct Document {
     pub(crate) checks: Vec<CheckEntry>,
 }
 
-/// Name of the file with one row per run.
-pub(crate) const RUNS_TABLE: &str = "runs.parquet";
 /// Maximum number of runs whose metrics are in the files; for more, the files hold means over replicates, fits and checks.
 pub(crate) const MOST_RUNS: usize = 1000;
 

@@ -4,6 +4,8 @@
 pub(crate) mod condition;
 pub(crate) mod document;
 #[cfg(feature = "parquet")]
+pub(crate) mod rows_of_folder;
+#[cfg(feature = "parquet")]
 pub(crate) mod run_row;
 #[cfg(feature = "parquet")]
 pub(crate) mod runs_query;

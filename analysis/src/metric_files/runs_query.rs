@@ -1,7 +1,7 @@
 //! Questions to `runs.parquet`: chosen columns of the rows that meet a condition, or means over groups of runs.
 
+use crate::input::RUNS_TABLE;
 use crate::metric_files::condition::{BoundComparison, Condition, nearest_column};
-use crate::metric_files::document::RUNS_TABLE;
 use crate::metric_files::runs_table::{
     DESCRIPTION, DETAILS, ERROR_SUFFIX, MANIFEST, RUNS_SCHEMA, RunsDescription,
 };

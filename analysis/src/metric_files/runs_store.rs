@@ -1,9 +1,9 @@
 //! Rows of runs whose recordings are not kept: from a run in memory, to `runs.parquet`, and back.
 
+use crate::input::RUNS_TABLE;
 use crate::input::UnreadableRecording;
 use crate::input::recording::opened;
 use crate::metric_files::condition::Condition;
-use crate::metric_files::document::RUNS_TABLE;
 use crate::metric_files::run_row::RunRow;
 use crate::metric_files::runs_query::{Answered, QueryError, Question, StoredRuns};
 use crate::metric_files::runs_table::{DETAILS, ERROR_SUFFIX, MANIFEST, to_parquet};

@@ -1,8 +1,8 @@
 //! Writes the files of an analysis.
 
-use crate::metric_files::document::MOST_RUNS;
 #[cfg(feature = "parquet")]
-use crate::metric_files::document::RUNS_TABLE;
+use crate::input::RUNS_TABLE;
+use crate::metric_files::document::MOST_RUNS;
 #[cfg(feature = "parquet")]
 use crate::metric_files::run_row::RunRow;
 #[cfg(feature = "parquet")]

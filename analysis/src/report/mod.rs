@@ -42,6 +42,8 @@ use crate::input::coordinates;
 use crate::input::host_file::HostFile;
 use crate::input::recording::OpenRun;
 use crate::metric::{Metric, MetricScope};
+#[cfg(feature = "parquet")]
+use crate::metric_files::rows_of_folder::{has_other_rows, tabled_runs};
 use crate::number_text::six_digits;
 use crate::plot::Plot;
 use crate::run::cache::AnalysisCache;
@@ -56,7 +58,6 @@ use kinetoscope_manifest::{
 };
 use rayon::iter::{IndexedParallelIterator as _, IntoParallelIterator as _, ParallelIterator as _};
 use std::collections::BTreeMap;
-use std::mem;
 use std::num::NonZeroUsize;
 use std::thread::available_parallelism;
 use std::time::Instant;
@@ -255,7 +256,10 @@ fn tasks(
 /// Analyzes the recordings of one folder.
 pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -> AnalysisReport {
     let opened = source.open();
-    let tabled = mem::take(&mut source.tabled);
+    #[cfg(feature = "parquet")]
+    let (tabled, keeps_table) = (tabled_runs(source), has_other_rows(source, &opened));
+    #[cfg(not(feature = "parquet"))]
+    let (tabled, keeps_table): (Vec<RunAnalysis>, bool) = (Vec::new(), false);
     let requests = source.record.as_ref().map_or(&[][..], |record| &record.plots);
     let of_rows = tabled.iter().map(|run| &run.coordinates);
     let places = opened.iter().map(|(_, place)| place).chain(of_rows).cloned();
@@ -315,7 +319,7 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
         description: text(|record| &record.description),
         comment: text(|record| &record.comment),
         sizes,
-        keeps_table: source.keeps_table,
+        keeps_table,
         hosts,
         runs,
         metrics,

@@ -2,3 +2,4 @@
 
 pub(crate) mod plan_report;
 pub(crate) mod planner;
+pub(crate) mod rows;

@@ -5,7 +5,7 @@ use crate::manifests::step::Step;
 use crate::messages::progress::size;
 use crate::messages::{Failure, bad, counted, describe, plural};
 use crate::planning::planner::Planned;
-use crate::running::metrics_only::{keeps_only_metrics, row_of};
+use crate::planning::rows::sampled;
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope::plan::totals::ExpectedTime;
 use kinetoscope::run::resources::Estimate;
@@ -17,7 +17,6 @@ use kinetoscope_manifest::{Bound, Check, Experiment};
 use kinetoscope_physics::model::Extent;
 use serde_json::{Value as Json, json};
 use std::path::Path;
-use std::time::{Duration, Instant};
 
 /// The plan of an experiment that starts from a run without a recording.
 ///
@@ -39,13 +38,6 @@ pub(crate) fn not_planned(step: &Step, why: NoRecording) -> Result<String, Failu
         }
     }
 }
-
-/// Time for which runs are executed as a sample of the others.
-const SAMPLING: Duration = Duration::from_millis(300);
-/// Expected duration of a run up to which it may be in the sample, seconds.
-const LONGEST_SAMPLED_S: f64 = 0.05;
-/// Number of runs from which on a sample is executed.
-const FEWEST_SAMPLED: usize = 100;
 
 /// The plan of a manifest, as `check` reports it.
 pub(crate) struct PlanReport<'a> {
@@ -183,32 +175,6 @@ impl<'a> PlanReport<'a> {
             "plots": self.experiment.plots.len(),
         })
     }
-}
-
-/// The time of short runs of which only the metrics are kept: some of them, spread over the sweep, are executed and analyzed.
-fn sampled(
-    experiment: &Experiment,
-    jobs: usize,
-    expected: ExpectedTime,
-    interrupt: &Interrupt,
-) -> ExpectedTime {
-    let runs = &experiment.runs;
-    let shared = runs.len() as f64 / jobs as f64;
-    let is_short = expected.total_s / shared < LONGEST_SAMPLED_S;
-    if !is_short || runs.len() < FEWEST_SAMPLED || !keeps_only_metrics(experiment) {
-        return expected;
-    }
-    let (started, mut executed) = (Instant::now(), 0.0_f64);
-    while started.elapsed() < SAMPLING && !interrupt.is_raised() {
-        // Multiples of the golden section are spread over the sweep, however many there are.
-        let at = (executed * 0.618_033_988_749_895).fract() * runs.len() as f64;
-        if row_of(&runs[at as usize], interrupt).is_err() {
-            return expected;
-        }
-        executed += 1.0;
-    }
-    let per_run = started.elapsed().as_secs_f64() / executed.max(1.0);
-    ExpectedTime { total_s: per_run * shared, ..expected }
 }
 
 const fn steps(extent: Extent) -> Option<u64> {

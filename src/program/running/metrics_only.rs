@@ -8,16 +8,15 @@ use crate::executor::Executor;
 use crate::messages::progress::ProgressDisplay;
 use crate::messages::{Failure, bad, exit, plural};
 use crate::planning::planner::parallel_runs;
+use crate::planning::rows::{keeps_only_metrics, row_of};
 use crate::running::experiment::{Executed, Execution};
 use crate::running::journal::{BETWEEN_SYNCS, Journal};
 use kinetoscope::executor::observer::ExecutionObserver as _;
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope::outputs::sidecars::write_experiment;
-use kinetoscope::run::in_memory::run_with_hash;
-use kinetoscope_analysis::{RunRow, row_of_recording, stored_rows, write_runs_table};
+use kinetoscope_analysis::{RunRow, stored_rows, write_runs_table};
 use kinetoscope_console::text::{one_line, shown_path};
-use kinetoscope_console::{Exit, Explained as _, Message, complain};
-use kinetoscope_manifest::record::Keep;
+use kinetoscope_console::{Exit, Message, complain};
 use kinetoscope_manifest::{ExpectedOutcome, Experiment, Run, RunKey, run_key};
 use kinetoscope_physics::kind_of;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
@@ -39,11 +38,6 @@ const MOST_REPORTED: usize = 10;
 
 /// A run without a row, and why.
 type Unexecuted = (usize, Message);
-
-/// Whether no recording of the runs of an experiment is kept.
-pub(crate) fn keeps_only_metrics(experiment: &Experiment) -> bool {
-    experiment.runs.iter().any(|run| run.manifest.record.keep == Keep::Metrics)
-}
 
 /// The run key of a run of the experiment.
 fn key_of(run: &Run) -> String {
@@ -290,16 +284,4 @@ impl Execution<'_> {
             json: None,
         }
     }
-}
-
-/// The row of a run, which is executed and analyzed in memory; `None` after an interrupt.
-pub(crate) fn row_of(run: &Run, interrupt: &Interrupt) -> Result<Option<RunRow>, Message> {
-    let executed = run_with_hash(run, interrupt).map_err(|error| error.message());
-    if interrupt.is_raised() {
-        return Ok(None);
-    }
-    let (recording, messages) = executed?;
-    let mut row = row_of_recording(&recording).map_err(|error| error.message)?;
-    row.messages = Some(messages);
-    Ok(Some(row))
 }

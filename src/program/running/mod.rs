@@ -4,7 +4,7 @@ mod arguments;
 mod experiment;
 mod journal;
 mod live;
-pub(crate) mod metrics_only;
+mod metrics_only;
 mod next_command;
 mod results;
 mod shared_pool;
