@@ -6,20 +6,31 @@ use crate::metric::Measurement;
 use crate::models::never_in;
 use crate::run::{RunAnalysis, RunStatus};
 use kinetoscope_console::text::plural;
-use kinetoscope_manifest::{Check, ExpectedOutcome};
+use kinetoscope_manifest::{Check, ExpectedOutcome, ExperimentRecord};
 use std::collections::BTreeSet;
 
 /// The finding of a run that was interrupted or is still in progress.
 const UNFINISHED: &str =
     "unfinished: the run was interrupted or is in progress; the same command resumes it";
 
-/// Compares the outcome of each run with the expected one. `seconds` are the durations of the runs' analyses. An unfinished run
-/// has not completed, so it fails; a damaged one is reported as unreadable.
-pub(crate) fn evaluate(
+/// The outcomes of the runs of an experiment, and the counts of what never happens in a correct one.
+pub(crate) fn all(
+    record: Option<&ExperimentRecord>,
+    further: &[Check],
     runs: &[RunAnalysis],
     seconds: &[f64],
-    expected: ExpectedOutcome,
 ) -> Vec<CheckResult> {
+    let expected = record.map_or(ExpectedOutcome::Complete, |record| record.expected_outcome);
+    let stated = record.into_iter().flat_map(|record| &record.checks).chain(further);
+    let stated: Vec<&Check> = stated.collect();
+    let mut results = evaluate(runs, seconds, expected);
+    results.extend(unexpected_counts(runs, &stated));
+    results
+}
+
+/// Compares the outcome of each run with the expected one. `seconds` are the durations of the runs' analyses. An unfinished run
+/// has not completed, so it fails; a damaged one is reported as unreadable.
+fn evaluate(runs: &[RunAnalysis], seconds: &[f64], expected: ExpectedOutcome) -> Vec<CheckResult> {
     let results = runs.iter().zip(seconds).filter_map(|(run, &seconds)| {
         let (passed, finding) = match (&run.ending, expected) {
             (RunStatus::Damaged(_), _) => return None,
@@ -69,7 +80,7 @@ fn name_of(run: &RunAnalysis) -> String {
 
 /// The runs with a count above 0 of what never happens in a correct one, such as particles outside of their container. A check of
 /// that metric states that it is expected, or fails itself.
-pub(crate) fn unexpected_counts(runs: &[RunAnalysis], checks: &[&Check]) -> Vec<CheckResult> {
+fn unexpected_counts(runs: &[RunAnalysis], checks: &[&Check]) -> Vec<CheckResult> {
     let of_run = |run: &RunAnalysis| {
         let never = never_in(run.model().name());
         let counts = run.measurements.iter().filter(|count| never.contains(&count.definition));

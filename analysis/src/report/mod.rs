@@ -42,8 +42,7 @@ use crate::input::coordinates;
 use crate::input::host_file::HostFile;
 use crate::input::recording::OpenRun;
 use crate::metric::{Metric, MetricScope};
-#[cfg(feature = "parquet")]
-use crate::metric_files::rows_of_folder::{has_other_rows, tabled_runs};
+use crate::metric_files::rows_of_folder;
 use crate::number_text::six_digits;
 use crate::plot::Plot;
 use crate::run::cache::AnalysisCache;
@@ -53,8 +52,7 @@ use crate::sweep::fits::Refusal;
 use crate::sweep::requested::{self, PlotData};
 use kinetoscope_console::text::plural;
 use kinetoscope_manifest::{
-    BaselineTolerance, Check, Coordinate, ExpectedOutcome, ExperimentRecord, TimingTable,
-    ViewRequest,
+    BaselineTolerance, Check, Coordinate, ExperimentRecord, TimingTable, ViewRequest,
 };
 use rayon::iter::{IndexedParallelIterator as _, IntoParallelIterator as _, ParallelIterator as _};
 use std::collections::BTreeMap;
@@ -256,14 +254,9 @@ fn tasks(
 /// Analyzes the recordings of one folder.
 pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -> AnalysisReport {
     let opened = source.open();
-    #[cfg(feature = "parquet")]
-    let (tabled, keeps_table) = (tabled_runs(source), has_other_rows(source, &opened));
-    #[cfg(not(feature = "parquet"))]
-    let (tabled, keeps_table): (Vec<RunAnalysis>, bool) = (Vec::new(), false);
+    let (tabled, keeps_table) = rows_of_folder(source, &opened);
+    let places = places_of(&opened, &tabled);
     let requests = source.record.as_ref().map_or(&[][..], |record| &record.plots);
-    let of_rows = tabled.iter().map(|run| &run.coordinates);
-    let places = opened.iter().map(|(_, place)| place).chain(of_rows).cloned();
-    let places: Vec<Vec<Coordinate>> = places.collect();
     let fields = requested::fields_to_read(requests, &places);
     let view = source.record.as_ref().and_then(|record| record.view.clone()).unwrap_or_default();
     let (tasks, drawn) = tasks(opened, fields, &view);
@@ -292,11 +285,7 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     metrics.extend(metrics_of_runs(&runs, &metrics, record, &options.checks));
     let axes = record.map_or(&[][..], |record| &record.axes);
     let data = PlotData { runs: &runs, points: &points, metrics: &metrics, places: &places, axes };
-    let expected = record.map_or(ExpectedOutcome::Complete, |record| record.expected_outcome);
-    let mut check_results = outcome::evaluate(&runs, &seconds, expected);
-    let stated: Vec<&Check> =
-        record.iter().flat_map(|record| &record.checks).chain(&options.checks).collect();
-    check_results.extend(outcome::unexpected_counts(&runs, &stated));
+    let mut check_results = outcome::all(record, &options.checks, &runs, &seconds);
     check_results.extend(evaluate_checks(source, options, &metrics));
     let timing = timing_section::timing_beside(source, &mut notes);
     let answer = Answer::of(&AnswerSource {
@@ -335,6 +324,15 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
         unreadable,
         timing,
     }
+}
+
+/// The places of all runs in the sweep.
+fn places_of(
+    opened: &[(OpenRun, Vec<Coordinate>)],
+    tabled: &[RunAnalysis],
+) -> Vec<Vec<Coordinate>> {
+    let of_rows = tabled.iter().map(|run| &run.coordinates);
+    opened.iter().map(|(_, place)| place).chain(of_rows).cloned().collect()
 }
 
 /// Notes the runs that are not complete, and reports damaged files.

@@ -55,6 +55,9 @@ pub(super) fn sampled(
         }
         executed += 1.0;
     }
-    let per_run = started.elapsed().as_secs_f64() / executed.max(1.0);
+    if interrupt.is_raised() {
+        return expected;
+    }
+    let per_run = started.elapsed().as_secs_f64() / executed;
     ExpectedTime { total_s: per_run * shared, ..expected }
 }
