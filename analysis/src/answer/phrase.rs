@@ -55,9 +55,11 @@ fn part(label: &str) -> Option<(&str, String)> {
     Some((whole, format!("{first}{}", letters.as_str())))
 }
 
-/// A label that names the end of the run by its time, if it is known.
+/// A label that names the end of the run by its time, and of a change the time that it took, if it is known.
 pub(super) fn at_end(label: &str, span: Option<&str>) -> String {
+    let is_change = change(label, 0.0).is_some_and(|(_, per, _)| per.is_empty());
     match span {
+        Some(span) if is_change => format!("{label} in {span}"),
         Some(span) => label.replace("at the end", &format!("after {span}")),
         None => label.to_owned(),
     }
@@ -105,7 +107,22 @@ fn span_of(run: &RunAnalysis) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{change, part};
+    use super::{at_end, change, part};
+
+    /// Control: a change that is referred to something else, and a label without time.
+    #[test]
+    fn changes_and_ends_have_their_time() {
+        for (label, expected) in [
+            ("relative growth of the axis", "relative growth of the axis in 365 days"),
+            ("error at the end", "error after 365 days"),
+            ("relative change of the energy per revolution", ""),
+            ("pressure on the wall", ""),
+        ] {
+            let expected = if expected.is_empty() { label } else { expected };
+            assert_eq!(at_end(label, Some("365 days")), expected);
+            assert_eq!(at_end(label, None), label);
+        }
+    }
 
     /// Control: a fraction without a cause.
     #[test]

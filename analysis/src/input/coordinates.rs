@@ -119,6 +119,7 @@ pub(crate) fn label(coordinates: &[Coordinate]) -> String {
         VARIANT => coordinate.value.clone(),
         key => {
             let ((words, unit), value) = (words_and_unit(last_part(key)), shown_value(coordinate));
+            let unit = if value == "1" && unit == "days" { "day" } else { unit };
             let is_number = value.starts_with('(') || value.parse::<f64>().is_ok();
             format!("{words} = {value} {}", if is_number { unit } else { "" }).trim_end().to_owned()
         }

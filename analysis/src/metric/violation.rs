@@ -70,7 +70,7 @@ quantities! {
     /// Flow and clusters cannot be excluded from the states of some frames.
     FlowBetweenKeyframes = "flow and clusters are found from the states of all frames, which `kinetoscope fill` restores",
     /// No state from which flow and clusters could be found.
-    StateOfManyDiscs = "the run has fewer than 128 discs",
+    StateOfManyDiscs = "there are fewer than 128 discs",
     /// Rms speed times time over the diameter of the container.
     Crossings = "the number of crossings of the container",
     /// The same since a partition was removed.

@@ -116,6 +116,7 @@ pub(super) fn checks_summary(report: &AnalysisReport) -> (&'static str, String) 
         (0, _) => ("", String::new()),
         (1, 0) => ("good", "the check passes".to_owned()),
         (1, _) => ("bad", "the check failed".to_owned()),
+        (2, 0) => ("good", "both checks pass".to_owned()),
         (all, 0) => ("good", format!("all {all} checks pass")),
         (all, failed) => ("bad", format!("{failed} of {all} checks failed")),
     }

@@ -221,7 +221,7 @@ function player(part, leader) {
     const last = data.times[end()];
     extra = latest - last > LEAST_LEAD * (latest - data.times[0]) ? placeOf(data, latest) - end() : 0;
     beyond = min(beyond, extra);
-    find(".note").textContent = extra ? `${remark} This run ${ending()}, before another one.` : remark;
+    find(".note").textContent = extra ? `${remark} This run ${ending()}; another one that is shown lasts longer.` : remark;
     if (!leader) scrub.max = end() + extra;
   }
 

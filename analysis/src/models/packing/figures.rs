@@ -121,9 +121,9 @@ fn comparison(run: &PackingRun) -> SharedCurve {
         series(run).iter().map(|moments| (moments.events / discs, moments.temperature / start));
     let axes = [
         Axis::linear("collisions per disc, pair and wall", ""),
-        Axis::linear("T / T at the start", ""),
+        Axis::linear("T over T at the start", ""),
     ];
-    SharedCurve::new("temperature_by_run", "Temperature over its start", axes, points)
+    SharedCurve::new("temperature_by_run", "Temperature relative to the start", axes, points)
 }
 
 fn pair_correlation(run: &PackingRun) -> Option<Plot> {
