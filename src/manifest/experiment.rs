@@ -240,6 +240,7 @@ pub(crate) fn read_document(
     let (mut root, syntax) = parse_toml(source, origin, &mut diagnostics);
     let mut errors = Errors::default();
     let set = read_overrides(overrides, &mut diagnostics, &mut errors);
+    accept_misplaced(&mut root, &mut errors);
     let document = read_root(source, &mut root, set, lookup, &mut errors);
     if !syntax.hides_tables {
         errors.retain(|error| !syntax.explains(source, error));
@@ -295,7 +296,6 @@ fn read_root(
     errors: &mut Errors,
 ) -> Document {
     let is_overridden = !sets.is_empty();
-    accept_misplaced(root, errors);
     let sweep = root.take("sweep");
     let axes = sweep::read(sweep.as_ref(), model_of(root), errors);
     for Setting { key, key_span, node } in sets {

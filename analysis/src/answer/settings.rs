@@ -23,8 +23,18 @@ const RESTITUTION: &[&str] = &["restit", "bounc", "rebound", "elastic", "inelast
 const FRICTION: &[&str] = &["frict", "slid", "rough"];
 const STEP: &[&str] = &["step", "exact", "accura", "error", "euler", "verlet"];
 const METHOD: &[&str] = &[
-    "method", "integrat", "exact", "accura", "error", "order", "scheme", "euler", "verlet",
-    "runge", "rk4",
+    "method",
+    "integrator",
+    "integration",
+    "exact",
+    "accura",
+    "error",
+    "order",
+    "scheme",
+    "euler",
+    "verlet",
+    "runge",
+    "rk4",
 ];
 
 /// The name of the method.
