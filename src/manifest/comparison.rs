@@ -24,8 +24,16 @@ pub struct KeyDifference {
 /// `seed: 3 → 4`.
 impl fmt::Display for KeyDifference {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // A list of positions is too long for a line.
-        let short = |value: &String| shortened(value, LONGEST_VALUE).into_owned();
+        // A list of positions is too long for a line: it is shown from where the values differ.
+        let [left, right] = [&self.left, &self.right].map(|it| it.as_deref().unwrap_or_default());
+        let equal = left.chars().zip(right.chars()).take_while(|(one, other)| one == other);
+        let before: String = equal.map(|(character, _)| character).collect();
+        let begin = before.rfind([' ', '[', '{']).map_or(0, |space| space + 1);
+        let is_cut = before.len() >= LONGEST_VALUE / 2;
+        let short = |value: &String| match is_cut {
+            true => format!("… {}", shortened(&value[begin..], LONGEST_VALUE)),
+            false => shortened(value, LONGEST_VALUE).into_owned(),
+        };
         let shown = |value: &Option<String>| value.as_ref().map_or("(none)".to_owned(), short);
         write!(formatter, "{}: {} → {}", self.key, shown(&self.left), shown(&self.right))
     }

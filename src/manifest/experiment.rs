@@ -6,7 +6,7 @@ use crate::canonical::{RunKey, RunManifest};
 use crate::checks::{self, Check, CheckedManifest, MetricNames};
 use crate::diagnostics::{Diagnostic, Diagnostics, Errors};
 use crate::head::{ExpectedOutcome, Head, NAME_RULE, is_name};
-use crate::keys::{HasKeys as _, Reader};
+use crate::keys::{HasKeys as _, Names, Reader};
 use crate::model::{ModelConfig, Recordings, accept_misplaced, no_model};
 use crate::plots::{self, PlotRequest, PlottedManifest};
 use crate::record::RecordConfig;
@@ -472,7 +472,7 @@ fn read_physics(
             None
         }
         Some(entry) => match entry.node.table() {
-            Some(models) => ModelConfig::read(models, recordings, errors),
+            Some(models) => ModelConfig::read(models, recordings, RecordConfig::names(), errors),
             None => refuse_type(&entry.node, "model", "a table [model.<NAME>]", errors),
         },
     };
@@ -489,7 +489,7 @@ fn read_physics(
     let sound = errors.len() == errors_before;
     let mut record = RecordConfig::default();
     let mut reader = Reader::new("record", table, errors);
-    reader.names_elsewhere(&format!("model.{}", model.name()), |names| model.clone().keys(names));
+    reader.names_elsewhere(&format!("model.{}", model.name()), Names::of(&mut model.clone()));
     record.keys_for(model.time_key(), &mut reader);
     record.check(&model, sound, &mut reader);
     reader.finish();

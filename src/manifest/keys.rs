@@ -186,9 +186,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Names another table and its keys, for keys that were written into this one.
-    pub(crate) fn names_elsewhere(&mut self, table: &str, visit: impl FnOnce(&mut Names)) {
-        let mut names = Names::default();
-        visit(&mut names);
+    pub(crate) fn names_elsewhere(&mut self, table: &str, names: Names) {
         self.elsewhere = Some((table.to_owned(), names.0));
     }
 
@@ -309,6 +307,15 @@ pub(crate) use rules;
 /// Collects the names of keys.
 #[derive(Default)]
 pub(crate) struct Names(Vec<&'static str>);
+
+impl Names {
+    /// Those of a table.
+    pub(crate) fn of(table: &mut impl HasKeys) -> Self {
+        let mut names = Self::default();
+        table.keys(&mut names);
+        names
+    }
+}
 
 impl Keys for Names {
     fn key<T: TomlValue>(&mut self, key: &Key, _value: &mut T) {

@@ -1,7 +1,7 @@
 //! `[record]`: which data of a run are kept.
 
 use crate::diagnostics::{Diagnostic, nearest};
-use crate::keys::{HasKeys as _, Keys, Reader};
+use crate::keys::{HasKeys as _, Keys, Names, Reader};
 pub use crate::model::CHANNELS;
 use crate::model::ModelConfig;
 use crate::quantity::{PlaybackRate, Positive};
@@ -159,6 +159,15 @@ impl RecordConfig {
         interval.keys(keys);
         self.interval = RecordInterval::from_keys(&interval).unwrap_or(self.interval);
         self.keys(keys);
+    }
+
+    /// The names of all keys of `[record]`, with those of every model's intervals.
+    pub(crate) fn names() -> Names {
+        let mut names = Names::default();
+        for time_key in ["every_s", "every_days", "every_time"] {
+            Self::default().keys_for(time_key, &mut names);
+        }
+        names
     }
 
     /// The same record with every frame stored.

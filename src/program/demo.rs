@@ -1,10 +1,10 @@
 //! `demo`: one experiment from manifest to report.
 
-use crate::manifests::shipped::Shipped;
 use crate::manifests::starter::write_new;
 use crate::messages::{Failure, bad, concluded};
 use crate::program_name::ProgramName;
 use crate::running::RunArguments;
+use crate::shipped::Shipped;
 use clap::{Args, Parser};
 use kinetoscope_analysis::cli::AnalyzeArguments;
 use kinetoscope_console::text::shown_path;

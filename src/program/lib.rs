@@ -21,6 +21,7 @@ mod output;
 mod planning;
 mod program_name;
 mod running;
+mod shipped;
 mod view;
 mod why;
 

@@ -165,12 +165,11 @@ impl RecordingFile {
         Ok(committed)
     }
 
-    /// Gives the recording the name of a damaged one, which keeps its bytes under another name. `false` if that name is taken.
+    /// Gives the recording the name of a damaged one, of which the last is kept under another name. `false` if a file cannot be renamed.
     fn replaces_damaged(&self) -> bool {
         let mut kept = self.destination.clone().into_os_string();
         kept.push(".damaged");
-        !Path::new(&kept).exists()
-            && fs::rename(&self.destination, &kept).is_ok()
+        fs::rename(&self.destination, &kept).is_ok()
             && take_name(&self.partial, &self.destination).is_ok()
     }
 

@@ -10,13 +10,13 @@ use crate::channels::SCHEMA_VERSION;
 use crate::container::{Broken, Fields, MAGIC, PREFIX, Records, attachment, metadata};
 use crate::data_section::DataSection;
 use crate::error::{ReadError, ReadFault};
-use crate::file::is_being_written;
 use crate::limits::ChunkLimits;
 use crate::provenance::{
     LIBRARY, MANIFEST_ATTACHMENT, MERGED_RECORD, OUTCOME_RECORD, PROVENANCE_RECORD,
 };
 use crate::record_kind as kind;
 use crate::storage::{InMemory, Input, LocalFolders, Opened, Storage};
+use kinetoscope_files::regular_file::has_writer;
 use std::fs::File;
 use std::io::{self, BufReader, Seek as _, SeekFrom};
 use std::num::NonZeroUsize;
@@ -179,7 +179,7 @@ impl ReadError {
     pub(crate) fn new(path: &Path, intact_frames: u64, byte: u64, broken: Broken) -> Self {
         let fault = match broken {
             Broken::Io(source) => ReadFault::Io(source),
-            Broken::Torn if is_being_written(path) => ReadFault::Growing { byte },
+            Broken::Torn if has_writer(path) => ReadFault::Growing { byte },
             Broken::Torn => ReadFault::Torn { byte },
             Broken::Damaged(what) => ReadFault::Damaged { byte, what },
             Broken::NotMcap => ReadFault::NotMcap,

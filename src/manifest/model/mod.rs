@@ -21,8 +21,7 @@ pub use start::{GivenState, Placement};
 pub use start_from::{RecordedState, Recordings, StartFrom};
 
 use crate::diagnostics::{Diagnostic, Errors, nearest};
-use crate::keys::{HasKeys, Keys, Reader};
-use crate::record::RecordConfig;
+use crate::keys::{HasKeys, Keys, Names, Reader};
 use crate::tree::{Entry, Node, Table, Value};
 use crate::value::refuse_type;
 use contract::Model;
@@ -197,10 +196,11 @@ impl ModelConfig {
     }
 
     /// Reads the table `[model]`, which holds exactly one model. `None` if no model can be identified. Without
-    /// `recordings`, a start from a recording remains a name.
+    /// `recordings`, a start from a recording remains a name. A key of `[record]` in the model's table is named as such.
     pub(crate) fn read(
         models: &Table,
         recordings: Option<Recordings<'_>>,
+        keys_of_record: Names,
         errors: &mut Errors,
     ) -> Option<Self> {
         let entry = one_model(models, errors)?;
@@ -210,9 +210,7 @@ impl ModelConfig {
             return refuse_type(&entry.node, &path, "a table", errors).or(Some(model));
         };
         let mut reader = Reader::new(&path, table, errors);
-        let time_key = model.time_key();
-        let mut record = RecordConfig::default();
-        reader.names_elsewhere("record", |names| record.keys_for(time_key, names));
+        reader.names_elsewhere("record", keys_of_record);
         model.keys(&mut reader);
         if let Some(Err(why)) = recordings.map(|recordings| model.read_start(recordings)) {
             let title = format!("the run cannot start from `{path}.start_from`");

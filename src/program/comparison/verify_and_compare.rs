@@ -275,7 +275,9 @@ fn compared(comparison: &RecordingComparison, paths: [&Path; 2], find_step: bool
     if let Some(divergence) = &comparison.divergence {
         lines.extend(cause(divergence, comparison.has_other_physics(), find_step));
     }
-    if comparison.messages.difference.is_none() {
+    let has_equal =
+        comparison.messages.unreadable.is_none() || comparison.messages.equal_frames > 0;
+    if comparison.messages.difference.is_none() && has_equal {
         lines.push(match comparison.same_bytes {
             _ if !comparison.messages.not_compared.is_empty() => {
                 format!("{frames}: equal in every message that both recordings have")

@@ -2,7 +2,6 @@
 
 pub(crate) mod pipeline;
 mod plotted_fields;
-pub(crate) mod shipped;
 pub(crate) mod starter;
 pub(crate) mod step;
 

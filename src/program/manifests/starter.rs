@@ -1,8 +1,8 @@
 //! `new` prints a manifest to begin from or writes it to a file, and `schema` prints the JSON Schema of manifests.
 
-use crate::manifests::shipped::{SHIPPED, Shipped};
 use crate::messages::exit::of_output;
 use crate::messages::{Failure, bad, concluded, print_exactly};
+use crate::shipped::{SHIPPED, Shipped};
 use clap::Args;
 use kinetoscope_console::text::{plural, shown_path};
 use kinetoscope_console::{Exit, StandardOutput};

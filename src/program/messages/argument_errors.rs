@@ -1,6 +1,6 @@
 //! Errors in the arguments of a command: `error:` states what is wrong, `help:` names the nearest name.
 
-use crate::manifests::shipped::Shipped;
+use crate::shipped::Shipped;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use kinetoscope_console::{Exit, StandardOutput, complain};
 use std::io::IsTerminal as _;

@@ -45,5 +45,6 @@ fn long_values_are_shortened_only_in_the_message() {
     assert_eq!(differing.len(), 1);
     assert!(differing[0].key.starts_with("model.gas.placement"), "{:?}", differing[0].key);
     assert_ne!(differing[0].left, differing[0].right);
-    assert!(differing[0].to_string().len() < 200, "{}", differing[0]);
+    let text = differing[0].to_string();
+    assert!(text.len() < 200 && text.contains("→ … 0.038, 0.01]"), "{text}");
 }

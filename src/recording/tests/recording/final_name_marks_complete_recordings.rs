@@ -105,10 +105,6 @@ fn recording_takes_the_place_of_a_damaged_one() {
         assert_eq!(std::fs::read(&finished).unwrap(), intact);
         let kept = folder.path().join("run.mcap.damaged");
         assert_eq!(std::fs::read(&kept).unwrap(), damaged);
-        // A second damaged recording does not replace the first.
-        std::fs::write(&finished, &flipped).unwrap();
-        assert!(matches!(run().unwrap_err(), RecordError::Differs { .. }));
-        std::fs::remove_file(kept).unwrap();
     }
 }
 

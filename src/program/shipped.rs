@@ -17,7 +17,7 @@ macro_rules! shipped {
         pub(crate) const SHIPPED: &[Shipped] = &[
             $(Shipped {
                 name: $name,
-                manifest: include_str!(concat!("../../../experiments/", $name, ".toml")),
+                manifest: include_str!(concat!("../../experiments/", $name, ".toml")),
             },)+
         ];
     };
