@@ -4,7 +4,7 @@
 //! Setup: scenes of `changed_physics.rs`, single runs and eight replicates. Control: a changed container or disc is found.
 
 use crate::baselines_find_changed_physics::{Baseline, Finding, comparison_in};
-use crate::changed_physics::{CHANCE_SCENES, HIDDEN, Scene};
+use crate::changed_physics::{CHANCE_SCENES, Change, HIDDEN, SCENES, Scene};
 
 fn chance_scene(name: &str) -> &'static Scene {
     CHANCE_SCENES.iter().find(|scene| scene.name == name).unwrap()
@@ -57,7 +57,7 @@ fn rates_of_few_discs_are_no_difference() {
 #[test]
 fn single_runs_state_what_they_do_not_show() {
     for (scene, hidden) in &HIDDEN {
-        let named = format!("no metric shows the change of {}: ", hidden.key);
+        let named = format!("no compared metric shows the change of {}: ", hidden.key);
         let baseline = Baseline::new(scene, 1);
         for (change, is_named) in [(Some(hidden), true), (None, false)] {
             let called = baseline.called(2, change);
@@ -69,4 +69,23 @@ fn single_runs_state_what_they_do_not_show() {
             assert!(junit.contains("not compared in single runs"), "{}: {junit}", scene.name);
         }
     }
+}
+
+/// The same of runs without random numbers: no metric depends on the direction of an ellipse. Control: the time step.
+#[test]
+fn orbits_state_the_change_that_they_do_not_show() {
+    let scene = SCENES.iter().find(|scene| scene.name == "orbit_circle").unwrap();
+    let turned =
+        "{ semi_major_axis_au = 1.0, eccentricity = 0.02, argument_of_perihelion_rad = 2.0 }";
+    let turned = Change { what: "turned", key: "model.orbit.start", value: turned };
+    let called = Baseline::new(scene, 1).called(1, Some(&turned));
+    assert_eq!(called.code, Some(0), "{}", called.out);
+    let lines = comparison_in(&called.out)["sensitivity"].to_string();
+    assert!(
+        lines.contains("no compared metric shows the change of model.orbit.start: "),
+        "{lines}"
+    );
+    let slower =
+        scene.changes.iter().find(|change| change.key.ends_with("time_step_days")).unwrap();
+    assert_eq!(Baseline::new(scene, 1).called(1, Some(slower)).code, Some(3));
 }

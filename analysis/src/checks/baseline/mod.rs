@@ -269,6 +269,9 @@ fn rules(relations: &Relations, rows: &[BaselineRow]) -> Vec<String> {
                 "{runs} without random numbers, {}: equal within rounding",
                 keys.join(", ")
             ),
+            Relation::OtherSeed(keys) if tested == 0 => {
+                format!("{runs}, {}: no metric has an error in both analyses", keys.join(", "))
+            }
             Relation::OtherSeed(keys) => format!(
                 "{runs}, {}: differences by Student's t, at a level of {FAMILY_LEVEL} for all {tested} metrics with an error (Holm)",
                 keys.join(", ")
@@ -297,8 +300,10 @@ impl BaselineComparison {
         }
         let has_other_seeds =
             relations.counts().keys().any(|relation| matches!(relation, Relation::OtherSeed(_)));
-        let sensitivity = (has_other_seeds && failures.is_empty())
-            .then(|| Sensitivity::of(&rows, main, &relations.changed_keys(), has_replicates));
+        let changed_keys = relations.changed_keys();
+        let is_stated = has_other_seeds || !changed_keys.is_empty();
+        let sensitivity = (is_stated && failures.is_empty())
+            .then(|| Sensitivity::of(&rows, main, &changed_keys, has_replicates));
         Self { rules: rules(relations, &rows), failures, rows, sensitivity }
     }
 

@@ -15,7 +15,7 @@
 //! | was inside the accuracy of its law | still is |
 //! | anything else | not compared |
 
-use super::kinds::{FORMS, OF_SOME_SEEDS, most_accuracies};
+use super::kinds::{FORMS, OF_SOME_SEEDS, is_lawful, most_accuracies};
 use super::relation::{Place, Relation};
 use super::replicates::{Replicates, freedom};
 use super::row::{BaselineRow, Evidence};
@@ -101,7 +101,7 @@ impl Rule<'_> {
             true => Evidence::None,
             // The name states that the metric describes the first frame only.
             false if name.ends_with(".start") => Evidence::Start,
-            false if is_exact || FORMS.contains(&name) => Evidence::Lawful,
+            false if is_exact || is_lawful(name) => Evidence::Lawful,
             false => Evidence::Equal,
         }
     }

@@ -120,7 +120,9 @@ impl Relations {
     /// The keys that differ in addition to the seed, and are allowed to, with their values.
     pub(super) fn changed_keys(&self) -> Vec<String> {
         let keys = self.runs.values().filter_map(|relation| match relation {
-            Relation::OtherSeed(differences) => Some(differences),
+            Relation::OtherSeed(differences) | Relation::NoRandomNumbers(differences) => {
+                Some(differences)
+            }
             _ => None,
         });
         // The versions of the programs are named in several words.

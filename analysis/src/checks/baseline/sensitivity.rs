@@ -68,7 +68,7 @@ impl Sensitivity {
         let is_hidden = !changed_keys.is_empty() && !is_failed;
         let hidden = is_hidden.then(|| {
             let keys = changed_keys.join(", ");
-            format!("no metric shows the change of {keys}: none depends on it by more than is stated here")
+            format!("no compared metric shows the change of {keys}")
         });
         Self {
             changes: least_changes(rows, main),
@@ -88,7 +88,7 @@ impl Sensitivity {
 /// The least detectable changes in one line. A metric of several runs or points has the largest of its least detectable changes.
 fn least_changes(rows: &[BaselineRow], main: &[&str]) -> Option<String> {
     let mut by_name: BTreeMap<&str, (f64, String)> = BTreeMap::new();
-    for row in rows.iter().filter(|row| row.evidence > Evidence::None) {
+    for row in rows.iter().filter(|row| row.evidence > Evidence::Lawful) {
         if let Some(fraction) = row.least_detectable_fraction()
             && by_name.get(row.name.as_str()).is_none_or(|(largest, _)| fraction > *largest)
         {
