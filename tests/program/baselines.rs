@@ -131,9 +131,14 @@ fn forty_seeds_of_every_starter_agree_with_one() {
             starter.run("other", &[&format!("seed={seed}")]);
             let compared = starter.compare("other");
             assert!(matches!(compared.code, Some(0 | 3)), "{}", compared.err);
-            // A bed has no error in a single run.
-            let is_comparable = !compared.out.contains("nothing could be compared");
-            assert!(is_comparable || *model == "dem", "{model}: {}", compared.out);
+            // A bed has no error in a single run, and the pressure of few discs is hardly above that of points.
+            let is_comparable = !compared.out.contains("nothing could be compared")
+                && !compared.out.contains("this comparison is insensitive");
+            assert!(
+                is_comparable || ["dem", "packing"].contains(model),
+                "{model}: {}",
+                compared.out
+            );
             if compared.code == Some(3) && is_comparable {
                 failed += 1;
                 report += &format!("{model}, seed {seed}:\n{}", failures(&compared.out));
