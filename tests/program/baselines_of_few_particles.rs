@@ -89,3 +89,17 @@ fn orbits_state_the_change_that_they_do_not_show() {
         scene.changes.iter().find(|change| change.key.ends_with("time_step_days")).unwrap();
     assert_eq!(Baseline::new(scene, 1).called(1, Some(slower)).code, Some(3));
 }
+
+/// Points keep their energy, so that their root mean square speed equals its law before and now. Law: ⟨v²⟩ = 2 k T / m in a plane, so that twice the mass gives
+/// another speed, which is no agreement. Control: another seed.
+#[test]
+fn value_of_a_law_that_the_manifest_changes_fails() {
+    let scene = SCENES.iter().find(|scene| scene.name == "gas_points").unwrap();
+    let heavier = scene.changes.iter().find(|change| change.key.ends_with("mass_kg")).unwrap();
+    let baseline = Baseline::new(scene, 1);
+    let (finding, text) = baseline.compare(2, Some(heavier));
+    assert_eq!(finding, Finding::Different, "{text}");
+    assert!(text.contains("\"rms_speed\": \"its exact law"), "{text}");
+    let (finding, text) = baseline.compare(2, None);
+    assert_eq!(finding, Finding::Equal, "control: {text}");
+}

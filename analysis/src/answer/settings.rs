@@ -196,7 +196,7 @@ mod tests {
         assert_eq!(sentence("gas", "", "time step"), unchanged);
     }
 
-    /// Guarantee: a question that a single run cannot answer is told so. Control: a question for a quantity.
+    /// Guarantee: where a single run cannot answer the question, the answer says so. Control: a question for a quantity.
     #[test]
     fn question_for_an_effect_needs_a_comparison() {
         for question in ["what does friction do?", "what is the effect?", "how does it depend?"] {

@@ -260,6 +260,17 @@ impl Pair<'_> {
             };
             return self.row(place, Some(is_rounding), reason);
         }
+        if let [Some(before), Some(now)] = [old, new].map(MetricEntry::exact_theory)
+            && rule.is_of_manifest
+            && (now - before).abs() > ROUNDING_FRACTION * before.abs()
+        {
+            let reason = format!(
+                "its exact law, which follows from the manifest, gives {}, before {}",
+                digits(now),
+                digits(before)
+            );
+            return self.evidence(place, false, &reason);
+        }
         // Conservation laws hold for every seed.
         let is_exact = |entry: &MetricEntry| rule.is_exact(entry);
         if rule.is_of_integrator && [old, new].iter().any(|entry| is_exact(entry) == Some(true)) {
@@ -277,17 +288,6 @@ impl Pair<'_> {
         }
         if rule.has_mean {
             return self.row(place, None, "compared by the mean over the replicates");
-        }
-        if let [Some(before), Some(now)] = [old, new].map(MetricEntry::exact_theory)
-            && rule.is_of_manifest
-            && (now - before).abs() > ROUNDING_FRACTION * before.abs()
-        {
-            let reason = format!(
-                "its exact law, which follows from the manifest, gives {}, before {}",
-                digits(now),
-                digits(before)
-            );
-            return self.evidence(place, false, &reason);
         }
         self.by_errors(place, rule, [old, new], is_rounding)
     }
