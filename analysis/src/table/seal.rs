@@ -10,9 +10,15 @@ const SUM_BYTES: usize = 32;
 /// Bytes after the footer: its length, and the mark of the format.
 const TAIL_BYTES: usize = 8;
 
-/// The place of the footer in a table of this length with these last bytes.
+/// The mark of the format.
+const MARK: [u8; 4] = *b"PAR1";
+
+/// The place of the footer in a table of this length with these last bytes; `None` for another file, of which no more is read.
 fn footer_start(bytes: u64, tail: [u8; TAIL_BYTES]) -> Option<u64> {
-    let [a, b, c, d, ..] = tail;
+    let [a, b, c, d, mark @ ..] = tail;
+    if mark != MARK {
+        return None;
+    }
     bytes.checked_sub(u64::from(u32::from_le_bytes([a, b, c, d])) + TAIL_BYTES as u64)
 }
 
@@ -56,4 +62,17 @@ pub(super) fn check(mut file: &File) -> io::Result<()> {
     }
     file.rewind()?;
     if hash.finalize().as_slice() == sum { Ok(()) } else { Err(changed()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::footer_start;
+
+    /// A sparse file of 50 GB is no table before its bytes are read. Control: the mark of a table.
+    #[test]
+    fn other_files_have_no_footer() {
+        assert_eq!(footer_start(50 << 30, [0; 8]), None);
+        assert_eq!(footer_start(100, [12, 0, 0, 0, b'P', b'A', b'R', b'1']), Some(80));
+        assert_eq!(footer_start(10, [12, 0, 0, 0, b'P', b'A', b'R', b'1']), None);
+    }
 }
