@@ -134,6 +134,7 @@ fn swept(key: &str, entry: &Entry, model: Option<&str>, errors: &mut Errors) -> 
 
 /// The key of a model or of `[record]` that a user meant by its last part.
 fn full_name(key: &str, model: Option<&str>) -> Option<String> {
+    let key = key.rsplit('.').next().unwrap_or(key);
     let tables = [
         model.map(|model| (format!("model.{model}"), model_table(model))),
         Some(("record".to_owned(), record_table())),

@@ -13,10 +13,15 @@ const MAX_TOKENS: usize = 8 << 20;
 const MAX_BYTES_WITH_ALL_ERRORS: usize = 1 << 20;
 /// Maximum number of syntax errors that are examined.
 const MAX_SYNTAX_ERRORS: usize = 1000;
+/// Errors of the parser that are shown: a text with more is probably no manifest.
+const SHOWN_SYNTAX_ERRORS: usize = 10;
 
 /// Why a TOML text is not parsed: a text of the size that a file may have can take many times its size in memory.
 #[must_use]
 pub fn excess_of_toml(text: &str) -> Option<String> {
+    if text.contains('\0') {
+        return Some("it has bytes that are zero, as UTF-16 has: save it as UTF-8".to_owned());
+    }
     Source::new(text).lex().nth(MAX_TOKENS).is_some().then(|| {
         format!("it has more than {MAX_TOKENS} words and signs, the maximum for a TOML file")
     })
@@ -105,17 +110,25 @@ pub(crate) fn parse_toml(
             }
         }
     };
-    for error in refused.into_iter().take(MAX_SYNTAX_ERRORS) {
+    let hidden = refused.len().saturating_sub(SHOWN_SYNTAX_ERRORS);
+    for (index, error) in refused.into_iter().take(MAX_SYNTAX_ERRORS).enumerate() {
         let range = error.span().unwrap_or(0..0);
         let start = source.floor_char_boundary(range.start);
         let begin = source[..start].rfind('\n').map_or(0, |newline| newline + 1);
         let end = source[start..].find('\n').map_or(source.len(), |length| start + length);
         syntax.hides_tables |= source[begin..end].trim_start().starts_with('[');
         syntax.lines.push(begin..end + 1);
+        if index >= SHOWN_SYNTAX_ERRORS {
+            continue;
+        }
         let span = Span { source: number, start: range.start, end: range.end };
         let label = number_as_meant(&source[begin..end]);
         let label = label.map_or_else(|| error.message().to_owned(), str::to_owned);
         syntax.errors.push(Diagnostic::new("this is not TOML").at(span, label));
+    }
+    if hidden > 0 {
+        let more = format!("{hidden} more places are not TOML: is this file a manifest?");
+        syntax.errors.push(Diagnostic::new(more));
     }
     (tree::table(parsed.into_inner(), number, 0), syntax)
 }
@@ -134,7 +147,9 @@ fn number_as_meant(line: &str) -> Option<&'static str> {
     }
     let next = rest.trim_start().chars().next()?;
     match next {
-        '*' | '/' | '^' | '(' => Some("a number stands alone, computed: 3e2, not 3*10^2"),
+        '*' | '/' | '^' | '(' | '+' | '-' => {
+            Some("a number stands alone, computed: 3e2, not 3*10^2")
+        }
         ',' => Some("a number has a decimal point, no comma: 0.1"),
         _ if next.is_ascii_digit() => {
             Some("one number has no spaces; several numbers are a list: [1, 2]")

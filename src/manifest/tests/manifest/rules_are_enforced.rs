@@ -320,6 +320,10 @@ fn long_error_list_is_truncated() {
     let many = errors(&text);
     assert_eq!(many.len(), 2000);
     assert!(many.to_string().ends_with("error: and 1900 more errors"));
+    let prose = errors(&"These words are no TOML.\n".repeat(3000)).to_string();
+    assert!(prose.contains("2990 more places are not TOML: is this file a manifest?"), "{prose}");
+    let wide: String = "[model.gas]".chars().flat_map(|sign| [sign, '\0']).collect();
+    rejected(&wide, "save it as UTF-8");
     let unknown: String = (0..3000).map(|key| format!("k{key} = 1\n")).collect();
     let many = errors(&unknown);
     // The last one is the missing model.
@@ -385,6 +389,7 @@ fn usual_mistakes_name_their_remedy() {
         ("mass_kg = 3e-26kg # <-", "a number stands without a unit"),
         ("radius_m = 0,1 # <-", "a number has a decimal point, no comma"),
         ("temperature_k = 3*10^2 # <-", "a number stands alone, computed: 3e2"),
+        ("temperature_k = 273.15 + 20 # <-", "a number stands alone, computed"),
         ("radius_m = wide # <-", "this is not TOML"),
         ("frames = 10 # <-", "write `frames` below [record]"),
         ("every_s = 0.1 # <-", "write `every_s` below [record]"),
@@ -396,6 +401,7 @@ fn usual_mistakes_name_their_remedy() {
     rejected("[model.gas]\n[record]\nduration_s = 1 # <-", "write `duration_s` below [model.gas]");
     rejected("[gas] # <-\nparticles = 7", "write [model.gas]");
     rejected("[model]\nname = \"gas\" # <-\nparticles = 7", "such as [model.gas]");
+    rejected("[model.gas]\n[sweep]\ngas.temperature_k = [1, 2] # <-", "`model.gas.temperature_k`");
     let euler = "did you mean \"explicit-euler\"?";
     rejected("[model.orbit]\nintegrator = \"euler\" # <-", euler);
     let sweep = |key: &str| format!("[model.packing]\n[sweep]\n{key} = [0.1, 0.2] # <-");
