@@ -22,7 +22,11 @@ pub(crate) fn named_recordings(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failur
         if named.len() == before {
             let what = format!("{} is a folder with 0 recordings", shown_path(path));
             let failure = Failure::new(Exit::Unreadable, what);
-            return Err(failure.help("name a recording (*.mcap), or a folder of recordings"));
+            let has_table = path.join("runs.parquet").is_file();
+            return Err(failure.help(match has_table {
+                true => "its runs are rows of runs.parquet: `verify --sample 100` executes some again, and `restore` writes recordings",
+                false => "name a recording (*.mcap), or a folder of recordings",
+            }));
         }
     }
     Ok(named)

@@ -35,6 +35,14 @@ fn next_command_belongs_to_the_same_installation() {
     assert!(by_path.contains(&next), "{by_path}");
 }
 
+#[test]
+fn name_of_an_example_that_is_no_file_has_the_command_that_writes_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let missing = folder.path().join("first_run");
+    let answer = output_of(Path::new(PROGRAM), &[missing.to_str().unwrap()]);
+    assert!(answer.contains("`kinetoscope new first_run --output first_run.toml`"), "{answer}");
+}
+
 /// A link `run-experiment` to the program, without and with a link `analyze-recordings` next to it: the command that is printed can be
 /// executed.
 #[cfg(unix)]

@@ -50,6 +50,9 @@ fn table_without_recordings_has_the_bytes_of_an_analysis() {
     let more = table(&bench, 4, "one", &[]);
     assert!(more == table(&bench, 4, "from_scratch", &[]) && more != analyzed);
 
+    let verified = bench.call(&["verify", "one/gas"]);
+    assert!(verified.err.contains("`verify --sample 100`"), "{}", verified.err);
+
     // Restored recordings are those that were recorded, byte for byte.
     let restore = ["restore", "one/gas", "--where", "replicate=1,temperature_k<300"];
     let restored = bench.call(&restore);

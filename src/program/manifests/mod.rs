@@ -8,6 +8,7 @@ pub(crate) mod step;
 use crate::manifests::step::Step;
 use crate::messages::exit::unread;
 use crate::messages::{Failure, bad, has_colors};
+use crate::shipped::Shipped;
 use clap::Args;
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope::plan::restart_files::StartFiles;
@@ -110,6 +111,17 @@ fn is_recording(path: &Path, error: &io::Error) -> bool {
 
 const CREATE_ONE: &str = "`kinetoscope new gas --output gas.toml` writes a manifest in UTF-8; `kinetoscope new --list` names examples";
 
+/// How to create a manifest: that of a shipped experiment, if a missing one has its name.
+fn how_to_create(missing: &Path) -> String {
+    let stem = missing.file_stem().unwrap_or_default().to_string_lossy();
+    Shipped::named(&stem).map_or_else(
+        || CREATE_ONE.to_owned(),
+        |Shipped { name, .. }| {
+            format!("`kinetoscope new {name} --output {name}.toml` writes this example")
+        },
+    )
+}
+
 /// The manifest with the name nearest to that of a missing one, in the same folder or in `experiments`; an exact name first.
 fn nearest_manifest(missing: &Path) -> Option<PathBuf> {
     let wanted = missing.file_stem()?.to_string_lossy();
@@ -195,7 +207,7 @@ impl<'a> ManifestReader<'a> {
             let what = format!("cannot read the manifest {}: {error}", shown_path(manifest));
             match nearest_manifest(manifest).filter(|_| error.kind() == io::ErrorKind::NotFound) {
                 Some(near) => bad(what).help(format!("did you mean `{}`?", shown_path(&near))),
-                None => unread(&error, what, CREATE_ONE),
+                None => unread(&error, what, &how_to_create(manifest)),
             }
         })?;
         if source.starts_with(ExperimentRecord::FIRST_LINE) {
