@@ -50,6 +50,7 @@ mod open_chunk;
 mod packing;
 mod payload;
 mod playback;
+mod plot_labels;
 mod record_bytes;
 mod record_kind;
 mod recorded_frame;
