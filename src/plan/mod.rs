@@ -16,7 +16,7 @@ use kinetoscope_manifest::{Experiment, PlotRequest, Run, RunKey, RunManifest, ru
 use kinetoscope_physics::kind_of;
 use kinetoscope_physics::model::{Extent, SetupError};
 use kinetoscope_recording::channels::SCHEMA_VERSION;
-use kinetoscope_recording::layout::{layout_json, without_time_scale};
+use kinetoscope_recording::layout::{layout_json, with_names, without_time_scale};
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::recorder::Outcome;
 use kinetoscope_recording::requested_panels::PanelRequest;
@@ -134,6 +134,8 @@ struct Kept {
     free_bytes: u64,
     /// The plots for which the layout has panels.
     requests: Vec<PanelRequest>,
+    /// The names of bodies.
+    names: Vec<String>,
     /// Height of the largest view so far, index of its run, and the layout.
     layout: Option<(f64, usize, Option<String>)>,
     /// The different time scales so far.
@@ -150,7 +152,9 @@ impl Kept {
         });
         if is_largest {
             // A template that does not fit the model leaves the experiment without a layout.
-            self.layout = Some((height, index, layout_json(&start.header, &self.requests).ok()));
+            let layout = layout_json(&start.header, &self.requests);
+            let layout = layout.and_then(|layout| with_names(&layout, &start.header, &self.names));
+            self.layout = Some((height, index, layout.ok()));
         }
         self.time_scales.insert(start.header.simulated_per_second());
         self.free_bytes = self.free_bytes.checked_sub(start_bytes(estimate))?;
@@ -228,8 +232,9 @@ impl Plan {
         let folder = output.join(&experiment.name);
         let free_bytes = starts.room();
         let requests = panel_requests(experiment);
+        let names = experiment.view.names.clone();
         let time_scales = HashSet::new();
-        let kept = Mutex::new(Kept { free_bytes, requests, layout: None, time_scales });
+        let kept = Mutex::new(Kept { free_bytes, requests, names, layout: None, time_scales });
         let progress = StartProgress::new(preparation, experiment.runs.len());
         let planned = |(index, run): (usize, &Run)| {
             let preparation = progress.of_run();

@@ -12,6 +12,7 @@ use crate::header::Compression;
 use crate::keyframe::KEYFRAME;
 use crate::open_chunk::{OpenChunk, put_message_head};
 use crate::packing::Packing;
+use crate::payload::Payload;
 use crate::sink::CountingSink;
 use crate::spare_memory::Lent;
 use std::collections::BTreeMap;
@@ -28,7 +29,7 @@ const SCALARS_BYTES: usize = 1 << 20;
 /// Size of the drawings at which a block ends: a reader has a block in memory.
 const DRAWINGS_OF_BLOCK_BYTES: usize = 8 << 20;
 /// Size of a message that is compressed without a copy, in a chunk of its own. The block ends with its frame.
-const LARGE_MESSAGE_BYTES: usize = 16 << 20;
+pub(crate) const LARGE_MESSAGE_BYTES: usize = 16 << 20;
 
 /// A group of channels with chunks of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -149,18 +150,23 @@ impl<W: Write> BlockWriter<W> {
         &mut self,
         group: Group,
         head: MessageHead,
-        payload: &[u8],
+        payload: Payload<'_>,
     ) -> io::Result<()> {
         if payload.len() >= LARGE_MESSAGE_BYTES {
             return self.large_message(group, head, payload);
         }
         let MessageHead { channel, sequence, log_time } = head;
-        self.open[group as usize].push(channel, sequence, log_time, payload);
+        self.open[group as usize].push(channel, sequence, log_time, &payload);
         Ok(())
     }
 
     /// Writes a chunk with one message, after those that are closed.
-    fn large_message(&mut self, group: Group, head: MessageHead, payload: &[u8]) -> io::Result<()> {
+    fn large_message(
+        &mut self,
+        group: Group,
+        head: MessageHead,
+        mut payload: Payload<'_>,
+    ) -> io::Result<()> {
         if !self.open[group as usize].has_no_message() {
             self.close(group)?;
         }
@@ -170,9 +176,13 @@ impl<W: Write> BlockWriter<W> {
         let MessageHead { channel, sequence, log_time } = head;
         let entry = [log_time.to_le_bytes(), (before.len() as u64).to_le_bytes()].concat();
         put_message_head(&mut before.vector, channel, sequence, log_time, payload.len());
-        let (parts, times) = ([&before[..], payload], [log_time; 2]);
-        let packed = self.packing.pack_now(times, &parts)?;
-        self.container.chunk(&BTreeMap::from([(channel, entry)]), times, &packed, &parts)
+        let (index, times) = (BTreeMap::from([(channel, entry)]), [log_time; 2]);
+        let packed = self.packing.pack_now(times, &before, &mut payload)?;
+        let body = match &packed.body {
+            Some(rest) => [&payload[..packed.in_place], rest],
+            None => [&before[..], &payload],
+        };
+        self.container.chunk(&index, times, &packed, &body)
     }
 
     /// Ends a frame, and with it the block if it is large enough or `ends_block`. Returns whether the block has ended.
@@ -216,7 +226,8 @@ impl<W: Write> BlockWriter<W> {
     /// Writes the chunks that are compressed; with `all`, waits for the others.
     fn write_packed(&mut self, all: bool) -> io::Result<()> {
         while let Some((chunk, packed)) = self.packing.pop(all)? {
-            self.container.chunk(&chunk.index, chunk.times, &packed, &[&chunk.content])?;
+            let body = packed.body.as_deref().unwrap_or(&chunk.content);
+            self.container.chunk(&chunk.index, chunk.times, &packed, &[body])?;
         }
         Ok(())
     }

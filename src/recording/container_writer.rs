@@ -145,21 +145,18 @@ impl<W: Write> ContainerWriter<W> {
         (id, record)
     }
 
-    /// Writes a compressed chunk with the indexes of its messages; `content` are the parts of its content.
+    /// Writes a compressed chunk with the indexes of its messages; `body` are the parts of its compressed content.
     pub(crate) fn chunk(
         &mut self,
         index: &BTreeMap<u16, Vec<u8>>,
         [start, end]: [u64; 2],
         packed: &PackedChunk,
-        content: &[&[u8]],
+        body: &[&[u8]],
     ) -> io::Result<()> {
         let offset = self.position;
         self.sink.write_all(&packed.head)?;
-        let body = packed.body.as_deref().map(|body| [body]);
-        let body: &[&[u8]] = body.as_ref().map_or(content, |body| body);
         body.iter().try_for_each(|part| self.sink.write_all(part))?;
-        let [body_bytes, content_bytes] =
-            [body, content].map(|parts| parts.iter().map(|part| part.len() as u64).sum::<u64>());
+        let body_bytes = body.iter().map(|part| part.len() as u64).sum::<u64>();
         self.position += packed.head.len() as u64 + body_bytes;
         self.checksum.combine(&packed.checksum);
         let length = self.position - offset;
@@ -186,7 +183,7 @@ impl<W: Write> ContainerWriter<W> {
             index.put_u64(indexes.len() as u64);
             index.put_bytes(packed.compression.as_bytes());
             index.put_u64(body_bytes);
-            index.put_u64(content_bytes);
+            index.put_u64(packed.content_bytes as u64);
         });
         Ok(())
     }

@@ -4,6 +4,7 @@
 use crate::channels;
 use crate::error::RecordError;
 use crate::header::Header;
+use crate::plot_labels::move_long_labels;
 use crate::requested_panels::{PanelRequest, add_requested, move_to_the_top};
 use crate::scenery::{GuideMeaning, Scenery, Wall};
 use serde_json::{Map, Value, json};
@@ -71,6 +72,7 @@ pub fn layout_json(header: &Header, requests: &[PanelRequest]) -> Result<String,
     let mut tree = tree.ok_or_else(|| defect("has no panel for what is recorded"))?;
     if let Some(panels) = layout.get_mut("configById").and_then(Value::as_object_mut) {
         move_to_the_top(&mut tree, panels, &requested);
+        move_long_labels(&tree, panels, 1.0);
     }
     layout["layout"] = tree;
     Ok(format!("{layout:#}\n"))
@@ -81,15 +83,55 @@ pub fn layout_json(header: &Header, requests: &[PanelRequest]) -> Result<String,
 /// # Errors
 /// A text that is no layout: a defect of the program.
 pub fn without_time_scale(layout: &str) -> Result<String, RecordError> {
-    let defect = |error| RecordError::Declaration(format!("the layout is no JSON ({error})"));
-    let mut layout: Value = serde_json::from_str(layout).map_err(defect)?;
-    let panels = layout.get_mut("configById").and_then(Value::as_object_mut);
-    for panel in panels.into_iter().flat_map(Map::values_mut).filter_map(Value::as_object_mut) {
+    with_changed_panels(layout, |_, panel| {
         if is_over_time(panel) {
             panel.insert(TIME_LABEL.to_owned(), json!(LABEL_WITHOUT_SCALE));
         }
+    })
+}
+
+/// The same layout with the names that a manifest gives to bodies, where the run draws their numbers.
+///
+/// # Errors
+/// A text that is no layout: a defect of the program.
+pub fn with_names(layout: &str, header: &Header, names: &[String]) -> Result<String, RecordError> {
+    let drawn = header.scenery.names.iter().zip(0..);
+    let is_numbered = drawn.clone().all(|(drawn, number)| *drawn == u64::to_string(&number));
+    let named = drawn.zip(names).filter(|(_, name)| is_numbered && !name.is_empty());
+    let named: Vec<String> = named.map(|((number, _), name)| format!("{number} {name}")).collect();
+    with_changed_panels(layout, |id, panel| {
+        if id.starts_with("3D!") && !named.is_empty() {
+            // In front of what is the same in every run.
+            change_title(panel, |title| {
+                title.replacen(';', &format!("; {};", named.join(", ")), 1)
+            });
+        }
+    })
+}
+
+fn with_changed_panels(
+    layout: &str,
+    change: impl Fn(&str, &mut Map<String, Value>),
+) -> Result<String, RecordError> {
+    let defect = |error| RecordError::Declaration(format!("the layout is no JSON ({error})"));
+    let mut layout: Value = serde_json::from_str(layout).map_err(defect)?;
+    let panels = layout.get_mut("configById").and_then(Value::as_object_mut);
+    for (id, panel) in panels.into_iter().flatten() {
+        if let Some(panel) = panel.as_object_mut() {
+            change(id, panel);
+        }
     }
     Ok(format!("{layout:#}\n"))
+}
+
+/// Changes the title of a panel for both viewers.
+pub(crate) fn change_title(panel: &mut Map<String, Value>, change: impl Fn(&str) -> String) {
+    for key in ["foxglovePanelTitle", "lichtblickPanelTitle"] {
+        if let Some(title) = panel.get(key).and_then(Value::as_str) {
+            let title = change(title);
+            panel.insert(key.to_owned(), json!(title));
+        }
+    }
 }
 
 /// Whether the plots over time of two layouts have the same label.
@@ -179,14 +221,8 @@ fn name_lines(panel: &mut Map<String, Value>, header: &Header) {
     ];
     let shown = lines.into_iter().filter(|(topic, _, is_drawn)| *is_drawn && header.wants(topic));
     let names: Vec<&str> = shown.map(|(_, name, _)| name).collect();
-    if names.is_empty() {
-        return;
-    }
-    for key in ["foxglovePanelTitle", "lichtblickPanelTitle"] {
-        if let Some(title) = panel.get(key).and_then(Value::as_str) {
-            let title = format!("{title}; lines = {}", names.join(", "));
-            panel.insert(key.to_owned(), json!(title));
-        }
+    if !names.is_empty() {
+        change_title(panel, |title| format!("{title}; lines = {}", names.join(", ")));
     }
 }
 

@@ -3,6 +3,7 @@
 
 use crate::header::Compression;
 use crate::open_chunk::ClosedChunk;
+use crate::payload::Payload;
 use crate::record_bytes::PutFields as _;
 use crate::record_kind as kind;
 use std::collections::VecDeque;
@@ -22,16 +23,23 @@ const MAX_BYTES: usize = 8 << 20;
 /// Size of a chunk below which no thread is started for it: its compression takes less time than the start of a thread.
 const THREAD_BYTES: usize = 128 << 10;
 
+/// Bytes of a large message that are compressed before their place is used.
+const PIECE_BYTES: usize = 256 << 10;
+
 /// The record of a compressed chunk.
 pub(crate) struct PackedChunk {
     /// Its bytes before the compressed content.
     pub(crate) head: Vec<u8>,
     /// The compressed content; `None` if the content is not compressed.
     pub(crate) body: Option<Vec<u8>>,
-    /// Checksum of both.
+    /// Size of the start of the compressed content, which is in the memory of the message.
+    pub(crate) in_place: usize,
+    /// Checksum of all.
     pub(crate) checksum: crc32fast::Hasher,
     /// Name of the compression.
     pub(crate) compression: &'static str,
+    /// Size of the content.
+    pub(crate) content_bytes: usize,
 }
 
 type Outcome = io::Result<PackedChunk>;
@@ -115,9 +123,25 @@ impl Packing {
         self.under_way.push_back((chunk, ticket));
     }
 
-    /// Compresses a chunk of one large message here and now: the parts of its content are not copied into one.
-    pub(crate) fn pack_now(&mut self, times: [u64; 2], parts: &[&[u8]]) -> Outcome {
-        self.own.pack(times, parts, 1)
+    /// Compresses a chunk of one large message here and now: what is before its payload and the payload are not copied into one.
+    pub(crate) fn pack_now(
+        &mut self,
+        times: [u64; 2],
+        before: &[u8],
+        payload: &mut Payload<'_>,
+    ) -> Outcome {
+        let level = match self.own.compression {
+            Compression::Zstd => 1,
+            Compression::Zstd3 => 3,
+            Compression::Lz4 | Compression::None => {
+                return self.own.pack(times, &[before, payload], 1);
+            }
+        };
+        #[cfg(not(target_os = "unknown"))]
+        if let Payload::Used(payload) = payload {
+            return pack_in_place(times, before, payload, level);
+        }
+        self.own.pack(times, &[before, payload], level)
     }
 
     /// The first chunk, if it is compressed or the pipeline is full; with `all`, until the pipeline is empty.
@@ -229,29 +253,21 @@ impl Packer {
                 return Err(io::Error::new(io::ErrorKind::Unsupported, what));
             }
         };
-        let mut content = crc32fast::Hasher::new();
-        parts.iter().for_each(|part| content.update(part));
-        let content_bytes = parts.iter().map(|part| part.len()).sum::<usize>();
-        let packed_bytes = body.as_ref().map_or(content_bytes, |body| body.len());
-        let mut head = Vec::new();
-        head.put_record(kind::CHUNK, |head| {
-            head.put_u64(start);
-            head.put_u64(end);
-            head.put_u64(content_bytes as u64);
-            head.put_u32(content.clone().finalize());
-            head.put_bytes(name.as_bytes());
-            head.put_u64(packed_bytes as u64);
-        });
-        // The length of the record includes the content behind the head.
-        let length = (head.len() - 9 + packed_bytes) as u64;
-        head[1..9].copy_from_slice(&length.to_le_bytes());
-        let mut checksum = crc32fast::Hasher::new();
-        checksum.update(&head);
+        let content = Content::of(parts);
+        let packed_bytes = body.as_ref().map_or(content.bytes, |body| body.len());
+        let (head, mut checksum) = content.head([start, end], name, packed_bytes);
         match &body {
             Some(body) => checksum.update(body),
-            None => checksum.combine(&content),
+            None => checksum.combine(&content.checksum),
         }
-        Ok(PackedChunk { head, body, checksum, compression: name })
+        Ok(PackedChunk {
+            head,
+            body,
+            in_place: 0,
+            checksum,
+            compression: name,
+            content_bytes: content.bytes,
+        })
     }
 
     /// One part is compressed by one call, which is faster.
@@ -279,6 +295,76 @@ impl Packer {
         parts.iter().try_for_each(|part| encoder.write_all(part))?;
         let (packed, ended) = encoder.finish();
         ended.map(|()| packed)
+    }
+}
+
+/// Compresses a content whose end is the payload of a large message into the memory of that payload.
+#[cfg(not(target_os = "unknown"))]
+fn pack_in_place(times: [u64; 2], before: &[u8], payload: &mut [u8], level: i32) -> Outcome {
+    let content = Content::of(&[before, payload]);
+    let mut encoder = zstd::Encoder::new(Vec::with_capacity(2 * PIECE_BYTES), level)?;
+    encoder.write_all(before)?;
+    let mut in_place = 0;
+    for start in (0..payload.len()).step_by(PIECE_BYTES) {
+        let end = Ord::min(start + PIECE_BYTES, payload.len());
+        encoder.write_all(&payload[start..end])?;
+        // What cannot be compressed is larger than its own memory, so that the rest may have to wait.
+        let packed = encoder.get_mut();
+        let fits = Ord::min(packed.len(), end - in_place);
+        payload[in_place..in_place + fits].copy_from_slice(&packed[..fits]);
+        packed.drain(..fits);
+        in_place += fits;
+    }
+    let rest = encoder.finish()?;
+    let compression = "zstd";
+    let (head, mut checksum) = content.head(times, compression, in_place + rest.len());
+    checksum.update(&payload[..in_place]);
+    checksum.update(&rest);
+    Ok(PackedChunk {
+        head,
+        body: Some(rest),
+        in_place,
+        checksum,
+        compression,
+        content_bytes: content.bytes,
+    })
+}
+
+/// What the head of a chunk states of its content.
+struct Content {
+    checksum: crc32fast::Hasher,
+    bytes: usize,
+}
+
+impl Content {
+    fn of(parts: &[&[u8]]) -> Self {
+        let mut checksum = crc32fast::Hasher::new();
+        parts.iter().for_each(|part| checksum.update(part));
+        Self { checksum, bytes: parts.iter().map(|part| part.len()).sum() }
+    }
+
+    /// The record up to its compressed content of this size, and its checksum.
+    fn head(
+        &self,
+        [start, end]: [u64; 2],
+        compression: &str,
+        packed_bytes: usize,
+    ) -> (Vec<u8>, crc32fast::Hasher) {
+        let mut head = Vec::new();
+        head.put_record(kind::CHUNK, |head| {
+            head.put_u64(start);
+            head.put_u64(end);
+            head.put_u64(self.bytes as u64);
+            head.put_u32(self.checksum.clone().finalize());
+            head.put_bytes(compression.as_bytes());
+            head.put_u64(packed_bytes as u64);
+        });
+        // The length of the record includes the content behind the head.
+        let length = (head.len() - 9 + packed_bytes) as u64;
+        head[1..9].copy_from_slice(&length.to_le_bytes());
+        let mut checksum = crc32fast::Hasher::new();
+        checksum.update(&head);
+        (head, checksum)
     }
 }
 
@@ -349,5 +435,40 @@ mod tests {
         let [one, other] = [Compression::Zstd, Compression::Zstd3]
             .map(|compression| Packer::new(compression).pack_chunk(&chunks()[39]).unwrap().head);
         assert_ne!(one, other);
+    }
+
+    /// Guarantee: a large message has the same chunk if it is compressed into its own memory, even where compression makes it larger.
+    /// Control: another byte gives another chunk.
+    #[test]
+    fn chunk_of_a_large_message_is_the_same_in_its_own_memory() {
+        let mut random = 1_u64;
+        let mut noise = || {
+            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (random >> 56) as u8
+        };
+        let incompressible: Vec<u8> = (0..3_000_000).map(|_| noise()).collect();
+        let rows = (0..3_000_000_u32).map(|i| (i % 251 * (i / 4096)) as u8).collect();
+        let chunk = |compression, payload: &mut Payload<'_>| {
+            let before = b"schemas and channels";
+            let packed = Packing::new(compression).pack_now([40; 2], before, payload).unwrap();
+            let parts = match &packed.body {
+                Some(rest) => [&packed.head[..], &payload[..packed.in_place], rest],
+                None => [&packed.head[..], before, payload],
+            };
+            (parts.concat(), packed.checksum.finalize())
+        };
+        for payload in [incompressible, rows, Vec::new()] {
+            for compression in
+                [Compression::Zstd, Compression::Zstd3, Compression::Lz4, Compression::None]
+            {
+                let kept = chunk(compression, &mut Payload::Kept(&payload));
+                let used = chunk(compression, &mut Payload::Used(&mut payload.clone()));
+                assert!(kept == used, "{compression:?}, {} bytes", payload.len());
+                assert_eq!(crc32fast::hash(&kept.0), kept.1);
+                let mut other = payload.clone();
+                other.push(7);
+                assert!(kept != chunk(compression, &mut Payload::Used(&mut other)));
+            }
+        }
     }
 }

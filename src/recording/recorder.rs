@@ -16,8 +16,10 @@ use crate::disc_drawing::DiscDrawing;
 use crate::error::RecordError;
 use crate::file::Syncer;
 use crate::frame::{Frame, Level, LogLine};
+use crate::last_particles::LastParticles;
 use crate::log_text::joined;
 use crate::observer::{ChannelList, FrameObserver};
+use crate::payload::Payload;
 use crate::playback::log_times;
 use crate::provenance::{MANIFEST_ATTACHMENT, OUTCOME_RECORD, PROVENANCE_RECORD};
 use crate::scene::{EncodedDiscs, SceneBuilder};
@@ -64,8 +66,7 @@ pub struct Recorder<W: Write> {
     observer: Option<Box<dyn FrameObserver>>,
     buffer: Vec<u8>,
     discs: EncodedDiscs,
-    // The last message of `/particles`.
-    particles: Vec<u8>,
+    particles: LastParticles,
     written: Arc<AtomicU64>,
 }
 
@@ -101,7 +102,7 @@ impl<W: Write> Recorder<W> {
             observer: None,
             buffer: Vec::new(),
             discs: EncodedDiscs::default(),
-            particles: Vec::new(),
+            particles: LastParticles::default(),
             written,
         })
     }
@@ -121,8 +122,8 @@ impl<W: Write> Recorder<W> {
         observer.begin(ChannelList::of(&self.header, &self.recorded)?);
         if self.frames > 0 {
             let start = Timestamp::new(0, 0);
-            if !self.particles.is_empty() {
-                observer.message(channels::PARTICLES, 0, &self.particles);
+            if let Some(particles) = self.particles.message() {
+                observer.message(channels::PARTICLES, 0, particles);
             }
             for (topic, drawn) in [
                 (channels::WALLS, self.scenes.walls_at_rest(start)),
@@ -230,9 +231,12 @@ impl<W: Write> Recorder<W> {
     ) -> Result<(), RecordError> {
         let (rows, columns) = (frame.rows_mut(), self.header.state_columns);
         if self.wants(channels::PARTICLES) {
-            match rows.other_particles(columns, &self.particles) {
-                Some(particles) => self.payload(channels::PARTICLES, log_time, &particles)?,
-                None => self.keep_particles(log_time)?,
+            match self.particles.update(rows, columns) {
+                Some(mut particles) => {
+                    self.unstored.particles = None;
+                    self.payload(channels::PARTICLES, log_time, &mut particles[..])?;
+                }
+                None => self.keep_particles(rows, log_time)?,
             }
         }
         if self.wants(channels::STATE) {
@@ -416,36 +420,33 @@ impl<W: Write> Recorder<W> {
         buffer.clear();
         // Encoding into a growing vector cannot run out of space.
         message.encode_raw(&mut buffer);
-        let written = self.payload(topic, log_time, &buffer);
+        let written = self.payload(topic, log_time, &buffer[..]);
         self.buffer = buffer;
         written
     }
 
-    fn payload(
+    fn payload<'a>(
         &mut self,
         topic: &'static str,
         log_time: u64,
-        payload: &[u8],
+        payload: impl Into<Payload<'a>>,
     ) -> Result<(), RecordError> {
+        let payload = payload.into();
         let Some(&(group, channel)) = self.channel_ids.get(topic) else {
             return Err(RecordError::Container(format!("{topic} has no channel")));
         };
-        if topic == channels::PARTICLES {
-            payload.clone_into(&mut self.particles);
-            self.unstored.particles = None;
-        }
         if self.unstored.is_now && group != Group::Scalars {
-            return self.hash(topic, log_time, payload);
+            return self.hash(topic, log_time, &payload);
         }
-        let head = MessageHead { channel, sequence: self.frames as u32, log_time };
-        self.writer.message(group, head, payload)?;
         if topic == channels::LOG && self.is_first() {
             self.first_log.get_or_insert_with(|| payload.to_vec());
         }
+        // The writer may use the memory of the payload.
         if let Some(observer) = &mut self.observer {
-            observer.message(topic, log_time, payload);
+            observer.message(topic, log_time, &payload);
         }
-        Ok(())
+        let head = MessageHead { channel, sequence: self.frames as u32, log_time };
+        Ok(self.writer.message(group, head, payload)?)
     }
 }
 

@@ -15,6 +15,9 @@ const DATA_TAG: u32 = 6;
 /// Maximum length of that tag and of the length that follows it.
 const MAX_DATA_PREFIX: usize = 11;
 
+/// Particles whose constants are copied before they are compared.
+const ROWS_OF_PIECE: usize = 512;
+
 /// Words before the first value. A header of up to 2 KiB fits, which suffices for about fifty columns.
 const HEADER_WORDS: usize = 256;
 
@@ -88,31 +91,24 @@ impl Rows {
         }
     }
 
-    /// The message of `/particles` with the constants of these rows, as a `foxglove.PointCloud` without a time; `None` if it is `last`.
-    pub(crate) fn other_particles(&self, columns: &[StateColumn], last: &[u8]) -> Option<Vec<u8>> {
+    /// The message of `/particles` with the constants of these rows, as a `foxglove.PointCloud` without a time, piece by piece until `take`
+    /// returns false.
+    pub(crate) fn particles(&self, columns: &[StateColumn], mut take: impl FnMut(&[u8]) -> bool) {
         let indices: Vec<usize> =
             (0..columns.len()).filter(|&index| is_constant(columns[index].name)).collect();
-        let rows = self.values().chunks_exact(columns.len());
-        let mut message = message_header(columns, true, indices.len() * rows.len(), None);
-        let start = message.len();
-        let (recorded, _) = last.get(start..).unwrap_or_default().as_chunks();
-        let has_all = |(row, recorded): (&[f64], &[[u8; 8]])| {
-            indices.iter().zip(recorded).all(|(&index, bytes)| row[index].to_le_bytes() == *bytes)
-        };
-        if last.starts_with(&message)
-            && recorded.len() == indices.len() * rows.len()
-            && rows.clone().zip(recorded.chunks_exact(indices.len())).all(has_all)
-        {
-            return None;
-        }
-        message.resize(start + size_of::<f64>() * indices.len() * rows.len(), 0);
-        let (constants, _) = message[start..].as_chunks_mut();
-        for (row, constants) in rows.zip(constants.chunks_exact_mut(indices.len())) {
-            for (&index, bytes) in indices.iter().zip(constants) {
-                *bytes = row[index].to_le_bytes();
+        let rows = self.values().len() / columns.len();
+        let mut piece = message_header(columns, true, indices.len() * rows, None);
+        for rows in self.values().chunks(ROWS_OF_PIECE * columns.len()) {
+            for row in rows.chunks_exact(columns.len()) {
+                indices.iter().for_each(|&index| piece.extend(row[index].to_le_bytes()));
             }
+            if !take(&piece) {
+                return;
+            }
+            piece.clear();
         }
-        Some(message)
+        // Of a state without particles, there is only the header.
+        take(&piece);
     }
 
     /// Moves the values that are not constants of the particles to the start. Returns their number.
@@ -135,7 +131,7 @@ impl Rows {
 
     /// The message of `/state`: a `foxglove.PointCloud` with the values as FLOAT64 fields. The header is written before the values, which
     /// stay in place without the constants of the particles. Therefore, no rows are left.
-    pub(crate) fn take_message(&mut self, columns: &[StateColumn], time: Timestamp) -> &[u8] {
+    pub(crate) fn take_message(&mut self, columns: &[StateColumn], time: Timestamp) -> &mut [u8] {
         self.remove_cleared();
         let values = self.remove_constants(columns);
         let header = message_header(columns, false, values, Some(time));
@@ -149,7 +145,7 @@ impl Rows {
         self.is_cleared = true;
         let bytes = self.little_endian_bytes();
         bytes[message_at..values_at].copy_from_slice(&header);
-        &bytes[message_at..values_at + size_of::<f64>() * values]
+        &mut bytes[message_at..values_at + size_of::<f64>() * values]
     }
 }
 

@@ -6,6 +6,7 @@ use super::block::{BLOCK, BlockDiscs, Partner};
 use super::motion;
 use crate::simd::registers::{Register as _, each, vectorized};
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// The discs, column by column. All columns have one length and one order, which `ids` records.
@@ -165,11 +166,11 @@ impl Discs {
     }
 
     /// The inverse of [`Discs::by_id`]: the number of smaller ids, for each disc.
-    pub(super) fn rows_by_id(&self) -> Vec<u32> {
+    pub(super) fn rows_by_id(&self) -> Cow<'_, [u32]> {
         let end = self.id_end();
         if end == self.ids.len() {
             // No id is missing.
-            return self.ids.clone();
+            return Cow::Borrowed(&self.ids);
         }
         let mut rows = vec![0; end];
         self.ids.iter().for_each(|&id| rows[id as usize] = 1);
@@ -177,7 +178,12 @@ impl Discs {
         for row in &mut rows {
             next += std::mem::replace(row, next);
         }
-        self.ids.iter().map(|&id| rows[id as usize]).collect()
+        Cow::Owned(self.ids.iter().map(|&id| rows[id as usize]).collect())
+    }
+
+    /// Whether a disc has a spin.
+    pub(super) fn have_spin(&self) -> bool {
+        self.spins.iter().any(|spin| spin.to_bits() != 0)
     }
 
     /// The number above all ids.

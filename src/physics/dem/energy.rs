@@ -31,7 +31,7 @@ impl Energies {
         let mut gravitational = CompensatedSum::default();
         for disc in 0..discs.len() {
             let ([x, y], [vx, vy]) = (discs.positions[disc], evaluation.velocities[disc]);
-            let (mass, spin) = (discs.masses[disc], evaluation.spins[disc]);
+            let (mass, spin) = (discs.masses[disc], evaluation.spin(disc));
             kinetic.add(0.5 * mass * (vx * vx + vy * vy));
             if spin != 0.0 {
                 let inertia = motion::moment_of_inertia(mass, discs.radii[disc]);

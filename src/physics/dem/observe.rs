@@ -83,7 +83,7 @@ impl Dem {
             let [x, y] = self.within(self.discs.positions[disc]);
             let [vx, vy] = evaluation.velocities[disc];
             let [vx_step, vy_step] = self.discs.velocities[disc];
-            let (radius, spin) = (self.discs.radii[disc], evaluation.spins[disc]);
+            let (radius, spin) = (self.discs.radii[disc], evaluation.spin(disc));
             let id = f64::from(self.discs.ids[disc]);
             let mass = self.discs.masses[disc];
             rows[row as usize] = [x, y, vx, vy, vx_step, vy_step, radius, spin, id, mass];

@@ -159,8 +159,8 @@ pub(super) struct Evaluation {
     pub(super) contacts: ContactStatistics,
     /// Velocities at the positions' time, v + a dt/2, m/s.
     pub(super) velocities: Vec<[f64; 2]>,
-    /// Spins at the positions' time, rad/s.
-    pub(super) spins: Vec<f64>,
+    /// Spins at the positions' time, rad/s; empty if no disc has one.
+    spins: Vec<f64>,
     /// Sums of the contact forces, N; empty if they are not recorded.
     pub(super) forces: Vec<[f64; 2]>,
     /// The totals of the next step.
@@ -201,11 +201,10 @@ impl Evaluation {
         step: &StepContext<'_>,
         on_contact: &mut dyn FnMut(&Contact),
     ) -> Self {
-        let mut all = Self {
-            velocities: vec![[0.0; 2]; discs.len()],
-            spins: vec![0.0; discs.len()],
-            ..Self::default()
-        };
+        let mut all = Self { velocities: vec![[0.0; 2]; discs.len()], ..Self::default() };
+        if step.parameters.law.has_friction() || discs.have_spin() {
+            all.spins.resize(discs.len(), 0.0);
+        }
         let solved = solved(neighbors, discs, step);
         let mut take = |contact: &Contact| {
             all.contacts.add(contact, step.parameters.law.normal);
@@ -214,9 +213,12 @@ impl Evaluation {
         let mut totals = Vec::with_capacity(neighbors.blocks.len());
         let discs_at_a_time = EVALUATED * BLOCK;
         let velocities = all.velocities.chunks_mut(discs_at_a_time);
-        let mid_step = velocities.zip(all.spins.chunks_mut(discs_at_a_time));
-        for (blocks, (velocities, spins)) in neighbors.blocks.chunks(EVALUATED).zip(mid_step) {
-            let mid_step = velocities.par_chunks_mut(BLOCK).zip(spins.par_chunks_mut(BLOCK));
+        let mut spins = all.spins.chunks_mut(discs_at_a_time);
+        for (blocks, velocities) in neighbors.blocks.chunks(EVALUATED).zip(velocities) {
+            let spins = spins.next().unwrap_or_default().chunks_mut(BLOCK);
+            let mut spins: Vec<&mut [f64]> = spins.collect();
+            spins.resize_with(blocks.len(), Default::default);
+            let mid_step = velocities.par_chunks_mut(BLOCK).zip(spins);
             let evaluated = blocks.par_iter().zip(mid_step).map(|(block, mid_step)| {
                 let forces = solved.as_ref().map(|all| &all.forces[block.start / BLOCK]);
                 evaluate_block(block, discs, forces, step, mid_step)
@@ -232,6 +234,13 @@ impl Evaluation {
         }
         all.totals = StepTotals::of_all(&totals);
         all
+    }
+}
+
+impl Evaluation {
+    /// Spin of a disc at the positions' time, rad/s.
+    pub(super) fn spin(&self, disc: usize) -> f64 {
+        self.spins.get(disc).copied().unwrap_or(0.0)
     }
 }
 
@@ -270,10 +279,12 @@ fn evaluate_block(
         let [vx, vy] = copy.velocities[disc];
         velocities[disc] = [vx + ax * half, vy + ay * half];
     }
-    spins.copy_from_slice(copy.spins);
-    for (disc, &[torque, _]) in forces.torques.iter().enumerate() {
+    for (spin, before) in spins.iter_mut().zip(copy.spins.iter()) {
+        *spin = *before;
+    }
+    for ((disc, spin), &[torque, _]) in spins.iter_mut().enumerate().zip(&forces.torques) {
         let (mass, radius) = (copy.masses[disc], copy.radii[disc]);
-        spins[disc] += motion::angular_acceleration(torque, mass, radius) * half;
+        *spin += motion::angular_acceleration(torque, mass, radius) * half;
     }
     let recorded = forces.forces.iter().filter(|_| step.parameters.records_forces);
     let recorded = recorded.map(|&[fx, fy, ..]| [fx, fy]).collect();

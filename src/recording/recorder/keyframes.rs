@@ -4,7 +4,9 @@ use super::{Recorder, StoredFrames};
 use crate::channels::PARTICLES;
 use crate::error::RecordError;
 use crate::keyframe::{KEYFRAME, Keyframe, MessageHash, end_frame, is_drawing};
+use crate::last_particles::message;
 use crate::provenance::HASHES_RECORD;
+use crate::table::Rows;
 use std::collections::BTreeMap;
 use std::io::Write;
 
@@ -60,23 +62,20 @@ impl<W: Write> Recorder<W> {
 
     /// Keeps particles that have not changed. A keyframe is read without those before it; therefore, a recording of keyframes has them in
     /// each keyframe, and their hash for each other frame.
-    pub(super) fn keep_particles(&mut self, log_time: u64) -> Result<(), RecordError> {
+    pub(super) fn keep_particles(&mut self, rows: &Rows, log_time: u64) -> Result<(), RecordError> {
         if !matches!(self.header.stored, StoredFrames::Keyframes(_)) {
             return Ok(());
         }
+        let columns = self.header.state_columns;
+        let particles = || message(rows, columns);
         if !self.unstored.is_now {
-            return self.payload(PARTICLES, log_time, &self.particles.clone());
+            return self.payload(PARTICLES, log_time, &mut particles()[..]);
         }
         let hash = match self.unstored.particles {
             Some(hash) => hash,
             None => {
                 let channel = self.recorded.iter().position(|recorded| *recorded == PARTICLES);
-                MessageHash::of(
-                    PARTICLES,
-                    channel.unwrap_or(usize::MAX),
-                    log_time,
-                    &self.particles,
-                )?
+                MessageHash::of(PARTICLES, channel.unwrap_or(usize::MAX), log_time, &particles())?
             }
         };
         hash.append_to(&mut self.unstored.hashes);

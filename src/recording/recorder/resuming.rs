@@ -1,9 +1,11 @@
 //! Resumption of a recording after a kill: the recorder's part of the checkpoint, and the reuse of the file's bytes.
 
 use super::{Header, Recorder};
+use crate::channels::PARTICLES;
 use crate::container::{Broken, Fields, damaged};
 use crate::error::RecordError;
 use crate::file::RecordingFile;
+use crate::last_particles::LastParticles;
 use crate::reader::{RecordedFrame, Recording};
 use crate::record_kind as kind;
 use crate::trail::Trails;
@@ -113,9 +115,22 @@ impl Recorder<RecordingFile> {
             let topic = self.known(message.topic()).ok_or_else(|| {
                 RecordError::Container(format!("{} has no channel", message.topic()))
             })?;
-            self.payload(topic, message.log_time_ns(), message.payload())?;
+            self.replay_message(topic, message.log_time_ns(), message.payload())?;
         }
         self.end_frame()
+    }
+
+    fn replay_message(
+        &mut self,
+        topic: &'static str,
+        log_time: u64,
+        payload: &[u8],
+    ) -> Result<(), RecordError> {
+        if topic == PARTICLES {
+            self.particles = LastParticles::Message(payload.to_vec());
+            self.unstored.particles = None;
+        }
+        self.payload(topic, log_time, payload)
     }
 
     fn known(&self, topic: &str) -> Option<&'static str> {
@@ -145,7 +160,7 @@ impl Recorder<RecordingFile> {
             for message in messages {
                 let topic = topics.get(&message.channel);
                 let topic = *topic.ok_or_else(|| damaged("a channel is missing"))?;
-                self.payload(topic, message.log_time, message.payload).map_err(refused)?;
+                self.replay_message(topic, message.log_time, message.payload).map_err(refused)?;
             }
             self.end_frame().map_err(refused)?;
         }

@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
 use kinetoscope_recording::channels::{self, ALL};
-use kinetoscope_recording::layout::{layout_json, template};
+use kinetoscope_recording::layout::{layout_json, template, with_names};
 use kinetoscope_recording::recorder::{Compression, Header, Selection};
 use kinetoscope_recording::requested_panels::PanelRequest;
 use kinetoscope_recording::scenery::DrawnRadius;
@@ -307,4 +307,51 @@ fn requested_plots_come_first_with_fields_that_exist() {
 fn control_other_requests_change_nothing() {
     let other = requested("gas", &[&["position_histogram"], &["mean_speed"]]);
     assert_eq!(other, requested("gas", &[]));
+}
+
+/// The plots of this column have 640 px on the smallest screen, in parts of 2 : 1 : 1 : 1 : 1, of which each loses 78 to its title and its time
+/// axis: labels have 135 px and 29 px. Letters are 6.5 px wide (seen in Lichtblick 1.28.1).
+///
+/// Control: the high plot keeps its label.
+#[test]
+fn labels_longer_than_their_axis_are_in_the_title() {
+    let layout = requested("dem", &[&["energy_balance"]]);
+    assert_eq!(column(&layout).len(), 5);
+    let panel = |id: &str| {
+        let panel = &layout["configById"][id];
+        assert_eq!(panel["foxglovePanelTitle"], panel["lichtblickPanelTitle"]);
+        (panel["yAxisLabel"].clone(), panel["foxglovePanelTitle"].as_str().unwrap().to_owned())
+    };
+    assert_eq!(panel("Plot!energy").0, "energy (%)");
+    for (id, title) in [
+        ("Plot!residual", "Energy-balance error (ppm)"),
+        ("Plot!contacts", "Contacts"),
+        ("Plot!temperature", "Granular temperature (square root), speed (m/s)"),
+    ] {
+        assert_eq!(panel(id), (Value::Null, title.to_owned()));
+    }
+}
+
+/// Control: a name that the run itself draws, and no name, change nothing.
+#[test]
+fn numbered_bodies_have_the_names_of_the_manifest() {
+    let mut header = crate::sample::header(Compression::Zstd);
+    header.model = "orbit";
+    header.channels = ALL;
+    let title = |drawn: &[&str], names: &[&str]| {
+        let [drawn, names] =
+            [drawn, names].map(|names| names.iter().map(|name| (*name).to_owned()).collect());
+        let mut header = header.clone();
+        header.scenery.names = drawn;
+        let names: Vec<String> = names;
+        let layout = layout_json(&header, &[]).unwrap();
+        let layout: Value =
+            serde_json::from_str(&with_names(&layout, &header, &names).unwrap()).unwrap();
+        layout["configById"]["3D!scene"]["lichtblickPanelTitle"].as_str().unwrap().to_owned()
+    };
+    let named = title(&["0", "1", "2"], &["Sun", "", "Saturn"]);
+    assert!(named.starts_with("Orbit (AU); 0 Sun, 2 Saturn; bodies drawn enlarged;"), "{named}");
+    let unnamed = title(&["0", "1", "2"], &[]);
+    assert!(unnamed.starts_with("Orbit (AU); bodies drawn enlarged;"), "{unnamed}");
+    assert_eq!(title(&["Earth"], &["Mars"]), title(&["Earth"], &[]));
 }
