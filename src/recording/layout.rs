@@ -25,6 +25,8 @@ const MIN_OUTLINED_PX: f64 = 6.0;
 
 /// The key of a plot's label at the x axis.
 const TIME_LABEL: &str = "xAxisLabel";
+/// That of the label at the y axis.
+const Y_LABEL: &str = "yAxisLabel";
 /// Label of the time axis where the runs have different scales.
 const LABEL_WITHOUT_SCALE: &str = "playback time (s), scale in the log";
 
@@ -71,9 +73,33 @@ pub fn layout_json(header: &Header, requests: &[PanelRequest]) -> Result<String,
     let mut tree = tree.ok_or_else(|| defect("has no panel for what is recorded"))?;
     if let Some(panels) = layout.get_mut("configById").and_then(Value::as_object_mut) {
         move_to_the_top(&mut tree, panels, &requested);
+        move_labels_into_titles(panels);
     }
     layout["layout"] = tree;
     Ok(format!("{layout:#}\n"))
+}
+
+/// Number of plots in a column up to which each is as high as the label of its vertical axis is long.
+const MOST_LABELED: usize = 4;
+
+/// Of more plots, which are low, the titles contain the labels of the vertical axes, which would be cut off.
+fn move_labels_into_titles(panels: &mut Map<String, Value>) {
+    if panels.keys().filter(|id| id.starts_with("Plot!")).count() <= MOST_LABELED {
+        return;
+    }
+    for panel in panels.values_mut() {
+        let label = panel.get(Y_LABEL).and_then(Value::as_str).unwrap_or_default().to_owned();
+        if label.is_empty() {
+            continue;
+        }
+        for key in ["foxglovePanelTitle", "lichtblickPanelTitle"] {
+            let title = panel.get(key).and_then(Value::as_str).map(|it| format!("{it}: {label}"));
+            if let Some(title) = title {
+                panel[key] = json!(title);
+            }
+        }
+        panel[Y_LABEL] = json!("");
+    }
 }
 
 /// The same layout for runs with different time scales: its labels refer to the log, which has the scale of the recording.

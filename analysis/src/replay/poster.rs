@@ -23,12 +23,17 @@ pub(super) fn nearest(stills: &[&Still], time: f64) -> usize {
 /// The box of a bed at rest with a margin, within the view, so that a pile is not a small part of its picture; `None` for other frames.
 pub(super) fn bed(still: &Still, view: View, top_speed: f64) -> Option<View> {
     let points = || still.points.iter().filter(|point| point.x.is_finite());
-    let speeds: f64 = points().map(|point| f64::from(point.speed)).sum();
-    let is_at_rest = speeds < BED_AT_REST * still.points.len() as f64 * top_speed;
-    if still.points.len() < FEWEST_IN_BED || !is_at_rest {
+    if still.points.len() < FEWEST_IN_BED || !is_at_rest(still, top_speed) {
         return None;
     }
     View::containing(points().map(Point::disc)).map(|found| found.with_margin().within(view))
+}
+
+/// Whether several particles are at rest compared with the top speed.
+pub(super) fn is_at_rest(still: &Still, top_speed: f64) -> bool {
+    let points = still.points.iter().filter(|point| point.x.is_finite());
+    let speeds: f64 = points.map(|point| f64::from(point.speed)).sum();
+    still.points.len() > 1 && speeds < BED_AT_REST * still.points.len() as f64 * top_speed
 }
 
 /// The most telling frame: the last one; the last one with half of the particles if most have left; and the one farthest from the start if the run ends at

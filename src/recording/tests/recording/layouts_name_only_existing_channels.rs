@@ -308,3 +308,25 @@ fn control_other_requests_change_nothing() {
     let other = requested("gas", &[&["position_histogram"], &["mean_speed"]]);
     assert_eq!(other, requested("gas", &[]));
 }
+
+/// Guarantee: no label of a vertical axis is longer than its plot is high: of more than four plots, the titles contain them. Control: few plots have labels.
+#[test]
+fn labels_of_low_plots_are_in_their_titles() {
+    let mut counts = Vec::new();
+    for model in MODELS {
+        let layout = requested(model, &[]);
+        let panels = layout["configById"].as_object().unwrap();
+        let plots: Vec<&Value> =
+            panels.iter().filter(|(id, _)| id.starts_with("Plot!")).map(|(_, plot)| plot).collect();
+        for plot in &plots {
+            let is_labeled = plot["yAxisLabel"] != "";
+            assert_eq!(is_labeled, plots.len() <= 4, "{model}");
+            assert_eq!(plot["lichtblickPanelTitle"], plot["foxglovePanelTitle"], "{model}");
+        }
+        counts.push(plots.len());
+    }
+    assert!(counts.iter().any(|count| *count > 4) && counts.iter().any(|count| *count <= 4));
+    let momentum = &requested("orbit", &[])["configById"]["Plot!momentum"];
+    let title = "Angular momentum: relative drift since the start: log10 |change|";
+    assert_eq!(momentum["lichtblickPanelTitle"], title);
+}
