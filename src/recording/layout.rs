@@ -73,7 +73,7 @@ pub fn layout_json(header: &Header, requests: &[PanelRequest]) -> Result<String,
     let mut tree = tree.ok_or_else(|| defect("has no panel for what is recorded"))?;
     if let Some(panels) = layout.get_mut("configById").and_then(Value::as_object_mut) {
         move_to_the_top(&mut tree, panels, &requested);
-        move_labels_into_titles(panels);
+        move_labels_into_titles(panels, &requested);
     }
     layout["layout"] = tree;
     Ok(format!("{layout:#}\n"))
@@ -82,12 +82,12 @@ pub fn layout_json(header: &Header, requests: &[PanelRequest]) -> Result<String,
 /// Number of plots in a column up to which each is as high as the label of its vertical axis is long.
 const MOST_LABELED: usize = 4;
 
-/// Of more plots, which are low, the titles contain the labels of the vertical axes, which would be cut off.
-fn move_labels_into_titles(panels: &mut Map<String, Value>) {
+/// Of more plots, those that are not requested are low: their titles contain the labels of the vertical axes, which would be cut off.
+fn move_labels_into_titles(panels: &mut Map<String, Value>, requested: &[String]) {
     if panels.keys().filter(|id| id.starts_with("Plot!")).count() <= MOST_LABELED {
         return;
     }
-    for panel in panels.values_mut() {
+    for (_, panel) in panels.iter_mut().filter(|(id, _)| !requested.contains(id)) {
         let label = panel.get(Y_LABEL).and_then(Value::as_str).unwrap_or_default().to_owned();
         if label.is_empty() {
             continue;

@@ -6,7 +6,7 @@ use super::encoding::{
 use super::film::{Film, Replay};
 use super::lines::{LineStyle, Lines, styles, texts};
 use super::picture::{PictureStyle, picture};
-use super::poster::{is_at_rest, nearest, poster};
+use super::poster::{nearest, poster, usual_color};
 use super::speeds::{Speeds, Spins, Velocities, legend_top};
 use super::still::{Columns, Point, Still, halve, padded, thinned};
 use super::view::View;
@@ -275,7 +275,6 @@ impl ReplayCollector {
             true => " Points are drawn as dots.",
             false => "",
         };
-        let key = if self.extent.has_trails { self.lines.key_of_trails() } else { String::new() };
         let periodic = match self.extent.is_periodic {
             true => " A disc that leaves through a periodic side enters through the opposite one.",
             false => "",
@@ -290,7 +289,7 @@ impl ReplayCollector {
             particles,
             points.to_owned(),
             periodic.to_owned(),
-            key,
+            if self.extent.has_trails { self.lines.key_of_trails() } else { String::new() },
             missing(not_finite, "at no finite place"),
             missing(outside, "far outside of the view"),
         ]
@@ -306,18 +305,7 @@ impl ReplayCollector {
         names.iter().step_by(self.every_particle as usize).cloned().collect()
     }
 
-    /// What the color of a particle means: as requested, or else of discs at rest in the first picture, which all have one speed, their height at the start.
-    fn color(&self, still: &Still, top: f64, has_spins: bool) -> ViewColor {
-        match self.request.color {
-            Some(ViewColor::Spin) if !has_spins => ViewColor::Speed,
-            Some(color) => color,
-            None if !self.extent.has_trails && is_at_rest(still, top) => ViewColor::Height,
-            None => ViewColor::Speed,
-        }
-    }
-
-    /// The frame that is shown first, its picture with the speed and the spin at the upper ends of the color scales, the meaning of the colors, and the names
-    /// of the particles.
+    /// The frame that is shown first, its picture with the ends of the color scales of speed and spin, its color, and the names of the particles.
     fn first_picture(
         &self,
         stills: &[&Still],
@@ -327,7 +315,8 @@ impl ReplayCollector {
         let requested = self.request.poster.map(|time| nearest(stills, time));
         let first = requested.unwrap_or_else(|| poster(stills, view));
         let names = self.drawn_names();
-        let color = self.color(stills[first], top, spin_top > 0.0);
+        let requested = self.request.color.filter(|it| *it != ViewColor::Spin || spin_top > 0.0);
+        let color = requested.unwrap_or_else(|| usual_color(stills[first], top, &self.extent));
         let style = PictureStyle {
             top,
             spin_top,

@@ -2,6 +2,8 @@
 
 use super::still::{Point, Still};
 use super::view::View;
+use crate::models::contract::Extent;
+use kinetoscope_manifest::ViewColor;
 
 /// Fraction of the particles below which the last frame is not shown first: the others have left.
 const FEWEST_AT_END: f64 = 0.34;
@@ -29,8 +31,16 @@ pub(super) fn bed(still: &Still, view: View, top_speed: f64) -> Option<View> {
     View::containing(points().map(Point::disc)).map(|found| found.with_margin().within(view))
 }
 
+/// What the color of a particle means unless the manifest requests it: of discs at rest, which all have one speed, their height at the start.
+pub(super) fn usual_color(still: &Still, top_speed: f64, extent: &Extent) -> ViewColor {
+    match is_at_rest(still, top_speed) && !extent.has_trails {
+        true => ViewColor::Height,
+        false => ViewColor::Speed,
+    }
+}
+
 /// Whether several particles are at rest compared with the top speed.
-pub(super) fn is_at_rest(still: &Still, top_speed: f64) -> bool {
+fn is_at_rest(still: &Still, top_speed: f64) -> bool {
     let points = still.points.iter().filter(|point| point.x.is_finite());
     let speeds: f64 = points.map(|point| f64::from(point.speed)).sum();
     still.points.len() > 1 && speeds < BED_AT_REST * still.points.len() as f64 * top_speed

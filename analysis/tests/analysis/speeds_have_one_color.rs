@@ -19,6 +19,8 @@ use tempfile::TempDir;
 const SPEEDS: [f64; 3] = [0.0, 0.4, 0.9];
 /// Horizontal positions, m: the middle one is not between two steps of the colors.
 const PLACES: [f64; 3] = [0.2, 0.45, 0.8];
+/// Heights, m, likewise.
+const HEIGHTS: [f64; 3] = [0.48, 0.497, 0.52];
 /// The ground of both pictures.
 const GROUND: Rgb = [0x10, 0x14, 0x18];
 
@@ -32,7 +34,7 @@ fn folder(view: &str, last: f64) -> Folder {
         frames_of(0..2, |index, frame| {
             for (disc, speed) in SPEEDS.iter().enumerate() {
                 let speed = if index == 0 { *speed } else { last * (0.3 - *speed / 3.0) };
-                frame.push_state(&[PLACES[disc], 0.48 + 0.02 * disc as f64, speed, 0.0]);
+                frame.push_state(&[PLACES[disc], HEIGHTS[disc], speed, 0.0]);
             }
             f64::from(index)
         })
