@@ -21,6 +21,8 @@ words! {
         Side = "side",
         /// Its species, such as the masses of a gas; its speed if there is only one.
         Species = "species",
+        /// Its angular velocity, if the state has one; its speed if not.
+        Spin = "spin",
     }
 }
 
@@ -39,8 +41,8 @@ table! {
     pub(crate) struct ViewKeys {
         /// Time of the frame that the report shows first, in the model's unit; by default the most telling one, mostly the last.
         poster: Option<NonNegative> ["", optional],
-        /// What the color of a particle means in the replay: its speed, its height or side in the first frame, or its species.
-        color: ViewColor ["", sparse] = ViewColor::Speed,
+        /// What the color of a particle means in the replay: its speed, its height or side in the first frame, its species, or its spin. By default its speed, of discs at rest in the first picture their height.
+        color: Option<ViewColor> ["", optional],
         /// The frame of reference of the replay: that of the recorded positions, or the one that rotates with the second of several bodies about the first one.
         frame: ViewFrame ["", sparse] = ViewFrame::Fixed,
         /// Names of the first particles, such as those of planets; "" for none. The Sun is yellow. By default those of the recording.
@@ -56,7 +58,7 @@ const COMPARED: usize = 2;
 pub struct ViewRequest {
     /// Time of the frame that is shown first, in the model's unit; `None` for the most telling one.
     pub poster: Option<f64>,
-    /// What the color of a particle means; `None` for its speed.
+    /// What the color of a particle means; `None` for its speed, or the height at the start of discs at rest.
     pub color: Option<ViewColor>,
     /// The frame of reference; `None` for that of the recorded positions.
     pub frame: Option<ViewFrame>,
@@ -111,7 +113,7 @@ pub(crate) fn read(
     reader.finish();
     let request = ViewRequest {
         poster: keys.poster.map(NonNegative::get),
-        color: Some(keys.color).filter(|color| *color != ViewColor::Speed),
+        color: keys.color,
         frame: Some(keys.frame).filter(|frame| *frame != ViewFrame::Fixed),
         names: keys.names,
         compare,
@@ -160,7 +162,7 @@ fn check_effect(keys: &ViewKeys, runs: &[ViewedRun<'_>], reader: &mut Reader<'_>
         let title = format!("`view.poster` is {}, after the end of the run", shortest(poster));
         reader.refuse(&["poster"], title, format!("must be at most {}", shortest(end)));
     }
-    if keys.color == ViewColor::Species && models().any(|model| model.species() < 2) {
+    if keys.color == Some(ViewColor::Species) && models().any(|model| model.species() < 2) {
         let title = "`view.color` is \"species\", and the particles of a run have only one";
         let label = "add `additional_masses_kg` to the gas, or color by \"speed\"";
         reader.refuse(&["color"], title, label);
@@ -215,9 +217,8 @@ pub(crate) fn write(view: &ViewRequest, writer: &mut Writer) {
     }
     writer.text.push_str("\n[view]\n");
     let poster = view.poster.and_then(NonNegative::new);
-    let color = view.color.unwrap_or(ViewColor::Speed);
     let frame = view.frame.unwrap_or(ViewFrame::Fixed);
-    ViewKeys { poster, color, frame, names: view.names.clone() }.keys(writer);
+    ViewKeys { poster, color: view.color, frame, names: view.names.clone() }.keys(writer);
     if !view.compare.is_empty() {
         let pair = |(key, value): &(String, String)| format!("{} = {}", quoted(key), quoted(value));
         let point = |point: &Vec<(String, String)>| {

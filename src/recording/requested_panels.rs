@@ -90,8 +90,8 @@ const KNOWN: &[KnownPanel] = &[
     },
     in_template("packing", "Plot!temperature", &["temperature", "temperature_by_run"]),
     in_template("packing", "Plot!a2", &["a2", "a2.mean"]),
-    in_template("packing", "Plot!rate", &["pair_collision_rate_per_disc"]),
-    in_template("packing", "Plot!factor", &["compressibility_factor"]),
+    in_template("packing", "Plot!rate", &["collision_rate", "pair_collision_rate_per_disc"]),
+    in_template("packing", "Plot!factor", &["pressure_over_time", "compressibility_factor"]),
     in_template("orbit", "Plot!axis", &["semi_major_axis"]),
     // The separation of two bodies at one distance from a third is the chord of the angle between them.
     in_template(

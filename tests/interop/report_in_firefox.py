@@ -13,6 +13,7 @@ import re
 import subprocess
 import sys
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from websockets.sync.client import connect
@@ -143,18 +144,24 @@ def require_control(browser, folder):
             sys.exit(f"the control is not found: {body} gave {faults}")
 
 
-def main(pages, axe):
+def is_faulty(pages, axe, is_dark):
+    """Whether a page has a fault in a theme; prints a line per page and width."""
     faulty = False
-    with tempfile.TemporaryDirectory() as folder:
-        for is_dark in [False, True]:
-            with Browser(folder, is_dark, axe) as browser:
-                require_control(browser, folder)
-                for page, width in itertools.product(pages, [1280, 390]):
-                    faults, seen = browser.open(page, width)
-                    theme = "dark" if is_dark else "light"
-                    print(f"{page.parent.name}, {theme}, {width} px: {seen.get('plots')} plots, {seen.get('frames')} frames", *faults)
-                    faulty |= bool(faults)
-    sys.exit(faulty)
+    with tempfile.TemporaryDirectory() as folder, Browser(folder, is_dark, axe) as browser:
+        require_control(browser, folder)
+        for page, width in itertools.product(pages, [1280, 390]):
+            faults, seen = browser.open(page, width)
+            theme = "dark" if is_dark else "light"
+            print(f"{page.parent.name}, {theme}, {width} px: {seen.get('plots')} plots, {seen.get('frames')} frames", *faults, flush=True)
+            faulty |= bool(faults)
+    return faulty
+
+
+def main(pages, axe):
+    # A page takes some seconds, most of them for its playback: both themes at a time.
+    with ThreadPoolExecutor() as themes:
+        found = [themes.submit(is_faulty, pages, axe, is_dark) for is_dark in (False, True)]
+        sys.exit(any([faulty.result() for faulty in found]))
 
 
 if __name__ == "__main__":

@@ -10,12 +10,12 @@ use super::phrase::{phrase, span};
 use super::place::place_words;
 use super::points::{everywhere, listed, several};
 use super::question::{asks_for_order, shared_words};
-use super::relation::{relation, requirement, to_theory};
+use super::relation::{relation, requirement, states_requirement, states_value, to_theory};
 use super::settings::with_settings;
 use super::{AnswerNumber, AnswerPart, AnswerSource};
 use crate::checks::{checked_metrics, compare};
 use crate::input::coordinates::text;
-use crate::metric::{Metric, MetricScope};
+use crate::metric::{Metric, MetricScope, Theory};
 use crate::models::{label_of, main_results};
 use crate::number_text::{plus_minus, significant};
 use crate::run::{RunAnalysis, RunStatus};
@@ -203,7 +203,12 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
     let mut sentences = shown.map(|finding| finding.sentences(source)).collect::<Vec<_>>();
     let order = findings.first().and_then(|finding| order(&finding.metrics));
     if let Some(order) = order.filter(|_| asks_for_order(source)) {
-        sentences.insert(0, vec![AnswerPart::words(format!("The method is of order {order}."))]);
+        let limit = match findings[0].metrics.len() {
+            2 => ", as far as two time steps show",
+            _ => "",
+        };
+        let sentence = format!("The method is of order {order}{limit}.");
+        sentences.insert(0, vec![AnswerPart::words(sentence)]);
     }
     if sentences.is_empty() {
         return unfinished(source);
@@ -297,7 +302,10 @@ impl<'a> Finding<'a> {
     fn sentence(&self, source: &AnswerSource<'_>) -> Vec<AnswerPart> {
         match self.metrics.as_slice() {
             [metric] => single(self.check, metric, source),
-            metrics => several(self.check.map(|_| true), metrics, self.has_places, source),
+            metrics => {
+                let compared = self.check.filter(|check| states_value(check));
+                several(compared.map(|_| true), metrics, self.has_places, source)
+            }
         }
     }
 }
@@ -325,19 +333,35 @@ fn single(check: Option<&Check>, metric: &Metric, source: &AnswerSource<'_>) -> 
             AnswerPart::words("."),
         ];
     }
+    let below = below_center(metric).filter(|_| check.is_none());
+    let (metric, label) = match &below {
+        Some((depth, label)) => (depth, label.as_str()),
+        None => (metric, metric.definition.label),
+    };
     let mut relation = check.map_or_else(|| to_theory(metric), |check| relation(check, metric));
     if relation.is_empty() {
         relation = to_start(metric, source).unwrap_or_default();
     }
-    let phrase = phrase(metric, &relation, span(metric, source).as_deref());
+    let phrase = phrase(metric, label, &relation, span(metric, source).as_deref());
     let form = NumberForm { is_size: phrase.is_size, ..compared_form(metric) };
     let tolerance = check.and_then(|check| stated_tolerance(check, metric));
     let number = number_with(metric, metric_text(metric, form), is_passed);
+    let is_compared = check.is_none_or(|check| states_requirement(check, metric));
     vec![
         AnswerPart::words(phrase.before),
-        AnswerPart::Number(AnswerNumber { tolerance, ..number }),
+        AnswerPart::Number(AnswerNumber { tolerance, is_compared, ..number }),
         AnswerPart::words(format!("{}{relation}.", phrase.after)),
     ]
+}
+
+/// A height below 0 as a depth, with its label; `None` for other metrics.
+fn below_center(metric: &Metric) -> Option<(Metric, String)> {
+    let (label, has_depth) = (metric.definition.label, metric.value() < 0.0);
+    let quantity = label.strip_suffix(" above the center").filter(|_| has_depth)?;
+    let mut depth = metric.clone();
+    depth.estimate.value = -depth.estimate.value;
+    depth.theory = depth.theory.map(|theory| Theory { value: -theory.value, ..theory });
+    Some((depth, format!("{} below the center", quantity.replace("height", "depth"))))
 }
 
 /// A value at the end as a fraction of the same quantity at the start, if that is a metric.

@@ -15,6 +15,8 @@ pub(crate) struct AnswerNumber {
     pub(crate) text: String,
     /// Whether its checks pass; `None` without a check.
     pub(crate) is_passed: Option<bool>,
+    /// Whether its checks compare it with a value, or the sentence states their bounds.
+    pub(crate) is_compared: bool,
     /// Whether the sentence itself states that a check fails.
     pub(crate) is_failure_stated: bool,
     /// The tolerance of a check that passes in spite of a deviation of many standard errors, such as "within 5 %".
@@ -22,9 +24,12 @@ pub(crate) struct AnswerNumber {
 }
 
 impl AnswerNumber {
-    /// What the number is marked with: whether its checks pass, unless the sentence states it.
+    /// What the number is marked with: whether its checks pass, unless the sentence states that they fail, or does not state what they require: a mark would
+    /// be read as agreement.
     pub(crate) fn mark(&self) -> Option<bool> {
-        self.is_passed.filter(|is_passed| *is_passed || !self.is_failure_stated)
+        let is_shown =
+            |passed: &bool| if *passed { self.is_compared } else { !self.is_failure_stated };
+        self.is_passed.filter(is_shown)
     }
 }
 
@@ -62,8 +67,9 @@ pub(super) fn size_text(metric: &Metric) -> String {
 
 /// A number of a sentence with its text.
 pub(super) fn number_with(metric: &Metric, text: String, is_passed: Option<bool>) -> AnswerNumber {
-    let is_failure_stated = false;
-    AnswerNumber { metric: metric.name(), text, is_passed, is_failure_stated, tolerance: None }
+    let (is_compared, is_failure_stated, tolerance) = (true, false, None);
+    let metric = metric.name();
+    AnswerNumber { metric, text, is_passed, is_compared, is_failure_stated, tolerance }
 }
 
 /// The form of a number.

@@ -21,9 +21,9 @@ pub(super) struct Phrase {
     pub(super) after: String,
 }
 
-/// The words for a metric. `relation` follows the number; `span` is the part of the run from its start to its end, such as "1 s".
-pub(super) fn phrase(metric: &Metric, relation: &str, span: Option<&str>) -> Phrase {
-    let (label, place) = (metric.definition.label, place_words(metric.coordinates()));
+/// The words for a metric with this label. `relation` follows the number; `span` is the part of the run from its start to its end, such as "1 s".
+pub(super) fn phrase(metric: &Metric, label: &str, relation: &str, span: Option<&str>) -> Phrase {
+    let place = place_words(metric.coordinates());
     let value = metric.value();
     if let Some((quantity, per, verb)) = change(label, value) {
         // A relation compares numbers with their signs.
@@ -48,7 +48,7 @@ pub(super) fn phrase(metric: &Metric, relation: &str, span: Option<&str>) -> Phr
 }
 
 /// The whole and, capitalized, the cause of a fraction, such as "dissipated energy" and "Friction".
-fn part(label: &str) -> Option<(&str, String)> {
+pub(super) fn part(label: &str) -> Option<(&str, String)> {
     let (whole, cause) = label.strip_prefix("fraction of the ")?.split_once(" that is due to ")?;
     let mut letters = cause.chars();
     let first = letters.next()?.to_uppercase();

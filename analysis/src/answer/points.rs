@@ -3,10 +3,10 @@
 
 use super::dependence::{Dependence, dependence};
 use super::number::{common_texts, conserved, number_with, size_text};
-use super::phrase::{at_end, common_span};
+use super::phrase::{at_end, common_span, part};
 use super::place::{key_words, place_words};
 use super::{AnswerNumber, AnswerPart, AnswerSource};
-use crate::metric::{Deviation, Metric};
+use crate::metric::{Deviation, Metric, MetricScope};
 use crate::number_text::significant;
 use crate::statistics::students_t::two_sided_probability;
 use kinetoscope_manifest::{Coordinate, unit_of_key};
@@ -60,7 +60,11 @@ pub(super) fn several(
             String::new()
         }
         other => {
-            parts.push(AnswerPart::words(format!("The {label} is ")));
+            let begin = match part(&label) {
+                Some((whole, cause)) => format!("Of the {whole}, {} takes ", cause.to_lowercase()),
+                None => format!("The {label} is "),
+            };
+            parts.push(AnswerPart::words(begin));
             parts.extend(listed(metrics, is_passed));
             match other {
                 Dependence::Remark(remark) => remark,
@@ -164,7 +168,7 @@ fn common_relation(metrics: &[&Metric]) -> String {
     };
     let sigmas: Option<Vec<f64>> = metrics.iter().map(sigma).collect();
     if let Some(worst) = sigmas.and_then(|all| all.into_iter().reduce(f64::max)) {
-        return in_standard_errors(worst, metrics.len(), law);
+        return in_standard_errors(worst, metrics.len(), law) + &chance_words(worst, metrics);
     }
     let is_inside =
         |metric: &&Metric| matches!(metric.deviation(), Some(Deviation::Bound { is_inside: true }));
@@ -179,7 +183,7 @@ fn in_standard_errors(worst: f64, points: usize, law: &str) -> String {
         return format!(", equal to {law}");
     }
     let number = significant(worst, 2);
-    match 1.0 - libm::pow(1.0 - two_sided_probability(worst, None), points as f64) {
+    match probability(worst, points) {
         _ if worst <= 1.0 => format!(", within one standard error of {law}"),
         probability if probability >= LIKELY => {
             format!(", within {number} standard errors of {law}")
@@ -187,11 +191,37 @@ fn in_standard_errors(worst: f64, points: usize, law: &str) -> String {
         probability if probability >= UNLIKELY => {
             format!(", up to {number} standard errors from {law}")
         }
-        _ => {
-            format!(", but up to {number} standard errors from {law}, which is unlikely by chance")
-        }
+        _ => format!(", but up to {number} standard errors from {law}"),
     }
 }
+
+/// Probability that the largest of the deviations of some points is as large.
+fn probability(worst: f64, points: usize) -> f64 {
+    1.0 - libm::pow(1.0 - two_sided_probability(worst, None), points as f64)
+}
+
+/// Of a largest deviation that is unlikely by chance, how unlikely, and what it is or what would show that; empty for others.
+pub(super) fn chance_words(worst: f64, metrics: &[&Metric]) -> String {
+    let probability = probability(worst, metrics.len());
+    if probability >= UNLIKELY {
+        return String::new();
+    }
+    // A probability below the least number is one of 1 in infinity.
+    let of = 1.0 / probability.max(LEAST_PROBABILITY);
+    let runs = if metrics.len() == 1 { "runs" } else { "sweeps" };
+    let is_of_one = |metric: &&&Metric| match &metric.scope {
+        MetricScope::Run(_) => true,
+        MetricScope::Sweep(scope) => scope.replicates < 2,
+    };
+    let rest = match metrics.iter().any(|metric| is_of_one(&metric)) {
+        true => "whether it is more than chance, replicates would show",
+        false => "it is not chance, but a deviation",
+    };
+    format!(": of {} such {runs}, 1 is as far off by chance alone; {rest}", significant(of, 1))
+}
+
+/// Least probability that is stated.
+const LEAST_PROBABILITY: f64 = 1e-6;
 
 /// What a law without a name is called.
 const THEORY: &str = "theory";
@@ -215,8 +245,7 @@ mod tests {
         assert_eq!(text(0.9, 3), ", within one standard error of theory");
         assert_eq!(text(2.0, 3), ", within 2 standard errors of theory");
         assert_eq!(text(2.0, 1), ", up to 2 standard errors from theory");
-        let unlikely = ", but up to 3.3 standard errors from theory, which is unlikely by chance";
-        assert_eq!(text(3.3, 3), unlikely);
+        assert_eq!(text(3.3, 3), ", but up to 3.3 standard errors from theory");
         // Control: among many points, a large deviation is expected.
         assert_eq!(text(3.3, 60), ", within 3.3 standard errors of theory");
     }

@@ -3,6 +3,7 @@
 use super::number::{
     SAME, compared_form, in_unit, metric_text, percent, shown_value, theory_text, unit_words,
 };
+use super::points::chance_words;
 use crate::metric::{Deviation, Metric};
 use crate::number_text::significant;
 use kinetoscope_manifest::{Bound, Check};
@@ -25,7 +26,8 @@ pub(super) fn relation(check: &Check, metric: &Metric) -> String {
         Bound::WithinStandardErrors { expected: Some(expected), .. } => {
             let value = format!("the expected {}", theory_text(expected, metric));
             metric.deviation_from(expected).map_or_else(String::new, |deviation| {
-                of_deviation(deviation, metric.value(), expected, 0.0, &value)
+                let text = of_deviation(deviation, metric.value(), expected, 0.0, &value);
+                text + &chance(deviation, metric)
             })
         }
         Bound::Range { minimum, maximum } if is_compared_with_range(metric) => {
@@ -33,6 +35,16 @@ pub(super) fn relation(check: &Check, metric: &Metric) -> String {
         }
         _ => to_theory(metric),
     }
+}
+
+/// Whether a check compares a metric with a value, expected or of theory.
+pub(super) fn states_value(check: &Check) -> bool {
+    !matches!(check.bound, Bound::Range { .. })
+}
+
+/// Whether the relation of a metric to its check states what this requires.
+pub(super) fn states_requirement(check: &Check, metric: &Metric) -> bool {
+    states_value(check) || is_compared_with_range(metric)
 }
 
 /// Whether the bounds of a check are stated: of a metric without a theoretical value, and of a conservation law, whose violation is
@@ -61,12 +73,15 @@ pub(super) fn to_theory(metric: &Metric) -> String {
     let Some(deviation) = metric.deviation() else { return String::new() };
     match (deviation, metric.estimate.conditional_standard_error) {
         (Deviation::StandardErrors(sigma), Some(_)) => {
-            conditional(sigma, metric.value(), theory.value, &value)
+            conditional(sigma, metric.value(), theory.value, &value) + &chance(deviation, metric)
         }
         (Deviation::Rounding, _)
             if name.is_some_and(|it| metric.definition.label.ends_with(it)) =>
         {
-            ", as the law requires".to_owned()
+            match ((metric.value() - theory.value) / theory.value).abs() {
+                0.0 => ", exactly as the law requires".to_owned(),
+                error => format!(", as the law requires, up to {}", significant(error, 1)),
+            }
         }
         (Deviation::Bare(_) | Deviation::Bound { .. }, _)
             if metric_text(metric, compared_form(metric)) == number =>
@@ -88,7 +103,8 @@ pub(super) fn to_theory(metric: &Metric) -> String {
             // A difference in percent follows from the numbers that are shown.
             let [measured, expected] =
                 [metric.value(), theory.value].map(|it| shown_value(it, metric));
-            of_deviation(deviation, measured, expected, theory.accuracy, &value)
+            let text = of_deviation(deviation, measured, expected, theory.accuracy, &value);
+            text + &chance(deviation, metric)
         }
     }
 }
@@ -98,14 +114,18 @@ fn conditional(sigma: f64, measured: f64, theory: f64, value: &str) -> String {
     if sigma.abs() <= AGREES {
         return format!(", which agrees with {value} for this start within the standard error");
     }
-    let remark = unlikely(sigma);
     let (difference, sigma) = (excess(measured, theory, value), significant(sigma.abs(), 2));
-    format!("{difference} for this start, by {sigma} standard errors of the difference{remark}")
+    format!("{difference} for this start, by {sigma} standard errors of the difference")
 }
 
-/// What a deviation that scatter hardly explains is called.
-fn unlikely(sigma: f64) -> &'static str {
-    if sigma.abs() > UNLIKELY { ", which is unlikely by chance" } else { "" }
+/// Of a deviation that scatter hardly explains, how rare it is and what follows.
+fn chance(deviation: Deviation, metric: &Metric) -> String {
+    match deviation {
+        Deviation::StandardErrors(sigma) if sigma.abs() > UNLIKELY => {
+            chance_words(sigma.abs(), &[metric])
+        }
+        _ => String::new(),
+    }
 }
 
 fn of_deviation(
@@ -125,7 +145,7 @@ fn of_deviation(
         }
         Deviation::StandardErrors(sigma) => {
             let number = significant(sigma.abs(), 2);
-            format!(", {number} standard errors {} {value}{}", side(sigma), unlikely(sigma))
+            format!(", {number} standard errors {} {value}", side(sigma))
         }
         Deviation::Bound { is_inside } => {
             let place = if is_inside { "within" } else { "outside" };

@@ -2,8 +2,9 @@
 
 use super::missing_runs::{first_clause, is_whole, missing_runs};
 use super::number::{
-    NumberForm, metric_text, stated_tolerance, text_of, theory_digits, unit_words,
+    NumberForm, metric_text, number_with, stated_tolerance, text_of, theory_digits, unit_words,
 };
+use super::relation::states_value;
 use super::{AnswerNumber, AnswerPart, AnswerSource};
 use crate::input::coordinates;
 use crate::metric::{Metric, MetricScope};
@@ -19,12 +20,23 @@ pub(super) fn parts(template: &AnswerTemplate, source: &AnswerSource<'_>) -> Vec
     let all = template.parts();
     let next = all.iter().skip(1).map(Some).chain([None]);
     let (mut parts, mut has_remark) = (Vec::new(), false);
+    // The unit that a number before has, so that it is before the mark of its check and not repeated.
+    let mut given = String::new();
     for (part, next) in all.iter().zip(next) {
         match part {
-            TemplatePart::Text(text) => parts.push(AnswerPart::words(text.as_str())),
+            TemplatePart::Text(text) => {
+                let rest = text.strip_prefix(&std::mem::take(&mut given)).unwrap_or(text);
+                parts.push(AnswerPart::words(rest));
+            }
             TemplatePart::Metric(reference) => match find(reference, source) {
                 Ok((metric, note)) => {
-                    parts.push(number(reference, metric, next, source));
+                    let unit = unit_words(metric.unit());
+                    let is_of_unit =
+                        matches!(next, Some(TemplatePart::Text(text)) if names_unit(text, &unit));
+                    parts.push(number(reference, metric, is_of_unit, source));
+                    if is_of_unit && !reference.is_theory {
+                        given = unit;
+                    }
                     has_remark |= note.is_some();
                     parts.extend(note.map(AnswerPart::Text));
                 }
@@ -37,34 +49,27 @@ pub(super) fn parts(template: &AnswerTemplate, source: &AnswerSource<'_>) -> Vec
     parts
 }
 
-/// The number of a reference, in its form. `next` is the part after it.
+/// The number of a reference, in its form. Of theory, it has no unit if the words after it name the unit.
 fn number(
     reference: &MetricReference,
     metric: &Metric,
-    next: Option<&TemplatePart>,
+    is_of_unit: bool,
     source: &AnswerSource<'_>,
 ) -> AnswerPart {
-    let unit = unit_words(metric.unit());
-    let is_named = matches!(next, Some(TemplatePart::Text(text)) if names_unit(text, &unit));
     let form = NumberForm {
         is_size: reference.is_size,
         is_in_percent: reference.is_in_percent,
         digits: reference.digits,
-        is_without_unit: is_named,
+        is_without_unit: is_of_unit && reference.is_theory,
     };
     if !reference.is_theory {
         let (text, is_passed) = (metric_text(metric, form), source.is_passed(metric));
         let mut tolerances =
             source.checks_of(metric).filter_map(|check| stated_tolerance(check, metric));
-        let (metric, is_failure_stated) = (metric.name(), false);
         let tolerance = tolerances.next();
-        return AnswerPart::Number(AnswerNumber {
-            metric,
-            text,
-            is_passed,
-            is_failure_stated,
-            tolerance,
-        });
+        let is_compared = source.checks_of(metric).any(states_value);
+        let number = number_with(metric, text, is_passed);
+        return AnswerPart::Number(AnswerNumber { is_compared, tolerance, ..number });
     }
     match metric.theory.filter(|theory| theory.in_range()) {
         Some(theory) => {

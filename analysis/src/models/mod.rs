@@ -198,6 +198,40 @@ mod tests {
         }
     }
 
+    /// Guarantee: without a request, the plot of a run shows what its answer speaks of: a chart of the most telling result exists.
+    #[test]
+    fn most_telling_result_of_a_run_has_a_chart() {
+        for (model, keys) in [
+            ("dem", ""),
+            ("dem", "discs = 1"),
+            ("dem", "friction = 0.5"),
+            ("dem", "remove_below_m = 0.001"),
+            ("gas", ""),
+            ("gas", "orifice_width_m = 0.1"),
+            ("gas", "gravity_m_per_s2 = 4e5"),
+            ("gas", "disc_radius_m = 0.004"),
+            ("packing", ""),
+            ("packing", "restitution = 0.9"),
+            ("packing", "boundary = \"periodic\""),
+            ("orbit", ""),
+            ("orbit", "integrator = \"explicit-euler\""),
+            ("orbit", "integrator = \"kepler\""),
+        ] {
+            let manifest = format!("[model.{model}]\n{keys}\n");
+            let experiment = kinetoscope_manifest::parse(&manifest, "test", &[]).unwrap();
+            let main = main_results(&experiment.runs[0].manifest.model);
+            let metric = &main.metrics[0];
+            let mut charts = main.charts.iter();
+            assert!(charts.any(|it| metrics_of_figure(model, it).contains(metric)), "{manifest}");
+        }
+        let charts = figure_names("packing");
+        assert!(
+            charts
+                .iter()
+                .any(|it| metrics_of_figure("packing", it).contains(&"compressibility_factor"))
+        );
+    }
+
     /// Checks and readers find a metric by its name: a model lists no name twice, and no sweep metric hides a run's.
     #[test]
     fn every_metric_name_is_unique_within_a_model() {

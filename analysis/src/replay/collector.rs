@@ -6,7 +6,7 @@ use super::encoding::{
 use super::film::{Film, Replay};
 use super::lines::{LineStyle, Lines, styles, texts};
 use super::picture::{PictureStyle, picture};
-use super::poster::{nearest, poster};
+use super::poster::{nearest, poster, usual_color};
 use super::speeds::{Speeds, Spins, Velocities, legend_top};
 use super::still::{Columns, Point, Still, halve, padded, thinned};
 use super::view::View;
@@ -271,7 +271,10 @@ impl ReplayCollector {
         let are_points = |still: &&Still| {
             still.points.iter().all(|point| point.radius.is_nan() || point.radius == 0.0)
         };
-        let points = if stills.iter().all(are_points) { " Points are drawn as dots." } else { "" };
+        let points = match stills.iter().all(are_points) && !self.extent.has_trails {
+            true => " Points are drawn as dots.",
+            false => "",
+        };
         let periodic = match self.extent.is_periodic {
             true => " A disc that leaves through a periodic side enters through the opposite one.",
             false => "",
@@ -286,6 +289,7 @@ impl ReplayCollector {
             particles,
             points.to_owned(),
             periodic.to_owned(),
+            if self.extent.has_trails { self.lines.key_of_trails() } else { String::new() },
             missing(not_finite, "at no finite place"),
             missing(outside, "far outside of the view"),
         ]
@@ -301,26 +305,29 @@ impl ReplayCollector {
         names.iter().step_by(self.every_particle as usize).cloned().collect()
     }
 
-    /// The frame that is shown first, its picture with the speed at the upper end of the color scale, and the names of the particles.
+    /// The frame that is shown first, its picture with the ends of the color scales of speed and spin, its color, and the names of the particles.
     fn first_picture(
         &self,
         stills: &[&Still],
         view: View,
-        top: f64,
-    ) -> (usize, String, Vec<String>) {
+        [top, spin_top]: [f64; 2],
+    ) -> (usize, String, ViewColor, Vec<String>) {
         let requested = self.request.poster.map(|time| nearest(stills, time));
         let first = requested.unwrap_or_else(|| poster(stills, view));
         let names = self.drawn_names();
+        let requested = self.request.color.filter(|it| *it != ViewColor::Spin || spin_top > 0.0);
+        let color = requested.unwrap_or_else(|| usual_color(stills[first], top, &self.extent));
         let style = PictureStyle {
             top,
+            spin_top,
             has_trails: self.extent.has_trails,
             names: &names,
-            color: self.request.color.unwrap_or(ViewColor::Speed),
+            color,
             species: self.species,
             every_particle: self.every_particle as usize,
             is_rotating: self.request.frame == Some(ViewFrame::Rotating),
         };
-        (first, picture(stills, first, view, &style), names)
+        (first, picture(stills, first, view, &style), color, names)
     }
 
     fn film(&self, stills: &[&Still], view: View) -> Film {
@@ -364,7 +371,9 @@ impl ReplayCollector {
             append_speeds(&mut data, &stored, particles);
         }
         let shown = stills.len() as f64 / self.frames as f64;
-        let (first, picture, names) = self.first_picture(stills, view, speeds.top);
+        let spin_top = if has_spins { spins.top } else { 0.0 };
+        let (first, picture, color, names) =
+            self.first_picture(stills, view, [speeds.top, spin_top]);
         Film {
             frames: stills.len(),
             particles,
@@ -373,6 +382,7 @@ impl ReplayCollector {
             cut: view.cut(),
             poster: first,
             picture,
+            color: color.word().to_owned(),
             names,
             origin: range.origin,
             step: range.step,
@@ -383,7 +393,7 @@ impl ReplayCollector {
             speed_top: speeds.top,
             velocity_top: velocities.top,
             velocity_step: velocities.step,
-            spin_top: if has_spins { spins.top } else { 0.0 },
+            spin_top,
             wall_points: ends,
             line_styles: styles,
             has_moving_walls,

@@ -35,6 +35,8 @@ pub(crate) struct Film {
     pub(super) poster: usize,
     /// That frame as an SVG document.
     pub(crate) picture: String,
+    /// What the color of a particle means there, as in the manifest.
+    pub(crate) color: String,
     /// Names of the first particles; may be empty.
     pub(super) names: Vec<String>,
     /// Position of the coordinates 0, and the length of one step of a coordinate.

@@ -20,6 +20,9 @@ impl LineStyle {
     }
 }
 
+/// Color of the exact orbit in the recordings.
+const EXACT_ORBIT: Rgb = [0x2e, 0x9e, 0x5b];
+
 /// The lines of a frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Lines {
@@ -60,6 +63,15 @@ impl Lines {
     pub(super) fn clipped(&self, region: View) -> Vec<[f64; 2]> {
         let segments = self.ends.chunks_exact(2).map(|ends| region.clipped([ends[0], ends[1]]));
         segments.flat_map(|segment| segment.unwrap_or([[f64::NAN; 2]; 2])).collect()
+    }
+
+    /// What the paths and the lines for comparison of an orbit are.
+    pub(super) fn key_of_trails(&self) -> String {
+        let is_exact = |style: &LineStyle| style.color == EXACT_ORBIT;
+        let exact = if self.styles.iter().any(is_exact) { ", green the exact orbit" } else { "" };
+        let mut circles = self.labels.iter().filter(|(_, text)| text.ends_with(" AU"));
+        let circle = circles.next().map(|(_, text)| format!(", gray a circle of {text}"));
+        format!(" Blue is the path{exact}{}.", circle.unwrap_or_default())
     }
 
     /// What the container extends over, as discs of no size.

@@ -30,6 +30,8 @@ const PARTS: u32 = 3;
 pub(super) struct PictureStyle<'a> {
     /// Speed at the upper end of the color scale.
     pub(super) top: f64,
+    /// Spin at both ends of the color scale.
+    pub(super) spin_top: f64,
     pub(super) has_trails: bool,
     pub(super) names: &'a [String],
     /// What the color of a particle means.
@@ -172,6 +174,10 @@ fn colors(stills: &[&Still], poster: usize, style: &PictureStyle<'_>) -> Vec<Rgb
             let step = |index: usize| Some(libm::round(share(index) * last as f64) as usize);
             (0..points.len()).map(step).collect()
         }
+        ViewColor::Spin => {
+            let share = |point: &Point| (f64::from(point.spin) / style.spin_top + 1.0) / 2.0;
+            points.iter().map(|point| step(share(point))).collect()
+        }
         ViewColor::Species | ViewColor::Speed => {
             points.iter().map(|point| step(f64::from(point.speed) / style.top)).collect()
         }
@@ -310,6 +316,7 @@ mod tests {
         let (top, has_trails, is_rotating) = (2.0, true, true);
         PictureStyle {
             top,
+            spin_top: 2.0,
             has_trails,
             names: &[],
             color,

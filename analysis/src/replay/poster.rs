@@ -2,6 +2,8 @@
 
 use super::still::{Point, Still};
 use super::view::View;
+use crate::models::contract::Extent;
+use kinetoscope_manifest::ViewColor;
 
 /// Fraction of the particles below which the last frame is not shown first: the others have left.
 const FEWEST_AT_END: f64 = 0.34;
@@ -23,12 +25,25 @@ pub(super) fn nearest(stills: &[&Still], time: f64) -> usize {
 /// The box of a bed at rest with a margin, within the view, so that a pile is not a small part of its picture; `None` for other frames.
 pub(super) fn bed(still: &Still, view: View, top_speed: f64) -> Option<View> {
     let points = || still.points.iter().filter(|point| point.x.is_finite());
-    let speeds: f64 = points().map(|point| f64::from(point.speed)).sum();
-    let is_at_rest = speeds < BED_AT_REST * still.points.len() as f64 * top_speed;
-    if still.points.len() < FEWEST_IN_BED || !is_at_rest {
+    if still.points.len() < FEWEST_IN_BED || !is_at_rest(still, top_speed) {
         return None;
     }
     View::containing(points().map(Point::disc)).map(|found| found.with_margin().within(view))
+}
+
+/// What the color of a particle means unless the manifest requests it: of discs at rest, which all have one speed, their height at the start.
+pub(super) fn usual_color(still: &Still, top_speed: f64, extent: &Extent) -> ViewColor {
+    match is_at_rest(still, top_speed) && !extent.has_trails {
+        true => ViewColor::Height,
+        false => ViewColor::Speed,
+    }
+}
+
+/// Whether several particles are at rest compared with the top speed.
+fn is_at_rest(still: &Still, top_speed: f64) -> bool {
+    let points = still.points.iter().filter(|point| point.x.is_finite());
+    let speeds: f64 = points.map(|point| f64::from(point.speed)).sum();
+    still.points.len() > 1 && speeds < BED_AT_REST * still.points.len() as f64 * top_speed
 }
 
 /// The most telling frame: the last one; the last one with half of the particles if most have left; and the one farthest from the start if the run ends at

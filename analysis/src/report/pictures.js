@@ -1,5 +1,6 @@
 // Parts of a picture: scale bar, arrows, texts, stamps, and the rotating frame.
-// A bar of a round length, with its unit.
+// A bar of a round length with its unit, in a foot below the picture, where nothing else is drawn.
+const FOOT = 18;
 function drawScale(context, pixelsPer, lengthUnit) {
   const { width, height } = context.canvas, most = width / pixelsPer / 5, unit = 10 ** exponentOf(most);
   const length = [5, 2, 1].find((factor) => factor * unit <= most * (1 + 1e-9)) * unit, tick = 4 * devicePixelRatio;
@@ -10,7 +11,7 @@ function drawScale(context, pixelsPer, lengthUnit) {
   for (const place of [[x, y - tick], [x, y], [end, y], [end, y - tick]]) context.lineTo(...place);
   context.stroke();
   context.textAlign = "left";
-  context.fillText(withUnit(number(length, 0, 1), lengthUnit), x + tick, y - 2.5 * tick);
+  context.fillText(withUnit(number(length, 0, 1), lengthUnit), end + tick, y - tick / 2);
 }
 
 // Velocities; that of the top of the color scale has a length of a twentieth of the picture.

@@ -31,33 +31,49 @@ pub(super) fn requests(
         .filter(|_| is_wanted)
         .map(|y| PlotRequest { y: y.to_owned(), ..PlotRequest::default() })
         .filter(|request| data.draw(request).is_ok_and(|plot| is_over_number(&plot)));
-    let chart = if stated.is_empty() { chart_of_answer(answer, data) } else { None };
+    let most = MOST_CHARTS - usize::from(composed.is_some());
+    let charts = if stated.is_empty() { charts_of_answer(answer, data, most) } else { Vec::new() };
     let is_titled = stated.first().is_some_and(|first| first.title.is_some());
     let (before, after) = stated.split_at(usize::from(is_titled));
-    before.iter().cloned().chain(composed).chain(after.iter().cloned()).chain(chart).collect()
+    before.iter().cloned().chain(composed).chain(after.iter().cloned()).chain(charts).collect()
 }
 
-/// The chart of the model that shows a main result in the answer, or else another number in it, or else a main result; of several runs one that they
-/// share.
-fn chart_of_answer(answer: &Answer, data: PlotData<'_>) -> Option<PlotRequest> {
-    let model = data.runs.first()?.model();
+/// The chart that the replay next to it shows as well.
+const REPLAYED: &str = "path";
+/// Maximum number of plots of an answer, which have room next to the replay.
+const MOST_CHARTS: usize = 2;
+
+/// The charts of the model that show a main result in the answer, or else another number in it, or else a main result; of several runs those that they
+/// share. After the first one, a chart has a number of the answer that those before it do not show.
+fn charts_of_answer(answer: &Answer, data: PlotData<'_>, most: usize) -> Vec<PlotRequest> {
+    let Some(model) = data.runs.first().map(RunAnalysis::model) else { return Vec::new() };
     let main = main_results(model);
     let (of_main, others): (Vec<&str>, Vec<&str>) =
         answer.metrics().partition(|metric| main.metrics.contains(metric));
     let all = figure_names(model.name());
-    let showing = of_main.into_iter().chain(others).flat_map(|metric| {
-        let shows = move |stem: &&&str| metrics_of_figure(model.name(), stem).contains(&metric);
-        main.charts.iter().filter(shows).chain(all.iter().filter(shows))
-    });
+    let shows = |stem: &str, metric: &str| metrics_of_figure(model.name(), stem).contains(&metric);
+    let showing = of_main
+        .iter()
+        .chain(&others)
+        .flat_map(|metric| main.charts.iter().chain(&all).filter(move |stem| shows(stem, metric)));
     let mut stems: Vec<&str> = showing.chain(main.charts).copied().collect();
     if data.points.len() > 1 {
         stems.sort_by_key(|stem| !stem.ends_with(OF_SEVERAL_RUNS));
     }
     let request =
         |stem: &str| PlotRequest { figure: Some(stem.to_owned()), ..PlotRequest::default() };
-    let is_drawn =
-        |request: &PlotRequest| data.draw(request).is_ok_and(|plot| plot.is_informative());
-    stems.into_iter().map(request).find(is_drawn)
+    let is_drawn = |stem: &&str| data.draw(&request(stem)).is_ok_and(|it| it.is_informative());
+    let mut drawn: Vec<&str> = Vec::new();
+    for stem in stems {
+        let is_new =
+            |metric: &&str| shows(stem, metric) && !drawn.iter().any(|it| shows(it, metric));
+        let adds = drawn.is_empty()
+            || stem != REPLAYED && of_main.iter().chain(&others).any(|it| is_new(it));
+        if drawn.len() < most && adds && is_drawn(&stem) {
+            drawn.push(stem);
+        }
+    }
+    drawn.into_iter().map(request).collect()
 }
 
 /// How the names of charts end that several runs share.

@@ -41,7 +41,7 @@ function player(part, leader) {
     const width = canvas.parentElement.clientWidth;
     // What is not displayed has no width.
     if (!film || !width) return;
-    const height = max(140, min(width * shape(), room));
+    const height = max(140, min(width * shape() + FOOT, room));
     canvas.style.height = `${height}px`;
     canvas.width = Math.round(width * devicePixelRatio);
     canvas.height = Math.round(height * devicePixelRatio);
@@ -52,9 +52,9 @@ function player(part, leader) {
 
   // Fits the view into the canvas.
   function fit() {
-    const [x0, y0, x1, y1] = view;
-    pixelsPer = min(canvas.width / (x1 - x0), canvas.height / (y1 - y0));
-    [left, top] = [(canvas.width - (x1 - x0) * pixelsPer) / 2, (canvas.height - (y1 - y0) * pixelsPer) / 2];
+    const [x0, y0, x1, y1] = view, above = canvas.height - FOOT * devicePixelRatio;
+    pixelsPer = min(canvas.width / (x1 - x0), above / (y1 - y0));
+    [left, top] = [(canvas.width - (x1 - x0) * pixelsPer) / 2, (above - (y1 - y0) * pixelsPer) / 2];
   }
 
   // The lines of one style are one path.

@@ -15,11 +15,12 @@ use std::collections::BTreeSet;
 const SPEEDS: [&str; 7] = ["0.1", "0.25", "0.5", "1", "2", "4", "10"];
 
 /// What the color of a particle can mean, in words.
-const COLORS: [(ViewColor, &str); 4] = [
+const COLORS: [(ViewColor, &str); 5] = [
     (ViewColor::Speed, "speed"),
     (ViewColor::Height, "height at start"),
     (ViewColor::Side, "side at start"),
     (ViewColor::Species, "species"),
+    (ViewColor::Spin, "spin"),
 ];
 
 /// Maximum number of runs that play in parallel, as in the script.
@@ -124,13 +125,17 @@ fn deck(played: &[Played<'_>], all: usize, view: &ViewRequest) -> Markup {
     let compared = |place: usize| {
         played.iter().position(|(run, _)| view.compared(&run.coordinates) == Some(place))
     };
+    // As in the picture of the list of experiments.
+    let first = played.get(compared(0).unwrap_or(0));
+    let film = first.and_then(|(_, replay)| replay.film.as_ref());
+    let color = film.map_or(ViewColor::Speed.word(), |film| film.color.as_str());
     html! {
         div class="deck" data-species=(species(played)) hidden {
             div class="players" {
                 (player(&names, compared(0).unwrap_or(0), false))
                 @if has_pair { (player(&names, compared(1).unwrap_or(names.len() - 1), true)) }
             }
-            (controls(if has_pair { played.len() } else { 1 }, all, view, species(played)))
+            (controls(if has_pair { played.len() } else { 1 }, all, view, species(played), color))
             div class="facts readout" {
                 output class="clock" {}
                 span class="scale" { span class="bottom" {} " " span class="bar" {} " " span class="top" {} }
@@ -179,11 +184,10 @@ fn player(names: &[String], chosen: usize, is_second: bool) -> Markup {
 }
 
 /// What the first player, and the second one with it, are controlled by.
-fn controls(runs: usize, all: usize, view: &ViewRequest, species: usize) -> Markup {
+fn controls(runs: usize, all: usize, view: &ViewRequest, species: usize, color: &str) -> Markup {
     let shown = runs.min(MOST_PLAYERS);
     let many =
         if shown == all { format!("all {all} runs") } else { format!("{shown} of {all} runs") };
-    let color = view.color.unwrap_or(ViewColor::Speed);
     let is_rotating = view.frame == Some(ViewFrame::Rotating);
     html! {
         div class="controls" {
@@ -202,10 +206,9 @@ fn controls(runs: usize, all: usize, view: &ViewRequest, species: usize) -> Mark
                 "color "
                 select class="colors" autocomplete="off" {
                     @for (value, name) in COLORS.iter().filter(|(value, _)| species > 1 || *value != ViewColor::Species) {
-                        option value=(value.word()) selected[*value == color] { (name) }
+                        // The script shows that of the spin where discs spin.
+                        option value=(value.word()) selected[value.word() == color] hidden[*value == ViewColor::Spin] { (name) }
                     }
-                    // The script shows it where discs spin.
-                    option value="spin" hidden { "spin" }
                 }
             }
             // The script shows the switches that the run has data for.

@@ -61,7 +61,7 @@ impl Fit {
         }
         if points.len() < MIN_RUNS {
             return Err(format!(
-                "only {} of {} runs in the asymptotic range, of {MIN_RUNS} that are needed; outside: {}",
+                "only {} of {} runs are in the asymptotic range, and {MIN_RUNS} are needed; outside: {}",
                 points.len(),
                 group.len(),
                 if outside.is_empty() { "none".to_owned() } else { outside.join(", ") }

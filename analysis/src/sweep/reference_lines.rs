@@ -47,7 +47,7 @@ impl Lines<'_> {
                 Some(shape) => self.requested_fit(shape, metric, &coordinates, &data),
                 None => self.known_fit(metric, &coordinates, &data, has_theory),
             };
-            remarks.extend(self.refusal(metric, &coordinates));
+            remarks.extend(self.refusal(metric, &coordinates, fit.is_some()));
             let Some(Fitted { line, text }) = fit else {
                 remarks.extend(self.request.fit.map(|shape| unfitted(shape, &place)));
                 continue;
@@ -151,19 +151,22 @@ impl Lines<'_> {
         fits.find(|fit| fit.of == metric && is_over(fit))
     }
 
-    /// Why the fit of the model has no number here, if one is requested.
-    fn refusal(&self, metric: &str, coordinates: &[Coordinate]) -> Option<String> {
-        let name = self
-            .fit_of_model(metric)
-            .filter(|_| self.request.fit.is_some())?
-            .parameters
-            .first()?
-            .name;
+    /// Why the fit of the model has no number here, if one is requested. A requested line that is drawn is another fit: it goes through all points.
+    fn refusal(&self, metric: &str, coordinates: &[Coordinate], is_drawn: bool) -> Option<String> {
+        let fit = self.fit_of_model(metric).filter(|_| self.request.fit.is_some())?;
+        let parameter = fit.parameters.first()?;
         let (_, refusals) = fits::fits(self.points);
-        let is_of_fit = |it: &&Refusal| it.names.contains(&name) && it.coordinates == coordinates;
+        let is_of_fit =
+            |it: &&Refusal| it.names.contains(&parameter.name) && it.coordinates == coordinates;
         // What follows the first clause names keys and values, which the notes of the report list.
         let why = refusals.iter().find(is_of_fit)?.why.split("; ").next()?;
-        Some(format!("the fit of the model is missing, because {why}"))
+        let label = parameter.label;
+        Some(match is_drawn {
+            true => format!(
+                "the line is a fit to all points; the numbers give no {label}, because {why}"
+            ),
+            false => format!("the numbers give no {label}, because {why}"),
+        })
     }
 
     /// The first parameter of a fit of the model, as the metrics contain it.

@@ -76,7 +76,7 @@ fn orders_over_ten_years_are_exact_or_absent() {
     }
     assert_eq!(orders.len(), 2, "{}", output.text);
     let text = flat(&output.text);
-    assert!(text.contains("runs in the asymptotic range"), "{text}");
+    assert!(text.contains("runs are in the asymptotic range"), "{text}");
     assert!(text.contains("time_step_days = 1 (phase error"), "{text}");
     assert!(text.contains("the order still changes"), "{text}");
 }

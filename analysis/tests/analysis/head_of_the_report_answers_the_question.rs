@@ -113,7 +113,8 @@ fn settings_that_the_question_asks_for_are_in_the_answer() {
     let with = format!("With a restitution of 0.8, t{measured}");
     assert!(asked("Is the restitution the specified one?").starts_with(&with), "{with}");
     let text = asked("What does friction do?");
-    let remark = "This is one run, with a friction of 0: a sweep over the friction would show what it changes.";
+    let remark =
+        "What a friction of 0 changes needs a second run to compare with: sweep the friction.";
     assert!(text.starts_with(&format!("T{measured}")) && text.ends_with(remark), "{text}");
     assert!(asked("How far does it fall?").starts_with(&format!("T{measured}")));
 }

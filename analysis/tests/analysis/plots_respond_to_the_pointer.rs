@@ -83,7 +83,8 @@ held((async () => {
       points += 1;
       if (data.time && data.curves.some((each) => each.run) && window.replay) {
         const isPlayed = () => data.curves.some((each) => each.run.file === replay.file);
-        const isInTime = () => Math.abs(replay.time - curve.x[i]) <= (chart.range[0][1] - chart.range[0][0]) / (replay.frames - 1);
+        // Relative, because the range of a logarithmic axis is in powers of ten; the page's numbers have seven digits.
+        const isInTime = () => Math.abs(replay.time - curve.x[i]) <= 1e-6 * Math.abs(curve.x[i]);
         await until(() => isPlayed() && isInTime());
         await nextFrames(3);
         const line = figure.querySelector(".now");

@@ -19,10 +19,13 @@ use tempfile::TempDir;
 const SPEEDS: [f64; 3] = [0.0, 0.4, 0.9];
 /// Horizontal positions, m: the middle one is not between two steps of the colors.
 const PLACES: [f64; 3] = [0.2, 0.45, 0.8];
+/// Heights, m, likewise.
+const HEIGHTS: [f64; 3] = [0.48, 0.497, 0.52];
 /// The ground of both pictures.
 const GROUND: Rgb = [0x10, 0x14, 0x18];
 
-fn folder(view: &str) -> Folder {
+/// In the last frame, the speeds are multiplied by this.
+fn folder(view: &str, last: f64) -> Folder {
     let manifest = format!(
         "name = \"colors\"\n[model.dem]\ndiscs = 3\nwidth_m = 1.0\nheight_m = 1.0\nradius_m = 0.1\nduration_s = 1.0\n\
          [record]\nframes = 1\nchannels = [\"state\", \"discs\"]\n{view}"
@@ -30,8 +33,8 @@ fn folder(view: &str) -> Folder {
     Folder::write(&manifest, |_| {
         frames_of(0..2, |index, frame| {
             for (disc, speed) in SPEEDS.iter().enumerate() {
-                let speed = if index == 0 { *speed } else { 0.3 - *speed / 3.0 };
-                frame.push_state(&[PLACES[disc], 0.5, speed, 0.0]);
+                let speed = if index == 0 { *speed } else { last * (0.3 - *speed / 3.0) };
+                frame.push_state(&[PLACES[disc], HEIGHTS[disc], speed, 0.0]);
             }
             f64::from(index)
         })
@@ -74,7 +77,7 @@ fn shapes(folder: &Folder, topic: &str) -> Vec<Shape> {
 
 #[test]
 fn page_list_and_recording_agree() {
-    let folder = folder("[view]\nposter = 0.0\n");
+    let folder = folder("[view]\nposter = 0.0\n", 1.0);
     let listed = listed(&folder);
     let legend = shapes(&folder, "/legend");
     let text = legend.iter().rev().find_map(|shape| match shape {
@@ -103,8 +106,8 @@ fn page_list_and_recording_agree() {
 }
 
 /// The colors of the middles of the discs in the first picture of the page, from the left, and in the picture of the list.
-fn colors(view: &str) -> [Vec<Rgb>; 2] {
-    let listed = listed(&folder(view));
+fn colors([view, last]: [&str; 2]) -> [Vec<Rgb>; 2] {
+    let listed = listed(&folder(view, last.parse().unwrap()));
     let script = "<script>held((async () => { await replay.ready; const { canvas } = replay, { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height); \
         const at = ([, x, y]) => { const [across, down] = replay.pixel(x, y).map(Math.round), place = 4 * (down * canvas.width + across); return [...data.slice(place, place + 3)]; }; \
         document.title = JSON.stringify(replay.positions().map(at)); })());</script>";
@@ -126,12 +129,23 @@ fn colors(view: &str) -> [Vec<Rgb>; 2] {
 #[test]
 #[ignore = "needs chromium"]
 fn page_and_list_begin_with_the_requested_frame_and_colors() {
-    let requests = ["", "[view]\nposter = 0.0\n", "[view]\ncolor = \"side\"\n"];
+    let requests = [
+        ["", "1"],
+        ["[view]\nposter = 0.0\n", "1"],
+        ["[view]\ncolor = \"side\"\n", "1"],
+        // At rest, the speeds have one color: without a request, colors are those of the heights at the start.
+        ["", "1e-3"],
+        ["[view]\ncolor = \"height\"\n", "1"],
+    ];
     let found = requests.map(colors);
     for ([page, list], request) in found.iter().zip(requests) {
-        assert_eq!(page, list, "{request}");
-        assert_eq!(page.len(), 3, "{request}");
+        assert_eq!(page, list, "{request:?}");
+        assert_eq!(page.len(), 3, "{request:?}");
     }
     // Control.
     assert!(found[0] != found[1] && found[1] != found[2] && found[0] != found[2], "{found:?}");
+    assert!(found[3] == found[4] && found[3] != found[0], "{found:?}");
+    // A request for the speed is one, also at rest.
+    let [page, _] = colors(["[view]\ncolor = \"speed\"\n", "1e-3"]);
+    assert!(page.iter().all(|color| *color == page[0]), "{page:?}");
 }

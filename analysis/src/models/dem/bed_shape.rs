@@ -31,9 +31,35 @@ pub(super) fn deposit_length_m(discs: &[[f64; 4]], width: f64) -> Option<f64> {
 /// Fractions of a heap's height between which its surface angle is measured: its foot and its tip are round.
 const FLANK: [f64; 2] = [0.15, 0.85];
 
+/// The surface of discs: the middle of each column and its highest point, m.
+pub(super) fn surface_points(discs: &[[f64; 4]], width: f64) -> Vec<(f64, f64)> {
+    let (pitch, tops) = surface(discs, width);
+    tops.iter().map(|(&column, &top)| ((column as f64 + 0.5) * pitch, top)).collect()
+}
+
+/// The ends of the lines through a heap's two flanks, m.
+pub(super) fn flank_lines(discs: &[[f64; 4]], width: f64) -> Option<[[(f64, f64); 2]; 2]> {
+    let (middle, flanks) = flanks(discs, width);
+    let line = least_squares_line(&flanks).filter(|_| flanks.len() >= FEWEST_COLUMNS)?;
+    let distances = || flanks.iter().map(|(distance, _)| *distance);
+    let ends = [distances().fold(f64::MAX, f64::min), distances().fold(0.0, f64::max)];
+    let height = |distance: f64| line.intercept + line.slope * distance;
+    Some([-1.0, 1.0].map(|side| ends.map(|end| (middle + side * end, height(end)))))
+}
+
 /// Mean angle of a heap's two flanks, degrees: least squares of the surface height over the distance from the center of
 /// area of the discs.
 pub(super) fn surface_angle_deg(discs: &[[f64; 4]], width: f64) -> Option<f64> {
+    let (_, flanks) = flanks(discs, width);
+    let line = least_squares_line(&flanks).filter(|_| flanks.len() >= FEWEST_COLUMNS);
+    line.map(|line| libm::atan(-line.slope).to_degrees())
+}
+
+/// Number of columns from which flanks have an angle.
+const FEWEST_COLUMNS: usize = 4;
+
+/// The center of area of the discs, and of the columns of both flanks the distance from it and the surface height, m.
+fn flanks(discs: &[[f64; 4]], width: f64) -> (f64, Vec<(f64, f64)>) {
     let (pitch, tops) = surface(discs, width);
     let areas = discs.iter().map(|disc| disc[2] * disc[2]).sum::<f64>();
     let middle = discs.iter().map(|disc| disc[0] * disc[2] * disc[2]).sum::<f64>() / areas;
@@ -45,10 +71,7 @@ pub(super) fn surface_angle_deg(discs: &[[f64; 4]], width: f64) -> Option<f64> {
         .map(|(&column, &top)| (((column as f64 + 0.5) * pitch - middle).abs(), top))
         .filter(|(_, top)| (low..=high).contains(top))
         .collect();
-    if flanks.len() < 4 {
-        return None;
-    }
-    least_squares_line(&flanks).map(|line| libm::atan(-line.slope).to_degrees())
+    (middle, flanks)
 }
 
 #[cfg(test)]

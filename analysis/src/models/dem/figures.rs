@@ -1,5 +1,6 @@
 //! Plots of a DEM run: energy balance, packing fraction and stress by height, snapshots.
 
+use super::bed_shape;
 use super::laws as law;
 use super::observe::{DemRun, balance_j, supplied_j, total_j};
 use super::special_setups;
@@ -19,8 +20,11 @@ pub(super) const CHARTS: &[NamedChart] = &[
     NamedChart::new("energy_drift", ENERGY_ERRORS),
     NamedChart::new("energy_total_by_run", &["energy.total_change_relative"]),
     NamedChart::new("energy_residual_by_run", ENERGY_ERRORS),
+    NamedChart::of_all_states("restitution_by_rebound", &["restitution.measured"]),
     NamedChart::new("cooling", &["cooling.rate", "granular_temperature"]),
     NamedChart::new("discharge", &["outlet.discharge_rate", "discs_removed"]),
+    NamedChart::new("overlap_over_time", &["max_overlap_over_radius"]),
+    NamedChart::new("surface", &["bed.surface_angle", "bed.normalized_runout"]),
     NamedChart::new("packing_by_height", &["bed.packing_fraction", "bed.height"]),
     NamedChart::of_all_states("stress_by_height", STRESSES),
 ];
@@ -52,8 +56,11 @@ impl PlottedObserver for DemRun {
         if let (Some((_, first)), Some((_, last))) = (self.energies.first(), self.energies.last()) {
             add_energies(self, [first, last], &mut figures);
         }
+        figures.plots.extend(restitution_by_rebound(self));
         figures.plots.extend(cooling(self));
         figures.plots.extend(discharge(self));
+        figures.plots.extend(overlap_over_time(self));
+        figures.plots.extend(surface(self));
         figures.plots.extend(packing_by_height(self));
         figures.plots.extend(stress_by_height(self));
         let radius = match (self.config.radius_m, self.config.radius_m.range()) {
@@ -141,6 +148,19 @@ fn energy_balance(run: &DemRun, first: &DemEnergy) -> Plot {
     Plot::chart("energy_balance", "Where the energy is", axes, curves)
 }
 
+/// The restitution of each rebound of a single disc, with that of the contact by theory.
+fn restitution_by_rebound(run: &DemRun) -> Option<Plot> {
+    let measured = run.known_rebounds()?.restitutions();
+    let points = measured.iter().enumerate().map(|(index, value)| ((index + 1) as f64, *value));
+    let mut curves = vec![Curve::new("measured", CurveStyle::Data, 0, points)];
+    let theory = law::WallContact::of(&run.config).map(|contact| contact.restitution().value);
+    let ends = [1.0, measured.len() as f64];
+    curves.extend(theory.map(|theory| Curve::theory("theory", 1, ends.map(|end| (end, theory)))));
+    let axes = [Axis::linear("number of the rebound", ""), Axis::linear("restitution", "")];
+    let title = "Restitution of each rebound";
+    (!measured.is_empty()).then(|| Plot::chart("restitution_by_rebound", title, axes, curves))
+}
+
 /// Granular temperature over time with Haff's law, of discs without gravity and walls.
 fn cooling(run: &DemRun) -> Option<Plot> {
     let (begin, first) = *run.temperature.first()?;
@@ -179,6 +199,30 @@ fn discharge(run: &DemRun) -> Option<Plot> {
     }
     let axes = [Axis::linear("time", "s"), Axis::linear("discs", "")];
     Some(Plot::chart("discharge", "Discs that have left", axes, curves))
+}
+
+/// The largest overlap of each frame, which a time step that is too long makes large.
+fn overlap_over_time(run: &DemRun) -> Option<Plot> {
+    let overlaps: Vec<(f64, f64)> =
+        run.overlaps.iter().copied().filter(|(_, overlap)| overlap.is_finite()).collect();
+    let is_empty = overlaps.is_empty();
+    let curves = vec![Curve::line("largest overlap", 0, overlaps)];
+    let axes = [Axis::linear("time", "s"), Axis::linear("overlap / radius", "")];
+    let title = "Largest overlap of two discs";
+    (!is_empty).then(|| Plot::chart("overlap_over_time", title, axes, curves))
+}
+
+/// The surface of the bed at the end, with the lines through its flanks whose mean angle is that of the surface.
+fn surface(run: &DemRun) -> Option<Plot> {
+    let discs = run.discs_at_end().filter(|discs| discs.len() > 1 && run.is_bed(discs))?;
+    let width = run.config.width_m.get();
+    let surface = bed_shape::surface_points(&discs, width);
+    let mut curves = vec![Curve::new("highest discs", CurveStyle::Data, 0, surface)];
+    for (index, line) in bed_shape::flank_lines(&discs, width).into_iter().flatten().enumerate() {
+        curves.push(Curve::theory(if index == 0 { "fitted flanks" } else { "" }, 1, line));
+    }
+    let axes = [Axis::linear("distance from the left wall", "m"), Axis::linear("height", "m")];
+    Some(Plot::chart("surface", "Surface of the bed at the end", axes, curves))
 }
 
 /// Maximum number of slabs in the profile of the packing fraction; a slab is one mean diameter thick.

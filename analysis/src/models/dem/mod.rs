@@ -41,6 +41,7 @@ pub(super) fn observer(config: DemConfig, snapshots: Snapshots) -> Box<dyn Plott
 /// What the setup is made for: cooling, a chain of impacts, an outlet, a rebound, walls that move, a heap; else the loss of energy, and the part of friction in it.
 pub(super) fn main_results(config: &DemConfig) -> MainResults {
     const ENERGY: &[&str] = &["energy_balance", "energy_total_by_run"];
+    const BED: &[&str] = &["surface", "energy_balance", "energy_total_by_run"];
     let at_rest = config.walls.iter().all(DemWall::is_at_rest);
     match config {
         _ if special_setups::is_free_gas(config) => {
@@ -53,16 +54,17 @@ pub(super) fn main_results(config: &DemConfig) -> MainResults {
             MainResults::new(&["outlet.discharge_rate", "discs_removed"], &["discharge"])
         }
         _ if config.discs.get() == 1 && config.insertion.is_none() => {
-            MainResults::new(&["restitution.measured", "energy.total_change_relative"], ENERGY)
+            let charts = &["restitution_by_rebound", "energy_balance", "energy_total_by_run"];
+            MainResults::new(&["restitution.measured", "energy.total_change_relative"], charts)
         }
         _ if special_setups::has_gate(config) => {
-            MainResults::new(&["bed.normalized_runout", "energy.friction_fraction"], ENERGY)
+            MainResults::new(&["bed.normalized_runout", "energy.friction_fraction"], BED)
         }
         _ if !at_rest => {
             MainResults::new(&["energy.wall_work", "energy.friction_fraction"], ENERGY)
         }
         _ if config.insertion.is_some() => {
-            MainResults::new(&["bed.surface_angle", "energy.friction_fraction"], ENERGY)
+            MainResults::new(&["bed.surface_angle", "energy.friction_fraction"], BED)
         }
         _ if special_setups::has_friction(config) => {
             MainResults::new(&["energy.total_change_relative", "energy.friction_fraction"], ENERGY)

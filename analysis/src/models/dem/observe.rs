@@ -61,6 +61,8 @@ pub(super) struct DemRun {
     pub(super) stress: Option<StressProfile>,
     contacts: Option<DemContactStatistics>,
     max_overlap_over_radius: f64,
+    /// Time, s, and largest overlap over radius in the steps since the previous frame.
+    pub(super) overlaps: Series<(f64, f64)>,
     max_kinetic_disagreement_j: Option<f64>,
     /// Time over the number of steps in the last frame, s; `None` before the first step.
     time_step_s: Option<f64>,
@@ -179,7 +181,7 @@ impl DemRun {
     }
 
     /// The rebounds, if there are any. Between keyframes, there may be.
-    fn known_rebounds(&self) -> Option<&Rebounds> {
+    pub(super) fn known_rebounds(&self) -> Option<&Rebounds> {
         let may_have = self.lacks_states && self.snapshots.last().is_some();
         self.rebounds.as_ref().filter(|rebounds| rebounds.count() > 0 || may_have)
     }
@@ -311,7 +313,7 @@ impl DemRun {
 
     /// Whether the discs of the last frame form a bed instead of flying: each touches another on average, or the kinetic energy
     /// could not raise them by a quarter of a radius and the contacts carry the discs. Discs in the air at the start are slow, too.
-    fn is_bed(&self, discs: &[[f64; 4]]) -> bool {
+    pub(super) fn is_bed(&self, discs: &[[f64; 4]]) -> bool {
         let down = -self.config.gravity_m_per_s2[1].get();
         // A disc that carries only itself has the elastic energy (m g)^2/2k, or half of it on two contacts. A quarter is enough.
         let carried: f64 = discs.iter().map(|disc| (disc[3] * down).powi(2)).sum();
@@ -352,6 +354,7 @@ impl Observer for DemRun {
         if let Some(contacts) = frame.get::<DemContactStatistics>()? {
             self.max_overlap_over_radius =
                 max_or_nan(self.max_overlap_over_radius, contacts.max_overlap_over_radius);
+            self.overlaps.add((time_s, contacts.max_overlap_over_radius));
             self.contacts = Some(contacts);
         }
         if let Some(walls) = frame.get::<DemWalls>()? {

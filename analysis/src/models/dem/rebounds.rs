@@ -58,6 +58,11 @@ impl Rebounds {
         mean(&self.restitutions)
     }
 
+    /// The restitution of each observed rebound, in order.
+    pub(super) fn restitutions(&self) -> &[f64] {
+        &self.restitutions
+    }
+
     /// Mean contact duration, s.
     pub(super) fn contact_duration_s(&self) -> Option<f64> {
         mean(&self.contact_durations_s)

@@ -14,6 +14,7 @@ pub(super) const CHARTS: &[NamedChart] = &[
     NamedChart::new("temperature", &["temperature.final", "temperature.final_over_initial"]),
     NamedChart::new("temperature_by_run", &["temperature.final_over_initial"]),
     NamedChart::new("collision_rate", &["pair_collision_rate_per_disc", "mean_free_time"]),
+    NamedChart::new("pressure_over_time", &["compressibility_factor"]),
     NamedChart::new("a2", &["a2.mean", "a2.final"]),
     NamedChart::of_all_states("pair_correlation", &["pair_correlation.near_contact"]),
     NamedChart::of_all_states("mean_square_displacement", &["mean_square_displacement.final"]),
@@ -25,7 +26,7 @@ impl PlottedObserver for PackingRun {
         let mut figures = Figures::default();
         if !series(self).is_empty() {
             figures.plots.extend([temperature(self), a2(self)]);
-            figures.plots.extend(collision_rate(self));
+            figures.plots.extend(collision_rate(self).into_iter().chain(pressure(self)));
             figures.comparisons.push(comparison(self));
         }
         figures.plots.extend(pair_correlation(self));
@@ -49,8 +50,12 @@ fn series(run: &PackingRun) -> &Series<VelocityMoments> {
     if run.collisions.is_empty() || run.lacks_states { &run.frames } else { &run.collisions }
 }
 
-fn over_collisions(y: Axis) -> [Axis; 2] {
-    [Axis::linear("collisions, pair and wall", ""), y]
+fn over_events(run: &PackingRun, y: Axis) -> [Axis; 2] {
+    let events = match run.has_walls() {
+        true => "events (collisions of two discs, and with walls)",
+        false => "events (collisions of two discs)",
+    };
+    [Axis::linear(events, ""), y]
 }
 
 fn temperature(run: &PackingRun) -> Plot {
@@ -65,7 +70,7 @@ fn temperature(run: &PackingRun) -> Plot {
         let name = if restitution == 1.0 {
             "T at the start"
         } else {
-            "Haff, T₀ exp(−(1−e²) C/N), C pairs"
+            "Haff's law, T₀ exp(−(1−e²) C/N)"
         };
         curves.push(Curve::theory(name, 1, theory));
     }
@@ -73,11 +78,24 @@ fn temperature(run: &PackingRun) -> Plot {
     let cooled =
         matches!(ends, [Some(first), Some(last)] if last.temperature < first.temperature / 30.0);
     let axis = if cooled { Axis::logarithmic } else { Axis::linear };
-    let axes = over_collisions(axis("T = ⟨v²⟩/2", ""));
-    Plot::chart("temperature", "Temperature against collisions", axes, curves)
+    let axes = over_events(run, axis("T = ⟨v²⟩/2", ""));
+    Plot::chart("temperature", "Temperature by number of events", axes, curves)
 }
 
-/// Pair collisions per disc and unit of time since the start, of elastic discs with theory.
+/// Pressure over that of an ideal gas since the start, with the equation of state where it applies.
+fn pressure(run: &PackingRun) -> Option<Plot> {
+    let ends = [run.pressures.first()?.0, run.pressures.last()?.0];
+    let mut curves =
+        vec![Curve::line("measured since the start", 0, run.pressures.iter().copied())];
+    let theory = run.equilibrium().map(|equilibrium| equilibrium.compressibility());
+    if let Some(theory) = theory.filter(|theory| theory.violation.is_none()) {
+        curves.push(Curve::theory("equation of state", 1, ends.map(|end| (end, theory.value))));
+    }
+    let axes = [Axis::linear("time", ""), Axis::linear("pressure / that of an ideal gas", "")];
+    Some(Plot::chart("pressure_over_time", "Pressure over that of an ideal gas", axes, curves))
+}
+
+/// Collisions per disc with others and unit of time since the start, of elastic discs with theory.
 fn collision_rate(run: &PackingRun) -> Option<Plot> {
     let per_disc = 2.0 / f64::from(run.config.discs.get());
     // Both series have an entry per frame, unless a channel is not recorded in all of them.
@@ -95,7 +113,7 @@ fn collision_rate(run: &PackingRun) -> Option<Plot> {
     if let Some(rate) = theory.filter(in_range) {
         curves.push(Curve::theory("Enskog's theory", 1, [(first, rate), (last, rate)]));
     }
-    let axes = [Axis::linear("time", ""), Axis::linear("collisions per disc and unit of time", "")];
+    let axes = [Axis::linear("time", ""), Axis::linear("collision rate per disc", "")];
     Some(Plot::chart("collision_rate", "How often a disc collides with others", axes, curves))
 }
 
@@ -110,8 +128,8 @@ fn a2(run: &PackingRun) -> Plot {
         Curve::line("a₂", 0, series(run).iter().map(|moments| (moments.events, moments.a2))),
         Curve::theory(name, 1, series(run).ends().map(|moments| (moments.events, theory))),
     ];
-    let axes = over_collisions(Axis::linear("a₂ = ⟨v⁴⟩ / (2 ⟨v²⟩²) − 1", ""));
-    Plot::chart("a2", "Departure from Maxwell against collisions", axes, curves)
+    let axes = over_events(run, Axis::linear("a₂ = ⟨v⁴⟩ / (2 ⟨v²⟩²) − 1", ""));
+    Plot::chart("a2", "Departure from Maxwell by number of events", axes, curves)
 }
 
 fn comparison(run: &PackingRun) -> SharedCurve {
@@ -119,10 +137,7 @@ fn comparison(run: &PackingRun) -> SharedCurve {
     let start = run.frames.first().map_or(1.0, |moments| moments.temperature);
     let points =
         series(run).iter().map(|moments| (moments.events / discs, moments.temperature / start));
-    let axes = [
-        Axis::linear("collisions per disc, pair and wall", ""),
-        Axis::linear("T over T at the start", ""),
-    ];
+    let axes = [Axis::linear("events per disc", ""), Axis::linear("T over T at the start", "")];
     SharedCurve::new("temperature_by_run", "Temperature relative to the start", axes, points)
 }
 

@@ -49,7 +49,7 @@ pub(super) fn main_results(config: &PackingConfig) -> MainResults {
     }
     MainResults::new(
         &["pair_collision_rate_per_disc", "compressibility_factor"],
-        &["collision_rate"],
+        &["collision_rate", "pressure_over_time"],
     )
 }
 

@@ -32,6 +32,8 @@ pub(crate) struct PackingRun {
     pub(crate) frames: Series<VelocityMoments>,
     /// Events and pair collisions per frame.
     pub(crate) pairs: Series<(f64, f64)>,
+    /// Time, and pressure over that of an ideal gas since the start, per frame.
+    pub(super) pressures: Series<(f64, f64)>,
     /// Moments per collision, if recorded.
     pub(crate) collisions: Series<VelocityMoments>,
     pub(crate) snapshots: Snapshots,
@@ -431,6 +433,11 @@ impl Observer for PackingRun {
         if let Some(counts) = counts {
             self.pairs.add((events, counts.pair_collisions as f64));
             self.counts = Some(counts);
+        }
+        if let Some(sums) = pressure.as_ref().filter(|sums| sums.kinetic_energy_time_integral > 0.0)
+        {
+            let twice_energy = 2.0 * sums.kinetic_energy_time_integral;
+            self.pressures.add((time, 1.0 + sums.collision_virial_sum / twice_energy));
         }
         self.pressure = pressure.or(self.pressure.take());
         self.snapshots.keep_scenes(frame);

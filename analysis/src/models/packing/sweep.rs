@@ -4,7 +4,7 @@ use crate::models::contract::Ordinate;
 
 /// Metrics that are plotted against swept numbers.
 pub(super) const ORDINATES: &[Ordinate] = &[
-    Ordinate::new("pair_collision_rate_per_disc", "pair collisions per disc and unit of time"),
+    Ordinate::new("pair_collision_rate_per_disc", "collision rate per disc"),
     Ordinate::new("compressibility_factor", "compressibility factor"),
     Ordinate::new("a2.mean", "mean a₂"),
     Ordinate::new("temperature.final_over_initial", "T / T at the start"),
