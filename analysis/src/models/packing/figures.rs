@@ -16,6 +16,8 @@ pub(super) const CHARTS: &[NamedChart] = &[
     NamedChart::new("collision_rate", &["pair_collision_rate_per_disc", "mean_free_time"]),
     NamedChart::new("a2", &["a2.mean", "a2.final"]),
     NamedChart::of_all_states("pair_correlation", &["pair_correlation.near_contact"]),
+    NamedChart::of_all_states("hexatic_correlation", &["psi6.correlation_exponent"]),
+    NamedChart::of_all_states("structure_factor", &["structure_factor.longest_waves"]),
     NamedChart::of_all_states("mean_square_displacement", &["mean_square_displacement.final"]),
     NamedChart::of_all_states("velocity_autocorrelation", &["velocity_autocorrelation.final"]),
 ];
@@ -29,6 +31,8 @@ impl PlottedObserver for PackingRun {
             figures.comparisons.push(comparison(self));
         }
         figures.plots.extend(pair_correlation(self));
+        figures.plots.extend(hexatic_correlation(self));
+        figures.plots.extend(structure_factor(self));
         figures.plots.extend(displacement(self));
         let fraction = self.packing_fraction().map_or("unknown".to_owned(), short_number);
         let radius = match self.equal_radius() {
@@ -135,6 +139,36 @@ fn pair_correlation(run: &PackingRun) -> Option<Plot> {
     ];
     let axes = [Axis::linear("distance / diameter", ""), Axis::linear("g(r)", "")];
     Some(Plot::chart("pair_correlation", "Pair correlation of the discs", axes, curves))
+}
+
+/// g6(r) with the steepest decay of a hexatic, from a quarter of the largest distance on.
+fn hexatic_correlation(run: &PackingRun) -> Option<Plot> {
+    let correlation = run.sampled_structure().long_range.hexatic_correlation();
+    let (end, _) = *correlation.last()?;
+    let (start, level) = *correlation.iter().find(|(distance, _)| *distance >= end / 4.0)?;
+    let steepest =
+        [start, end].map(|distance| (distance, level * libm::pow(distance / start, -0.25)));
+    let curves = vec![
+        Curve::line("measured", 0, correlation),
+        Curve::theory("r^(−1/4), steepest of a hexatic", 1, steepest),
+    ];
+    let axes = [Axis::logarithmic("distance / diameter", ""), Axis::logarithmic("g₆(r)", "")];
+    Some(Plot::chart("hexatic_correlation", "Decay of the hexagonal order", axes, curves))
+}
+
+fn structure_factor(run: &PackingRun) -> Option<Plot> {
+    let factors = run.sampled_structure().long_range.structure_factor();
+    let (first, last) = (factors.first()?.0, factors.last()?.0);
+    let mut curves = vec![Curve::line("along sides and diagonals of the box", 0, factors)];
+    if let Some(level) = run.expected_longest_waves() {
+        curves.push(Curve::theory(
+            "S(0), from the compressibility",
+            1,
+            [(first, level), (last, level)],
+        ));
+    }
+    let axes = [Axis::linear("wave number × diameter", ""), Axis::linear("S(Q)", "")];
+    Some(Plot::chart("structure_factor", "Structure factor of the discs", axes, curves))
 }
 
 fn displacement(run: &PackingRun) -> Vec<Plot> {

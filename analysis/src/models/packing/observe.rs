@@ -182,7 +182,7 @@ impl PackingRun {
     }
 
     /// Selects the law for equal discs or that for several sizes.
-    fn law_of_sizes(&self, one: Law, several: Law) -> Law {
+    pub(super) fn law_of_sizes(&self, one: Law, several: Law) -> Law {
         let is_one = self.config.radius_half_width.get() == 0.0;
         if is_one { one } else { several }
     }
@@ -333,8 +333,8 @@ impl PackingRun {
         let excess = self.rate(&self.virial_rate);
         let factor = excess.map(|excess| self.excess_with_scatter_of_starts(excess).plus(1.0));
         let theory = self.equilibrium().map(|of| of.compressibility());
-        let law = self.law_of_sizes(law::COMPRESSIBILITY, law::COMPRESSIBILITY_OF_SIZES);
-        found.compare_with(metric::COMPRESSIBILITY, factor, law, theory);
+        found.compare_with(metric::COMPRESSIBILITY, factor, self.law_of_compressibility(), theory);
+        self.measure_reduced_pressure(excess, found);
         found.add(metric::PRESSURE_VIRIAL, pressure.virial);
         found.add(metric::PRESSURE_WALL, self.has_walls().then_some(pressure.wall));
     }
@@ -410,6 +410,9 @@ impl Observer for PackingRun {
             {
                 self.structure.add_frame(&state);
             }
+            if self.equal_radius().is_some() && self.is_settled(events) {
+                self.structure.add_waves(&state);
+            }
             if !self.is_elastic() {
                 let sides = [self.config.width.get(), self.config.height.get()];
                 self.flow.add_state(&state, sides.map(|side| -side / 2.0), sides);
@@ -448,6 +451,7 @@ impl Observer for PackingRun {
         });
         found.add(metric::PACKING_FRACTION, fraction);
         self.measure_structure(found);
+        self.measure_liquid(found);
     }
 }
 
