@@ -2,6 +2,7 @@
 
 mod diffusion_windows;
 mod displacement;
+mod distributions;
 mod equilibrium;
 mod figures;
 mod freezing;

@@ -2,6 +2,7 @@
 
 use super::diffusion_windows::DiffusionWindows;
 use super::displacement::Displacement;
+use super::distributions::Distributions;
 use super::equilibrium::{self, Equilibrium};
 use super::laws as law;
 use super::mean_a2::{A2Sums, A2Weights, MeanA2, VelocityMoments};
@@ -37,6 +38,7 @@ pub(crate) struct PackingRun {
     pub(crate) snapshots: Snapshots,
     pub(crate) structure: Structure,
     pub(crate) displacement: Displacement,
+    pub(super) distributions: Distributions,
     pub(super) self_diffusion: Option<DiffusionWindows>,
     a2: MeanA2,
     /// Homogeneity of cooling discs.
@@ -76,7 +78,7 @@ impl PackingRun {
         let weights =
             if config.restitution.get() == 1.0 { A2Weights::Durations } else { A2Weights::Events };
         let settled_after = SETTLING_EVENTS_PER_DISC * f64::from(config.discs.get());
-        Self {
+        let mut run = Self {
             config,
             snapshots: snapshots.with_style(StateStyle { walls, radius }),
             structure,
@@ -86,7 +88,10 @@ impl PackingRun {
             wall_rate: Blocking::of(Entries::Intervals),
             virial_rate: Blocking::of(Entries::Intervals),
             ..Self::default()
-        }
+        };
+        let diameter = run.equal_radius().map(|radius| 2.0 * radius);
+        run.distributions = Distributions::new(run.discs(), sides, diameter);
+        run
     }
 
     pub(super) fn discs(&self) -> f64 {
@@ -419,6 +424,7 @@ impl Observer for PackingRun {
             }
             self.displacement.add_frame(time, &state);
             if self.is_settled(events) {
+                self.distributions.add_frame(&state);
                 self.add_to_self_diffusion(time, &state);
             }
             self.snapshots.add_state(&frame, state);
