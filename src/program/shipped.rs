@@ -71,6 +71,7 @@ shipped![
     "orbit_outer_planets",
     "orbit_trojans",
     "packing_fifty_discs",
+    "packing_freezing",
     "packing_inelastic_cooling",
     "packing_self_diffusion",
     "packing_timing_table",

@@ -40,6 +40,8 @@ mod initial_states_have_no_overlap;
 mod initial_velocities_follow_their_distribution;
 // Z, a2, psi6 and distances at the accuracy of published references.
 mod many_discs_reproduce_reference_values;
+// Density waves, pairs at contact and hexagonal order follow their theory.
+mod long_range_order_follows_theory;
 // Means over a run do not depend on the number of frames.
 mod metrics_do_not_depend_on_the_frame_interval;
 // The mean of a2 for n elastic discs is -1/(n + 1).
@@ -50,6 +52,8 @@ mod mixtures_follow_their_contact_values;
 mod periodic_and_compressed_states_match_references;
 // The compressibility factor follows the equation of state, with and without walls.
 mod pressure_agrees_with_theory;
+// The pressure at freezing is that of event-chain simulations of as many discs.
+mod pressure_at_freezing_agrees_with_event_chains;
 // Collision rate and pressure of elastic discs between walls follow Enskog's theory.
 mod pressure_and_rate_follow_enskog;
 // Elastic discs diffuse at Enskog's rate, by velocities and by displacements.

@@ -22,7 +22,9 @@ pub(crate) const SYMBOLS: &[(&str, &str)] = &[
     ("L_0", "initial angular momentum"),
     ("N", "number of particles"),
     ("P", "pressure"),
+    ("Q", "wave vector of a density wave; its length where it is not in a product"),
     ("R", "radius of a circular container"),
+    ("S", "structure factor; without an argument, in the limit of long waves"),
     ("S_xx", "horizontal normal stress, compression positive"),
     ("S_yy", "vertical normal stress, compression positive"),
     (

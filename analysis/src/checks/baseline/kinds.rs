@@ -23,11 +23,12 @@ pub(super) const LOGARITHMS: [&str; 1] = ["h_function"];
 /// Metrics that have a value by construction where what they measure has no effect, such as the compressibility factor 1 of a dilute
 /// gas, or the fraction 1 of the energy that is lost. Their changes are fractions of the difference from this value, or from 0 if that
 /// is nearer.
-pub(super) const TRIVIAL: [(&str, f64); 16] = [
+pub(super) const TRIVIAL: [(&str, f64); 17] = [
     ("adiabatic_invariant", 1.0),
     ("compressibility_factor", 1.0),
     ("compressibility_factor.from_collision_rate", 1.0),
     ("contact_value.from_collision_rate", 1.0),
+    ("contact_value.from_pairs", 1.0),
     ("energy.drift_relative", -1.0),
     ("energy.friction_fraction", 1.0),
     ("energy.total_change_relative", -1.0),

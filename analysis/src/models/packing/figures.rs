@@ -7,7 +7,7 @@ use crate::models::contract::{NamedChart, PlottedObserver};
 use crate::models::figures::{Figures, SharedCurve, box_text, pictures, time_axis};
 use crate::models::series::Series;
 use crate::number_text::short_number;
-use crate::plot::{Axis, Curve, Plot};
+use crate::plot::{Axis, Curve, CurveStyle, Plot};
 
 /// The charts that a plot may name.
 pub(super) const CHARTS: &[NamedChart] = &[
@@ -17,6 +17,10 @@ pub(super) const CHARTS: &[NamedChart] = &[
     NamedChart::new("pressure_over_time", &["compressibility_factor"]),
     NamedChart::new("a2", &["a2.mean", "a2.final"]),
     NamedChart::of_all_states("pair_correlation", &["pair_correlation.near_contact"]),
+    NamedChart::of_all_states("speed_distribution", &["a2.mean"]),
+    NamedChart::of_all_states("local_packing_fraction", &["packing_fraction"]),
+    NamedChart::of_all_states("hexatic_correlation", &["psi6.correlation_exponent"]),
+    NamedChart::of_all_states("structure_factor", &["structure_factor.longest_waves"]),
     NamedChart::of_all_states("mean_square_displacement", &["mean_square_displacement.final"]),
     NamedChart::of_all_states("velocity_autocorrelation", &["velocity_autocorrelation.final"]),
 ];
@@ -30,6 +34,10 @@ impl PlottedObserver for PackingRun {
             figures.comparisons.push(comparison(self));
         }
         figures.plots.extend(pair_correlation(self));
+        figures.plots.extend(speed_distribution(self));
+        figures.plots.extend(local_packing_fraction(self));
+        figures.plots.extend(hexatic_correlation(self));
+        figures.plots.extend(structure_factor(self));
         figures.plots.extend(displacement(self));
         let fraction = self.packing_fraction().map_or("unknown".to_owned(), short_number);
         let radius = match self.equal_radius() {
@@ -150,6 +158,65 @@ fn pair_correlation(run: &PackingRun) -> Option<Plot> {
     ];
     let axes = [Axis::linear("distance / diameter", ""), Axis::linear("g(r)", "")];
     Some(Plot::chart("pair_correlation", "Pair correlation of the discs", axes, curves))
+}
+
+/// Speeds in all settled frames, with Maxwell's distribution in two dimensions.
+fn speed_distribution(run: &PackingRun) -> Option<Plot> {
+    let found = run.distributions.speeds();
+    found.first()?;
+    let maxwell = found.iter().map(|(speed, ..)| (*speed, speed * libm::exp(-speed * speed / 2.0)));
+    let maxwell: Vec<(f64, f64)> = maxwell.collect();
+    let points = found.iter().map(|(speed, density, _)| (*speed, *density));
+    let mut measured = Curve::new("measured", CurveStyle::Data, 0, points);
+    for (point, (.., error)) in measured.points.iter_mut().zip(&found) {
+        point.error = Some(*error);
+    }
+    let curves = vec![measured, Curve::theory("Maxwell, same ⟨v²⟩", 1, maxwell)];
+    let axes = [Axis::linear("speed / √T", ""), Axis::linear("density", "")];
+    Some(Plot::chart("speed_distribution", "Speeds of the discs", axes, curves))
+}
+
+fn local_packing_fraction(run: &PackingRun) -> Option<Plot> {
+    let found = run.distributions.local_packing_fractions();
+    found.first()?;
+    let of = |index: usize| found.iter().map(move |row| (row[0], row[index]));
+    let curves = vec![
+        Curve::line("measured, cells of five diameters", 0, of(1)),
+        Curve::theory("points at random", 1, of(2)),
+    ];
+    let axes =
+        [Axis::linear("local packing fraction", ""), Axis::linear("fraction of the cells", "")];
+    Some(Plot::chart("local_packing_fraction", "Local packing fractions", axes, curves))
+}
+
+/// g6(r) with the steepest decay of a hexatic, from a quarter of the largest distance on.
+fn hexatic_correlation(run: &PackingRun) -> Option<Plot> {
+    let correlation = run.sampled_structure().long_range.hexatic_correlation();
+    let (end, _) = *correlation.last()?;
+    let (start, level) = *correlation.iter().find(|(distance, _)| *distance >= end / 4.0)?;
+    let steepest =
+        [start, end].map(|distance| (distance, level * libm::pow(distance / start, -0.25)));
+    let curves = vec![
+        Curve::line("measured", 0, correlation),
+        Curve::theory("r^(−1/4), steepest of a hexatic", 1, steepest),
+    ];
+    let axes = [Axis::logarithmic("distance / diameter", ""), Axis::logarithmic("g₆(r)", "")];
+    Some(Plot::chart("hexatic_correlation", "Decay of the hexagonal order", axes, curves))
+}
+
+fn structure_factor(run: &PackingRun) -> Option<Plot> {
+    let factors = run.sampled_structure().long_range.structure_factor();
+    let (first, last) = (factors.first()?.0, factors.last()?.0);
+    let mut curves = vec![Curve::line("along sides and diagonals of the box", 0, factors)];
+    if let Some(level) = run.expected_longest_waves() {
+        curves.push(Curve::theory(
+            "S(0), from the compressibility",
+            1,
+            [(first, level), (last, level)],
+        ));
+    }
+    let axes = [Axis::linear("wave number × diameter", ""), Axis::linear("S(Q)", "")];
+    Some(Plot::chart("structure_factor", "Structure factor of the discs", axes, curves))
 }
 
 fn displacement(run: &PackingRun) -> Vec<Plot> {

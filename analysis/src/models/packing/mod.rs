@@ -2,9 +2,13 @@
 
 mod diffusion_windows;
 mod displacement;
+mod distributions;
 mod equilibrium;
 mod figures;
+mod freezing;
 mod laws;
+mod liquid;
+mod long_range;
 mod mean_a2;
 mod metrics;
 mod observe;

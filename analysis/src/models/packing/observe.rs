@@ -2,6 +2,7 @@
 
 use super::diffusion_windows::DiffusionWindows;
 use super::displacement::Displacement;
+use super::distributions::Distributions;
 use super::equilibrium::{self, Equilibrium};
 use super::laws as law;
 use super::mean_a2::{A2Sums, A2Weights, MeanA2, VelocityMoments};
@@ -39,6 +40,7 @@ pub(crate) struct PackingRun {
     pub(crate) snapshots: Snapshots,
     pub(crate) structure: Structure,
     pub(crate) displacement: Displacement,
+    pub(super) distributions: Distributions,
     pub(super) self_diffusion: Option<DiffusionWindows>,
     a2: MeanA2,
     /// Homogeneity of cooling discs.
@@ -78,7 +80,7 @@ impl PackingRun {
         let weights =
             if config.restitution.get() == 1.0 { A2Weights::Durations } else { A2Weights::Events };
         let settled_after = SETTLING_EVENTS_PER_DISC * f64::from(config.discs.get());
-        Self {
+        let mut run = Self {
             config,
             snapshots: snapshots.with_style(StateStyle { walls, radius }),
             structure,
@@ -88,7 +90,10 @@ impl PackingRun {
             wall_rate: Blocking::of(Entries::Intervals),
             virial_rate: Blocking::of(Entries::Intervals),
             ..Self::default()
-        }
+        };
+        let diameter = run.equal_radius().map(|radius| 2.0 * radius);
+        run.distributions = Distributions::new(run.discs(), sides, diameter);
+        run
     }
 
     pub(super) fn discs(&self) -> f64 {
@@ -184,7 +189,7 @@ impl PackingRun {
     }
 
     /// Selects the law for equal discs or that for several sizes.
-    fn law_of_sizes(&self, one: Law, several: Law) -> Law {
+    pub(super) fn law_of_sizes(&self, one: Law, several: Law) -> Law {
         let is_one = self.config.radius_half_width.get() == 0.0;
         if is_one { one } else { several }
     }
@@ -335,8 +340,8 @@ impl PackingRun {
         let excess = self.rate(&self.virial_rate);
         let factor = excess.map(|excess| self.excess_with_scatter_of_starts(excess).plus(1.0));
         let theory = self.equilibrium().map(|of| of.compressibility());
-        let law = self.law_of_sizes(law::COMPRESSIBILITY, law::COMPRESSIBILITY_OF_SIZES);
-        found.compare_with(metric::COMPRESSIBILITY, factor, law, theory);
+        found.compare_with(metric::COMPRESSIBILITY, factor, self.law_of_compressibility(), theory);
+        self.measure_reduced_pressure(excess, found);
         found.add(metric::PRESSURE_VIRIAL, pressure.virial);
         found.add(metric::PRESSURE_WALL, self.has_walls().then_some(pressure.wall));
     }
@@ -412,12 +417,16 @@ impl Observer for PackingRun {
             {
                 self.structure.add_frame(&state);
             }
+            if self.equal_radius().is_some() && self.is_settled(events) {
+                self.structure.add_waves(&state);
+            }
             if !self.is_elastic() {
                 let sides = [self.config.width.get(), self.config.height.get()];
                 self.flow.add_state(&state, sides.map(|side| -side / 2.0), sides);
             }
             self.displacement.add_frame(time, &state);
             if self.is_settled(events) {
+                self.distributions.add_frame(&state);
                 self.add_to_self_diffusion(time, &state);
             }
             self.snapshots.add_state(&frame, state);
@@ -455,6 +464,7 @@ impl Observer for PackingRun {
         });
         found.add(metric::PACKING_FRACTION, fraction);
         self.measure_structure(found);
+        self.measure_liquid(found);
     }
 }
 

@@ -1,5 +1,6 @@
 //! Structure of equal discs: pair correlation function g(r) and bond-orientational order psi6, over sampled frames.
 
+use super::long_range::LongRangeOrder;
 use crate::statistics::{Blocking, Entries, Estimate};
 use kinetoscope_recording::reader::StateTable;
 use std::f64::consts::PI;
@@ -12,6 +13,12 @@ const REACH_DIAMETERS: usize = 5;
 const NEIGHBOR_DIAMETERS: f64 = 1.5;
 /// Maximum distance of discs near contact, in diameters.
 const NEAR_CONTACT_DIAMETERS: f64 = 1.1;
+/// Packing fraction from which the order beyond the next neighbors is measured.
+pub(super) const MIN_LIQUID_FRACTION: f64 = 0.25;
+/// Width in diameters of the three shells outside of a disc from which g(r) is extrapolated to contact.
+pub(super) const SHELL_DIAMETERS: f64 = 0.03;
+/// Weights of the mean g(r) of these shells: the value at contact of the parabola with these means.
+const SHELL_WEIGHTS: [f64; 3] = [11.0 / 6.0, -7.0 / 6.0, 2.0 / 6.0];
 
 /// Accumulated structure of equal discs in a box.
 #[derive(Clone, Debug, Default)]
@@ -26,8 +33,10 @@ pub(crate) struct Structure {
     /// Sum over frames: pairs per bin over those of the same number of random points.
     correlation: Vec<f64>,
     near_contact: Blocking,
+    at_contact: Blocking,
     psi6_global: Blocking,
     psi6_local: Blocking,
+    pub(super) long_range: LongRangeOrder,
 }
 
 impl Structure {
@@ -41,8 +50,10 @@ impl Structure {
             region,
             periodic,
             near_contact: Blocking::of(Entries::SampledFrames),
+            at_contact: Blocking::of(Entries::SampledFrames),
             psi6_global: Blocking::of(Entries::SampledFrames),
             psi6_local: Blocking::of(Entries::SampledFrames),
+            long_range: LongRangeOrder::new(2.0 * radius, region),
             ..Self::default()
         }
     }
@@ -54,8 +65,7 @@ impl Structure {
 
     /// Samples a frame.
     pub(super) fn add_frame(&mut self, state: &StateTable) {
-        let (Some(x), Some(y)) = (state.column("x"), state.column("y")) else { return };
-        let centers: Vec<[f64; 2]> = x.zip(y).map(|(x, y)| [x, y]).collect();
+        let centers = centers_of(state);
         // The region must contain a ring of the full range around its middle.
         let widest = self.region[0].min(self.region[1]) / if self.periodic { 2.0 } else { 1.0 };
         let reach = (REACH_DIAMETERS as f64).min((widest / self.diameter).floor());
@@ -67,13 +77,18 @@ impl Structure {
         let mut pairs = vec![0_u64; bins];
         let mut bonds = vec![[0.0_f64; 3]; centers.len()];
         let near = NEIGHBOR_DIAMETERS * self.diameter;
-        let mut close = 0_u64;
+        let (mut close, mut shells) = (0_u64, [0_u64; SHELL_WEIGHTS.len()]);
+        let shell_width = SHELL_DIAMETERS * self.diameter;
         self.for_each_pair(&centers, reach * self.diameter, |first, second, apart| {
             let square = apart[0] * apart[0] + apart[1] * apart[1];
             // Rounding can move touching discs closer than a diameter.
             let distance = square.sqrt().max(self.diameter);
             close += u64::from(distance < NEAR_CONTACT_DIAMETERS * self.diameter);
             if let Some(count) = pairs.get_mut((distance / bin_width) as usize) {
+                *count += 1;
+            }
+            if let Some(count) = shells.get_mut(((distance - self.diameter) / shell_width) as usize)
+            {
                 *count += 1;
             }
             if distance < near && square > 0.0 {
@@ -87,7 +102,11 @@ impl Structure {
             }
         });
         self.add_pairs(&pairs, close, bin_width, centers.len() as f64);
-        self.add_bonds(&bonds);
+        self.add_shells(shells, centers.len() as f64);
+        let psi6 = self.add_bonds(&bonds);
+        if self.is_liquid(centers.len()) {
+            self.long_range.add_frame(&centers, &psi6);
+        }
         self.frames += 1;
     }
 
@@ -105,15 +124,48 @@ impl Structure {
         }
     }
 
-    fn add_bonds(&mut self, bonds: &[[f64; 3]]) {
+    /// Adds g(r) at contact, extrapolated from the pairs in three shells.
+    fn add_shells(&mut self, shells: [u64; SHELL_WEIGHTS.len()], count: f64) {
+        let all = count * (count - 1.0) / 2.0;
+        let edge = |shell: usize| self.diameter * (1.0 + shell as f64 * SHELL_DIAMETERS);
+        let mean = |shell: usize| {
+            let expected = self.pairs_within(edge(shell + 1)) - self.pairs_within(edge(shell));
+            SHELL_WEIGHTS[shell] * shells[shell] as f64 / (all * expected)
+        };
+        let extrapolated = mean(0) + mean(1) + mean(2);
+        self.at_contact.add(extrapolated);
+    }
+
+    /// Adds the order of a frame, and returns psi6 of each disc, which is 0 without neighbors.
+    fn add_bonds(&mut self, bonds: &[[f64; 3]]) -> Vec<[f64; 2]> {
         let (mut total, mut local) = ([0.0, 0.0], 0.0);
-        for [real, imaginary, neighbors] in bonds.iter().filter(|bond| bond[2] > 0.0) {
+        let mut psi6 = vec![[0.0, 0.0]; bonds.len()];
+        for ([real, imaginary, neighbors], own) in bonds.iter().zip(&mut psi6) {
+            if *neighbors == 0.0 {
+                continue;
+            }
             let psi = [real / neighbors, imaginary / neighbors];
             total = [total[0] + psi[0], total[1] + psi[1]];
             local += libm::hypot(psi[0], psi[1]);
+            *own = psi;
         }
         self.psi6_global.add(libm::hypot(total[0], total[1]) / bonds.len() as f64);
         self.psi6_local.add(local / bonds.len() as f64);
+        psi6
+    }
+
+    /// Whether so many discs fill a periodic box at least as densely as [`MIN_LIQUID_FRACTION`].
+    fn is_liquid(&self, discs: usize) -> bool {
+        let covered = discs as f64 * PI / 4.0 * self.diameter * self.diameter;
+        self.periodic && covered >= MIN_LIQUID_FRACTION * self.region[0] * self.region[1]
+    }
+
+    /// Adds the longest waves of the density of a frame.
+    pub(super) fn add_waves(&mut self, state: &StateTable) {
+        let centers = centers_of(state);
+        if self.is_liquid(centers.len()) {
+            self.long_range.add_longest_waves(&centers);
+        }
     }
 
     /// Fraction of pairs of random points in the region with a distance below r, for r up to its shorter side: the
@@ -197,12 +249,23 @@ impl Structure {
         self.correlation.iter().enumerate().map(|(bin, sum)| (middle(bin), mean(sum))).collect()
     }
 
+    /// g(r) at contact.
+    pub(super) fn contact_value(&self) -> Option<Estimate> {
+        self.at_contact.estimate()
+    }
+
     /// Mean g(r) between 1 and 1.1 diameters, |mean psi6| and mean |psi6|.
     pub(super) fn estimates(&self) -> Option<[Estimate; 3]> {
         let [near, global, local] =
             [&self.near_contact, &self.psi6_global, &self.psi6_local].map(Blocking::estimate);
         Some([near?, global?, local?])
     }
+}
+
+/// The centers of a state; none without positions.
+fn centers_of(state: &StateTable) -> Vec<[f64; 2]> {
+    let columns = state.column("x").zip(state.column("y"));
+    columns.map_or(Vec::new(), |(x, y)| x.zip(y).map(|(x, y)| [x, y]).collect())
 }
 
 /// exp(6 i theta) of a unit vector.

@@ -1,0 +1,81 @@
+//! Law: the pressure of elastic discs from the liquid to the hexatic equals that of event-chain simulations with the same number of discs in a
+//! periodic square.
+//!
+//! Source: Li et al., J. Chem. Phys. 157 (2022) 234111, file `DigitizedData/ThisWork.csv` of jellyfysh/HistoricDisks, blocks of the aspect ratio 1 : 1.
+//! Below a packing fraction of 0.67, Kolafa and Rottner, Mol. Phys. 104 (2006) 3435.
+//! Setup: discs compressed to their packing fraction; the pressure is averaged over the whole run but for the first 5 events per disc.
+//! Tolerance: 4 combined errors in the short test, one in 16,000 by chance; 3 in the long one.
+//! Control: the pressure of another number of discs, and the equation of state of the liquid, are rejected.
+
+#![allow(clippy::disallowed_methods, clippy::unwrap_used)]
+
+use kinetoscope::{Experiment, run};
+use kinetoscope_analysis::{Measurement, RunAnalysis, analyze};
+use std::f64::consts::PI;
+
+fn analyzed(discs: u32, fraction: f64, seed: u64, events_per_disc: u64) -> RunAnalysis {
+    let side = (f64::from(discs) * PI / fraction).sqrt();
+    let manifest = format!(
+        "seed = {seed}\n[model.packing]\ndiscs = {discs}\nradius = 1.0\nwidth = {side}\nheight = {side}\nboundary = \"periodic\"\n\
+         placement = \"compressed\"\nevents_per_disc = {events_per_disc}\n[record]\nframes = 512\n\
+         channels = [\"temperature\", \"collisions\", \"pressure\"]\n"
+    );
+    let experiment: Experiment = manifest.parse().unwrap();
+    analyze(&run(&experiment.runs[0]).unwrap()).unwrap()
+}
+
+/// P d^2/kT of a run, its standard error, and the theoretical value with its accuracy.
+fn pressures(analysis: &RunAnalysis) -> [f64; 4] {
+    let found: &Measurement = analysis.measurement("pressure.reduced").unwrap();
+    let theory = found.theory.unwrap();
+    assert!(theory.in_range());
+    let error = found.estimate.standard_error.unwrap();
+    [found.estimate.value, error, theory.value, theory.accuracy]
+}
+
+/// Setup: 224 discs in the liquid and at the maximum of the pressure. The theoretical values are rows of the source. That the pressure falls
+/// beyond takes longer runs: it is a law of the book (`packing_freezing`), and the answer of the experiment of that name.
+#[test]
+fn pressure_of_few_discs_is_that_of_as_many_discs() {
+    for (fraction, simulated, events, others) in [
+        (0.68, 8.491_05, 10_000, vec![]),
+        // Controls: 870 discs, and the equation of state of the liquid (Kolafa and Rottner).
+        (0.692, 8.846_51, 30_000, vec![9.036_66, 9.031_63]),
+    ] {
+        let [value, error, theory, accuracy] = pressures(&analyzed(224, fraction, 4, events));
+        println!("{fraction}: {value:.4} +- {error:.4}, {theory:.4} +- {accuracy:.4}");
+        assert!((theory - simulated).abs() < 1e-6, "{fraction}: {theory}");
+        let combined = error.hypot(accuracy);
+        assert!((value - theory).abs() < 4.0 * combined, "{fraction}: {value} {theory} {combined}");
+        for other in others {
+            assert!((value - other).abs() > 4.0 * combined, "control: {other}");
+        }
+    }
+}
+
+/// Setup: 870 discs at twelve packing fractions, 5e8 events each.
+#[test]
+#[ignore = "an hour on two cores"]
+fn full_harness_pressure_agrees_with_event_chains_at_twelve_packing_fractions() {
+    let fractions = [0.60, 0.62, 0.64, 0.66, 0.67, 0.68, 0.69, 0.694, 0.698, 0.702, 0.71, 0.718];
+    let failed: Vec<f64> = std::thread::scope(|scope| {
+        let halves = [0, 1].map(|half| {
+            scope.spawn(move || {
+                let own = fractions.iter().copied().skip(half).step_by(2);
+                own.filter(|fraction| !agrees(*fraction)).collect::<Vec<f64>>()
+            })
+        });
+        halves.into_iter().flat_map(|half| half.join().unwrap()).collect()
+    });
+    assert!(failed.is_empty(), "{failed:?}");
+}
+
+/// Whether a run of 870 discs is within 3 combined errors.
+fn agrees(fraction: f64) -> bool {
+    let [value, error, theory, accuracy] = pressures(&analyzed(870, fraction, 7, 574_713));
+    let deviation = (value - theory) / error.hypot(accuracy);
+    println!(
+        "| {fraction} | {value:.5} | {error:.5} | {theory:.5} | {accuracy:.5} | {deviation:+.1} |"
+    );
+    deviation.abs() < 3.0
+}
