@@ -10,11 +10,11 @@ use zip::write::SimpleFileOptions;
 use zip::{ZipArchive, ZipWriter};
 
 /// A short experiment with a sweep, an answer and a check.
-const GAS: &str = "name = \"gas\"\nquestion = \"Is the energy constant?\"\nanswer = \"Its drift is {energy.drift_relative @ temperature_k = 300}.\"\nseed = 1\n\
+pub(crate) const GAS: &str = "name = \"gas\"\nquestion = \"Is the energy constant?\"\nanswer = \"Its drift is {energy.drift_relative @ temperature_k = 300}.\"\nseed = 1\n\
     [model.gas]\nparticles = 20\nduration_s = 0.001\n[record]\nframes = 4\n[sweep.model.gas]\ntemperature_k = [200, 300]\n\
     [[checks]]\nmetric = \"energy.drift_relative\"\nexpected = 0.0\ntolerance = 1e-9\n";
 
-const BY: [&str; 6] = [
+pub(crate) const BY: [&str; 6] = [
     "--author",
     "A. Author <https://orcid.org/0000-0002-1825-0097>",
     "--affiliation",
@@ -23,12 +23,12 @@ const BY: [&str; 6] = [
     "CC-BY-4.0",
 ];
 
-fn expect(called: &Called, code: i32) {
+pub(crate) fn expect(called: &Called, code: i32) {
     assert_eq!(called.code, Some(code), "{}{}", called.out, called.err);
 }
 
 /// A folder with a recorded and analyzed experiment.
-fn analyzed() -> Bench {
+pub(crate) fn analyzed() -> Bench {
     let bench = Bench::new();
     bench.write("gas.toml", GAS);
     expect(&bench.call(&["run", "--quiet", "gas.toml"]), 0);
@@ -36,14 +36,14 @@ fn analyzed() -> Bench {
     bench
 }
 
-fn bundle(bench: &Bench, further: &[&str]) -> Called {
+pub(crate) fn bundle(bench: &Bench, further: &[&str]) -> Called {
     let arguments: Vec<&str> =
         ["bundle", "gas.toml"].iter().chain(&BY).chain(further).copied().collect();
     bench.call(&arguments)
 }
 
 /// The files of a bundle by name.
-fn contents(bytes: &[u8]) -> Vec<(String, Vec<u8>)> {
+pub(crate) fn contents(bytes: &[u8]) -> Vec<(String, Vec<u8>)> {
     let mut zip = ZipArchive::new(Cursor::new(bytes)).unwrap();
     let entries = (0..zip.len()).map(|index| {
         let mut entry = zip.by_index(index).unwrap();
@@ -106,7 +106,7 @@ fn bundle_has_the_same_bytes_and_reproduces_in_another_folder() {
 }
 
 /// The bytes of a bundle with these files, as one who knows its layout would forge it.
-fn forged(files: &[(String, Vec<u8>)]) -> Vec<u8> {
+pub(crate) fn forged(files: &[(String, Vec<u8>)]) -> Vec<u8> {
     let hash = |bytes: &[u8]| HEXLOWER.encode(&Sha256::digest(bytes));
     let mut files: Vec<_> =
         files.iter().filter(|(name, _)| name != "SHA256SUMS").cloned().collect();
@@ -161,12 +161,12 @@ fn bundle_of_a_newer_program_is_named() {
     let (_, text) = files.iter_mut().find(|(name, _)| name == "bundle.json").unwrap();
     *text = String::from_utf8(text.clone())
         .unwrap()
-        .replace("\"bundle\": 1", "\"bundle\": 2")
+        .replace("\"bundle\": 2", "\"bundle\": 3")
         .into_bytes();
     fs::write(bench.path("newer.zip"), forged(&files)).unwrap();
     let called = bench.call(&["reproduce", "newer.zip"]);
     expect(&called, 4);
-    assert!(called.err.contains("version 2 of the layout"), "{}", called.err);
+    assert!(called.err.contains("version 3 of the layout"), "{}", called.err);
 }
 
 #[test]
@@ -192,6 +192,8 @@ fn changed_added_missing_and_renamed_files_are_named() {
     missing.remove(at("recordings/gas/metrics.json"));
     refused(&missing, "recordings/gas/metrics.json is missing");
     for name in [
+        "con.txt",
+        "a/LPT1",
         "../gas.toml",
         "/tmp/gas.toml",
         "a/../../gas.toml",
@@ -284,7 +286,7 @@ fn results_that_are_not_those_of_the_rerun_are_found() {
         assert!(called.err.contains(part), "{part}: {}", called.err);
         assert!(!called.out.contains("is reproduced"), "{}", called.out);
     };
-    edited("bundle.json", "Its drift is", "Its rise is", 4, "the question or the answer");
+    edited("bundle.json", "Its drift is", "Its rise is", 4, "that of the rerun: answer");
     edited("recordings/gas/metrics.json", "\"value\":", "\"value\": 1", 4, "metrics.json");
     edited("recordings/gas/report.html", "</body>", "<p>more</p></body>", 4, "report.html");
     edited(
