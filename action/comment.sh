@@ -22,7 +22,7 @@ if [ -z "$number" ]; then
     exit 0
 fi
 body=$(mktemp)
-MARK=$mark python3 - "$1" > "$body" <<'PYTHON'
+MARK=$mark python3 -I - "$1" > "$body" <<'PYTHON'
 import json, os, sys
 text = open(sys.argv[1], encoding="utf-8", errors="replace").read()
 link = os.environ.get("RUN_URL", "")

@@ -19,13 +19,13 @@ case $WHEEL in
         [ -n "${SHA256:-}" ] || { echo "SHA256 of the wheel is required for an address" >&2; exit 2; }
         name=${WHEEL##*/}
         file=$folder/${name%%\?*}
-        python3 -c 'import sys, urllib.request; urllib.request.urlretrieve(*sys.argv[1:])' "$WHEEL" "$file" ;;
+        python3 -I -c 'import sys, urllib.request; urllib.request.urlretrieve(*sys.argv[1:])' "$WHEEL" "$file" ;;
     *) file=$WHEEL ;;
 esac
 if [ -n "${SHA256:-}" ]; then
     echo "$SHA256  $file" | sha256sum --check --quiet || { echo "$file does not have the SHA-256 $SHA256" >&2; exit 1; }
 fi
-python3 -m venv "$folder/programs"
+python3 -I -m venv "$folder/programs"
 "$folder/programs/bin/pip" install --quiet --disable-pip-version-check --no-deps "$file"
 [ -z "${GITHUB_PATH:-}" ] || echo "$folder/programs/bin" >> "$GITHUB_PATH"
 echo "$folder/programs/bin"

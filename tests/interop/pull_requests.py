@@ -2,7 +2,7 @@
 """Do the scripts of `action/` work where others use them? Pull requests in a scratch repository that has manifests and a lock file only.
 
     tests/interop/pull_requests.py WHEEL                  # built by release/build.sh
-    tests/interop/pull_requests.py WHEEL OTHER_WHEEL      # also: the pull request takes another version of the program
+    tests/interop/pull_requests.py WHEEL OTHER_WHEEL      # also: the pull request takes a program with another force in DEM
 
 Each step of the composite action, of the job for GitLab and of the plain script runs in a shell with the variables of that system, as the
 files in `action/` have them; a token that can only read; and a `gh` that fails. A cache is restored before a job and kept only if it

@@ -55,7 +55,7 @@ pub(crate) fn contents(bytes: &[u8]) -> Vec<(String, Vec<u8>)> {
 }
 
 /// The bytes of a ZIP file with these files.
-fn packed(files: &[(String, Vec<u8>)]) -> Vec<u8> {
+pub(crate) fn packed(files: &[(String, Vec<u8>)]) -> Vec<u8> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     for (name, bytes) in files {
         zip.start_file(name, SimpleFileOptions::default()).unwrap();
@@ -90,6 +90,18 @@ fn bundle_has_the_same_bytes_and_reproduces_in_another_folder() {
     ] {
         assert!(names.iter().any(|name| name == expected), "{expected} is not in {names:?}");
     }
+    // A recommendation of RO-Crate 1.1 that its validator checks: every file has a format.
+    let crate_json = contents(&first)
+        .into_iter()
+        .find_map(|(name, bytes)| (name == "ro-crate-metadata.json").then_some(bytes));
+    let described: serde_json::Value = serde_json::from_slice(&crate_json.unwrap()).unwrap();
+    let entities = described["@graph"].as_array().unwrap();
+    let is_file = |entity: &&serde_json::Value| entity["@type"] == "File";
+    for entity in entities.iter().filter(is_file) {
+        assert!(entity["encodingFormat"].is_array(), "no format: {entity}");
+    }
+    // The descriptions, the list of hashes and the results: each is described or describes.
+    assert_eq!(entities.iter().filter(is_file).count() + 5, names.len(), "{names:?}");
     assert!(
         !names.iter().any(|name| name.ends_with(".mcap") || name.contains("host.json")),
         "{names:?}"
@@ -113,13 +125,17 @@ pub(crate) fn forged(files: &[(String, Vec<u8>)]) -> Vec<u8> {
     let sums: String =
         files.iter().map(|(name, bytes)| format!("{}  {name}\n", hash(bytes))).collect();
     files.push(("SHA256SUMS".to_owned(), sums.into_bytes()));
-    let mut zip = ZipWriter::new_append(Cursor::new(packed(&files))).unwrap();
-    zip.set_comment("0".repeat(64)).unwrap();
-    let mut bytes = zip.finish().unwrap().into_inner();
-    bytes.truncate(bytes.len() - 64);
-    let seal = hash(&bytes);
-    bytes.extend_from_slice(seal.as_bytes());
-    bytes
+    sealed(packed(&files))
+}
+
+/// A ZIP file without a comment, with the seal of a bundle.
+pub(crate) fn sealed(mut zip: Vec<u8>) -> Vec<u8> {
+    // The length of the comment is the last field of the file.
+    let length = zip.len() - 2;
+    zip[length] = 64;
+    let seal = HEXLOWER.encode(&Sha256::digest(&zip));
+    zip.extend_from_slice(seal.as_bytes());
+    zip
 }
 
 /// An honest bundle of a program that gave other messages. Control: the same bundle with the messages of this program.
@@ -323,4 +339,34 @@ fn bundle_has_the_results_of_its_recordings_and_manifest() {
     let called = bench.call(&["bundle", "gas.toml", "--author", "A", "--license", "my own"]);
     expect(&called, 2);
     assert!(called.err.contains("SPDX"), "{}", called.err);
+}
+
+/// Runs of which only the metrics are kept: the bundle contains their rows, and the hash of their messages is that of the rows.
+/// Control: the same runs with their recordings have the same hashes.
+#[test]
+fn bundle_of_rows_reproduces_without_recordings() {
+    let bench = Bench::new();
+    let hashes = |bench: &Bench| {
+        let lock = fs::read_to_string(bench.path("kinetoscope.lock")).unwrap();
+        let line =
+            |start: &str| lock.lines().find(|line| line.starts_with(start)).unwrap().to_owned();
+        ["messages = ", "groups = ", "tags = "].map(line)
+    };
+    bench.write("gas.toml", GAS);
+    expect(&bench.call(&["lock", "gas.toml"]), 0);
+    let recorded = hashes(&bench);
+    bench.write("gas.toml", &GAS.replace("frames = 4\n", "frames = 4\nkeep = \"metrics\"\n"));
+    expect(&bench.call(&["lock", "gas.toml"]), 0);
+    assert_eq!(hashes(&bench), recorded);
+    expect(&bench.call(&["check", "--locked", "gas.toml"]), 0);
+    expect(&bundle(&bench, &["--recordings"]), 0);
+    expect(&bundle(&bench, &["--file", "again.zip"]), 0);
+    let bytes = fs::read(bench.path("gas.zip")).unwrap();
+    assert!(bytes == fs::read(bench.path("again.zip")).unwrap(), "two bundles differ");
+    let names: Vec<String> = contents(&bytes).into_iter().map(|(name, _)| name).collect();
+    assert!(names.iter().any(|name| name == "recordings/gas/runs.parquet"), "{names:?}");
+    assert!(!names.iter().any(|name| name.ends_with(".mcap")), "{names:?}");
+    let elsewhere = Bench::new();
+    fs::copy(bench.path("gas.zip"), elsewhere.path("gas.zip")).unwrap();
+    expect(&elsewhere.call(&["reproduce", "gas.zip"]), 0);
 }

@@ -1,7 +1,7 @@
 //! Guarantee: `reproduce` accepts a bundle only if every file is the one that its own rerun gives, whatever an author who knows the layout
 //! puts into it. What no rerun can confirm is named.
 
-use crate::bundles::{BY, GAS, analyzed, bundle, contents, expect, forged};
+use crate::bundles::{BY, GAS, analyzed, bundle, contents, expect, forged, packed, sealed};
 use crate::subcommand_bench::{Bench, Called, recordings};
 use std::fs;
 use std::io::{Cursor, Write as _};
@@ -70,6 +70,39 @@ fn every_file_is_compared_with_that_of_the_rerun() {
     expect(&other.call(&["run", "--quiet", "gas.toml"]), 0);
     let foreign = fs::read(&recordings(&other.path("recordings/gas"))[0]).unwrap();
     differs(&|files| file(files, ".mcap").clone_from(&foreign), ".mcap is not");
+}
+
+/// A file that is not in the directory at the end of the ZIP file, and bytes before its first file: programs that read it from its start
+/// would unpack others. Control: the same bytes with neither.
+#[test]
+fn files_outside_of_the_directory_are_refused() {
+    let bench = analyzed();
+    let original = original(&bench);
+    let plain = packed(&original);
+    fs::write(bench.path("forged.zip"), sealed(plain.clone())).unwrap();
+    expect(&bench.call(&["reproduce", "forged.zip"]), 0);
+    let mut files = original;
+    files.push(("hidden.html".to_owned(), b"text".to_vec()));
+    let mut hidden = packed(&files);
+    // Without its entry: the end of the file states the number and the bytes of the entries (APPNOTE.TXT 4.3.16).
+    let last = hidden.windows(4).rposition(|bytes| bytes == b"PK\x01\x02").unwrap();
+    let end = hidden.windows(4).rposition(|bytes| bytes == b"PK\x05\x06").unwrap();
+    let mut tail = hidden[end..].to_vec();
+    for count in [8, 10] {
+        tail[count] -= 1;
+    }
+    let bytes = u32::from_le_bytes(tail[12..16].try_into().unwrap());
+    let removed = u32::try_from(end - last).unwrap();
+    tail[12..16].copy_from_slice(&(bytes - removed).to_le_bytes());
+    hidden.truncate(last);
+    hidden.extend_from_slice(&tail);
+    let before = [b"#!/bin/sh\n".to_vec(), plain].concat();
+    for (zip, part) in [(hidden, "missing from central directory"), (before, "")] {
+        fs::write(bench.path("forged.zip"), sealed(zip)).unwrap();
+        let called = bench.call(&["reproduce", "forged.zip"]);
+        expect(&called, 5);
+        assert!(called.err.contains(part), "{}", called.err);
+    }
 }
 
 /// The readable texts of the lock file, with the hash that belongs to them.

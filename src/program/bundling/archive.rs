@@ -15,6 +15,12 @@ use thiserror::Error;
 use zip::write::{SimpleFileOptions, StreamWriter};
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
+/// What the bundle is, for programs.
+pub(super) const BUNDLE: &str = "bundle.json";
+/// The folder of the results; those of each experiment are in a folder of its name, as those that were bundled.
+pub(super) const RECORDINGS: &str = "recordings";
+/// The packages of the program (CycloneDX).
+pub(super) const PACKAGES: &str = "kinetoscope.cdx.json";
 /// The list of all other files with their hashes, as `sha256sum --check` reads it.
 pub(super) const SUMS: &str = "SHA256SUMS";
 /// Maximum size of the list, and of any other file that is read into memory.
@@ -166,6 +172,11 @@ impl Archive {
         }
         if self.zip.has_duplicate_names() || self.zip.has_overlapping_entries()? {
             return Err(damaged("some of its files have the same name or share bytes"));
+        }
+        // A program that reads the file from its start would find other files or other names.
+        self.zip.validate_header_consistency()?;
+        if self.zip.offset() != 0 {
+            return Err(damaged("it does not begin with its first file"));
         }
         let (mut unpacked, mut compressed) = (0_u64, 0_u64);
         let mut seen = BTreeMap::new();

@@ -1,6 +1,6 @@
 //! What a bundle contains: the manifest, the entry of the lock file, the results, and the description of all of it.
 
-use super::archive::Content;
+use super::archive::{BUNDLE, Content, PACKAGES, RECORDINGS};
 use super::description::Description;
 use super::results::{MAX_RESULT_BYTES, METRICS, REPORT, analyze, without_machine};
 use super::starts::starts;
@@ -24,12 +24,6 @@ use std::time::{Duration, SystemTime};
 
 /// Version of the bundle's layout.
 pub(super) const VERSION: u64 = 2;
-/// What the bundle is, for programs.
-pub(super) const BUNDLE: &str = "bundle.json";
-/// The folder of the results; those of each experiment are in a folder of its name, as those that were bundled.
-pub(super) const RECORDINGS: &str = "recordings";
-/// The packages of the program (CycloneDX).
-pub(super) const PACKAGES: &str = "kinetoscope.cdx.json";
 /// What the recordings of a folder are.
 const SIDE_CAR: &str = "experiment.toml";
 
@@ -129,7 +123,7 @@ fn results(
     files.insert(below(REPORT), Content::Text(report));
     let record = read(SIDE_CAR, MAX_EXPERIMENT_RECORD_BYTES)?;
     files.insert(below(SIDE_CAR), Content::Text(with_manifest(&record, manifest_name)));
-    for run in rerun.runs.iter().filter(|_| claims.with_recordings) {
+    for run in rerun.runs.iter().filter(|run| claims.with_recordings && run.row.is_none()) {
         let name = run.recording.file_name().unwrap_or_default().to_string_lossy();
         files.insert(below(&name), Content::File(run.recording.clone()));
     }
@@ -146,7 +140,7 @@ fn with_manifest(record: &str, manifest: &str) -> String {
     record.lines().map(line).collect()
 }
 
-/// When the last run was finished: as recorded next to it, or the time of the file.
+/// When the last run was finished: as recorded next to it, or the time of the file. Of runs without recordings, that of their description.
 pub(super) fn finished_time(rerun: &RerunExperiment) -> String {
     let recorded = |recording: &Path| {
         let text = read_text(&recording.with_extension("host.json"), MAX_MANIFEST_BYTES).ok()?;
@@ -156,7 +150,11 @@ pub(super) fn finished_time(rerun: &RerunExperiment) -> String {
         let changed = fs::metadata(recording).and_then(|metadata| metadata.modified()).ok()?;
         changed.duration_since(SystemTime::UNIX_EPOCH).ok().as_ref().map(Duration::as_secs)
     };
-    let finished = |recording| recorded(recording).or_else(|| of_file(recording)).unwrap_or(0);
+    let side_car = rerun.folder.join(SIDE_CAR);
+    let finished = |recording| {
+        let found = recorded(recording).or_else(|| of_file(recording));
+        found.or_else(|| of_file(&side_car)).unwrap_or(0)
+    };
     iso_time(rerun.runs.iter().map(|run| finished(&run.recording)).max().unwrap_or(0))
 }
 

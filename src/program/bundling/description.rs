@@ -1,7 +1,6 @@
 //! The description of a bundle in the formats that archives read: RO-Crate, Citation File Format, Zenodo and CodeMeta.
 
-use super::archive::Content;
-use super::contents::{BUNDLE, PACKAGES, RECORDINGS};
+use super::archive::{BUNDLE, Content, PACKAGES, RECORDINGS};
 use crate::locking::lock::USUAL;
 use crate::messages::{Failure, bad};
 use kinetoscope_console::text::one_line;
@@ -16,13 +15,19 @@ const PROCESS_RUN: &str = "https://w3id.org/ro/wfrun/process/0.5";
 const PROCESS_RUN_TERMS: &str = "https://w3id.org/ro/terms/workflow-run/context";
 
 /// Formats of files by their ending: media type, name of the format, page that defines it.
-const FORMATS: [(&str, &str, &str, &str); 7] = [
+const FORMATS: [(&str, &str, &str, &str); 8] = [
     (".mcap", "application/octet-stream", "MCAP", "https://mcap.dev/spec"),
     (".toml", "application/toml", "TOML", "https://toml.io/en/v1.0.0"),
     (".lock", "application/toml", "TOML", "https://toml.io/en/v1.0.0"),
     (".json", "application/json", "JSON", "https://www.rfc-editor.org/rfc/rfc8259"),
     (".csv", "text/csv", "CSV", "https://www.rfc-editor.org/rfc/rfc4180"),
     (".html", "text/html", "HTML", "https://html.spec.whatwg.org/"),
+    (
+        ".parquet",
+        "application/vnd.apache.parquet",
+        "Apache Parquet",
+        "https://parquet.apache.org/docs/file-format/",
+    ),
     (".svg", "image/svg+xml", "SVG", "https://www.w3.org/TR/SVG11/"),
 ];
 

@@ -1,7 +1,7 @@
 //! `reproduce`: reruns the experiment of a bundle and compares every message.
 
-use super::archive::{Archive, ArchiveError, Content, hash_of};
-use super::contents::{BUNDLE, Claims, PACKAGES, RECORDINGS, VERSION, files};
+use super::archive::{Archive, ArchiveError, BUNDLE, Content, PACKAGES, RECORDINGS, hash_of};
+use super::contents::{Claims, VERSION, files};
 use super::description::Description;
 use super::results::{MAX_RESULT_BYTES, REPORT, engine_in};
 use super::starts::starts;

@@ -24,8 +24,11 @@ pub(super) fn analyze(folder: &Path, engine: &'static [u8]) -> Result<BTreeSet<S
     let entries = fs::read_dir(fresh.path()).into_iter().flatten().flatten();
     // Not the folder of the cache.
     let files = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_file()));
-    let names: BTreeSet<String> =
-        files.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    // Not the analysis's own notes either.
+    let names: BTreeSet<String> = files
+        .map(|entry| entry.file_name().to_string_lossy().into_owned())
+        .filter(|name| !name.starts_with('.'))
+        .collect();
     match names.contains(METRICS) {
         true => Ok(names),
         false => Err(bad(format!("the recordings in {} cannot be analyzed", shown_path(folder)))),

@@ -210,7 +210,7 @@ impl LockedCheck<'_> {
         let (recording, found) = first.fingerprint()?;
         let mut messages = vec![found.messages.clone()];
         for run in &rerun.runs[1..] {
-            messages.push(run.fingerprint()?.1.messages);
+            messages.push(run.messages()?);
         }
         let same_messages = RunHashes::new(&[], &messages).messages == entry.messages;
         if same_messages {
