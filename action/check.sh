@@ -6,6 +6,8 @@
 # Settings, all optional, from the environment:
 #     KINETOSCOPE   the program                                                    [kinetoscope]
 #     RESULTS_CACHE folder that the CI system keeps between jobs                   [.kinetoscope]
+#     REPORTS       folder for the reports, metrics and test results of this job   [kinetoscope-reports]
+#     REPORTS_URL   address of that folder, for the summary                        [that of the job in GitHub or GitLab]
 #     SUMMARY       file to which the summary is appended                          [$GITHUB_STEP_SUMMARY, or summary.md]
 #     LOCK_FILE     lock file; compared if it exists                               [kinetoscope.lock]
 #     BASELINE      metrics.json of an earlier version, compared in the analysis
@@ -17,11 +19,24 @@
 set -u
 program=${KINETOSCOPE:-kinetoscope}
 cache=${RESULTS_CACHE:-.kinetoscope}
+reports=${REPORTS:-kinetoscope-reports}
 summary=${SUMMARY:-${GITHUB_STEP_SUMMARY:-summary.md}}
 lock=${LOCK_FILE:-kinetoscope.lock}
+# GitHub rejects a summary of more than 1 MiB; other steps of the job may write before.
+most_bytes=900000
 if [ $# -eq 0 ]; then
     echo "usage: $0 MANIFEST…" >&2
     exit 2
+fi
+# Recordings that belong to the repository would be taken for those of an earlier job.
+if git ls-files --error-unmatch -- "$cache" > /dev/null 2>&1; then
+    echo "$cache is committed: remove it from the repository, or name another folder with RESULTS_CACHE" >&2
+    exit 2
+fi
+if [ -n "${GITHUB_RUN_ID:-}" ]; then
+    url=${REPORTS_URL:-${GITHUB_SERVER_URL:-https://github.com}/${GITHUB_REPOSITORY:-}/actions/runs/$GITHUB_RUN_ID#artifacts}
+else
+    url=${REPORTS_URL:-${CI_JOB_URL:+$CI_JOB_URL/artifacts/browse}}
 fi
 
 file=$(command -v "$program") || { echo "$program is not installed: set KINETOSCOPE" >&2; exit 2; }
@@ -32,9 +47,10 @@ programs() {
     ls -td "$cache"/*/ 2>/dev/null | grep -E '/[0-9a-f]{16}/$'
 }
 earlier=$(programs | grep -v "/$version/\$" | head -n 1)
-mkdir -p -- "$results"
+mkdir -p -- "$results" "$reports"
 touch -- "$results"
-: >> "$summary"
+text=$(mktemp)
+tables=$(mktemp)
 
 first=0
 keep() {
@@ -42,16 +58,31 @@ keep() {
     [ "$first" -ne 0 ] || first=$code
 }
 
+# Appends the text to the summary, cut after a line, with a link to the reports if there is more than one line.
+finish() {
+    if [ "$(wc -c < "$text")" -gt "$most_bytes" ]; then
+        head -c "$most_bytes" "$text" | sed '$d' > "$tables"
+        printf '\nThe rest would be too long for a summary%s.\n' "${url:+; the reports have all}" >> "$tables"
+        cp "$tables" "$text"
+    fi
+    if [ -n "$url" ] && [ "$(wc -l < "$text")" -gt 1 ]; then
+        printf '\n[Reports and test results](%s)\n' "$url" >> "$text"
+    fi
+    cat "$text" >> "$summary"
+    rm -f "$text" "$tables"
+    exit "$1"
+}
+
 "$program" run --quiet --output "$results" "$@"; keep
 if [ "$first" -eq 2 ]; then
     # Nothing was run: what is in the cache belongs to earlier manifests.
-    echo "**The manifests were refused**; the messages of the step say why." >> "$summary"
-    exit 2
+    echo "**The manifests were refused**; the messages of the step say why." >> "$text"
+    finish 2
 fi
 
 if [ -f "$lock" ]; then
     "$program" check --locked --recorded --lock-file "$lock" --output "$results" --earlier "${earlier:-$results}" \
-        --summary "$summary" "$@"; keep
+        --summary "$text" "$@"; keep
 fi
 
 # Also after a run that failed: its recording contains the fault, which becomes an error in the test report.
@@ -63,21 +94,27 @@ for name in $names; do
     [ ! -d "$results/$name" ] || set -- "$@" "$results/$name"
 done
 # Without a recording, there is nothing to analyze, and the exit code is that of the commands before.
-[ $# -gt 0 ] || exit "$first"
+[ $# -gt 0 ] || finish "$first"
 for key in ${ALLOW_CHANGED:-}; do
     set -- --allow-changed "$key" "$@"
 done
-tables=$(mktemp)
-GITHUB_STEP_SUMMARY=$tables "$program" analyze --quiet --github-annotations --junit "$results/results.xml" \
+GITHUB_STEP_SUMMARY=$tables "$program" analyze --quiet --github-annotations --junit "$reports/results.xml" \
     ${BASELINE:+--baseline "$BASELINE"} "$@"
 analyzed=$?
 (exit "$analyzed"); keep
 # The table of all checks, if there is no lock file or a check failed.
 if [ ! -f "$lock" ] || [ "$analyzed" -ne 0 ]; then
-    cat "$tables" >> "$summary"
+    cat "$tables" >> "$text"
 fi
-rm -f "$tables"
+# Only those of this job: the cache has experiments and programs of earlier ones.
+for name in $names; do
+    [ -d "$results/$name" ] || continue
+    mkdir -p -- "$reports/$name"
+    for result in report.html kinetoscope-engine.js metrics.json; do
+        [ ! -f "$results/$name/$result" ] || cp -- "$results/$name/$result" "$reports/$name"
+    done
+done
 
 # One earlier version is enough to explain a difference.
 programs | tail -n +3 | while read -r old; do rm -rf -- "$old"; done
-exit "$first"
+finish "$first"

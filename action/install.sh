@@ -8,21 +8,24 @@ set -eu
 if [ -z "${WHEEL:-}" ]; then
     here=$(cd "$(dirname "$0")/.." && pwd)
     cargo build --release --locked --quiet --package kinetoscope-program --manifest-path "$here/Cargo.toml"
-    [ -z "${GITHUB_PATH:-}" ] || echo "${CARGO_TARGET_DIR:-$here/target}/release" >> "$GITHUB_PATH"
+    programs=${CARGO_TARGET_DIR:-$here/target}/release
+    [ -z "${GITHUB_PATH:-}" ] || echo "$programs" >> "$GITHUB_PATH"
+    echo "$programs"
     exit 0
 fi
 folder=$(mktemp -d)
 case $WHEEL in
     http://* | https://*)
         [ -n "${SHA256:-}" ] || { echo "SHA256 of the wheel is required for an address" >&2; exit 2; }
-        file=$folder/${WHEEL##*/}
-        curl --fail --silent --show-error --location --output "$file" "$WHEEL" ;;
+        name=${WHEEL##*/}
+        file=$folder/${name%%\?*}
+        python3 -I -c 'import sys, urllib.request; urllib.request.urlretrieve(*sys.argv[1:])' "$WHEEL" "$file" ;;
     *) file=$WHEEL ;;
 esac
 if [ -n "${SHA256:-}" ]; then
     echo "$SHA256  $file" | sha256sum --check --quiet || { echo "$file does not have the SHA-256 $SHA256" >&2; exit 1; }
 fi
-python3 -m venv "$folder/programs"
+python3 -I -m venv "$folder/programs"
 "$folder/programs/bin/pip" install --quiet --disable-pip-version-check --no-deps "$file"
 [ -z "${GITHUB_PATH:-}" ] || echo "$folder/programs/bin" >> "$GITHUB_PATH"
 echo "$folder/programs/bin"

@@ -57,6 +57,7 @@ done
 
 mkdir "$stage/share/doc"
 python3 release/notices.py > "$stage/share/doc/kinetoscope-licenses.txt"
+python3 release/sbom.py > "$stage/share/doc/kinetoscope.cdx.json"
 python3 release/pack.py "$stage" "$version" "$output"
-python3 release/sbom.py > "$output/kinetoscope-$version.cdx.json"
+cp "$stage/share/doc/kinetoscope.cdx.json" "$output/kinetoscope-$version.cdx.json"
 (cd "$output" && sha256sum -- * > SHA256SUMS && cat SHA256SUMS)

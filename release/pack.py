@@ -41,6 +41,8 @@ DESCRIPTION = (
 # A link of the README to a file or a part of the repository.
 RELATIVE_LINK = re.compile(r"\]\((?!https?://|#)([^)\s]+)\)")
 OTHER_RELATIVE_LINK = re.compile(r"""(?:\]\(|^\[[^]]+\]: *|(?:src|href) *= *["'])(?!https?://|#)""", re.MULTILINE)
+# The packages of the program (CycloneDX) in STAGE.
+PACKAGES = "share/doc/kinetoscope.cdx.json"
 # The last one is that of the font in the plots, which is part of the program.
 LICENSES = ("LICENSE-APACHE", "LICENSE-MIT", "analysis/src/plot/font/LICENSE.txt")
 
@@ -138,6 +140,10 @@ def wheel(stage, version, output, platform=PLATFORM):
             name, data = f"{name}.cmd", batch_file_for(Path(name).name, data)
         elif isinstance(data, Link):
             data = script_for(Path(name).name, data, version)
+        if name == PACKAGES:
+            # The place of such lists in wheels: PEP 770.
+            contents.append((f"{information}/sboms/{Path(name).name}", data, False))
+            continue
         kind = "scripts/" + name.removeprefix("bin/") if is_program else "data/" + name
         contents.append((f"kinetoscope-{version}.data/{kind}", data, is_program))
     tags = "".join(f"Tag: py3-none-{name}\n" for name in platform.split("."))

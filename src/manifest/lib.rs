@@ -52,7 +52,7 @@ pub use places::line_of_key_in_message;
 pub use plots::{PlotAxis, PlotFit, PlotRequest, TIME, channel_field};
 pub use schema::json_schema;
 pub use sidecar::{ExperimentRecord, RunRecord};
-pub use start_manifests::{StartManifest, is_manifest_name, start_manifests};
+pub use start_manifests::{NamedStart, is_manifest_name, start_manifests, start_names};
 pub use sweep::{Axis, Coordinate};
 pub use syntax::{excess_of_toml, toml_error};
 pub use timing::{TimingComparison, TimingPoint, TimingRatio, TimingTable};

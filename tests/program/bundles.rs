@@ -10,11 +10,11 @@ use zip::write::SimpleFileOptions;
 use zip::{ZipArchive, ZipWriter};
 
 /// A short experiment with a sweep, an answer and a check.
-const GAS: &str = "name = \"gas\"\nquestion = \"Is the energy constant?\"\nanswer = \"Its drift is {energy.drift_relative @ temperature_k = 300}.\"\nseed = 1\n\
+pub(crate) const GAS: &str = "name = \"gas\"\nquestion = \"Is the energy constant?\"\nanswer = \"Its drift is {energy.drift_relative @ temperature_k = 300}.\"\nseed = 1\n\
     [model.gas]\nparticles = 20\nduration_s = 0.001\n[record]\nframes = 4\n[sweep.model.gas]\ntemperature_k = [200, 300]\n\
     [[checks]]\nmetric = \"energy.drift_relative\"\nexpected = 0.0\ntolerance = 1e-9\n";
 
-const BY: [&str; 6] = [
+pub(crate) const BY: [&str; 6] = [
     "--author",
     "A. Author <https://orcid.org/0000-0002-1825-0097>",
     "--affiliation",
@@ -23,12 +23,12 @@ const BY: [&str; 6] = [
     "CC-BY-4.0",
 ];
 
-fn expect(called: &Called, code: i32) {
+pub(crate) fn expect(called: &Called, code: i32) {
     assert_eq!(called.code, Some(code), "{}{}", called.out, called.err);
 }
 
 /// A folder with a recorded and analyzed experiment.
-fn analyzed() -> Bench {
+pub(crate) fn analyzed() -> Bench {
     let bench = Bench::new();
     bench.write("gas.toml", GAS);
     expect(&bench.call(&["run", "--quiet", "gas.toml"]), 0);
@@ -36,14 +36,14 @@ fn analyzed() -> Bench {
     bench
 }
 
-fn bundle(bench: &Bench, further: &[&str]) -> Called {
+pub(crate) fn bundle(bench: &Bench, further: &[&str]) -> Called {
     let arguments: Vec<&str> =
         ["bundle", "gas.toml"].iter().chain(&BY).chain(further).copied().collect();
     bench.call(&arguments)
 }
 
 /// The files of a bundle by name.
-fn contents(bytes: &[u8]) -> Vec<(String, Vec<u8>)> {
+pub(crate) fn contents(bytes: &[u8]) -> Vec<(String, Vec<u8>)> {
     let mut zip = ZipArchive::new(Cursor::new(bytes)).unwrap();
     let entries = (0..zip.len()).map(|index| {
         let mut entry = zip.by_index(index).unwrap();
@@ -55,7 +55,7 @@ fn contents(bytes: &[u8]) -> Vec<(String, Vec<u8>)> {
 }
 
 /// The bytes of a ZIP file with these files.
-fn packed(files: &[(String, Vec<u8>)]) -> Vec<u8> {
+pub(crate) fn packed(files: &[(String, Vec<u8>)]) -> Vec<u8> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     for (name, bytes) in files {
         zip.start_file(name, SimpleFileOptions::default()).unwrap();
@@ -90,6 +90,18 @@ fn bundle_has_the_same_bytes_and_reproduces_in_another_folder() {
     ] {
         assert!(names.iter().any(|name| name == expected), "{expected} is not in {names:?}");
     }
+    // A recommendation of RO-Crate 1.1 that its validator checks: every file has a format.
+    let crate_json = contents(&first)
+        .into_iter()
+        .find_map(|(name, bytes)| (name == "ro-crate-metadata.json").then_some(bytes));
+    let described: serde_json::Value = serde_json::from_slice(&crate_json.unwrap()).unwrap();
+    let entities = described["@graph"].as_array().unwrap();
+    let is_file = |entity: &&serde_json::Value| entity["@type"] == "File";
+    for entity in entities.iter().filter(is_file) {
+        assert!(entity["encodingFormat"].is_array(), "no format: {entity}");
+    }
+    // The descriptions, the list of hashes and the results: each is described or describes.
+    assert_eq!(entities.iter().filter(is_file).count() + 5, names.len(), "{names:?}");
     assert!(
         !names.iter().any(|name| name.ends_with(".mcap") || name.contains("host.json")),
         "{names:?}"
@@ -106,20 +118,24 @@ fn bundle_has_the_same_bytes_and_reproduces_in_another_folder() {
 }
 
 /// The bytes of a bundle with these files, as one who knows its layout would forge it.
-fn forged(files: &[(String, Vec<u8>)]) -> Vec<u8> {
+pub(crate) fn forged(files: &[(String, Vec<u8>)]) -> Vec<u8> {
     let hash = |bytes: &[u8]| HEXLOWER.encode(&Sha256::digest(bytes));
     let mut files: Vec<_> =
         files.iter().filter(|(name, _)| name != "SHA256SUMS").cloned().collect();
     let sums: String =
         files.iter().map(|(name, bytes)| format!("{}  {name}\n", hash(bytes))).collect();
     files.push(("SHA256SUMS".to_owned(), sums.into_bytes()));
-    let mut zip = ZipWriter::new_append(Cursor::new(packed(&files))).unwrap();
-    zip.set_comment("0".repeat(64)).unwrap();
-    let mut bytes = zip.finish().unwrap().into_inner();
-    bytes.truncate(bytes.len() - 64);
-    let seal = hash(&bytes);
-    bytes.extend_from_slice(seal.as_bytes());
-    bytes
+    sealed(packed(&files))
+}
+
+/// A ZIP file without a comment, with the seal of a bundle.
+pub(crate) fn sealed(mut zip: Vec<u8>) -> Vec<u8> {
+    // The length of the comment is the last field of the file.
+    let length = zip.len() - 2;
+    zip[length] = 64;
+    let seal = HEXLOWER.encode(&Sha256::digest(&zip));
+    zip.extend_from_slice(seal.as_bytes());
+    zip
 }
 
 /// An honest bundle of a program that gave other messages. Control: the same bundle with the messages of this program.
@@ -161,12 +177,12 @@ fn bundle_of_a_newer_program_is_named() {
     let (_, text) = files.iter_mut().find(|(name, _)| name == "bundle.json").unwrap();
     *text = String::from_utf8(text.clone())
         .unwrap()
-        .replace("\"bundle\": 1", "\"bundle\": 2")
+        .replace("\"bundle\": 2", "\"bundle\": 3")
         .into_bytes();
     fs::write(bench.path("newer.zip"), forged(&files)).unwrap();
     let called = bench.call(&["reproduce", "newer.zip"]);
     expect(&called, 4);
-    assert!(called.err.contains("version 2 of the layout"), "{}", called.err);
+    assert!(called.err.contains("version 3 of the layout"), "{}", called.err);
 }
 
 #[test]
@@ -192,6 +208,8 @@ fn changed_added_missing_and_renamed_files_are_named() {
     missing.remove(at("recordings/gas/metrics.json"));
     refused(&missing, "recordings/gas/metrics.json is missing");
     for name in [
+        "con.txt",
+        "a/LPT1",
         "../gas.toml",
         "/tmp/gas.toml",
         "a/../../gas.toml",
@@ -284,7 +302,7 @@ fn results_that_are_not_those_of_the_rerun_are_found() {
         assert!(called.err.contains(part), "{part}: {}", called.err);
         assert!(!called.out.contains("is reproduced"), "{}", called.out);
     };
-    edited("bundle.json", "Its drift is", "Its rise is", 4, "the question or the answer");
+    edited("bundle.json", "Its drift is", "Its rise is", 4, "that of the rerun: answer");
     edited("recordings/gas/metrics.json", "\"value\":", "\"value\": 1", 4, "metrics.json");
     edited("recordings/gas/report.html", "</body>", "<p>more</p></body>", 4, "report.html");
     edited(
@@ -321,4 +339,34 @@ fn bundle_has_the_results_of_its_recordings_and_manifest() {
     let called = bench.call(&["bundle", "gas.toml", "--author", "A", "--license", "my own"]);
     expect(&called, 2);
     assert!(called.err.contains("SPDX"), "{}", called.err);
+}
+
+/// Runs of which only the metrics are kept: the bundle contains their rows, and the hash of their messages is that of the rows.
+/// Control: the same runs with their recordings have the same hashes.
+#[test]
+fn bundle_of_rows_reproduces_without_recordings() {
+    let bench = Bench::new();
+    let hashes = |bench: &Bench| {
+        let lock = fs::read_to_string(bench.path("kinetoscope.lock")).unwrap();
+        let line =
+            |start: &str| lock.lines().find(|line| line.starts_with(start)).unwrap().to_owned();
+        ["messages = ", "groups = ", "tags = "].map(line)
+    };
+    bench.write("gas.toml", GAS);
+    expect(&bench.call(&["lock", "gas.toml"]), 0);
+    let recorded = hashes(&bench);
+    bench.write("gas.toml", &GAS.replace("frames = 4\n", "frames = 4\nkeep = \"metrics\"\n"));
+    expect(&bench.call(&["lock", "gas.toml"]), 0);
+    assert_eq!(hashes(&bench), recorded);
+    expect(&bench.call(&["check", "--locked", "gas.toml"]), 0);
+    expect(&bundle(&bench, &["--recordings"]), 0);
+    expect(&bundle(&bench, &["--file", "again.zip"]), 0);
+    let bytes = fs::read(bench.path("gas.zip")).unwrap();
+    assert!(bytes == fs::read(bench.path("again.zip")).unwrap(), "two bundles differ");
+    let names: Vec<String> = contents(&bytes).into_iter().map(|(name, _)| name).collect();
+    assert!(names.iter().any(|name| name == "recordings/gas/runs.parquet"), "{names:?}");
+    assert!(!names.iter().any(|name| name.ends_with(".mcap")), "{names:?}");
+    let elsewhere = Bench::new();
+    fs::copy(bench.path("gas.zip"), elsewhere.path("gas.zip")).unwrap();
+    expect(&elsewhere.call(&["reproduce", "gas.zip"]), 0);
 }

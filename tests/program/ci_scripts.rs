@@ -62,7 +62,8 @@ fn unchanged_experiments_give_one_line_and_are_not_run_again() {
     let first = written(&recording);
     expect(&check(&bench), 0);
     assert_eq!((summary(&bench), written(&recording)), (EQUAL.to_owned(), first));
-    assert!(results(&bench).join("results.xml").exists());
+    assert!(bench.path("kinetoscope-reports/results.xml").exists());
+    assert!(bench.path("kinetoscope-reports/discs/report.html").exists());
     // The cache keeps two programs, and folders that are not its own.
     let own = results(&bench);
     for folder in ["mine", "more", "0000000000000001", "0000000000000002"] {
@@ -166,8 +167,82 @@ fn refused_and_deleted_manifests_are_not_equal() {
     expect(&called, 4);
     let expected = "experiments/more.toml: differs\n  the manifest no longer exists";
     assert!(called.out.contains(expected), "{}", called.out);
+    assert!(!called.out.contains("metric moved"), "{}", called.out);
     expect(&bench.call(&["lock", "experiments"]), 0);
     expect(&bench.call(&["check", "--locked", "experiments"]), 0);
+}
+
+/// A recording that is not readable, such as one of another version, in the folder of another program: only the frame is known.
+#[test]
+fn cached_recordings_of_another_version_are_no_results() {
+    let bench = locked();
+    let old = bench.path(".kinetoscope/0123456789abcdef/discs");
+    fs::create_dir_all(&old).unwrap();
+    expect(&bench.call(&["run", "--quiet", "--output", "new", "discs.toml"]), 0);
+    let recording = recordings(&bench.path("new/discs")).remove(0);
+    let mut bytes = fs::read(&recording).unwrap();
+    let half = bytes.len() / 2;
+    bytes.truncate(half);
+    fs::write(old.join(recording.file_name().unwrap()), bytes).unwrap();
+    expect(&check(&bench), 0);
+    assert_eq!(summary(&bench), EQUAL);
+}
+
+/// Control: the same folder, not committed, in the other tests.
+#[test]
+fn committed_recordings_are_refused() {
+    let bench = locked();
+    let git = |arguments: &[&str]| -> Called {
+        Command::new("git").args(arguments).current_dir(bench.path(".")).output().unwrap().into()
+    };
+    expect(&git(&["init", "--quiet"]), 0);
+    expect(&check(&bench), 0);
+    expect(&git(&["add", ".kinetoscope"]), 0);
+    let called = check(&bench);
+    expect(&called, 2);
+    assert!(called.err.contains(".kinetoscope is committed"), "{}", called.err);
+}
+
+/// A manifest with 4,000 failed checks. Control: the summaries of the other tests have less than 900 kB, and are whole.
+#[test]
+fn summary_of_more_than_a_mebibyte_is_cut_and_linked() {
+    let bench = Bench::new();
+    let check_of = "[[checks]]\nmetric = \"energy.drift_relative\"\nmaximum = ";
+    let checks: String = (0..9_000).map(|number| format!("{check_of}-1.{number:08}\n")).collect();
+    bench.write("discs.toml", &format!("{DISCS}{checks}"));
+    let called: Called = Command::new(script("check.sh"))
+        .arg("discs.toml")
+        .current_dir(bench.path("."))
+        .env("KINETOSCOPE", env!("CARGO_BIN_EXE_kinetoscope"))
+        .env("SUMMARY", "summary.md")
+        .env("REPORTS_URL", "https://example.org/reports")
+        .env_remove("GITHUB_RUN_ID")
+        .output()
+        .unwrap()
+        .into();
+    expect(&called, 3);
+    let text = summary(&bench);
+    assert!(text.len() > 890_000 && text.len() < 1_000_000, "{} bytes", text.len());
+    let end = "\nThe rest would be too long for a summary; the reports have all.\n\n[Reports and test results](https://example.org/reports)\n";
+    assert!(text.ends_with(end), "{}", &text[text.len() - 300..]);
+}
+
+/// A link in the artifact could name the environment of the job, which has the token.
+#[test]
+fn artifact_that_is_a_link_is_not_posted() {
+    let bench = Bench::new();
+    bench.write("secret", "token");
+    std::os::unix::fs::symlink(bench.path("secret"), bench.path("summary.md")).unwrap();
+    let called: Called = Command::new(script("comment.sh"))
+        .arg("summary.md")
+        .current_dir(bench.path("."))
+        .env("GITHUB_REPOSITORY", "owner/name")
+        .env("HEAD_SHA", "0123abcd")
+        .output()
+        .unwrap()
+        .into();
+    expect(&called, 2);
+    assert!(called.err.contains("is not a file"), "{}", called.err);
 }
 
 /// `gh` is replaced by a script that keeps its arguments and the body of the comment.
@@ -178,6 +253,8 @@ fn one_comment_is_written_and_then_replaced() {
     let path = bench.write("gh", gh);
     fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
     bench.write("summary.md", &format!("{}\n{}", "line\n".repeat(20_000), "last"));
+    // No module of the working folder is executed.
+    bench.write("json.py", "raise SystemExit(\"json.py was executed\")\n");
     let comment = |sha: &str| -> Called {
         let paths = format!("{}:{}", bench.path("").display(), std::env::var("PATH").unwrap());
         Command::new(script("comment.sh"))

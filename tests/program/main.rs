@@ -84,8 +84,9 @@ mod keyframes;
 mod changed_keyframes;
 // Analysis, plots and exports of recordings that keep only keyframes.
 mod analysis_of_keyframes;
-// Experiments that travel in one file.
+// Experiments that travel in one file, and such files of authors who lie.
 mod bundles;
+mod hostile_bundles;
 // Golden values of runs, and the place of the first difference.
 mod lock;
 // Several runs in one recording.

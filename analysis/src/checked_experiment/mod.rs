@@ -42,7 +42,8 @@ pub struct CheckedValue {
 /// # Errors
 /// A folder without readable recordings, as text.
 pub fn checked_experiment(folder: &Path) -> Result<CheckedExperiment, String> {
-    let sources = input::sources(&[folder.to_owned()]).map_err(|error| error.message.clause())?;
+    let sources =
+        input::sources_and_tables(&[folder.to_owned()]).map_err(|error| error.message.clause())?;
     let Some(mut source) = sources.into_iter().next() else {
         return Ok(CheckedExperiment::default());
     };

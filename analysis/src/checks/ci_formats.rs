@@ -145,24 +145,53 @@ pub(crate) fn markdown(experiments: &[ExperimentChecks<'_>]) -> String {
     text
 }
 
-/// Escapes text for a cell of a Markdown table, or a line: no part of it is markup, a mention or a formula.
+/// Escapes text for a cell of a Markdown table, or a line: no part of it is markup, a mention, a link or a formula.
 #[must_use]
 pub fn markdown_text(text: &str) -> String {
-    let text = one_line(text);
+    let text = one_line(text.trim_start());
     let mut escaped = String::with_capacity(text.len());
-    for character in text.chars() {
+    let marker_at = block_marker(&text);
+    for (at, character) in text.char_indices() {
+        if marker_at == Some(at) {
+            escaped.push('\\');
+        }
         match character {
             '|' | '\\' | '`' | '*' | '_' | '<' | '[' | '$' | '~' => {
                 escaped.extend(['\\', character])
             }
-            // A name after it would be notified in a comment.
-            '@' => escaped += "&#64;",
             '&' => escaped += "&amp;",
+            // A name or a number after it would be a mention, whether it is escaped or not: https://github.com/github/cmark-gfm/issues/181.
+            '@' | '#' => escaped.extend([character, NO_WIDTH]),
+            // An address would be a link.
+            '/' if text[..at].ends_with(':') => escaped.extend([NO_WIDTH, character]),
+            '.' if at >= 3 && text.as_bytes()[at - 3..at].eq_ignore_ascii_case(b"www") => {
+                escaped.extend([NO_WIDTH, character]);
+            }
             _ => escaped.push(character),
         }
     }
     escaped
 }
+
+/// The place of a character with which a line would begin a heading, a list, a quotation or a rule; `None` if it does not.
+fn block_marker(text: &str) -> Option<usize> {
+    let after_digits = text.trim_start_matches(|letter: char| letter.is_ascii_digit());
+    let at = text.len() - after_digits.len();
+    let mut letters = after_digits.chars();
+    let (first, next) = (letters.next()?, letters.next());
+    let is_number = || next.is_some_and(|next| next.is_ascii_digit() || next == '.');
+    let begins = match (at, first) {
+        (0, '#' | '>' | '=') => true,
+        (0, '-' | '+') => !is_number(),
+        (0, _) => false,
+        (_, '.' | ')') => next.is_none_or(char::is_whitespace),
+        _ => false,
+    };
+    begins.then_some(at)
+}
+
+/// A space without width, which separates what would have a meaning together.
+const NO_WIDTH: char = '\u{200b}';
 
 /// Escapes the message of an annotation.
 fn data(text: &str) -> String {
@@ -224,6 +253,28 @@ mod tests {
         assert!(junit(&all).contains("<property name=\"answer\" value=\"It is &lt;1 | 2&gt;.\"/>"));
         assert!(markdown(&all).contains("\nIt is \\<1 \\| 2>.\n"), "{}", markdown(&all));
         assert!(!junit(&[experiment(&[])]).contains("<prop"));
+    }
+
+    /// Source: mentions and references survive backslashes and character references, <https://github.com/github/cmark-gfm/issues/181>.
+    /// Control: numbers stay as they are.
+    #[test]
+    fn markdown_text_is_neither_markup_nor_a_mention_nor_a_link() {
+        for (text, expected) in [
+            ("# All equal", "\\#\u{200b} All equal"),
+            ("    - x", "\\- x"),
+            ("12. x", "12\\. x"),
+            ("> x", "\\> x"),
+            ("===", "\\==="),
+            ("@all fixes #1", "@\u{200b}all fixes #\u{200b}1"),
+            ("https://a.example", "https:\u{200b}//a.example"),
+            ("WWW.a.example", "WWW\u{200b}.a.example"),
+            ("<img src=x>", "\\<img src=x>"),
+            ("![a](b) `c` *d* _e_", "!\\[a](b) \\`c\\` \\*d\\* \\_e\\_"),
+            ("-0.5", "-0.5"),
+            ("12.5 % 1) 2", "12.5 % 1) 2"),
+        ] {
+            assert_eq!(markdown_text(text), expected);
+        }
     }
 
     /// The same experiment in two folders gives two suites with different names.

@@ -37,8 +37,9 @@ pub(crate) fn tabled_runs(source: &mut RecordingFolder) -> Vec<RunAnalysis> {
         );
         source.unreadable.push(UnreadableRecording::new(what, "run the manifest again"));
     }
+    // Without the path: the report is the same in every folder.
     source.notes.push(format!(
-        "{folder} has no recordings: the metrics are those of {RUNS_TABLE}. Charts of single runs, snapshots and replays need frames, which `kinetoscope restore` writes"
+        "there are no recordings: the metrics are those of {RUNS_TABLE}. Charts of single runs, snapshots and replays need frames, which `kinetoscope restore` writes"
     ));
     placed
 }

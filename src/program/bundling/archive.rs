@@ -15,6 +15,12 @@ use thiserror::Error;
 use zip::write::{SimpleFileOptions, StreamWriter};
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
+/// What the bundle is, for programs.
+pub(super) const BUNDLE: &str = "bundle.json";
+/// The folder of the results; those of each experiment are in a folder of its name, as those that were bundled.
+pub(super) const RECORDINGS: &str = "recordings";
+/// The packages of the program (CycloneDX).
+pub(super) const PACKAGES: &str = "kinetoscope.cdx.json";
 /// The list of all other files with their hashes, as `sha256sum --check` reads it.
 pub(super) const SUMS: &str = "SHA256SUMS";
 /// Maximum size of the list, and of any other file that is read into memory.
@@ -24,6 +30,10 @@ const MOST_TEXT_BYTES: u64 = 64 << 20;
 const MOST_RATIO: u64 = 100;
 /// See [`MOST_RATIO`].
 const MOST_SMALL_BYTES: u64 = 1 << 20;
+/// Maximum size of all files that the ZIP file compresses. Recordings are not among them.
+const MOST_COMPRESSED_BYTES: u64 = 1 << 30;
+/// Maximum number of files: that of a ZIP file without the fields of large ones.
+const MOST_FILES: usize = 65_535;
 /// Maximum length of a name; longer ones cannot be written everywhere.
 const LONGEST_NAME: usize = 200;
 /// From this size on, the size needs the fields of large files.
@@ -36,6 +46,19 @@ pub(super) enum Content {
     Text(String),
     /// A file of this machine.
     File(PathBuf),
+}
+
+/// The SHA-256 of a content, as hexadecimal digits.
+pub(super) fn hash_of(content: &Content) -> io::Result<String> {
+    let mut hash = Sha256::new();
+    match content {
+        Content::Text(text) => hash.update(text),
+        Content::File(path) => {
+            let (mut file, _) = regular_file::open(path)?;
+            io::copy(&mut file, &mut Hasher(&mut hash))?;
+        }
+    }
+    Ok(HEXLOWER.encode(&hash.finalize()))
 }
 
 /// Why a bundle cannot be used.
@@ -64,6 +87,13 @@ fn damaged(what: impl Into<String>) -> ArchiveError {
 
 /// Writes a bundle: the files in the order of their names, their hashes at the end.
 pub(super) fn write(path: &Path, files: &BTreeMap<String, Content>) -> Result<(), ArchiveError> {
+    if let Some(name) = files.keys().find(|name| !is_safe(name)) {
+        let what = format!("{} cannot be the name of a file on every system", one_line(name));
+        return Err(damaged(what));
+    }
+    if files.len() >= MOST_FILES {
+        return Err(damaged(format!("a bundle has at most {MOST_FILES} files")));
+    }
     let mut zip = ZipWriter::new_stream(Sealed::new(NewFile::create(path)?));
     let mut sums = String::new();
     for (name, content) in files {
@@ -113,6 +143,8 @@ fn add(zip: &mut Zip, name: &str, mut from: impl Read, bytes: u64) -> Result<Str
 /// A bundle whose contents are those that were written.
 pub(super) struct Archive {
     zip: ZipArchive<BufReader<File>>,
+    /// The hashes of all files but that of their list, by name.
+    pub(super) hashes: BTreeMap<String, String>,
 }
 
 impl Archive {
@@ -121,7 +153,8 @@ impl Archive {
         let (mut file, metadata) = regular_file::open(path)?;
         let is_sealed = is_intact(&mut file, metadata.len())?;
         file.rewind()?;
-        let mut archive = Self { zip: ZipArchive::new(BufReader::new(file))? };
+        let zip = ZipArchive::new(BufReader::new(file))?;
+        let mut archive = Self { zip, hashes: BTreeMap::new() };
         archive.reject_hostile(metadata.len())?;
         archive.compare_with_sums()?;
         if !is_sealed {
@@ -134,14 +167,25 @@ impl Archive {
 
     /// Rejects what could write outside of a folder, or fill a disk.
     fn reject_hostile(&mut self, bytes: u64) -> Result<(), ArchiveError> {
+        if self.zip.len() > MOST_FILES {
+            return Err(damaged(format!("it has more than {MOST_FILES} files")));
+        }
         if self.zip.has_duplicate_names() || self.zip.has_overlapping_entries()? {
             return Err(damaged("some of its files have the same name or share bytes"));
         }
-        let mut unpacked = 0_u64;
+        // A program that reads the file from its start would find other files or other names.
+        self.zip.validate_header_consistency()?;
+        if self.zip.offset() != 0 {
+            return Err(damaged("it does not begin with its first file"));
+        }
+        let (mut unpacked, mut compressed) = (0_u64, 0_u64);
         let mut seen = BTreeMap::new();
         for index in 0..self.zip.len() {
             let entry = self.zip.by_index(index)?;
             unpacked = unpacked.saturating_add(entry.size());
+            if entry.compression() != CompressionMethod::Stored {
+                compressed = compressed.saturating_add(entry.size());
+            }
             let name = entry.name()?.into_owned();
             if !is_safe(&name) || !entry.is_file() {
                 return Err(damaged(format!(
@@ -169,6 +213,10 @@ impl Archive {
             return Err(damaged(format!(
                 "its contents are more than {MOST_RATIO} times as large as the file"
             )));
+        }
+        if compressed > MOST_COMPRESSED_BYTES {
+            let what = format!("its texts have more than {} MB", MOST_COMPRESSED_BYTES >> 20);
+            return Err(damaged(what));
         }
         Ok(())
     }
@@ -204,6 +252,7 @@ impl Archive {
                     one_line(&name)
                 )));
             }
+            self.hashes.insert(name, expected.to_owned());
         }
         match listed.first_key_value() {
             Some((name, _)) => {
@@ -244,11 +293,25 @@ impl Archive {
 }
 
 /// Whether a name is that of a file below a folder, on every system.
-fn is_safe(name: &str) -> bool {
+pub(super) fn is_safe(name: &str) -> bool {
     let is_safe_part = |part: &str| {
         !part.is_empty()
             && part.trim_end_matches(['.', ' ']).len() == part.len()
+            && !is_device(part)
             && !part.chars().any(|letter| letter.is_control() || r#"\:*?"<>|"#.contains(letter))
     };
     name.len() <= LONGEST_NAME && name.split('/').all(is_safe_part)
+}
+
+/// Whether Windows takes a name, with any ending, for a device.
+fn is_device(part: &str) -> bool {
+    let stem = part.split('.').next().unwrap_or(part).trim_end().to_uppercase();
+    let numbered = || {
+        ["COM", "LPT"].iter().any(|port| {
+            let mut number = stem.strip_prefix(port).unwrap_or_default().chars();
+            number.next().is_some_and(|digit| "0123456789¹²³".contains(digit))
+                && number.next().is_none()
+        })
+    };
+    ["CON", "PRN", "AUX", "NUL", "CONIN$", "CONOUT$"].contains(&stem.as_str()) || numbered()
 }

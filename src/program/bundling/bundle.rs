@@ -1,8 +1,11 @@
 //! `bundle`: writes an experiment and its results into one file.
 
 use super::archive::{ArchiveError, write};
-use super::contents::files;
+use super::contents::{Claims, files, finished_time};
 use super::description::{Description, Named};
+use super::program::program;
+use super::starts::starts;
+use crate::engine::ENGINE;
 use crate::locking::locked_runs::{Parallel, Reruns};
 use crate::messages::exit::of_output;
 use crate::messages::progress::size;
@@ -43,6 +46,9 @@ pub(crate) struct BundleArguments {
     /// The bundle [default: NAME.zip]
     #[arg(long, value_name = "FILE")]
     file: Option<PathBuf>,
+    /// The wheel that contains this program: its hash and its list of packages (CycloneDX) are included
+    #[arg(long, value_name = "FILE")]
+    wheel: Option<PathBuf>,
     #[command(flatten)]
     parallel: Parallel,
     #[command(flatten)]
@@ -58,6 +64,11 @@ impl BundleArguments {
 
     fn bundle(&self) -> Result<Exit, Failure> {
         let description = self.description()?;
+        let (program, packages) = program(self.wheel.as_deref())?;
+        // A file that cannot be bundled is reported before the runs.
+        if self.manifest.is_file() {
+            starts(&self.manifest)?;
+        }
         let rerun =
             Reruns::recorded(self.output.clone(), self.parallel)?.execute(&self.manifest)?;
         let name = rerun.experiment.name.as_str();
@@ -67,10 +78,20 @@ impl BundleArguments {
             Failure::new(of_output(error), what).help("name another file with --file")
         };
         output_file::check(&file).map_err(|error| unwritten(&error))?;
-        let files = files(&self.manifest, &rerun, self.recordings, &description)?;
+        let claims = Claims {
+            description,
+            program,
+            packages,
+            engine: ENGINE,
+            finished: finished_time(&rerun),
+            with_recordings: self.recordings,
+        };
+        let files = files(&self.manifest, &rerun, &claims)?;
         write(&file, &files).map_err(|error| match error {
             ArchiveError::Io(error) => unwritten(&error),
-            ArchiveError::Damaged(what) => Failure::new(Exit::BadInput, what),
+            ArchiveError::Damaged(what) => {
+                bad(what).help("choose another `name` in the manifest, or leave --recordings out")
+            }
         })?;
         let bytes = fs::metadata(&file).map_or(0, |metadata| metadata.len());
         let count = plural(files.len() as u64 + 1, "file");
@@ -87,12 +108,7 @@ impl BundleArguments {
     }
 
     fn description(&self) -> Result<Description, Failure> {
-        let is_identifier = |letter: char| letter.is_ascii_alphanumeric() || "-.+".contains(letter);
-        if self.license.is_empty() || !self.license.chars().all(is_identifier) {
-            return Err(bad("--license is not an SPDX identifier")
-                .help("name one of https://spdx.org/licenses, such as CC-BY-4.0 or CC0-1.0"));
-        }
-        Ok(Description {
+        let description = Description {
             authors: self
                 .author
                 .iter()
@@ -100,6 +116,8 @@ impl BundleArguments {
                 .collect::<Result<_, _>>()?,
             affiliation: self.affiliation.as_deref().map(Named::parse).transpose()?,
             license: self.license.clone(),
-        })
+        };
+        description.reject_incomplete()?;
+        Ok(description)
     }
 }

@@ -1,6 +1,7 @@
 //! The description of a bundle in the formats that archives read: RO-Crate, Citation File Format, Zenodo and CodeMeta.
 
-use super::archive::Content;
+use super::archive::{BUNDLE, Content, PACKAGES, RECORDINGS};
+use crate::locking::lock::USUAL;
 use crate::messages::{Failure, bad};
 use kinetoscope_console::text::one_line;
 use serde_json::{Value as Json, json};
@@ -14,13 +15,19 @@ const PROCESS_RUN: &str = "https://w3id.org/ro/wfrun/process/0.5";
 const PROCESS_RUN_TERMS: &str = "https://w3id.org/ro/terms/workflow-run/context";
 
 /// Formats of files by their ending: media type, name of the format, page that defines it.
-const FORMATS: [(&str, &str, &str, &str); 7] = [
+const FORMATS: [(&str, &str, &str, &str); 8] = [
     (".mcap", "application/octet-stream", "MCAP", "https://mcap.dev/spec"),
     (".toml", "application/toml", "TOML", "https://toml.io/en/v1.0.0"),
     (".lock", "application/toml", "TOML", "https://toml.io/en/v1.0.0"),
     (".json", "application/json", "JSON", "https://www.rfc-editor.org/rfc/rfc8259"),
     (".csv", "text/csv", "CSV", "https://www.rfc-editor.org/rfc/rfc4180"),
     (".html", "text/html", "HTML", "https://html.spec.whatwg.org/"),
+    (
+        ".parquet",
+        "application/vnd.apache.parquet",
+        "Apache Parquet",
+        "https://parquet.apache.org/docs/file-format/",
+    ),
     (".svg", "image/svg+xml", "SVG", "https://www.w3.org/TR/SVG11/"),
 ];
 
@@ -54,6 +61,14 @@ impl Named {
         Ok(Self { name: name.to_owned(), page: page.map(str::to_owned) })
     }
 
+    /// The text that [`Named::parse`] reads.
+    fn text(&self) -> String {
+        match &self.page {
+            None => self.name.clone(),
+            Some(page) => format!("{} <{page}>", self.name),
+        }
+    }
+
     fn id(&self, number: usize) -> String {
         self.page.clone().unwrap_or_else(|| format!("#author-{number}"))
     }
@@ -69,6 +84,43 @@ pub(super) struct Description {
 }
 
 impl Description {
+    /// The description that a bundle states.
+    pub(super) fn of_bundle(bundle: &Json) -> Result<Self, Failure> {
+        let authors = bundle["authors"].as_array().into_iter().flatten();
+        let description = Self {
+            authors: authors
+                .map(|author| Named::parse(author.as_str().unwrap_or_default()))
+                .collect::<Result<_, _>>()?,
+            affiliation: bundle["affiliation"].as_str().map(Named::parse).transpose()?,
+            license: bundle["license"].as_str().unwrap_or_default().to_owned(),
+        };
+        description.reject_incomplete()?;
+        Ok(description)
+    }
+
+    /// Rejects a license that is none, and a description without authors.
+    pub(super) fn reject_incomplete(&self) -> Result<(), Failure> {
+        let is_identifier = |letter: char| letter.is_ascii_alphanumeric() || "-.+".contains(letter);
+        if self.license.is_empty() || !self.license.chars().all(is_identifier) {
+            return Err(bad("the license is not an SPDX identifier")
+                .help("name one of https://spdx.org/licenses, such as CC-BY-4.0 or CC0-1.0"));
+        }
+        match self.authors.is_empty() {
+            true => Err(bad("no author is named").help("name one with --author")),
+            false => Ok(()),
+        }
+    }
+
+    /// The authors as texts.
+    pub(super) fn authors_text(&self) -> Vec<String> {
+        self.authors.iter().map(Named::text).collect()
+    }
+
+    /// The authors' organization as a text.
+    pub(super) fn affiliation_text(&self) -> Option<String> {
+        self.affiliation.as_ref().map(Named::text)
+    }
+
     /// The descriptive files of a bundle with these files, whose last run was finished at this time.
     pub(super) fn files(
         &self,
@@ -167,8 +219,15 @@ impl Description {
             .map(|(name, content)| data_entity(name, content))
             .collect::<io::Result<Vec<_>>>()?;
         let parts: Vec<Json> = files.keys().map(|name| reference(name)).collect();
-        let results: Vec<Json> =
-            files.keys().filter(|name| *name != manifest).map(|name| reference(name)).collect();
+        // The manifest and what it starts from are read; what the runs gave is in the folder of results, the lock file and the summary.
+        let folder = format!("{RECORDINGS}/{}/", bundle["experiment"].as_str().unwrap_or_default());
+        let is_result =
+            |name: &String| name.starts_with(&folder) || [USUAL, BUNDLE].contains(&name.as_str());
+        let of = |is_wanted: &dyn Fn(&String) -> bool| -> Vec<Json> {
+            files.keys().filter(|name| is_wanted(name)).map(|name| reference(name)).collect()
+        };
+        let results = of(&is_result);
+        let objects = of(&|name| !is_result(name) && name != PACKAGES);
         let mut graph = vec![
             json!({ "@id": "ro-crate-metadata.json", "@type": "CreativeWork", "conformsTo": reference(RO_CRATE), "about": reference("./") }),
             json!({
@@ -186,7 +245,7 @@ impl Description {
                 "@id": "#run", "@type": "CreateAction", "name": format!("Runs and analysis of {manifest}"),
                 "description": "kinetoscope reproduce repeats the runs and compares every message",
                 "endTime": words.finished, "agent": authors[0], "instrument": reference(program["repository"].as_str().unwrap_or_default()),
-                "object": reference(manifest), "result": results,
+                "object": one_or_all(&objects), "result": results,
                 "actionStatus": "http://schema.org/CompletedActionStatus",
             }),
         ];

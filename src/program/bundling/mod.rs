@@ -4,6 +4,8 @@ pub(crate) mod archive;
 pub(crate) mod bundle;
 mod contents;
 mod description;
+mod program;
 pub(crate) mod reproduce;
 mod results;
 mod seal;
+mod starts;

@@ -19,6 +19,12 @@ impl Findings {
     /// All findings as text, without line breaks.
     pub(crate) fn text(&self) -> Vec<String> {
         let lines = self.lines.iter().map(|line| one_line(line).into_owned());
-        lines.chain(lines_of(&self.movements)).collect()
+        let none = self.has_no_movement().then(|| "no checked metric moved".to_owned());
+        lines.chain(lines_of(&self.movements)).chain(none).collect()
+    }
+
+    /// Whether metrics were compared, and none moved: a manifest that no longer exists, or was not run, has none.
+    pub(crate) fn has_no_movement(&self) -> bool {
+        self.movements.is_empty() && !self.checked.values.is_empty()
     }
 }

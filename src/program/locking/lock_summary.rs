@@ -75,7 +75,7 @@ fn section(manifest: &str, findings: &Findings) -> String {
     if rounding > 0 {
         let _ =
             writeln!(text, "\n{} moved within rounding errors.", plural(rounding as u64, "metric"));
-    } else if findings.movements.is_empty() {
+    } else if findings.has_no_movement() {
         text += "\nNo checked metric moved.\n";
     }
     for failed in &findings.checked.failed_checks {

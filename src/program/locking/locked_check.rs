@@ -85,6 +85,10 @@ impl LockedCheck<'_> {
                 Ok(findings) => findings,
                 Err(failure) if matches!(failure.exit, Exit::Signal(_)) => return Err(failure),
                 Err(failure) => {
+                    let failure = match self.bundle {
+                        Some(_) if failure.exit == Exit::Unreadable => failure.help(COPY_AGAIN),
+                        _ => failure,
+                    };
                     exit = exit.worst(failure.report());
                     continue;
                 }
@@ -206,7 +210,7 @@ impl LockedCheck<'_> {
         let (recording, found) = first.fingerprint()?;
         let mut messages = vec![found.messages.clone()];
         for run in &rerun.runs[1..] {
-            messages.push(run.fingerprint()?.1.messages);
+            messages.push(run.messages()?);
         }
         let same_messages = RunHashes::new(&[], &messages).messages == entry.messages;
         if same_messages {
@@ -244,11 +248,15 @@ impl LockedCheck<'_> {
                     None if others.len() == 1 => "the messages differ".to_owned(),
                     None => format!("the messages of one of {} runs differ", others.len()),
                 };
-                let local = self.local(rerun, run);
-                vec![format!(
-                    "{place}; for the particle and both values, copy a recording of the locked run to {}, or compare it with `kinetoscope compare`",
-                    shown_path(&local)
-                )]
+                let local = shown_path(&self.local(rerun, run));
+                vec![match self.bundle {
+                    Some(_) => format!(
+                        "{place}; `bundle --recordings` includes what names the particle and both values"
+                    ),
+                    None => format!(
+                        "{place}; for the particle and both values, copy a recording of the locked run to {local}, or compare it with `kinetoscope compare`"
+                    ),
+                }]
             }
         };
         lines[0] = format!("{}: {}", run.name, lines[0]);
@@ -307,6 +315,8 @@ fn deleted_in<'a>(
     Ok(file.experiments.iter().filter(is_deleted).collect())
 }
 
+/// What to do with a bundle whose lock file is damaged.
+pub(crate) const COPY_AGAIN: &str = "copy the file again from where it was published";
 const OTHER_PROGRAM: &str =
     "the first difference is above; try the version of the program that bundle.json names";
 const WRITE_AGAIN: &str = "if the change is intended, write the file again with `kinetoscope lock`, and review what changed";

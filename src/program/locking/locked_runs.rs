@@ -6,19 +6,23 @@ use crate::manifests::ManifestReader;
 use crate::messages::exit::unread_recording;
 use crate::messages::{Failure, name_of};
 use crate::planning::planner::Planner;
+use crate::planning::rows::keeps_only_metrics;
 use crate::program_name::ProgramName;
 use crate::running::RunArguments;
 use clap::Args;
+use data_encoding::HEXLOWER;
 use kinetoscope::interrupt::Interrupt;
+use kinetoscope::run::in_memory::run_with_hash;
 use kinetoscope::verify::fingerprint::{Fingerprint, fingerprint};
-use kinetoscope_console::Exit;
+use kinetoscope_analysis::stored_rows;
 use kinetoscope_console::text::shown_path;
+use kinetoscope_console::{Exit, Explained as _};
 use kinetoscope_files::regular_file::{MAX_MANIFEST_BYTES, read_text};
-use kinetoscope_manifest::{Experiment, written_checks, written_values};
+use kinetoscope_manifest::{Experiment, Run, written_checks, written_values};
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::Recording;
 use std::cell::OnceCell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -80,6 +84,16 @@ pub(crate) struct RerunRun {
     pub(crate) name: String,
     pub(crate) run_key: String,
     pub(crate) recording: PathBuf,
+    /// What remains of a run of `keep = "metrics"`, which has no recording.
+    pub(crate) row: Option<RowOfRun>,
+}
+
+/// A run of which only the metrics are kept.
+pub(crate) struct RowOfRun {
+    run: Run,
+    /// The hash of its messages in the table.
+    messages: String,
+    interrupt: Interrupt,
 }
 
 impl Reruns {
@@ -126,16 +140,37 @@ impl Reruns {
         let planner = Planner { is_outline: true, ..run.planner(&self.interrupt) };
         let plan = planner.plan(&experiment)?.plan;
         self.stop_if_interrupted()?;
+        let mut rows = self.rows(&experiment, &plan.folder)?;
         let runs = plan.runs.iter().map(|planned| RerunRun {
             name: name_of(planned, &experiment),
             run_key: planned.run_key.as_str().to_owned(),
             recording: plan.folder.join(planned.file_name()),
+            row: rows.remove(planned.run_key.as_str()).map(|messages| RowOfRun {
+                run: planned.run.clone(),
+                messages,
+                interrupt: self.interrupt.clone(),
+            }),
         });
         let runs = runs.collect();
         let text = text_of(manifest);
         let (values, checks) = (written_values(&text), written_checks(&text));
         let folder = plan.folder.clone();
         Ok(RerunExperiment { experiment, runs, values, checks, folder, seconds })
+    }
+
+    /// The hashes of messages in the table of an experiment that keeps only metrics, by run key.
+    fn rows(
+        &self,
+        experiment: &Experiment,
+        folder: &Path,
+    ) -> Result<HashMap<String, String>, Failure> {
+        if !keeps_only_metrics(experiment) {
+            return Ok(HashMap::new());
+        }
+        let rows =
+            stored_rows(folder).map_err(|error| Failure::of(Exit::Unreadable, error.message))?;
+        let hashed = rows.into_iter().filter_map(|row| Some((row.run_key, row.messages?)));
+        Ok(hashed.map(|(key, messages)| (key, HEXLOWER.encode(&messages))).collect())
     }
 
     /// Removes recordings from the temporary folder: those of all manifests together would need much space.
@@ -159,11 +194,28 @@ fn text_of(manifest: &Path) -> String {
 }
 
 impl RerunRun {
-    /// Reads the recording.
+    /// Reads the recording; a run without one is executed again in memory.
     pub(crate) fn fingerprint(&self) -> Result<(Recording, Fingerprint), Failure> {
         let unreadable = |error: ReadError| unread_recording(&error);
-        let recording = kinetoscope::run::recording::open(&self.recording).map_err(unreadable)?;
+        let recording = match &self.row {
+            None => kinetoscope::run::recording::open(&self.recording).map_err(unreadable)?,
+            Some(row) => {
+                let rerun = run_with_hash(&row.run, &row.interrupt).map_err(|error| {
+                    Failure::of(Exit::RunFailed, error.message().about(&self.name))
+                })?;
+                stop_if_interrupted(&row.interrupt)?;
+                rerun.0
+            }
+        };
         let found = fingerprint(&recording).map_err(unreadable)?;
         Ok((recording, found))
+    }
+
+    /// The hash of all messages: that of the table, or of the recording.
+    pub(crate) fn messages(&self) -> Result<String, Failure> {
+        match &self.row {
+            Some(row) => Ok(row.messages.clone()),
+            None => Ok(self.fingerprint()?.1.messages),
+        }
     }
 }

@@ -148,9 +148,6 @@ pub(crate) fn lines(movements: &[Movement]) -> Vec<String> {
     if rounding > 0 {
         lines.push(format!("{} moved within rounding errors", plural(rounding as u64, "metric")));
     }
-    if movements.is_empty() {
-        lines.push("no checked metric moved".to_owned());
-    }
     lines
 }
 

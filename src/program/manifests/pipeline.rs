@@ -6,7 +6,7 @@ use crate::messages::exit::unread;
 use crate::messages::{Failure, bad};
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::regular_file::{MAX_MANIFEST_BYTES, read_text};
-use kinetoscope_manifest::{Override, StartManifest, is_manifest_name, start_manifests};
+use kinetoscope_manifest::{NamedStart, Override, is_manifest_name, start_manifests};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -36,7 +36,7 @@ struct Link {
     manifest: PathBuf,
     /// The canonical path of the manifest.
     identity: PathBuf,
-    start: StartManifest,
+    start: NamedStart,
 }
 
 impl Link {
@@ -101,7 +101,7 @@ impl Search<'_> {
     }
 
     /// The manifests that a manifest starts from. An override replaces the values of the file.
-    fn starts(&self, manifest: &Path, is_named: bool) -> Result<Vec<StartManifest>, Failure> {
+    fn starts(&self, manifest: &Path, is_named: bool) -> Result<Vec<NamedStart>, Failure> {
         let source = match (read_text(manifest, MAX_MANIFEST_BYTES), self.trail.last()) {
             (Ok(source), _) => source,
             // Reading a manifest of the command line reports the error.
@@ -122,7 +122,7 @@ impl Search<'_> {
             None => start_manifests(&source),
             Some(change) => {
                 let name = change.value.trim_matches(['"', '\'']).to_owned();
-                let start = StartManifest { name, line: 0 };
+                let start = NamedStart { name, line: 0 };
                 Some(start).filter(|start| is_manifest_name(&start.name)).into_iter().collect()
             }
         })
