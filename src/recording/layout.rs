@@ -4,7 +4,7 @@
 use crate::channels;
 use crate::error::RecordError;
 use crate::header::Header;
-use crate::plot_labels::move_long_labels;
+use crate::plot_labels::{change_title, move_long_labels};
 use crate::requested_panels::{PanelRequest, add_requested, move_to_the_top};
 use crate::scenery::{GuideMeaning, Scenery, Wall};
 use serde_json::{Map, Value, json};
@@ -122,16 +122,6 @@ fn with_changed_panels(
         }
     }
     Ok(format!("{layout:#}\n"))
-}
-
-/// Changes the title of a panel for both viewers.
-pub(crate) fn change_title(panel: &mut Map<String, Value>, change: impl Fn(&str) -> String) {
-    for key in ["foxglovePanelTitle", "lichtblickPanelTitle"] {
-        if let Some(title) = panel.get(key).and_then(Value::as_str) {
-            let title = change(title);
-            panel.insert(key.to_owned(), json!(title));
-        }
-    }
 }
 
 /// Whether the plots over time of two layouts have the same label.

@@ -1,7 +1,6 @@
-//! Labels of the y axes of plots: a viewer cuts off what is longer than the axis, so that long labels of low plots are part of the title.
+//! Titles of panels, and labels of the y axes of plots: a viewer cuts off what is longer than the axis, so that long labels of low plots are part of the title.
 
-use crate::layout::change_title;
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 
 /// Height of the panels on a screen of 1366 x 768, without the bars of the viewer, px.
 const PANELS_PX: f64 = 640.0;
@@ -50,5 +49,15 @@ fn with_label(title: &str, label: &str) -> String {
         format!("{title}{unit}")
     } else {
         format!("{title}, {label}")
+    }
+}
+
+/// Changes the title of a panel for both viewers.
+pub(crate) fn change_title(panel: &mut Map<String, Value>, change: impl Fn(&str) -> String) {
+    for key in ["foxglovePanelTitle", "lichtblickPanelTitle"] {
+        if let Some(title) = panel.get(key).and_then(Value::as_str) {
+            let title = change(title);
+            panel.insert(key.to_owned(), json!(title));
+        }
     }
 }
