@@ -7,7 +7,7 @@ use super::film::{Film, Replay};
 use super::lines::{LineStyle, Lines, styles, texts};
 use super::picture::{PictureStyle, picture};
 use super::poster::{nearest, poster, usual_color};
-use super::speeds::{Speeds, Spins, Velocities, legend_top};
+use super::speeds::{Speeds, Velocities, append_spins, legend_top};
 use super::still::{Columns, Point, Still, halve, padded, thinned};
 use super::view::View;
 use crate::input::recording::OpenRun;
@@ -27,8 +27,6 @@ const MAX_PARTICLES: usize = 10_000;
 const MIN_FRAMES: usize = 60;
 /// Blocks of neighboring frames whose encoding predicts that of all frames.
 const SAMPLED_BLOCKS: usize = 3;
-/// Number of points up to which spins are stored: those of more would take the place of frames.
-const MAX_SPINS: usize = 200_000;
 /// Bytes per particle and frame that the collector counts on; the encoding of most runs takes one to three.
 const MIN_BYTES_PER_POINT: usize = 1;
 
@@ -361,17 +359,8 @@ impl ReplayCollector {
                 points().map(|point| velocities.stored(point.velocity[axis])).collect();
             append_series(&mut data, &stored, particles, 1);
         }
-        let spins =
-            Spins::of(stills.iter().map(|still| {
-                still.points.iter().map(|point| f64::from(point.spin.abs())).collect()
-            }));
-        let has_spins = spins.top > 0.0 && particles * stills.len() <= MAX_SPINS;
-        if has_spins {
-            let stored: Vec<u8> = points().map(|point| spins.stored(point.spin)).collect();
-            append_speeds(&mut data, &stored, particles);
-        }
         let shown = stills.len() as f64 / self.frames as f64;
-        let spin_top = if has_spins { spins.top } else { 0.0 };
+        let spin_top = append_spins(&mut data, stills, particles);
         let (first, picture, color, names) =
             self.first_picture(stills, view, [speeds.top, spin_top]);
         Film {

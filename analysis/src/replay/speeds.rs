@@ -1,13 +1,16 @@
 //! Speeds and velocities as small numbers.
 
-use super::encoding::{ABSENT, ABSENT_SPEED, LARGEST, LARGEST_SPEED, quantized};
+use super::encoding::{ABSENT, ABSENT_SPEED, LARGEST, LARGEST_SPEED, append_speeds, quantized};
 use super::lines::texts;
+use super::still::{Still, padded};
 use kinetoscope_recording::drawing::Shape;
 
 /// Fraction of the particles of a frame that are not faster than its typical top speed.
 const TOP_FRACTION: f64 = 0.99;
 /// Number of points up to which velocities have 16 bits; those of more points have 8, so that the page stays small.
 const MAX_FINE_POINTS: usize = 20_000;
+/// Number of points up to which spins are stored: those of more would take the place of frames.
+const MAX_SPINS: usize = 200_000;
 /// The largest stored value of a coarse velocity, which is even so that zero is a stored value.
 const LARGEST_COARSE: u16 = 254;
 
@@ -41,6 +44,24 @@ impl Speeds {
         let fraction = if self.max > 0.0 { (speed / self.max).sqrt() } else { 0.0 };
         libm::round(fraction * f64::from(LARGEST_SPEED)) as u8
     }
+}
+
+/// Appends the spins if discs spin and have few enough points; the spin of the largest stored value, or 0.
+pub(super) fn append_spins(data: &mut Vec<u8>, stills: &[&Still], particles: usize) -> f64 {
+    let sizes = |still: &&Still| {
+        still.points.iter().map(|point| f64::from(point.spin.abs())).collect::<Vec<f64>>()
+    };
+    let spins = Spins::of(stills.iter().map(sizes));
+    if !(spins.top > 0.0 && particles * stills.len() <= MAX_SPINS) {
+        return 0.0;
+    }
+    let points = stills.iter().flat_map(|still| padded(&still.points, particles));
+    append_speeds(
+        data,
+        &points.map(|point| spins.stored(point.spin)).collect::<Vec<_>>(),
+        particles,
+    );
+    spins.top
 }
 
 /// The stored spins: equal steps between the largest clockwise and counterclockwise spins, of which a few fast ones do not darken the others.

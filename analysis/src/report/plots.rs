@@ -67,8 +67,8 @@ fn charts_of_answer(answer: &Answer, data: PlotData<'_>, most: usize) -> Vec<Plo
     for stem in stems {
         let is_new =
             |metric: &&str| shows(stem, metric) && !drawn.iter().any(|it| shows(it, metric));
-        let adds = drawn.is_empty()
-            || stem != REPLAYED && of_main.iter().chain(&others).any(|it| is_new(it));
+        let adds =
+            drawn.is_empty() || stem != REPLAYED && of_main.iter().chain(&others).any(is_new);
         if drawn.len() < most && adds && is_drawn(&stem) {
             drawn.push(stem);
         }
