@@ -14,7 +14,7 @@ pub(super) const CHARTS: &[NamedChart] = &[
     NamedChart::new("temperature", &["temperature.final", "temperature.final_over_initial"]),
     NamedChart::new("temperature_by_run", &["temperature.final_over_initial"]),
     NamedChart::new("collision_rate", &["pair_collision_rate_per_disc", "mean_free_time"]),
-    NamedChart::new("pressure_over_time", &["compressibility_factor"]),
+    NamedChart::of_all_states("pressure_over_time", &["compressibility_factor"]),
     NamedChart::new("a2", &["a2.mean", "a2.final"]),
     NamedChart::of_all_states("pair_correlation", &["pair_correlation.near_contact"]),
     NamedChart::of_all_states("speed_distribution", &["a2.mean"]),
