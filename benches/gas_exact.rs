@@ -34,6 +34,7 @@
 //!
 //! In processor time, which other work changes less (27 Nov 2026, two cores with AVX-512 under a load of 45): wall to wall 0.60 (0.51 to 0.78),
 //! 0.60 (0.48 to 0.71), 0.34 (0.24 to 0.42) and 0.61 (0.56 to 0.66); frames 7.9, 8.0, 3.6 and 2.9. The bar of 0.75 is not reached.
+//! Idle (28 Nov 2026, three series): wall to wall 0.51 to 0.56 at 10^3 particles, 0.44 to 0.55 at 10^4, 0.37 to 0.60 at 10^5 and 0.43 to 0.52 at 10^6; two threads 2.07 at 10^5.
 
 #![allow(clippy::unwrap_used, reason = "a benchmark may panic")]
 #![allow(

@@ -55,6 +55,10 @@
 //! every frame drawn 2.05, 1.44, 1.71 and 2.07. Files 38.2 to 30.8, 159.4 to 151.5, 64.4 to 53.1 and 69.8 to 58.4 MB.
 //! zstd takes 36 % of a dem run with all channels, copies 7 and checksums 3; the search for NaNs took 7 before and takes 4 (`perf record`).
 //!
+//! The optimized program on the same machine when it was idle (28 Nov 2026, `-- dense`): all channels over the state only, wall and processor time, dem
+//! 1.14 and 1.14, with friction 0.80 (0.78 to 1.02) and 0.93, gas 0.99 and 1.13, packing 1.05 and 1.11; ms per frame 1.06, 2.60, 1.05 and 1.22; files 30.8, 151.5, 53.1 and
+//! 58.4 MB; keyframes over the state only 0.68, 0.37, 0.60 and 0.58. `-- overhead`: 1.13 (1.07 to 1.45) with one thread, 1.63 (1.54 to 1.69) with two.
+//!
 //! Measured and not built:
 //! - Rows in the order of memory: they are as large as rows by id, and take as long to compress (`chunk_compression`). The model's thread
 //!   would save less than the 2.5 ms per 10^5 discs below; each reader that follows a disc from frame to frame would sort instead.

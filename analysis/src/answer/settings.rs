@@ -83,7 +83,7 @@ fn asks_for_effect(question: &str) -> bool {
 
 fn without_comparison(setting: &Setting) -> String {
     let Setting { name, value, .. } = setting;
-    format!("What {value} changes needs a second run to compare with: sweep the {name}.")
+    format!("One run does not show what {value} changes: sweep the {name} to compare.")
 }
 
 /// A sentence that begins with settings; one about the method has its name as the subject.
@@ -208,7 +208,7 @@ mod tests {
         let friction = settings_of(&config).into_iter().find(|it| it.name == "friction").unwrap();
         assert_eq!(
             without_comparison(&friction),
-            "What a friction of 0.5 changes needs a second run to compare with: sweep the friction."
+            "One run does not show what a friction of 0.5 changes: sweep the friction to compare."
         );
     }
 }

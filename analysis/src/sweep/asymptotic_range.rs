@@ -61,7 +61,7 @@ impl Fit {
         }
         if points.len() < MIN_RUNS {
             return Err(format!(
-                "only {} of {} runs are in the asymptotic range, and {MIN_RUNS} are needed; outside: {}",
+                "too few runs are in the asymptotic range, {} of {} where {MIN_RUNS} are needed; outside: {}",
                 points.len(),
                 group.len(),
                 if outside.is_empty() { "none".to_owned() } else { outside.join(", ") }

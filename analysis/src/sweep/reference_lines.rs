@@ -162,9 +162,9 @@ impl Lines<'_> {
         let why = refusals.iter().find(is_of_fit)?.why.split("; ").next()?;
         let label = parameter.label;
         Some(match is_drawn {
-            true => format!(
-                "the line is a fit to all points; the numbers give no {label}, because {why}"
-            ),
+            true => {
+                format!("the line is a fit to all points, without a standard error, because {why}")
+            }
             false => format!("the numbers give no {label}, because {why}"),
         })
     }

@@ -114,7 +114,7 @@ fn settings_that_the_question_asks_for_are_in_the_answer() {
     assert!(asked("Is the restitution the specified one?").starts_with(&with), "{with}");
     let text = asked("What does friction do?");
     let remark =
-        "What a friction of 0 changes needs a second run to compare with: sweep the friction.";
+        "One run does not show what a friction of 0 changes: sweep the friction to compare.";
     assert!(text.starts_with(&format!("T{measured}")) && text.ends_with(remark), "{text}");
     assert!(asked("How far does it fall?").starts_with(&format!("T{measured}")));
 }
