@@ -29,7 +29,13 @@ if [ $# -eq 0 ]; then
     exit 2
 fi
 # Recordings that belong to the repository would be taken for those of an earlier job.
-if git ls-files --error-unmatch -- "$cache" > /dev/null 2>&1; then
+git ls-files --error-unmatch -- "$cache" > /dev/null 2>&1
+committed=$?
+# Without git, or in a folder of another user, where it refuses to answer, the index itself contains the names of the files.
+if [ "$committed" -gt 1 ] && [ -e .git ]; then
+    ! grep -qaF "${cache%/}/" .git/index 2>/dev/null || committed=0
+fi
+if [ "$committed" -eq 0 ]; then
     echo "$cache is committed: remove it from the repository, or name another folder with RESULTS_CACHE" >&2
     exit 2
 fi
@@ -83,6 +89,7 @@ fi
 if [ -f "$lock" ]; then
     "$program" check --locked --recorded --lock-file "$lock" --output "$results" --earlier "${earlier:-$results}" \
         --summary "$text" "$@"; keep
+    [ -s "$text" ] || echo "**Nothing was compared with the lock file**; the messages of the step say why." >> "$text"
 fi
 
 # Also after a run that failed: its recording contains the fault, which becomes an error in the test report.

@@ -172,6 +172,32 @@ fn refused_and_deleted_manifests_are_not_equal() {
     expect(&bench.call(&["check", "--locked", "experiments"]), 0);
 }
 
+/// A shell lists the manifests that are left, and a new manifest is in no lock file: neither hides what else differs.
+#[test]
+fn listed_manifests_name_deleted_new_and_edited_ones() {
+    let bench = locked();
+    bench.write("more.toml", &format!("name = \"more\"\n{DISCS}"));
+    expect(&bench.call(&["lock", "discs.toml", "more.toml"]), 0);
+    expect(&check(&bench), 0);
+    fs::remove_file(bench.path("more.toml")).unwrap();
+    expect(&check(&bench), 4);
+    assert!(summary(&bench).contains("the manifest no longer exists"), "{}", summary(&bench));
+    // Control: without a summary, as at a terminal, a named manifest stands for itself.
+    expect(&bench.call(&["check", "--locked", "discs.toml"]), 0);
+    bench.write("new.toml", &format!("name = \"new\"\n{DISCS}"));
+    bench.write("discs.toml", &DISCS.replace("seed = 4", "seed = 5"));
+    let both = ["check", "--locked", "--summary", "both.md", "new.toml", "discs.toml"];
+    let called = bench.call(&both);
+    expect(&called, 4);
+    assert!(called.err.contains("no entry for new.toml"), "{}", called.err);
+    let text = fs::read_to_string(bench.path("both.md")).unwrap();
+    assert!(text.contains("1 experiment could not be compared"), "{text}");
+    assert!(text.contains("seed: 4 → 5"), "{text}");
+    bench.write("kinetoscope.lock", "version = 99\n");
+    assert_ne!(check(&bench).code, Some(0));
+    assert!(summary(&bench).contains("Nothing was compared"), "{}", summary(&bench));
+}
+
 /// A recording that is not readable, such as one of another version, in the folder of another program: only the frame is known.
 #[test]
 fn cached_recordings_of_another_version_are_no_results() {
@@ -198,6 +224,11 @@ fn committed_recordings_are_refused() {
     expect(&git(&["init", "--quiet"]), 0);
     expect(&check(&bench), 0);
     expect(&git(&["add", ".kinetoscope"]), 0);
+    let called = check(&bench);
+    expect(&called, 2);
+    assert!(called.err.contains(".kinetoscope is committed"), "{}", called.err);
+    // In a folder that git does not trust, it does not answer.
+    fs::write(bench.path(".git/config"), "[core]\n\trepositoryformatversion = 99\n").unwrap();
     let called = check(&bench);
     expect(&called, 2);
     assert!(called.err.contains(".kinetoscope is committed"), "{}", called.err);
@@ -318,6 +349,15 @@ fn hook_rejects_the_commit_of_a_manifest_that_differs() {
     let rejected = git(&["commit", "--quiet", "-m", "edited"]);
     assert_ne!(rejected.code, Some(0));
     assert!(rejected.err.contains("`kinetoscope lock` accepts the change"), "{}", rejected.err);
+    // What is staged is committed, not what is in the work tree, and a name is no option.
+    bench.write("discs.toml", DISCS);
+    bench.write("-q.toml", "[package]\n");
+    expect(&git(&["add", "--", "-q.toml"]), 0);
+    assert_ne!(git(&["commit", "--quiet", "-m", "edited"]).code, Some(0));
+    expect(&git(&["add", "discs.toml"]), 0);
+    expect(&git(&["commit", "--quiet", "-m", "another file"]), 0);
+    bench.write("discs.toml", &DISCS.replace("seed = 4", "seed = 5"));
+    expect(&git(&["add", "discs.toml"]), 0);
     expect(&bench.call(&["lock", "discs.toml"]), 0);
     expect(&git(&["add", "kinetoscope.lock"]), 0);
     expect(&git(&["commit", "--quiet", "-m", "accepted"]), 0);

@@ -173,7 +173,8 @@ pub fn markdown_text(text: &str) -> String {
     escaped
 }
 
-/// The place of a character with which a line would begin a heading, a list, a quotation or a rule; `None` if it does not.
+/// The place of a character with which a line would begin a heading, a list, a quotation, a rule or, in a log of GitHub, a command (`::`); `None` if it
+/// does not.
 fn block_marker(text: &str) -> Option<usize> {
     let after_digits = text.trim_start_matches(|letter: char| letter.is_ascii_digit());
     let at = text.len() - after_digits.len();
@@ -182,6 +183,7 @@ fn block_marker(text: &str) -> Option<usize> {
     let is_number = || next.is_some_and(|next| next.is_ascii_digit() || next == '.');
     let begins = match (at, first) {
         (0, '#' | '>' | '=') => true,
+        (0, ':') => next == Some(':'),
         (0, '-' | '+') => !is_number(),
         (0, _) => false,
         (_, '.' | ')') => next.is_none_or(char::is_whitespace),
@@ -260,6 +262,7 @@ mod tests {
     #[test]
     fn markdown_text_is_neither_markup_nor_a_mention_nor_a_link() {
         for (text, expected) in [
+            ("::stop-commands::a", "\\::stop-commands::a"),
             ("# All equal", "\\#\u{200b} All equal"),
             ("    - x", "\\- x"),
             ("12. x", "12\\. x"),

@@ -19,12 +19,13 @@ use kinetoscope::verify::lock_file::{
 };
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::{one_line, shown_path};
+use kinetoscope_files::folder::folder_of;
 use kinetoscope_files::output_file;
 use kinetoscope_manifest::{differing_values, manifest_values};
 use kinetoscope_recording::channels::{FrameClock, SCHEMA_VERSION};
 use kinetoscope_recording::reader::Recording;
 use serde_json::{Value as Json, json};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -37,7 +38,7 @@ pub(crate) struct LockedCheck<'a> {
     pub(crate) manifests: &'a [PathBuf],
     /// Whether the slow manifests are checked as well.
     pub(crate) all: bool,
-    /// Whether slow manifests that are named are only compared with their locked values, and other files are skipped.
+    /// Whether only manifests that together take [`QUICK_S`] are run, others are compared with their locked values, and other files are skipped.
     pub(crate) quick: bool,
     /// The folder of recordings, where finished runs may be found.
     pub(crate) recordings: PathBuf,
@@ -73,15 +74,23 @@ impl LockedCheck<'_> {
             return Err(Failure::new(Exit::Unreadable, what)
                 .help("add manifests with `kinetoscope lock MANIFEST…`"));
         }
-        let entries = self.entries(&file)?;
+        let (entries, unlocked) = self.entries(&file)?;
         let reruns = match self.recorded {
             true => Reruns::recorded(self.recordings.clone(), self.parallel)?,
             false => Reruns::new(self.parallel)?,
         };
         let (mut exit, mut checked) = (Exit::Done, Vec::<Json>::new());
         let (mut equal, mut differing) = (0, Vec::new());
+        for failure in &unlocked {
+            exit = exit.worst(failure.report());
+        }
+        let mut left_s = QUICK_S;
         for entry in &entries {
-            let findings = match self.findings(entry, &reruns) {
+            let is_run = !self.quick || entry.at_most_s <= left_s;
+            if is_run && self.quick {
+                left_s -= entry.at_most_s;
+            }
+            let findings = match self.findings(entry, is_run, &reruns) {
                 Ok(findings) => findings,
                 Err(failure) if matches!(failure.exit, Exit::Signal(_)) => return Err(failure),
                 Err(failure) => {
@@ -107,7 +116,7 @@ impl LockedCheck<'_> {
             }
         }
         if let Some(path) = self.summary {
-            let unchecked = entries.len() - equal - differing.len();
+            let unchecked = unlocked.len() + entries.len() - equal - differing.len();
             let text = markdown(equal, unchecked, &differing);
             output_file::append(path, &text).map_err(|error| unwritten(path, &error))?;
         }
@@ -140,32 +149,52 @@ impl LockedCheck<'_> {
         }
     }
 
-    /// The entries to check.
-    fn entries<'a>(&self, file: &'a LockFile) -> Result<Vec<&'a LockedExperiment>, Failure> {
+    /// The entries to check, and the errors of manifests without an entry, which do not keep others from being compared.
+    fn entries<'a>(
+        &self,
+        file: &'a LockFile,
+    ) -> Result<(Vec<&'a LockedExperiment>, Vec<Failure>), Failure> {
         if self.manifests.is_empty() {
-            return Ok(if self.all { file.experiments.iter().collect() } else { file.quick() });
+            let all = if self.all { file.experiments.iter().collect() } else { file.quick() };
+            return Ok((all, Vec::new()));
         }
-        let of = |manifest: &PathBuf| {
-            let path = relative_to(self.lock_file, manifest)?;
-            file.experiment(&path).map(Some).or(self.quick.then_some(None)).ok_or_else(|| {
-                bad(format!("{} has no entry for {}", shown_path(self.lock_file), one_line(&path)))
-                    .help(format!(
-                        "add it with `kinetoscope lock {}`",
-                        word(&manifest.to_string_lossy())
-                    ))
-            })
+        let (mut entries, mut unlocked) = (Vec::new(), Vec::new());
+        for manifest in expand(self.manifests)? {
+            let path = relative_to(self.lock_file, &manifest)?;
+            match file.experiment(&path) {
+                Some(entry) => entries.push(entry),
+                None if self.quick => {}
+                None => {
+                    let (lock_file, path) = (shown_path(self.lock_file), one_line(&path));
+                    let add = word(&manifest.to_string_lossy());
+                    unlocked.push(
+                        bad(format!("{lock_file} has no entry for {path}"))
+                            .help(format!("add it with `kinetoscope lock {add}`")),
+                    );
+                }
+            }
+        }
+        for folder in self.whole_folders() {
+            entries.extend(deleted_in(file, self.lock_file, &folder)?);
+        }
+        Ok((entries, unlocked))
+    }
+
+    /// The folders whose deleted manifests are named: those of the command line, and in a CI job, where a shell lists the files that are left, those of
+    /// all manifests.
+    fn whole_folders(&self) -> BTreeSet<PathBuf> {
+        let folder = |named: &PathBuf| match named.is_dir() {
+            true => Some(named.clone()),
+            false => self.summary.map(|_| folder_of(named).to_owned()),
         };
-        let found: Vec<_> = expand(self.manifests)?.iter().map(of).collect::<Result<_, _>>()?;
-        let folders = self.manifests.iter().filter(|named| named.is_dir());
-        let deleted = folders.map(|folder| deleted_in(file, self.lock_file, folder));
-        let deleted: Vec<Vec<_>> = deleted.collect::<Result<_, Failure>>()?;
-        Ok(found.into_iter().flatten().chain(deleted.into_iter().flatten()).collect())
+        self.manifests.iter().filter_map(folder).collect()
     }
 
     /// What differs from the entry; `None` if nothing does.
     fn findings(
         &self,
         entry: &LockedExperiment,
+        is_run: bool,
         reruns: &Reruns,
     ) -> Result<Option<Findings>, Failure> {
         let manifest = manifest_of(self.lock_file, entry)?;
@@ -173,7 +202,7 @@ impl LockedCheck<'_> {
             let what = "the manifest no longer exists; `kinetoscope lock` removes its entry";
             return Ok(Some(Findings { lines: vec![what.to_owned()], ..Findings::default() }));
         }
-        if self.quick && entry.at_most_s > QUICK_S {
+        if !is_run {
             let lines = edited(entry, &values_of(&manifest));
             return Ok((!lines.is_empty()).then(|| Findings { lines, ..Findings::default() }));
         }

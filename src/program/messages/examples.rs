@@ -18,7 +18,7 @@ pub(crate) const EXAMPLES: &[(&str, &[&str])] = &[
     ("demo", &["demo"]),
     ("check", &["check exp.toml", "check --locked"]),
     ("lock", &["lock exp.toml"]),
-    ("bundle", &["bundle exp.toml --author NAME --license CC-BY-4.0"]),
+    ("bundle", &["bundle exp.toml --author NAME --affiliation ORGANIZATION --license CC-BY-4.0"]),
     ("reproduce", &["reproduce first_run.zip"]),
     ("verify", &["verify recordings/first_run", "verify recordings/sweep --sample 100"]),
     ("compare", &["compare one.mcap other.mcap", "compare one.mcap other.mcap --find-step"]),
