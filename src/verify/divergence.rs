@@ -104,9 +104,21 @@ impl Scales {
         }
     }
 
+    /// The scale of each column for differences. A column that is zero but for rounding errors, such as the spins of discs that
+    /// collide head-on, has no scale of its own: it takes the largest one of the state.
+    fn for_differences(&self) -> Vec<f64> {
+        let largest = self
+            .0
+            .iter()
+            .fold(0.0, |largest, &scale| if scale > largest { scale } else { largest });
+        let is_zero = |scale: f64| scale <= ROUNDING * largest;
+        self.0.iter().map(|&scale| if is_zero(scale) { largest } else { scale }).collect()
+    }
+
     /// The separation of two states, and the particles that differ.
     fn separation(&self, one: &[f64], other: &[f64]) -> (f64, Vec<usize>) {
-        let columns = self.0.len().max(1);
+        let scales = self.for_differences();
+        let columns = scales.len().max(1);
         if one.len() != other.len() {
             return (f64::INFINITY, (0..one.len().max(other.len()) / columns).collect());
         }
@@ -114,9 +126,10 @@ impl Scales {
         let rows = one.chunks_exact(columns).zip(other.chunks_exact(columns));
         for (particle, (one, other)) in rows.enumerate() {
             let mut differs = false;
-            for ((a, b), scale) in one.iter().zip(other).zip(&self.0) {
-                if a.to_bits() != b.to_bits() {
-                    differs = true;
+            for ((a, b), scale) in one.iter().zip(other).zip(&scales) {
+                differs |= a.to_bits() != b.to_bits();
+                // 0.0 and -0.0 differ in their bits only.
+                if a.to_bits() != b.to_bits() && a != b {
                     let difference = ((a - b) / scale).abs();
                     if difference.is_nan() || difference > largest {
                         largest = if difference.is_nan() { f64::INFINITY } else { difference };
@@ -342,6 +355,25 @@ mod tests {
             let points = (1..=frames).map(|frame| (f64::from(frame), separation(f64::from(frame))));
             time_per_e(&points.collect::<Vec<_>>())
         })
+    }
+
+    /// Guarantee: columns that are zero in both states but for rounding errors are no different physics. Values: the spins of a
+    /// head-on collision with another rounding mode, as one run has 0 and the other -0 or -1.4e-20.
+    #[test]
+    fn rounding_of_a_column_that_is_zero_is_rounding() {
+        let of = |one: &[f64; 3], other: &[f64; 3]| {
+            let mut scales = Scales::default();
+            scales.add(one, 3);
+            scales.add(other, 3);
+            scales.separation(one, other)
+        };
+        let (separation, particles) = of(&[0.1, 2.0, 0.0], &[0.1, 2.0, -0.0]);
+        assert_eq!((separation, particles), (0.0, vec![0]));
+        let (separation, particles) = of(&[0.1, 2.0, 0.0], &[0.1, 2.0, -1.4e-20]);
+        assert!(separation <= ROUNDING && particles == [0], "{separation}");
+        let (separation, _) = of(&[0.1, 2.0, 0.0], &[0.1, 2.0, 1e-3]);
+        assert!(separation > ROUNDING, "control_spin_of_a_friction_that_differs: {separation}");
+        assert_eq!(of(&[0.0; 3], &[-0.0; 3]), (0.0, vec![0]));
     }
 
     /// Law: exp(t/τ) has the rate 1/τ at any time; t and t² have none, however many frames are compared.

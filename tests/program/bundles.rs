@@ -336,9 +336,11 @@ fn bundle_has_the_results_of_its_recordings_and_manifest() {
     expect(&bench.call(&["reproduce", "gas.zip"]), 0);
     let called = bench.call(&["bundle", "gas.toml", "--author", "A <x>", "--license", "CC0-1.0"]);
     expect(&called, 2);
-    let called = bench.call(&["bundle", "gas.toml", "--author", "A", "--license", "my own"]);
-    expect(&called, 2);
-    assert!(called.err.contains("SPDX"), "{}", called.err);
+    for license in ["my own", "NOPE", ""] {
+        let called = bench.call(&["bundle", "gas.toml", "--author", "A", "--license", license]);
+        expect(&called, 2);
+        assert!(called.err.contains("SPDX"), "{license}: {}", called.err);
+    }
 }
 
 /// Runs of which only the metrics are kept: the bundle contains their rows, and the hash of their messages is that of the rows.

@@ -59,6 +59,7 @@ fn every_file_is_compared_with_that_of_the_rerun() {
         &|files| edit(files, "bundle.json", "CC-BY-4.0", "CC0-1.0"),
         "is not that of the rerun",
     );
+    differs(&|files| file(files, "bundle.json").push(b' '), "its values are equal");
     differs(&|files| files.push(("recordings/gas/more.svg".to_owned(), Vec::new())), "more.svg");
     differs(
         &|files| files.retain(|(name, _)| !name.ends_with("metrics.csv")),

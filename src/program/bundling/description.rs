@@ -100,9 +100,10 @@ impl Description {
 
     /// Rejects a license that is none, and a description without authors.
     pub(super) fn reject_incomplete(&self) -> Result<(), Failure> {
-        let is_identifier = |letter: char| letter.is_ascii_alphanumeric() || "-.+".contains(letter);
-        if self.license.is_empty() || !self.license.chars().all(is_identifier) {
-            return Err(bad("the license is not an SPDX identifier")
+        if spdx::license_id(&self.license).is_none() {
+            let what =
+                format!("the license \"{}\" is not an SPDX identifier", one_line(&self.license));
+            return Err(bad(what)
                 .help("name one of https://spdx.org/licenses, such as CC-BY-4.0 or CC0-1.0"));
         }
         match self.authors.is_empty() {

@@ -320,7 +320,10 @@ fn different_keys(bundle: &Json, rerun: &str) -> String {
         .filter(|(key, value)| rerun.get(key.as_str()) != Some(*value))
         .map(|(key, _)| one_line(key).into_owned())
         .collect();
-    format!(": {}", others.join(", "))
+    match others.as_slice() {
+        [] => ": its values are equal, but it is written differently".to_owned(),
+        _ => format!(": {}", others.join(", ")),
+    }
 }
 
 /// The error of a folder for the bundle's files.
