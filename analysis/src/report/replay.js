@@ -95,6 +95,8 @@ function player(part, leader) {
     if (part && moves.frame !== low) {
       moves = { frame: low, kinds: new Uint8Array(count), slopes: new Float32Array(5 * count) };
       for (let i = 0; i < count; i++) moves.kinds[i] = motionOf(film, data, low, i, moves.slopes, 5 * i);
+      // Hard discs, which have no unit of time, would be drawn inside each other if most of them collide between two frames.
+      if (!film.units[2] && moves.kinds.filter((kind) => kind === LINE).length > count / 2) moves.kinds.fill(STAYS);
     }
     const { kinds, slopes } = moves;
     for (let i = 0; i < count; i++) {
