@@ -8,24 +8,21 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from play_link import play_link
-
 REPOSITORY = Path(__file__).resolve().parents[2]
 # What the front page runs: it moves for some seconds.
-FRONT = "dem_column_collapse"
+FRONT = "dem_rotating_drum"
 ENGINE = "kinetoscope-engine.js"
-HEADER = """<header class="front"><h1>Kinetoscope</h1><p class="question">Reproducible particle simulations: the same manifest gives the same bytes on any
-machine.</p><p>This page runs one: a column of discs collapses. A manifest describes an experiment; a run is recorded with every frame, and a report answers the
-question with numbers, errors and checks. Every reader of a report can verify it in the browser.</p><pre>pip install kinetoscope &amp;&amp; kinetoscope demo</pre>
-<p>{links}</p></header>"""
-LINKS = (("gallery.html", "Gallery"), ("play.html", "Play page"), ("book/index.html", "Book"), ("api/kinetoscope/index.html", "Rust documentation"))
+HEADER = """<header><h1>Kinetoscope</h1><p class="question">Reproducible particle simulations: the same manifest gives the same bytes on any machine.</p>
+<p>This page runs one, a rotating drum. Every report answers a question, and its reader can verify it in the browser.</p>
+<pre>pip install kinetoscope &amp;&amp; kinetoscope demo</pre><p>{links}</p></header>"""
+LINKS = (("index.html", "Kinetoscope"), ("gallery.html", "Gallery"), ("play.html", "Play page"), ("book/index.html", "Book"), ("api/kinetoscope/index.html", "Rust documentation"))
 
 
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--bin", type=Path, default=REPOSITORY / "target/release", help="folder of the programs, built with the engine")
     parser.add_argument("--recordings", type=Path, default=REPOSITORY / "target/book/recordings", help="recordings of the experiments; what is missing is run")
-    parser.add_argument("--output", type=Path, default=REPOSITORY / "target/site")
+    parser.add_argument("--site", dest="output", type=Path, default=REPOSITORY / "target/site", help="folder of the site [default: target/site]")
     parser.add_argument("--without-api", action="store_true", help="leave out the documentation of the libraries")
     return parser.parse_known_args()[0]
 
@@ -46,18 +43,23 @@ def analyzed(options):
 
 
 def front_page(options):
-    """The play page with another head and a manifest that starts; without an engine, the head alone."""
-    links = " · ".join(f'<a href="{page}">{name}</a>' for page, name in LINKS if (options.output / page).exists())
+    """The play page with another head and a manifest that starts; without an engine, the head alone. The gallery and the play page get links to the others."""
     gallery, play = options.output / "gallery.html", options.output / "play.html"
-    header = HEADER.format(links=links)
+
+    def links(own):
+        return " · ".join(f'<a href="{page}">{name}</a>' for page, name in LINKS if page != own and (options.output / page).exists())
+
+    header = HEADER.format(links=links("index.html"))
     if play.exists():
         # The first of its runs.
-        link = re.search(rf'<a href="\./{FRONT}/report\.html".*?href="play\.html(#manifest=[^"]*)"', gallery.read_text(), re.DOTALL)[1]
+        link = re.search(rf'href="play\.html(#manifest=[^"]*)"(?:(?!href=).)*href="\./{FRONT}/report\.html"', gallery.read_text(), re.DOTALL)[1]
         text = play.read_text().replace("data-play", f'data-play data-auto="{link}"', 1)
         text = re.sub(r"<header>.*?</header>", lambda _: header, text, count=1, flags=re.DOTALL)
     else:
         text = re.sub(r"<main.*</main>", lambda _: f"<main>{header}</main>", gallery.read_text(), count=1, flags=re.DOTALL)
     (options.output / "index.html").write_text(re.sub("<title>.*?</title>", "<title>Kinetoscope</title>", text, count=1))
+    for page in filter(Path.exists, (gallery, play)):
+        page.write_text(page.read_text().replace("</header>", f"<p>{links(page.name)}</p></header>", 1))
 
 
 def main():

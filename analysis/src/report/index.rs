@@ -190,6 +190,7 @@ fn card(card: &Card<'_>) -> Markup {
         } @else {
             div class="undrawn" {}
         }
+        @if let Some(play) = &card.play { a class="play" href=(play) { "▶ run " span class="unseen" { (report.name) " in this browser" } } }
         div class="words" {
             h3 { a href=(card.link) title=[card.date.as_ref()] { (report.name) } }
             (question(report))
@@ -197,7 +198,6 @@ fn card(card: &Card<'_>) -> Markup {
             p class="facts" {
                 @if !outcome.is_empty() { strong class=(class) { (outcome) } " · " }
                 (plural(report.runs.len() as u64, "run"))
-                @if let Some(play) = &card.play { " · " a class="play" href=(play) { "run it here" } }
             }
         }
     }
