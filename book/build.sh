@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Builds the book with all its numbers into target/book/html, and checks its links.
+# Builds the book with all its numbers into target/book/html and, with it, the site into target/site: front page, gallery of all experiments, play page,
+# book and documentation of the libraries. Checks all links. Without the engine (CONTRIBUTING.md), the site has no simulations.
 #   book/build.sh            all laws, and the pages that compare with other programs
 #   book/build.sh --quick    one law per model; REBOUND and LAMMPS only if they are installed
 # The programs must be built (cargo build --release); another folder of programs is given by --bin FOLDER.
@@ -27,4 +28,6 @@ rm -rf target/book/html
 python3 book/generator --cross-code-python "$python" "$@"
 "$mdbook" build target/book
 python3 book/check_links.py target/book/html
-echo "the book: $PWD/target/book/html/index.html ($SECONDS s)"
+python3 book/generator/site.py "$@"
+python3 book/check_links.py target/site
+echo "the book: $PWD/target/book/html/index.html, the site: $PWD/target/site/index.html ($SECONDS s)"

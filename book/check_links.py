@@ -53,7 +53,8 @@ def read_pages(place):
     """The pages of a folder, or one document."""
     if place.is_file():
         return {place: MarkdownPage(place)}
-    if html := sorted(place.rglob("*.html")):
+    # rustdoc checks the links of the libraries' documentation.
+    if html := sorted(page for page in place.rglob("*.html") if "api" not in page.relative_to(place).parts):
         return {file: Page(file) for file in html}
     return {file: MarkdownPage(file) for file in sorted(place.rglob("*.md"))}
 
@@ -67,6 +68,9 @@ def fault_of(file, link, pages):
         return f"{address} is loaded from another host" if is_loaded else None, False
     target = (file.parent / unquote(parts.path)).resolve() if parts.path else file
     anchor = unquote(parts.fragment)
+    # The play page is next to the built book, and what follows is the manifest that it runs.
+    if anchor.startswith("manifest="):
+        return None if file.suffix == ".md" or target.is_file() else f"{address} does not exist", True
     # On a web server, a folder is not a page; in a repository, it is.
     if not (target.is_file() or file.suffix == ".md" and target.is_dir()):
         return f"{address} does not exist", True

@@ -57,3 +57,9 @@ pub fn analyze(recording: &Recording) -> Result<RunAnalysis, UnreadableRecording
     let threads = available_parallelism().unwrap_or(std::num::NonZeroUsize::MIN);
     run::analyze(&run, Vec::new(), RunOptions::default(), threads)
 }
+
+/// The metrics that answer first for the model of a run.
+#[must_use]
+pub fn main_metrics(run: &RunAnalysis) -> &'static [&'static str] {
+    models::main_results(run.model()).metrics
+}

@@ -241,7 +241,9 @@ impl Engine {
             };
         match kinetoscope_analysis::analyze(&recording) {
             Ok(analysis) => {
-                let metrics: Vec<Value> = analysis.measurements.iter().map(measurement).collect();
+                let main = kinetoscope_analysis::main_metrics(&analysis);
+                let found = analysis.measurements.iter();
+                let metrics = found.map(|it| measurement(it, main.contains(&it.name()))).collect();
                 Answer::new(Status::Working, &Value::Array(metrics))
             }
             Err(error) => Answer::refused(
@@ -315,8 +317,9 @@ fn planned(manifest: &RunManifest, replicate: u32) -> Value {
     })
 }
 
-fn measurement(found: &kinetoscope_analysis::Measurement) -> Value {
+fn measurement(found: &kinetoscope_analysis::Measurement, is_main: bool) -> Value {
     json!({
+        "main": is_main,
         "name": found.name(),
         "label": found.definition.label,
         "unit": found.definition.unit,

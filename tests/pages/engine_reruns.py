@@ -72,9 +72,12 @@ class Pages:
             browser.call("browsingContext.navigate", context=browser.tab, url=address, wait="complete")
 
     @staticmethod
+    def call(browser, function):
+        return json.loads(browser.value(f"({function})()")) if browser.name == "Chromium" else browser.result_of(function)
+
+    @staticmethod
     def press(browser, change):
-        function = PRESS % json.dumps(change)
-        found = json.loads(browser.value(f"({function})()")) if browser.name == "Chromium" else browser.result_of(function)
+        found = Pages.call(browser, PRESS % json.dumps(change))
         return found if "status" in found else {"status": str(found), "rows": [], "mark": "", "first": 0, "all": 0, "longest": 0, "painted": False}
 
 

@@ -3,10 +3,13 @@ const FRAME = 1, ENDED = 2, FAILED = 3;
 // Runs that take longer are not started without a question, s.
 const LONG_S = 10;
 
-const output = (engine) => {
+// The bytes of an answer, in the memory of the engine.
+const answer = (engine) => {
   const place = engine.output();
-  return new TextDecoder().decode(new Uint8Array(engine.memory.buffer, Number(place >> 32n), Number(place & 0xffffffffn)));
+  return new Uint8Array(engine.memory.buffer, Number(place >> 32n), Number(place & 0xffffffffn));
 };
+
+const output = (engine) => new TextDecoder().decode(answer(engine));
 
 const failure = (engine) => {
   const { error, help } = JSON.parse(output(engine));
@@ -25,8 +28,8 @@ const ask = (engine, name, argument) => {
   return status;
 };
 
-// Runs of a changed manifest that take longer are ended, s.
-const MOST_S = 60;
+// Numbers of a state that the page draws.
+const MOST_NUMBERS = 40_000;
 // Time between two frames of a changed run that the page shows, ms; of few particles, it shows so many frames in any case, for their paths.
 const SHOWN_MS = 40, FEW_NUMBERS = 200, PATH_FRAMES = 1000;
 
@@ -36,6 +39,7 @@ self.addEventListener("message", ({ data }) => {
   if ("claims" in data) verify(data).catch(failed);
   else if ("module" in data) (kept = instance(data.module, data.hash)).catch(failed);
   else if ("manifest" in data) kept.then((engine) => rerun(engine, data.manifest)).catch(failed);
+  else if ("recording" in data) kept.then((engine) => ask(engine, "recording") || postMessage({ recording: answer(engine).slice() })).catch(failed);
   else answered?.(data.frames);
 });
 
@@ -94,9 +98,9 @@ const rerun = (engine, manifest) => {
   const { frames: of, columns } = JSON.parse(output(engine));
   const send = (frame) => {
     ask(engine, "columns");
-    const place = engine.output();
-    const state = new Float64Array(engine.memory.buffer.slice(Number(place >> 32n), Number(place >> 32n) + Number(place & 0xffffffffn)));
-    postMessage({ frame, of, columns, state, planned });
+    const rows = answer(engine).length / 8 / columns.length, most = Math.floor(MOST_NUMBERS / columns.length);
+    const state = new Float64Array(answer(engine).slice(0, 8 * columns.length * most).buffer);
+    postMessage({ frame, of, columns, state, rows, planned });
     return state.length <= FEW_NUMBERS ? Math.ceil(of / PATH_FRAMES) : Infinity;
   };
   let frame = 1, budget = 1, shown = performance.now();
@@ -117,7 +121,6 @@ const rerun = (engine, manifest) => {
       postMessage({ metrics: JSON.parse(output(engine)), frames, fault, seconds });
       return;
     }
-    if (seconds > MOST_S) throw new Error(`ended after ${MOST_S} s at frame ${frame} of ${of}: shorten the run, or download the manifest and run it with the program`);
   }
 };
 

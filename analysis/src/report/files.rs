@@ -12,7 +12,7 @@ use crate::metric_files::table::to_csv;
 use crate::metric_files::table::to_parquet;
 use crate::report::file_links::FileLinks;
 use crate::report::plot_section::DrawnPlot;
-use crate::report::{AnalysisReport, engine, html};
+use crate::report::{AnalysisReport, html, play};
 use crate::write_file::{WriteError, create_folder, replace};
 use kinetoscope_recording::plot_list::{PLOT_LIST, is_plot_name, listed_plots};
 use std::path::Path;
@@ -73,7 +73,7 @@ pub(crate) fn write(report: &AnalysisReport, folder: &Path) -> Result<usize, Wri
     }
     replace(&folder.join(PLOT_LIST), &list)?;
     let links = FileLinks::in_folder(report, folder, listed_plots(folder));
-    engine::write(report, folder)?;
+    play::write(report.engine, folder)?;
     replace(&folder.join(REPORT), html::page(report, &drawn, &links))?;
     Ok(drawn.len())
 }

@@ -6,7 +6,9 @@
 use super::file_links::FileLinks;
 use super::markup::{breakable, typographic};
 use super::plot_section::{DrawnPlot, SortedPlots};
-use super::{AnalysisReport, engine, head, numbers, provenance, replay_section, timing_section};
+use super::{
+    AnalysisReport, engine, head, numbers, provenance, replay_section, timing_section, verify,
+};
 use crate::checks::baseline::BaselineComparison;
 use crate::checks::{CheckKind, CheckResult};
 use crate::number_text::six_digits;
@@ -78,7 +80,7 @@ pub(crate) fn page(report: &AnalysisReport, plots: &[DrawnPlot<'_>], links: &Fil
     let page = html! {
         (DOCTYPE)
         html lang="en" {
-            (page_head(&report.name, &palette::style_sheet(), &engine::policy(report)))
+            (page_head(&report.name, &palette::style_sheet(), &engine::policy(report.engine)))
             body {
                 main {
                     (heading(report))
@@ -89,7 +91,7 @@ pub(crate) fn page(report: &AnalysisReport, plots: &[DrawnPlot<'_>], links: &Fil
                     (numbers::checked(report))
                     @if let Some(comparison) = &report.baseline { (baseline(comparison)) }
                     (sorted.requested(report))
-                    (engine::section(report))
+                    (verify::section(report))
                     div class="folds" {
                         @if !background.0.is_empty() {
                             details {

@@ -1,10 +1,11 @@
 //! `index.html` of a folder of experiments, a gallery: for each its picture, name, question and result, with a link to its report, in groups by model, and
 //! a filter by model and words.
 
+use super::engine_place::EnginePlace;
 use super::file_links::address;
 use super::head::{checks_summary, question, result};
 use super::html::page_head;
-use super::{AnalysisReport, files};
+use super::{AnalysisReport, files, play};
 use crate::input::host_file::utc;
 use crate::models::title_of;
 use crate::run::RunAnalysis;
@@ -40,6 +41,8 @@ struct Card<'a> {
     date: Option<String>,
     /// The address of its picture; `None` without a replay.
     picture: Option<String>,
+    /// The address of its run in the play page next to the index, if there is one.
+    play: Option<String>,
 }
 
 /// Writes `index.html`, unless the folder contains one that this program has not written. Returns whether it did.
@@ -55,6 +58,9 @@ pub(crate) fn write(folder: &Path, listed: &[Listed<'_>]) -> Result<bool, WriteE
             return Ok(false);
         }
     }
+    if let Some(first) = listed.first() {
+        play::write(first.report.engine, folder)?;
+    }
     let cards: Vec<Card<'_>> = listed.par_iter().map(|listed| Card::of(listed, folder)).collect();
     replace(&path, page(&cards))?;
     Ok(true)
@@ -68,6 +74,7 @@ impl<'a> Card<'a> {
             link: link(folder, &listed.results.join(files::REPORT)),
             date: ends.max().map(utc),
             picture: picture(listed.report),
+            play: play_link(listed.report),
         }
     }
 
@@ -79,12 +86,24 @@ impl<'a> Card<'a> {
     }
 }
 
-/// The picture of the run that the report shows first, or of the first one that has a picture, as pixels, which take less space than thousands of discs;
-/// without such a build, as lines.
-fn picture(report: &AnalysisReport) -> Option<String> {
+/// The runs, from the one that the report shows first.
+fn runs_by_view(report: &AnalysisReport) -> impl Iterator<Item = &RunAnalysis> {
     let is_first = |run: &&RunAnalysis| report.view.compared(&run.coordinates) == Some(0);
-    let mut runs = report.runs.iter().filter(is_first).chain(&report.runs);
-    let svg = &runs.find_map(|run| run.replay.as_ref()?.film.as_ref())?.picture;
+    report.runs.iter().filter(is_first).chain(&report.runs)
+}
+
+/// The address that opens the manifest of the first one in the play page.
+fn play_link(report: &AnalysisReport) -> Option<String> {
+    let is_there = matches!(report.engine, EnginePlace::NextToPage(_));
+    runs_by_view(report)
+        .next()
+        .filter(|_| is_there)
+        .and_then(|run| play::link(&run.manifest.canonical()))
+}
+
+/// The picture of the first one that has a picture, as pixels, which take less space than thousands of discs; without such a build, as lines.
+fn picture(report: &AnalysisReport) -> Option<String> {
+    let svg = &runs_by_view(report).find_map(|run| run.replay.as_ref()?.film.as_ref())?.picture;
     let (kind, bytes) = match still_png(svg) {
         Ok(png) => ("png", png),
         Err(_) => ("svg+xml", svg.clone().into_bytes()),
@@ -171,6 +190,7 @@ fn card(card: &Card<'_>) -> Markup {
         } @else {
             div class="undrawn" {}
         }
+        @if let Some(play) = &card.play { a class="play" href=(play) { "▶ run " span class="unseen" { (report.name) " in this browser" } } }
         div class="words" {
             h3 { a href=(card.link) title=[card.date.as_ref()] { (report.name) } }
             (question(report))

@@ -14,6 +14,7 @@ mod metrics_document;
 mod metrics_of_runs;
 mod metrics_reference;
 mod numbers;
+mod play;
 mod plot_data;
 mod plot_section;
 mod plots;
@@ -24,6 +25,7 @@ mod sweep_data;
 pub(crate) mod table;
 pub(crate) mod text;
 mod timing_section;
+mod verify;
 
 pub use metrics_reference::metrics_reference;
 pub(crate) use metrics_reference::metrics_with;

@@ -2,7 +2,7 @@
 
 use super::file_links::FileLinks;
 use super::markup::breakable;
-use super::{AnalysisReport, engine};
+use super::{AnalysisReport, verify};
 use crate::input::host_file::utc;
 use crate::number_text::six_digits;
 use maud::{Markup, html};
@@ -21,7 +21,7 @@ pub(super) fn section(report: &AnalysisReport, links: &FileLinks) -> Markup {
             }
             // A line of its own, because it differs between machines.
             @if let Some(machine) = machine(report) { p class="machine facts" { (machine) } "\n" }
-            @if let Some(missing) = engine::missing(report) { p class="facts" { (missing) } }
+            @if let Some(missing) = verify::missing(report) { p class="facts" { (missing) } }
             (links.list())
         }
     }

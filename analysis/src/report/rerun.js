@@ -1,14 +1,18 @@
-// Change and rerun: the engine runs a changed manifest in a worker. Its frames and numbers are shown apart from those of the recording.
+// Change and rerun: the engine runs a changed manifest in a worker. Its frames and numbers are shown apart from those of the recording. The play page has no
+// recording: its manifest is that of its address, or one of those that it offers.
 {
   const box = document.querySelector(".rerun"), find = (place) => box.querySelector(place);
   const runs = JSON.parse(find("script").textContent);
   const [menu, fields, text, status, canvas, table] = ["select", ".keys", "textarea", "[role=status]", "canvas", "table"].map(find);
-  const [button, reset, save] = box.querySelectorAll("button");
+  const [button, reset, save, copy, keep] = box.querySelectorAll("button");
+  const isPlay = "play" in box.dataset;
+  // Longest run, s; longest manifest, bytes; longest address that is offered, characters; most numbers of a table.
+  const MOST_S = 60, MOST_BYTES = 256 << 10, MOST_ADDRESS = 8192, MOST_ROWS = 12;
   // Up to so many particles without a radius leave a path.
   const MOST_WITH_PATH = 20;
-  let worker, run, view, isRunning, path, hasPath, awaited, discs = [];
+  let worker, run, view, isRunning, path, hasPath, awaited, timer, place = "", discs = [];
 
-  const say = (words, quality = "") => ([status.textContent, status.className] = [words.slice(0, 4000), quality]);
+  const say = (words, quality = "") => ([status.textContent, status.className] = [words.slice(0, 9000), quality]);
 
   // The lines with another value than in the recorded run.
   const changes = () => {
@@ -17,25 +21,88 @@
     return [...of(text.value)].filter(([key, value]) => before.get(key) !== value).map(([key, value]) => `${key} ${before.get(key) ?? "(none)"} → ${value}`);
   };
 
-  const lineOf = (key) => new RegExp(`^${key} = (.*)$`, "m");
+  const lineOf = (key) => new RegExp(`^(${key}\\s*=\\s*)([^#\n]*?)(?=\\s*(#.*)?$)`, "m");
+
+  // The numbers of the model's table in a text.
+  const keysOf = (words) => {
+    const lines = words.split(/^\[model\.\w+\].*$/m)[1]?.split(/^\[/m)[0] ?? "";
+    return [...lines.matchAll(/^(\w+)\s*=\s*[-+]?[.\d]\S*\s*(#.*)?$/gm)].slice(0, 8).map(([, key]) => [key, key]);
+  };
 
   function field([key, name]) {
     const label = fields.appendChild(document.createElement("label"));
     label.textContent = `${name} `;
     const input = label.appendChild(document.createElement("input"));
-    Object.assign(input, { type: "number", step: "any", value: lineOf(key).exec(text.value)[1], autocomplete: "off" });
-    input.oninput = () => (text.value = text.value.replace(lineOf(key), `${key} = ${input.value}`));
+    Object.assign(input, { type: "number", step: "any", value: lineOf(key).exec(text.value)?.[2].replaceAll("_", ""), autocomplete: "off" });
+    input.oninput = () => (text.value = text.value.replace(lineOf(key), (line, start) => start + input.value));
   }
 
   function choose(index) {
     run = runs[index];
-    text.value = run.manifest;
-    fields.textContent = "";
-    run.keys.forEach(field);
+    restore();
   }
+
+  const restore = () => edit(run.manifest, run.keys);
+
+  function edit(manifest, keys = keysOf(manifest)) {
+    text.value = manifest;
+    fields.textContent = "";
+    keys.forEach(field);
+  }
+
+  // The text that a link contains. A damaged or a forged one may unpack to more than the memory holds.
+  async function unpacked(letters) {
+    const ending = "ask its author for the file of the manifest";
+    if (letters.length > 2 * MOST_BYTES) throw new Error(`the link is longer than one of a manifest of 256 kB; ${ending}`);
+    let size = 0;
+    const parts = [];
+    try {
+      const packed = Uint8Array.from(atob(letters.replaceAll("-", "+").replaceAll("_", "/")), (letter) => letter.charCodeAt(0));
+      const reader = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate")).getReader();
+      for (let part = await reader.read(); !part.done && size <= MOST_BYTES; part = await reader.read()) {
+        size += part.value.length;
+        parts.push(part.value);
+      }
+      if (size <= MOST_BYTES) return new TextDecoder("utf-8", { fatal: true }).decode(await new Blob(parts).arrayBuffer());
+      reader.cancel();
+    } catch {
+      throw new Error(`the link is damaged; ${ending}`);
+    }
+    throw new Error(`the manifest of the link is longer than 256 kB; ${ending}`);
+  }
+
+  async function follow() {
+    const letters = /^#manifest=(.*)$/s.exec(location.hash || box.dataset.auto)?.[1];
+    if (letters === undefined) return;
+    // Not the manifest before it.
+    button.disabled = true;
+    try {
+      const manifest = await unpacked(letters);
+      if (isPlay) run = { manifest };
+      edit(manifest);
+      if (location.hash) say("The manifest of the link: read it, change it, run it.");
+    } catch (error) {
+      say(error.message, "bad");
+    }
+    button.disabled = Boolean(self.kinetoscopeLack);
+    box.open = true;
+  }
+
+  async function link() {
+    const stream = new Blob([text.value]).stream().pipeThrough(new CompressionStream("deflate"));
+    const packed = Array.from(new Uint8Array(await new Response(stream).arrayBuffer()), (byte) => String.fromCharCode(byte)).join("");
+    return `${new URL(box.dataset.page, location)}`.split("#")[0] + "#manifest=" + btoa(packed).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
+  }
+
+  copy.onclick = async () => {
+    const address = await link();
+    if (address.length > MOST_ADDRESS) return say(`the link would have ${address.length} characters, more than ${MOST_ADDRESS}: download the manifest`, "bad");
+    await navigator.clipboard.writeText(address).then(() => say("The link is copied."), () => say(`This browser does not copy: ${address}`));
+  };
 
   function stop(words, quality) {
     isRunning = false;
+    clearTimeout(timer);
     button.textContent = "Run";
     if (words) say(words, quality);
   }
@@ -76,35 +143,39 @@
   }
 
   function tell(metrics) {
-    const body = find("tbody");
+    const body = find("tbody"), heads = [...table.rows[0].cells].map((cell) => cell.textContent);
     body.textContent = "";
-    for (const recorded of run.numbers) {
-      const now = metrics.find(({ name }) => name === recorded.name);
+    for (const shown of run.numbers ?? metrics.filter(({ reason }) => !reason).sort((a, b) => b.main - a.main).slice(0, MOST_ROWS)) {
+      const now = metrics.find(({ name }) => name === shown.name);
       const row = body.insertRow(), theory = now?.theory ?? null;
       const measured = ({ value, standard_error: error }) => number(value, error);
-      const cells = [recorded.label + (recorded.unit && recorded.unit !== "1" ? ` (${recorded.unit})` : ""), measured(recorded),
+      const cells = [shown.label + (shown.unit && shown.unit !== "1" ? ` (${shown.unit})` : ""), ...(run.numbers ? [measured(shown)] : []),
         now && !now.reason ? measured(now) : now?.reason ?? "no value", theory === null ? "" : number(theory)];
       for (const [index, words] of cells.entries()) {
         const cell = row.insertCell();
         cell.textContent = words.slice(0, 300);
-        if (words) cell.dataset.label = ["", "recorded", "changed by you", "theory"][index];
+        if (words) cell.dataset.label = index ? heads[index] : "";
       }
     }
     table.hidden = false;
   }
 
   function show({ data }) {
+    if (data.recording) return download(data.recording, "changed.mcap");
     if (!isRunning) return;
     if (data.failed) return stop(data.failed, "bad");
     if (data.state) {
       canvas.hidden = false;
+      place = ` at frame ${data.frame} of ${data.of}`;
       take(data);
       const more = data.planned > 1 ? `; the text plans ${data.planned} runs, of which only the first is run` : "";
-      say(`frame ${data.frame} of ${data.of}${more}`);
+      const few = data.rows > discs.length ? `; ${discs.length} of ${data.rows} particles are drawn` : "";
+      say(`frame ${data.frame} of ${data.of}${few}${more}`);
     }
     if (data.metrics) {
       tell(data.metrics);
-      const words = `${data.fault ? `the changed run fails: ${data.fault}` : "the changed run is complete"} (${data.frames} frames, ${data.seconds.toFixed(1)} s)`;
+      keep.hidden = false;
+      const words = `${data.fault ? `the run fails: ${data.fault}` : "the run is complete"} (${data.frames} frames, ${data.seconds.toFixed(1)} s)`;
       stop(words, data.fault ? "bad" : "good");
     }
   }
@@ -113,7 +184,7 @@
     try {
       if (!worker) {
         worker = self.kinetoscopeWorker(show, end);
-        worker.postMessage({ module: self.kinetoscopeEngine, hash: document.querySelector(".engine").dataset.module });
+        worker.postMessage({ module: self.kinetoscopeEngine, hash: document.querySelector("[data-module]").dataset.module });
       }
     } catch (error) {
       end(`the engine cannot be started (${error.message})`);
@@ -125,26 +196,38 @@
     start();
     if (!worker) return;
     const changed = changes();
-    find(".mark").hidden = false;
+    find(".mark").hidden = isPlay;
     find(".changes").textContent = changed.length ? changed.slice(0, 20).join("; ") : "nothing is changed yet: this is the manifest of the recording";
     isRunning = true;
     [view, path] = [undefined, []];
-    table.hidden = canvas.hidden = true;
+    table.hidden = canvas.hidden = keep.hidden = true;
     button.textContent = "Stop";
     say("starting");
+    place = "";
+    timer = setTimeout(() => end(`ended after ${MOST_S} s${place}: shorten the run, or download the manifest and run it with the program`), 1000 * MOST_S);
     worker.postMessage({ manifest: text.value });
   };
-  reset.onclick = () => choose(menu ? menu.selectedIndex : 0);
-  save.onclick = () => {
+  reset.onclick = restore;
+  function download(data, name) {
     const link = document.createElement("a");
-    link.href = URL.createObjectURL(new Blob([text.value], { type: "text/plain" }));
-    link.download = "changed.toml";
+    link.href = URL.createObjectURL(new Blob([data]));
+    link.download = name;
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 1000);
-  };
+  }
+  save.onclick = () => download(text.value, "changed.toml");
+  keep.onclick = () => worker?.postMessage({ recording: true });
   if (menu) menu.onchange = () => choose(menu.selectedIndex);
   choose(0);
   // The engine is ready when the first number is changed.
   box.ontoggle = () => box.open && start();
-  box.hidden = !self.kinetoscopeEngine || !self.WebAssembly || !self.DecompressionStream;
+  box.hidden = !isPlay && Boolean(self.kinetoscopeLack);
+  if (self.kinetoscopeLack) {
+    button.disabled = true;
+    say(self.kinetoscopeLack, "bad");
+  }
+  find(".setup details").open = isPlay && innerWidth > 860;
+  addEventListener("hashchange", follow);
+  // A page with a simulation of its own starts it.
+  follow().then(() => !location.hash && box.dataset.auto && !self.kinetoscopeLack && !matchMedia("(prefers-reduced-motion: reduce)").matches && button.click());
 }

@@ -6,9 +6,12 @@ use crate::input::key_words::words_and_unit;
 use crate::metric::Measurement;
 use crate::models::main_results;
 use crate::report::AnalysisReport;
+use crate::report::engine::{NONCE, PLAY};
 use crate::report::plot_section::data;
 use crate::report::replay_section::run_name;
 use crate::run::RunAnalysis;
+use kinetoscope_manifest::model::ModelConfig;
+use kinetoscope_manifest::starter;
 use maud::{Markup, PreEscaped, html};
 use serde::Serialize;
 
@@ -20,14 +23,15 @@ const MOST_KEYS: usize = 8;
 /// Maximum number of metrics that are compared.
 const MOST_NUMBERS: usize = 8;
 
-/// A run that can be changed.
+/// A run that can be changed: a recorded one, or a starter. The script finds the keys and numbers of a starter.
 #[derive(Serialize)]
 struct Changeable<'a> {
     name: String,
     manifest: &'a str,
     /// The keys with a number to change, and their words with the unit.
-    keys: Vec<(&'a str, String)>,
-    numbers: Vec<RecordedNumber<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    keys: Option<Vec<(&'a str, String)>>,
+    numbers: Option<Vec<RecordedNumber<'a>>>,
 }
 
 /// A number of the recorded run.
@@ -40,23 +44,47 @@ struct RecordedNumber<'a> {
     standard_error: Option<f64>,
 }
 
-/// The fields, the manifest, and the places of the changed run's frames and numbers. `nonce` marks the scripts of the page.
-pub(super) fn section(report: &AnalysisReport, nonce: &str) -> Markup {
+/// What changes the runs of a report. Links are of the play page next to it, or of a page that has its engine in itself.
+pub(super) fn section(report: &AnalysisReport, is_single_file: bool) -> Markup {
     let claimed = report.runs.iter().filter_map(|run| Some((run, run.claim.as_ref()?)));
     let runs: Vec<Changeable<'_>> = claimed
         .take(MOST_RUNS)
         .map(|(run, claim)| Changeable {
             name: run_name(run),
             manifest: &claim.manifest,
-            keys: keys(run, &claim.manifest),
-            numbers: numbers(report, run),
+            keys: Some(keys(run, &claim.manifest)),
+            numbers: Some(numbers(report, run)),
         })
         .collect();
     html! {
-        details class="rerun" hidden {
+        details class="rerun" data-page=(if is_single_file { "" } else { PLAY }) hidden {
             summary { h2 { "Change and rerun" } }
+            (bench(&runs, "Run", &["recorded run", "changed by you", "theory for it"]))
+        }
+        script nonce=(NONCE) { (PreEscaped(SCRIPT)) }
+    }
+}
+
+/// The same without a recording, for the engine of this hash.
+pub(super) fn play(module_hash: &str) -> Markup {
+    let starters = ModelConfig::NAMES.iter().filter_map(|name| {
+        let (name, manifest) = ((*name).to_owned(), starter(name)?);
+        Some(Changeable { name, manifest, keys: None, numbers: None })
+    });
+    html! {
+        section class="rerun" data-play data-page="" data-module=(module_hash) {
+            (bench(&starters.collect::<Vec<_>>(), "Start from", &["value", "theory"]))
+        }
+        script nonce=(NONCE) { (PreEscaped(SCRIPT)) }
+    }
+}
+
+/// The fields, the manifest, and the places of the run's frames and numbers.
+fn bench(runs: &[Changeable<'_>], menu: &str, columns: &[&str]) -> Markup {
+    html! {
+        div class="setup" {
             @if runs.len() > 1 {
-                p { label { "Run: " select autocomplete="off" { @for run in &runs { option { (run.name) } } } } }
+                p { label { (menu) ": " select autocomplete="off" { @for run in runs { option { (run.name) } } } } }
             }
             div class="keys" {}
             details {
@@ -67,20 +95,23 @@ pub(super) fn section(report: &AnalysisReport, nonce: &str) -> Markup {
                 button type="button" { "Run" } " "
                 button type="button" { "Reset" } " "
                 button type="button" { "Download the manifest" } " "
+                button type="button" { "Copy link" } " "
+                button type="button" hidden { "Download the recording" } " "
                 span class="facts" { "Runs in this browser for at most 60 s and with 512 MB; nothing leaves the page." }
             }
+        }
+        div class="result-of-run" {
             p class="mark" hidden { strong { "Changed by you, not the recorded run: " } span class="changes" {} }
             p role="status" {}
             div class="outcome" {
                 canvas width="480" height="480" role="img" aria-label="Particles of the changed run" hidden {}
                 table hidden {
-                    thead { tr { th { "quantity" } th { "recorded run" } th { "changed by you" } th { "theory for it" } } }
+                    thead { tr { th { "quantity" } @for column in columns { th { (column) } } } }
                     tbody {}
                 }
             }
-            (data("given", &runs))
         }
-        script nonce=(nonce) { (PreEscaped(SCRIPT)) }
+        (data("given", &runs))
     }
 }
 
