@@ -3,7 +3,7 @@
 import json
 
 MODELS = {"dem": "DEM", "gas": "Gas", "packing": "Packing", "orbit": "Orbit"}
-TABLES = ("record", "sweep", "checks", "plots", "baseline")
+TABLES = ("record", "sweep", "checks", "plots", "baseline", "exercise")
 
 
 def in_cell(text):

@@ -80,7 +80,7 @@ pub fn manifest_values(canonical: &str) -> Vec<(String, String)> {
 }
 
 /// Keys of a manifest that affect no run.
-const WITHOUT_EFFECT: [&str; 9] = [
+const WITHOUT_EFFECT: [&str; 10] = [
     "name",
     "question",
     "answer",
@@ -90,6 +90,7 @@ const WITHOUT_EFFECT: [&str; 9] = [
     "plots",
     "view",
     "baseline",
+    "exercise",
 ];
 /// Maximum length of a written value that is stored in full.
 const LONGEST_WRITTEN_VALUE: usize = 80;

@@ -5,6 +5,7 @@ use crate::baseline::{self, BaselineTolerance};
 use crate::canonical::{RunKey, RunManifest};
 use crate::checks::{self, Check, CheckedManifest, MetricNames};
 use crate::diagnostics::{Diagnostic, Diagnostics, Errors};
+use crate::exercise::{self, Exercise};
 use crate::head::{ExpectedOutcome, Head, NAME_RULE, is_name};
 use crate::keys::{HasKeys as _, Names, Reader};
 use crate::model::{ModelConfig, Recordings, accept_misplaced, no_model};
@@ -47,6 +48,8 @@ pub struct Experiment {
     pub view: ViewRequest,
     /// How much metrics may differ from those of an earlier analysis.
     pub baseline: Vec<BaselineTolerance>,
+    /// The answer to an exercise; `None` if the manifest is not one.
+    pub exercise: Option<Exercise>,
     /// How the runs are expected to end.
     pub expected_outcome: ExpectedOutcome,
     /// The manifest's file as it was named.
@@ -169,6 +172,7 @@ fn experiment(
         plots: document.plots,
         view: document.view,
         baseline: document.baseline,
+        exercise: document.exercise,
         expected_outcome: document.head.expected_outcome.unwrap_or(ExpectedOutcome::Complete),
         manifest: origin.to_owned(),
     })
@@ -227,6 +231,7 @@ pub(crate) struct Document {
     plots: Vec<PlotRequest>,
     view: ViewRequest,
     baseline: Vec<BaselineTolerance>,
+    exercise: Option<Exercise>,
 }
 
 /// Reads a manifest and all its errors.
@@ -324,6 +329,7 @@ fn read_root(
     let plots = root.take("plots");
     let view = root.take("view");
     let baseline = root.take("baseline");
+    let exercise = root.take("exercise");
     let model = root.take("model");
     let record = root.take("record");
     let base = Table { entries: [model, record].into_iter().flatten().collect() };
@@ -332,7 +338,9 @@ fn read_root(
     let mut reader = Reader::new("", root, errors);
     head.keys(&mut reader);
     head.check(&mut reader);
-    reader.also_known(&["model", "record", "sweep", "checks", "plots", "view", "baseline"]);
+    reader.also_known(&[
+        "model", "record", "sweep", "checks", "plots", "view", "baseline", "exercise",
+    ]);
     reader.suggest_keys_of(&base);
     reader.finish();
     let runs = expand(&head, &base, &axes, lookup.recordings, errors);
@@ -366,7 +374,8 @@ fn read_root(
         view.map_or_else(ViewRequest::default, |view| view::read(&view, Some(viewed), errors));
     let baseline =
         baseline.map_or_else(Vec::new, |baseline| baseline::read(&baseline.node, metrics, errors));
-    Document { head, axes, runs, checks, plots, view, baseline }
+    let exercise = exercise.and_then(|entry| exercise::read(&entry, errors));
+    Document { head, axes, runs, checks, plots, view, baseline, exercise }
 }
 
 /// Inserts a value from the command line or from a sweep.

@@ -22,6 +22,7 @@ mod canonical;
 mod checks;
 mod comparison;
 mod describe;
+mod exercise;
 mod experiment;
 mod experiment_name;
 mod head;
@@ -44,6 +45,7 @@ pub use comparison::{
 };
 pub use describe::unit_of_key;
 pub use diagnostics::{Diagnostics, nearest};
+pub use exercise::Exercise;
 pub use experiment::{Experiment, Lookup, Override, Run, parse, parse_run, parse_with};
 pub use experiment_name::experiment_name;
 pub use head::ExpectedOutcome;

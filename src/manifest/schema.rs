@@ -3,6 +3,7 @@
 use crate::baseline::BaselineKeys;
 use crate::checks::CheckKeys;
 use crate::describe::{Describer, model_table, record_table};
+use crate::exercise::Exercise;
 use crate::head::Head;
 use crate::model::ModelConfig;
 use crate::plots::PlotKeys;
@@ -159,5 +160,11 @@ pub fn json_schema() -> String {
         "items": baseline_table(),
         "description": "How much metrics may differ from those of an earlier analysis."
     });
+    properties["exercise"] = Describer::describe(&mut Exercise::default());
+    properties["exercise"]["description"] = json!("The answer that `kinetoscope grade` compares.");
+    properties["exercise"]["required"] = json!(["name"]);
+    if let Some(name) = properties["exercise"]["properties"]["name"].as_object_mut() {
+        name.remove("default");
+    }
     format!("{schema:#}\n")
 }

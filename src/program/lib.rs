@@ -12,6 +12,7 @@ mod demo;
 mod doctor;
 mod engine;
 mod executor;
+mod grading;
 mod info;
 mod locking;
 mod manifests;
@@ -37,6 +38,7 @@ use comparison::verify_and_compare::{CompareArguments, VerifyArguments};
 use demo::DemoArguments;
 use doctor::DoctorArguments;
 use engine::ENGINE;
+use grading::GradeArguments;
 use info::InfoArguments;
 use kinetoscope_analysis::cli::{
     self as analysis, AnalyzeArguments, ExportArguments, PlotArguments, TableArguments,
@@ -107,6 +109,8 @@ enum Command {
     Plot(PlotArguments),
     #[command(after_help = with_examples("table", &exit_codes(&[5])))]
     Table(TableArguments),
+    #[command(after_help = with_examples("grade", &exit_codes(&[1, 4, 129, 130, 143])))]
+    Grade(GradeArguments),
     #[command(after_help = with_examples("view", &exit_codes(&[5, 130, 143])))]
     View(ViewArguments),
     /// Print the JSON Schema of manifests, for editors
@@ -207,6 +211,7 @@ fn execute(arguments: &Arguments) -> Exit {
         Command::Export(arguments) => arguments.execute(),
         Command::Plot(arguments) => arguments.execute(),
         Command::Table(arguments) => arguments.execute(),
+        Command::Grade(arguments) => arguments.execute(),
         Command::View(arguments) => arguments.execute(),
         Command::Schema => print_schema(),
         Command::Completions { shell, program } => print_completions(*shell, *program),

@@ -42,6 +42,14 @@ pub(crate) const EXAMPLES: &[(&str, &[&str])] = &[
         "table",
         &["table recordings/sweep --columns temperature_k,pressure.measured --group temperature_k"],
     ),
+    (
+        "grade",
+        &[
+            "grade answer.toml",
+            "grade answer.toml --hand-in hand_in.toml",
+            "grade --class hand_ins",
+        ],
+    ),
     ("view", &["view recordings/first_run"]),
     ("schema", &["schema"]),
     ("completions", &["completions bash"]),

@@ -57,6 +57,8 @@ fn parser_and_schema_have_the_same_keys() {
     assert_eq!(known_keys(view), keys(&schema["properties"]["view"]));
     let baseline = "[model.gas]\n[[baseline]]\nmetric = \"a2\"\nrelative_tolerance = 1\nqqqqqqqqqqqqqqqq = 1\n";
     assert_eq!(known_keys(baseline), keys(&schema["properties"]["baseline"]["items"]));
+    let exercise = "[model.gas]\n[exercise]\nname = \"a/b\"\nqqqqqqqqqqqqqqqq = 1\n";
+    assert_eq!(known_keys(exercise), keys(&schema["properties"]["exercise"]));
 }
 
 /// Keys without a default, by name or, where another model has one, by path.

@@ -1,0 +1,144 @@
+//! Reruns of the manifests of answers in memory, within stated limits.
+
+use crate::grading::answer::Answer;
+use crate::messages::exit::of_run_error;
+use crate::messages::progress::size;
+use crate::messages::{Failure, bad, plural};
+use kinetoscope::interrupt::Interrupt;
+use kinetoscope::run::in_memory::run_with_hash;
+use kinetoscope::run::prepared::Prepared;
+use kinetoscope::run::resources::Estimate;
+use kinetoscope::verify::lock_file::RunHashes;
+use kinetoscope_analysis::analyze;
+use kinetoscope_analysis::run::RunStatus;
+use kinetoscope_console::{Exit, Explained as _};
+use kinetoscope_manifest::{Coordinate, Experiment, run_key};
+use kinetoscope_physics::kind_of;
+use kinetoscope_recording::channels::SCHEMA_VERSION;
+use std::sync::mpsc;
+use std::thread;
+use std::time::Duration;
+
+/// Maximum number of runs of an answer.
+pub(crate) const MOST_RUNS: usize = 64;
+/// Maximum number of particles of a run.
+pub(crate) const MOST_PARTICLES: u64 = 20_000;
+/// Maximum size of a recording in memory, bytes.
+pub(crate) const MOST_RECORDED_BYTES: u64 = 64 << 20;
+/// Maximum time of all runs of an answer.
+pub(crate) const MOST_SECONDS: u64 = 60;
+
+/// A metric of a run.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MetricValue {
+    pub(crate) name: &'static str,
+    pub(crate) value: f64,
+    pub(crate) error: Option<f64>,
+    pub(crate) theory: Option<f64>,
+}
+
+/// A run that has been repeated.
+#[derive(Debug)]
+pub(crate) struct RerunPoint {
+    /// Its point in the sweep.
+    pub(crate) coordinates: Vec<Coordinate>,
+    /// Its metrics that have a value.
+    pub(crate) metrics: Vec<MetricValue>,
+}
+
+/// The runs of an answer, repeated.
+#[derive(Debug)]
+pub(crate) struct Rerun {
+    /// Hash of the messages of all runs.
+    pub(crate) hash: String,
+    /// The runs in the order of the sweep.
+    pub(crate) runs: Vec<RerunPoint>,
+    /// What failed in a run.
+    pub(crate) fault: Option<String>,
+}
+
+/// The run keys of an experiment: equal keys, equal runs.
+pub(crate) fn run_keys(experiment: &Experiment) -> String {
+    let key = |run: &kinetoscope::Run| {
+        let version = kind_of(&run.manifest.model).physics_version;
+        run_key(&run.manifest.canonical(), version, SCHEMA_VERSION).as_str().to_owned()
+    };
+    experiment.runs.iter().map(key).collect::<Vec<_>>().join(" ")
+}
+
+/// Executes the runs of an answer.
+pub(crate) fn rerun(answer: &Answer, interrupt: &Interrupt) -> Result<Rerun, Failure> {
+    check_limits(&answer.experiment, interrupt)?;
+    let stop = interrupt.with_own_stop();
+    thread::scope(|scope| {
+        let (finished, wait) = mpsc::channel::<()>();
+        let clock = stop.clone();
+        scope.spawn(move || {
+            let limit = Duration::from_secs(MOST_SECONDS);
+            if wait.recv_timeout(limit) == Err(mpsc::RecvTimeoutError::Timeout) {
+                clock.stop();
+            }
+        });
+        let rerun = execute(&answer.experiment, &stop);
+        drop(finished);
+        rerun
+    })
+}
+
+fn execute(experiment: &Experiment, stop: &Interrupt) -> Result<Rerun, Failure> {
+    let (mut hashes, mut runs, mut fault) = (Vec::new(), Vec::new(), None);
+    for run in &experiment.runs {
+        let executed = run_with_hash(run, stop);
+        if stop.is_raised() {
+            return Err(too_large(format!("the runs take more than {MOST_SECONDS} s")));
+        }
+        let (recording, hash) =
+            executed.map_err(|error| Failure::of(of_run_error(&error), error.message()))?;
+        hashes.push(hash.iter().map(|byte| format!("{byte:02x}")).collect());
+        let analysis =
+            analyze(&recording).map_err(|error| Failure::of(Exit::RunFailed, error.message))?;
+        if let RunStatus::Fault(what) = &analysis.ending {
+            fault = Some(what.clone());
+        }
+        let with_value = analysis.measurements.iter().filter(|one| one.reason.is_none());
+        let metrics = with_value.map(|one| MetricValue {
+            name: one.name(),
+            value: one.estimate.value,
+            error: one.estimate.standard_error,
+            theory: one.theory.map(|theory| theory.value),
+        });
+        runs.push(RerunPoint { coordinates: run.coordinates.clone(), metrics: metrics.collect() });
+    }
+    Ok(Rerun { hash: RunHashes::new(&[], &hashes).messages, runs, fault })
+}
+
+fn too_large(what: String) -> Failure {
+    bad(what).help("use the duration, frames and numbers that the exercise asks for")
+}
+
+/// Rejects what no exercise needs before it is run.
+fn check_limits(experiment: &Experiment, interrupt: &Interrupt) -> Result<(), Failure> {
+    if experiment.runs.len() > MOST_RUNS {
+        let found = plural(experiment.runs.len() as u64, "run");
+        return Err(too_large(format!("the manifest has {found}; at most {MOST_RUNS} are graded")));
+    }
+    for run in &experiment.runs {
+        let manifest = &run.manifest;
+        let particles = manifest.model.particles();
+        if particles > MOST_PARTICLES {
+            let what =
+                format!("a run has {particles} particles; at most {MOST_PARTICLES} are graded");
+            return Err(too_large(what));
+        }
+        let start = Prepared::new(manifest, &manifest.canonical(), "", interrupt)
+            .map_err(|error| Failure::of(Exit::RunFailed, error.message()))?;
+        let bytes = Estimate::of(&start, manifest).bytes;
+        if bytes > MOST_RECORDED_BYTES {
+            let (found, most) = (size(bytes), size(MOST_RECORDED_BYTES));
+            return Err(too_large(format!(
+                "a recording has up to {found}; at most {most} are graded"
+            )));
+        }
+    }
+    Ok(())
+}
