@@ -59,6 +59,8 @@ pub(crate) struct Film {
     /// Number of ends of wall segments, two per segment, and whether they are stored for each frame.
     pub(super) wall_points: usize,
     pub(super) has_moving_walls: bool,
+    /// Number of contact forces per frame, at most; 0 if they are not requested.
+    pub(super) force_lines: usize,
     /// How the segments are drawn.
     pub(super) line_styles: Vec<LineStyle>,
     /// Bodies at rest: x, y and radius.
@@ -107,6 +109,7 @@ impl Film {
             "spinTopText": three_digits(self.spin_top),
             "wallPoints": self.wall_points,
             "movingWalls": self.has_moving_walls,
+            "forceLines": self.force_lines,
             "lineStyles": self.line_styles.iter().map(LineStyle::described).collect::<Vec<_>>(),
             "bodies": self.bodies,
             "labels": labels,

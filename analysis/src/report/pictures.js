@@ -34,6 +34,19 @@ function drawArrows(context, film, [vx, vy], base, [across, down]) {
   context.stroke();
 }
 
+// Contact forces; the widest line is the largest one of the run.
+function drawForces(context, from, count, [x0, y0, x1, y1, forces], px, py, widest) {
+  context.strokeStyle = "#c81414";
+  for (let i = from; i < from + count; i++) {
+    if (x0[i] === ABSENT || x1[i] === ABSENT) continue;
+    context.lineWidth = forces[i] / 255 * widest;
+    context.beginPath();
+    context.moveTo(px(x0[i]), py(y0[i]));
+    context.lineTo(px(x1[i]), py(y1[i]));
+    context.stroke();
+  }
+}
+
 // Writes texts at their places, or below texts that are there already.
 function writer(context) {
   const written = [], row = 13 * devicePixelRatio;
