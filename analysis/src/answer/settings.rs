@@ -5,7 +5,8 @@ use super::{AnswerPart, AnswerSource};
 use crate::number_text::short_number;
 use crate::sweep::figures::capitalized;
 use kinetoscope_manifest::model::{
-    DemConfig, Dissipation, GasConfig, ModelConfig, OrbitConfig, OrbitIntegrator, StepLength, TimeStep,
+    DemConfig, Dissipation, GasConfig, ModelConfig, OrbitConfig, OrbitIntegrator, StepLength,
+    TimeStep,
 };
 
 /// A key with its value.

@@ -157,7 +157,8 @@ impl ReplayCollector {
     /// Keeps every second frame if there are too many in memory.
     fn drop_frames(&mut self) {
         let points = |stills: &[Still]| -> usize {
-            let size = |it: &Still| it.points.len() + it.lines.ends.len() + 5 * it.forces.len() + 16;
+            let size =
+                |it: &Still| it.points.len() + it.lines.ends.len() + 5 * it.forces.len() + 16;
             stills.iter().map(size).sum()
         };
         while self.stills.len() > 2 && points(&self.stills) > self.max_points {
@@ -364,7 +365,7 @@ impl ReplayCollector {
         }
         let shown = stills.len() as f64 / self.frames as f64;
         let spin_top = append_spins(&mut data, stills, particles);
-        let force_lines = append_forces(&mut data, stills, &range);
+        let (force_lines, force_top) = append_forces(&mut data, stills, &range);
         let (first, picture, color, names) =
             self.first_picture(stills, view, [speeds.top, spin_top]);
         Film {
@@ -389,6 +390,7 @@ impl ReplayCollector {
             spin_top,
             wall_points: ends,
             force_lines,
+            force_top,
             line_styles: styles,
             has_moving_walls,
             bodies: stills.first().map_or_else(Vec::new, |still| still.lines.bodies.clone()),

@@ -64,11 +64,10 @@ fn strongest(mut lines: Vec<ForceLine>) -> Vec<ForceLine> {
     lines
 }
 
-/// Appends the lines, five series: x and y of both ends, and the force over the largest one of all frames. Returns how many lines each frame has room for.
-pub(super) fn append_forces(data: &mut Vec<u8>, stills: &[&Still], range: &Range) -> usize {
+/// Appends the lines, five series: x and y of both ends, and the force over the typical largest one. Returns how many lines each frame has room for, and that force.
+pub(super) fn append_forces(data: &mut Vec<u8>, stills: &[&Still], range: &Range) -> (usize, f64) {
     let most = stills.iter().map(|still| still.forces.len()).max().unwrap_or(0);
-    let all = stills.iter().flat_map(|still| &still.forces);
-    let top = all.map(|line| line.force).fold(f64::MIN_POSITIVE, f64::max);
+    let top = typical_largest(stills.iter().map(|still| &*still.forces));
     let series = |value: &dyn Fn(&ForceLine) -> u16| -> Vec<u16> {
         let of_frame = |still: &&Still| {
             let values: Vec<u16> = still.forces.iter().map(value).collect();
@@ -84,15 +83,23 @@ pub(super) fn append_forces(data: &mut Vec<u8>, stills: &[&Still], range: &Range
     if most > 0 {
         append_series(data, &series(&|line| quantized(line.force / top, STEP)), most, 1);
     }
-    most
+    (most, top)
 }
 
-/// Step of a stored force, over the largest one.
+/// The median of the largest forces of the frames with a contact: a single impact does not make all other lines thin. 0 without forces.
+fn typical_largest<'a>(frames: impl Iterator<Item = &'a [ForceLine]>) -> f64 {
+    let largest = |lines: &[ForceLine]| lines.iter().map(|it| it.force).max_by(f64::total_cmp);
+    let mut all: Vec<f64> = frames.filter_map(largest).collect();
+    all.sort_by(f64::total_cmp);
+    all.get(all.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// Step of a stored force, over the typical largest one.
 const STEP: f64 = 1.0 / 255.0;
 
 #[cfg(test)]
 mod tests {
-    use super::{MOST_LINES, of_columns, strongest};
+    use super::{MOST_LINES, of_columns, strongest, typical_largest};
     use kinetoscope_recording::channels::DemContactForces;
 
     /// Contacts along x at these heights, with these forces on the first disc along x, and friction along y.
@@ -116,6 +123,15 @@ mod tests {
         let widths: Vec<f64> = lines.iter().map(|line| line.force).collect();
         assert_eq!(widths, [1.0, 4.0, 2.0]);
         assert_eq!(lines[1].ends, [[0.0, 2.0], [-2.0, 2.0]]);
+    }
+
+    /// Guarantee: frames without a contact and a single impact do not change the scale of the widths.
+    #[test]
+    fn scale_of_the_widths_is_that_of_a_typical_frame() {
+        let frame = |force: f64| strongest(of_columns(&columns(&[force, force / 2.0])));
+        let frames = [0.0, 3.0, 3.0, 900.0].map(frame);
+        assert_eq!(typical_largest(frames.iter().map(|lines| &**lines)), 3.0);
+        assert_eq!(typical_largest(frames[..1].iter().map(|lines| &**lines)), 0.0);
     }
 
     #[test]

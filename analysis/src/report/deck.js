@@ -50,6 +50,7 @@ function share() {
   if (!widest) return;
   const fastest = max(...all.map((each) => each.film.speedMax)), isSpeed = scale.by === "speed";
   scale.top = widest.speedTop;
+  scale.force = max(...all.map((each) => each.film.forceTop));
   scale.spin = max(...all.map((each) => each.film.spinTop));
   find('[value="spin"]').hidden = !scale.spin;
   find(".bar").style.background = `linear-gradient(to right, ${widest.colors.join()})`;

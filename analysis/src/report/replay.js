@@ -201,7 +201,7 @@ function player(part, leader) {
     if (film.trails) drawTrails(context, film, data, at, [px, py], isRotating() && pixel(0, 0));
     if (!isRotating()) drawWalls();
     drawDiscs();
-    if (scale.hasForces) drawForces(context, frame() * film.forceLines, film.forceLines, data.forces, px, py, max(3 * devicePixelRatio, radiusOf(0) * pixelsPer));
+    if (scale.hasForces) drawForces(context, film, frame(), data.forces, px, py, max(4 * devicePixelRatio, radiusOf(0) * pixelsPer));
     context.fillStyle = "#c8c8c8";
     if (!isRotating()) for (const [place, text] of film.labels) write(text, "center", ...pixel(...place));
     if (scale.hasArrows && canHaveArrows() && !isRotating()) drawArrows(context, film, data.velocities, frame() * film.particles, [across, down]);

@@ -113,8 +113,7 @@ fn settings_that_the_question_asks_for_are_in_the_answer() {
     let with = format!("With a restitution of 0.8, t{measured}");
     assert!(asked("Is the restitution the specified one?").starts_with(&with), "{with}");
     let text = asked("What does friction do?");
-    let remark =
-        "One run, with a friction of 0, does not show what the friction changes: sweep it to compare.";
+    let remark = "One run, with a friction of 0, does not show what the friction changes: sweep it to compare.";
     assert!(text.starts_with(&format!("{remark} T{measured}")), "{text}");
     assert!(asked("How far does it fall?").starts_with(&format!("T{measured}")));
 }
