@@ -45,6 +45,8 @@ table! {
         color: Option<ViewColor> ["", optional],
         /// The frame of reference of the replay: that of the recorded positions, or the one that rotates with the second of several bodies about the first one.
         frame: ViewFrame ["", sparse] = ViewFrame::Fixed,
+        /// Whether the replay of discs with contacts draws the normal forces, as lines whose width is the force: those of the channel `contact_forces`, or without it those of the drawing `force_chains`, in three widths.
+        forces: bool ["", sparse] = false,
         /// Names of the first particles, such as those of planets; "" for none. The Sun is yellow. By default those of the recording.
         names: Vec<String> ["", sparse] = Vec::new(),
     }
@@ -62,6 +64,8 @@ pub struct ViewRequest {
     pub color: Option<ViewColor>,
     /// The frame of reference; `None` for that of the recorded positions.
     pub frame: Option<ViewFrame>,
+    /// Whether contact forces are drawn.
+    pub forces: bool,
     /// Names of the first particles; empty for those of the recording.
     pub names: Vec<String>,
     /// The two points of the sweep that are compared, in the form of [`Coordinate`]; empty for its ends.
@@ -115,6 +119,7 @@ pub(crate) fn read(
         poster: keys.poster.map(NonNegative::get),
         color: keys.color,
         frame: Some(keys.frame).filter(|frame| *frame != ViewFrame::Fixed),
+        forces: keys.forces,
         names: keys.names,
         compare,
     };
@@ -173,6 +178,10 @@ fn check_effect(keys: &ViewKeys, runs: &[ViewedRun<'_>], reader: &mut Reader<'_>
         let title = "`view.frame` is \"rotating\", which needs an orbit of more than two `bodies`";
         reader.refuse(&["frame"], title, "leave it out");
     }
+    if keys.forces && !models().all(|model| matches!(model, ModelConfig::Dem(_))) {
+        let title = "`view.forces` is true, and a run has no discs with contacts";
+        reader.refuse(&["forces"], title, "leave it out; `model.dem` has contact forces");
+    }
     let most = models().map(ModelConfig::particles).max().unwrap_or_default();
     let is_fixed_sun =
         |model: &ModelConfig| matches!(model, ModelConfig::Orbit(_)) && model.particles() == 1;
@@ -218,7 +227,8 @@ pub(crate) fn write(view: &ViewRequest, writer: &mut Writer) {
     writer.text.push_str("\n[view]\n");
     let poster = view.poster.and_then(NonNegative::new);
     let frame = view.frame.unwrap_or(ViewFrame::Fixed);
-    ViewKeys { poster, color: view.color, frame, names: view.names.clone() }.keys(writer);
+    let ViewRequest { color, forces, ref names, .. } = *view;
+    ViewKeys { poster, color, frame, forces, names: names.clone() }.keys(writer);
     if !view.compare.is_empty() {
         let pair = |(key, value): &(String, String)| format!("{} = {}", quoted(key), quoted(value));
         let point = |point: &Vec<(String, String)>| {

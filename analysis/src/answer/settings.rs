@@ -5,7 +5,8 @@ use super::{AnswerPart, AnswerSource};
 use crate::number_text::short_number;
 use crate::sweep::figures::capitalized;
 use kinetoscope_manifest::model::{
-    DemConfig, Dissipation, ModelConfig, OrbitConfig, OrbitIntegrator, StepLength, TimeStep,
+    DemConfig, Dissipation, GasConfig, ModelConfig, OrbitConfig, OrbitIntegrator, StepLength,
+    TimeStep,
 };
 
 /// A key with its value.
@@ -37,6 +38,8 @@ const METHOD: &[&str] = &[
     "rk4",
 ];
 
+/// The name of the size of a gas, which is no answer to the question for an effect.
+const GAS: &str = "gas";
 /// The name of the method.
 const METHOD_NAME: &str = "method";
 
@@ -50,8 +53,9 @@ pub(super) fn with_settings(
     if source.runs.len() == 1
         && asks_for_effect(&question)
         && let [setting] = settings.as_slice()
+        && setting.name != GAS
     {
-        sentences.push(vec![AnswerPart::words(without_comparison(setting))]);
+        sentences.insert(0, vec![AnswerPart::words(without_comparison(setting))]);
     } else if let Some(AnswerPart::Text(first)) =
         sentences.first_mut().and_then(|parts| parts.first_mut())
     {
@@ -83,7 +87,7 @@ fn asks_for_effect(question: &str) -> bool {
 
 fn without_comparison(setting: &Setting) -> String {
     let Setting { name, value, .. } = setting;
-    format!("One run does not show what {value} changes: sweep the {name} to compare.")
+    format!("One run, with {value}, does not show what the {name} changes: sweep it to compare.")
 }
 
 /// A sentence that begins with settings; one about the method has its name as the subject.
@@ -112,8 +116,15 @@ fn settings_of(config: &ModelConfig) -> Vec<Setting> {
         ModelConfig::Dem(config) => settings_of_dem(config, restitution),
         ModelConfig::Packing(config) => vec![restitution(config.restitution.get())],
         ModelConfig::Orbit(config) => settings_of_orbit(config),
-        ModelConfig::Gas(_) => Vec::new(),
+        ModelConfig::Gas(config) => settings_of_gas(config),
     }
+}
+
+/// The size of a gas, without which its pressure means nothing.
+fn settings_of_gas(config: &GasConfig) -> Vec<Setting> {
+    let (particles, radius) = (config.particles, short_number(config.radius_m.get()));
+    let value = format!("{particles} particles in a circle of {radius} m radius");
+    vec![Setting { name: GAS, asked: &["press"], value }]
 }
 
 /// Contacts of materials have constants of their own, which are not stated.
@@ -194,6 +205,8 @@ mod tests {
         let materials = "materials = [{ name = \"glass\", friction = 0.1 }]";
         assert_eq!(sentence("dem", materials, "friction"), unchanged);
         assert_eq!(sentence("gas", "", "time step"), unchanged);
+        let gas = with("1000 particles in a circle of 1 m radius");
+        assert_eq!(sentence("gas", "", "gas"), gas);
     }
 
     /// Guarantee: where a single run cannot answer the question, the answer says so. Control: a question for a quantity.
@@ -208,7 +221,7 @@ mod tests {
         let friction = settings_of(&config).into_iter().find(|it| it.name == "friction").unwrap();
         assert_eq!(
             without_comparison(&friction),
-            "One run does not show what a friction of 0.5 changes: sweep the friction to compare."
+            "One run, with a friction of 0.5, does not show what the friction changes: sweep it to compare."
         );
     }
 }

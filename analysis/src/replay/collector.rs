@@ -4,12 +4,13 @@ use super::encoding::{
     ABSENT, LARGEST, append_series, append_speeds, base64_bytes, best_order, deflated, quantized,
 };
 use super::film::{Film, Replay};
+use super::forces::{append_forces, forces};
 use super::lines::{LineStyle, Lines, styles, texts};
 use super::picture::{PictureStyle, picture};
 use super::poster::{nearest, poster, usual_color};
 use super::speeds::{Speeds, Velocities, append_spins, legend_top};
 use super::still::{Columns, Point, Still, halve, padded, thinned};
-use super::view::View;
+use super::view::{Range, View};
 use crate::input::recording::OpenRun;
 use crate::models;
 use crate::models::contract::Extent;
@@ -142,7 +143,8 @@ impl ReplayCollector {
             }
         }
         let time = frame.clock.time;
-        let still = Still { number, time, points, lines: Arc::clone(&self.lines) };
+        let forces = if self.request.forces { forces(frame) } else { Vec::new() };
+        let still = Still { number, time, points, lines: Arc::clone(&self.lines), forces };
         if number.is_multiple_of(self.every_frame) {
             self.stills.push(still);
             self.last = None;
@@ -155,7 +157,9 @@ impl ReplayCollector {
     /// Keeps every second frame if there are too many in memory.
     fn drop_frames(&mut self) {
         let points = |stills: &[Still]| -> usize {
-            stills.iter().map(|still| still.points.len() + still.lines.ends.len() + 16).sum()
+            let size =
+                |it: &Still| it.points.len() + it.lines.ends.len() + 5 * it.forces.len() + 16;
+            stills.iter().map(size).sum()
         };
         while self.stills.len() > 2 && points(&self.stills) > self.max_points {
             self.every_frame *= 2;
@@ -340,7 +344,7 @@ impl ReplayCollector {
         let (radii, has_growing_particles) = fixed_radii(radii, particles);
         append_series(&mut data, &radii, particles, 1);
         let [xs, ys] = [0, 1].map(|axis| -> Vec<u16> {
-            points().map(|point| range.stored_point(&point)[axis]).collect()
+            points().map(|point| range.stored([point.x, point.y])[axis]).collect()
         });
         let orders = [&xs, &ys].map(|values| best_order(values, particles));
         append_series(&mut data, &xs, particles, orders[0]);
@@ -361,6 +365,7 @@ impl ReplayCollector {
         }
         let shown = stills.len() as f64 / self.frames as f64;
         let spin_top = append_spins(&mut data, stills, particles);
+        let (force_lines, force_top) = append_forces(&mut data, stills, &range);
         let (first, picture, color, names) =
             self.first_picture(stills, view, [speeds.top, spin_top]);
         Film {
@@ -384,6 +389,8 @@ impl ReplayCollector {
             velocity_step: velocities.step,
             spin_top,
             wall_points: ends,
+            force_lines,
+            force_top,
             line_styles: styles,
             has_moving_walls,
             bodies: stills.first().map_or_else(Vec::new, |still| still.lines.bodies.clone()),
@@ -426,31 +433,6 @@ fn append_walls(
         still.lines.styles.iter().map(style).chain(std::iter::repeat(0)).take(ends / 2)
     });
     append_series(data, &values.collect::<Vec<_>>(), ends / 2, 1);
-}
-
-/// The stored coordinates.
-struct Range {
-    origin: [f64; 2],
-    step: f64,
-}
-
-impl Range {
-    /// The view and half of its longer side on all sides.
-    fn around(view: View) -> Self {
-        let side = view.longer_side();
-        let origin = view.corners[0].map(|low| low - side / 2.0);
-        Self { origin, step: 2.0 * side / f64::from(LARGEST) }
-    }
-
-    fn stored(&self, [x, y]: [f64; 2]) -> [u16; 2] {
-        let stored =
-            [quantized(x - self.origin[0], self.step), quantized(y - self.origin[1], self.step)];
-        if stored.contains(&ABSENT) { [ABSENT; 2] } else { stored }
-    }
-
-    fn stored_point(&self, point: &Point) -> [u16; 2] {
-        self.stored([point.x, point.y])
-    }
 }
 
 /// The radii of all points in steps, and the length of a step.

@@ -59,6 +59,10 @@ pub(crate) struct Film {
     /// Number of ends of wall segments, two per segment, and whether they are stored for each frame.
     pub(super) wall_points: usize,
     pub(super) has_moving_walls: bool,
+    /// Number of contact forces per frame, at most; 0 if they are not requested.
+    pub(super) force_lines: usize,
+    /// The force of a line of the full width, N.
+    pub(super) force_top: f64,
     /// How the segments are drawn.
     pub(super) line_styles: Vec<LineStyle>,
     /// Bodies at rest: x, y and radius.
@@ -107,6 +111,8 @@ impl Film {
             "spinTopText": three_digits(self.spin_top),
             "wallPoints": self.wall_points,
             "movingWalls": self.has_moving_walls,
+            "forceLines": self.force_lines,
+            "forceTop": self.force_top,
             "lineStyles": self.line_styles.iter().map(LineStyle::described).collect::<Vec<_>>(),
             "bodies": self.bodies,
             "labels": labels,

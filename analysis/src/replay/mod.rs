@@ -6,6 +6,7 @@
 mod collector;
 mod encoding;
 mod film;
+mod forces;
 mod lines;
 mod motion;
 mod picture;

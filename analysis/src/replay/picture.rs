@@ -309,7 +309,7 @@ mod tests {
             spin: 0.0,
         };
         let points = places.iter().map(point).collect();
-        Still { number: 0, time: 0.0, points, lines: Arc::new(Lines::of(&[])) }
+        Still { number: 0, time: 0.0, points, lines: Arc::new(Lines::of(&[])), forces: Vec::new() }
     }
 
     fn style(color: ViewColor) -> PictureStyle<'static> {

@@ -101,6 +101,7 @@ mod tests {
             time: number as f64,
             points: heights.iter().map(|y| point(*y, *speed)).collect(),
             lines: Arc::new(Lines::of(&[])),
+            forces: Vec::new(),
         };
         heights.iter().zip(speeds).enumerate().map(still).collect()
     }

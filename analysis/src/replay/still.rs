@@ -1,5 +1,6 @@
 //! A frame as a replay shows it, and the columns of the state behind it.
 
+use super::forces::ForceLine;
 use super::lines::Lines;
 use kinetoscope_recording::reader::StateTable;
 use std::sync::Arc;
@@ -39,6 +40,8 @@ pub(super) struct Still {
     pub(super) time: f64,
     pub(super) points: Vec<Point>,
     pub(super) lines: Arc<Lines>,
+    /// The contact forces; empty unless they are requested.
+    pub(super) forces: Vec<ForceLine>,
 }
 
 /// The columns of the state that a replay shows.

@@ -1,5 +1,6 @@
 //! The region that a replay shows.
 
+use super::encoding::{ABSENT, LARGEST, quantized};
 use serde::{Deserialize, Serialize};
 
 /// Distance from the median position, in median distances, beyond which a position without walls is not in the view: after a
@@ -133,6 +134,30 @@ fn median(numbers: impl Iterator<Item = f64>) -> Option<f64> {
         return None;
     }
     Some(*numbers.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+/// The stored coordinates.
+pub(super) struct Range {
+    /// Position of the coordinates 0.
+    pub(super) origin: [f64; 2],
+    /// Length of a step.
+    pub(super) step: f64,
+}
+
+impl Range {
+    /// The view and half of its longer side on all sides.
+    pub(super) fn around(view: View) -> Self {
+        let side = view.longer_side();
+        let origin = view.corners[0].map(|low| low - side / 2.0);
+        Self { origin, step: 2.0 * side / f64::from(LARGEST) }
+    }
+
+    /// The coordinates of a position; absent outside of the range.
+    pub(super) fn stored(&self, [x, y]: [f64; 2]) -> [u16; 2] {
+        let stored =
+            [quantized(x - self.origin[0], self.step), quantized(y - self.origin[1], self.step)];
+        if stored.contains(&ABSENT) { [ABSENT; 2] } else { stored }
+    }
 }
 
 #[cfg(test)]

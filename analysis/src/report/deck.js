@@ -50,6 +50,7 @@ function share() {
   if (!widest) return;
   const fastest = max(...all.map((each) => each.film.speedMax)), isSpeed = scale.by === "speed";
   scale.top = widest.speedTop;
+  scale.force = max(...all.map((each) => each.film.forceTop));
   scale.spin = max(...all.map((each) => each.film.spinTop));
   find('[value="spin"]').hidden = !scale.spin;
   find(".bar").style.background = `linear-gradient(to right, ${widest.colors.join()})`;
@@ -62,7 +63,7 @@ function share() {
   all.forEach((each) => each.outlast(latest));
   const whole = common(all.map((each) => each.film.view)), first = common(all.map((each) => each.firstView()));
   all.forEach((each) => each.agree(whole ? first ?? whole : each.film.view, whole ?? each.film.view));
-  for (const [name, can] of [["arrows", all.some((each) => each.canHaveArrows())], ["rotating", all.some((each) => each.canRotate())]])
+  for (const [name, can] of [["arrows", all.some((each) => each.canHaveArrows())], ["rotating", all.some((each) => each.canRotate())], ["forces", all.some((each) => each.film.forceLines)]])
     find(`.${name}`).parentElement.hidden = !can;
 }
 
@@ -93,12 +94,12 @@ if (deck) {
       share();
     };
     on(colors, "change", color);
-    const [arrows, rotating] = ["arrows", "rotating"].map((name) => find(`.${name}`));
+    const switches = ["arrows", "rotating", "forces"].map((name) => find(`.${name}`));
     const draw = () => {
-      [scale.hasArrows, scale.isRotating] = [arrows.checked, rotating.checked];
+      [scale.hasArrows, scale.isRotating, scale.hasForces] = switches.map((each) => each.checked);
       color();
     };
-    for (const each of [arrows, rotating]) on(each, "change", draw);
+    for (const each of switches) on(each, "change", draw);
     draw();
     const full = find(".full");
     full.hidden = !deck.requestFullscreen;

@@ -29,7 +29,8 @@ async function decoded(film, text) {
   const velocities = film.velocityStep ? [series(frames, particles, 1), series(frames, particles, 1)] : [];
   const spins = film.spinTop ? bytes.slice(at, at += frames * particles) : [];
   for (let i = particles; i < spins.length; i++) spins[i] += spins[i - particles];
-  return { times, numbers, radii, xs, ys, speeds, walls, styles, velocities, spins };
+  const forces = Array.from({ length: film.forceLines && 5 }, () => series(frames, film.forceLines, 1));
+  return { times, numbers, radii, xs, ys, speeds, walls, styles, velocities, spins, forces };
 }
 
 const ABSENT = 65535, ABSENT_SPEED = 255, STEPS = 64, OUTLINE_FROM_PX = 6, PAINTED_FROM = 1500, GROUND = "#101418", TRAILS = 8, PARTS = 3, FEWEST_IN_BED = 50, AT_REST = 0.05, LEAST_LEAD = 0.01;

@@ -1,6 +1,7 @@
 //! The head of `report.html`: the question, the answer with its numbers, and pass or fail.
 
 use super::AnalysisReport;
+use super::markup::breakable;
 use crate::answer::{AnswerPart, missing_text};
 use crate::checks::CheckKind;
 use maud::{Markup, html};
@@ -16,6 +17,14 @@ pub(super) fn question(report: &AnalysisReport) -> Markup {
     html! { @if !report.question.is_empty() { p class="question" { (with_subscripts(&report.question)) } } }
 }
 
+/// The question as the title of its page; without one, the name.
+pub(super) fn title(report: &AnalysisReport) -> Markup {
+    html! {
+        @if report.question.is_empty() { h1 { (breakable(&report.name)) } }
+        @else { h1 class="question" { (with_subscripts(&report.question)) } }
+    }
+}
+
 /// What the manifest states in addition to its question: the expected answer, further comment lines and the description.
 pub(super) fn background(report: &AnalysisReport) -> Markup {
     let (first, rest) = report.comment.split_once('\n').unwrap_or((&report.comment, ""));
@@ -27,7 +36,6 @@ pub(super) fn background(report: &AnalysisReport) -> Markup {
         @for line in note.into_iter().chain(rest.lines()).filter(|line| !line.is_empty()) {
             p class="facts" { (line) }
         }
-        @if !report.description.is_empty() { p { (report.description) } }
     }
 }
 
@@ -107,6 +115,15 @@ fn with_subscripts(text: &str) -> Markup {
             (part)
         }
     }
+}
+
+/// What the checks are about, if no number of the answer is checked.
+pub(super) fn what_is_checked(report: &AnalysisReport) -> &'static str {
+    let checked = report.answer.parts.iter().filter_map(|part| match part {
+        AnswerPart::Number(number) => Some(number.is_passed.is_some()),
+        _ => None,
+    });
+    if checked.reduce(|any, one| any || one) == Some(false) { " (of other quantities)" } else { "" }
 }
 
 /// How many checks pass, with the class of its color; empty without checks.

@@ -115,24 +115,26 @@ pub(crate) fn page(report: &AnalysisReport, plots: &[DrawnPlot<'_>], links: &Fil
     visible(&(page.into_string() + "\n")).into_owned()
 }
 
-/// The name, whether the checks pass, the question and the result.
+/// The question, the result, and, in small letters, the name and whether the checks pass.
 fn heading(report: &AnalysisReport) -> Markup {
     let (class, summary) = head::checks_summary(report);
     html! {
         header {
-            div class="kicker" {
-                h1 { (breakable(&report.name)) }
-                @if !summary.is_empty() { strong class=(class) { (summary) } }
-                span class="facts" { (report.models_and_runs()) }
-            }
+            (head::title(report))
             @if let Some(headline) = report.headline() {
                 p { strong class="bad" { "FAILED: " (headline) } }
             }
             @if let Some(unreadable) = report.unreadable_files() {
                 p { strong class="bad" { (unreadable) } }
             }
-            (head::question(report))
             (head::result(report, ""))
+            div class="kicker" {
+                @if !summary.is_empty() { strong class=(class) { (summary) (head::what_is_checked(report)) } }
+                span class="facts" {
+                    @if !report.question.is_empty() { (breakable(&report.name)) " · " }
+                    (report.models_and_runs())
+                }
+            }
         }
     }
 }

@@ -34,6 +34,20 @@ function drawArrows(context, film, [vx, vy], base, [across, down]) {
   context.stroke();
 }
 
+// Contact forces; a line of the full width is the largest force of a typical frame.
+function drawForces(context, film, frame, [x0, y0, x1, y1, forces], px, py, widest) {
+  const count = film.forceLines, from = frame * count;
+  context.strokeStyle = "#c81414";
+  for (let i = from; i < from + count; i++) {
+    if (x0[i] === ABSENT || x1[i] === ABSENT) continue;
+    context.lineWidth = min(1, forces[i] / 255 * film.forceTop / scale.force) * widest;
+    context.beginPath();
+    context.moveTo(px(x0[i]), py(y0[i]));
+    context.lineTo(px(x1[i]), py(y1[i]));
+    context.stroke();
+  }
+}
+
 // Writes texts at their places, or below texts that are there already.
 function writer(context) {
   const written = [], row = 13 * devicePixelRatio;

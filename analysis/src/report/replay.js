@@ -1,7 +1,7 @@
 // The players of the replay. The first one has the controls and the clock.
 const deck = document.querySelector(".deck");
 // What the players that are shown have in common: the top of the color scale, what the color means, and what else is drawn.
-const scale = { top: 0, by: "speed", hasArrows: false, isRotating: false };
+const scale = { top: 0, by: "speed", hasArrows: false, isRotating: false, hasForces: false };
 
 // A player; with a leader, it shows the leader's time.
 function player(part, leader) {
@@ -203,6 +203,7 @@ function player(part, leader) {
     if (film.trails) drawTrails(context, film, data, at, [px, py], isRotating() && pixel(0, 0));
     if (!isRotating()) drawWalls();
     drawDiscs();
+    if (scale.hasForces) drawForces(context, film, frame(), data.forces, px, py, max(4 * devicePixelRatio, radiusOf(0) * pixelsPer));
     context.fillStyle = "#c8c8c8";
     if (!isRotating()) for (const [place, text] of film.labels) write(text, "center", ...pixel(...place));
     if (scale.hasArrows && canHaveArrows() && !isRotating()) drawArrows(context, film, data.velocities, frame() * film.particles, [across, down]);

@@ -214,6 +214,7 @@ fn controls(runs: usize, all: usize, view: &ViewRequest, species: usize, color: 
             // The script shows the switches that the run has data for.
             label hidden { input type="checkbox" class="arrows" autocomplete="off"; " velocities" }
             label hidden { input type="checkbox" class="rotating" autocomplete="off" checked[is_rotating]; " rotating frame" }
+            label hidden { input type="checkbox" class="forces" autocomplete="off" checked[view.forces]; " contact forces" }
             @if runs > 1 { label { input type="checkbox" class="pair" autocomplete="off" checked; " two runs" } }
             @if runs > 2 { label { input type="checkbox" class="many" autocomplete="off"; " " (many) } }
             button type="button" class="full" aria-label="Full screen" {

@@ -113,9 +113,8 @@ fn settings_that_the_question_asks_for_are_in_the_answer() {
     let with = format!("With a restitution of 0.8, t{measured}");
     assert!(asked("Is the restitution the specified one?").starts_with(&with), "{with}");
     let text = asked("What does friction do?");
-    let remark =
-        "One run does not show what a friction of 0 changes: sweep the friction to compare.";
-    assert!(text.starts_with(&format!("T{measured}")) && text.ends_with(remark), "{text}");
+    let remark = "One run, with a friction of 0, does not show what the friction changes: sweep it to compare.";
+    assert!(text.starts_with(&format!("{remark} T{measured}")), "{text}");
     assert!(asked("How far does it fall?").starts_with(&format!("T{measured}")));
 }
 
@@ -224,7 +223,7 @@ fn same_sentence_is_in_every_output() {
     assert_eq!(metrics["question"], "How high?");
     assert_eq!(metrics["answer"]["text"], "It is 0.8.");
     assert_eq!(metrics["answer"]["numbers"][0]["metric"], "restitution.measured");
-    assert!(folder.page().contains("<p class=\"question\">How high?</p>"));
+    assert!(folder.page().contains("<h1 class=\"question\">How high?</h1>"));
 }
 
 /// Three runs, of which the last has no recording.

@@ -251,7 +251,7 @@ fn head_and_numbers_name_question_result_and_files() {
     analyze(&[folder.name()]).exited_with(0);
     let text = folder.page();
     for shown in [
-        "<p class=\"question\">Do &lt;discs&gt; fall?</p>",
+        "<h1 class=\"question\">Do &lt;discs&gt; fall?</h1>",
         "Expected: </span>&quot;yes&quot; &amp; no.",
         "<dt>physics</dt><dd>version 1</dd>",
         "href=\"./falling__000.mcap\"",

@@ -7,6 +7,7 @@ use super::special_setups;
 use super::stress::StressLayer;
 use crate::models::contract::{NamedChart, PlottedObserver};
 use crate::models::figures::{Figures, SharedCurve, box_text, pictures};
+use crate::models::series::Series;
 use crate::number_text::short_number;
 use crate::plot::{Axis, Curve, CurveStyle, Plot, Point, stacked};
 use crate::statistics::Estimate;
@@ -23,6 +24,7 @@ pub(super) const CHARTS: &[NamedChart] = &[
     NamedChart::of_all_states("restitution_by_rebound", &["restitution.measured"]),
     NamedChart::new("cooling", &["cooling.rate", "granular_temperature"]),
     NamedChart::new("discharge", &["outlet.discharge_rate", "discs_removed"]),
+    NamedChart::of_all_states("row_velocities", &["row.velocity_transmission"]),
     NamedChart::new("overlap_over_time", &["max_overlap_over_radius"]),
     NamedChart::new("surface", &["bed.surface_angle", "bed.normalized_runout"]),
     NamedChart::new("packing_by_height", &["bed.packing_fraction", "bed.height"]),
@@ -59,6 +61,7 @@ impl PlottedObserver for DemRun {
         figures.plots.extend(restitution_by_rebound(self));
         figures.plots.extend(cooling(self));
         figures.plots.extend(discharge(self));
+        figures.plots.extend(row_velocities(self));
         figures.plots.extend(overlap_over_time(self));
         figures.plots.extend(surface(self));
         figures.plots.extend(packing_by_height(self));
@@ -199,6 +202,23 @@ fn discharge(run: &DemRun) -> Option<Plot> {
     }
     let axes = [Axis::linear("time", "s"), Axis::linear("discs", "")];
     Some(Plot::chart("discharge", "Discs that have left", axes, curves))
+}
+
+/// Velocity of each disc of a row, with that of the last one by theory.
+fn row_velocities(run: &DemRun) -> Option<Plot> {
+    let all = &run.row_velocities;
+    let (first, last) = (*all.first()?.first()?, *all.first()?.last()?);
+    let curve = |(index, series): (usize, &Series<(f64, f64)>)| {
+        Curve::line(format!("disc {}", index + 1), index, series.iter().copied())
+    };
+    let mut curves: Vec<Curve> = all.iter().enumerate().map(curve).collect();
+    let theory = law::velocity_transmission(&run.config).map(|fraction| fraction * first.1);
+    curves.extend(theory.map(|velocity| {
+        let ends = [first.0, last.0].map(|time| (time, velocity));
+        Curve::theory(format!("disc {} at the end by theory", all.len()), all.len() - 1, ends)
+    }));
+    let axes = [Axis::linear("time", "s"), Axis::linear("velocity along the row", "m/s")];
+    Some(Plot::chart("row_velocities", "Velocity of each disc of the row", axes, curves))
 }
 
 /// The largest overlap of each frame, which a time step that is too long makes large.

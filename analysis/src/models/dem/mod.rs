@@ -48,7 +48,8 @@ pub(super) fn main_results(config: &DemConfig) -> MainResults {
             MainResults::new(&["cooling.rate", "granular_temperature"], &["cooling"])
         }
         _ if special_setups::row_of(config).is_some() => {
-            MainResults::new(&["row.velocity_transmission"], ENERGY)
+            let charts = &["row_velocities", "energy_balance", "energy_total_by_run"];
+            MainResults::new(&["row.velocity_transmission"], charts)
         }
         _ if config.remove_below_m.is_some() => {
             MainResults::new(&["outlet.discharge_rate", "discs_removed"], &["discharge"])

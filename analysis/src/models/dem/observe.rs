@@ -59,6 +59,8 @@ pub(super) struct DemRun {
     deposit_length_at_start_m: Option<f64>,
     /// `None` if the box does not support the bed.
     pub(super) stress: Option<StressProfile>,
+    /// Time, s, and velocity along the row of each of its discs, m/s; empty without a row, and for one too long to be plotted.
+    pub(super) row_velocities: Vec<Series<(f64, f64)>>,
     contacts: Option<DemContactStatistics>,
     max_overlap_over_radius: f64,
     /// Time, s, and largest overlap over radius in the steps since the previous frame.
@@ -73,6 +75,8 @@ pub(super) struct DemRun {
 
 /// Discs have settled when their kinetic energy stays below this fraction of the mechanical energy at the start.
 const SETTLED_FRACTION: f64 = 1e-3;
+/// Maximum number of discs in a row whose velocities are plotted, so that their curves have different colors.
+const MOST_IN_ROW: usize = 8;
 
 impl DemRun {
     /// Creates an observer without frames.
@@ -82,7 +86,9 @@ impl DemRun {
         let drop = is_alone && across == 0.0 && along < 0.0;
         let Extent { walls, radius, .. } = super::extent(&config);
         let sag = config.mass_kg.get() * -along / config.stiffness_n_per_m.get();
+        let row = special_setups::row_of(&config).filter(|count| *count <= MOST_IN_ROW);
         Self {
+            row_velocities: vec![Series::default(); row.unwrap_or(0)],
             rebounds: drop.then(|| Rebounds::new(-along, sag)),
             stress: StressProfile::new(&config),
             snapshots: snapshots.with_style(StateStyle { walls, radius }).with_velocities("m/s"),
@@ -113,6 +119,10 @@ impl DemRun {
             let difference = (twice_kinetic / 2.0 - energy.kinetic_j).abs();
             let max = self.max_kinetic_disagreement_j.get_or_insert(0.0);
             *max = max_or_nan(*max, difference);
+        }
+        let in_row = discs(&self.config, state).filter(|_| !self.row_velocities.is_empty());
+        for (disc, series) in in_row.into_iter().flatten().zip(&mut self.row_velocities) {
+            series.add((time_s, disc.velocity[0]));
         }
         let first = discs(&self.config, state).and_then(|mut discs| discs.next());
         if let (Some(rebounds), Some(disc)) = (&mut self.rebounds, first) {
