@@ -126,10 +126,10 @@ install_packages() {
     "$folder/bin/pip" install --quiet --disable-pip-version-check "$@"
 }
 
-# The browser, the spelling checker and the script of axe-core alone; what drives a browser with it is not needed.
+# The browser, the spelling checker, what typesets formulas, and the script of axe-core alone; what drives a browser with it is not needed.
 install_gate_tools() {
     install_programs chromium
-    install_packages "$ci/tools" "$(grep '^typos==' tests/interop/requirements.txt)"
+    install_packages "$ci/tools" "$(grep '^typos==' tests/interop/requirements.txt)" --requirement book/generator/requirements.txt
     install_packages "$ci/tools" --no-deps axe-playwright-python==0.1.8
 }
 

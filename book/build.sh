@@ -15,6 +15,9 @@ elif ! [ -x "$mdbook" ] || [ "$("$mdbook" --version)" != "mdbook v$version" ]; t
     CARGO_PROFILE_DEV_DEBUG=0 cargo install mdbook --version "$version" --locked --quiet --debug --no-default-features --features search \
         --root target/tools --target-dir target/tools/build
 fi
+tools=target/tools/python
+[ -x "$tools/bin/python" ] || python3 -m venv "$tools"
+"$tools/bin/pip" install --quiet --disable-pip-version-check --requirement book/generator/requirements.txt
 # A package that cannot be installed is skipped, and its page says so.
 if [[ " $* " != *" --quick "* ]]; then
     [ -x target/cross_code/bin/python ] || python3 -m venv target/cross_code
@@ -25,9 +28,10 @@ fi
 python=python3
 [ -x target/cross_code/bin/python ] && python=$PWD/target/cross_code/bin/python
 rm -rf target/book/html
-python3 book/generator --cross-code-python "$python" "$@"
+"$tools/bin/python" book/generator --cross-code-python "$python" "$@"
 "$mdbook" build target/book
 python3 book/check_links.py target/book/html
+python3 book/check_words.py target/book/src
 python3 book/generator/site.py "$@"
 python3 book/check_links.py target/site
 echo "the book: $PWD/target/book/html/index.html, the site: $PWD/target/site/index.html ($SECONDS s)"

@@ -13,9 +13,11 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import laws as law_book
 import pages
+import pictures
 import reference
 from assemble import Assembly, SourceError, escape_angles
 from execution import ExecutionError, Pages
+from formulas import FormulaError
 
 BOOK = Path(__file__).resolve().parents[1]
 REPOSITORY = BOOK.parent
@@ -32,11 +34,20 @@ def arguments():
     return parser.parse_args()
 
 
+def measure_and_draw(law, options):
+    """The result of a law, whose pictures and replay are in the folder `laws/shown`, unless only its comparison is wanted."""
+    programs, folder = options.bin.resolve(), options.output / "laws"
+    result = law_book.measure(law, programs, folder, replay=not options.law)
+    if not options.law:
+        pictures.draw(result, programs, folder / "recordings", folder / "shown")
+    return result
+
+
 def measure_all(laws, options):
     """Runs the laws, two at a time, and returns their results and what is wrong with them."""
     results, wrong = [], []
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
-        waiting = [(law, pool.submit(law_book.measure, law, options.bin.resolve(), options.output / "laws")) for law in laws]
+        waiting = [(law, pool.submit(measure_and_draw, law, options)) for law in laws]
         for law, result in waiting:
             try:
                 results.append(result.result())
@@ -47,10 +58,10 @@ def measure_all(laws, options):
     return results, wrong
 
 
-def write_laws(laws, results, source, seconds):
+def write_laws(laws, results, source, shown, seconds):
     """Writes the pages of the laws, and returns their lines of the summary."""
     folder = source / "laws"
-    folder.mkdir(parents=True, exist_ok=True)
+    shutil.copytree(shown, folder)
     lines = [f"  - [{pages.MODELS[law['model']]}: {law['title']}](laws/{law['id']}.md)" for law in laws]
     for law in laws:
         (folder / f"{law['id']}.md").write_text(pages.unmeasured_page(law))
@@ -59,6 +70,8 @@ def write_laws(laws, results, source, seconds):
         (folder / f"{result.law['id']}.toml").write_text(manifest)
         (folder / f"{result.law['id']}.md").write_text(pages.law_page(result, manifest))
     (folder / "index.md").write_text(pages.index_page(results, seconds))
+    if faults := pages.incomplete_pages(laws, results, folder):
+        raise SourceError("\n".join(faults))
     return lines
 
 
@@ -86,7 +99,11 @@ def print_points(results):
 def main():
     options = arguments()
     started = time.monotonic()
-    laws = law_book.read_laws(BOOK / "laws")
+    try:
+        laws = law_book.read_laws(BOOK / "laws")
+    except law_book.LawError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
     if options.law:
         chosen = [law for law in laws if law["id"] in options.law]
     elif options.quick:
@@ -111,8 +128,8 @@ def main():
     try:
         execution = Pages(REPOSITORY, options.bin.resolve(), (options.output / "executed").resolve())
         Assembly(REPOSITORY, BOOK / "src", source.resolve()).assemble(execution.execute)
-        lines = {"laws": write_laws(laws, results, source, seconds), "cross_code": write_cross_code(source, options)}
-    except (SourceError, ExecutionError) as error:
+        lines = {"laws": write_laws(laws, results, source, options.output / "laws/shown", seconds), "cross_code": write_cross_code(source, options)}
+    except (SourceError, ExecutionError, FormulaError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
     schema = subprocess.run([options.bin / "kinetoscope", "schema"], check=True, capture_output=True, text=True).stdout

@@ -14,12 +14,16 @@ LINK = re.compile(r"(!?\[[^\]]*\])\(([^)\s]+)\)")
 
 
 CODE = re.compile(r"(^```.*?^```$|^ {4}[^\n]*$|`[^`\n]+`)", re.MULTILINE | re.DOTALL)
+# Elements that generated pages contain; MathML has the names that begin with m.
+ELEMENTS = ("math|mrow|mi|mo|mn|mtext|mspace|msub|msup|msubsup|mfrac|msqrt|mroot|mover|munder|munderover|mtable|mtr|mtd|mstyle|mpadded|"
+            "div|figure|figcaption|img|table|thead|tbody|tr|th|td|h2|code")
+ANGLE = re.compile(rf"<(?!https?:|/?(?:{ELEMENTS})[ />]|a href|/a>)")
 
 
 def escape_angles(text):
     """Markdown in which `<v>` outside of code is a mean and not an HTML tag."""
     parts = CODE.split(text)
-    parts[::2] = [re.sub(r"<(?!https?:)", "&lt;", part) for part in parts[::2]]
+    parts[::2] = [ANGLE.sub("&lt;", part) for part in parts[::2]]
     return "".join(parts)
 
 

@@ -2,7 +2,10 @@
 
 A law is one table `[[law]]` of `book/laws/MODEL.toml`:
 
-    id, title, statement, formula, source, setup    text of the page
+    id, title, statement, source, setup             text of the page
+    formula             the law in LaTeX
+    derivation          two to five steps; `$...$` is LaTeX
+    plot                arguments of `kinetoscope plot`, which draws the quantity from the law's recordings
     manifest            the experiment, without its name; the name is the id
     manifest_file       in place of `manifest`: a shipped experiment, by its path in the repository
     metric              the metric compared; or `measured`, an expression of metrics, m("name")
@@ -42,6 +45,8 @@ FUNCTIONS |= {"abs": abs, "max": max, "min": min, "sum": sum, "len": len}
 
 # The largest ratio of a tolerance to the expected deviation, and the smallest one of a control's deviation to the tolerance.
 WIDEST_TOLERANCE, SMALLEST_CONTROL = 10.0, 3.0
+# The report of a law is a page of the book: 0.3 MB of replay keep some sixty of them together below 30 MB.
+REPLAY = ["--replay-budget", "0.3"]
 
 
 class LawError(Exception):
@@ -92,11 +97,17 @@ class Result:
 
 def read_laws(folder):
     """All laws of a folder, in the order of the files' names; ids are unique."""
-    laws = []
+    laws, faults = [], []
     for file in sorted(Path(folder).glob("*.toml")):
         with file.open("rb") as text:
             for law in tomllib.load(text)["law"]:
                 laws.append(law | {"model": file.stem})
+                if missing := {"formula", "derivation", "plot", "source", "tolerance_reason", "control"} - law.keys():
+                    faults.append(f"{law['id']} has no {', '.join(sorted(missing))}")
+                elif not 2 <= len(law["derivation"]) <= 5:
+                    faults.append(f"{law['id']}: a derivation has two to five steps")
+    if faults:
+        raise LawError("\n".join(faults))
     names = [law["id"] for law in laws]
     twice = {name for name in names if names.count(name) > 1}
     if twice:
@@ -118,7 +129,7 @@ def evaluate(law, text, names):
         raise LawError(f"{law['id']}: `{text}`: {error}") from error
 
 
-def run_experiment(law, bin_folder, folder, control=None, limit_s=None):
+def run_experiment(law, bin_folder, folder, control=None, limit_s=None, replay=False):
     """Runs and analyzes the experiment of a law or its control within a time, s, and returns its metrics."""
     part = "recordings" if control is None else "controls"
     manifest = Path(folder) / "manifests" / part / f"{law['id']}.toml"
@@ -127,7 +138,7 @@ def run_experiment(law, bin_folder, folder, control=None, limit_s=None):
     output = Path(folder) / part
     program = str(Path(bin_folder) / "kinetoscope")
     for words in ([program, "run", "--quiet", "--prune", "--output", str(output), *settings(control), str(manifest)],
-                  [program, "analyze", "--quiet", "--no-replay", str(output / law["id"])]):
+                  [program, "analyze", "--quiet", *(REPLAY if replay else ["--no-replay"]), str(output / law["id"])]):
         try:
             done = subprocess.run(words, capture_output=True, text=True, timeout=limit_s)
         except subprocess.TimeoutExpired as error:
@@ -179,6 +190,7 @@ def label_of(coordinates):
     for name, coordinate in coordinates.items():
         unit = "" if coordinate["unit"] in ("1", "") else f" {coordinate['unit']}"
         value = coordinate["value"]
+        value = f"{value:.6g}" if isinstance(value, float) else value
         parts.append(str(value) if name == "variant" else f"{name} = {value}{unit}")
     return ", ".join(parts)
 
@@ -232,12 +244,12 @@ def compare(law, points, references):
                            f"{point.tolerance!r}; both must be above 0")
 
 
-def measure(law, bin_folder, folder):
-    """Runs a law and its control."""
+def measure(law, bin_folder, folder, replay=False):
+    """Runs a law and its control, if wanted with the replay of the law."""
     control = law["control"]
     if not control.keys() & {"set", "replace"} or control.keys() - {"text", "set", "replace"}:
         raise LawError(f"{law['id']}: a control changes the system or the method, by `set` or `replace`, and nothing else")
-    points, unit = points_of(law, run_experiment(law, bin_folder, folder))
+    points, unit = points_of(law, run_experiment(law, bin_folder, folder, replay=replay))
     compare(law, points, points)
     control_points, _ = points_of(law, run_experiment(law, bin_folder, folder, control))
     compare(law, control_points, points)

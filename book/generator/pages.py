@@ -1,8 +1,11 @@
 """Pages of the book of laws: one per law, and the table of all."""
 
+import html
 import math
 
+from formulas import mathml, with_formulas
 from laws import SMALLEST_CONTROL, WIDEST_TOLERANCE, read_mutations
+from pictures import kinds
 
 MODELS = {"dem": "DEM", "gas": "Gas", "orbit": "Orbit", "packing": "Packing"}
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -24,25 +27,27 @@ def number(value, digits=7):
     return f"{mantissa}·10{str(int(power)).translate(SUPERSCRIPTS)}".replace("-", "−")
 
 
-def in_cell(text):
-    return text.replace("|", "\\|")
-
-
 def key_text(keys):
     """The first eight digits of run keys, as in the names of recordings."""
-    return f"`{keys[0][:8]}`" if len(keys) == 1 else f"`{keys[0][:8]}` and {len(keys) - 1} more"
+    return f"<code>{keys[0][:8]}</code>" if len(keys) == 1 else f"<code>{keys[0][:8]}</code> and {len(keys) - 1} more"
 
 
-def table(points, names):
+def html_table(names, rows):
+    """A table whose rows are cards on a phone, where each cell repeats the name of its column."""
+    head = "".join(f"<th>{name}</th>" for name in names)
+    body = "\n".join("<tr>" + "".join(f'<td data-label="{name}">{cell}</td>' for name, cell in zip(names, row, strict=True)) + "</tr>" for row in rows)
+    return f'<table class="cards">\n<thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody>\n</table>'
+
+
+def table(points):
     """The comparison of every point of a sweep."""
-    rows = [f"| {names} | measured | standard error | exact | deviation | tolerance | deviation / tolerance | run keys |",
-            "|---|---|---|---|---|---|---|---|"]
+    names = ("runs", "measured", "standard error", "exact", "deviation", "tolerance", "deviation / tolerance", "run keys")
+    rows = []
     for point in points:
         deviation = point.measured - point.exact
-        cells = [in_cell(point.label) or "all runs", number(point.measured), number(point.error, 2), number(point.exact),
-                 number(deviation, 2), number(point.tolerance, 2), number(point.deviation(), 2), key_text(point.run_keys)]
-        rows.append(f"| {' | '.join(cells)} |")
-    return "\n".join(rows)
+        rows.append((html.escape(point.label) or "all runs", number(point.measured), number(point.error, 2), number(point.exact),
+                     number(deviation, 2), number(point.tolerance, 2), number(point.deviation(), 2), key_text(point.run_keys)))
+    return html_table(names, rows)
 
 
 def quantity(law, unit):
@@ -88,7 +93,47 @@ def mutations_text(law):
         if factor is not None:
             found = "even a factor of 1.1 does not violate it" if math.isinf(factor) else f"a factor of {factor} violates it"
             lines.append(f"- {mutation['name']} (`{mutation['file']}`): {found}")
-    return "\n\n## Changes of the program\n\n" + "\n".join(lines) if lines else ""
+    return f"\n\n{section('Changes of the program')}\n\n" + "\n".join(lines) if lines else ""
+
+
+def introduction(law):
+    """The law, its formula and its derivation."""
+    steps = "\n".join(f"{place}. {with_formulas(step)}" for place, step in enumerate(law["derivation"], 1))
+    return f"""# {law['title']}
+
+{law['statement']}
+
+<div class="formula">{mathml(law['formula'], "block")}</div>
+
+{section("Derivation")}
+
+{steps}
+"""
+
+
+def section(title):
+    """The title of a part of a law page. It is HTML, so that the search lists the page once and not each of its parts."""
+    return f"<h2>{title}</h2>"
+
+
+def figures(law, points):
+    """The plots of the quantity and of its deviations."""
+    files = kinds(law)
+    largest = number(max(point.deviation() for point in points), 2)
+    quantity_alt = f"Plot of the measured quantity: {law['title']}"
+    deviation_alt = f"Plot of measured minus exact with error bars: at most {largest} tolerances; the controls are beyond {SMALLEST_CONTROL:g}"
+    return f"""<div class="plots">
+<figure><img src="{files['quantity']}" alt="{html.escape(quantity_alt)}"></figure>
+<figure><img src="{files['deviation']}" alt="{html.escape(deviation_alt)}"></figure>
+</div>"""
+
+
+def replay(law):
+    """The picture of the first run, which links to the report with the replay."""
+    files = kinds(law)
+    return f"""<figure class="replay"><a href="{files['replay']}"><img src="{files['poster']}" alt="Last frame of the first run: {html.escape(law['title'])}"></a>
+<figcaption><a href="{files['replay']}">Play the replay</a>: every run of the law, with all plots and metrics. Where the program that wrote this book
+carries the engine, the button “Verify in this browser” repeats the runs on your machine.</figcaption></figure>"""
 
 
 def law_page(result, manifest):
@@ -97,34 +142,35 @@ def law_page(result, manifest):
     commands = "\n".join(result.commands)
     changes = "".join(f"\n\nIn the manifest, `{new}` replaces `{old}`." for old, new in control.get("replace", {}).items())
     repeat = f"{changes}\n\n```console\n{chr(10).join(result.control_commands)}\n```"
-    return f"""# {law['title']}
+    return f"""{introduction(law)}
+{section("Measured and exact")}
 
-{law['statement']}
+{law['setup']} {quantity(law, result.unit)}, compared with {compared(law)}:
 
-```text
-{law['formula']}
-```
+{figures(law, result.points)}
 
-**Source:** {law['source']}
+{table(result.points)}
 
-**Setup:** {law['setup']}
+{section("Replay")}
 
-## Measured and exact
+{replay(law)}
 
-{quantity(law, result.unit)}, compared with {compared(law)}:
-
-{table(result.points, "runs")}
+{section("Tolerance")}
 
 **Expected deviation:** `{law.get('expected', 'error')}`. **Tolerance:** `{law['tolerance']}`, {tolerance_text(result.points)}.
 {law['tolerance_reason']}
 
-## The control that fails
+{section("The control that fails")}
 
 {control['text']} The same quantity, compared with the exact value and the tolerance of the law; the deviation must be at least {SMALLEST_CONTROL:g} tolerances:
 
-{table(result.control_points, "runs")}{repeat}{mutations_text(law)}
+{table(result.control_points)}{repeat}{mutations_text(law)}
 
-## Repeat it
+{section("Source")}
+
+{law['source']}
+
+{section("Repeat it")}
 
 Save [the manifest]({law['id']}.toml), then:
 
@@ -142,20 +188,26 @@ The run key is a hash of everything that affects the result: runs with the same 
 
 def unmeasured_page(law):
     """The page of a law that a quick build does not measure."""
-    return f"""# {law['title']}
+    return f"""{introduction(law)}
+{section("Source")}
 
-{law['statement']}
-
-```text
-{law['formula']}
-```
-
-**Source:** {law['source']}
-
-**Setup:** {law['setup']}
+{law['source']}
 
 This book was built with `--quick`, which measures one law per model only.
 """
+
+
+def incomplete_pages(laws, results, folder):
+    """What law pages lack: a typeset formula, a derivation and, if they were measured, plots and a replay."""
+    found, measured = [], {result.law["id"] for result in results}
+    for law in laws:
+        text = (folder / f"{law['id']}.md").read_text()
+        wanted = {"formula": '<div class="formula"><math', "derivation": "<h2>Derivation</h2>\n\n1. "}
+        if law["id"] in measured:
+            wanted |= kinds(law)
+            found += [f"{law['id']}: {file} is missing" for file in kinds(law).values() if not (folder / file).is_file()]
+        found += [f"the page of {law['id']} has no {name}" for name, part in wanted.items() if part not in text]
+    return found
 
 
 def index_page(results, seconds):
@@ -186,14 +238,15 @@ No result on these pages was typed: measurements come from `metrics.json`, exact
         chosen = [result for result in results if result.law["model"] == model]
         if not chosen:
             continue
-        parts.append(f"\n## {title}\n\n| law | formula | points | tolerance / exact | over expected | deviation | control | noticed |\n"
-                     "|---|---|---|---|---|---|---|---|")
+        rows = []
         for result in chosen:
             law = result.law
             largest = max(point.deviation() for point in result.points)
             least = min(point.deviation() for point in result.control_points)
             widest = max(point.tolerance / point.expected for point in result.points)
-            parts.append(f"| [{law['title']}]({law['id']}.md) | {in_cell(law['formula'])} | {len(result.points)} | "
-                         f"{relative_tolerance(result.points)} | {number(widest, 2)} | {number(largest, 2)} | {number(least, 2)} | "
-                         f"{noticed_change(factors.get(law['id']))} |")
+            rows.append((f'<a href="{law["id"]}.html">{html.escape(law["title"])}</a>', mathml(law["formula"]), len(result.points),
+                         relative_tolerance(result.points), number(widest, 2), number(largest, 2), number(least, 2),
+                         noticed_change(factors.get(law["id"]))))
+        names = ("law", "formula", "points", "tolerance / exact", "over expected", "deviation", "control", "noticed")
+        parts.append(f"\n## {title}\n\n{html_table(names, rows)}")
     return "\n".join(parts) + "\n"
