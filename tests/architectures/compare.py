@@ -52,6 +52,7 @@ WASM_PACKAGES = "clang libclang-rt-dev-wasm32 libstd-rust-dev-wasm32 lld llvm no
 # Text of manifests whose runs would take an emulator over a minute, and what it becomes.
 SHORTENED = {
     "dem_column_collapse": ("replicates = 6", "replicates = 1"),
+    "dem_granular_gas": ("replicates = 4", "replicates = 1"),
     "dem_heap": ("replicates = 4", "replicates = 1"),
     "dem_hopper_discharge": ("replicates = 4", "replicates = 1"),
     "dem_silo": ("[80, 120, 240, 480]", "[80]"),
@@ -59,6 +60,8 @@ SHORTENED = {
     "gas_pressure_vs_radius": ("replicates = 10", "replicates = 2"),
     "gas_pressure_vs_temperature": ("replicates = 10", "replicates = 2"),
     "gas_stationarity": ("replicates = 4", "replicates = 1"),
+    "packing_freezing": ("replicates = 4", "replicates = 1"),
+    "packing_self_diffusion": ("replicates = 4", "replicates = 1"),
     "packing_timing_table": ("replicates = 100", "replicates = 2"),
     "packing_velocity_laws": ("replicates = 20", "replicates = 2"),
 }
@@ -389,7 +392,8 @@ def page(results, changes):
         "", "## Windows", "",
         "`tests/architectures/windows.py` compiles the program for `x86_64-pc-windows-gnu` and executes it under Wine 8.0 (Debian 12): `check --locked --all` gives the locked messages and "
         "metrics of all 51 experiments, a recording is equal in every byte to that of Linux, each system verifies the recording of the other, and killed and interrupted runs resume to the same "
-        "bytes. Wine is no Windows: the workflow `release` checks the wheel on Windows, and no claim is made before it has run. Two guarantees are weaker there: folders cannot be locked, so that two "
+        "bytes. Wine is no Windows: the workflow `release` checks the wheel on Windows, and no claim is made before it has run.", "",
+        "Two guarantees are weaker there: folders cannot be locked, so that two "
         "programs that write the same side file at the same time replace each other's; and links on the way to a served file are found before it is opened, not during the call. "
         "Calls that only Unix has are in the files that rule 6 of ARCHITECTURE.md lists, behind `cfg`; `tests/guarantees/repository_layout.rs` enforces the list.",
     ]
