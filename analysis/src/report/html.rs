@@ -45,7 +45,7 @@ fn squeezed(line: &str) -> String {
         return line.to_owned();
     }
     let letters: Vec<char> = line.chars().collect();
-    let is_punctuation = |letter: &char| ",;{}()[]=><?:&|".contains(*letter);
+    let is_punctuation = |letter: &char| ",;{}()[]=><?:&|*%+".contains(*letter);
     let is_needed = |place: usize| {
         let neighbors = letters[place.saturating_sub(1)..].iter().take(3);
         letters[place] != ' ' || !neighbors.into_iter().any(is_punctuation)
@@ -260,6 +260,7 @@ mod tests {
             SCRIPTS.iter().flat_map(|part| part.lines()).all(is_whole),
             "a text that spans lines would lose its indentation"
         );
+        assert!(SCRIPTS.iter().all(|part| !part.contains("+ +")), "two signs would become one");
         for (text, most) in [(script().as_str(), 60_000), (STYLE_SHEET, 12_000)] {
             assert!(text.len() <= most, "{} of {most} bytes", text.len());
             // The ends of the elements that contain them.
