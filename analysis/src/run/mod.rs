@@ -29,6 +29,9 @@ const MOST_CLAIMED_BYTES: u64 = 64 << 20;
 /// hash would take longer than the metrics.
 const MOST_HASHED_BYTES: u64 = 1 << 20;
 
+/// The engine of a page needs no plots and no replays, whose code would be a tenth of it.
+const DRAWS: bool = !cfg!(all(target_family = "wasm", target_os = "unknown"));
+
 /// Status of a run or of its file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RunStatus {
@@ -168,7 +171,10 @@ pub fn analyze(
 ) -> Result<RunAnalysis, UnreadableRecording> {
     let mut observer = models::observer(&run.manifest.model, options.snapshots_at);
     let view = || options.view.cloned().unwrap_or_default();
-    let mut replay = options.replay_bytes.map(|bytes| ReplayCollector::new(bytes, run, view()));
+    let mut replay = options
+        .replay_bytes
+        .filter(|_| DRAWS)
+        .map(|bytes| ReplayCollector::new(bytes, run, view()));
     let mut fields = FieldCollector::new(options.fields);
     let (mut frames, mut end_time, mut failure) = (0, 0.0, None);
     let (mut lacks_states, mut has_end) = (false, true);
@@ -211,7 +217,8 @@ pub fn analyze(
     }
     let mut measurements = Measurements::default();
     observer.measure(&mut measurements);
-    let mut figures = if options.with_figures { observer.figures() } else { Figures::default() };
+    let mut figures =
+        if DRAWS && options.with_figures { observer.figures() } else { Figures::default() };
     let mut replay = replay.map(ReplayCollector::finish);
     let restored_by = run.keyframes().map(|(_, command)| command);
     if let Some(command) = restored_by.as_deref().filter(|_| lacks_states) {
