@@ -70,7 +70,8 @@ fn check(names: &[String]) {
         let key = read(&book("solutions").join(format!("{name}.key.toml")));
         let errors = key["planned_errors"].as_array().unwrap();
         assert_eq!(errors.len(), ERRORS, "{name}");
-        let wrong = errors.iter().map(|error| (with_error(&solution, error), error["finding"].as_str()));
+        let wrong =
+            errors.iter().map(|error| (with_error(&solution, error), error["finding"].as_str()));
         for (index, (answer, finding)) in
             std::iter::once((solution.clone(), None)).chain(wrong).enumerate()
         {
@@ -83,7 +84,9 @@ fn check(names: &[String]) {
     let graded = grade(&bench, &files);
     assert_eq!(graded.code, Some(4), "{}", graded.err);
     let documents = graded.json();
-    for ((file, expected), document) in files.iter().zip(&expected).zip(documents.as_array().unwrap()) {
+    for ((file, expected), document) in
+        files.iter().zip(&expected).zip(documents.as_array().unwrap())
+    {
         let found: Vec<&str> = document["findings"]
             .as_array()
             .unwrap_or_else(|| panic!("{file}: {document}"))
@@ -104,7 +107,8 @@ fn check(names: &[String]) {
 fn exercises_accept_their_solutions_and_reject_planned_errors() {
     let names = exercises();
     assert_eq!(names.len(), EXERCISES);
-    let lessons: BTreeSet<&str> = names.iter().map(|name| name.split('/').next().unwrap()).collect();
+    let lessons: BTreeSet<&str> =
+        names.iter().map(|name| name.split('/').next().unwrap()).collect();
     assert_eq!(lessons.len(), EXERCISES / 3);
     // Two processes, each with half of every lesson's exercises.
     let (even, odd): (Vec<_>, Vec<_>) =

@@ -19,7 +19,8 @@ value = 162.97
 unit = \"K\"
 standard_error = 0.0
 ";
-const KEY: &str = "metric = \"temperature.mean_square\"\nrelative_tolerance = 0.002\n[units]\n\"K\" = 1\n";
+const KEY: &str =
+    "metric = \"temperature.mean_square\"\nrelative_tolerance = 0.002\n[units]\n\"K\" = 1\n";
 
 /// A folder with the key of the exercise, and the hand-in of the answer in the folder `class`.
 fn bench() -> Bench {
@@ -66,15 +67,27 @@ fn bad_hand_ins_are_named_and_stop_no_other() {
         ("words", "My answer is 163 K.".to_owned(), "not graded"),
         ("none", good.replace(&format!("hash = \"{hash}\""), ""), "it is not a hand-in"),
         ("long", format!("{good}# {}", "x".repeat(1024)), "not graded"),
-        ("path", good.replace("temperature_and_speed/two_speeds", "../../etc/passwd"), "must be a lesson and a name"),
+        (
+            "path",
+            good.replace("temperature_and_speed/two_speeds", "../../etc/passwd"),
+            "must be a lesson and a name",
+        ),
         ("html", good.replace("two_speeds", "<script>"), "must be a lesson and a name"),
         ("unit", good.replace("\"K\"", "\"<b>\""), "is not a unit"),
         ("other", good.replace("two_speeds", "three_speeds"), "the key of the exercise"),
-        ("many", good.replace("particles = 100", "particles = 1000000000"), "at most 20000 are graded"),
+        (
+            "many",
+            good.replace("particles = 100", "particles = 1000000000"),
+            "at most 20000 are graded",
+        ),
         ("runs", good.replace("seed = 5", "seed = 5\nreplicates = 1000"), "at most 64 are graded"),
         ("frames", good.replace("frames = 2", "frames = 100000000"), "are graded"),
         ("binary", "\u{0}\u{1}\u{1b}[31m".to_owned(), "not graded"),
-        ("start", good.replace("duration_s", "start_from = \"/etc/passwd\"\nduration_s"), "not graded"),
+        (
+            "start",
+            good.replace("duration_s", "start_from = \"/etc/passwd\"\nduration_s"),
+            "not graded",
+        ),
     ];
     for (name, text, _) in changes {
         assert!(*name == "copy" || *text != good, "{name} changes nothing");
@@ -85,7 +98,11 @@ fn bad_hand_ins_are_named_and_stop_no_other() {
     assert_eq!(graded.code, Some(4), "{}", graded.err);
     let line = |name: &str| {
         let start = format!("{name}.toml ");
-        graded.out.lines().find(|line| line.starts_with(&start)).unwrap_or_else(|| panic!("{name}: {}", graded.out))
+        graded
+            .out
+            .lines()
+            .find(|line| line.starts_with(&start))
+            .unwrap_or_else(|| panic!("{name}: {}", graded.out))
     };
     assert!(line("a").ends_with("accepted"), "{}", graded.out);
     for (name, _, expected) in changes {
@@ -112,7 +129,11 @@ fn missing_key_is_named() {
     fs::remove_dir_all(bench.path("solutions")).unwrap();
     let graded = bench.call(&["grade", "answer.toml"]);
     assert_eq!(graded.code, Some(2));
-    assert!(graded.err.contains("the key of the exercise temperature_and_speed/two_speeds is missing"), "{}", graded.err);
+    assert!(
+        graded.err.contains("the key of the exercise temperature_and_speed/two_speeds is missing"),
+        "{}",
+        graded.err
+    );
     assert!(graded.err.contains("--hand-in"), "{}", graded.err);
     assert_eq!(bench.call(&["grade", "answer.toml", "--hand-in", "b.toml"]).code, Some(0));
     assert!(Path::new(&bench.path("b.toml")).is_file());
