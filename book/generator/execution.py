@@ -6,7 +6,7 @@ In a page,
     $ kinetoscope run experiments/first_run.toml
     ```
 
-runs the command in a folder of that page, which contains a copy of `experiments/`, and inserts what it prints. The info string
+runs the command in a folder of that page, which contains copies of `experiments/`, `book/exercises/` and `book/solutions/`, and inserts what it prints. The info string
 may limit this: `console lines=8` shows the last 8 lines, `console head=8` the first ones, and `console exit=2` expects that code of
 the last command.
 `{{value EXPERIMENT METRIC KEY=VALUE …}}` is the value of a metric; `variant=velocity_Verlet` is the variant "velocity Verlet". `![…](x.png)` shows a picture that a command has written.
@@ -41,6 +41,8 @@ class Pages:
         folder = self.folder / page.with_suffix("")
         shutil.rmtree(folder, ignore_errors=True)
         shutil.copytree(self.repository / "experiments", folder / "experiments")
+        for name in ("exercises", "solutions"):
+            shutil.copytree(self.repository / "book" / name, folder / name)
         text = BLOCK.sub(lambda block: self.block(page, folder, block[1].split(), block[2]), text)
         text = VALUE.sub(lambda found: self.value(page, folder, found[1].split()), text)
         for picture in re.findall(r"!\[[^\]]*\]\(([^):]+)\)", text):

@@ -70,6 +70,9 @@ mod ci_scripts;
 mod baselines_find_changed_physics;
 mod baselines_of_few_particles;
 mod baselines_state_their_power;
+// `grade` on the solutions and planned errors of the book's exercises, and on hand-ins.
+mod exercises_accept_their_solutions;
+mod hand_ins;
 // Standard output and standard error on a full disk.
 mod full_output;
 // `info` on files that are not recordings.

@@ -1,0 +1,162 @@
+//! Guarantee: a hand-in of at most 1,024 bytes is graded by rerunning it. Damaged, edited and hostile ones are reported on one line each
+//! and stop no other.
+
+use crate::subcommand_bench::{Bench, Called};
+use std::fs;
+use std::path::Path;
+
+/// A solved exercise with a short run.
+const ANSWER: &str = "seed = 5
+[model.gas]
+particles = 100
+speeds_m_per_s = [300.0, 900.0]
+duration_s = 0.001
+[record]
+frames = 2
+[exercise]
+name = \"temperature_and_speed/two_speeds\"
+value = 162.97
+unit = \"K\"
+standard_error = 0.0
+";
+const KEY: &str =
+    "metric = \"temperature.mean_square\"\nrelative_tolerance = 0.002\n[units]\n\"K\" = 1\n";
+
+/// A folder with the key of the exercise, and the hand-in of the answer in the folder `class`.
+fn bench() -> Bench {
+    let bench = Bench::new();
+    let folder = bench.path("solutions/temperature_and_speed");
+    fs::create_dir_all(&folder).unwrap();
+    fs::write(folder.join("two_speeds.key.toml"), KEY).unwrap();
+    fs::write(folder.join("two_speeds.toml"), ANSWER).unwrap();
+    fs::create_dir(bench.path("class")).unwrap();
+    bench.write("answer.toml", ANSWER);
+    let written = bench.call(&["grade", "answer.toml", "--hand-in", "class/a.toml"]);
+    assert_eq!(written.code, Some(0), "{}", written.err);
+    bench
+}
+
+fn class(bench: &Bench, more: &[&str]) -> Called {
+    bench.call(&[&["grade", "--class", "class"], more].concat())
+}
+
+fn hand_in(bench: &Bench) -> String {
+    fs::read_to_string(bench.path("class/a.toml")).unwrap()
+}
+
+#[test]
+fn hand_in_is_small_and_accepted() {
+    let bench = bench();
+    assert!(hand_in(&bench).len() <= 1024);
+    let graded = class(&bench, &[]);
+    assert_eq!(graded.code, Some(0), "{}", graded.err);
+    assert!(graded.out.contains("1 of 1 hand-in accepted"), "{}", graded.out);
+}
+
+/// Each bad hand-in has its line, and the good one between them is accepted.
+#[test]
+fn bad_hand_ins_are_named_and_stop_no_other() {
+    let bench = bench();
+    let good = hand_in(&bench);
+    let hash = good.split("hash = \"").nth(1).unwrap()[..32].to_owned();
+    let changes: &[(&str, String, &str)] = &[
+        ("copy", good.clone(), "identical to a.toml"),
+        ("edited", good.replace("seed = 5", "seed = 6"), "the hash is not that of these runs"),
+        ("hash", good.replace(&hash, &"0".repeat(32)), "the hash is not that of these runs"),
+        ("empty", String::new(), "not graded"),
+        ("words", "My answer is 163 K.".to_owned(), "not graded"),
+        ("none", good.replace(&format!("hash = \"{hash}\""), ""), "it is not a hand-in"),
+        ("long", format!("{good}# {}", "x".repeat(1024)), "not graded"),
+        (
+            "path",
+            good.replace("temperature_and_speed/two_speeds", "../../etc/passwd"),
+            "must be a lesson and a name",
+        ),
+        ("html", good.replace("two_speeds", "<script>"), "must be a lesson and a name"),
+        ("unit", good.replace("\"K\"", "\"<b>\""), "is not a unit"),
+        ("other", good.replace("two_speeds", "three_speeds"), "the key of the exercise"),
+        (
+            "many",
+            good.replace("particles = 100", "particles = 1000000000"),
+            "at most 20000 are graded",
+        ),
+        ("runs", good.replace("seed = 5", "seed = 5\nreplicates = 1000"), "at most 64 are graded"),
+        ("frames", good.replace("frames = 2", "frames = 100000000"), "are graded"),
+        ("binary", "\u{0}\u{1}\u{1b}[31m".to_owned(), "not graded"),
+        (
+            "start",
+            good.replace("duration_s", "start_from = \"/etc/passwd\"\nduration_s"),
+            "not graded",
+        ),
+    ];
+    for (name, text, _) in changes {
+        assert!(*name == "copy" || *text != good, "{name} changes nothing");
+        bench.write(&format!("class/{name}.toml"), text);
+    }
+    fs::create_dir(bench.path("class/folder.toml")).unwrap();
+    let graded = class(&bench, &[]);
+    assert_eq!(graded.code, Some(4), "{}", graded.err);
+    let line = |name: &str| {
+        let start = format!("{name}.toml ");
+        graded
+            .out
+            .lines()
+            .find(|line| line.starts_with(&start))
+            .unwrap_or_else(|| panic!("{name}: {}", graded.out))
+    };
+    assert!(line("a").ends_with("accepted"), "{}", graded.out);
+    for (name, _, expected) in changes {
+        assert!(line(name).contains(expected), "{name}: {}", line(name));
+    }
+    assert!(line("folder").contains("not graded"), "{}", line("folder"));
+    assert!(!graded.out.contains('\u{1b}') && !graded.out.contains("<script>"), "{}", graded.out);
+    // One line per hand-in, a title and a total.
+    assert_eq!(graded.out.trim().lines().count(), changes.len() + 2 + 2, "{}", graded.out);
+}
+
+#[test]
+fn hand_in_of_another_lesson_is_named() {
+    let bench = bench();
+    let graded = class(&bench, &["--lesson", "gas_pressure"]);
+    assert_eq!(graded.code, Some(4));
+    assert!(graded.out.contains("a hand-in of the lesson temperature_and_speed"), "{}", graded.out);
+}
+
+/// A student's copy has no key: the answer cannot be graded, but it can be handed in.
+#[test]
+fn missing_key_is_named() {
+    let bench = bench();
+    fs::remove_dir_all(bench.path("solutions")).unwrap();
+    let graded = bench.call(&["grade", "answer.toml"]);
+    assert_eq!(graded.code, Some(2));
+    assert!(
+        graded.err.contains("the key of the exercise temperature_and_speed/two_speeds is missing"),
+        "{}",
+        graded.err
+    );
+    assert!(graded.err.contains("--hand-in"), "{}", graded.err);
+    assert_eq!(bench.call(&["grade", "answer.toml", "--hand-in", "b.toml"]).code, Some(0));
+    assert!(Path::new(&bench.path("b.toml")).is_file());
+}
+
+/// A manifest that is no answer, and wrong answers of which neither the value nor the unit of the solution is printed.
+#[test]
+fn wrong_answers_do_not_show_the_solution() {
+    let bench = bench();
+    bench.write("gas.toml", crate::subcommand_bench::GAS);
+    let no_answer = bench.call(&["grade", "gas.toml"]);
+    assert_eq!(no_answer.code, Some(2));
+    assert!(no_answer.err.contains("has no table [exercise]"), "{}", no_answer.err);
+    for (wrong, expected) in [
+        ("value = 325.94", "a factor of 2"),
+        ("value = -110.18", "kelvin and degrees Celsius"),
+        ("value = 0.16297", "a power of ten"),
+        ("value = 211.0", "not that of these runs"),
+    ] {
+        bench.write("answer.toml", &ANSWER.replace("value = 162.97", wrong));
+        let graded = bench.call(&["grade", "answer.toml"]);
+        assert_eq!(graded.code, Some(4), "{}", graded.err);
+        assert!(graded.out.contains(expected), "{}", graded.out);
+        assert!(!graded.out.contains("162.9") && !graded.out.contains("`K`"), "{}", graded.out);
+    }
+}
