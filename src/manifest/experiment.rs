@@ -9,15 +9,15 @@ use crate::exercise::{self, Exercise};
 use crate::head::{ExpectedOutcome, Head, NAME_RULE, is_name};
 use crate::keys::{HasKeys as _, Names, Reader};
 use crate::model::{ModelConfig, Recordings, accept_misplaced, no_model};
+use crate::overrides::{self, Override, set};
 use crate::plots::{self, PlotRequest, PlottedManifest};
 use crate::record::RecordConfig;
 use crate::sentence::{leading_comment, question};
-use crate::sweep::{self, Axis, Coordinate, Points, Setting, overlap};
+use crate::sweep::{self, Axis, Coordinate, Points, Setting};
 use crate::syntax::parse_toml;
-use crate::tree::{self, Node, Span, Table, Value};
+use crate::tree::Table;
 use crate::value::{ReplicateCount, quoted, refuse_type};
 use crate::view::{self, ViewRequest, ViewedManifest, ViewedRun};
-use toml::de::DeValue;
 
 /// An experiment: the contents of a valid manifest.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,15 +65,6 @@ pub struct Run {
     pub replicate: u32,
     /// All inputs of the run.
     pub manifest: RunManifest,
-}
-
-/// A value from the command line, `--set key=value`.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Override {
-    /// The dotted key, such as `model.gas.particles`.
-    pub key: String,
-    /// The value in TOML; a bare word counts as a string.
-    pub value: String,
 }
 
 /// Maximum number of runs in one experiment: a plan of so many takes about a second and 300 MB.
@@ -244,7 +235,7 @@ pub(crate) fn read_document(
     let mut diagnostics = Diagnostics::default();
     let (mut root, syntax) = parse_toml(source, origin, &mut diagnostics);
     let mut errors = Errors::default();
-    let set = read_overrides(overrides, &mut diagnostics, &mut errors);
+    let set = overrides::read(overrides, &mut diagnostics, &mut errors);
     accept_misplaced(&mut root, &mut errors);
     let document = read_root(source, &mut root, set, lookup, &mut errors);
     if !syntax.hides_tables {
@@ -254,37 +245,6 @@ pub(crate) fn read_document(
         errors = syntax.errors;
     }
     (document, diagnostics.with(errors))
-}
-
-fn read_overrides(
-    overrides: &[Override],
-    diagnostics: &mut Diagnostics,
-    errors: &mut Errors,
-) -> Vec<Setting> {
-    let mut sets: Vec<Setting> = Vec::new();
-    for Override { key, value } in overrides {
-        let text = format!("{key}={value}");
-        let source = diagnostics.source("--set", &text);
-        let key_span = Span { source, start: 0, end: key.len() };
-        let value_at = key.len() + 1;
-        let value_span = Span { source, start: value_at, end: text.len() };
-        let (parsed, refused) = DeValue::parse_recoverable(value);
-        let node = if refused.is_empty() && !value.trim().is_empty() {
-            tree::node(parsed, source, value_at)
-        } else if is_name(value) {
-            Node { span: value_span, value: Value::Text(value.clone()) }
-        } else {
-            let error = Diagnostic::new(format!("the value of `{key}` is not TOML"));
-            errors.push(error.at(value_span, "text with spaces or signs needs quotes"));
-            continue;
-        };
-        if let Some(first) = sets.iter().find(|set| set.key == *key) {
-            let error = Diagnostic::new(format!("`{key}` is set twice"));
-            errors.push(error.at(key_span, "set it once").at(first.key_span, ""));
-        }
-        sets.push(Setting { key: key.clone(), key_span, node });
-    }
-    sets
 }
 
 /// The name of the model whose table a manifest has.
@@ -303,28 +263,7 @@ fn read_root(
     let is_overridden = !sets.is_empty();
     let sweep = root.take("sweep");
     let axes = sweep::read(sweep.as_ref(), model_of(root), errors);
-    for Setting { key, key_span, node } in sets {
-        if let Some(setting) = axes
-            .iter()
-            .flat_map(|axis| axis.settings.iter().flatten())
-            .find(|setting| overlap(&setting.key, &key))
-        {
-            let error = Diagnostic::new(format!("`{key}` is swept and cannot be set"));
-            errors.push(
-                error
-                    .at(key_span, "leave it out, or change the sweep")
-                    .at(setting.key_span, "swept here"),
-            );
-        } else if ["sweep", "checks", "plots", "view", "baseline"]
-            .iter()
-            .any(|table| overlap(table, &key))
-        {
-            let label = "change the manifest instead";
-            errors.push(Diagnostic::new(format!("`{key}` cannot be set")).at(key_span, label));
-        } else {
-            set(root, &key, key_span, &node, errors);
-        }
-    }
+    overrides::apply(root, sets, &axes, errors);
     let checks = root.take("checks");
     let plots = root.take("plots");
     let view = root.take("view");
@@ -376,14 +315,6 @@ fn read_root(
         baseline.map_or_else(Vec::new, |baseline| baseline::read(&baseline.node, metrics, errors));
     let exercise = exercise.and_then(|entry| exercise::read(&entry, errors));
     Document { head, axes, runs, checks, plots, view, baseline, exercise }
-}
-
-/// Inserts a value from the command line or from a sweep.
-fn set(root: &mut Table, key: &str, key_span: Span, node: &Node, errors: &mut Errors) {
-    if let Err(no_table) = root.set(key, key_span, node.clone()) {
-        let title = format!("unknown key `{key}`: `{no_table}` is not a table");
-        errors.push(Diagnostic::new(title).at(key_span, "it has no keys of its own"));
-    }
 }
 
 /// Reads every combination of the axes' points, as if its values were written in the tables.

@@ -365,7 +365,8 @@ impl ReplayCollector {
         }
         let shown = stills.len() as f64 / self.frames as f64;
         let spin_top = append_spins(&mut data, stills, particles);
-        let (force_lines, force_top) = append_forces(&mut data, stills, &range);
+        let forces: Vec<&[_]> = stills.iter().map(|still| &*still.forces).collect();
+        let (force_lines, force_top) = append_forces(&mut data, &forces, &range);
         let (first, picture, color, names) =
             self.first_picture(stills, view, [speeds.top, spin_top]);
         Film {

@@ -1,7 +1,6 @@
 //! The contact forces of a frame: lines whose width is the normal force, only if the manifest requests them.
 
 use super::encoding::{ABSENT, append_series, quantized};
-use super::still::Still;
 use super::view::Range;
 use kinetoscope_recording::channels::{DemContactForces, FORCE_CHAINS};
 use kinetoscope_recording::drawing::{Shape, read_shapes};
@@ -65,15 +64,19 @@ fn strongest(mut lines: Vec<ForceLine>) -> Vec<ForceLine> {
 }
 
 /// Appends the lines, five series: x and y of both ends, and the force over the typical largest one. Returns how many lines each frame has room for, and that force.
-pub(super) fn append_forces(data: &mut Vec<u8>, stills: &[&Still], range: &Range) -> (usize, f64) {
-    let most = stills.iter().map(|still| still.forces.len()).max().unwrap_or(0);
-    let top = typical_largest(stills.iter().map(|still| &*still.forces));
+pub(super) fn append_forces(
+    data: &mut Vec<u8>,
+    frames: &[&[ForceLine]],
+    range: &Range,
+) -> (usize, f64) {
+    let most = frames.iter().map(|lines| lines.len()).max().unwrap_or(0);
+    let top = typical_largest(frames.iter().copied());
     let series = |value: &dyn Fn(&ForceLine) -> u16| -> Vec<u16> {
-        let of_frame = |still: &&Still| {
-            let values: Vec<u16> = still.forces.iter().map(value).collect();
+        let of_frame = |lines: &&[ForceLine]| {
+            let values: Vec<u16> = lines.iter().map(value).collect();
             values.into_iter().chain(std::iter::repeat(ABSENT)).take(most)
         };
-        stills.iter().flat_map(of_frame).collect()
+        frames.iter().flat_map(of_frame).collect()
     };
     for end in 0..if most > 0 { 2 } else { 0 } {
         for axis in 0..2 {
