@@ -30,15 +30,18 @@ pub(super) fn forces(frame: &RecordedFrame) -> Vec<ForceLine> {
 
 /// The component of each force along its branch; a pull is as wide as a push.
 fn of_columns(columns: &DemContactForces) -> Vec<ForceLine> {
-    let from = columns.from_x_m.iter().zip(&columns.from_y_m);
-    let to = columns.to_x_m.iter().zip(&columns.to_y_m);
-    let forces = columns.force_x_n.iter().zip(&columns.force_y_n);
-    let line = |((from, to), force): (((&f64, &f64), (&f64, &f64)), (&f64, &f64))| {
-        let [x, y] = [from.0 - to.0, from.1 - to.1];
-        let force = (force.0 * x + force.1 * y).abs() / libm::hypot(x, y);
-        ForceLine { ends: [[*from.0, *from.1], [*to.0, *to.1]], force }
+    let vectors = |x: &[f64], y: &[f64]| -> Vec<[f64; 2]> {
+        x.iter().zip(y).map(|(&x, &y)| [x, y]).collect()
     };
-    from.zip(to).zip(forces).map(line).collect()
+    let from = vectors(&columns.from_x_m, &columns.from_y_m);
+    let to = vectors(&columns.to_x_m, &columns.to_y_m);
+    let forces = vectors(&columns.force_x_n, &columns.force_y_n);
+    let lines = from.iter().zip(&to).zip(&forces).map(|((from, to), force)| {
+        let [x, y] = [from[0] - to[0], from[1] - to[1]];
+        let force = (force[0] * x + force[1] * y).abs() / libm::hypot(x, y);
+        ForceLine { ends: [*from, *to], force }
+    });
+    lines.collect()
 }
 
 fn of_drawing(shapes: &[Shape]) -> Vec<ForceLine> {
