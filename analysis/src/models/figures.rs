@@ -6,6 +6,9 @@ use crate::plot::{Axis, Picture, Plot, PlotContent, Point, Scale, thinned};
 use kinetoscope_recording::plot_list::is_plot_name;
 use serde::{Deserialize, Serialize};
 
+/// The engine of a page needs neither plots nor replays, and does not contain their code.
+pub(crate) const DRAWS: bool = !cfg!(all(target_family = "wasm", target_os = "unknown"));
+
 /// The plots of one run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Figures {

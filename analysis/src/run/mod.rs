@@ -7,7 +7,7 @@ use crate::input::UnreadableRecording;
 use crate::input::recording::{OpenRun, is_partial};
 use crate::metric::{Measurement, Measurements, Metric, MetricScope, RunOrigin, RunScope};
 use crate::models;
-use crate::models::figures::Figures;
+use crate::models::figures::{DRAWS, Figures};
 use crate::replay::{Replay, ReplayCollector};
 use crate::run::fields::{FieldCollector, RecordedField};
 use kinetoscope_console::text::shown_path;
@@ -28,9 +28,6 @@ const MOST_CLAIMED_BYTES: u64 = 64 << 20;
 /// Size of a recording up to which the table of the runs has the hash of its messages. A larger one is read without its drawings, and the
 /// hash would take longer than the metrics.
 const MOST_HASHED_BYTES: u64 = 1 << 20;
-
-/// The engine of a page needs no plots and no replays, whose code would be a tenth of it.
-const DRAWS: bool = !cfg!(all(target_family = "wasm", target_os = "unknown"));
 
 /// Status of a run or of its file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -171,10 +168,7 @@ pub fn analyze(
 ) -> Result<RunAnalysis, UnreadableRecording> {
     let mut observer = models::observer(&run.manifest.model, options.snapshots_at);
     let view = || options.view.cloned().unwrap_or_default();
-    let mut replay = options
-        .replay_bytes
-        .filter(|_| DRAWS)
-        .map(|bytes| ReplayCollector::new(bytes, run, view()));
+    let mut replay = options.replay_bytes.map(|bytes| ReplayCollector::new(bytes, run, view()));
     let mut fields = FieldCollector::new(options.fields);
     let (mut frames, mut end_time, mut failure) = (0, 0.0, None);
     let (mut lacks_states, mut has_end) = (false, true);
@@ -217,9 +211,8 @@ pub fn analyze(
     }
     let mut measurements = Measurements::default();
     observer.measure(&mut measurements);
-    let mut figures =
-        if DRAWS && options.with_figures { observer.figures() } else { Figures::default() };
-    let mut replay = replay.map(ReplayCollector::finish);
+    let mut figures = if options.with_figures { observer.figures() } else { Figures::default() };
+    let mut replay = if DRAWS { replay.map(ReplayCollector::finish) } else { None };
     let restored_by = run.keyframes().map(|(_, command)| command);
     if let Some(command) = restored_by.as_deref().filter(|_| lacks_states) {
         withhold(run, command, &mut measurements, &mut figures, &mut replay);
