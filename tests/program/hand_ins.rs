@@ -66,7 +66,7 @@ fn bad_hand_ins_are_named_and_stop_no_other() {
         ("empty", String::new(), "not graded"),
         ("words", "My answer is 163 K.".to_owned(), "not graded"),
         ("none", good.replace(&format!("hash = \"{hash}\""), ""), "it is not a hand-in"),
-        ("long", format!("{good}# {}", "x".repeat(1024)), "not graded"),
+        ("long", format!("{good}# {}", "x".repeat(1024)), "larger than 1024 bytes"),
         (
             "path",
             good.replace("temperature_and_speed/two_speeds", "../../etc/passwd"),

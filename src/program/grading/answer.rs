@@ -7,6 +7,7 @@ use kinetoscope_console::Exit;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::regular_file::read_text;
 use kinetoscope_manifest::{Exercise, Experiment, Lookup, parse_with};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// Maximum size of an exercise, bytes.
@@ -50,7 +51,11 @@ impl Answer {
 
     fn of(path: &Path, most_bytes: u64) -> Result<Self, Failure> {
         let text = read_text(path, most_bytes).map_err(|error| {
-            let what = format!("cannot read {}: {error}", shown_path(path));
+            let reason = match error.kind() {
+                ErrorKind::FileTooLarge => format!("it is larger than {most_bytes} bytes"),
+                _ => error.to_string(),
+            };
+            let what = format!("cannot read {}: {reason}", shown_path(path));
             unread(&error, what, "name a completed exercise (*.toml)")
         })?;
         let origin = path.to_string_lossy();
