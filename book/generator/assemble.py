@@ -16,7 +16,7 @@ LINK = re.compile(r"(!?\[[^\]]*\])\(([^)\s]+)\)")
 CODE = re.compile(r"(^```.*?^```$|^ {4}[^\n]*$|`[^`\n]+`)", re.MULTILINE | re.DOTALL)
 # Elements that generated pages contain; MathML has the names that begin with m.
 ELEMENTS = ("math|mrow|mi|mo|mn|mtext|mspace|msub|msup|msubsup|mfrac|msqrt|mroot|mover|munder|munderover|mtable|mtr|mtd|mstyle|mpadded|"
-            "div|figure|figcaption|img|table|thead|tbody|tr|th|td|h2|code")
+            "div|figure|figcaption|img|table|thead|tbody|tr|th|td|code")
 ANGLE = re.compile(rf"<(?!https?:|/?(?:{ELEMENTS})[ />]|a href|/a>)")
 
 

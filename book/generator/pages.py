@@ -2,6 +2,7 @@
 
 import html
 import math
+import re
 
 from formulas import mathml, with_formulas
 from laws import SMALLEST_CONTROL, WIDEST_TOLERANCE, read_mutations
@@ -99,11 +100,13 @@ def mutations_text(law):
 def introduction(law):
     """The law, its formula and its derivation."""
     steps = "\n".join(f"{place}. {with_formulas(step)}" for place, step in enumerate(law["derivation"], 1))
+    # What follows a wide space has a line of its own, because browsers break no formula.
+    formulas = "".join(mathml(part, "block") for part in re.split(r"\\q?quad", law["formula"]))
     return f"""# {law['title']}
 
 {law['statement']}
 
-<div class="formula">{mathml(law['formula'], "block")}</div>
+<div class="formula">{formulas}</div>
 
 {section("Derivation")}
 
@@ -112,8 +115,8 @@ def introduction(law):
 
 
 def section(title):
-    """The title of a part of a law page. It is HTML, so that the search lists the page once and not each of its parts."""
-    return f"<h2>{title}</h2>"
+    """The title of a part of a law page. It is no heading of Markdown, so that the search lists the page once and not each of its parts."""
+    return f'<div class="part" role="heading" aria-level="2">{title}</div>'
 
 
 def figures(law, points):
@@ -202,7 +205,7 @@ def incomplete_pages(laws, results, folder):
     found, measured = [], {result.law["id"] for result in results}
     for law in laws:
         text = (folder / f"{law['id']}.md").read_text()
-        wanted = {"formula": '<div class="formula"><math', "derivation": "<h2>Derivation</h2>\n\n1. "}
+        wanted = {"formula": '<div class="formula"><math', "derivation": f"{section('Derivation')}\n\n1. "}
         if law["id"] in measured:
             wanted |= kinds(law)
             found += [f"{law['id']}: {file} is missing" for file in kinds(law).values() if not (folder / file).is_file()]

@@ -1,4 +1,4 @@
-// Takes the pictures of docs/replay.md: opens a recording of each experiment with its layout in Lichtblick, and makes a screenshot.
+// Takes the pictures of docs/replay_gallery.md: opens a recording of each experiment with its layout in Lichtblick, and makes a screenshot.
 //
 // Usage: node docs/replay/take_pictures.mjs LICHTBLICK RECORDINGS OUTPUT [EXPERIMENT ... | values_at_the_cursor]
 //   LICHTBLICK: the folder that `yarn web:build:prod` of Lichtblick makes (web/.webpack); RECORDINGS: a folder per experiment.

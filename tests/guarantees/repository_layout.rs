@@ -2,7 +2,7 @@
 //! architecture allows it.
 //!
 //! Setup: every path in ARCHITECTURE.md, README.md and CONTRIBUTING.md must exist; the README has at most 200 lines; every experiment
-//! must have a row in `book/src/use/experiments.md` with an existing test and a picture in docs/replay.md; the sources are searched for packages, `unsafe` and imports.
+//! must have a row in `book/src/use/experiments.md` with an existing test and a picture in docs/replay_gallery.md; the sources are searched for packages, `unsafe` and imports.
 //! Control: a path that does not exist and a rule that omits a file are found.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
@@ -119,7 +119,7 @@ fn findings_of_the_threat_model_name_their_tests() {
 #[test]
 fn every_experiment_has_a_row_a_test_a_replay_and_a_check() {
     let table = read("book/src/use/experiments.md");
-    let replays = read("docs/replay.md");
+    let replays = read("docs/replay_gallery.md");
     let mut shipped = BTreeSet::new();
     for entry in fs::read_dir(root().join("experiments")).unwrap() {
         let path = entry.unwrap().path();
@@ -149,7 +149,7 @@ fn every_experiment_has_a_row_a_test_a_replay_and_a_check() {
         let shown = replays.matches(&replay).count();
         assert_eq!(
             shown, 1,
-            "{experiment}: docs/replay.md must contain the question and the picture once"
+            "{experiment}: docs/replay_gallery.md must contain the question and the picture once"
         );
         assert!(first.contains("[[checks]]"), "{experiment} has no check");
     }

@@ -130,10 +130,12 @@ fn collision_rate(run: &PackingRun) -> Option<Plot> {
 
 fn a2(run: &PackingRun) -> Plot {
     let restitution = run.config.restitution.get();
-    let (theory, name) = if restitution == 1.0 {
-        (law::a2_at_fixed_energy(run.config.discs.get()), "mean at fixed energy, −1/(N + 1)")
-    } else {
-        (law::a2_cooling(restitution), "homogeneous cooling state")
+    let (theory, name) = match (restitution == 1.0, run.has_walls()) {
+        (true, true) => {
+            (law::a2_at_fixed_energy(run.config.discs.get()), "mean at fixed energy, −1/(N + 1)")
+        }
+        (true, false) => (-1.0 / run.discs(), "mean at fixed energy and momentum, −1/N"),
+        (false, _) => (law::a2_cooling(restitution), "homogeneous cooling state"),
     };
     let curves = vec![
         Curve::line("a₂", 0, series(run).iter().map(|moments| (moments.events, moments.a2))),
