@@ -84,6 +84,7 @@ REPORTS = COMMON + """
     button.click();
     while (button.textContent === "Stop") await wait(1);
     found.push([...list.children].map((line) => line.textContent).join(" "));
+    [self.kinetoscopeEngine, claim.textContent, section.dataset.module] = whole;
   }
   clearInterval(pulse);
   return JSON.stringify({ status: "", found, gap });

@@ -122,7 +122,8 @@ fn keys<'a>(run: &'a RunAnalysis, manifest: &'a str) -> Vec<(&'a str, String)> {
     let numeric = lines.filter(|(_, value)| value.parse::<f64>().is_ok_and(f64::is_finite));
     let mut keys: Vec<&str> = numeric.map(|(key, _)| key).collect();
     let is_swept = |key: &str| run.coordinates.iter().any(|it| last_part(&it.key) == key);
-    keys.sort_by_key(|key| !is_swept(key));
+    // Only one integrator reads the tolerance.
+    keys.sort_by_key(|key| (!is_swept(key), *key == "tolerance"));
     let named = keys.into_iter().take(MOST_KEYS).map(|key| match words_and_unit(key) {
         (words, "") => (key, words),
         (words, unit) => (key, format!("{words} ({unit})")),
