@@ -306,7 +306,7 @@ fn read_root(
     let plots = plots.map_or_else(Vec::new, |plots| plots::read(&plots.node, requesting, errors));
     // A view that fits the manifest need not fit the runs of an override, such as a shorter duration.
     let viewed = runs.iter().filter(|_| !is_overridden);
-    let viewed = viewed.map(|run| (&*run.coordinates, &run.manifest.model));
+    let viewed = viewed.map(|run| (&*run.coordinates, &run.manifest));
     let viewed: Vec<ViewedRun<'_>> = viewed.collect();
     let viewed = ViewedManifest { axes: &axes, runs: &viewed };
     let view =

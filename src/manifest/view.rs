@@ -1,5 +1,6 @@
 //! `[view]`: how the report shows the runs first.
 
+use crate::canonical::RunManifest;
 use crate::checks::{Points, read_where, selects};
 use crate::diagnostics::{Diagnostic, Errors};
 use crate::keys::{HasKeys as _, Reader, Writer};
@@ -45,7 +46,7 @@ table! {
         color: Option<ViewColor> ["", optional],
         /// The frame of reference of the replay: that of the recorded positions, or the one that rotates with the second of several bodies about the first one.
         frame: ViewFrame ["", sparse] = ViewFrame::Fixed,
-        /// Whether the replay of discs with contacts draws the normal forces, as lines whose width is the force: those of the channel `contact_forces`, or without it those of the drawing `force_chains`, in three widths.
+        /// Whether the replay of discs with contacts draws the normal forces, as lines whose width is the force. `record.channels` must contain `contact_forces`.
         forces: bool ["", sparse] = false,
         /// Names of the first particles, such as those of planets; "" for none. The Sun is yellow. By default those of the recording.
         names: Vec<String> ["", sparse] = Vec::new(),
@@ -90,7 +91,7 @@ pub(crate) struct ViewedManifest<'a> {
 }
 
 /// A run that a view may show.
-pub(crate) type ViewedRun<'a> = (&'a [Coordinate], &'a ModelConfig);
+pub(crate) type ViewedRun<'a> = (&'a [Coordinate], &'a RunManifest);
 
 /// Reads the table, and compares it with the manifest if it is part of one.
 pub(crate) fn read(
@@ -156,9 +157,15 @@ fn check_names(names: &[String], reader: &mut Reader<'_>) {
     }
 }
 
+/// Whether a run records the force of each contact, which it does only if asked to.
+fn records_forces(manifest: &RunManifest) -> bool {
+    let channels = manifest.record.channels.as_deref().unwrap_or_default();
+    channels.iter().any(|channel| channel == "contact_forces")
+}
+
 /// Reports keys that change nothing in any picture of these runs.
 fn check_effect(keys: &ViewKeys, runs: &[ViewedRun<'_>], reader: &mut Reader<'_>) {
-    let models = || runs.iter().map(|(_, model)| *model);
+    let models = || runs.iter().map(|(_, manifest)| &manifest.model);
     let ends: Option<Vec<f64>> = models().map(ModelConfig::duration).collect();
     let end = ends.and_then(|ends| ends.into_iter().max_by(f64::total_cmp));
     if let (Some(poster), Some(end)) = (keys.poster.map(NonNegative::get), end)
@@ -181,6 +188,9 @@ fn check_effect(keys: &ViewKeys, runs: &[ViewedRun<'_>], reader: &mut Reader<'_>
     if keys.forces && !models().all(|model| matches!(model, ModelConfig::Dem(_))) {
         let title = "`view.forces` is true, and a run has no discs with contacts";
         reader.refuse(&["forces"], title, "leave it out; `model.dem` has contact forces");
+    } else if keys.forces && !runs.iter().all(|(_, manifest)| records_forces(manifest)) {
+        let title = "`view.forces` is true, and a run does not record `contact_forces`";
+        reader.refuse(&["forces"], title, "add \"contact_forces\" to `record.channels`");
     }
     let most = models().map(ModelConfig::particles).max().unwrap_or_default();
     let is_fixed_sun =

@@ -144,8 +144,11 @@ fn of_deviation(
             format!(", which agrees with {value} within its standard error")
         }
         Deviation::StandardErrors(sigma) => {
-            let number = significant(sigma.abs(), 2);
-            format!(", {number} standard errors {} {value}", side(sigma))
+            let words = match &*significant(sigma.abs(), 2) {
+                "1" | "1.0" => "one standard error".to_owned(),
+                number => format!("{number} standard errors"),
+            };
+            format!(", {words} {} {value}", side(sigma))
         }
         Deviation::Bound { is_inside } => {
             let place = if is_inside { "within" } else { "outside" };

@@ -2,8 +2,7 @@
 
 use super::encoding::{ABSENT, append_series, quantized};
 use super::view::Range;
-use kinetoscope_recording::channels::{DemContactForces, FORCE_CHAINS};
-use kinetoscope_recording::drawing::{Shape, read_shapes};
+use kinetoscope_recording::channels::DemContactForces;
 use kinetoscope_recording::reader::RecordedFrame;
 
 /// Maximum number of lines per frame, those of the largest forces.
@@ -14,18 +13,14 @@ const MOST_LINES: usize = 300;
 pub(super) struct ForceLine {
     /// Center of a disc, and that of the touching disc or the nearest point of a wall.
     pub(super) ends: [[f64; 2]; 2],
-    /// Normal force, N; of a drawing, the width of the line.
+    /// Normal force, N.
     pub(super) force: f64,
 }
 
-/// The forces of a frame: those of `/contact_forces`, if they are recorded, else the drawing with its few widths.
+/// The forces of a frame: those of `/contact_forces`.
 pub(super) fn forces(frame: &RecordedFrame) -> Vec<ForceLine> {
-    let lines = frame.get::<DemContactForces>().ok().flatten().map(|columns| of_columns(&columns));
-    let drawing = || {
-        let message = frame.messages().iter().find(|message| message.topic() == FORCE_CHAINS)?;
-        Some(of_drawing(&read_shapes(message.payload())?))
-    };
-    strongest(lines.or_else(drawing).unwrap_or_default())
+    let columns = frame.get::<DemContactForces>().ok().flatten();
+    columns.map_or_else(Vec::new, |columns| strongest(of_columns(&columns)))
 }
 
 /// The component of each force along its branch; a pull is as wide as a push.
@@ -40,16 +35,6 @@ fn of_columns(columns: &DemContactForces) -> Vec<ForceLine> {
         let [x, y] = [from[0] - to[0], from[1] - to[1]];
         let force = (force[0] * x + force[1] * y).abs() / libm::hypot(x, y);
         ForceLine { ends: [*from, *to], force }
-    });
-    lines.collect()
-}
-
-fn of_drawing(shapes: &[Shape]) -> Vec<ForceLine> {
-    let lines = shapes.iter().flat_map(|shape| match shape {
-        Shape::Segments { segments, width_px, .. } => {
-            segments.iter().map(|ends| ForceLine { ends: *ends, force: *width_px }).collect()
-        }
-        _ => Vec::new(),
     });
     lines.collect()
 }

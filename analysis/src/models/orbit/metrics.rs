@@ -10,7 +10,7 @@ definitions! {
     ANGULAR_MOMENTUM_DRIFT: "angular_momentum.drift_relative", "1", "change of the angular momentum", "/state: (L - L_0)/L_0, last frame", [law::EULER_ANGULAR_MOMENTUM, law::ANGULAR_MOMENTUM], 1e-13;
     MIN_RADIUS: "radius.min", "AU", "least distance from the Sun", "/orbit: least |r|, found within the steps", [], 0.0;
     MAX_RADIUS: "radius.max", "AU", "largest distance from the Sun", "/orbit: largest |r|, found within the steps", [], 0.0;
-    POSITION_ERROR: "position_error.final", "AU", "distance from the exact orbit at the end", "/state against the exact Kepler solution through the first frame, last frame", [law::EXACT], 1e-9;
+    POSITION_ERROR: "position_error.final", "AU", "distance from the exact place at the end", "/state against the exact Kepler solution through the first frame, last frame", [law::EXACT], 1e-9;
     PHASE_ERROR: "phase_error.final", "rad", "angle to the exact orbit at the end", "/state: angle minus that of the exact solution, last frame; whole turns from /orbit, counted at every step", [law::EXACT], 1e-9;
     ECCENTRICITY_CHANGE: "eccentricity_vector.change", "1", "change of the eccentricity vector", "/state: |v × L/GM - r/|r||, change from the first frame to the last", [law::EXACT], 1e-9;
     SEMI_MAJOR_AXIS: "semi_major_axis", "AU", "semi-major axis", "/orbit: half the sum of min |r| and max |r|, of a run of a revolution or more", [], 0.0;
