@@ -95,7 +95,7 @@ fn bad_hand_ins_are_named_and_stop_no_other() {
         bench.write(&format!("class/{name}.toml"), text);
     }
     bench.write("class/anna müller (2).toml", &good);
-    bench.write("class/UPPER.TOML", &good);
+    bench.write("class/zoe.TOML", &good);
     bench.write("class/anna.toml.txt", &good);
     fs::create_dir(bench.path("class/folder.toml")).unwrap();
     let graded = class(&bench, &[]);
@@ -115,7 +115,7 @@ fn bad_hand_ins_are_named_and_stop_no_other() {
     assert!(line("folder").contains("not graded"), "{}", line("folder"));
     assert!(line("anna müller (2)").contains("accepted"), "{}", graded.out);
     assert!(
-        graded.out.contains("UPPER.TOML") && graded.out.contains("not graded: not a *.toml file")
+        graded.out.contains("zoe.TOML") && graded.out.contains("not graded: not a *.toml file")
     );
     assert!(!graded.out.contains('\u{1b}') && !graded.out.contains("<script>"), "{}", graded.out);
     // One line per hand-in, a title and a total.

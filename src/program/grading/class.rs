@@ -32,7 +32,7 @@ pub(crate) struct Graded {
     is_skipped: bool,
     /// The first hand-in with the same manifest and answer.
     identical_to: Option<String>,
-    /// The first hand-in of the exercise with the same hash, if the answers differ.
+    /// The first hand-in of the exercise with the same manifest, whatever its answer.
     same_runs_as: Option<String>,
 }
 
@@ -112,7 +112,7 @@ pub(crate) fn grade(
             (keys.clone(), done)
         })
         .collect();
-    let (mut seen, mut hashes) = (HashMap::new(), HashMap::new());
+    let (mut seen, mut seen_runs) = (HashMap::new(), HashMap::new());
     let graded = paths.iter().zip(&answers).map(|(path, answer)| {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let file = one_line(&shortened(&name, LONGEST_NAME)).into_owned();
@@ -131,7 +131,7 @@ pub(crate) fn grade(
             }
             Ok(answer) => answer,
         };
-        let Answer { name, value, unit, standard_error, hash, .. } = answer;
+        let Answer { name, value, unit, standard_error, .. } = answer;
         graded.exercise.clone_from(name);
         if is_skipped(answer) {
             graded.result = Err(format!("a hand-in of the lesson {}", answer.lesson()));
@@ -148,7 +148,7 @@ pub(crate) fn grade(
         };
         let content = format!("{name} {keys} {value:?} {unit} {standard_error:?}");
         graded.identical_to = first_of(&mut seen, content, &graded.file);
-        graded.same_runs_as = first_of(&mut hashes, (name, hash), &graded.file);
+        graded.same_runs_as = first_of(&mut seen_runs, (name, keys), &graded.file);
         graded
     });
     graded.collect()
