@@ -217,3 +217,19 @@ fn wrong_answers_do_not_show_the_solution() {
         assert_eq!(graded.out.trim().lines().count(), if expected == "accepted" { 1 } else { 2 });
     }
 }
+
+/// Points of a sweep share random numbers: the error of an exponent may be that of the replicates' exponents, or that of independent points.
+#[test]
+fn errors_of_an_exponent_are_paired_or_not() {
+    let solutions = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../book/solutions");
+    let solution = solutions.join("temperature_and_speed/power_of_temperature.toml");
+    let solution = fs::read_to_string(solution).unwrap();
+    let bench = Bench::new();
+    for (error, code) in [("0.0", 0), ("0.0012", 0), ("0.004", 4)] {
+        let stated = format!("standard_error = {error}");
+        bench.write("a.toml", &solution.replace("standard_error = 0.0012", &stated));
+        let solutions = solutions.to_string_lossy();
+        let graded = bench.call(&["grade", "a.toml", "--solutions", &solutions]);
+        assert_eq!(graded.code, Some(code), "{error}: {}{}", graded.out, graded.err);
+    }
+}
