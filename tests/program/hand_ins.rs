@@ -61,6 +61,7 @@ fn bad_hand_ins_are_named_and_stop_no_other() {
     let hash = good.split("hash = \"").nth(1).unwrap()[..32].to_owned();
     let changes: &[(&str, String, &str)] = &[
         ("copy", good.clone(), "identical to a.toml"),
+        ("other_value", good.replace("162.97", "162.98"), "(same runs as a.toml)"),
         ("edited", good.replace("seed = 5", "seed = 6"), "the hash is not that of these runs"),
         ("hash", good.replace(&hash, &"0".repeat(32)), "the hash is not that of these runs"),
         ("empty", String::new(), "not graded"),
@@ -93,6 +94,9 @@ fn bad_hand_ins_are_named_and_stop_no_other() {
         assert!(*name == "copy" || *text != good, "{name} changes nothing");
         bench.write(&format!("class/{name}.toml"), text);
     }
+    bench.write("class/anna müller (2).toml", &good);
+    bench.write("class/zoe.TOML", &good);
+    bench.write("class/anna.toml.txt", &good);
     fs::create_dir(bench.path("class/folder.toml")).unwrap();
     let graded = class(&bench, &[]);
     assert_eq!(graded.code, Some(4), "{}", graded.err);
@@ -109,17 +113,59 @@ fn bad_hand_ins_are_named_and_stop_no_other() {
         assert!(line(name).contains(expected), "{name}: {}", line(name));
     }
     assert!(line("folder").contains("not graded"), "{}", line("folder"));
+    assert!(line("anna müller (2)").contains("accepted"), "{}", graded.out);
+    assert!(
+        graded.out.contains("zoe.TOML") && graded.out.contains("not graded: not a *.toml file")
+    );
     assert!(!graded.out.contains('\u{1b}') && !graded.out.contains("<script>"), "{}", graded.out);
     // One line per hand-in, a title and a total.
-    assert_eq!(graded.out.trim().lines().count(), changes.len() + 2 + 2, "{}", graded.out);
+    assert_eq!(graded.out.trim().lines().count(), changes.len() + 5 + 2, "{}", graded.out);
 }
 
 #[test]
 fn hand_in_of_another_lesson_is_named() {
     let bench = bench();
+    let unknown = class(&bench, &["--lesson", "gas_pressure"]);
+    assert_eq!(unknown.code, Some(2), "{}", unknown.out);
+    assert!(unknown.err.contains("has no lesson gas_pressure"), "{}", unknown.err);
+    fs::create_dir(bench.path("solutions/gas_pressure")).unwrap();
     let graded = class(&bench, &["--lesson", "gas_pressure"]);
-    assert_eq!(graded.code, Some(4));
-    assert!(graded.out.contains("a hand-in of the lesson temperature_and_speed"), "{}", graded.out);
+    assert_eq!(graded.code, Some(0), "{}", graded.out);
+    let skipped = "skipped: a hand-in of the lesson temperature_and_speed";
+    assert!(graded.out.contains(skipped), "{}", graded.out);
+}
+
+#[test]
+fn folders_without_hand_ins_are_bad_input() {
+    let bench = bench();
+    fs::create_dir(bench.path("none")).unwrap();
+    for (folder, expected) in
+        [("none", "has no hand-ins (*.toml)"), ("missing", "cannot read the folder missing")]
+    {
+        let graded = bench.call(&["grade", "--class", folder]);
+        assert_eq!(graded.code, Some(2), "{}", graded.out);
+        assert!(graded.err.contains(expected), "{}", graded.err);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn symbolic_links_are_not_graded() {
+    let bench = bench();
+    std::os::unix::fs::symlink(bench.path("class/a.toml"), bench.path("class/b.toml")).unwrap();
+    let graded = class(&bench, &[]);
+    assert_eq!(graded.code, Some(4), "{}", graded.err);
+    assert!(graded.out.contains("not graded: a symbolic link"), "{}", graded.out);
+}
+
+#[test]
+fn hand_in_replaces_only_a_hand_in_of_the_same_exercise() {
+    let bench = bench();
+    let refused = bench.call(&["grade", "answer.toml", "--hand-in", "answer.toml"]);
+    assert_eq!(refused.code, Some(2), "{}", refused.out);
+    assert!(refused.err.contains("name a new file"), "{}", refused.err);
+    assert_eq!(fs::read_to_string(bench.path("answer.toml")).unwrap(), ANSWER);
+    assert_eq!(bench.call(&["grade", "answer.toml", "--hand-in", "class/a.toml"]).code, Some(0));
 }
 
 /// A student's copy has no key: the answer cannot be graded, but it can be handed in.
@@ -139,7 +185,7 @@ fn missing_key_is_named() {
     assert!(Path::new(&bench.path("b.toml")).is_file());
 }
 
-/// A manifest that is no answer, and wrong answers of which neither the value nor the unit of the solution is printed.
+/// A manifest that is no answer, and wrong answers: the value of the solution is not printed, and accepted units only for another unit.
 #[test]
 fn wrong_answers_do_not_show_the_solution() {
     let bench = bench();
@@ -152,11 +198,38 @@ fn wrong_answers_do_not_show_the_solution() {
         ("value = -110.18", "kelvin and degrees Celsius"),
         ("value = 0.16297", "a power of ten"),
         ("value = 211.0", "not that of these runs"),
+        ("value = 162.97\nstandard_error = 1.0", "larger than that of these runs"),
     ] {
-        bench.write("answer.toml", &ANSWER.replace("value = 162.97", wrong));
+        let stated = match wrong.contains("error") {
+            true => ANSWER.replace("standard_error = 0.0\n", ""),
+            false => ANSWER.to_owned(),
+        };
+        bench.write("answer.toml", &stated.replace("value = 162.97", wrong));
         let graded = bench.call(&["grade", "answer.toml"]);
         assert_eq!(graded.code, Some(4), "{}", graded.err);
         assert!(graded.out.contains(expected), "{}", graded.out);
         assert!(!graded.out.contains("162.9") && !graded.out.contains("`K`"), "{}", graded.out);
+    }
+    for (unit, expected) in [("K ", "accepted"), ("d", "`d` is not among the units")] {
+        bench.write("answer.toml", &ANSWER.replace("\"K\"", &format!("\"{unit}\"")));
+        let graded = bench.call(&["grade", "answer.toml"]);
+        assert!(graded.out.contains(expected), "{}", graded.out);
+        assert_eq!(graded.out.trim().lines().count(), if expected == "accepted" { 1 } else { 2 });
+    }
+}
+
+/// Points of a sweep share random numbers: the error of an exponent may be that of the replicates' exponents, or that of independent points.
+#[test]
+fn errors_of_an_exponent_are_paired_or_not() {
+    let solutions = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../book/solutions");
+    let solution = solutions.join("temperature_and_speed/power_of_temperature.toml");
+    let solution = fs::read_to_string(solution).unwrap();
+    let bench = Bench::new();
+    for (error, code) in [("0.0", 0), ("0.0012", 0), ("0.004", 4)] {
+        let stated = format!("standard_error = {error}");
+        bench.write("a.toml", &solution.replace("standard_error = 0.0012", &stated));
+        let solutions = solutions.to_string_lossy();
+        let graded = bench.call(&["grade", "a.toml", "--solutions", &solutions]);
+        assert_eq!(graded.code, Some(code), "{error}: {}{}", graded.out, graded.err);
     }
 }

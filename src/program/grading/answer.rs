@@ -6,7 +6,7 @@ use kinetoscope_analysis::metric_names;
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::shown_path;
 use kinetoscope_files::regular_file::read_text;
-use kinetoscope_manifest::{Exercise, Experiment, Lookup, parse_with};
+use kinetoscope_manifest::{Exercise, Experiment, Lookup, Override, parse_with};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
@@ -60,7 +60,9 @@ impl Answer {
         })?;
         let origin = path.to_string_lossy();
         let lookup = Lookup { metrics: Some(metric_names), ..Lookup::default() };
-        let mut experiment = parse_with(&text, &origin, &[], lookup)
+        // Whatever the file is called.
+        let name = Override { key: "name".to_owned(), value: "\"exercise\"".to_owned() };
+        let mut experiment = parse_with(&text, &origin, &[name], lookup)
             .map_err(|errors| Failure::rendered(Exit::BadInput, errors.render(has_colors())))?;
         let Some(exercise) = experiment.exercise.take() else {
             return Err(bad(format!("{} has no table [exercise]", shown_path(path)))
@@ -74,7 +76,7 @@ impl Answer {
         let Exercise { name, value, unit, standard_error, hash } = exercise;
         Ok(Self {
             value: value.ok_or_else(|| missing("value"))?.get(),
-            unit: unit.ok_or_else(|| missing("unit"))?.trim().to_owned(),
+            unit: unit.ok_or_else(|| missing("unit"))?.replace(char::is_whitespace, ""),
             standard_error: standard_error.ok_or_else(|| missing("standard_error"))?.get(),
             path: path.to_owned(),
             text,

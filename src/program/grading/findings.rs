@@ -9,6 +9,10 @@ use std::f64::consts::{PI, SQRT_2};
 
 /// A stated error below this fraction of that of the rerun is too small: the rerun's own error scatters, and so does the student's.
 const SMALLEST_ERROR: f64 = 0.5;
+/// A stated error above this multiple of that of the rerun is too large: the runs are the student's own.
+const LARGEST_ERROR: f64 = 2.0;
+/// An error below this fraction of its value is round-off.
+const ROUND_OFF: f64 = 1e-9;
 /// Deviation of a wrong value from the right one times a factor, as a fraction, up to which the factor is named.
 const NEAR_FACTOR: f64 = 0.01;
 
@@ -32,6 +36,8 @@ impl Finding {
 struct Combined {
     value: f64,
     error: Option<f64>,
+    /// The error if points of a sweep with the same replicate belong together: they share random numbers.
+    paired_error: Option<f64>,
 }
 
 /// Compares an answer with the rerun of its manifest. Empty: it is accepted.
@@ -46,24 +52,27 @@ pub(crate) fn findings(answer: &Answer, key: &Key, rerun: &Rerun) -> Vec<Finding
         return found;
     }
     let others = key.other_keys(&answer.experiment);
-    let unit = key.units.iter().find(|(unit, _)| *unit == answer.unit);
+    let spaceless = |unit: &str| unit.replace(char::is_whitespace, "");
+    let unit = key.units.iter().find(|(unit, _)| spaceless(unit) == answer.unit);
     if unit.is_none() {
-        let text = format!("`{}` is not a unit of this quantity", one_line(&answer.unit));
+        let accepted: Vec<&str> = key.units.iter().map(|(unit, _)| unit.as_str()).collect();
+        let (stated, accepted) = (one_line(&answer.unit), accepted.join(", "));
+        let text = format!("`{stated}` is not among the units that are accepted here: {accepted}");
         found.push(Finding::new("unit", text));
     }
-    let scale = unit.map_or(1.0, |(_, factor)| *factor);
-    let (value, error) = (answer.value * scale, answer.standard_error * scale);
     let Some(right) = combined(rerun, &key.metric, key.combination) else {
         let text = "these runs give no value that answers the question";
         found.extend(other_run(&others, false));
         found.push(Finding::new("run", text));
         return found;
     };
-    let is_right = is_near(value, error, right, key.tolerance);
+    let stated = unit.map(|(_, factor)| (answer.value * factor, answer.standard_error * factor));
+    let is_right = stated.is_some_and(|(value, error)| is_near(value, error, right, key.tolerance));
     found.extend(other_run(&others, is_right));
-    found.extend(wrong_error(answer, error, right, key));
-    if !is_right {
-        found.push(wrong_value(value, right, key, rerun));
+    found.extend(too_few_replicates(answer, key));
+    if let Some((value, error)) = stated {
+        found.extend(wrong_error(error, right, key));
+        found.extend((!is_right).then(|| wrong_value(value, right, key, rerun)));
     }
     if let Some(rejected) = key.check_rejects {
         found.extend(wrong_check(&answer.experiment.checks, key, rerun, right, rejected));
@@ -90,41 +99,43 @@ fn combined(rerun: &Rerun, metric: &str, combination: Combination) -> Option<Com
             None => points.push((run, vec![value])),
         }
     }
-    let means: Vec<Combined> = points.iter().map(|(_, values)| mean(values)).collect();
-    let (first, last) = (means.first()?, means.last()?);
-    let ratio = last.value / first.value;
-    let relative = |one: &Combined| Some(one.error? / one.value);
-    let relative_error = relative(first).zip(relative(last)).map(|(a, b)| libm::hypot(a, b));
-    match combination {
-        Combination::Mean => {
-            let all: Vec<MetricValue> = points.into_iter().flat_map(|(_, values)| values).collect();
-            Some(mean(&all))
-        }
-        Combination::Ratio => {
-            let error = relative_error.map(|error| (error * ratio).abs());
-            Some(Combined { value: ratio, error })
-        }
-        Combination::Exponent => {
-            let swept = |(point, _): &(&RerunPoint, Vec<MetricValue>)| {
-                point.coordinates.first()?.value.parse::<f64>().ok()
-            };
-            let decades = libm::log(swept(points.last()?)? / swept(points.first()?)?);
-            let error = relative_error.map(|error| (error / decades).abs());
-            Some(Combined { value: libm::log(ratio) / decades, error })
-        }
+    if combination == Combination::Mean {
+        let all: Vec<MetricValue> = points.into_iter().flat_map(|(_, values)| values).collect();
+        return Some(mean(&all));
     }
+    let ((first_point, first), (last_point, last)) = (points.first()?, points.last()?);
+    let swept = |point: &RerunPoint| point.coordinates.first()?.value.parse::<f64>().ok();
+    let logarithm = match combination {
+        Combination::Exponent => Some(libm::log(swept(last_point)? / swept(first_point)?)),
+        Combination::Mean | Combination::Ratio => None,
+    };
+    let of_ratio = |ratio: f64| logarithm.map_or(ratio, |it| libm::log(ratio) / it);
+    let pairs = first.iter().zip(last);
+    let each: Vec<f64> = pairs.map(|(first, last)| of_ratio(last.value / first.value)).collect();
+    let (first, last) = (mean(first), mean(last));
+    let ratio = last.value / first.value;
+    let relative = |one: Combined| Some(one.error? / one.value);
+    let relative_error = relative(first).zip(relative(last)).map(|(a, b)| libm::hypot(a, b));
+    let error = relative_error.map(|error| logarithm.map_or(error * ratio, |it| error / it).abs());
+    Some(Combined { value: of_ratio(ratio), error, paired_error: scatter(&each).or(error) })
 }
 
 /// The mean over replicates, with the error of their scatter; of one run, its own error.
 fn mean(values: &[MetricValue]) -> Combined {
-    let count = values.len() as f64;
-    let value = values.iter().map(|one| one.value).sum::<f64>() / count;
-    let squares: f64 = values.iter().map(|one| (one.value - value) * (one.value - value)).sum();
-    let error = match values {
-        [one] => one.error,
-        _ => Some((squares / (count - 1.0) / count).sqrt()),
-    };
-    Combined { value, error }
+    let all: Vec<f64> = values.iter().map(|one| one.value).collect();
+    let error = scatter(&all).or_else(|| values.first()?.error);
+    Combined { value: mean_of(&all), error, paired_error: error }
+}
+
+fn mean_of(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// The error of the mean from the scatter of its values; `None` for one value.
+fn scatter(values: &[f64]) -> Option<f64> {
+    let (count, mean) = (values.len() as f64, mean_of(values));
+    let squares: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();
+    (values.len() > 1).then(|| (squares / (count - 1.0) / count).sqrt())
 }
 
 fn is_near(value: f64, error: f64, right: Combined, tolerance: Tolerance) -> bool {
@@ -135,21 +146,32 @@ fn is_near(value: f64, error: f64, right: Combined, tolerance: Tolerance) -> boo
     (value - right.value).abs() <= allowed
 }
 
-fn wrong_error(answer: &Answer, error: f64, right: Combined, key: &Key) -> Vec<Finding> {
-    let mut found = Vec::new();
+fn too_few_replicates(answer: &Answer, key: &Key) -> Option<Finding> {
     let replicates = answer.experiment.replicates as usize;
-    if replicates < key.min_replicates {
+    (replicates < key.min_replicates).then(|| {
         let text = format!("{replicates} of at least {} replicates", key.min_replicates);
-        found.push(Finding::new("replicates", text));
-    } else if right.error.is_some_and(|own| error < SMALLEST_ERROR * own) {
-        let text = "the stated standard error is smaller than that of these runs: more replicates, or a larger error";
-        found.push(Finding::new("error", text));
-    }
-    if key.max_relative_error.is_some_and(|most| error > most * right.value.abs()) {
-        let text = "the stated standard error is too large to answer the question: more replicates or a longer run";
-        found.push(Finding::new("error", text));
-    }
-    found
+        Finding::new("replicates", text)
+    })
+}
+
+fn wrong_error(error: f64, right: Combined, key: &Key) -> Option<Finding> {
+    let (one, other) = (right.error.unwrap_or(0.0), right.paired_error.unwrap_or(0.0));
+    let (smaller, larger) = if one < other { (one, other) } else { (other, one) };
+    let value = right.value.abs();
+    let most = match key.tolerance {
+        Tolerance::Relative(fraction) if larger <= ROUND_OFF * value => fraction * value,
+        _ => LARGEST_ERROR * larger,
+    };
+    let text = if smaller > ROUND_OFF * value && error < SMALLEST_ERROR * smaller {
+        "the stated standard error is smaller than that of these runs: more replicates, or a larger error"
+    } else if error > most {
+        "the stated standard error is larger than that of these runs"
+    } else if key.max_relative_error.is_some_and(|most| error > most * value) {
+        "the stated standard error is too large to answer the question: more replicates or a longer run"
+    } else {
+        return None;
+    };
+    Some(Finding::new("error", text))
 }
 
 /// Factors that a formula or a unit often misses.

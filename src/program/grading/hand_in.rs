@@ -12,6 +12,15 @@ use toml::{Table, Value};
 /// Keys of a manifest that affect neither the runs nor the answer.
 const LEFT_OUT: [&str; 6] = ["question", "answer", "description", "plots", "view", "baseline"];
 
+/// Refuses to replace a file that is not an earlier hand-in of the same exercise.
+pub(crate) fn check(answer: &Answer, path: &Path) -> Result<(), Failure> {
+    if !path.is_file() || Answer::read_hand_in(path).is_ok_and(|old| old.name == answer.name) {
+        return Ok(());
+    }
+    let what = format!("{} already exists and is not a hand-in of this exercise", shown_path(path));
+    Err(bad(what).help("delete it, or name a new file with --hand-in"))
+}
+
 /// Writes the hand-in of an answer.
 pub(crate) fn write(answer: &Answer, rerun: &Rerun, path: &Path) -> Result<(), Failure> {
     let mut table: Table = answer.text.parse().unwrap_or_default();

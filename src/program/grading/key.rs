@@ -2,7 +2,7 @@
 
 use crate::grading::answer::Answer;
 use crate::messages::{Failure, bad};
-use kinetoscope_console::text::shown_path;
+use kinetoscope_console::text::{one_line, shown_path};
 use kinetoscope_files::regular_file::read_text;
 use kinetoscope_manifest::parse;
 use std::path::{Path, PathBuf};
@@ -69,6 +69,23 @@ pub(crate) struct Key {
 fn solutions_of(answer: &Path) -> Option<PathBuf> {
     let path = answer.canonicalize().ok()?;
     path.ancestors().skip(1).take(4).map(|folder| folder.join("solutions")).find(|it| it.is_dir())
+}
+
+/// Rejects a lesson without keys.
+pub(crate) fn check_lesson(
+    lesson: &str,
+    solutions: Option<&Path>,
+    hand_ins: &[PathBuf],
+) -> Result<(), Failure> {
+    let above = || hand_ins.iter().find_map(|path| solutions_of(path));
+    let is_name = !lesson.is_empty() && lesson.chars().all(|c| c.is_alphanumeric() || c == '_');
+    match solutions.map(Path::to_owned).or_else(above) {
+        Some(folder) if !is_name || !folder.join(lesson).is_dir() => {
+            let what = format!("{} has no lesson {}", shown_path(&folder), one_line(lesson));
+            Err(bad(what).help("name a lesson with --lesson, such as gas_pressure"))
+        }
+        _ => Ok(()),
+    }
 }
 
 impl Key {

@@ -8,14 +8,13 @@ mod key;
 mod rerun;
 
 use crate::comparison::rerun::{listen, stop_if_interrupted};
-use crate::manifests::expand;
 use crate::messages::Failure;
 use crate::messages::result_arguments::ResultArguments;
 use answer::Answer;
 use clap::Args;
 use class::json_of;
 use findings::{Finding, findings};
-use key::Key;
+use key::{Key, check_lesson};
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::shown_path;
@@ -64,16 +63,19 @@ impl GradeArguments {
 
     fn grade_class(&self, folder: &Path) -> Result<Exit, Failure> {
         let interrupt = &listen()?;
-        let paths = expand(&[folder.to_owned()])?;
+        let paths = class::hand_ins(folder)?;
         let (lesson, solutions) = (self.lesson.as_deref(), self.solutions.as_deref());
+        if let Some(lesson) = lesson {
+            check_lesson(lesson, solutions, &paths)?;
+        }
         let graded = class::grade(&paths, lesson, solutions, interrupt);
         stop_if_interrupted(interrupt)?;
         if self.result.json {
             self.result.print_json(&class::document(&graded));
         }
         self.result.say_commands(&class::table(&graded));
-        let is_accepted = graded.iter().all(class::Graded::is_accepted);
-        Ok(if is_accepted { Exit::Done } else { Exit::Differs })
+        let has_failed = graded.iter().any(class::Graded::is_failure);
+        Ok(if has_failed { Exit::Differs } else { Exit::Done })
     }
 
     fn grade_answers(&self) -> Result<Exit, Failure> {
@@ -105,6 +107,9 @@ impl GradeArguments {
         reruns: &mut HashMap<String, Rc<Rerun>>,
     ) -> Result<(Exit, Json), Failure> {
         let answer = Answer::read(path)?;
+        if let Some(file) = &self.hand_in {
+            hand_in::check(&answer, file)?;
+        }
         let keys = run_keys(&answer.experiment);
         let rerun = match reruns.get(&keys) {
             Some(rerun) => Rc::clone(rerun),
