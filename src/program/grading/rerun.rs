@@ -135,7 +135,7 @@ fn check_limits(experiment: &Experiment, interrupt: &Interrupt) -> Result<(), Fa
             return Err(too_large(what));
         }
         let start = Prepared::new(manifest, &manifest.canonical(), "", interrupt)
-            .map_err(|error| Failure::of(Exit::RunFailed, error.message()))?;
+            .map_err(|error| Failure::of(Exit::BadInput, error.message()))?;
         let bytes = Estimate::of(&start, manifest).bytes;
         if bytes > MOST_RECORDED_BYTES {
             let (found, most) = (size(bytes), size(MOST_RECORDED_BYTES));
