@@ -77,11 +77,11 @@ pub fn run_all(
             let Some((run, folder)) = runs.get(index) else { break };
             let needed = run.estimate().map_or(0, |estimate| estimate.memory_bytes);
             let held = Mutex::new(Some((place, memory.take(needed))));
-            let bar = progress.start_run(&run.stem);
+            let bar = progress.start_run(&run.stem());
             let on_frame = |done, of| bar.frame(done, of);
             let on_written = || drop(held.lock().unwrap_or_else(PoisonError::into_inner).take());
             let context = RunContext { on_frame: &on_frame, on_written: &on_written, ..context };
-            let run_it = || execute(run.spec(folder), run.take_start(), context);
+            let run_it = || execute(&run.spec(folder), run.take_start(), context);
             // If the pool cannot be built, the run uses the global one.
             let report = pool.as_ref().map_or_else(|_| run_it(), |pool| pool.install(run_it));
             bar.finish(&report);
@@ -132,8 +132,8 @@ fn is_stopped(report: &Report) -> bool {
 
 /// Writes the timing file of a finished run.
 fn keep_timing(run: &PlannedRun, folder: &Path, report: &RunReport, jobs: NonZeroUsize) {
-    if let Err(error) = sidecars::write_host(folder, &run.stem, report, jobs.get()) {
-        let warning = format!("warning: no timing file for {}: {error}", run.stem);
+    if let Err(error) = sidecars::write_host(folder, &run.stem(), report, jobs.get()) {
+        let warning = format!("warning: no timing file for {}: {error}", run.stem());
         kinetoscope_console::complain(&warning, false);
     }
 }

@@ -18,6 +18,7 @@ use crate::syntax::parse_toml;
 use crate::tree::Table;
 use crate::value::{ReplicateCount, quoted, refuse_type};
 use crate::view::{self, ViewRequest, ViewedManifest, ViewedRun};
+use std::sync::Arc;
 
 /// An experiment: the contents of a valid manifest.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,7 +61,7 @@ pub struct Experiment {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Run {
     /// The run's point in the sweep: one coordinate for each swept key, or `variant`.
-    pub coordinates: Vec<Coordinate>,
+    pub coordinates: Arc<[Coordinate]>,
     /// Number of the replicate, from 0.
     pub replicate: u32,
     /// All inputs of the run.
@@ -192,7 +193,7 @@ impl Run {
     #[must_use]
     pub fn file_stem(&self, name: &str, key: &RunKey, replicates: u32) -> String {
         let mut stem = name.to_owned();
-        for coordinate in &self.coordinates {
+        for coordinate in self.coordinates.iter() {
             let last = coordinate.key.rsplit('.').next().unwrap_or_default();
             stem.push_str(&format!("__{}={}", safe(last), safe(&coordinate.value)));
         }
@@ -354,14 +355,16 @@ fn expand(
             );
         }
         if let Some((model, record)) = read_physics(&root, recordings, errors) {
+            let (coordinates, model, record) =
+                (Arc::from(coordinates), Arc::new(model), Arc::new(record));
             runs.extend(replicates.clone().map(|replicate| Run {
-                coordinates: coordinates.clone(),
+                coordinates: Arc::clone(&coordinates),
                 replicate,
                 manifest: RunManifest {
                     seed: head.seed,
                     replicate,
-                    model: model.clone(),
-                    record: record.clone(),
+                    model: Arc::clone(&model),
+                    record: Arc::clone(&record),
                 },
             }));
         }

@@ -87,7 +87,7 @@ impl ExperimentRecord {
         let runs = experiment.runs.iter().zip(files).map(|(run, (file, run_key))| RunRecord {
             file,
             run_key,
-            coordinates: run.coordinates.clone(),
+            coordinates: run.coordinates.to_vec(),
             replicate: run.replicate,
         });
         Self {

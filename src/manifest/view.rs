@@ -165,7 +165,7 @@ fn records_forces(manifest: &RunManifest) -> bool {
 
 /// Reports keys that change nothing in any picture of these runs.
 fn check_effect(keys: &ViewKeys, runs: &[ViewedRun<'_>], reader: &mut Reader<'_>) {
-    let models = || runs.iter().map(|(_, manifest)| &manifest.model);
+    let models = || runs.iter().map(|(_, manifest)| &*manifest.model);
     let ends: Option<Vec<f64>> = models().map(ModelConfig::duration).collect();
     let end = ends.and_then(|ends| ends.into_iter().max_by(f64::total_cmp));
     if let (Some(poster), Some(end)) = (keys.poster.map(NonNegative::get), end)

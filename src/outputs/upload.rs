@@ -236,7 +236,7 @@ impl Uploader {
 
     /// Uploads host and timing of a run. A failure loses only this file.
     fn put_host_file(&self, run: &PlannedRun, folder: &Path, stop: Stop<'_>) {
-        let name = format!("{}.host.json", run.stem);
+        let name = format!("{}.host.json", run.stem());
         let file = folder.join(&name);
         let put = self.store.replace(Upload { file: &file, name: &name, stop });
         if put.is_ok() && !self.keep_local {

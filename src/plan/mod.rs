@@ -1,11 +1,13 @@
 //! The plan: all runs of an experiment with their run keys, which of them are finished, and the resources of the others.
 
+mod points;
 pub mod preparation;
 pub mod prune;
 pub mod restart_files;
 pub mod totals;
 pub mod why;
 
+use crate::plan::points::Points;
 use crate::plan::preparation::{Preparation, RunPreparation, StartProgress};
 use crate::run::RunSpec;
 use crate::run::prepared::Prepared;
@@ -23,7 +25,7 @@ use kinetoscope_recording::requested_panels::PanelRequest;
 use rayon::prelude::*;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 /// Memory for the starts that a plan of several runs keeps for their execution, by the runs' memory estimates. A run whose start
@@ -31,23 +33,24 @@ use std::time::Instant;
 /// that it requests.
 const KEPT_STARTS_BYTES: u64 = 32 << 20;
 
+/// Runs from which on an outline builds only the start of each point's first replicate, whose estimate the others share.
+const MOST_STARTED: usize = 1000;
+
 /// One run of the plan.
 #[derive(Debug)]
 pub struct PlannedRun {
     /// The run as expanded from the manifest.
     pub run: Run,
-    /// The canonical text of its manifest.
-    pub canonical: String,
     /// The hash of all inputs.
     pub run_key: RunKey,
-    /// The recording's file name without its extension.
-    pub stem: String,
     /// Whether the run is finished.
     pub status: Status,
+    /// The experiment's name and number of replicates, which are in the names of files.
+    experiment: Arc<(String, u32)>,
     /// Seconds that the start took to build, or would take if only a sample was built.
     preparation_s: f64,
     /// The start that planning built, if it is kept for the execution.
-    start: Mutex<Option<Prepared>>,
+    start: Mutex<Option<Box<Prepared>>>,
 }
 
 /// Status of a run.
@@ -56,7 +59,7 @@ pub enum Status {
     /// Its recording exists, with this outcome.
     Done(Outcome),
     /// It is to be executed, with these resources.
-    ToDo(Estimate),
+    ToDo(Arc<Estimate>),
     /// It cannot be executed.
     Rejected(SetupError),
 }
@@ -94,8 +97,7 @@ impl Starts {
     fn estimated(
         self,
         manifest: &RunManifest,
-        canonical: &str,
-        run_key: &RunKey,
+        (canonical, run_key): (&str, &RunKey),
         preparation: &RunPreparation<'_>,
     ) -> Result<(Estimate, Option<Prepared>, f64), SetupError> {
         let (started, proceed) = (Instant::now(), |fraction| preparation.proceed(fraction));
@@ -184,7 +186,8 @@ impl Plan {
     ) -> Self {
         let room = if experiment.runs.len() == 1 { u64::MAX } else { KEPT_STARTS_BYTES };
         let starts = Starts::All { room };
-        Self::of(experiment, (output, force), starts, preparation.into(), |_| true)
+        let runs: Vec<usize> = (0..experiment.runs.len()).collect();
+        Self::of(experiment, (output, force), starts, preparation.into(), &runs)
     }
 
     /// The plan without the starts of large runs, which are estimated from samples: for a plan that is not executed.
@@ -195,7 +198,8 @@ impl Plan {
         force: bool,
         preparation: impl Into<Preparation<'a>>,
     ) -> Self {
-        Self::of(experiment, (output, force), Starts::Sampled, preparation.into(), |_| true)
+        let runs: Vec<usize> = (0..experiment.runs.len()).collect();
+        Self::of(experiment, (output, force), Starts::Sampled, preparation.into(), &runs)
     }
 
     /// Plans only the runs with these run keys.
@@ -211,9 +215,14 @@ impl Plan {
     ) -> Result<Self, String> {
         let wanted: HashSet<&str> = keys.iter().map(String::as_str).collect();
         let room = if keys.len() == 1 { u64::MAX } else { KEPT_STARTS_BYTES };
-        let starts = Starts::All { room };
-        let is_wanted = |key: &RunKey| wanted.contains(key.as_str());
-        let plan = Self::of(experiment, (output, force), starts, preparation.into(), is_wanted);
+        let (starts, points) = (Starts::All { room }, Points::of(&experiment.runs));
+        let is_wanted = |run: &usize| {
+            let (_, key) = points.identity(*run, &experiment.runs[*run].manifest);
+            wanted.contains(key.as_str())
+        };
+        let runs: Vec<usize> =
+            (0..experiment.runs.len()).into_par_iter().filter(is_wanted).collect();
+        let plan = Self::of(experiment, (output, force), starts, preparation.into(), &runs);
         let planned: HashSet<&str> = plan.runs.iter().map(|run| run.run_key.as_str()).collect();
         match keys.iter().find(|key| !planned.contains(key.as_str())) {
             Some(unknown) => Err(unknown.clone()),
@@ -227,7 +236,7 @@ impl Plan {
         (output, force): (&Path, bool),
         starts: Starts,
         preparation: Preparation<'_>,
-        wanted: impl Fn(&RunKey) -> bool + Sync,
+        runs: &[usize],
     ) -> Self {
         let folder = output.join(&experiment.name);
         let free_bytes = starts.room();
@@ -235,35 +244,46 @@ impl Plan {
         let names = experiment.view.names.clone();
         let time_scales = HashSet::new();
         let kept = Mutex::new(Kept { free_bytes, requests, names, layout: None, time_scales });
-        let progress = StartProgress::new(preparation, experiment.runs.len());
-        let planned = |(index, run): (usize, &Run)| {
-            let preparation = progress.of_run();
-            let manifest = &run.manifest;
-            let canonical = manifest.canonical();
-            let physics_version = kind_of(&manifest.model).physics_version;
-            let run_key = run_key(&canonical, physics_version, SCHEMA_VERSION);
-            if !wanted(&run_key) {
-                preparation.proceed(1.0);
-                return None;
-            }
-            let stem = run.file_stem(&experiment.name, &run_key, experiment.replicates);
-            let recorded = (!force).then(|| finished(&folder, &stem, &run_key)).flatten();
-            let (status, start, preparation_s) = match recorded {
-                Some(outcome) => (Status::Done(outcome), None, 0.0),
-                None => match starts.estimated(manifest, &canonical, &run_key, &preparation) {
-                    Ok((estimate, start, seconds)) => {
-                        let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
-                        let start = start.and_then(|start| kept.take(index, start, &estimate));
-                        (Status::ToDo(estimate), start, seconds)
-                    }
+        let progress = StartProgress::new(preparation, runs.len());
+        let points = Points::of(&experiment.runs);
+        let named = Arc::new((experiment.name.clone(), experiment.replicates));
+        let has_recordings = !force && has_recordings(&folder);
+        let is_shared = matches!(starts, Starts::Sampled) && runs.len() > MOST_STARTED;
+        let estimated = |index: usize, preparation: &RunPreparation<'_>| {
+            let manifest = &experiment.runs[index].manifest;
+            let (canonical, key) = points.identity(index, manifest);
+            let identity = (canonical.as_str(), &key);
+            let (estimate, start, seconds) = starts.estimated(manifest, identity, preparation)?;
+            let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+            let start = start.and_then(|start| kept.take(index, start, &estimate));
+            Ok::<_, SetupError>((Arc::new(estimate), start, seconds))
+        };
+        let planned = |index: &usize| {
+            let (preparation, run) = (progress.of_run(), &experiment.runs[*index]);
+            let (_, run_key) = points.identity(*index, &run.manifest);
+            let stem = || run.file_stem(&experiment.name, &run_key, experiment.replicates);
+            let recorded = has_recordings.then(|| finished(&folder, &stem(), &run_key)).flatten();
+            let of_point = || {
+                points.estimate(*index, |first| {
+                    let found = estimated(first, &preparation).ok();
+                    found.map(|(estimate, _, seconds)| (estimate, seconds))
+                })
+            };
+            let shared = (is_shared && recorded.is_none()).then(of_point).flatten();
+            let (status, start, preparation_s) = match (recorded, shared) {
+                (Some(outcome), _) => (Status::Done(outcome), None, 0.0),
+                (None, Some((estimate, seconds))) => (Status::ToDo(estimate), None, seconds),
+                (None, None) => match estimated(*index, &preparation) {
+                    Ok((estimate, start, seconds)) => (Status::ToDo(estimate), start, seconds),
                     Err(error) => (Status::Rejected(error), None, 0.0),
                 },
             };
             preparation.proceed(1.0);
-            let (run, start) = (run.clone(), Mutex::new(start));
-            Some(PlannedRun { run, canonical, run_key, stem, status, preparation_s, start })
+            let (run, start) = (run.clone(), Mutex::new(start.map(Box::new)));
+            let experiment = Arc::clone(&named);
+            PlannedRun { run, run_key, status, experiment, preparation_s, start }
         };
-        let runs = experiment.runs.par_iter().enumerate().filter_map(planned).collect();
+        let runs = runs.par_iter().map(planned).collect();
         let kept = kept.into_inner().unwrap_or_else(PoisonError::into_inner);
         Self { folder, runs, layout: kept.into_layout() }
     }
@@ -325,17 +345,17 @@ impl PlannedRun {
     pub fn spec<'a>(&'a self, folder: &'a Path) -> RunSpec<'a> {
         RunSpec {
             manifest: &self.run.manifest,
-            canonical: &self.canonical,
+            canonical: self.run.manifest.canonical(),
             run_key: self.run_key.as_str(),
             folder,
-            stem: &self.stem,
+            stem: self.stem(),
         }
     }
 
     /// Takes the run's start, if the plan has kept it.
     #[must_use]
     pub fn take_start(&self) -> Option<Prepared> {
-        self.start.lock().unwrap_or_else(PoisonError::into_inner).take()
+        self.start.lock().unwrap_or_else(PoisonError::into_inner).take().map(|start| *start)
     }
 
     /// Whether the plan has kept the run's start.
@@ -365,10 +385,17 @@ impl PlannedRun {
         })
     }
 
+    /// The recording's file name without its extension.
+    #[must_use]
+    pub fn stem(&self) -> String {
+        let (name, replicates) = &*self.experiment;
+        self.run.file_stem(name, &self.run_key, *replicates)
+    }
+
     /// The outcome of its finished recording in `folder`, whose whole key is checked.
     #[must_use]
     pub fn recorded(&self, folder: &Path) -> Option<Outcome> {
-        finished(folder, &self.stem, &self.run_key)
+        finished(folder, &self.stem(), &self.run_key)
     }
 
     /// The outcome of a recording if it is finished and has this run's whole key.
@@ -380,7 +407,7 @@ impl PlannedRun {
     /// The recording's file name.
     #[must_use]
     pub fn file_name(&self) -> String {
-        format!("{}.mcap", self.stem)
+        format!("{}.mcap", self.stem())
     }
 
     /// The file in which `kinetoscope fill` restores the run, if it keeps only keyframes.
@@ -391,8 +418,14 @@ impl PlannedRun {
         let physics_version = kind_of(&manifest.model).physics_version;
         let canonical = manifest.with_all_frames().canonical();
         let key = run_key(&canonical, physics_version, SCHEMA_VERSION);
-        Some(format!("{}.mcap", key.in_place_of(self.run_key.as_str(), &self.stem)?))
+        Some(format!("{}.mcap", key.in_place_of(self.run_key.as_str(), &self.stem())?))
     }
+}
+
+/// Whether a folder has any recording: otherwise, none is searched for a million runs.
+fn has_recordings(folder: &Path) -> bool {
+    let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    files.into_iter().any(|file| file.path().extension().is_some_and(|end| end == "mcap"))
 }
 
 /// The outcome of a finished recording with the whole key: the file name contains only the start of the key.

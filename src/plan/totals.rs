@@ -38,7 +38,7 @@ impl Plan {
     #[must_use]
     pub fn bytes_at_once(&self, jobs: usize) -> u64 {
         let needed = |run: &PlannedRun| {
-            let left = fs::metadata(file::partial_path(&self.folder, &run.stem));
+            let left = fs::metadata(file::partial_path(&self.folder, &run.stem()));
             let there = left.map_or(0, |file| file.len());
             run.estimate().map(|estimate| estimate.bytes.saturating_sub(there))
         };
@@ -199,7 +199,7 @@ mod tests {
         let plan = Plan::new(&experiment, output.path(), false, &Interrupt::default());
         let whole = plan.bytes_at_once(1);
         fs::create_dir_all(&plan.folder).unwrap();
-        let partial = file::partial_path(&plan.folder, &plan.runs[0].stem);
+        let partial = file::partial_path(&plan.folder, &plan.runs[0].stem());
         fs::write(partial, [0; 1000]).unwrap();
         assert_eq!(plan.bytes_at_once(1), whole - 1000);
     }

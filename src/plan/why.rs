@@ -103,18 +103,18 @@ impl Earlier {
     }
 
     fn reason_to_execute(&self, run: &PlannedRun, folder: &Path) -> Reason {
-        if let Some(reason) = unusable(&final_path(folder, &run.stem)) {
+        if let Some(reason) = unusable(&final_path(folder, &run.stem())) {
             return Reason::of("its recording cannot be used", reason);
         }
-        if partial_path(folder, &run.stem).exists() {
-            return Reason::of("unfinished", format!("{}.partial.mcap is unfinished", run.stem));
+        if partial_path(folder, &run.stem()).exists() {
+            return Reason::of("unfinished", format!("{}.partial.mcap is unfinished", run.stem()));
         }
         // The sweep or the number of replicates has changed.
         if let Some(file) = self.by_key.get(run.run_key.as_str()) {
             let text = format!("recorded as {file}, which has another name");
             return Reason::of("recorded with another name", text);
         }
-        let candidates = self.by_stem.get(without_key(&run.stem)).into_iter().flatten();
+        let candidates = self.by_stem.get(without_key(&run.stem())).into_iter().flatten();
         let nearest = candidates
             .map(|earlier| (changes(&earlier.contents, run), &earlier.file))
             .min_by_key(|(changes, _)| changes.len());
@@ -156,7 +156,7 @@ fn changes(earlier: &Contents, run: &PlannedRun) -> Vec<String> {
         Contents::Readable { manifest, physics_version: before } => {
             let now = kind_of(&run.run.manifest.model).physics_version;
             let version = (*before != now).then(|| format!("physics version: {before} → {now}"));
-            let keys = differing_keys(manifest, &run.canonical);
+            let keys = differing_keys(manifest, &run.run.manifest.canonical());
             version.into_iter().chain(keys.iter().map(ToString::to_string)).collect()
         }
     }

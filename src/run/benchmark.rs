@@ -69,13 +69,13 @@ pub fn time_table(
             measure(&run.manifest, interrupt)?;
         }
         let (seconds, count) = measure(&run.manifest, interrupt)?;
-        match points.iter_mut().find(|point| point.coordinates == run.coordinates) {
+        match points.iter_mut().find(|point| *point.coordinates == *run.coordinates) {
             Some(point) => {
                 point.seconds.push(seconds);
                 point.steps_or_events += count;
             }
             None => points.push(Point {
-                coordinates: run.coordinates.clone(),
+                coordinates: run.coordinates.to_vec(),
                 seconds: vec![seconds],
                 steps_or_events: count,
                 published_s: published_s(&run.manifest.model),

@@ -17,18 +17,18 @@ use std::time::{Duration, Instant};
 use thiserror::Error;
 
 /// The run to execute and the location of its recording.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct RunSpec<'a> {
     /// Model, seed, replicate and what to record.
     pub manifest: &'a RunManifest,
     /// The canonical text of `manifest`, embedded in the recording.
-    pub canonical: &'a str,
+    pub canonical: String,
     /// The run key.
     pub run_key: &'a str,
     /// The folder of the recording.
     pub folder: &'a Path,
     /// The recording's file name without its extension.
-    pub stem: &'a str,
+    pub stem: String,
 }
 
 /// Receives each frame and its time, for a viewer.

@@ -75,7 +75,7 @@ pub struct RunContext<'a> {
 /// A start that cannot be run, or a recording that could not be written. A physical failure and an interruption are reported
 /// as outcomes.
 pub fn execute(
-    spec: RunSpec<'_>,
+    spec: &RunSpec<'_>,
     start: Option<Prepared>,
     context: RunContext<'_>,
 ) -> Result<RunReport, RunError> {
@@ -128,7 +128,7 @@ pub fn execute(
 
 /// Resumes a killed or interrupted run, or starts from scratch if there is no usable checkpoint.
 fn begin(
-    spec: RunSpec<'_>,
+    spec: &RunSpec<'_>,
     start: Option<Prepared>,
     identity: &str,
     context: RunContext<'_>,
@@ -163,7 +163,7 @@ fn begin(
 
 /// Restores the run from its last checkpoint; `None` if there is none.
 fn resume(
-    spec: RunSpec<'_>,
+    spec: &RunSpec<'_>,
     identity: &str,
 ) -> Result<Option<(Recorder<RecordingFile>, u64, Prepared)>, RecordError> {
     let RunSpec { manifest, canonical, run_key, folder, stem } = spec;

@@ -10,6 +10,7 @@ use kinetoscope_manifest::quantity::Positive;
 use kinetoscope_manifest::record::RecordInterval;
 use kinetoscope_physics::model::{Extent, Model, Target};
 use std::num::NonZeroU64;
+use std::sync::Arc;
 
 /// What `--every` can be.
 const AN_INTERVAL: &str = "write the time between two frames, such as 0.001";
@@ -116,7 +117,7 @@ impl FineFrames {
     /// The manifest of a run with these frames.
     pub(crate) fn manifest(&self, source: &Source) -> RunManifest {
         let mut manifest = source.manifest.with_all_frames();
-        manifest.record.interval = self.interval;
+        Arc::make_mut(&mut manifest.record).interval = self.interval;
         manifest
     }
 

@@ -16,6 +16,7 @@ use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::file::is_being_written;
 use kinetoscope_recording::reader::{Recording, StoredFrames};
 use std::path::Path;
+use std::sync::Arc;
 
 /// A recording whose run this program can execute again.
 pub(crate) struct Source {
@@ -37,7 +38,8 @@ impl Source {
         let mut manifest = parse_run(recording.manifest())
             .map_err(|diagnostics| VerifyError::Manifest(diagnostics.render(false)))?;
         let starts = StartFiles::relative_to(folder_of(recording.path()));
-        manifest.model.read_start(&|name: &str| starts.read(name)).map_err(VerifyError::Start)?;
+        let model = Arc::make_mut(&mut manifest.model);
+        model.read_start(&|name: &str| starts.read(name)).map_err(VerifyError::Start)?;
         Ok(Self { recording: recording.clone(), manifest })
     }
 

@@ -28,10 +28,10 @@ fn interrupt_all(plan: &Plan) {
     for run in &plan.runs {
         let spec = RunSpec {
             manifest: &run.run.manifest,
-            canonical: &run.canonical,
+            canonical: run.run.manifest.canonical(),
             run_key: run.run_key.as_str(),
             folder: &plan.folder,
-            stem: &run.stem,
+            stem: run.stem(),
         };
         let interrupt = Interrupt::default();
         let stop = |done, _| {
@@ -106,12 +106,12 @@ fn forge_and_resume(count: usize, seed: u64) -> usize {
         let plan = Plan::new(&experiment, &output, false, &Interrupt::default());
         interrupt_all(&plan);
         for run in &plan.runs[1..] {
-            forge(&checkpoint::path(&plan.folder, &run.stem), &mut numbers);
+            forge(&checkpoint::path(&plan.folder, &run.stem()), &mut numbers);
         }
         let (code, messages) = resume_all(&manifest, &output);
         assert!(matches!(code, Some(0 | 1)), "{name}: {code:?}: {messages}");
         assert!(!messages.contains("internal error"), "{name}: {messages}");
-        let intact = &plan.runs[0].stem;
+        let intact = &plan.runs[0].stem();
         assert!(messages.contains(&format!("{intact}: done from frame")), "{name}: {messages}");
         rejected += messages.matches("restarted from scratch").count();
         let found = recordings(&plan.folder);

@@ -64,7 +64,7 @@ fn live(played: &[Played<'_>]) -> Markup {
         return live_figure(caption, label, Some(&data));
     }
     // The speeds of several masses have no common distribution.
-    let has_law = match &first.manifest.model {
+    let has_law = match &*first.manifest.model {
         ModelConfig::Gas(gas) => gas.additional_masses_kg.is_empty(),
         ModelConfig::Packing(_) => true,
         _ => false,

@@ -88,7 +88,7 @@ pub fn run_all<'a>(
 ) -> io::Result<End<'a>> {
     let runs = plan.to_do_by_cost();
     for run in &runs {
-        sidecars::remove_failure(&plan.folder, &run.stem)?;
+        sidecars::remove_failure(&plan.folder, &run.stem())?;
     }
     let results = runs.into_iter().map(|run| (run, None)).collect();
     let mut watch = Watch {
@@ -158,8 +158,8 @@ impl Watch<'_> {
                 && let Some(outcome) = run.recorded(self.folder)
             {
                 *end = Some(Ok(outcome));
-            } else if names.contains(&sidecars::failure_name(&run.stem))
-                && let Some(failure) = sidecars::read_failure(self.folder, &run.stem)
+            } else if names.contains(&sidecars::failure_name(&run.stem()))
+                && let Some(failure) = sidecars::read_failure(self.folder, &run.stem())
                 && !failure.is_retryable
             {
                 *end = Some(Err(failure));
@@ -188,12 +188,12 @@ impl Watch<'_> {
     fn report_silence(&mut self, running: usize, progress: &dyn ExecutionObserver) {
         let mut seen = DefaultHasher::new();
         for (run, _) in self.results.iter().filter(|(_, end)| end.is_none()) {
-            let partial = partial_path(self.folder, &run.stem);
-            for file in [checkpoint::path(self.folder, &run.stem), partial] {
+            let partial = partial_path(self.folder, &run.stem());
+            for file in [checkpoint::path(self.folder, &run.stem()), partial] {
                 let file = fs::metadata(file).ok();
                 file.map(|file| (file.len(), file.modified().ok())).hash(&mut seen);
             }
-            run.stem.hash(&mut seen);
+            run.stem().hash(&mut seen);
         }
         if let Some(message) = self.silence.message(running, seen.finish(), Instant::now()) {
             progress.remark(&message);
@@ -229,7 +229,7 @@ impl Watch<'_> {
                 time_limit_min: self.options.time_limit_min.or(longest),
             };
             for run in array.iter().flatten() {
-                sidecars::remove_failure(self.folder, &run.stem)?;
+                sidecars::remove_failure(self.folder, &run.stem())?;
             }
             let SubmissionOptions { engine, command, .. } = self.options;
             engine.submit(self.folder, array, command, resources)?;
@@ -242,7 +242,7 @@ impl Watch<'_> {
         let recorded = self.results.iter().filter(|(_, end)| end.is_some()).count();
         let bytes = missing
             .iter()
-            .filter_map(|run| fs::metadata(partial_path(self.folder, &run.stem)).ok())
+            .filter_map(|run| fs::metadata(partial_path(self.folder, &run.stem())).ok())
             .map(|file| file.len())
             .sum();
         let now = Some((recorded, bytes));
@@ -254,7 +254,7 @@ impl Watch<'_> {
     fn give_up(&mut self, live: &HashSet<String>) {
         for (run, end) in self.results.iter_mut().filter(|(_, end)| end.is_none()) {
             if !live.contains(run.run_key.as_str()) {
-                let failure = sidecars::read_failure(self.folder, &run.stem);
+                let failure = sidecars::read_failure(self.folder, &run.stem());
                 *end = Some(Err(failure.unwrap_or_else(|| Failure {
                     is_retryable: true,
                     message: Message::new(

@@ -22,6 +22,7 @@ use std::collections::HashMap;
 use std::fs;
 use std::hash::{BuildHasher as _, RandomState};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
 /// Write recordings of runs of which only the metrics were kept, and compare their messages with the hash in the table.
@@ -90,7 +91,7 @@ pub(crate) fn verify_sample(
         .par_iter()
         .map(|run| {
             let manifest = manifest_of(run)?;
-            let rerun = Run { coordinates: Vec::new(), replicate: manifest.replicate, manifest };
+            let rerun = Run { coordinates: Arc::from([]), replicate: manifest.replicate, manifest };
             let (recording, messages) = run_with_hash(&rerun, interrupt)
                 .map_err(|error| Failure::of(Exit::RunFailed, error.message().about(&run.file)))?;
             stop_if_interrupted(interrupt)?;
@@ -152,7 +153,8 @@ fn restored(run: &StoredRun, folder: &Path, interrupt: &Interrupt) -> Result<(),
     };
     let path = folder.join(&run.file);
     if !path.exists() {
-        let (canonical, run_key) = (run.manifest.as_str(), run.run_key.as_str());
+        let (canonical, run_key, stem) =
+            (run.manifest.clone(), run.run_key.as_str(), stem.to_owned());
         let spec = RunSpec { manifest: &manifest, canonical, run_key, folder, stem };
         let context = RunContext {
             interrupt,
@@ -162,7 +164,7 @@ fn restored(run: &StoredRun, folder: &Path, interrupt: &Interrupt) -> Result<(),
             live: None,
             gnuplot: None,
         };
-        execute(spec, None, context).map_err(|error| {
+        execute(&spec, None, context).map_err(|error| {
             Failure::of(exit::of_run_error(&error), error.message().about(&run.file))
         })?;
         stop_if_interrupted(interrupt)?;

@@ -111,7 +111,7 @@ fn execute(experiment: &Experiment, stop: &Interrupt) -> Result<Rerun, Failure> 
             error: one.estimate.standard_error,
             theory: one.theory.map(|theory| theory.value),
         });
-        runs.push(RerunPoint { coordinates: run.coordinates.clone(), metrics: metrics.collect() });
+        runs.push(RerunPoint { coordinates: run.coordinates.to_vec(), metrics: metrics.collect() });
     }
     Ok(Rerun { hash: RunHashes::new(&[], &hashes).messages, runs, fault })
 }

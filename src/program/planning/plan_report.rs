@@ -87,7 +87,7 @@ impl<'a> PlanReport<'a> {
 
     /// Whether discs that cool in a periodic box must reach a number of collisions. At last, all may move in parallel.
     fn may_end_in_parallel_motion(&self) -> bool {
-        self.experiment.runs.iter().any(|run| match &run.manifest.model {
+        self.experiment.runs.iter().any(|run| match &*run.manifest.model {
             ModelConfig::Packing(config) => {
                 config.restitution.get() < 1.0
                     && config.boundary == Boundary::Periodic

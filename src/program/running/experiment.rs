@@ -424,13 +424,13 @@ fn prepare_folder(experiment: Option<&Experiment>, plan: &Plan) -> io::Result<()
     fs::create_dir_all(&plan.folder)?;
     for (run, _) in plan.finished() {
         // A finished run needs no other file, whatever is in the place of its leftovers.
-        if let Err(error) = remove_leftovers(&plan.folder, &run.stem) {
+        if let Err(error) = remove_leftovers(&plan.folder, &run.stem()) {
             complain(&format!("warning: a leftover of a finished run stays: {error}"));
         }
     }
     let Some(experiment) = experiment else {
         let mut runs = plan.to_do().into_iter();
-        return runs.try_for_each(|run| sidecars::remove_failure(&plan.folder, &run.stem));
+        return runs.try_for_each(|run| sidecars::remove_failure(&plan.folder, &run.stem()));
     };
     let files = plan.runs.iter().map(|run| (run.file_name(), run.run_key.clone()));
     sidecars::write_experiment(experiment, &plan.folder, files)?;

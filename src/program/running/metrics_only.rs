@@ -215,7 +215,7 @@ impl Execution<'_> {
             let copy = || placed.iter().find(|row| row.run_key == *key).cloned();
             let found = rows.remove(key).or_else(copy);
             let (Some(mut row), Some(key)) = (found, RunKey::from_hex(key)) else { continue };
-            row.coordinates.clone_from(&run.coordinates);
+            row.coordinates = run.coordinates.to_vec();
             (row.replicate, row.seed) = (run.replicate, run.manifest.seed);
             row.file = format!("{}.mcap", run.file_stem(name, &key, *replicates));
             files.push((row.file.clone(), key));

@@ -88,10 +88,10 @@ fn unexpected(
 fn leave_failure(plan: &Plan, run: &PlannedRun, class: Exit, message: &Message) {
     let is_retryable = class == Exit::Retryable;
     let failure = sidecars::Failure { is_retryable, message: message.clone() };
-    if let Err(error) = sidecars::write_failure(&plan.folder, &run.stem, &failure) {
+    if let Err(error) = sidecars::write_failure(&plan.folder, &run.stem(), &failure) {
         complain(&format!(
             "warning: the failure of {} could not be written down: {error}",
-            run.stem
+            run.stem()
         ));
     }
 }

@@ -124,7 +124,7 @@ fn bytes_per_frame(frame: &Frame, particles: u64, kind: &ModelKind) -> u64 {
 pub fn nominal_seconds(manifest: &RunManifest, steps_or_events: u64, frames: u64) -> f64 {
     let particles = manifest.model.particles() as f64;
     // Steps of all particles, or single events, per second.
-    let (each, rate) = match &manifest.model {
+    let (each, rate) = match &*manifest.model {
         ModelConfig::Gas(config) if config.propagation.time_step_s().is_some() => (particles, 1e8),
         ModelConfig::Gas(_) | ModelConfig::Packing(_) => (1.0, 2e6),
         _ => (particles, 4e7),

@@ -2,6 +2,7 @@
 
 use kinetoscope_manifest::RunManifest;
 use std::num::NonZeroU32;
+use std::sync::Arc;
 
 /// Particles of a sample: its start is built in some hundredths of a second.
 const PARTICLES: NonZeroU32 = NonZeroU32::new(50_000).expect("not zero");
@@ -15,5 +16,5 @@ pub fn sample_of(manifest: &RunManifest) -> Option<RunManifest> {
         return None;
     }
     let model = manifest.model.with_particles(PARTICLES)?;
-    Some(RunManifest { model, ..manifest.clone() })
+    Some(RunManifest { model: Arc::new(model), ..manifest.clone() })
 }

@@ -12,6 +12,7 @@ use kinetoscope_manifest::quantity::{
 use kinetoscope_manifest::record::{Compression, Keep, RecordConfig, RecordInterval};
 use kinetoscope_manifest::{RunManifest, parse, parse_run, run_key};
 use std::num::{NonZeroU32, NonZeroU64};
+use std::sync::Arc;
 
 /// A change of this text changes every run key, so all recordings would be rerun.
 const GOLDEN_DEM: &str = r#"seed = 14
@@ -77,7 +78,7 @@ fn canonical_form_is_pinned() {
     let dem = RunManifest {
         seed: 14,
         replicate: 2,
-        model: ModelConfig::Dem(DemConfig {
+        model: Arc::new(ModelConfig::Dem(DemConfig {
             discs: NonZeroU32::new(1).unwrap(),
             mass_kg: Positive::literal(1e-7),
             radius_m: DiscRadius::Uniform {
@@ -95,8 +96,8 @@ fn canonical_form_is_pinned() {
             placement: Placement::Given(given(1, |_| [[0.01, 0.02], [-0.0, -1.5]])),
             duration_s: Positive::literal(0.1 + 0.2),
             ..DemConfig::default()
-        }),
-        record: RecordConfig {
+        })),
+        record: Arc::new(RecordConfig {
             interval: RecordInterval::EverySteps(NonZeroU64::new(100).unwrap()),
             channels: Some(vec!["state".to_owned(), "energy".to_owned()]),
             playback_fps: PlaybackRate::literal(12.5),
@@ -105,7 +106,7 @@ fn canonical_form_is_pinned() {
             keep: Keep::All,
             keyframe_distance: None,
             draw_every: NonZeroU64::new(3),
-        },
+        }),
     };
     assert_eq!(dem.canonical(), GOLDEN_DEM);
     assert_eq!(parse_run(GOLDEN_DEM).unwrap(), dem);
@@ -176,7 +177,7 @@ fn run_key_depends_only_on_content_and_versions() {
 }
 
 fn run(model: ModelConfig) -> RunManifest {
-    RunManifest { seed: 0, replicate: 0, model, record: RecordConfig::default() }
+    RunManifest { seed: 0, replicate: 0, model: Arc::new(model), record: Arc::default() }
 }
 
 fn given(count: usize, mut state: impl FnMut(usize) -> [[f64; 2]; 2]) -> GivenState {
@@ -280,8 +281,8 @@ impl Numbers {
         RunManifest {
             seed: self.next() << 11 ^ self.next(),
             replicate: self.next() as u32,
-            model,
-            record: RecordConfig {
+            model: Arc::new(model),
+            record: Arc::new(RecordConfig {
                 keep: if distance.is_some() { Keep::Keyframes } else { Keep::All },
                 keyframe_distance: distance,
                 draw_every: distance,
@@ -297,7 +298,7 @@ impl Numbers {
                     Compression::Lz4,
                     Compression::None,
                 ][self.below(4) as usize],
-            },
+            }),
         }
     }
 

@@ -52,7 +52,7 @@ fn discs_of_a_periodic_box_do_not_drift_by_default() {
         (&format!("boundary = \"periodic\"\n{given}"), false),
     ] {
         let run = parse(&format!("[model.packing]\n{keys}\n"), "packing.toml", &[]).unwrap().runs;
-        let ModelConfig::Packing(config) = &run[0].manifest.model else { panic!("{keys}") };
+        let ModelConfig::Packing(config) = &*run[0].manifest.model else { panic!("{keys}") };
         assert_eq!(config.remove_mean_velocity, removed, "{keys}");
         let recorded = run[0].manifest.canonical();
         assert!(recorded.contains(&format!("remove_mean_velocity = {removed}\n")), "{recorded}");

@@ -251,8 +251,8 @@ fn starters_contain_every_key_with_its_default() {
             parse(text, "starter.toml", &[]).unwrap_or_else(|errors| panic!("{errors}"));
         assert_eq!(experiment.runs.len(), 1);
         let manifest = &experiment.runs[0].manifest;
-        assert_eq!(Some(&manifest.model), ModelConfig::with_defaults(name).as_ref());
-        assert_eq!(manifest.record, RecordConfig::default());
+        assert_eq!(Some(&*manifest.model), ModelConfig::with_defaults(name).as_ref());
+        assert_eq!(*manifest.record, RecordConfig::default());
         let is_shown = |key: &str| {
             text.lines().any(|line| line.trim_start_matches("# ").starts_with(&format!("{key} = ")))
         };

@@ -135,7 +135,7 @@ fn variants_form_one_axis() {
         ["10 explicit Euler r0", "10 RK4 r0", "20 explicit Euler r0", "20 RK4 r0"]
     );
     assert_eq!(experiment.runs[3].coordinates[1].key, "variant");
-    let step = |run: usize| match &experiment.runs[run].manifest.model {
+    let step = |run: usize| match &*experiment.runs[run].manifest.model {
         ModelConfig::Orbit(orbit) => (orbit.integrator, orbit.time_step_days.get()),
         other => panic!("{other:?}"),
     };

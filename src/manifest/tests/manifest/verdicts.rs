@@ -45,5 +45,5 @@ pub(crate) fn rejected(text: &str, message: &str) {
 
 /// Expects no error, and returns the model of the first run.
 pub(crate) fn accepted(text: &str) -> ModelConfig {
-    experiment(text).runs[0].manifest.model.clone()
+    (*experiment(text).runs[0].manifest.model).clone()
 }
