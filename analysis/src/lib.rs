@@ -35,7 +35,8 @@ pub use metric::{Definition, Law, Measurement, Theory, Violation};
 pub use metric_files::run_row::RunRow;
 #[cfg(feature = "parquet")]
 pub use metric_files::runs_store::{
-    StoreError, StoredRun, row_of_recording, stored_rows, stored_runs, write_runs_table,
+    StoreError, StoredOutcome, StoredRun, each_stored_key, each_stored_outcome, each_stored_row,
+    row_of_recording, stored_rows, stored_runs, stored_runs_of_keys, write_runs_table,
 };
 pub use models::{
     figure_names, fitted_along, metric_names, metrics_of_figure, needs_replicates, unit_of,

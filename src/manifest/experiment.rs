@@ -11,11 +11,11 @@ use crate::keys::{HasKeys as _, Names, Reader};
 use crate::model::{ModelConfig, Recordings, accept_misplaced, no_model};
 use crate::overrides::{self, Override, set};
 use crate::plots::{self, PlotRequest, PlottedManifest};
-use crate::record::RecordConfig;
+use crate::record::{Keep, RecordConfig};
 use crate::sentence::{leading_comment, question};
 use crate::sweep::{self, Axis, Coordinate, Points, Setting};
 use crate::syntax::parse_toml;
-use crate::tree::Table;
+use crate::tree::{Table, Value};
 use crate::value::{ReplicateCount, quoted, refuse_type};
 use crate::view::{self, ViewRequest, ViewedManifest, ViewedRun};
 use std::sync::Arc;
@@ -68,8 +68,12 @@ pub struct Run {
     pub manifest: RunManifest,
 }
 
-/// Maximum number of runs in one experiment: a plan of so many takes about a second and 300 MB.
+/// Maximum number of runs with recordings in one experiment: more files in one folder slow down a file system.
 const MOST_RUNS: usize = 100_000;
+/// Maximum number of runs of which only the metrics are kept: their plan takes some 500 MB.
+const MOST_ROWS: usize = 2_000_000;
+/// Maximum number of points of a sweep: each has its own values in the memory.
+const MOST_POINTS: usize = 100_000;
 /// Number of errors after which no further point of a sweep is read.
 const ENOUGH_ERRORS: usize = 200;
 /// Maximum length of a file stem before its run key; file systems allow 255 bytes.
@@ -184,6 +188,12 @@ impl Experiment {
     #[must_use]
     pub fn model(&self) -> &'static str {
         self.runs.first().map_or("", |run| run.manifest.model.name())
+    }
+
+    /// Whether no recording of the runs is kept.
+    #[must_use]
+    pub fn keeps_only_metrics(&self) -> bool {
+        self.runs.iter().any(|run| run.manifest.record.keep == Keep::Metrics)
     }
 }
 
@@ -329,16 +339,12 @@ fn expand(
     let replicates = head.replicate_numbers();
     let points =
         axes.iter().try_fold(1_usize, |product, axis| product.checked_mul(axis.settings.len()));
-    let Some(points) = points.filter(|points| points.saturating_mul(replicates.len()) <= MOST_RUNS)
-    else {
-        let factors: Vec<String> =
-            axes.iter().map(|axis| axis.settings.len().to_string()).collect();
-        let title = format!(
-            "the sweep has more than {MOST_RUNS} runs: {} points and {} replicates; split it into several experiments",
-            factors.join(" x "),
-            replicates.len()
-        );
-        errors.push(Diagnostic::new(title));
+    let has_rows = keeps_only_metrics(base);
+    let most = if has_rows { MOST_ROWS } else { MOST_RUNS };
+    let is_small =
+        |points: &usize| *points <= MOST_POINTS && points.saturating_mul(replicates.len()) <= most;
+    let Some(points) = points.filter(is_small) else {
+        errors.push(too_many_runs(axes, replicates.len(), has_rows));
         return Vec::new();
     };
     let mut runs = Vec::with_capacity(points * replicates.len());
@@ -382,6 +388,27 @@ fn expand(
         errors.push(Diagnostic::new(title));
     }
     runs
+}
+
+/// Whether `[record]` keeps only the metrics of the runs.
+fn keeps_only_metrics(base: &Table) -> bool {
+    let record = base.get("record").and_then(|entry| entry.node.table());
+    let keep = record.and_then(|record| record.get("keep"));
+    keep.is_some_and(|keep| matches!(&keep.node.value, Value::Text(keep) if keep == "metrics"))
+}
+
+fn too_many_runs(axes: &[Points], replicates: usize, has_rows: bool) -> Diagnostic {
+    let factors: Vec<String> = axes.iter().map(|axis| axis.settings.len().to_string()).collect();
+    let (limit, step) = match has_rows {
+        true => (format!("{MOST_ROWS} runs or {MOST_POINTS} points"), ""),
+        false => {
+            (format!("{MOST_RUNS} runs"), ", or keep only their metrics: `keep = \"metrics\"`")
+        }
+    };
+    Diagnostic::new(format!(
+        "the sweep has more than {limit}: {} points and {replicates} replicates; split it into several experiments{step}",
+        factors.join(" x "),
+    ))
 }
 
 /// Returns the indices on the axes that belong to a point's number: the last axis varies fastest.

@@ -38,6 +38,8 @@ table! {
         expected_outcome: ExpectedOutcome [""] = ExpectedOutcome::Complete,
         /// The manifest's file as it was named.
         manifest: String [""] = String::new(),
+        /// The number of runs, if there are so many that they are not listed.
+        unlisted_runs: Option<u64> ["1", optional],
         /// The line of each check in the manifest.
         check_lines: Vec<u32> [""] = Vec::new(),
         /// The sweep's axes.
@@ -100,6 +102,7 @@ impl ExperimentRecord {
             replicates: experiment.replicates,
             axes: experiment.axes.clone(),
             runs: runs.collect(),
+            unlisted_runs: None,
             checks: experiment.checks.clone(),
             plots: experiment.plots.clone(),
             view: Some(experiment.view.clone()).filter(|view| *view != ViewRequest::default()),
@@ -108,6 +111,13 @@ impl ExperimentRecord {
             manifest: experiment.manifest.clone(),
             check_lines: experiment.checks.iter().map(|check| check.line).collect(),
         }
+    }
+
+    /// The record of an experiment with too many runs to list them: `runs.parquet` has them.
+    #[must_use]
+    pub fn without_runs(experiment: &Experiment) -> Self {
+        let runs = experiment.runs.len() as u64;
+        Self { unlisted_runs: Some(runs), ..Self::new(experiment, []) }
     }
 
     /// The text of `experiment.toml`.

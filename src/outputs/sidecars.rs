@@ -27,7 +27,18 @@ pub fn write_experiment(
     folder: &Path,
     files: impl IntoIterator<Item = (String, RunKey)>,
 ) -> io::Result<()> {
-    let record = ExperimentRecord::new(experiment, files);
+    write_record(ExperimentRecord::new(experiment, files), folder)
+}
+
+/// Writes `experiment.toml` without the files and keys of the runs.
+///
+/// # Errors
+/// A folder that cannot be written.
+pub fn write_experiment_without_runs(experiment: &Experiment, folder: &Path) -> io::Result<()> {
+    write_record(ExperimentRecord::without_runs(experiment), folder)
+}
+
+fn write_record(record: ExperimentRecord, folder: &Path) -> io::Result<()> {
     update(&folder.join("experiment.toml"), record.to_toml().as_bytes())
 }
 

@@ -447,6 +447,21 @@ mod tests {
     use super::*;
     use crate::interrupt::Interrupt;
 
+    /// Guarantee: an outline of many runs, which builds the start of one replicate of each point, has the keys and the estimates of the plan.
+    #[test]
+    fn outline_of_many_replicates_has_the_estimates_of_the_plan() {
+        let output = tempfile::tempdir().unwrap();
+        let text = "seed = 1\nreplicates = 600\n[model.gas]\nparticles = 20\n[record]\nframes = 6\n[sweep]\n\"model.gas.particles\" = [20, 30]\n";
+        let experiment = kinetoscope_manifest::parse(text, "many.toml", &[]).unwrap();
+        let plan = Plan::new(&experiment, output.path(), false, &Interrupt::default());
+        let outline = Plan::outline(&experiment, output.path(), false, &Interrupt::default());
+        assert!(plan.runs.len() > MOST_STARTED && outline.runs.len() == plan.runs.len());
+        for (one, other) in plan.runs.iter().zip(&outline.runs) {
+            assert_eq!(one.run_key, other.run_key);
+            assert_eq!(one.estimate(), other.estimate());
+        }
+    }
+
     /// Guarantee: an outline, which builds only the sample of a large run, has the estimates of the plan, which builds its start.
     #[test]
     fn outline_has_the_estimates_of_the_plan() {

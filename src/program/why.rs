@@ -9,17 +9,17 @@ use crate::messages::{Failure, bad, name_of};
 use crate::output::OutputArguments;
 use crate::planning::plan_report::not_planned;
 use crate::planning::planner::Planner;
-use crate::planning::rows::keeps_only_metrics;
 use clap::Args;
 use kinetoscope::plan::Status;
 use kinetoscope::plan::why::{Earlier, Reason};
-use kinetoscope_analysis::stored_rows;
+use kinetoscope_analysis::each_stored_outcome;
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::{plural, shown_path};
 use kinetoscope_files::output_file;
+use kinetoscope_manifest::RunKey;
 use serde_json::{Value as Json, json};
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, HashSet};
+use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -85,24 +85,26 @@ impl WhyArguments {
         stop_if_interrupted(interrupt)?;
         let plan = &planned.plan;
         let earlier = Earlier::in_folder(&plan.folder);
-        let stored = keeps_only_metrics(&experiment).then(|| stored_rows(&plan.folder)).transpose();
-        let stored = stored.map_err(|error| Failure::of(Exit::Unreadable, error.message))?;
-        let rows: Option<HashSet<String>> =
-            stored.map(|rows| rows.into_iter().map(|row| row.run_key).collect());
+        let rows =
+            experiment.keeps_only_metrics().then(|| keys_of_rows(&plan.folder)).transpose()?;
+        let is_listed = self.list.is_some() || plan.runs.len() <= MOST_LISTED;
         let (mut lines, mut runs) = (Vec::new(), Vec::<Json>::new());
         let mut kinds: BTreeMap<String, usize> = BTreeMap::new();
         for run in &plan.runs {
             stop_if_interrupted(interrupt)?;
-            let name = name_of(run, &experiment);
             let (Reason { text: reason, kind }, status) = match (&rows, &run.status) {
                 (Some(rows), Status::Done(_) | Status::ToDo(_)) => {
-                    reason_of_row(rows.contains(run.run_key.as_str()))
+                    reason_of_row(rows.binary_search(&run.run_key).is_ok())
                 }
                 (_, Status::Done(_)) => (earlier.reason(run, &plan.folder), "finished"),
                 (_, Status::ToDo(_)) => (earlier.reason(run, &plan.folder), "to do"),
                 (_, Status::Rejected(_)) => (earlier.reason(run, &plan.folder), "rejected"),
             };
             *kinds.entry(kind).or_default() += 1;
+            if !is_listed && !self.result.json {
+                continue;
+            }
+            let name = name_of(run, &experiment);
             lines.push(format!("{name}: {reason}"));
             if self.result.json {
                 runs.push(json!({
@@ -113,7 +115,7 @@ impl WhyArguments {
                 }));
             }
         }
-        let text = self.reasons(&experiment.name, &lines, &kinds)?;
+        let text = self.reasons(&experiment.name, plan.runs.len(), &lines, &kinds)?;
         self.result.print(
             &text,
             || json!({ "experiment": experiment.name, "folder": plan.folder, "runs": runs }),
@@ -127,6 +129,7 @@ impl WhyArguments {
     fn reasons(
         &self,
         name: &str,
+        runs: usize,
         lines: &[String],
         kinds: &BTreeMap<String, usize>,
     ) -> Result<String, Failure> {
@@ -135,15 +138,24 @@ impl WhyArguments {
             output_file::write(file, format!("{text}\n").as_bytes())
                 .map_err(|error| unwritten(file, &error))?;
         }
-        if lines.len() <= MOST_LISTED {
+        if runs <= MOST_LISTED {
             return Ok(text);
         }
         let place = match &self.list {
             Some(file) => format!("The reasons for each run are in {}", shown_path(file)),
             None => "--list FILE writes the reason for each run".to_owned(),
         };
-        Ok(format!("{}\n{place}", counted(name, lines.len(), kinds)))
+        Ok(format!("{}\n{place}", counted(name, runs, kinds)))
     }
+}
+
+/// The keys of the rows in the table of a folder, in ascending order.
+fn keys_of_rows(folder: &Path) -> Result<Vec<RunKey>, Failure> {
+    let mut keys = Vec::new();
+    each_stored_outcome(folder, |row| keys.extend(RunKey::from_hex(&row.run_key)))
+        .map_err(|error| Failure::of(Exit::Unreadable, error.message))?;
+    keys.sort_unstable();
+    Ok(keys)
 }
 
 /// The reason and the status of a run of which only the metrics are kept.

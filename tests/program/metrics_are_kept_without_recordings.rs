@@ -242,6 +242,34 @@ fn analysis_of_the_table_equals_that_of_the_recordings() {
 }
 
 /// Guarantee: the table does not depend on its history. Setup: a moving wall has metrics that a wall at rest lacks.
+/// Guarantee: an experiment with too many runs to list them is not analyzed, and its table stays as it is. Its other commands work.
+/// Setup: a small sweep whose side file says so.
+#[test]
+fn table_of_unlisted_runs_is_not_replaced_by_an_analysis() {
+    let bench = Bench::new();
+    let whole = table(&bench, 2, "one", &[]);
+    let record = bench.path("one/gas/experiment.toml");
+    let listed = fs::read_to_string(&record).unwrap();
+    let (head, runs) = listed.split_once("\n[[axes]]").unwrap();
+    let axes = runs.split("\n[[runs]]").next().unwrap();
+    fs::write(&record, format!("{head}unlisted_runs = 8\n\n[[axes]]{axes}")).unwrap();
+    let analyzed = bench.call(&["analyze", "one/gas"]);
+    expect(&analyzed, 5);
+    assert!(analyzed.err.contains("has 8 runs") && analyzed.err.contains("kinetoscope table"));
+    // A restored recording changes nothing.
+    expect(
+        &bench.call(&["restore", "one/gas", "--where", "replicate=1", "--output", "one/gas"]),
+        0,
+    );
+    expect(&bench.call(&["analyze", "one/gas"]), 5);
+    assert!(fs::read(bench.path("one/gas/runs.parquet")).unwrap() == whole);
+    expect(&bench.call(&["table", "one/gas", "--group", "temperature_k"]), 0);
+    expect(&bench.call(&["verify", "one/gas", "--sample", "3"]), 0);
+    // Control: the same folder with its runs listed.
+    fs::write(&record, listed).unwrap();
+    expect(&bench.call(&["analyze", "--quiet", "one/gas"]), 0);
+}
+
 #[test]
 fn removed_runs_leave_no_columns() {
     let bench = Bench::new();

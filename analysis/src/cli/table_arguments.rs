@@ -14,6 +14,7 @@ use crate::write_file;
 use kinetoscope_console::text::{one_line, plural, shown_path};
 use kinetoscope_console::{Exit, Message, StandardOutput};
 use serde_json::{Map, Value};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Print columns of the table of an experiment's runs (runs.parquet), or means over groups of complete runs with their standard
@@ -213,5 +214,8 @@ fn parquet(
     let description = serde_json::to_string(&runs.description).unwrap_or_default();
     let (columns, rows) = (&answered.columns, &answered.rows);
     let metadata = (DESCRIPTION, description.as_str());
-    table::parquet::write(columns, metadata, rows.len(), |row, column| rows[row][column].clone())
+    let read = |range: Range<usize>| Ok(&rows[range]);
+    table::parquet::write(columns, metadata, rows.len(), read, |rows, row, column| {
+        rows[row][column].clone()
+    })
 }

@@ -281,6 +281,16 @@ impl RecordingFolder {
 
     /// Removes recordings that do not belong to the latest run of the experiment.
     fn sort_by(&mut self, record: ExperimentRecord) {
+        if let Some(runs) = record.unlisted_runs {
+            let folder = shown_path(&self.folder);
+            self.unreadable.push(UnreadableRecording::new(
+                format!("{folder} has {runs} runs, more than an analysis reads"),
+                format!("average them with `kinetoscope table {folder} --group KEY`; `kinetoscope restore` writes recordings of single runs to another folder with --output"),
+            ));
+            self.files.clear();
+            self.is_table = false;
+            return;
+        }
         if self.is_table {
             self.name.clone_from(&record.name);
             self.record = Some(record);

@@ -107,6 +107,28 @@ impl StoredRuns {
         }
     }
 
+    /// Calls `each` with the cells of these columns in every row.
+    ///
+    /// # Errors
+    /// Unknown columns, and a table that cannot be read.
+    pub(crate) fn each_row(
+        &self,
+        columns: &[String],
+        mut each: impl FnMut(&[Cell]),
+    ) -> Result<(), QueryError> {
+        let places = self.places(columns)?;
+        for group in 0..self.reader.groups() {
+            let columns: Vec<Vec<Cell>> =
+                places.iter().map(|place| self.cells(group, place.0)).collect::<Result<_, _>>()?;
+            let mut columns: Vec<_> = columns.into_iter().map(Vec::into_iter).collect();
+            for _ in 0..self.reader.rows(group) {
+                let row: Vec<Cell> = columns.iter_mut().filter_map(Iterator::next).collect();
+                each(&row);
+            }
+        }
+        Ok(())
+    }
+
     /// The chosen columns of the rows that meet the condition.
     fn listed(
         &self,

@@ -9,10 +9,13 @@ use crate::metric_files::document::DefinitionEntry;
 use crate::metric_files::run_row::RunRow;
 use crate::models::metrics_of;
 use crate::table::{Cell, CellKind, Column};
-use kinetoscope_manifest::unit_of_key;
+use kinetoscope_manifest::{Coordinate, unit_of_key};
 use parquet::errors::ParquetError;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
+use std::io;
+use std::ops::Range;
 
 /// Name of the entry with the description among the file's metadata.
 pub(crate) const DESCRIPTION: &str = "kinetoscope";
@@ -72,40 +75,60 @@ pub(crate) struct CoordinateColumn {
     pub(crate) unit: String,
 }
 
-/// The table of these runs.
-pub(crate) struct RunsTable<'a> {
-    rows: &'a [RunRow],
-    /// The canonical manifest of a row.
-    manifest: &'a dyn Fn(usize) -> String,
+/// Rows of an experiment in its order, some at a time.
+pub(crate) type ReadRows<'a> = &'a mut dyn FnMut(Range<usize>) -> io::Result<Cow<'a, [RunRow]>>;
+
+/// The columns of a table of runs.
+struct RunsTable {
     /// The columns of coordinates, with the key of each.
     axes: Vec<(String, Column)>,
     metrics: Vec<&'static Definition>,
 }
 
-impl<'a> RunsTable<'a> {
-    /// The table of runs in the order of the experiment.
-    pub(crate) fn new(rows: &'a [RunRow], manifest: &'a dyn Fn(usize) -> String) -> Self {
-        let names = AxisNames::of(rows.iter().map(|run| run.coordinates.as_slice()));
+/// What the columns of a table follow from.
+#[derive(Default)]
+struct Found {
+    /// The points of the sweep.
+    places: Vec<Vec<Coordinate>>,
+    /// The names of the metrics that have a value or an error.
+    metrics: BTreeSet<&'static str>,
+    models: BTreeSet<String>,
+}
+
+impl Found {
+    fn add(&mut self, row: &RunRow) {
+        if self.places.last() != Some(&row.coordinates) {
+            self.places.push(row.coordinates.clone());
+        }
+        self.metrics.extend(row.definitions().map(|metric| metric.name));
+        if !self.models.contains(&row.model) {
+            self.models.insert(row.model.clone());
+        }
+    }
+}
+
+impl RunsTable {
+    /// The columns of these rows.
+    fn new(found: &Found) -> Self {
+        let names = AxisNames::of(found.places.iter().map(Vec::as_slice));
         let axis = |(key, name): (&str, &str)| {
             let is_taken = name == MANIFEST || COLUMNS.iter().any(|(column, ..)| *column == name);
             let name = if is_taken { key } else { name };
-            (key.to_owned(), Column::new(name, kind_of_axis(rows, key)))
+            (key.to_owned(), Column::new(name, kind_of_axis(&found.places, key)))
         };
         // In the order of the definitions, which is that of rows that were read from a table as well.
-        let present: BTreeSet<&str> =
-            rows.iter().flat_map(RunRow::definitions).map(|metric| metric.name).collect();
-        let models: BTreeSet<&str> = rows.iter().map(|row| row.model.as_str()).collect();
         let mut metrics: Vec<&'static Definition> = Vec::new();
-        for known in models.into_iter().flat_map(metrics_of) {
-            if present.contains(known.name) && !metrics.iter().any(|it| it.name == known.name) {
+        for known in found.models.iter().flat_map(|model| metrics_of(model)) {
+            if found.metrics.contains(known.name) && !metrics.iter().any(|it| it.name == known.name)
+            {
                 metrics.push(known);
             }
         }
-        Self { rows, manifest, axes: names.iter().map(axis).collect(), metrics }
+        Self { axes: names.iter().map(axis).collect(), metrics }
     }
 
     /// The columns.
-    pub(crate) fn columns(&self) -> Vec<Column> {
+    fn columns(&self) -> Vec<Column> {
         let axes = self.axes.iter().map(|(_, column)| column.clone());
         let fixed = COLUMNS.iter().map(|(name, kind, _)| Column::new(*name, *kind));
         let metrics = self.metrics.iter().flat_map(|metric| {
@@ -116,9 +139,8 @@ impl<'a> RunsTable<'a> {
         axes.chain(fixed).chain(manifest).chain(metrics).collect()
     }
 
-    /// The cell of a row in a column, both counted from 0.
-    fn cell(&self, row: usize, column: usize) -> Cell {
-        let run = &self.rows[row];
+    /// The cell of a run in a column, counted from 0. `manifest` returns its canonical manifest.
+    fn cell(&self, run: &RunRow, column: usize, manifest: impl Fn() -> String) -> Cell {
         if let Some((key, axis)) = self.axes.get(column) {
             return coordinate(run, key, axis.kind);
         }
@@ -127,7 +149,7 @@ impl<'a> RunsTable<'a> {
             return cell(run);
         }
         if column == COLUMNS.len() {
-            return (self.manifest)(row).into();
+            return manifest().into();
         }
         let column = column - COLUMNS.len() - 1;
         let definition = self.metrics.get(column / 2);
@@ -138,7 +160,7 @@ impl<'a> RunsTable<'a> {
     ///
     /// # Errors
     /// Errors of the serializer; none is expected.
-    pub(crate) fn description(&self, experiment: &str) -> serde_json::Result<String> {
+    fn description(&self, experiment: &str) -> serde_json::Result<String> {
         let coordinate = |(key, column): &(String, Column)| {
             let unit = unit_of_key(key).to_owned();
             (column.name.clone(), CoordinateColumn { key: key.clone(), unit })
@@ -154,8 +176,8 @@ impl<'a> RunsTable<'a> {
 }
 
 /// The type of a coordinate: whole numbers if all values are, numbers if all are, else text.
-fn kind_of_axis(runs: &[RunRow], key: &str) -> CellKind {
-    let all = runs.iter().flat_map(|run| &run.coordinates).filter(|it| it.key == key);
+fn kind_of_axis(places: &[Vec<Coordinate>], key: &str) -> CellKind {
+    let all = places.iter().flatten().filter(|it| it.key == key);
     all.fold(CellKind::Integer, |kind, coordinate| match (value_of(coordinate), kind) {
         (_, CellKind::Text) | (CoordinateValue::Text(_), _) => CellKind::Text,
         (CoordinateValue::Integer(_), kind) => kind,
@@ -178,19 +200,30 @@ fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// The bytes of `runs.parquet`. `manifest` returns the canonical manifest of a row.
+/// Rows that are read at once to find the columns.
+const ROWS_AT_ONCE: usize = 1 << 12;
+
+/// The bytes of `runs.parquet`, of which only a group of rows is in the memory. `manifest` returns the canonical manifest of a row.
 ///
 /// # Errors
-/// Errors of the writer; none is expected.
+/// Rows that cannot be read; errors of the writer, of which none is expected.
 pub(crate) fn to_parquet(
     experiment: &str,
-    rows: &[RunRow],
+    rows: usize,
+    read: ReadRows<'_>,
     manifest: &dyn Fn(usize) -> String,
 ) -> Result<Vec<u8>, ParquetError> {
-    let table = RunsTable::new(rows, manifest);
+    let mut found = Found::default();
+    for first in (0..rows).step_by(ROWS_AT_ONCE) {
+        read(first..rows.min(first + ROWS_AT_ONCE))?.iter().for_each(|row| found.add(row));
+    }
+    let table = RunsTable::new(&found);
     let description = table.description(experiment);
     let description = description.map_err(|error| ParquetError::General(error.to_string()))?;
     let metadata = (DESCRIPTION, description.as_str());
-    let cell = |row, column| table.cell(row, column);
-    crate::table::parquet::write(&table.columns(), metadata, rows.len(), cell)
+    let group = |range: Range<usize>| Ok((range.start, read(range)?));
+    let cell = |(first, rows): &(usize, Cow<'_, [RunRow]>), row: usize, column: usize| {
+        table.cell(&rows[row], column, || manifest(first + row))
+    };
+    crate::table::parquet::write(&table.columns(), metadata, rows, group, cell)
 }

@@ -15,6 +15,10 @@ use crate::report::plot_section::DrawnPlot;
 use crate::report::{AnalysisReport, html, play};
 use crate::write_file::{WriteError, create_folder, replace};
 use kinetoscope_recording::plot_list::{PLOT_LIST, is_plot_name, listed_plots};
+#[cfg(feature = "parquet")]
+use std::borrow::Cow;
+#[cfg(feature = "parquet")]
+use std::ops::Range;
 use std::path::Path;
 
 /// The report of an experiment.
@@ -45,7 +49,8 @@ pub(crate) fn write(report: &AnalysisReport, folder: &Path) -> Result<usize, Wri
         if !report.keeps_table || !folder.join(RUNS_TABLE).exists() {
             let rows: Vec<RunRow> = report.runs.iter().map(RunRow::of).collect();
             let manifest = |row: usize| report.runs[row].manifest.canonical();
-            let table = runs_table::to_parquet(&report.name, &rows, &manifest);
+            let mut read = |range: Range<usize>| Ok(Cow::Borrowed(&rows[range]));
+            let table = runs_table::to_parquet(&report.name, rows.len(), &mut read, &manifest);
             let table = table.map_err(|error| failed(RUNS_TABLE, error.to_string()))?;
             replace(&folder.join(RUNS_TABLE), table)?;
         }

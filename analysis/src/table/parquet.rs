@@ -10,7 +10,8 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{ColumnPath, Type};
 use std::collections::BTreeSet;
-use std::io::Write;
+use std::io::{self, Write};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Rows per row group, which bound the memory.
@@ -85,26 +86,30 @@ fn add_group<W: Write + Send>(
     group.close().map(drop)
 }
 
-/// The bytes of a table with a checksum, written column by column. `cell` returns that of a row and a column.
+/// The bytes of a table with a checksum, written column by column. `read` returns a range of rows, and `cell` that of a row in such a range
+/// and a column.
 ///
 /// # Errors
-/// Errors of the writer; none is expected.
-pub(crate) fn write(
+/// Errors of `read`, and of the writer; none of the latter is expected.
+pub(crate) fn write<R>(
     columns: &[Column],
     (name, description): (&str, &str),
     rows: usize,
-    cell: impl Fn(usize, usize) -> Cell,
+    mut read: impl FnMut(Range<usize>) -> io::Result<R>,
+    cell: impl Fn(&R, usize, usize) -> Cell,
 ) -> Result<Vec<u8>, ParquetError> {
     let entry = KeyValue::new(name.to_owned(), description.to_owned());
+    let compared = rows.min(MOST_COMPARED);
+    let first_rows = read(0..compared)?;
     let is_mostly_different = |column: usize| {
-        let first = rows.min(MOST_COMPARED);
-        let texts: BTreeSet<String> = (0..first).map(|row| cell(row, column).text()).collect();
-        texts.len() > first / 2
+        let text = |row| cell(&first_rows, row, column).text();
+        (0..compared).map(text).collect::<BTreeSet<String>>().len() > compared / 2
     };
     let mut writer = begin(Vec::new(), columns, Some(vec![entry]), is_mostly_different)?;
     for first in (0..rows).step_by(ROWS_PER_GROUP) {
         let here = first..rows.min(first + ROWS_PER_GROUP);
-        let cells = |column| here.clone().map(|row| cell(row, column)).collect::<Vec<Cell>>();
+        let (count, group) = (here.len(), read(here)?);
+        let cells = |column| (0..count).map(|row| cell(&group, row, column)).collect::<Vec<Cell>>();
         add_group(&mut writer, (0..columns.len()).map(cells))?;
     }
     writer.into_inner().map(seal::sealed)

@@ -9,16 +9,19 @@ use kinetoscope::interrupt::Interrupt;
 use kinetoscope::run::in_memory::run_with_hash;
 use kinetoscope::run::{RunContext, RunSpec, execute};
 use kinetoscope::verify::fingerprint::fingerprint;
-use kinetoscope_analysis::{RunRow, StoredRun, row_of_recording, stored_rows, stored_runs};
+use kinetoscope_analysis::{
+    RunRow, StoreError, StoredRun, each_stored_key, each_stored_row, row_of_recording, stored_runs,
+    stored_runs_of_keys,
+};
 use kinetoscope_console::text::shown_path;
 use kinetoscope_console::{Exit, Explained as _};
-use kinetoscope_manifest::{Run, RunManifest, parse_run, run_key};
+use kinetoscope_manifest::{Run, RunKey, RunManifest, parse_run, run_key};
 use kinetoscope_physics::kind_of;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
 use kinetoscope_recording::reader::Recording;
 use rayon::prelude::*;
 use serde_json::json;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::hash::{BuildHasher as _, RandomState};
 use std::path::{Path, PathBuf};
@@ -80,13 +83,15 @@ pub(crate) fn verify_sample(
     result: &ResultArguments,
 ) -> Result<Exit, Failure> {
     let interrupt = &listen()?;
-    let mut runs = read(path, None)?;
-    let random = RandomState::new();
-    runs.sort_by_cached_key(|run| random.hash_one(&run.run_key));
-    runs.truncate(number);
-    let rows = stored_rows(folder_of(path))
-        .map_err(|error| Failure::of(Exit::Unreadable, error.message))?;
-    let rows: HashMap<&str, &RunRow> = rows.iter().map(|row| (row.run_key.as_str(), row)).collect();
+    let runs = sample(path, number)?;
+    let chosen: HashSet<&str> = runs.iter().map(|run| run.run_key.as_str()).collect();
+    let mut rows: HashMap<String, RunRow> = HashMap::new();
+    each_stored_row(folder_of(path), |row| {
+        if chosen.contains(row.run_key.as_str()) {
+            rows.insert(row.run_key.clone(), row);
+        }
+    })
+    .map_err(|error| Failure::of(Exit::Unreadable, error.message))?;
     let verified: Vec<Result<(), Failure>> = runs
         .par_iter()
         .map(|run| {
@@ -104,6 +109,18 @@ pub(crate) fn verify_sample(
     Ok(conclude(&verified, "executed again in memory", result))
 }
 
+/// Random runs of a table, of which only the keys are in the memory together.
+fn sample(path: &Path, number: usize) -> Result<Vec<StoredRun>, Failure> {
+    let unreadable = |error: StoreError| Failure::of(Exit::Unreadable, error.message);
+    let mut keys = Vec::new();
+    each_stored_key(path, |key| keys.extend(RunKey::from_hex(key))).map_err(unreadable)?;
+    let random = RandomState::new();
+    keys.sort_by_cached_key(|key| random.hash_one(key));
+    keys.truncate(number);
+    let keys = keys.iter().map(|key| key.as_str().to_owned()).collect();
+    non_empty(path, stored_runs_of_keys(path, &keys).map_err(unreadable)?)
+}
+
 /// The runs of a table that have the hash of their messages and meet a condition.
 fn read(path: &Path, condition: Option<&str>) -> Result<Vec<StoredRun>, Failure> {
     let runs = stored_runs(path, condition).map_err(|error| {
@@ -112,6 +129,10 @@ fn read(path: &Path, condition: Option<&str>) -> Result<Vec<StoredRun>, Failure>
             error.message,
         )
     })?;
+    non_empty(path, runs)
+}
+
+fn non_empty(path: &Path, runs: Vec<StoredRun>) -> Result<Vec<StoredRun>, Failure> {
     if runs.is_empty() {
         let what = format!("no run of {} meets the condition", shown_path(path));
         return Err(bad(what).help("list the runs with `kinetoscope table`"));

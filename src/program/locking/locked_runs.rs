@@ -6,7 +6,6 @@ use crate::manifests::ManifestReader;
 use crate::messages::exit::unread_recording;
 use crate::messages::{Failure, name_of};
 use crate::planning::planner::Planner;
-use crate::planning::rows::keeps_only_metrics;
 use crate::program_name::ProgramName;
 use crate::running::RunArguments;
 use clap::Args;
@@ -164,7 +163,7 @@ impl Reruns {
         experiment: &Experiment,
         folder: &Path,
     ) -> Result<HashMap<String, String>, Failure> {
-        if !keeps_only_metrics(experiment) {
+        if !experiment.keeps_only_metrics() {
             return Ok(HashMap::new());
         }
         let rows =

@@ -169,9 +169,14 @@ pub(crate) fn describe(
     let particles = counted(estimates.clone().map(|run| run.particles), "particle");
     let frames = counted(estimates.clone().map(|run| run.frames), "frame");
     if let (Some(particles), Some(frames)) = (particles, frames) {
-        text += &format!("\n  {particles}, {frames}, at most {}", size(plan.bytes_to_write()));
-        if plan.runs.len() > 1 {
-            text += &format!(" in total, {jobs} in parallel");
+        text += &format!("\n  {particles}, {frames}");
+        match (experiment.keeps_only_metrics(), plan.runs.len() > 1) {
+            (true, _) => text += &format!(", of which the metrics are kept, {jobs} in parallel"),
+            (false, true) => {
+                let bytes = size(plan.bytes_to_write());
+                text += &format!(", at most {bytes} in total, {jobs} in parallel");
+            }
+            (false, false) => text += &format!(", at most {}", size(plan.bytes_to_write())),
         }
         if estimates.any(|run| run.has_series_on_request) {
             text += "\n  plus the requested series of collisions or contacts";

@@ -166,7 +166,7 @@ impl<'a> PlanReport<'a> {
             "frames": counts(&|estimate| Some(estimate.frames)),
             "steps": counts(&|estimate| steps(estimate.extent)),
             "events": counts(&|estimate| events(estimate.extent)),
-            "bytes": plan.bytes_to_write(),
+            "bytes": (!self.experiment.keeps_only_metrics()).then(|| plan.bytes_to_write()),
             "memory_bytes": self.memory_bytes(),
             "expected_s": self.time.map(|time| time.total_s),
             "preparation_s": self.time.map(|time| time.preparation_s),

@@ -5,7 +5,6 @@ use kinetoscope::plan::totals::ExpectedTime;
 use kinetoscope::run::in_memory::run_with_hash;
 use kinetoscope_analysis::{RunRow, row_of_recording};
 use kinetoscope_console::{Explained as _, Message};
-use kinetoscope_manifest::record::Keep;
 use kinetoscope_manifest::{Experiment, Run};
 use std::time::{Duration, Instant};
 
@@ -15,11 +14,6 @@ const SAMPLING: Duration = Duration::from_millis(300);
 const LONGEST_SAMPLED_S: f64 = 0.05;
 /// Number of runs from which on a sample is executed.
 const FEWEST_SAMPLED: usize = 100;
-
-/// Whether no recording of the runs of an experiment is kept.
-pub(crate) fn keeps_only_metrics(experiment: &Experiment) -> bool {
-    experiment.runs.iter().any(|run| run.manifest.record.keep == Keep::Metrics)
-}
 
 /// The row of a run, which is executed and analyzed in memory; `None` after an interrupt.
 pub(crate) fn row_of(run: &Run, interrupt: &Interrupt) -> Result<Option<RunRow>, Message> {
@@ -40,10 +34,16 @@ pub(super) fn sampled(
     expected: ExpectedTime,
     interrupt: &Interrupt,
 ) -> ExpectedTime {
+    if !experiment.keeps_only_metrics() {
+        return expected;
+    }
+    // The start of such a run is built when it is executed.
+    let total_s = expected.total_s - expected.preparation_s;
+    let expected = ExpectedTime { total_s, preparation_s: 0.0 };
     let runs = &experiment.runs;
     let shared = runs.len() as f64 / jobs as f64;
     let is_short = expected.total_s / shared < LONGEST_SAMPLED_S;
-    if !is_short || runs.len() < FEWEST_SAMPLED || !keeps_only_metrics(experiment) {
+    if !is_short || runs.len() < FEWEST_SAMPLED {
         return expected;
     }
     let (started, mut executed) = (Instant::now(), 0.0_f64);

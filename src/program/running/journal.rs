@@ -21,11 +21,16 @@ const MOST_ROW_BYTES: u32 = 1 << 20;
 const ROWS_PER_SYNC: usize = 4096;
 pub(crate) const BETWEEN_SYNCS: Duration = Duration::from_secs(1);
 
+/// The place of a row in a journal, in bytes.
+pub(crate) type PlaceOfRow = u64;
+
 /// A journal that is written.
 #[derive(Debug)]
 pub(crate) struct Journal {
     file: File,
     path: PathBuf,
+    /// The length of the file with the rows that are not written yet.
+    end: PlaceOfRow,
     /// Bytes of rows that are not written yet.
     waiting: Vec<u8>,
     rows: usize,
@@ -33,11 +38,11 @@ pub(crate) struct Journal {
 }
 
 impl Journal {
-    /// Opens the journal in a folder, locks it, cuts off a torn end, and returns its rows.
+    /// Opens the journal in a folder, locks it, cuts off a torn end, and calls `each` with its rows and their places.
     ///
     /// # Errors
     /// A file that cannot be read or written, is no journal, or is locked by another process.
-    pub(crate) fn open(path: &Path) -> io::Result<(Self, Vec<RunRow>)> {
+    pub(crate) fn open(path: &Path, each: impl FnMut(&RunRow, PlaceOfRow)) -> io::Result<Self> {
         let (mut file, _) = open_or_create(path)?;
         match file.try_lock() {
             Err(TryLockError::WouldBlock) => {
@@ -46,21 +51,22 @@ impl Journal {
             // Some network file systems have no locks.
             Ok(()) | Err(TryLockError::Error(_)) => {}
         }
-        let (rows, end) = read(&file)?;
+        let mut end = read(&file, each)?;
         file.set_len(end)?;
         file.seek(SeekFrom::Start(end))?;
         if end == 0 {
             file.write_all(MAGIC)?;
+            end = MAGIC.len() as u64;
         }
         let (path, waiting, synced) = (path.to_owned(), Vec::new(), Instant::now());
-        Ok((Self { file, path, waiting, rows: 0, synced }, rows))
+        Ok(Self { file, path, end, waiting, rows: 0, synced })
     }
 
-    /// Appends a row, and syncs the file if it is time to.
+    /// Appends a row, syncs the file if it is time to, and returns the row's place.
     ///
     /// # Errors
     /// A disk that fails.
-    pub(crate) fn append(&mut self, row: &RunRow) -> io::Result<()> {
+    pub(crate) fn append(&mut self, row: &RunRow) -> io::Result<PlaceOfRow> {
         let bytes = row.to_bytes().map_err(io::Error::other)?;
         let length = u32::try_from(bytes.len()).map_err(io::Error::other)?;
         self.waiting.extend_from_slice(&length.to_le_bytes());
@@ -70,7 +76,20 @@ impl Journal {
         if self.rows >= ROWS_PER_SYNC || self.synced.elapsed() >= BETWEEN_SYNCS {
             self.sync()?;
         }
-        Ok(())
+        let place = self.end;
+        self.end += u64::from(length) + 4 + SUM_BYTES as u64;
+        Ok(place)
+    }
+
+    /// The row at a place, which must be synced.
+    ///
+    /// # Errors
+    /// A disk that fails.
+    pub(crate) fn row_at(&self, place: PlaceOfRow) -> io::Result<RunRow> {
+        let mut input = BufReader::new(&self.file);
+        input.seek(SeekFrom::Start(place))?;
+        let row = read_row(&mut input)?;
+        row.map(|(row, _)| row).ok_or_else(|| io::Error::other("a row of the journal is damaged"))
     }
 
     /// Writes what is waiting to the disk.
@@ -81,6 +100,8 @@ impl Journal {
         if self.waiting.is_empty() {
             return Ok(());
         }
+        // A row may have been read since.
+        self.file.seek(SeekFrom::End(0))?;
         self.file.write_all(&self.waiting)?;
         self.file.sync_data()?;
         self.waiting.clear();
@@ -97,8 +118,8 @@ impl Journal {
     }
 }
 
-/// The whole rows of a journal, and the place after them; 0 for a file that ends within its first bytes.
-fn read(file: &File) -> io::Result<(Vec<RunRow>, u64)> {
+/// Calls `each` with the whole rows of a journal, and returns the place after them; 0 for a file that ends within its first bytes.
+fn read(file: &File, mut each: impl FnMut(&RunRow, PlaceOfRow)) -> io::Result<u64> {
     let mut input = BufReader::new(file);
     let mut magic = Vec::new();
     input.by_ref().take(MAGIC.len() as u64).read_to_end(&mut magic)?;
@@ -109,14 +130,14 @@ fn read(file: &File) -> io::Result<(Vec<RunRow>, u64)> {
         ));
     }
     if magic.len() < MAGIC.len() {
-        return Ok((Vec::new(), 0));
+        return Ok(0);
     }
-    let (mut rows, mut end) = (Vec::new(), MAGIC.len() as u64);
+    let mut end = MAGIC.len() as u64;
     while let Some((row, bytes)) = read_row(&mut input)? {
-        rows.push(row);
+        each(&row, end);
         end += bytes;
     }
-    Ok((rows, end))
+    Ok(end)
 }
 
 /// The next row and its length in the file; `None` at a torn end.

@@ -8,13 +8,13 @@ use crate::executor::Executor;
 use crate::messages::progress::ProgressDisplay;
 use crate::messages::{Failure, bad, exit, plural};
 use crate::planning::planner::parallel_runs;
-use crate::planning::rows::{keeps_only_metrics, row_of};
+use crate::planning::rows::row_of;
 use crate::running::experiment::{Executed, Execution};
-use crate::running::journal::{BETWEEN_SYNCS, Journal};
+use crate::running::journal::{BETWEEN_SYNCS, Journal, PlaceOfRow};
 use kinetoscope::executor::observer::ExecutionObserver as _;
 use kinetoscope::interrupt::Interrupt;
-use kinetoscope::outputs::sidecars::write_experiment;
-use kinetoscope_analysis::{RunRow, stored_rows, write_runs_table};
+use kinetoscope::outputs::sidecars::{write_experiment, write_experiment_without_runs};
+use kinetoscope_analysis::{RunRow, each_stored_outcome, each_stored_row, write_runs_table};
 use kinetoscope_console::text::{one_line, shown_path};
 use kinetoscope_console::{Exit, Message, complain};
 use kinetoscope_manifest::{ExpectedOutcome, Experiment, Run, RunKey, run_key};
@@ -22,8 +22,9 @@ use kinetoscope_physics::kind_of;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::io;
+use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
@@ -39,18 +40,69 @@ const MOST_REPORTED: usize = 10;
 /// A run without a row, and why.
 type Unexecuted = (usize, Message);
 
+/// Number of runs up to which `experiment.toml` lists them.
+const MOST_LISTED: usize = 100_000;
+
 /// The run key of a run of the experiment.
-fn key_of(run: &Run) -> String {
+fn key_of(run: &Run) -> RunKey {
     let physics_version = kind_of(&run.manifest.model).physics_version;
-    run_key(&run.manifest.canonical(), physics_version, SCHEMA_VERSION).as_str().to_owned()
+    run_key(&run.manifest.canonical(), physics_version, SCHEMA_VERSION)
+}
+
+/// The rows of the runs: which have one in the journal, and where.
+struct Rows {
+    /// The run keys in the order of the sweep.
+    keys: Vec<RunKey>,
+    /// The indices of the runs in the order of their keys.
+    by_key: Vec<u32>,
+    /// The place of each run's row in the journal; 0 without one.
+    places: Vec<PlaceOfRow>,
+}
+
+impl Rows {
+    fn of(runs: &[Run]) -> Self {
+        let keys: Vec<RunKey> = runs.par_iter().map(key_of).collect();
+        let mut by_key: Vec<u32> = (0..keys.len() as u32).collect();
+        by_key.par_sort_unstable_by_key(|run| (keys[*run as usize], *run));
+        let places = vec![0; keys.len()];
+        Self { keys, by_key, places }
+    }
+
+    /// The first run with a key: variants of another name may be the same run.
+    fn find(&self, key: &RunKey) -> Option<usize> {
+        let at = self.by_key.partition_point(|run| self.keys[*run as usize] < *key);
+        let run = *self.by_key.get(at)? as usize;
+        (self.keys[run] == *key).then_some(run)
+    }
+
+    fn find_text(&self, key: &str) -> Option<usize> {
+        self.find(&RunKey::from_hex(key)?)
+    }
+
+    /// The place of the row of a run.
+    fn place(&self, run: usize) -> PlaceOfRow {
+        self.find(&self.keys[run]).map_or(0, |first| self.places[first])
+    }
+
+    /// The runs to be executed, each key once.
+    fn to_do(&self) -> Vec<usize> {
+        let is_first = |run: &usize| self.find(&self.keys[*run]) == Some(*run);
+        (0..self.keys.len()).filter(|run| self.places[*run] == 0).filter(is_first).collect()
+    }
+}
+
+/// What the table of an earlier execution contains.
+#[derive(Default)]
+struct EarlierTable {
+    /// Whether its rows are those of the experiment, in its order.
+    is_whole: bool,
+    /// Number of rows of other runs.
+    others: usize,
+    /// The failed runs, with the reason.
+    faults: Vec<(usize, String)>,
 }
 
 impl Execution<'_> {
-    /// Whether no recording of the runs is kept.
-    pub(crate) fn keeps_only_metrics(&self) -> bool {
-        keeps_only_metrics(&self.experiment)
-    }
-
     /// Executes the runs that have no row yet, and writes the table when all have one.
     pub(crate) fn execute_for_metrics(&self) -> Result<Executed, Failure> {
         self.reject_other_places()?;
@@ -62,31 +114,29 @@ impl Execution<'_> {
                 .help("end another program that executes this sweep, or make room; then run the same command again to resume")
         };
         fs::create_dir_all(&folder).map_err(failed)?;
-        let keys: Vec<String> = self.experiment.runs.par_iter().map(key_of).collect();
-        let (mut journal, found) = Journal::open(&folder.join(JOURNAL)).map_err(failed)?;
-        let mut rows = HashMap::new();
-        if !self.force {
-            let stored = stored_rows(&folder).or_else(|error| {
-                if !error.is_of_damage {
-                    return Err(Failure::of(Exit::Unreadable, error.message));
-                }
-                let what = error.message.what;
-                complain(&format!("note: {what}; the runs of its rows are executed again"), false);
-                Ok(Vec::new())
-            })?;
-            rows.extend(stored.into_iter().chain(found).map(|row| (row.run_key.clone(), row)));
+        let mut rows = Rows::of(&self.experiment.runs);
+        let mut others = 0;
+        let journal =
+            Journal::open(&folder.join(JOURNAL), |row, place| match rows.find_text(&row.run_key) {
+                _ if self.force => {}
+                Some(run) => rows.places[run] = place,
+                None => others += 1,
+            });
+        let mut journal = journal.map_err(failed)?;
+        let earlier =
+            if self.force { EarlierTable::default() } else { self.earlier(&folder, &rows)? };
+        self.reject_other_rows(others + earlier.others, &folder)?;
+        if earlier.is_whole {
+            self.say_runs(0, &folder);
+            self.write_record(&folder, &rows).map_err(failed)?;
+            journal.remove().map_err(failed)?;
+            return Ok(self.with_table(&folder, &earlier.faults));
         }
-        self.reject_other_rows(&keys, &rows, &folder)?;
-        let to_do: Vec<usize> =
-            (0..keys.len()).filter(|run| !rows.contains_key(&keys[*run])).collect();
-        self.say(&format!(
-            "{}: {}, {}, {} to do, of which the metrics are kept\n  to {}",
-            self.experiment.name,
-            self.experiment.model(),
-            plural(keys.len() as u64, "run"),
-            to_do.len(),
-            shown_path(&folder)
-        ));
+        if !self.force {
+            self.take_rows(&folder, &mut rows, &mut journal).map_err(failed)?;
+        }
+        let to_do = rows.to_do();
+        self.say_runs(to_do.len(), &folder);
         let unexecuted =
             self.execute_all(&to_do, &mut journal, &mut rows, interrupt).map_err(failed)?;
         journal.sync().map_err(failed)?;
@@ -96,24 +146,77 @@ impl Execution<'_> {
         if let Some(exit) = self.report_unexecuted(&unexecuted) {
             return Ok(self.without_recordings(exit));
         }
-        let rows = self.write_table(&folder, &keys, rows).map_err(failed)?;
+        let faults = self.write_table(&folder, &rows, &journal).map_err(failed)?;
         journal.remove().map_err(failed)?;
-        let shown = shown_path(&folder);
+        Ok(self.with_table(&folder, &faults))
+    }
+
+    fn say_runs(&self, to_do: usize, folder: &Path) {
         self.say(&format!(
-            "Wrote {shown}/runs.parquet\nTables of it: kinetoscope table {shown}\nChecks, plots and report: kinetoscope analyze {shown}"
+            "{}: {}, {}, {to_do} to do, of which the metrics are kept\n  to {}",
+            self.experiment.name,
+            self.experiment.model(),
+            plural(self.experiment.runs.len() as u64, "run"),
+            shown_path(folder)
         ));
-        Ok(self.without_recordings(self.report_faults(&rows)))
+    }
+
+    /// States where the table is, and which runs ended otherwise than expected.
+    fn with_table(&self, folder: &Path, faults: &[(usize, String)]) -> Executed {
+        let shown = shown_path(folder);
+        let next = match self.experiment.runs.len() <= MOST_LISTED {
+            true => format!("\nChecks, plots and report: kinetoscope analyze {shown}"),
+            false => String::new(),
+        };
+        self.say(&format!(
+            "Wrote {shown}/runs.parquet\nTables of it: kinetoscope table {shown}{next}"
+        ));
+        self.without_recordings(self.report_faults(faults))
+    }
+
+    /// The table that an earlier execution has written; a damaged one counts as none, with a note.
+    fn earlier(&self, folder: &Path, rows: &Rows) -> Result<EarlierTable, Failure> {
+        let Experiment { runs, name, replicates, .. } = &*self.experiment;
+        let (mut found, mut next) = (EarlierTable { is_whole: true, ..EarlierTable::default() }, 0);
+        let read = each_stored_outcome(folder, |row| {
+            let is_next = runs.get(next).zip(rows.keys.get(next)).is_some_and(|(run, key)| {
+                // A name without coordinates does not identify them.
+                let stem = run.file_stem(name, key, *replicates);
+                let is_complete = run.coordinates.is_empty() || !stem.ends_with(key.as_str());
+                is_complete && key.as_str() == row.run_key && row.file == format!("{stem}.mcap")
+            });
+            found.is_whole &= is_next;
+            found.others += usize::from(rows.find_text(&row.run_key).is_none());
+            found.faults.extend(row.fault.map(|fault| (next, fault)));
+            next += 1;
+        });
+        found.is_whole &= next == runs.len();
+        match read {
+            Ok(()) => Ok(found),
+            Err(error) if error.is_of_damage => {
+                let what = error.message.what;
+                complain(&format!("note: {what}; the runs of its rows are executed again"), false);
+                Ok(EarlierTable::default())
+            }
+            Err(error) => Err(Failure::of(Exit::Unreadable, error.message)),
+        }
+    }
+
+    /// Takes the rows of an earlier table that the runs need.
+    fn take_rows(&self, folder: &Path, rows: &mut Rows, journal: &mut Journal) -> io::Result<()> {
+        let mut written = Ok(());
+        // A table that cannot be read was reported before.
+        let _ = each_stored_row(folder, |row| {
+            let run = rows.find_text(&row.run_key).filter(|run| rows.places[*run] == 0);
+            if let (Some(run), Ok(())) = (run, &written) {
+                written = journal.append(&row).map(|place| rows.places[run] = place);
+            }
+        });
+        written
     }
 
     /// Rejects a folder with rows of runs that the manifest no longer describes, as with another seed: the new table would not have them.
-    fn reject_other_rows(
-        &self,
-        keys: &[String],
-        rows: &HashMap<String, RunRow>,
-        folder: &Path,
-    ) -> Result<(), Failure> {
-        let own: HashSet<&String> = keys.iter().collect();
-        let others = rows.keys().filter(|key| !own.contains(key)).count();
+    fn reject_other_rows(&self, others: usize, folder: &Path) -> Result<(), Failure> {
         if others == 0 || self.arguments.execution.prune {
             return Ok(());
         }
@@ -148,7 +251,7 @@ impl Execution<'_> {
         &self,
         to_do: &[usize],
         journal: &mut Journal,
-        rows: &mut HashMap<String, RunRow>,
+        rows: &mut Rows,
         interrupt: &Interrupt,
     ) -> io::Result<Vec<Unexecuted>> {
         let progress = ProgressDisplay::new(to_do.len(), self.arguments.verbosity());
@@ -187,10 +290,7 @@ impl Execution<'_> {
                     Err(RecvTimeoutError::Disconnected) => return Ok(()),
                 };
                 match row {
-                    Ok(row) => {
-                        journal.append(&row)?;
-                        rows.insert(row.run_key.clone(), row);
-                    }
+                    Ok(row) => rows.places[run] = journal.append(&row)?,
                     Err(why) => unexecuted.push((run, why)),
                 }
                 done += 1;
@@ -201,30 +301,47 @@ impl Execution<'_> {
         written.map(|()| unexecuted)
     }
 
-    /// Writes the rows of all runs in the order of the sweep, and the experiment as executed; returns the rows.
+    /// Writes the rows of all runs in the order of the sweep, and the experiment as executed; returns the failed runs.
     fn write_table(
         &self,
         folder: &Path,
-        keys: &[String],
-        mut rows: HashMap<String, RunRow>,
-    ) -> io::Result<Vec<RunRow>> {
+        rows: &Rows,
+        journal: &Journal,
+    ) -> io::Result<Vec<(usize, String)>> {
         let Experiment { runs, name, replicates, .. } = &*self.experiment;
-        let (mut files, mut placed) = (Vec::new(), Vec::<RunRow>::new());
-        for (run, key) in runs.iter().zip(keys) {
-            // Variants of another name may be the same run.
-            let copy = || placed.iter().find(|row| row.run_key == *key).cloned();
-            let found = rows.remove(key).or_else(copy);
-            let (Some(mut row), Some(key)) = (found, RunKey::from_hex(key)) else { continue };
-            row.coordinates = run.coordinates.to_vec();
-            (row.replicate, row.seed) = (run.replicate, run.manifest.seed);
-            row.file = format!("{}.mcap", run.file_stem(name, &key, *replicates));
-            files.push((row.file.clone(), key));
-            placed.push(row);
-        }
+        let (mut faults, mut seen) = (Vec::new(), 0);
+        let mut read = |range: Range<usize>| {
+            let row = |run: usize| {
+                let mut row = journal.row_at(rows.place(run))?;
+                let (planned, key) = (&runs[run], &rows.keys[run]);
+                row.coordinates = planned.coordinates.to_vec();
+                (row.replicate, row.seed) = (planned.replicate, planned.manifest.seed);
+                row.file = format!("{}.mcap", planned.file_stem(name, key, *replicates));
+                Ok(row)
+            };
+            let found: Vec<RunRow> = range.clone().map(row).collect::<io::Result<_>>()?;
+            for (run, row) in range.clone().zip(&found).filter(|(run, _)| *run >= seen) {
+                faults.extend(row.fault().map(|fault| (run, fault.to_owned())));
+            }
+            seen = seen.max(range.end);
+            Ok(found)
+        };
         let manifest = |row: usize| runs[row].manifest.canonical();
-        write_runs_table(folder, name, &placed, &manifest)?;
-        write_experiment(&self.experiment, folder, files)?;
-        Ok(placed)
+        write_runs_table(folder, name, runs.len(), &mut read, &manifest)?;
+        self.write_record(folder, rows)?;
+        Ok(faults)
+    }
+
+    /// Writes the experiment as executed.
+    fn write_record(&self, folder: &Path, rows: &Rows) -> io::Result<()> {
+        let Experiment { runs, name, replicates, .. } = &*self.experiment;
+        if runs.len() > MOST_LISTED {
+            return write_experiment_without_runs(&self.experiment, folder);
+        }
+        let file =
+            |(run, key): (&Run, &RunKey)| format!("{}.mcap", run.file_stem(name, key, *replicates));
+        let files = runs.iter().zip(&rows.keys).map(|it| (file(it), *it.1));
+        write_experiment(&self.experiment, folder, files)
     }
 
     /// Prints why runs have no row; `None` if all have one.
@@ -242,28 +359,26 @@ impl Execution<'_> {
     }
 
     /// Prints which runs have ended otherwise than the manifest expects.
-    fn report_faults(&self, rows: &[RunRow]) -> Exit {
-        let expects_fault = self.experiment.expected_outcome == ExpectedOutcome::Fault;
-        let is_other = |run: &usize| rows[*run].fault().is_some() != expects_fault;
-        let others: Vec<usize> = (0..rows.len()).filter(is_other).collect();
-        for run in others.iter().take(MOST_REPORTED) {
-            let fault = rows[*run].fault();
-            let what = fault.map_or(
+    fn report_faults(&self, faults: &[(usize, String)]) -> Exit {
+        let runs = self.experiment.runs.len();
+        let is_expected = self.experiment.expected_outcome == ExpectedOutcome::Fault;
+        let failed: HashMap<usize, &String> = faults.iter().map(|(run, why)| (*run, why)).collect();
+        let is_other = |run: &usize| failed.contains_key(run) != is_expected;
+        let others = (0..runs).filter(is_other).count();
+        for run in (0..runs).filter(is_other).take(MOST_REPORTED) {
+            let what = failed.get(&run).map_or(
                 "the run is complete, but its manifest expects a fault".to_owned(),
                 |fault| format!("failed: {}", one_line(fault)),
             );
             let help = "`kinetoscope restore` writes its recording";
-            Failure::of(Exit::RunFailed, Message::new(what, help).about(self.name_of(*run)))
+            Failure::of(Exit::RunFailed, Message::new(what, help).about(self.name_of(run)))
                 .report();
         }
-        if others.is_empty() {
+        if others == 0 {
             return Exit::Done;
         }
-        let what = format!(
-            "{} of {} ended otherwise than expected",
-            others.len(),
-            plural(rows.len() as u64, "run")
-        );
+        let runs = plural(runs as u64, "run");
+        let what = format!("{others} of {runs} ended otherwise than expected");
         Failure::new(Exit::RunFailed, what).report()
     }
 

@@ -219,7 +219,7 @@ impl<'a> Session<'a> {
     }
 
     fn plan(&mut self, execution: Execution<'a>) {
-        if execution.keeps_only_metrics() && !self.arguments.execution.dry_run {
+        if execution.experiment.keeps_only_metrics() && !self.arguments.execution.dry_run {
             self.execute_waiting();
             if !self.is_interrupted() {
                 self.take(execution.execute_for_metrics());

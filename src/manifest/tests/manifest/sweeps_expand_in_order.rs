@@ -250,6 +250,10 @@ fn invalid_sweeps_are_rejected() {
             "the sweep has more than 100000 runs: 1001 x 1000 points and 1 replicates; split",
         ),
         (
+            "[record]\nkeep = \"metrics\"\n[sweep]\nmodel.gas.radius_m = { from = 1, to = 2, count = 1001 }\nmodel.gas.mass_kg = { from = 1, to = 2, count = 1000 }",
+            "the sweep has more than 2000000 runs or 100000 points: 1001 x 1000 points and 1 replicates; split",
+        ),
+        (
             "[sweep]\nmodel.gas.radius_m = { from = 1, to = 2, count = 1000000 }",
             "must be from 2 to 100000",
         ),
@@ -277,4 +281,18 @@ fn sweep_of_more_keys_than_any_model_has_is_rejected() {
     assert!(of_variant.to_string().contains("the sweep sets more than 1000 keys"), "{of_variant}");
     let fewer = sweep(keys(1000));
     assert!(!fewer.contains("more than 1000 keys") && fewer.contains("unknown key"), "{fewer}");
+}
+
+/// Guarantee: the runs of a point share their values, so that a million of them have a plan.
+#[test]
+fn replicates_share_the_values_of_their_point() {
+    let text = "seed = 1\nreplicates = 100000\n[model.gas]\n[record]\nkeep = \"metrics\"\n[sweep]\n\"model.gas.temperature_k\" = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10]\n";
+    let experiment = experiment(text);
+    assert_eq!(experiment.runs.len(), 1_000_000);
+    let [first, last] = [&experiment.runs[900_000], &experiment.runs[999_999]];
+    assert!(std::sync::Arc::ptr_eq(&first.manifest.model, &last.manifest.model));
+    assert!(std::ptr::eq(&*first.coordinates, &*last.coordinates));
+    assert!(size_of::<kinetoscope_manifest::Run>() <= 48);
+    let shared = first.manifest.shared_text();
+    assert_eq!(last.manifest.canonical_with(&shared), last.manifest.canonical());
 }
