@@ -292,7 +292,7 @@ fn replicates_share_the_values_of_their_point() {
     let [first, last] = [&experiment.runs[900_000], &experiment.runs[999_999]];
     assert!(std::sync::Arc::ptr_eq(&first.manifest.model, &last.manifest.model));
     assert!(std::ptr::eq(&*first.coordinates, &*last.coordinates));
-    assert!(size_of::<kinetoscope_manifest::Run>() <= 48);
+    assert!(size_of::<kinetoscope_manifest::Run>() <= 56);
     let shared = first.manifest.shared_text();
     assert_eq!(last.manifest.canonical_with(&shared), last.manifest.canonical());
 }
