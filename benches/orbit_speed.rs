@@ -82,7 +82,7 @@ fn tight_verlet() -> State {
 fn six_bodies() -> u64 {
     let text = include_str!("../experiments/orbit_outer_planets.toml");
     let experiment = kinetoscope_manifest::parse(text, "orbit_outer_planets.toml", &[]).unwrap();
-    let ModelConfig::Orbit(config) = &experiment.runs[0].manifest.model else { return 0 };
+    let ModelConfig::Orbit(config) = &*experiment.runs[0].manifest.model else { return 0 };
     let mut orbit = Orbit::prepare(config, Seed { seed: 0, replicate: 0 }, false).unwrap();
     while orbit.advance(orbit.extent().end(), 10_000).unwrap() == Progress::Working {}
     orbit.count()

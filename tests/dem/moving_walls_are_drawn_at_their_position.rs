@@ -20,7 +20,7 @@ fn run(motion: &str) -> Dem {
          walls = [{{ from_m = [0.012, 0.0], to_m = [0.012, 0.02]{motion} }}]\n"
     );
     let experiment = parse(&manifest, "gate.toml", &[]).unwrap_or_else(|errors| panic!("{errors}"));
-    let ModelConfig::Dem(config) = &experiment.runs[0].manifest.model else {
+    let ModelConfig::Dem(config) = &*experiment.runs[0].manifest.model else {
         panic!("not a DEM run")
     };
     let seed = Seed { seed: 1, replicate: 0 };

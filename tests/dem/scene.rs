@@ -152,7 +152,9 @@ pub(crate) fn shipped(name: &str) -> Vec<(String, DemConfig, Seed)> {
         .runs
         .iter()
         .map(|run| {
-            let ModelConfig::Dem(config) = &run.manifest.model else { panic!("{name} is not DEM") };
+            let ModelConfig::Dem(config) = &*run.manifest.model else {
+                panic!("{name} is not DEM")
+            };
             let seed = Seed { seed: run.manifest.seed, replicate: run.manifest.replicate };
             (run.coordinates.iter().map(as_text).collect(), config.clone(), seed)
         })

@@ -130,7 +130,7 @@ fn shipped_exercises_start_as_printed() {
         let path = format!("{}/experiments/{name}.toml", env!("CARGO_MANIFEST_DIR"));
         let experiment: Experiment = std::fs::read_to_string(path).unwrap().parse().unwrap();
         for run in &experiment.runs {
-            let ModelConfig::Packing(config) = &run.manifest.model else { panic!("{name}") };
+            let ModelConfig::Packing(config) = &*run.manifest.model else { panic!("{name}") };
             let says_so = run.coordinates.iter().any(|place| place.value.contains("removed"));
             assert_eq!(config.remove_mean_velocity, says_so, "{name}: {:?}", run.coordinates);
         }

@@ -32,7 +32,7 @@ relative_tolerance = 1e-9
 
 /// Pressure T + replicate: means T + 0.5, slope 1.
 fn frames(run: &RunManifest) -> Frames {
-    let ModelConfig::Gas(config) = &run.model else { panic!("expected the gas model") };
+    let ModelConfig::Gas(config) = &*run.model else { panic!("expected the gas model") };
     let SpeedScale::Temperature(temperature) = config.speed_scale else {
         panic!("expected a temperature")
     };

@@ -20,7 +20,7 @@ const PERIOD: f64 = 362.073_107_968_315_9;
 
 /// First and last frame, with the whole turns of the phase error.
 fn frames(run: &RunManifest) -> Frames {
-    let ModelConfig::Orbit(config) = &run.model else { panic!("expected the orbit model") };
+    let ModelConfig::Orbit(config) = &*run.model else { panic!("expected the orbit model") };
     let h = config.time_step_days.get();
     let steps = (config.duration_days.get() / h + 1e-9).floor() as u64;
     let (mut state, mut angle) = (START, 0.0);

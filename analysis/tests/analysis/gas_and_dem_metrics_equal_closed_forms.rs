@@ -32,7 +32,7 @@ maximum = 1
 
 /// Two particles with speeds u and 3u, and the pressure c T + d, where c and d depend on the replicate.
 fn gas_frames(run: &RunManifest) -> Frames {
-    let ModelConfig::Gas(config) = &run.model else { panic!("expected the gas model") };
+    let ModelConfig::Gas(config) = &*run.model else { panic!("expected the gas model") };
     let SpeedScale::Temperature(temperature) = config.speed_scale else {
         panic!("expected a temperature")
     };
@@ -220,7 +220,7 @@ fn gas_pressure_falls_with_the_square_of_the_radius() {
         )
         .replace("[record]", "temperature_k = 100.0\n[record]");
     let folder = Folder::write(&manifest, |run| {
-        let ModelConfig::Gas(config) = &run.model else { panic!("expected the gas model") };
+        let ModelConfig::Gas(config) = &*run.model else { panic!("expected the gas model") };
         let mut frames = gas_frames(run);
         // The exponent is -2 for the light gas and -2.5 for the heavy one.
         let heavy = config.mass_kg.get() > 1.5e-26;

@@ -262,7 +262,7 @@ fn number_of_a_fit_is_the_same_in_the_answer_and_in_the_plot() {
         [[plots]]\ny = 'pressure.measured'\nfit = 'power'\n";
     let frames = |exponent: fn(f64) -> f64| {
         move |run: &RunManifest| {
-            let ModelConfig::Gas(gas) = &run.model else { panic!("{run:?}") };
+            let ModelConfig::Gas(gas) = &*run.model else { panic!("{run:?}") };
             let SpeedScale::Temperature(kelvin) = gas.speed_scale else { panic!("{gas:?}") };
             let c = f64::from(run.replicate + 1);
             let value = 1e-21 * c * libm::pow(kelvin.get(), exponent(c));
@@ -334,7 +334,7 @@ fn sentences_about_a_sweep_begin_with_the_dependence() {
         let sweep =
             "[model.gas]\nparticles = 1\n[sweep]\nmodel.gas.temperature_k = [100, 200, 400]\n";
         let folder = Folder::write(sweep, |run| {
-            let ModelConfig::Gas(gas) = &run.model else { panic!("{run:?}") };
+            let ModelConfig::Gas(gas) = &*run.model else { panic!("{run:?}") };
             let SpeedScale::Temperature(kelvin) = gas.speed_scale else { panic!("{gas:?}") };
             let value = match kelvin.get() {
                 100.0 => values[0],
@@ -412,7 +412,7 @@ fn points_without_the_metric_are_counted() {
         "{DROP}[sweep]\n\"model.dem.friction\" = [0.1, 0.2]\n[[plots]]\ny = \"restitution.measured\"\n"
     );
     let folder = Folder::write(&manifest, |run| {
-        let ModelConfig::Dem(dem) = &run.model else { panic!("{run:?}") };
+        let ModelConfig::Dem(dem) = &*run.model else { panic!("{run:?}") };
         let frames = drop_frames(run);
         let count = if dem.friction.get() > 0.15 { 2 } else { frames.len() };
         frames.into_iter().take(count).collect()

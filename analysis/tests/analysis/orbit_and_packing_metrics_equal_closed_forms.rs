@@ -15,7 +15,7 @@ use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::recorder::Clock;
 
 fn orbit_frames(run: &RunManifest) -> Frames {
-    let ModelConfig::Orbit(config) = &run.model else { panic!("expected the orbit model") };
+    let ModelConfig::Orbit(config) = &*run.model else { panic!("expected the orbit model") };
     let h = config.time_step_days.get();
     let steps = (config.duration_days.get() / h + 1e-9).floor() as u64;
     let every = (steps / 100).max(1);

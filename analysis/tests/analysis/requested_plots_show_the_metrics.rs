@@ -30,7 +30,7 @@ fn requested_plots_come_first() {
     let plots = "[[plots]]\ny = \"/pressure.measured_n_per_m\"\ntitle = \"First <of> all\"\n\
         [[plots]]\ny = \"pressure.measured\"\nlog = [\"x\"]\n";
     let folder = Folder::write(&format!("{SWEEP}{plots}"), |run| {
-        let kinetoscope_manifest::model::ModelConfig::Gas(gas) = &run.model else { panic!() };
+        let kinetoscope_manifest::model::ModelConfig::Gas(gas) = &*run.model else { panic!() };
         let value = f64::from(run.replicate) + format!("{gas:?}").len() as f64;
         two_frames(&GasPressure {
             measured_since_start_n_per_m: value,
@@ -103,7 +103,7 @@ fn requested_chart_is_in_front_of_the_plot_of_the_answer() {
     let rest = "[[plots]]\nfigure = \"pressure_over_time\"\ntitle = \"Asked for\"\n\
         [[checks]]\nmetric = \"pressure.measured\"\nminimum = 0.0\n";
     let folder = Folder::write(&format!("{SWEEP}{rest}"), |run| {
-        let kinetoscope_manifest::model::ModelConfig::Gas(gas) = &run.model else { panic!() };
+        let kinetoscope_manifest::model::ModelConfig::Gas(gas) = &*run.model else { panic!() };
         let kinetoscope_manifest::model::SpeedScale::Temperature(kelvin) = gas.speed_scale else {
             panic!()
         };

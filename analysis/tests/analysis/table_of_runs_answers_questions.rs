@@ -19,7 +19,7 @@ const MANIFEST: &str = "name = \"gas\"\nreplicates = 3\nseed = 7\n[model.gas]\np
     \"model.gas.speed_distribution\" = [\"maxwell\", \"equal\"]\n";
 
 fn frames(run: &RunManifest) -> Frames {
-    let ModelConfig::Gas(gas) = &run.model else { panic!("a gas") };
+    let ModelConfig::Gas(gas) = &*run.model else { panic!("a gas") };
     let SpeedScale::Temperature(kelvin) = gas.speed_scale else { panic!("a temperature") };
     two_frames(&GasPressure {
         ideal_gas_n_per_m: kelvin.get() / 3.0 + f64::from(run.replicate * run.replicate),

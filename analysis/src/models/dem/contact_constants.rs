@@ -102,7 +102,7 @@ mod tests {
     fn config(keys: &str) -> DemConfig {
         let text = format!("name = \"x\"\n[model.dem]\nrestitution = 0.9\n{keys}");
         let experiment = parse(&text, "x.toml", &[]).unwrap();
-        match &experiment.runs[0].manifest.model {
+        match &*experiment.runs[0].manifest.model {
             ModelConfig::Dem(config) => config.clone(),
             _ => panic!("expected DEM"),
         }
