@@ -47,7 +47,7 @@ fn interrupt_all(plan: &Plan) {
             live: None,
             gnuplot: None,
         };
-        assert_eq!(execute(spec, None, context).unwrap().outcome, Outcome::Interrupted);
+        assert_eq!(execute(&spec, None, context).unwrap().outcome, Outcome::Interrupted);
     }
 }
 
