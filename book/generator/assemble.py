@@ -9,6 +9,8 @@ import re
 import shutil
 from pathlib import Path
 
+from play_link import with_play_links
+
 INCLUDE = re.compile(r"\{\{#include ([^}]+)\}\}")
 LINK = re.compile(r"(!?\[[^\]]*\])\(([^)\s]+)\)")
 
@@ -16,7 +18,7 @@ LINK = re.compile(r"(!?\[[^\]]*\])\(([^)\s]+)\)")
 CODE = re.compile(r"(^```.*?^```$|^ {4}[^\n]*$|`[^`\n]+`)", re.MULTILINE | re.DOTALL)
 # Elements that generated pages contain; MathML has the names that begin with m.
 ELEMENTS = ("math|mrow|mi|mo|mn|mtext|mspace|msub|msup|msubsup|mfrac|msqrt|mroot|mover|munder|munderover|mtable|mtr|mtd|mstyle|mpadded|"
-            "div|figure|figcaption|img|table|thead|tbody|tr|th|td|code")
+            "div|figure|figcaption|img|table|thead|tbody|tr|th|td|code|p")
 ANGLE = re.compile(rf"<(?!https?:|/?(?:{ELEMENTS})[ />]|a href|/a>)")
 
 
@@ -59,7 +61,8 @@ class Assembly:
                 if file.is_file():
                     shutil.copyfile(file, place)
                 continue
-            text = INCLUDE.sub(lambda found, file=file: self.document(file, found[1]), file.read_text())
+            text = with_play_links(file.read_text(), file)
+            text = INCLUDE.sub(lambda found, file=file: self.document(file, found[1]), text)
             place.write_text(execute(text, file.relative_to(self.source), place.parent))
 
     def document(self, page, target):
