@@ -66,7 +66,7 @@ fn bad_hand_ins_are_named_and_stop_no_other() {
         ("hash", good.replace(&hash, &"0".repeat(32)), "the hash is not that of these runs"),
         ("empty", String::new(), "not graded"),
         ("words", "My answer is 163 K.".to_owned(), "not graded"),
-        ("none", good.replace(&format!("hash = \"{hash}\""), ""), "it is not a hand-in"),
+        ("none", good.replace(&format!("hash = \"{hash}\""), ""), "accepted (no hash)"),
         ("long", format!("{good}# {}", "x".repeat(1024)), "larger than 1024 bytes"),
         (
             "path",
@@ -79,7 +79,7 @@ fn bad_hand_ins_are_named_and_stop_no_other() {
         (
             "many",
             good.replace("particles = 100", "particles = 1000000000"),
-            "at most 20000 are graded",
+            "at most 400 are graded",
         ),
         ("runs", good.replace("seed = 5", "seed = 5\nreplicates = 1000"), "at most 64 are graded"),
         ("frames", good.replace("frames = 2", "frames = 100000000"), "are graded"),
@@ -88,6 +88,16 @@ fn bad_hand_ins_are_named_and_stop_no_other() {
             "start",
             good.replace("duration_s", "start_from = \"/etc/passwd\"\nduration_s"),
             "not graded",
+        ),
+        (
+            "duration",
+            good.replace("duration_s = 0.001", "duration_s = 0.005"),
+            "more than 4 times the work of the exercise: check `model.gas.duration_s`",
+        ),
+        (
+            "speeds",
+            good.replace("[300.0, 900.0]", "[3e10, 9e10]"),
+            "the runs take more than 10 s: check `model.gas.speeds_m_per_s`",
         ),
     ];
     for (name, text, _) in changes {
@@ -183,6 +193,17 @@ fn missing_key_is_named() {
     assert!(graded.err.contains("--hand-in"), "{}", graded.err);
     assert_eq!(bench.call(&["grade", "answer.toml", "--hand-in", "b.toml"]).code, Some(0));
     assert!(Path::new(&bench.path("b.toml")).is_file());
+}
+
+#[test]
+fn answer_that_names_another_file_is_rejected() {
+    let bench = bench();
+    let start = "[model.packing]\nstart_from = \"/etc/passwd\"\nevents_per_disc = 1\n[record]\nframes = 1\n";
+    let exercise = ANSWER.split_once("[exercise]").unwrap().1;
+    bench.write("start.toml", &format!("{start}[exercise]{exercise}"));
+    let graded = bench.call(&["grade", "start.toml"]);
+    assert_eq!(graded.code, Some(2), "{}", graded.out);
+    assert!(graded.err.contains("`start_from` names another file"), "{}", graded.err);
 }
 
 /// A manifest that is no answer, and wrong answers: the value of the solution is not printed, and accepted units only for another unit.

@@ -246,6 +246,9 @@ fn wrong_check(
         own if own.iter().all(|check| passes(check, rejected)) => {
             "the check is too wide: it accepts a value that a wrong formula gives"
         }
+        own if own.iter().all(|check| passes(check, 2.0 * right.value - rejected)) => {
+            "the check is a limit: it accepts a value that is as wrong on the other side"
+        }
         _ => return None,
     };
     Some(Finding::new("check", text))

@@ -14,7 +14,8 @@ const LEFT_OUT: [&str; 6] = ["question", "answer", "description", "plots", "view
 
 /// Refuses to replace a file that is not an earlier hand-in of the same exercise.
 pub(crate) fn check(answer: &Answer, path: &Path) -> Result<(), Failure> {
-    if !path.is_file() || Answer::read_hand_in(path).is_ok_and(|old| old.name == answer.name) {
+    let is_same = |old: Answer| old.hash.is_some() && old.name == answer.name;
+    if !path.is_file() || Answer::read_hand_in(path).is_ok_and(is_same) {
         return Ok(());
     }
     let what = format!("{} already exists and is not a hand-in of this exercise", shown_path(path));
