@@ -1,7 +1,7 @@
 """The source of the book as mdBook reads it: pages of `book/src` with included documents, executed commands and generated pages.
 
 An `{{#include PATH}}` of a document of the repository is replaced by its text. Relative links of that text are changed to the
-page that includes their target, or to a copy of the file.
+page that includes their target, or to a copy of the file. `{{#runs PATH}}` is what a manifest runs, without comments, questions, checks and plots.
 """
 
 import os
@@ -12,6 +12,7 @@ from pathlib import Path
 from play_link import with_play_links
 
 INCLUDE = re.compile(r"\{\{#include ([^}]+)\}\}")
+RUNS = re.compile(r"\{\{#runs ([^}]+)\}\}")
 LINK = re.compile(r"(!?\[[^\]]*\])\(([^)\s]+)\)")
 
 
@@ -27,6 +28,14 @@ def escape_angles(text):
     parts = CODE.split(text)
     parts[::2] = [ANGLE.sub("&lt;", part) for part in parts[::2]]
     return "".join(parts)
+
+
+def runs_of(manifest):
+    """The lines of a manifest that determine its runs."""
+    parts = re.split(r"^(?=\[)", manifest, flags=re.MULTILINE)
+    parts = [part for part in parts if not re.match(r"\[\[?(checks|plots|view|baseline)\b", part)]
+    text = re.sub(r"^(#.*|(question|answer|description) = .*)\n", "", "".join(parts), flags=re.MULTILINE)
+    return text.strip()
 
 
 class SourceError(Exception):
@@ -62,6 +71,7 @@ class Assembly:
                     shutil.copyfile(file, place)
                 continue
             text = with_play_links(file.read_text(), file)
+            text = RUNS.sub(lambda found, file=file: runs_of((file.parent / found[1]).read_text()), text)
             text = INCLUDE.sub(lambda found, file=file: self.document(file, found[1]), text)
             place.write_text(execute(text, file.relative_to(self.source), place.parent))
 
