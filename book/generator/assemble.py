@@ -19,7 +19,7 @@ LINK = re.compile(r"(!?\[[^\]]*\])\(([^)\s]+)\)")
 CODE = re.compile(r"(^```.*?^```$|^ {4}[^\n]*$|`[^`\n]+`)", re.MULTILINE | re.DOTALL)
 # Elements that generated pages contain; MathML has the names that begin with m.
 ELEMENTS = ("math|mrow|mi|mo|mn|mtext|mspace|msub|msup|msubsup|mfrac|msqrt|mroot|mover|munder|munderover|mtable|mtr|mtd|mstyle|mpadded|"
-            "div|figure|figcaption|img|table|thead|tbody|tr|th|td|code|p")
+            "div|figure|figcaption|img|table|thead|tbody|tr|th|td|code|p|span")
 ANGLE = re.compile(rf"<(?!https?:|/?(?:{ELEMENTS})[ />]|a href|/a>)")
 
 
@@ -62,7 +62,8 @@ class Assembly:
         self.pages = included_documents(source)
 
     def assemble(self, execute):
-        """Writes every page of `book/src`; `execute` replaces the commands of a page by their output."""
+        """Writes every page of `book/src`; `execute` replaces the commands of a page by their output. The exercises can be downloaded."""
+        shutil.copytree(self.repository / "book/exercises", self.target / "exercises")
         for file in sorted(self.source.rglob("*")):
             place = self.target / file.relative_to(self.source)
             place.parent.mkdir(parents=True, exist_ok=True)

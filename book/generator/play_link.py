@@ -1,4 +1,4 @@
-"""Links that open a manifest in the page that runs it; `book/src/use/analysis.md` describes them."""
+"""Links that download a manifest or open it in the page that runs it; `book/src/use/analysis.md` describes the latter."""
 
 import base64
 import json
@@ -19,8 +19,12 @@ def play_link(manifest, page="../play.html"):
 
 
 def with_play_links(text, file):
-    """The text of a page with a link after each manifest of an exercise, a lesson or a lab; `file` is a page in a folder of the book."""
-    return EXERCISE.sub(lambda found: f"{found[0]}\n\n<p class=\"play\">{links(file.parent / found[1])}</p>", text)
+    """The text of a page with links after each manifest of an exercise, a lesson or a lab; `file` is a page in a folder of the book."""
+    def linked(found):
+        name = found[1].removeprefix("../../")
+        download = f'<a href="../{name}" download>{name}</a>'
+        return f'{found[0]}\n\n<p>Download {download}.<span class="play"> {links(file.parent / found[1])}</span></p>'
+    return EXERCISE.sub(linked, text)
 
 
 def links(path):

@@ -12,7 +12,7 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 # What the front page runs: it moves for some seconds.
 FRONT = "dem_rotating_drum"
 ENGINE = "kinetoscope-engine.js"
-PLAY = re.compile(r'<p class="play">.*?</p>\n?')
+PLAY = re.compile(r'<span class="play">.*?</span>')
 HEADER = """<header><h1>Kinetoscope</h1><p class="question">Reproducible particle simulations: the same manifest gives the same bytes on any machine.</p>
 <p>This page runs one, a rotating drum. Every report answers a question, and its reader can verify it in the browser.</p>
 <pre>pip install kinetoscope &amp;&amp; kinetoscope demo</pre><p>{links}</p></header>"""

@@ -16,7 +16,7 @@ sys.path.append(str(Path(__file__).resolve().parents[2] / "book/generator"))
 from play_link import play_link
 from site_is_whole import RUN
 
-LINKS = "[...document.querySelectorAll('p.play a')].map((link) => [link.textContent, link.href])"
+LINKS = "[...document.querySelectorAll('span.play a')].map((link) => [link.textContent, link.href])"
 LEAST_LINKS = {"lessons": 4, "labs": 1}
 
 

@@ -45,6 +45,16 @@ fn hand_in(bench: &Bench) -> String {
 }
 
 #[test]
+fn small_numbers_of_a_hand_in_have_an_exponent() {
+    let bench = bench();
+    bench.write("small.toml", &ANSWER.replace("162.97", "1.6297e-22"));
+    let written = bench.call(&["grade", "small.toml", "--hand-in", "small_hand_in.toml"]);
+    assert_eq!(written.code, Some(0), "{}", written.err);
+    let text = fs::read_to_string(bench.path("small_hand_in.toml")).unwrap();
+    assert!(text.contains("\nvalue = 1.6297e-22\n"), "{text}");
+}
+
+#[test]
 fn hand_in_is_small_and_accepted() {
     let bench = bench();
     assert!(hand_in(&bench).len() <= 1024);
@@ -96,8 +106,8 @@ fn bad_hand_ins_are_named_and_stop_no_other() {
         ),
         (
             "speeds",
-            good.replace("[300.0, 900.0]", "[3e10, 9e10]"),
-            "the runs take more than 10 s: check `model.gas.speeds_m_per_s`",
+            good.replace("[300.0, 900.0]", "[3e9, 9e9]\ndisc_radius_m = 0.01"),
+            "the runs take more than 10 s: check `model.gas.",
         ),
     ];
     for (name, text, _) in changes {
