@@ -162,7 +162,7 @@ def law_page(result, manifest):
 
 {section("Tolerance")}
 
-**Expected deviation:** `{law.get('expected', 'error')}`. **Tolerance:** `{law['tolerance']}`, {tolerance_text(result.points)}.
+**Expected deviation:** {f'`{law["expected"]}`' if 'expected' in law else 'the standard error, `error`'}. **Tolerance:** `{law['tolerance']}`, {tolerance_text(result.points)}.
 {law['tolerance_reason']}
 
 {section("The control that fails")}
