@@ -99,16 +99,6 @@ fn bad_hand_ins_are_named_and_stop_no_other() {
             good.replace("duration_s", "start_from = \"/etc/passwd\"\nduration_s"),
             "not graded",
         ),
-        (
-            "duration",
-            good.replace("duration_s = 0.001", "duration_s = 0.005"),
-            "more than 4 times the work of the exercise: check `model.gas.duration_s`",
-        ),
-        (
-            "speeds",
-            good.replace("[300.0, 900.0]", "[3e9, 9e9]\ndisc_radius_m = 0.01"),
-            "the runs take more than 10 s: check `model.gas.",
-        ),
     ];
     for (name, text, _) in changes {
         assert!(*name == "copy" || *text != good, "{name} changes nothing");
@@ -140,6 +130,32 @@ fn bad_hand_ins_are_named_and_stop_no_other() {
     assert!(!graded.out.contains('\u{1b}') && !graded.out.contains("<script>"), "{}", graded.out);
     // One line per hand-in, a title and a total.
     assert_eq!(graded.out.trim().lines().count(), changes.len() + 5 + 2, "{}", graded.out);
+}
+
+/// What the exercise does not ask for is not run to its end, and its keys are named.
+#[test]
+fn runs_beyond_those_of_the_exercise_are_rejected() {
+    let bench = bench();
+    let good = hand_in(&bench);
+    let changes = [
+        (
+            "duration",
+            good.replace("duration_s = 0.001", "duration_s = 0.005"),
+            "more than 4 times the work of the exercise: check `model.gas.duration_s`",
+        ),
+        (
+            "speeds",
+            good.replace("[300.0, 900.0]", "[3e9, 9e9]\ndisc_radius_m = 0.01"),
+            "the runs take more than 10 s: check `model.gas.",
+        ),
+    ];
+    for (name, text, expected) in changes {
+        assert_ne!(text, good, "{name} changes nothing");
+        bench.write(&format!("class/{name}.toml"), &text);
+        let graded = class(&bench, &[]);
+        let line = graded.out.lines().find(|line| line.starts_with(&format!("{name}.toml ")));
+        assert!(line.is_some_and(|line| line.contains(expected)), "{}", graded.out);
+    }
 }
 
 #[test]
