@@ -146,7 +146,7 @@ fn runs_beyond_those_of_the_exercise_are_rejected() {
         (
             "speeds",
             good.replace("[300.0, 900.0]", "[3e9, 9e9]\ndisc_radius_m = 0.01"),
-            "the runs take more than 10 s: check `model.gas.",
+            "the runs take more than 30 s: check `model.gas.",
         ),
     ];
     for (name, text, expected) in changes {

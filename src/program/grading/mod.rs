@@ -26,7 +26,7 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 /// The limits, as the help states them.
-const LIMITS: &str = "Limits of an answer: 64 runs, 20,000 particles per run, 64 MiB and 60 s for all runs, 10 s for others than those of the exercise, and 4 times their work and particles; a hand-in has at most 1,024 bytes.";
+const LIMITS: &str = "Limits of an answer: 64 runs, 20,000 particles per run, 64 MiB and 60 s for all runs, 30 s for others than those of the exercise, and 4 times their work and particles; a hand-in has at most 1,024 bytes.";
 
 /// Grade answers of exercises by rerunning their manifests
 #[derive(Debug, Args)]
