@@ -30,8 +30,8 @@ python=python3
 rm -rf target/book/html
 "$tools/bin/python" book/generator --cross-code-python "$python" "$@"
 "$mdbook" build target/book
-python3 book/check_links.py target/book/html
 python3 book/check_words.py target/book/src
 python3 book/generator/site.py "$@"
+python3 book/check_links.py target/book/html
 python3 book/check_links.py target/site
 echo "the book: $PWD/target/book/html/index.html, the site: $PWD/target/site/index.html ($SECONDS s)"

@@ -1,7 +1,7 @@
 """The source of the book as mdBook reads it: pages of `book/src` with included documents, executed commands and generated pages.
 
 An `{{#include PATH}}` of a document of the repository is replaced by its text. Relative links of that text are changed to the
-page that includes their target, or to a copy of the file.
+page that includes their target, or to a copy of the file. `{{#runs PATH}}` is what a manifest runs, without comments, questions, checks and plots.
 """
 
 import os
@@ -9,14 +9,17 @@ import re
 import shutil
 from pathlib import Path
 
+from play_link import with_play_links
+
 INCLUDE = re.compile(r"\{\{#include ([^}]+)\}\}")
+RUNS = re.compile(r"\{\{#runs ([^}]+)\}\}")
 LINK = re.compile(r"(!?\[[^\]]*\])\(([^)\s]+)\)")
 
 
 CODE = re.compile(r"(^```.*?^```$|^ {4}[^\n]*$|`[^`\n]+`)", re.MULTILINE | re.DOTALL)
 # Elements that generated pages contain; MathML has the names that begin with m.
 ELEMENTS = ("math|mrow|mi|mo|mn|mtext|mspace|msub|msup|msubsup|mfrac|msqrt|mroot|mover|munder|munderover|mtable|mtr|mtd|mstyle|mpadded|"
-            "div|figure|figcaption|img|table|thead|tbody|tr|th|td|code")
+            "div|figure|figcaption|img|table|thead|tbody|tr|th|td|code|p|span")
 ANGLE = re.compile(rf"<(?!https?:|/?(?:{ELEMENTS})[ />]|a href|/a>)")
 
 
@@ -25,6 +28,14 @@ def escape_angles(text):
     parts = CODE.split(text)
     parts[::2] = [ANGLE.sub("&lt;", part) for part in parts[::2]]
     return "".join(parts)
+
+
+def runs_of(manifest):
+    """The lines of a manifest that determine its runs."""
+    parts = re.split(r"^(?=\[)", manifest, flags=re.MULTILINE)
+    parts = [part for part in parts if not re.match(r"\[\[?(checks|plots|view|baseline)\b", part)]
+    text = re.sub(r"^(#.*|(question|answer|description) = .*)\n", "", "".join(parts), flags=re.MULTILINE)
+    return text.strip()
 
 
 class SourceError(Exception):
@@ -51,7 +62,8 @@ class Assembly:
         self.pages = included_documents(source)
 
     def assemble(self, execute):
-        """Writes every page of `book/src`; `execute` replaces the commands of a page by their output."""
+        """Writes every page of `book/src`; `execute` replaces the commands of a page by their output. The exercises can be downloaded."""
+        shutil.copytree(self.repository / "book/exercises", self.target / "exercises")
         for file in sorted(self.source.rglob("*")):
             place = self.target / file.relative_to(self.source)
             place.parent.mkdir(parents=True, exist_ok=True)
@@ -59,7 +71,9 @@ class Assembly:
                 if file.is_file():
                     shutil.copyfile(file, place)
                 continue
-            text = INCLUDE.sub(lambda found, file=file: self.document(file, found[1]), file.read_text())
+            text = with_play_links(file.read_text(), file)
+            text = RUNS.sub(lambda found, file=file: runs_of((file.parent / found[1]).read_text()), text)
+            text = INCLUDE.sub(lambda found, file=file: self.document(file, found[1]), text)
             place.write_text(execute(text, file.relative_to(self.source), place.parent))
 
     def document(self, page, target):

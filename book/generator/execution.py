@@ -9,6 +9,7 @@ In a page,
 runs the command in a folder of that page, which contains copies of `experiments/`, `book/exercises/` and `book/solutions/`, and inserts what it prints. The info string
 may limit this: `console lines=8` shows the last 8 lines, `console head=8` the first ones, and `console exit=2` expects that code of
 the last command.
+`{{scene EXPERIMENT NUMBER}}` is the last frame of a recording that the page has made, counted from 0 in the order of their names, and from -1 at the end.
 `{{value EXPERIMENT METRIC KEY=VALUE …}}` is the value of a metric; `variant=velocity_Verlet` is the variant "velocity Verlet". `![…](x.png)` shows a picture that a command has written.
 """
 
@@ -22,6 +23,7 @@ from pages import number
 
 BLOCK = re.compile(r"^```console([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 VALUE = re.compile(r"\{\{value ([^}]+)\}\}")
+SCENE = re.compile(r"\{\{scene (\w+) (-?\d+)\}\}")
 
 
 class ExecutionError(Exception):
@@ -45,6 +47,7 @@ class Pages:
             shutil.copytree(self.repository / "book" / name, folder / name)
         text = BLOCK.sub(lambda block: self.block(page, folder, block[1].split(), block[2]), text)
         text = VALUE.sub(lambda found: self.value(page, folder, found[1].split()), text)
+        text = SCENE.sub(lambda found: self.scene(folder, page.stem, found[1], int(found[2])), text)
         for picture in re.findall(r"!\[[^\]]*\]\(([^):]+)\)", text):
             if (folder / picture).is_file():
                 shutil.copyfile(folder / picture, place / picture)
@@ -87,3 +90,10 @@ class Pages:
             if entry["name"] == metric and same and entry["value"] is not None:
                 return number(entry["value"], 4)
         raise ExecutionError(f"{page}: {experiment} has no {metric} {wanted or ''}")
+
+    def scene(self, folder, page, experiment, number):
+        """The picture of a recording."""
+        recording = sorted((folder / "recordings" / experiment).glob("*.mcap"))[number]
+        name = f"{page}_scene.png"
+        subprocess.run([self.bin_folder / "kinetoscope", "export", "--quiet", "--thumbnail", folder / name, recording], check=True)
+        return f"![One of the runs of this page]({name})"

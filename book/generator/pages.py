@@ -48,7 +48,9 @@ def table(points):
         deviation = point.measured - point.exact
         rows.append((html.escape(point.label) or "all runs", number(point.measured), number(point.error, 2), number(point.exact),
                      number(deviation, 2), number(point.tolerance, 2), number(point.deviation(), 2), key_text(point.run_keys)))
-    return html_table(names, rows)
+    # A quantity without scatter has no standard error.
+    shown = [place for place, name in enumerate(names) if name != "standard error" or any(row[place] for row in rows)]
+    return html_table([names[place] for place in shown], [[row[place] for place in shown] for row in rows])
 
 
 def quantity(law, unit):
@@ -160,7 +162,7 @@ def law_page(result, manifest):
 
 {section("Tolerance")}
 
-**Expected deviation:** `{law.get('expected', 'error')}`. **Tolerance:** `{law['tolerance']}`, {tolerance_text(result.points)}.
+**Expected deviation:** {f'`{law["expected"]}`' if 'expected' in law else 'the standard error, `error`'}. **Tolerance:** `{law['tolerance']}`, {tolerance_text(result.points)}.
 {law['tolerance_reason']}
 
 {section("The control that fails")}

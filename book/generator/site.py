@@ -12,6 +12,7 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 # What the front page runs: it moves for some seconds.
 FRONT = "dem_rotating_drum"
 ENGINE = "kinetoscope-engine.js"
+PLAY = re.compile(r'<span class="play">.*?</span>')
 HEADER = """<header><h1>Kinetoscope</h1><p class="question">Reproducible particle simulations: the same manifest gives the same bytes on any machine.</p>
 <p>This page runs one, a rotating drum. Every report answers a question, and its reader can verify it in the browser.</p>
 <pre>pip install kinetoscope &amp;&amp; kinetoscope demo</pre><p>{links}</p></header>"""
@@ -42,6 +43,18 @@ def analyzed(options):
         report.write_text(text.replace('data-page="play.html"', 'data-page="../play.html"', 1))
 
 
+def finish_play_links(options, book):
+    """Puts the play page next to the book, whose lessons have links to it; without an engine, there is none, and the links are removed."""
+    if (options.output / "play.html").exists():
+        for name in ("play.html", ENGINE):
+            shutil.copyfile(options.output / name, book.parent / name)
+        return
+    for page in book.rglob("*.html"):
+        text = page.read_text()
+        if (found := PLAY.sub("", text)) != text:
+            page.write_text(found)
+
+
 def front_page(options):
     """The play page with another head and a manifest that starts; without an engine, the head alone. The gallery and the play page get links to the others."""
     gallery, play = options.output / "gallery.html", options.output / "play.html"
@@ -67,7 +80,9 @@ def main():
     shutil.rmtree(options.output, ignore_errors=True)
     options.output.mkdir(parents=True)
     analyzed(options)
-    shutil.copytree(REPOSITORY / "target/book/html", options.output / "book")
+    book = REPOSITORY / "target/book/html"
+    finish_play_links(options, book)
+    shutil.copytree(book, options.output / "book")
     if not options.without_api:
         subprocess.run(["cargo", "doc", "--workspace", "--no-deps", "--quiet"], check=True, cwd=REPOSITORY)
         shutil.copytree(REPOSITORY / "target/doc", options.output / "api")

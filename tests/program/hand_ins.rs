@@ -45,6 +45,16 @@ fn hand_in(bench: &Bench) -> String {
 }
 
 #[test]
+fn small_numbers_of_a_hand_in_have_an_exponent() {
+    let bench = bench();
+    bench.write("small.toml", &ANSWER.replace("162.97", "1.6297e-22"));
+    let written = bench.call(&["grade", "small.toml", "--hand-in", "small_hand_in.toml"]);
+    assert_eq!(written.code, Some(0), "{}", written.err);
+    let text = fs::read_to_string(bench.path("small_hand_in.toml")).unwrap();
+    assert!(text.contains("\nvalue = 1.6297e-22\n"), "{text}");
+}
+
+#[test]
 fn hand_in_is_small_and_accepted() {
     let bench = bench();
     assert!(hand_in(&bench).len() <= 1024);
@@ -66,7 +76,7 @@ fn bad_hand_ins_are_named_and_stop_no_other() {
         ("hash", good.replace(&hash, &"0".repeat(32)), "the hash is not that of these runs"),
         ("empty", String::new(), "not graded"),
         ("words", "My answer is 163 K.".to_owned(), "not graded"),
-        ("none", good.replace(&format!("hash = \"{hash}\""), ""), "it is not a hand-in"),
+        ("none", good.replace(&format!("hash = \"{hash}\""), ""), "accepted (no hash)"),
         ("long", format!("{good}# {}", "x".repeat(1024)), "larger than 1024 bytes"),
         (
             "path",
@@ -79,7 +89,7 @@ fn bad_hand_ins_are_named_and_stop_no_other() {
         (
             "many",
             good.replace("particles = 100", "particles = 1000000000"),
-            "at most 20000 are graded",
+            "at most 400 are graded",
         ),
         ("runs", good.replace("seed = 5", "seed = 5\nreplicates = 1000"), "at most 64 are graded"),
         ("frames", good.replace("frames = 2", "frames = 100000000"), "are graded"),
@@ -120,6 +130,32 @@ fn bad_hand_ins_are_named_and_stop_no_other() {
     assert!(!graded.out.contains('\u{1b}') && !graded.out.contains("<script>"), "{}", graded.out);
     // One line per hand-in, a title and a total.
     assert_eq!(graded.out.trim().lines().count(), changes.len() + 5 + 2, "{}", graded.out);
+}
+
+/// What the exercise does not ask for is not run to its end, and its keys are named.
+#[test]
+fn runs_beyond_those_of_the_exercise_are_rejected() {
+    let bench = bench();
+    let good = hand_in(&bench);
+    let changes = [
+        (
+            "duration",
+            good.replace("duration_s = 0.001", "duration_s = 0.005"),
+            "more than 4 times the work of the exercise: check `model.gas.duration_s`",
+        ),
+        (
+            "speeds",
+            good.replace("[300.0, 900.0]", "[3e9, 9e9]\ndisc_radius_m = 0.01"),
+            "the runs take more than 30 s: check `model.gas.",
+        ),
+    ];
+    for (name, text, expected) in changes {
+        assert_ne!(text, good, "{name} changes nothing");
+        bench.write(&format!("class/{name}.toml"), &text);
+        let graded = class(&bench, &[]);
+        let line = graded.out.lines().find(|line| line.starts_with(&format!("{name}.toml ")));
+        assert!(line.is_some_and(|line| line.contains(expected)), "{}", graded.out);
+    }
 }
 
 #[test]
@@ -183,6 +219,17 @@ fn missing_key_is_named() {
     assert!(graded.err.contains("--hand-in"), "{}", graded.err);
     assert_eq!(bench.call(&["grade", "answer.toml", "--hand-in", "b.toml"]).code, Some(0));
     assert!(Path::new(&bench.path("b.toml")).is_file());
+}
+
+#[test]
+fn answer_that_names_another_file_is_rejected() {
+    let bench = bench();
+    let start = "[model.packing]\nstart_from = \"/etc/passwd\"\nevents_per_disc = 1\n[record]\nframes = 1\n";
+    let exercise = ANSWER.split_once("[exercise]").unwrap().1;
+    bench.write("start.toml", &format!("{start}[exercise]{exercise}"));
+    let graded = bench.call(&["grade", "start.toml"]);
+    assert_eq!(graded.code, Some(2), "{}", graded.out);
+    assert!(graded.err.contains("`start_from` names another file"), "{}", graded.err);
 }
 
 /// A manifest that is no answer, and wrong answers: the value of the solution is not printed, and accepted units only for another unit.

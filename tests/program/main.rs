@@ -73,6 +73,7 @@ mod baselines_state_their_power;
 // `grade` on the solutions and planned errors of the book's exercises, and on hand-ins.
 mod exercises_accept_their_solutions;
 mod hand_ins;
+mod large_class;
 // Standard output and standard error on a full disk.
 mod full_output;
 // `info` on files that are not recordings.

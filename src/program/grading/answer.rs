@@ -39,14 +39,9 @@ impl Answer {
         Self::of(path, MOST_BYTES)
     }
 
-    /// Reads a hand-in, which has a hash.
+    /// Reads a hand-in, which has a hash unless it was written in a browser.
     pub(crate) fn read_hand_in(path: &Path) -> Result<Self, Failure> {
-        let answer = Self::of(path, MOST_HAND_IN_BYTES)?;
-        match answer.hash {
-            Some(_) => Ok(answer),
-            None => Err(bad("the file has no `exercise.hash`: it is not a hand-in")
-                .help("write it with `kinetoscope grade EXERCISE.toml --hand-in FILE`")),
-        }
+        Self::of(path, MOST_HAND_IN_BYTES)
     }
 
     fn of(path: &Path, most_bytes: u64) -> Result<Self, Failure> {
@@ -68,6 +63,11 @@ impl Answer {
             return Err(bad(format!("{} has no table [exercise]", shown_path(path)))
                 .help("name a completed exercise: a manifest with the answer in [exercise]"));
         };
+        if experiment.runs.iter().any(|run| run.manifest.model.start_from().is_some()) {
+            return Err(bad("`start_from` names another file, and an answer consists of one")
+                .at(&shown_path(path))
+                .help("leave `start_from` out, and use the start of the exercise"));
+        }
         let missing = |key: &str| {
             bad(format!("the answer is not complete: `exercise.{key}` is missing"))
                 .at(&shown_path(path))

@@ -9,7 +9,7 @@ use crate::messages::{Failure, bad};
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope_console::text::{one_line, plural, shortened, shown_path};
 use kinetoscope_console::without_styles;
-use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
+use rayon::iter::{IndexedParallelIterator as _, IntoParallelIterator as _, ParallelIterator as _};
 use serde_json::{Value as Json, json};
 use std::collections::{BTreeMap, HashMap};
 use std::fs;
@@ -28,6 +28,8 @@ pub(crate) struct Graded {
     exercise: String,
     /// What is wrong; `Err` for a file that cannot be graded.
     result: Result<Vec<Finding>, String>,
+    /// Whether nothing shows that it was edited afterward.
+    has_no_hash: bool,
     /// Whether it belongs to another lesson than the one that is graded.
     is_skipped: bool,
     /// The first hand-in with the same manifest and answer.
@@ -37,6 +39,19 @@ pub(crate) struct Graded {
 }
 
 impl Graded {
+    fn of(path: &Path) -> Self {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        Self {
+            file: one_line(&shortened(&name, LONGEST_NAME)).into_owned(),
+            exercise: String::new(),
+            result: Ok(Vec::new()),
+            has_no_hash: false,
+            is_skipped: false,
+            identical_to: None,
+            same_runs_as: None,
+        }
+    }
+
     /// Whether the answer is right.
     pub(crate) fn is_accepted(&self) -> bool {
         self.result.as_ref().is_ok_and(Vec::is_empty)
@@ -55,6 +70,9 @@ impl Graded {
             Ok(found) => found.iter().map(|it| it.text.as_str()).collect::<Vec<_>>().join("; "),
         };
         text = shortened(&text, LONGEST_REASON).into_owned();
+        if self.has_no_hash {
+            text += " (no hash)";
+        }
         if let Some(other) = &self.identical_to {
             text += &format!(" (identical to {other})");
         } else if let Some(other) = &self.same_runs_as {
@@ -72,6 +90,7 @@ impl Graded {
             "findings": findings,
             "not_graded": self.result.as_ref().err(),
             "skipped": self.is_skipped,
+            "has_no_hash": self.has_no_hash,
             "identical_to": self.identical_to,
             "same_runs_as": self.same_runs_as,
         })
@@ -90,6 +109,33 @@ fn reason(failure: &Failure) -> String {
     one_line(first.trim_start_matches("error: ")).into_owned()
 }
 
+/// The reruns of hand-ins by exercise and run keys.
+type Reruns = HashMap<(String, String), Result<Rerun, String>>;
+
+fn rerun_key(answer: &Answer) -> (String, String) {
+    (answer.name.clone(), run_keys(&answer.experiment))
+}
+
+/// Executes the distinct runs of each exercise once, if it has a key.
+fn reruns<'a>(
+    answers: impl Iterator<Item = &'a Answer>,
+    keys: &HashMap<&str, Result<Key, String>>,
+    interrupt: &Interrupt,
+) -> Reruns {
+    let mut distinct = BTreeMap::new();
+    for answer in answers {
+        if let Some(Ok(key)) = keys.get(answer.name.as_str()) {
+            distinct.entry(rerun_key(answer)).or_insert((answer, key));
+        }
+    }
+    let distinct: Vec<_> = distinct.into_iter().collect();
+    let rerun_one = |((name, runs), (answer, key)): ((String, String), (&Answer, &Key))| {
+        ((name, runs), rerun(answer, Some(key), interrupt).map_err(|failure| reason(&failure)))
+    };
+    // One at a time, because their times differ by factors of hundreds.
+    distinct.into_par_iter().with_max_len(1).map(rerun_one).collect()
+}
+
 /// Grades hand-ins; a damaged one stops no other.
 pub(crate) fn grade(
     paths: &[PathBuf],
@@ -100,30 +146,16 @@ pub(crate) fn grade(
     let answers: Vec<Result<Answer, String>> =
         paths.iter().map(|path| read(path).map_err(|failure| reason(&failure))).collect();
     let is_skipped = |answer: &Answer| lesson.is_some_and(|lesson| lesson != answer.lesson());
-    let mut distinct: BTreeMap<String, &Answer> = BTreeMap::new();
-    for answer in answers.iter().flatten().filter(|answer| !is_skipped(answer)) {
-        distinct.entry(run_keys(&answer.experiment)).or_insert(answer);
+    let wanted = || answers.iter().flatten().filter(|answer| !is_skipped(answer));
+    let mut keys: HashMap<&str, Result<Key, String>> = HashMap::new();
+    for answer in wanted() {
+        keys.entry(&answer.name)
+            .or_insert_with(|| Key::of(answer, solutions).map_err(|failure| reason(&failure)));
     }
-    let distinct: Vec<(String, &Answer)> = distinct.into_iter().collect();
-    let reruns: HashMap<String, Result<Rerun, String>> = distinct
-        .par_iter()
-        .map(|(keys, answer)| {
-            let done = rerun(answer, interrupt).map_err(|failure| reason(&failure));
-            (keys.clone(), done)
-        })
-        .collect();
+    let reruns = reruns(wanted(), &keys, interrupt);
     let (mut seen, mut seen_runs) = (HashMap::new(), HashMap::new());
     let graded = paths.iter().zip(&answers).map(|(path, answer)| {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let file = one_line(&shortened(&name, LONGEST_NAME)).into_owned();
-        let mut graded = Graded {
-            file,
-            exercise: String::new(),
-            result: Ok(Vec::new()),
-            is_skipped: false,
-            identical_to: None,
-            same_runs_as: None,
-        };
+        let mut graded = Graded::of(path);
         let answer = match answer {
             Err(reason) => {
                 graded.result = Err(reason.clone());
@@ -131,24 +163,24 @@ pub(crate) fn grade(
             }
             Ok(answer) => answer,
         };
-        let Answer { name, value, unit, standard_error, .. } = answer;
+        let Answer { name, value, unit, standard_error, hash, .. } = answer;
         graded.exercise.clone_from(name);
         if is_skipped(answer) {
             graded.result = Err(format!("a hand-in of the lesson {}", answer.lesson()));
             graded.is_skipped = true;
             return graded;
         }
-        let keys = run_keys(&answer.experiment);
-        graded.result = match &reruns[&keys] {
+        let runs = rerun_key(answer);
+        graded.has_no_hash = hash.is_none();
+        graded.result = match &keys[name.as_str()] {
             Err(reason) => Err(reason.clone()),
-            Ok(rerun) => match Key::of(answer, solutions) {
-                Err(failure) => Err(reason(&failure)),
-                Ok(key) => Ok(findings(answer, &key, rerun)),
-            },
+            Ok(key) => {
+                reruns[&runs].as_ref().map_err(Clone::clone).map(|it| findings(answer, key, it))
+            }
         };
-        let content = format!("{name} {keys} {value:?} {unit} {standard_error:?}");
+        let content = format!("{runs:?} {value:?} {unit} {standard_error:?}");
         graded.identical_to = first_of(&mut seen, content, &graded.file);
-        graded.same_runs_as = first_of(&mut seen_runs, (name, keys), &graded.file);
+        graded.same_runs_as = first_of(&mut seen_runs, runs, &graded.file);
         graded
     });
     graded.collect()

@@ -66,13 +66,15 @@ pub(crate) fn findings(answer: &Answer, key: &Key, rerun: &Rerun) -> Vec<Finding
         found.push(Finding::new("run", text));
         return found;
     };
-    let stated = unit.map(|(_, factor)| (answer.value * factor, answer.standard_error * factor));
-    let is_right = stated.is_some_and(|(value, error)| is_near(value, error, right, key.tolerance));
+    let stated =
+        unit.map(|(_, factor)| (answer.value * factor, answer.standard_error * factor, *factor));
+    let is_right =
+        stated.is_some_and(|(value, error, _)| is_near(value, error, right, key.tolerance));
     found.extend(other_run(&others, is_right));
     found.extend(too_few_replicates(answer, key));
-    if let Some((value, error)) = stated {
+    if let Some((value, error, stated_in)) = stated {
         found.extend(wrong_error(error, right, key));
-        found.extend((!is_right).then(|| wrong_value(value, right, key, rerun)));
+        found.extend((!is_right).then(|| wrong_value(value, stated_in, right, key, rerun)));
     }
     if let Some(rejected) = key.check_rejects {
         found.extend(wrong_check(&answer.experiment.checks, key, rerun, right, rejected));
@@ -193,8 +195,8 @@ const DECADES: std::ops::RangeInclusive<i32> = -15..=15;
 /// 0 °C in K.
 const CELSIUS_K: f64 = 273.15;
 
-/// Why a value is wrong, as far as it is known.
-fn wrong_value(value: f64, right: Combined, key: &Key, rerun: &Rerun) -> Finding {
+/// Why a value is wrong, as far as it is known. It was stated in a unit with this factor to that of the key.
+fn wrong_value(value: f64, stated_in: f64, right: Combined, key: &Key, rerun: &Rerun) -> Finding {
     let near = |other: f64| (value - other).abs() <= NEAR_FACTOR * other.abs();
     for wrong in &key.wrong {
         let by_factor = wrong.factor.is_some_and(|factor| near(factor * right.value));
@@ -209,6 +211,10 @@ fn wrong_value(value: f64, right: Combined, key: &Key, rerun: &Rerun) -> Finding
         && [-CELSIUS_K, CELSIUS_K].iter().any(|offset| near(right.value + offset))
     {
         return Finding::new("factor", "the value is off by 273.15: kelvin and degrees Celsius");
+    }
+    let in_other_unit = |other: f64| other != stated_in && near(right.value * stated_in / other);
+    if key.units.iter().any(|(_, other)| in_other_unit(*other)) {
+        return Finding::new("factor", "the value is that of another unit");
     }
     if let Some((_, name)) = FACTORS.iter().find(|(factor, _)| near(factor * right.value)) {
         return Finding::new("factor", format!("the value is off by a factor of {name}"));
@@ -245,6 +251,9 @@ fn wrong_check(
         }
         own if own.iter().all(|check| passes(check, rejected)) => {
             "the check is too wide: it accepts a value that a wrong formula gives"
+        }
+        own if own.iter().all(|check| passes(check, 2.0 * right.value - rejected)) => {
+            "the check is a limit: it accepts a value that is as wrong on the other side"
         }
         _ => return None,
     };

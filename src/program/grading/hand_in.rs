@@ -14,7 +14,8 @@ const LEFT_OUT: [&str; 6] = ["question", "answer", "description", "plots", "view
 
 /// Refuses to replace a file that is not an earlier hand-in of the same exercise.
 pub(crate) fn check(answer: &Answer, path: &Path) -> Result<(), Failure> {
-    if !path.is_file() || Answer::read_hand_in(path).is_ok_and(|old| old.name == answer.name) {
+    let is_same = |old: Answer| old.hash.is_some() && old.name == answer.name;
+    if !path.is_file() || Answer::read_hand_in(path).is_ok_and(is_same) {
         return Ok(());
     }
     let what = format!("{} already exists and is not a hand-in of this exercise", shown_path(path));
@@ -30,7 +31,7 @@ pub(crate) fn write(answer: &Answer, rerun: &Rerun, path: &Path) -> Result<(), F
     if let Some(exercise) = table.get_mut("exercise").and_then(Value::as_table_mut) {
         exercise.insert("hash".to_owned(), Value::String(rerun.hash.clone()));
     }
-    let text = table.to_string();
+    let text = with_exponents(&table, table.to_string());
     if text.len() as u64 > MOST_HAND_IN_BYTES {
         let what = format!(
             "the hand-in has {} bytes; at most {MOST_HAND_IN_BYTES} are graded",
@@ -42,4 +43,18 @@ pub(crate) fn write(answer: &Answer, rerun: &Rerun, path: &Path) -> Result<(), F
         let what = format!("cannot write {}: {error}", shown_path(path));
         Failure::new(of_output(&error), what).help("name another file with --hand-in")
     })
+}
+
+/// The text of a table in which very small and very large numbers have an exponent in place of many zeros.
+fn with_exponents(table: &Table, mut text: String) -> String {
+    for value in table.values() {
+        text = match value {
+            Value::Table(inner) => with_exponents(inner, text),
+            Value::Float(number) => {
+                text.replace(&format!(" = {value}\n"), &format!(" = {number:?}\n"))
+            }
+            _ => text,
+        };
+    }
+    text
 }

@@ -4,8 +4,9 @@ use crate::grading::answer::Answer;
 use crate::messages::{Failure, bad};
 use kinetoscope_console::text::{one_line, shown_path};
 use kinetoscope_files::regular_file::read_text;
-use kinetoscope_manifest::parse;
+use kinetoscope_manifest::{Experiment, parse};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 use toml::{Table, Value};
 
 /// Maximum size of a key and of a solution, bytes.
@@ -61,8 +62,12 @@ pub(crate) struct Key {
     pub(crate) wrong: Vec<WrongAnswer>,
     /// Further keys of the manifest that each student may choose.
     free: Vec<String>,
-    /// The canonical texts of the points of the solution, without free keys.
+    /// The manifest of the solution.
+    pub(crate) solution: Experiment,
+    /// The canonical texts of its points, without free keys.
     points: Vec<Vec<(String, String)>>,
+    /// The work of its runs, once it is computed.
+    pub(crate) work: OnceLock<f64>,
 }
 
 /// The folder of solutions that belongs to an exercise: `solutions` next to a folder above it.
@@ -119,16 +124,16 @@ impl Key {
         let solved = text(solution)?;
         let experiment = parse(&solved, &solution.to_string_lossy(), &[])
             .map_err(|errors| of_file(solution, errors.render(false)))?;
-        let mut key = Self::of_table(&table).ok_or_else(|| {
+        let mut key = Self::of_table(&table, experiment).ok_or_else(|| {
             let what =
                 "needs metric, units, and relative_tolerance or standard_errors, each of its type";
             of_file(path, what.to_owned())
         })?;
-        key.points = key.points_of(&experiment);
+        key.points = key.points_of(&key.solution);
         Ok(key)
     }
 
-    fn of_table(table: &Table) -> Option<Self> {
+    fn of_table(table: &Table, solution: Experiment) -> Option<Self> {
         let number = |name: &str| table.get(name).and_then(of_number);
         let tolerance = match (number("relative_tolerance"), number("standard_errors")) {
             (Some(fraction), None) => Tolerance::Relative(fraction),
@@ -162,12 +167,14 @@ impl Key {
             units: units.collect::<Option<_>>()?,
             wrong: wrong.collect::<Option<_>>()?,
             free: list("free").iter().filter_map(Value::as_str).map(str::to_owned).collect(),
+            solution,
             points: Vec::new(),
+            work: OnceLock::new(),
         })
     }
 
     /// The points of an experiment without the keys that each student may choose.
-    fn points_of(&self, experiment: &kinetoscope::Experiment) -> Vec<Vec<(String, String)>> {
+    fn points_of(&self, experiment: &Experiment) -> Vec<Vec<(String, String)>> {
         let is_free = |key: &str| {
             FREE.iter().any(|free| key.starts_with(free))
                 || self.free.iter().any(|free| key == free)
@@ -184,7 +191,7 @@ impl Key {
     }
 
     /// The keys in which the manifest of an answer differs from that of the exercise; empty if it does not.
-    pub(crate) fn other_keys(&self, experiment: &kinetoscope::Experiment) -> Vec<String> {
+    pub(crate) fn other_keys(&self, experiment: &Experiment) -> Vec<String> {
         let points = self.points_of(experiment);
         if points == self.points {
             return Vec::new();

@@ -5,6 +5,7 @@ mod class;
 mod findings;
 mod hand_in;
 mod key;
+mod limits;
 mod rerun;
 
 use crate::comparison::rerun::{listen, stop_if_interrupted};
@@ -25,7 +26,7 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 /// The limits, as the help states them.
-const LIMITS: &str = "Limits of an answer: 64 runs, 20,000 particles per run, 64 MiB per recording, 60 s for all runs; a hand-in has at most 1,024 bytes.";
+const LIMITS: &str = "Limits of an answer: 64 runs, 20,000 particles per run, 64 MiB and 60 s for all runs, 30 s for others than those of the exercise, and 4 times their work and particles; a hand-in has at most 1,024 bytes.";
 
 /// Grade answers of exercises by rerunning their manifests
 #[derive(Debug, Args)]
@@ -110,10 +111,15 @@ impl GradeArguments {
         if let Some(file) = &self.hand_in {
             hand_in::check(&answer, file)?;
         }
+        let key = Key::of(&answer, self.solutions.as_deref());
         let keys = run_keys(&answer.experiment);
         let rerun = match reruns.get(&keys) {
             Some(rerun) => Rc::clone(rerun),
-            None => Rc::new(rerun(&answer, interrupt)?),
+            // Without a key, the answer can be handed in.
+            None if self.hand_in.is_some() => {
+                Rc::new(rerun(&answer, key.as_ref().ok(), interrupt)?)
+            }
+            None => Rc::new(rerun(&answer, Some(key.as_ref().map_err(Clone::clone)?), interrupt)?),
         };
         reruns.insert(keys, Rc::clone(&rerun));
         if let Some(file) = &self.hand_in {
@@ -121,8 +127,7 @@ impl GradeArguments {
             self.result.say(&format!("{}: written to {}", answer.name, shown_path(file)));
             return Ok((Exit::Done, json!({ "exercise": answer.name, "hash": rerun.hash })));
         }
-        let key = Key::of(&answer, self.solutions.as_deref())?;
-        let found = findings(&answer, &key, &rerun);
+        let found = findings(&answer, &key?, &rerun);
         self.result.say(&text_of(&answer.name, &found));
         let listed: Vec<Json> = found.iter().map(json_of).collect();
         let document = json!({

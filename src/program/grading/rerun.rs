@@ -1,13 +1,12 @@
 //! Reruns of the manifests of answers in memory, within stated limits.
 
 use crate::grading::answer::Answer;
+use crate::grading::key::Key;
+use crate::grading::limits::Limits;
+use crate::messages::Failure;
 use crate::messages::exit::of_run_error;
-use crate::messages::progress::size;
-use crate::messages::{Failure, bad, plural};
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope::run::in_memory::run_with_hash;
-use kinetoscope::run::prepared::Prepared;
-use kinetoscope::run::resources::Estimate;
 use kinetoscope::verify::lock_file::RunHashes;
 use kinetoscope_analysis::analyze;
 use kinetoscope_analysis::run::RunStatus;
@@ -18,15 +17,6 @@ use kinetoscope_recording::channels::SCHEMA_VERSION;
 use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
-
-/// Maximum number of runs of an answer.
-pub(crate) const MOST_RUNS: usize = 64;
-/// Maximum number of particles of a run.
-pub(crate) const MOST_PARTICLES: u64 = 20_000;
-/// Maximum size of a recording in memory, bytes.
-pub(crate) const MOST_RECORDED_BYTES: u64 = 64 << 20;
-/// Maximum time of all runs of an answer.
-pub(crate) const MOST_SECONDS: u64 = 60;
 
 /// A metric of a run.
 #[derive(Clone, Copy, Debug)]
@@ -66,27 +56,38 @@ pub(crate) fn run_keys(experiment: &Experiment) -> String {
     experiment.runs.iter().map(key).collect::<Vec<_>>().join(" ")
 }
 
-/// Executes the runs of an answer, starts included, within the limits.
-pub(crate) fn rerun(answer: &Answer, interrupt: &Interrupt) -> Result<Rerun, Failure> {
-    rerun_within(Duration::from_secs(MOST_SECONDS), answer, interrupt)
+/// Executes the runs of an answer, starts included, within the limits. With a key, they are those of its exercise.
+pub(crate) fn rerun(
+    answer: &Answer,
+    key: Option<&Key>,
+    interrupt: &Interrupt,
+) -> Result<Rerun, Failure> {
+    let limits = Limits::new(&answer.experiment, key);
+    rerun_within(Duration::from_secs(limits.seconds()), &limits, answer, interrupt)
 }
 
-fn rerun_within(limit: Duration, answer: &Answer, interrupt: &Interrupt) -> Result<Rerun, Failure> {
+fn rerun_within(
+    time: Duration,
+    limits: &Limits<'_>,
+    answer: &Answer,
+    interrupt: &Interrupt,
+) -> Result<Rerun, Failure> {
     let stop = interrupt.with_own_stop();
     thread::scope(|scope| {
         let (finished, wait) = mpsc::channel::<()>();
         let clock = stop.clone();
         scope.spawn(move || {
-            if wait.recv_timeout(limit) == Err(mpsc::RecvTimeoutError::Timeout) {
+            if wait.recv_timeout(time) == Err(mpsc::RecvTimeoutError::Timeout) {
                 clock.stop();
             }
         });
-        let rerun = check_limits(&answer.experiment, &stop)
+        let rerun = limits
+            .check(&answer.experiment, &stop)
             .and_then(|()| execute(&answer.experiment, &stop));
         drop(finished);
         // A stop ends a start and a run with errors of their own.
         match stop.is_raised() {
-            true => Err(too_large(format!("the runs take more than {MOST_SECONDS} s"))),
+            true => Err(limits.exceeded(&limits.too_slow())),
             false => rerun,
         }
     })
@@ -114,37 +115,6 @@ fn execute(experiment: &Experiment, stop: &Interrupt) -> Result<Rerun, Failure> 
         runs.push(RerunPoint { coordinates: run.coordinates.to_vec(), metrics: metrics.collect() });
     }
     Ok(Rerun { hash: RunHashes::new(&[], &hashes).messages, runs, fault })
-}
-
-fn too_large(what: String) -> Failure {
-    bad(what).help("use the duration, frames and numbers that the exercise asks for")
-}
-
-/// Rejects what no exercise needs before it is run.
-fn check_limits(experiment: &Experiment, interrupt: &Interrupt) -> Result<(), Failure> {
-    if experiment.runs.len() > MOST_RUNS {
-        let found = plural(experiment.runs.len() as u64, "run");
-        return Err(too_large(format!("the manifest has {found}; at most {MOST_RUNS} are graded")));
-    }
-    for run in &experiment.runs {
-        let manifest = &run.manifest;
-        let particles = manifest.model.particles();
-        if particles > MOST_PARTICLES {
-            let what =
-                format!("a run has {particles} particles; at most {MOST_PARTICLES} are graded");
-            return Err(too_large(what));
-        }
-        let start = Prepared::new(manifest, &manifest.canonical(), "", interrupt)
-            .map_err(|error| Failure::of(Exit::BadInput, error.message()))?;
-        let bytes = Estimate::of(&start, manifest).bytes;
-        if bytes > MOST_RECORDED_BYTES {
-            let (found, most) = (size(bytes), size(MOST_RECORDED_BYTES));
-            return Err(too_large(format!(
-                "a recording has up to {found}; at most {most} are graded"
-            )));
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -178,7 +148,9 @@ standard_error = 0.1
         let path = folder.path().join("a.toml");
         std::fs::write(&path, ENDLESS_START).unwrap();
         let answer = Answer::read(&path).unwrap();
-        let failure = rerun_within(Duration::from_millis(200), &answer, &Interrupt::default());
+        let limits = Limits::new(&answer.experiment, None);
+        let time = Duration::from_millis(200);
+        let failure = rerun_within(time, &limits, &answer, &Interrupt::default());
         let text = failure.unwrap_err().plain_text();
         assert!(text.contains("take more than"), "{text}");
     }
