@@ -78,6 +78,10 @@ impl ReplayCollector {
             index.and_then(|index| provenance.state_units.get(index)).cloned().unwrap_or_default()
         };
         let lines = Arc::new(Lines::of(&extent.walls));
+        let time_unit = match provenance.time_unit.as_str() {
+            "" => "units of time",
+            unit => unit,
+        };
         Self {
             max_bytes,
             max_points,
@@ -86,7 +90,7 @@ impl ReplayCollector {
             every_particle: 1,
             extent,
             fps: provenance.playback_fps,
-            units: [unit("x"), unit("vx"), provenance.time_unit.clone()],
+            units: [unit("x"), unit("vx"), time_unit.to_owned()],
             columns: None,
             request,
             species: species(&run.manifest.model),
