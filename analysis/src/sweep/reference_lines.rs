@@ -262,11 +262,12 @@ impl Lines<'_> {
     }
 }
 
-/// What the dashed lines are that share the entries of their curves, unless these state their slopes.
+/// What the dashed lines are that share the entries of their curves, unless these state their slopes or the law has no name.
 pub(super) fn dashes_of(curves: &[Curve]) -> Option<String> {
     let theory = curves.iter().filter(|curve| curve.style == CurveStyle::Theory);
     let laws = theory.filter_map(|curve| Some(curve.name.split_once(": ")?.1));
-    let mut laws: Vec<&str> = laws.filter(|law| !law.starts_with(SLOPE)).collect();
+    let mut laws: Vec<&str> =
+        laws.filter(|law| !law.starts_with(SLOPE) && *law != "theory").collect();
     laws.dedup();
     (!laws.is_empty()).then(|| format!("dashed: {}", laws.join(", ")))
 }
