@@ -6,7 +6,7 @@ use crate::diagnostics::{Diagnostic, Errors};
 use crate::keys::{HasKeys as _, Reader, Writer};
 use crate::model::ModelConfig;
 use crate::quantity::NonNegative;
-use crate::sweep::{Axis, Coordinate};
+use crate::sweep::{Axis, Coordinate, VARIANT};
 use crate::table::table;
 use crate::tree::{Entry, Node, Value};
 use crate::value::{quoted, refuse_type, shortest, words};
@@ -48,6 +48,8 @@ table! {
         frame: ViewFrame ["", sparse] = ViewFrame::Fixed,
         /// Whether the replay of discs with contacts draws the normal forces, as lines whose width is the force. `record.channels` must contain `contact_forces`.
         forces: bool ["", sparse] = false,
+        /// The quantity of which the names of the variants are numbers, such as "packing fraction".
+        variants: Option<String> ["", optional],
         /// Names of the first particles, such as those of planets; "" for none. The Sun is yellow. By default those of the recording.
         names: Vec<String> ["", sparse] = Vec::new(),
     }
@@ -67,6 +69,8 @@ pub struct ViewRequest {
     pub frame: Option<ViewFrame>,
     /// Whether contact forces are drawn.
     pub forces: bool,
+    /// The quantity of which the names of the variants are numbers.
+    pub variants: Option<String>,
     /// Names of the first particles; empty for those of the recording.
     pub names: Vec<String>,
     /// The two points of the sweep that are compared, in the form of [`Coordinate`]; empty for its ends.
@@ -78,6 +82,18 @@ impl ViewRequest {
     #[must_use]
     pub fn compared(&self, coordinates: &[Coordinate]) -> Option<usize> {
         self.compare.iter().position(|at| selects(at, coordinates))
+    }
+
+    /// The coordinates with the quantity of the variants before their names.
+    #[must_use]
+    pub fn named(&self, coordinates: &[Coordinate]) -> Vec<Coordinate> {
+        let mut named = coordinates.to_vec();
+        for coordinate in named.iter_mut().filter(|coordinate| coordinate.key == VARIANT) {
+            if let Some(quantity) = &self.variants {
+                coordinate.value = format!("{quantity} {}", coordinate.value);
+            }
+        }
+        named
     }
 }
 
@@ -121,6 +137,7 @@ pub(crate) fn read(
         color: keys.color,
         frame: Some(keys.frame).filter(|frame| *frame != ViewFrame::Fixed),
         forces: keys.forces,
+        variants: keys.variants,
         names: keys.names,
         compare,
     };
@@ -192,6 +209,11 @@ fn check_effect(keys: &ViewKeys, runs: &[ViewedRun<'_>], reader: &mut Reader<'_>
         let title = "`view.forces` is true, and a run does not record `contact_forces`";
         reader.refuse(&["forces"], title, "add \"contact_forces\" to `record.channels`");
     }
+    let has_variant = |at: &[Coordinate]| at.iter().any(|it| it.key == VARIANT);
+    if keys.variants.is_some() && !runs.iter().all(|(at, _)| has_variant(at)) {
+        let title = "`view.variants` is the quantity of variants, and the sweep has none";
+        reader.refuse(&["variants"], title, "leave it out, or add [[sweep.variants]]");
+    }
     let most = models().map(ModelConfig::particles).max().unwrap_or_default();
     let is_fixed_sun =
         |model: &ModelConfig| matches!(model, ModelConfig::Orbit(_)) && model.particles() == 1;
@@ -237,8 +259,9 @@ pub(crate) fn write(view: &ViewRequest, writer: &mut Writer) {
     writer.text.push_str("\n[view]\n");
     let poster = view.poster.and_then(NonNegative::new);
     let frame = view.frame.unwrap_or(ViewFrame::Fixed);
-    let ViewRequest { color, forces, ref names, .. } = *view;
-    ViewKeys { poster, color, frame, forces, names: names.clone() }.keys(writer);
+    let ViewRequest { color, forces, ref variants, ref names, .. } = *view;
+    let (variants, names) = (variants.clone(), names.clone());
+    ViewKeys { poster, color, frame, forces, variants, names }.keys(writer);
     if !view.compare.is_empty() {
         let pair = |(key, value): &(String, String)| format!("{} = {}", quoted(key), quoted(value));
         let point = |point: &Vec<(String, String)>| {

@@ -20,6 +20,7 @@ use crate::models::{label_of, main_results};
 use crate::number_text::{plus_minus, significant};
 use crate::run::{RunAnalysis, RunStatus};
 use kinetoscope_console::text::one_line;
+use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_manifest::{
     Bound, Check, Coordinate, ExpectedOutcome, IfUndecided, TimingComparison,
 };
@@ -321,6 +322,30 @@ fn unfinished(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
     });
     let is_any_complete = source.runs.iter().any(|run| run.is_complete());
     ending.filter(|_| !is_any_complete).map(AnswerPart::Failure).into_iter().collect()
+}
+
+/// What complete runs without any quantity consist of, and what gives them an answer.
+pub(super) fn without_quantity(source: &AnswerSource<'_>) -> Option<AnswerPart> {
+    let run = source.runs.iter().find(|run| run.is_complete())?;
+    let (frames, particles) = (run.frames, run.model().particles());
+    let kind = match run.model() {
+        ModelConfig::Dem(_) | ModelConfig::Packing(_) => "disc",
+        ModelConfig::Gas(_) => "particle",
+        ModelConfig::Orbit(_) => "body",
+    };
+    let kind = match (particles, kind) {
+        (1, one) => one.to_owned(),
+        (_, "body") => "bodies".to_owned(),
+        (_, one) => format!("{one}s"),
+    };
+    let unit = if frames == 1 { "frame" } else { "frames" };
+    let runs = match source.runs.len() {
+        1 => format!("The run has {frames} {unit} of {particles} {kind} and"),
+        several => format!("The {several} runs have"),
+    };
+    Some(AnswerPart::words(format!(
+        "{runs} no checked quantity. The key `answer` of the manifest, or a check, states what to report."
+    )))
 }
 
 fn single(check: Option<&Check>, metric: &Metric, source: &AnswerSource<'_>) -> Vec<AnswerPart> {

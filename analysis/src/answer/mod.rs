@@ -96,7 +96,11 @@ impl Answer {
         let is_composed = template.is_none() && !answer.is_empty();
         parts.extend(answer);
         parts.extend(composed::remark_on_missing_runs(source).filter(|_| is_composed));
-        Self { parts, timing: composed::timing(source) }
+        let timing = composed::timing(source);
+        if parts.is_empty() && timing.is_none() {
+            parts.extend(composed::without_quantity(source));
+        }
+        Self { parts, timing }
     }
 
     /// Whether there is no answer.

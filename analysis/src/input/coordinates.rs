@@ -112,6 +112,12 @@ pub(crate) fn text(coordinates: &[Coordinate]) -> String {
     parts.collect::<Vec<_>>().join(", ")
 }
 
+/// The value of a coordinate that is not a number, for a reader: a word of a key, such as `uniform-in-area`, without its hyphens.
+pub(crate) fn word(coordinate: &Coordinate) -> String {
+    let value = one_line(&shown_value(coordinate)).into_owned();
+    if coordinate.key == VARIANT { value } else { value.replace('-', " ") }
+}
+
 /// Formats coordinates for a reader, in one line: keys in words, numbers with their units, and a variant by its name only, such as
 /// "time step = 0.25 days, RK4".
 pub(crate) fn label(coordinates: &[Coordinate]) -> String {
@@ -121,7 +127,8 @@ pub(crate) fn label(coordinates: &[Coordinate]) -> String {
             let ((words, unit), value) = (words_and_unit(last_part(key)), shown_value(coordinate));
             let unit = if value == "1" && unit == "days" { "day" } else { unit };
             let is_number = value.starts_with('(') || value.parse::<f64>().is_ok();
-            format!("{words} = {value} {}", if is_number { unit } else { "" }).trim_end().to_owned()
+            let (value, unit) = if is_number { (value, unit) } else { (word(coordinate), "") };
+            format!("{words} = {value} {unit}").trim_end().to_owned()
         }
     });
     one_line(&parts.collect::<Vec<_>>().join(", ")).into_owned()

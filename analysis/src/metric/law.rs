@@ -38,6 +38,11 @@ impl Law {
     pub const fn is_conservation(&self) -> bool {
         self.conserved.is_some()
     }
+
+    /// What the legend of a plot calls it.
+    pub(crate) fn title(&self) -> &'static str {
+        self.name.map_or("theory", |name| name.strip_prefix("the ").unwrap_or(name))
+    }
 }
 
 impl std::fmt::Display for Law {

@@ -25,15 +25,29 @@ const LABEL_GAP: i32 = 6;
 /// Distance of two labels.
 const LABEL_HEIGHT: i32 = 18;
 /// Maximum width of the labels over that of the chart.
-const MAX_LABELS_OVER_WIDTH: f64 = 0.36;
+const MAX_LABELS_OVER_WIDTH: f64 = 0.42;
 /// Number of entries from which labels at the ends are easier to read than a legend.
 const FEWEST_LABELS: usize = 3;
 
-/// An entry of the legend: a curve, and the style of the theory or the fit that shares the entry.
+/// The beginning of the name of a line that shows how steep a power law is, which its entry states.
+pub(crate) const SLOPE: &str = "slope ";
+
+/// An entry of the legend: a curve, and the first theory or fit that shares the entry.
 #[derive(Clone, Copy)]
 pub(super) struct Entry<'a> {
     pub(super) curve: &'a Curve,
-    comparison: Option<CurveStyle>,
+    comparison: Option<&'a Curve>,
+}
+
+impl Entry<'_> {
+    /// Its text: the name of the curve, with the slope of its line.
+    fn label(&self) -> String {
+        let line = self.comparison.and_then(|line| line.name.split_once(": "));
+        match line.filter(|(_, of)| of.starts_with(SLOPE)) {
+            Some((_, slope)) => format!("{}, {slope}", self.curve.name),
+            None => self.curve.name.clone(),
+        }
+    }
 }
 
 /// One entry per named curve. The first theory or fit that is named after its curve, such as `RK4: theory` after `RK4`, shares the entry of that curve.
@@ -43,7 +57,9 @@ pub(super) fn entries(curves: &[Curve]) -> Vec<Entry<'_>> {
     for curve in curves.iter().filter(|curve| !curve.name.is_empty()) {
         let measured = entries.iter_mut().find(|entry| is_compared_with(curve, entry));
         match measured {
-            Some(entry) => entry.comparison = Some(curve.style),
+            Some(entry) => {
+                entry.comparison.get_or_insert(curve);
+            }
             None => entries.push(Entry { curve, comparison: None }),
         }
     }
@@ -55,7 +71,7 @@ fn is_compared_with(comparison: &Curve, entry: &Entry<'_>) -> bool {
     let of_curve = comparison.name.strip_prefix(&entry.curve.name);
     comparison.style.is_comparison()
         && comparison.color == entry.curve.color
-        && entry.comparison.is_none_or(|style| style == comparison.style)
+        && entry.comparison.is_none_or(|line| line.style == comparison.style)
         && of_curve.is_some_and(|rest| rest.starts_with(": "))
 }
 
@@ -64,7 +80,7 @@ pub(super) fn rows<'a>(entries: &[Entry<'a>], width: i32) -> Vec<Vec<(i32, Entry
     let mut rows: Vec<Vec<(i32, Entry<'a>)>> = Vec::new();
     let mut left = i32::MAX;
     for entry in entries {
-        let needed = LEGEND_SAMPLE + 8 + text_width(&entry.curve.name, LEGEND_TEXT) + LEGEND_GAP;
+        let needed = LEGEND_SAMPLE + 8 + text_width(&entry.label(), LEGEND_TEXT) + LEGEND_GAP;
         if left.saturating_add(needed) > width - RIGHT_MARGIN {
             rows.push(Vec::new());
             left = LEGEND_LEFT;
@@ -88,7 +104,7 @@ pub(super) fn draw_row(
         draw_sample(sheet, *entry, [*left, left + LEGEND_SAMPLE], middle)?;
         let style = text_style(LEGEND_TEXT, HPos::Left, VPos::Center);
         let at = (fine(left + LEGEND_SAMPLE + 8), fine(middle));
-        sheet.draw(&Text::new(entry.curve.name.clone(), at, style)).map_err(failure)?;
+        sheet.draw(&Text::new(entry.label(), at, style)).map_err(failure)?;
     }
     Ok(())
 }
@@ -109,7 +125,7 @@ impl<'a> EndLabels<'a> {
         [width, height]: [i32; 2],
     ) -> Option<Self> {
         // Letters of common fonts are up to 9/16 as wide as they are high, on average.
-        let widths = entries.iter().map(|entry| 9 * text_width(&entry.curve.name, LABEL_TEXT) / 8);
+        let widths = entries.iter().map(|entry| 9 * text_width(&entry.label(), LABEL_TEXT) / 8);
         let needed = LEADER + LABEL_SAMPLE + 2 * LABEL_GAP + widths.max()?;
         let has_room = f64::from(needed) <= MAX_LABELS_OVER_WIDTH * f64::from(width)
             && entries.len() as i32 * LABEL_HEIGHT <= height;
@@ -162,7 +178,7 @@ impl<'a> EndLabels<'a> {
             draw_sample(sheet, *entry, [left, left + LABEL_SAMPLE], top + at)?;
             let style = text_style(LABEL_TEXT, HPos::Left, VPos::Center);
             let place = (fine(left + LABEL_SAMPLE + LABEL_GAP), fine(top + at));
-            sheet.draw(&Text::new(entry.curve.name.clone(), place, style)).map_err(failure)?;
+            sheet.draw(&Text::new(entry.label(), place, style)).map_err(failure)?;
         }
         Ok(())
     }
@@ -193,7 +209,7 @@ fn draw_sample(
             })
             .try_for_each(|dash| sheet.draw(&dash))
     };
-    match entry.comparison {
+    match entry.comparison.map(|line| line.style) {
         Some(CurveStyle::Fit) => sheet.draw(&PathElement::new(ends, stroke(color, 3))),
         Some(_) => draw_dashes(),
         None => Ok(()),

@@ -24,6 +24,7 @@ use canvas::DrawingError;
 pub(crate) use chart::Chart;
 pub(crate) use chart_size::ChartSize;
 pub(crate) use curve::{Curve, CurveStyle, Point, stacked, thinned};
+pub(crate) use legend::SLOPE;
 pub(crate) use picture::Picture;
 
 use kinetoscope_console::text::visible;
@@ -163,6 +164,7 @@ mod tests {
         let shared = texts("RK4: order 4");
         assert!(shared.contains("RK4</text>") && !shared.contains("order 4"), "{shared}");
         assert!(texts("theory").contains("theory</text>"), "control");
+        assert!(texts("RK4: slope 4").contains("RK4, slope 4</text>"), "a slope is stated");
     }
 
     /// Guarantee: a fit and theory of one color differ in their lines and have entries of their own, so that print and color vision do not matter; so do

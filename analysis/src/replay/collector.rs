@@ -4,7 +4,7 @@ use super::encoding::{
     ABSENT, LARGEST, append_series, append_speeds, base64_bytes, best_order, deflated, quantized,
 };
 use super::film::{Film, Replay};
-use super::forces::{append_forces, forces};
+use super::forces::{self, append_forces, forces};
 use super::lines::{LineStyle, Lines, styles, texts};
 use super::picture::{PictureStyle, picture};
 use super::poster::{nearest, poster, usual_color};
@@ -56,8 +56,9 @@ pub(crate) struct ReplayCollector {
     stills: Vec<Still>,
     last: Option<Still>,
     frames: u64,
-    /// Number of particles of the largest frame.
+    /// Number of particles of the largest frame, and of contact forces of the frame with the most.
     particles: usize,
+    most_forces: usize,
 }
 
 impl ReplayCollector {
@@ -77,6 +78,10 @@ impl ReplayCollector {
             index.and_then(|index| provenance.state_units.get(index)).cloned().unwrap_or_default()
         };
         let lines = Arc::new(Lines::of(&extent.walls));
+        let time_unit = match provenance.time_unit.as_str() {
+            "" => "units of time",
+            unit => unit,
+        };
         Self {
             max_bytes,
             max_points,
@@ -85,7 +90,7 @@ impl ReplayCollector {
             every_particle: 1,
             extent,
             fps: provenance.playback_fps,
-            units: [unit("x"), unit("vx"), provenance.time_unit.clone()],
+            units: [unit("x"), unit("vx"), time_unit.to_owned()],
             columns: None,
             request,
             species: species(&run.manifest.model),
@@ -96,6 +101,7 @@ impl ReplayCollector {
             last: None,
             frames: 0,
             particles: 0,
+            most_forces: 0,
         }
     }
 
@@ -143,7 +149,8 @@ impl ReplayCollector {
             }
         }
         let time = frame.clock.time;
-        let forces = if self.request.forces { forces(frame) } else { Vec::new() };
+        let (forces, all) = if self.request.forces { forces(frame) } else { Default::default() };
+        self.most_forces = self.most_forces.max(all);
         let still = Still { number, time, points, lines: Arc::clone(&self.lines), forces };
         if number.is_multiple_of(self.every_frame) {
             self.stills.push(still);
@@ -289,6 +296,7 @@ impl ReplayCollector {
         [
             frames,
             particles,
+            forces::note(self.most_forces),
             points.to_owned(),
             periodic.to_owned(),
             if self.extent.has_trails { self.lines.key_of_trails() } else { String::new() },

@@ -17,10 +17,10 @@ pub(super) struct ForceLine {
     pub(super) force: f64,
 }
 
-/// The forces of a frame: those of `/contact_forces`.
-pub(super) fn forces(frame: &RecordedFrame) -> Vec<ForceLine> {
+/// The drawn forces of a frame, those of `/contact_forces`, and the number of all.
+pub(super) fn forces(frame: &RecordedFrame) -> (Vec<ForceLine>, usize) {
     let columns = frame.get::<DemContactForces>().ok().flatten();
-    columns.map_or_else(Vec::new, |columns| strongest(of_columns(&columns)))
+    columns.map_or_else(Default::default, |columns| strongest(of_columns(&columns)))
 }
 
 /// The component of each force along its branch; a pull is as wide as a push.
@@ -39,16 +39,25 @@ fn of_columns(columns: &DemContactForces) -> Vec<ForceLine> {
     lines.collect()
 }
 
-/// The lines of the largest forces, in the order of the recording; none of a contact without a force.
-fn strongest(mut lines: Vec<ForceLine>) -> Vec<ForceLine> {
+/// The lines of the largest forces, in the order of the recording, and the number of all; none of a contact without a force.
+fn strongest(mut lines: Vec<ForceLine>) -> (Vec<ForceLine>, usize) {
     lines.retain(|line| line.force > 0.0 && line.force.is_finite());
-    if let Some(left_out) = lines.len().checked_sub(MOST_LINES) {
+    let all = lines.len();
+    if let Some(left_out) = all.checked_sub(MOST_LINES) {
         let mut sizes: Vec<f64> = lines.iter().map(|line| line.force).collect();
         let weakest = *sizes.select_nth_unstable_by(left_out, f64::total_cmp).1;
         lines.retain(|line| line.force >= weakest);
         lines.truncate(MOST_LINES);
     }
-    lines
+    (lines, all)
+}
+
+/// States that the lines of a frame are not all of its forces.
+pub(super) fn note(all: usize) -> String {
+    match all > MOST_LINES {
+        true => format!(" The {MOST_LINES} largest of up to {all} contact forces are drawn."),
+        false => String::new(),
+    }
 }
 
 /// Appends the lines, five series: x and y of both ends, and the force over the typical largest one. Returns how many lines each frame has room for, and that force.
@@ -90,7 +99,7 @@ const STEP: f64 = 1.0 / 255.0;
 
 #[cfg(test)]
 mod tests {
-    use super::{MOST_LINES, of_columns, strongest, typical_largest};
+    use super::{MOST_LINES, note, of_columns, strongest, typical_largest};
     use kinetoscope_recording::channels::DemContactForces;
 
     /// Contacts along x at these heights, with these forces on the first disc along x, and friction along y.
@@ -110,7 +119,8 @@ mod tests {
     /// Guarantee: the line of the largest normal force is the widest. Control: discs that do not press on each other have no line, whatever their friction.
     #[test]
     fn width_is_the_normal_force() {
-        let lines = strongest(of_columns(&columns(&[1.0, 0.0, 4.0, 2.0])));
+        let (lines, all) = strongest(of_columns(&columns(&[1.0, 0.0, 4.0, 2.0])));
+        assert_eq!(note(all), "");
         let widths: Vec<f64> = lines.iter().map(|line| line.force).collect();
         assert_eq!(widths, [1.0, 4.0, 2.0]);
         assert_eq!(lines[1].ends, [[0.0, 2.0], [-2.0, 2.0]]);
@@ -119,19 +129,21 @@ mod tests {
     /// Guarantee: frames without a contact and a single impact do not change the scale of the widths.
     #[test]
     fn scale_of_the_widths_is_that_of_a_typical_frame() {
-        let frame = |force: f64| strongest(of_columns(&columns(&[force, force / 2.0])));
+        let frame = |force: f64| strongest(of_columns(&columns(&[force, force / 2.0]))).0;
         let frames = [0.0, 3.0, 3.0, 900.0].map(frame);
         assert_eq!(typical_largest(frames.iter().map(|lines| &**lines)), 3.0);
         assert_eq!(typical_largest(frames[..1].iter().map(|lines| &**lines)), 0.0);
     }
 
+    /// Guarantee: the weakest of very many forces are left out, which the replay states.
     #[test]
-    fn weakest_of_very_many_are_left_out() {
+    fn left_out_forces_are_the_weakest_and_counted() {
         let all: Vec<f64> = (1..=1000).map(f64::from).collect();
-        let lines = strongest(of_columns(&columns(&all)));
+        let (lines, all) = strongest(of_columns(&columns(&all)));
         assert_eq!(lines.len(), MOST_LINES);
         assert_eq!(lines[0].force, 701.0);
-        let equal = strongest(of_columns(&columns(&[3.0; 1000])));
+        assert_eq!(note(all), " The 300 largest of up to 1000 contact forces are drawn.");
+        let (equal, _) = strongest(of_columns(&columns(&[3.0; 1000])));
         assert_eq!(equal.len(), MOST_LINES);
     }
 }

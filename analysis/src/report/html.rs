@@ -39,12 +39,19 @@ fn script() -> String {
     lines.map(squeezed).collect::<Vec<_>>().join("\n")
 }
 
-/// A line without the spaces next to punctuation, unless it has a text, a regular expression or a division.
+/// A line without the spaces next to punctuation outside of texts, unless it has a template, a regular expression or a division.
 fn squeezed(line: &str) -> String {
-    if line.contains(['"', '\'', '`', '/']) {
+    if line.contains(['\'', '`', '/', '\\']) {
         return line.to_owned();
     }
-    let letters: Vec<char> = line.chars().collect();
+    let parts = line.split('"').enumerate();
+    let parts = parts
+        .map(|(index, part)| if index % 2 == 0 { squeezed_code(part) } else { part.to_owned() });
+    parts.collect::<Vec<_>>().join("\"")
+}
+
+fn squeezed_code(code: &str) -> String {
+    let letters: Vec<char> = code.chars().collect();
     let is_punctuation = |letter: &char| ",;{}()[]=><?:&|*%+".contains(*letter);
     let is_needed = |place: usize| {
         let neighbors = letters[place.saturating_sub(1)..].iter().take(3);

@@ -8,6 +8,7 @@ use crate::checks::{CheckKind, CheckResult, subject};
 use crate::input::coordinates::label;
 use crate::metric::{Definition, Metric, MetricScope, symbols};
 use kinetoscope_console::text::plural;
+use kinetoscope_manifest::ViewRequest;
 use maud::{Markup, html};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -41,7 +42,7 @@ pub(super) fn checked(report: &AnalysisReport) -> Markup {
         html! {
             @for (subject, results) in checks {
                 @match metrics.get(*subject) {
-                    Some(metric) => (row(metric, results, true)),
+                    Some(metric) => (row(metric, results, Some(&report.view))),
                     None => tr {
                         td { (breakable(subject)) }
                         td colspan="4" { (typographic(&results[0].finding)) }
@@ -118,7 +119,7 @@ fn group(title: &str, metrics: &[&Metric], checks: &Checks<'_>) -> Markup {
     html! {
         tbody {
             tr class="group" { th colspan="6" scope="rowgroup" { (breakable(title)) } }
-            @for metric in rows { (row(metric, of_metric(metric).unwrap_or_default(), false)) }
+            @for metric in rows { (row(metric, of_metric(metric).unwrap_or_default(), None)) }
             @if !zeros.is_empty() {
                 tr class="group" {
                     td colspan="6" {
@@ -147,8 +148,8 @@ fn is_zero_by_construction(metric: &Metric) -> bool {
     metric.value() == 0.0 && metric.standard_error().is_none() && metric.theory.is_none()
 }
 
-/// A metric with its checks; with its place in the sweep, unless its group names that.
-fn row(metric: &Metric, checks: &[&CheckResult], has_place: bool) -> Markup {
+/// A metric with its checks; with its place in the sweep as a view names it, unless its group names that.
+fn row(metric: &Metric, checks: &[&CheckResult], place_in: Option<&ViewRequest>) -> Markup {
     let is_bare = metric.unit() == "1" || !metric.value().is_finite();
     let unit = if is_bare { "" } else { metric.unit() };
     let deviation = typographic(&deviation_text(metric));
@@ -157,7 +158,7 @@ fn row(metric: &Metric, checks: &[&CheckResult], has_place: bool) -> Markup {
     html! {
         tr {
             td {
-                @if has_place { (quantity(metric)) span class="facts" { (place(metric)) } }
+                @if let Some(view) = place_in { (quantity(metric)) span class="facts" { (place(metric, view)) } }
                 @else { (name(metric)) }
             }
             td class="value" data-label="" { (aligned(&value_text(metric))) }
@@ -170,12 +171,12 @@ fn row(metric: &Metric, checks: &[&CheckResult], has_place: bool) -> Markup {
 }
 
 /// The place of a metric in the sweep, in words after a comma; empty for a single run.
-fn place(metric: &Metric) -> String {
+fn place(metric: &Metric, view: &ViewRequest) -> String {
     let replicate = match &metric.scope {
         MetricScope::Run(run) if run.replicate > 0 => format!("replicate {}", run.replicate),
         _ => String::new(),
     };
-    let parts = [label(metric.coordinates()), replicate];
+    let parts = [label(&view.named(metric.coordinates())), replicate];
     parts.into_iter().filter(|part| !part.is_empty()).map(|part| format!(", {part}")).collect()
 }
 
@@ -310,7 +311,7 @@ mod tests {
     #[test]
     fn row_holds_the_check_and_definitions_are_escaped() {
         let (passed, failed) = (check(true), check(false));
-        let row = row(&metric(3.0, Some(2.0)), &[&passed, &failed], false).into_string();
+        let row = row(&metric(3.0, Some(2.0)), &[&passed, &failed], None).into_string();
         assert!(row.contains("<strong class=\"good\">ok</strong>"), "{row}");
         assert!(row.contains("<strong class=\"bad\">failed</strong>"), "{row}");
         assert!(
@@ -320,7 +321,7 @@ mod tests {
         assert!(row.contains("title=\"&lt;F&gt; &amp; &quot;more&quot;\""), "{row}");
         assert!(row.contains("href=\"#metric-force.mean\""), "{row}");
         assert!(row.contains("<td class=\"unit\" data-label=\"\">N</td>"), "{row}");
-        let missing = super::row(&metric(f64::NAN, None), &[], false).into_string();
+        let missing = super::row(&metric(f64::NAN, None), &[], None).into_string();
         assert!(
             missing.contains(">none</td><td class=\"unit\" data-label=\"\"></td>"),
             "{missing}"

@@ -48,9 +48,9 @@ function drawForces(context, film, frame, [x0, y0, x1, y1, forces], px, py, wide
   }
 }
 
-// Writes texts at their places, or below texts that are there already.
-function writer(context) {
-  const written = [], row = 13 * devicePixelRatio;
+// Writes texts at their places, or below texts and bodies that are there already.
+function writer(context, bodies) {
+  const written = bodies.map(([x, y]) => [x, x, y]), row = 13 * devicePixelRatio;
   return (text, align, x, y) => {
     const width = context.measureText(text).width, left = align === "center" ? x - width / 2 : align === "right" ? x - width : x;
     while (written.some(([a, b, c]) => left < b + row / 2 && a < left + width + row / 2 && Math.abs(c - y) < row)) y += row;

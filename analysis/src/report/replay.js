@@ -95,8 +95,8 @@ function player(part, leader) {
     if (part && moves.frame !== low) {
       moves = { frame: low, kinds: new Uint8Array(count), slopes: new Float32Array(5 * count) };
       for (let i = 0; i < count; i++) moves.kinds[i] = motionOf(film, data, low, i, moves.slopes, 5 * i);
-      // Hard discs, which have no unit of time, would be drawn inside each other if most of them collide between two frames.
-      if (!film.units[2] && moves.kinds.filter((kind) => kind === LINE).length > count / 2) moves.kinds.fill(STAYS);
+      // Hard discs, which have no unit of length, would be drawn inside each other if most of them collide between two frames.
+      if (!film.units[0] && moves.kinds.filter((kind) => kind === LINE).length > count / 2) moves.kinds.fill(STAYS);
     }
     const { kinds, slopes } = moves;
     for (let i = 0; i < count; i++) {
@@ -198,8 +198,8 @@ function player(part, leader) {
     context.fillRect(0, 0, canvas.width, canvas.height);
     context.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
     context.textBaseline = "middle";
-    write = writer(context);
     placeParticles();
+    write = writer(context, [...film.names.map((_, i) => [across[i], down[i]]), ...film.bodies.map(([x, y]) => pixel(x, y))]);
     if (film.trails) drawTrails(context, film, data, at, [px, py], isRotating() && pixel(0, 0));
     if (!isRotating()) drawWalls();
     drawDiscs();

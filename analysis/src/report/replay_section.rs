@@ -102,7 +102,7 @@ pub(super) fn left_out(report: &AnalysisReport) -> Markup {
         @if !others.is_empty() {
             details {
                 summary { (others.len()) (text) }
-                ul { @for run in &others { li { (run_name(run)) " (" (run.file) ")" } } }
+                ul { @for run in &others { li { (run_name(run, &report.view)) " (" (run.file) ")" } } }
             }
         }
     }
@@ -119,7 +119,7 @@ fn played(report: &AnalysisReport) -> Vec<Played<'_>> {
 /// The players with their common controls. The runs that the manifest names, or those at the ends of a sweep, are compared, unless their times have different
 /// units: then they have no common clock. `all` runs are in the report.
 fn deck(played: &[Played<'_>], all: usize, view: &ViewRequest) -> Markup {
-    let names: Vec<String> = played.iter().map(|(run, _)| run_name(run)).collect();
+    let names: Vec<String> = played.iter().map(|(run, _)| run_name(run, view)).collect();
     let units: BTreeSet<&str> = played.iter().map(|(run, _)| run.time_unit.as_str()).collect();
     let has_pair = units.len() == 1 && played.len() > 1;
     let compared = |place: usize| {
@@ -243,8 +243,8 @@ fn film(run: &RunAnalysis, replay: &Replay) -> Markup {
 }
 
 /// The run's coordinates in its sweep, or its file.
-pub(super) fn run_name(run: &RunAnalysis) -> String {
-    match label(&run.coordinates) {
+pub(super) fn run_name(run: &RunAnalysis, view: &ViewRequest) -> String {
+    match label(&view.named(&run.coordinates)) {
         name if name.is_empty() => run.file.clone(),
         name => name,
     }

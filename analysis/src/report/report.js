@@ -195,7 +195,7 @@ function chart(figure, data) {
     const usual = clamp(0.58 * full, 260, 400), column = figure.closest(".adjacent");
     const isShared = !isPrinted && innerWidth >= 860 && column?.querySelectorAll("figure:not(.live)").length === 2;
     const top = isShared ? column.getBoundingClientRect().top + scrollY : 0;
-    return isShared ? clamp((innerHeight - top) / 2 - CHART_FRAME_PX, 170, usual) : usual;
+    return isShared ? clamp((innerHeight - top) / 2 - CHART_FRAME_PX - (data.remark ? 24 : 0), 170, usual) : usual;
   }
 
   function draw() {
@@ -370,14 +370,16 @@ function chart(figure, data) {
     });
     const sample = element("svg", { viewBox: "0 0 26 10", "aria-hidden": true }, button);
     for (const each of all) element("path", { ...strokeOf(each), d: each.style === "data" ? "M13 5h.01" : each.below ? "M0 1h26v8h-26" : "M0 5h26" }, sample);
-    button.append(curve.name);
-    return { curve, button };
+    // A line that shows how steep a power law is has its slope in the text.
+    const line = all[1]?.name, text = line?.includes(": slope") ? line.replace(": slope", ", slope") : curve.name;
+    button.append(text);
+    return { curve, button, text };
   });
 
   // Width of the margin for entries at the ends of their curves; 0 where they are in rows above the chart.
   function endMargin(full, height) {
-    const width = 56 + max(0, ...entries.map(({ curve }) => widthOf(curve.name, 13)));
-    const hasRoom = entries.length > 2 && !data.equal && !isPrinted && width < 0.36 * full && entries.length * ENTRY_PX < height;
+    const width = 56 + max(0, ...entries.map(({ text }) => widthOf(text, 13)));
+    const hasRoom = entries.length > 2 && !data.equal && !isPrinted && width < 0.42 * full && entries.length * ENTRY_PX < height;
     legend.classList.toggle("ends", hasRoom);
     // Moving it takes the keyboard's focus away.
     if (hasRoom !== (legend.parentElement === plane)) if (hasRoom) plane.append(legend); else tools.before(legend);

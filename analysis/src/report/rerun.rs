@@ -50,7 +50,7 @@ pub(super) fn section(report: &AnalysisReport, is_single_file: bool) -> Markup {
     let runs: Vec<Changeable<'_>> = claimed
         .take(MOST_RUNS)
         .map(|(run, claim)| Changeable {
-            name: run_name(run),
+            name: run_name(run, &report.view),
             manifest: &claim.manifest,
             keys: Some(keys(run, &claim.manifest)),
             numbers: Some(numbers(report, run)),

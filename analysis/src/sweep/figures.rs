@@ -5,7 +5,7 @@ use crate::input::key_words::words_and_unit;
 use crate::models::MODELS;
 use crate::models::contract::{ModelAnalysis, Ordinate, TradeOff};
 use crate::models::figures::SharedCurve;
-use crate::plot::{Axis, Curve, CurveStyle, Plot, Point, Scale, extremes};
+use crate::plot::{Axis, Curve, CurveStyle, Plot, Point, SLOPE, Scale, extremes};
 use crate::run::RunAnalysis;
 use crate::sweep::SweepPoint;
 use std::collections::BTreeSet;
@@ -135,7 +135,7 @@ fn order_line(
     let order = (ordinate.order?.order)(group.first()?.runs.first()?.model())?;
     let (first, end) = (last.points.first()?, last.points.last()?);
     let at = |x: f64| Point::bare(x, first.y * libm::pow(x / first.x, order));
-    let name = labeled(label, &format!("order {order}"));
+    let name = labeled(label, &format!("{SLOPE}{order}"));
     Some(Curve { name, style: CurveStyle::Theory, color, points: vec![at(first.x), at(end.x)] })
 }
 

@@ -6,7 +6,7 @@ use crate::metric::{Metric, MetricScope};
 use crate::models::MODELS;
 use crate::models::contract::{Fit, FitShape};
 use crate::number_text::{plus_minus, short_number, three_digits};
-use crate::plot::{Curve, CurveStyle, Point, extremes};
+use crate::plot::{Curve, CurveStyle, Point, SLOPE, extremes};
 use crate::statistics::{Estimate, least_squares_line, mean_of_independent, power_law_exponent};
 use crate::sweep::SweepPoint;
 use crate::sweep::figures::{MAX_CURVES, MEASURED, REFERENCE_COLOR};
@@ -55,7 +55,7 @@ impl Lines<'_> {
             // A fit that is drawn has its number in the legend.
             let is_named = line
                 .as_ref()
-                .is_some_and(|line| !line.name.contains("theory") && !line.name.contains(": "));
+                .is_some_and(|line| line.style == CurveStyle::Fit && !line.name.contains(": "));
             if let Some(text) = text.filter(|_| !is_named) {
                 let place = if place.is_empty() { String::new() } else { format!("{place}: ") };
                 remarks.push(format!("{place}{text}"));
@@ -92,8 +92,8 @@ impl Lines<'_> {
         match fit.shape {
             FitShape::Saturation => {
                 let scale = first?.value;
-                let law = fit.parameters[0].laws.first().map_or("fit", |law| law.source);
-                let name = if has_theory { name(law) } else { format!("fit ({law})") };
+                let law = fit.parameters[0].laws.first().map_or("fit", |law| law.title());
+                let name = if has_theory { name(law) } else { format!("{law}, fitted") };
                 let points = saturation_points(scale, range_of(data)?[1]);
                 let line = Some(comparison(CurveStyle::Fit, name, data.color, points));
                 Some(Fitted { line, text: None })
@@ -101,7 +101,12 @@ impl Lines<'_> {
             FitShape::PowerLaw => {
                 let (exponent, of, style) = match (theory, first) {
                     (Some(theory), _) => {
-                        let of = format!("theory, exponent {}", exponent_text(theory));
+                        let law = fit.parameters.first().and_then(|it| it.laws.first()?.name);
+                        let exponent = exponent_text(theory);
+                        let of = match law {
+                            Some(law) => format!("{law}, exponent {exponent}"),
+                            None => format!("{SLOPE}{exponent}"),
+                        };
                         (theory, of, CurveStyle::Theory)
                     }
                     (None, Some(first)) => {
@@ -255,6 +260,16 @@ impl Lines<'_> {
         let slopes: Vec<f64> = whole.filter_map(|points| slope_of(shape, points)).collect();
         mean_of_independent(&slopes)
     }
+}
+
+/// What the dashed lines are that share the entries of their curves, unless these state their slopes or the law has no name.
+pub(super) fn dashes_of(curves: &[Curve]) -> Option<String> {
+    let theory = curves.iter().filter(|curve| curve.style == CurveStyle::Theory);
+    let laws = theory.filter_map(|curve| Some(curve.name.split_once(": ")?.1));
+    let mut laws: Vec<&str> =
+        laws.filter(|law| !law.starts_with(SLOPE) && *law != "theory").collect();
+    laws.dedup();
+    (!laws.is_empty()).then(|| format!("dashed: {}", laws.join(", ")))
 }
 
 /// The least-squares slope of points, or the exponent of their power law.

@@ -1,6 +1,6 @@
 //! Plots that a manifest or a command line requests: a metric over a swept key, or a field of a channel over time.
 
-use super::reference_lines::Lines;
+use super::reference_lines::{Lines, dashes_of};
 use super::samples::{self, Abscissa, Sample, definition, label, typographic_unit};
 use crate::input::coordinates::{self, grouped, last_part, without};
 use crate::input::key_words::words_and_unit;
@@ -99,6 +99,7 @@ impl PlotData<'_> {
         // Theory that the axes cannot show has no entry in the legend.
         let has_point = |curve: &Curve| curve.points.iter().any(|point| can_show(scales, point));
         curves.retain(|curve| curve.style == CurveStyle::Data || has_point(curve));
+        remarks.extend(dashes_of(&curves));
         let [across, up] = axes([(&x_label, &x_unit), (&label, &unit)], scales);
         let axes = [Axis { words, ..across }, up];
         let stem = format!("{}_vs_{}", stem_of(names[0]), x_label.replace([' ', '/'], "_"));
@@ -151,6 +152,7 @@ impl PlotData<'_> {
                 coordinates,
                 estimate: fit.map(|(_, fit)| fit.estimate),
                 theory: fit.and_then(|(_, fit)| fit.theory?.applicable()),
+                law: samples::title_of(fit.and_then(|(_, fit)| fit.theory)),
             }
         };
         groups.into_iter().map(sample).collect()

@@ -3,7 +3,7 @@
 use super::swept_key::{position, swept_key, words};
 use crate::input::coordinates::{self, CoordinateValue, grouped, last_part, value_of};
 use crate::input::key_words::words_and_unit;
-use crate::metric::Definition;
+use crate::metric::{Definition, Theory};
 use crate::models::{MODELS, label_of};
 use crate::number_text::{six_digits, with_error};
 use crate::plot::{Curve, CurveStyle, Point};
@@ -149,6 +149,8 @@ pub(super) struct Sample {
     pub(super) x: Option<f64>,
     pub(super) estimate: Option<Estimate>,
     pub(super) theory: Option<f64>,
+    /// What the theory is called.
+    pub(super) law: &'static str,
 }
 
 impl Sample {
@@ -160,6 +162,7 @@ impl Sample {
             x: abscissa.of_point(point),
             estimate: found.map(|(estimate, ..)| estimate),
             theory: found.and_then(|(_, theory, _)| theory?.applicable()),
+            law: title_of(found.and_then(|(_, theory, _)| theory)),
         }
     }
 
@@ -179,6 +182,11 @@ impl Sample {
         let place = coordinates::label(&self.coordinates);
         format!("{place}: measured {measured}{}", theory.unwrap_or_default())
     }
+}
+
+/// What a legend calls a theoretical value.
+pub(super) fn title_of(theory: Option<Theory>) -> &'static str {
+    theory.and_then(|theory| theory.law).map_or("theory", |law| law.title())
 }
 
 /// The curves of points that differ along the horizontal axis only.
@@ -227,7 +235,8 @@ fn curves_of(samples: &[&Sample], name: &str, color: usize, abscissa: &Abscissa)
         }
         theory.extend(sample.theory.map(|y| Point::bare(x, y)));
     }
-    let of_theory = if name.is_empty() { "theory".to_owned() } else { format!("{name}: theory") };
+    let law = samples.iter().find(|sample| sample.theory.is_some()).map_or("", |it| it.law);
+    let of_theory = if name.is_empty() { law.to_owned() } else { format!("{name}: {law}") };
     let measured = if name.is_empty() { MEASURED } else { name };
     let mut curves = Vec::new();
     for (name, style, mut points) in

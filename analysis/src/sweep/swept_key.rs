@@ -1,8 +1,7 @@
 //! The horizontal axis of a plot over a swept key: numbers, or words in the order of the sweep.
 
-use crate::input::coordinates::{self, CoordinateValue, last_part, shown_value, value_of};
+use crate::input::coordinates::{self, CoordinateValue, last_part, value_of};
 use kinetoscope_console::Message;
-use kinetoscope_console::text::one_line;
 use kinetoscope_manifest::{Axis as SweptAxis, Coordinate, nearest};
 
 /// The full name of the swept key that is the horizontal axis: the requested one, or the only numeric one, or the only one.
@@ -68,7 +67,7 @@ pub(super) fn words(key: &str, places: &[Vec<Coordinate>]) -> Vec<String> {
     }
     let mut words = Vec::new();
     for coordinate in places.iter().flatten().filter(|coordinate| coordinate.key == key) {
-        let word = one_line(&shown_value(coordinate)).into_owned();
+        let word = coordinates::word(coordinate);
         if !words.contains(&word) {
             words.push(word);
         }
@@ -82,7 +81,7 @@ pub(super) fn position(place: &[Coordinate], key: &str, words: &[String]) -> Opt
         return number(place, key);
     }
     let coordinate = place.iter().find(|coordinate| coordinate.key == key)?;
-    let word = one_line(&shown_value(coordinate)).into_owned();
+    let word = coordinates::word(coordinate);
     words.iter().position(|other| *other == word).map(|index| index as f64)
 }
 

@@ -326,7 +326,7 @@ fn plots_show_theory_within_its_range_only() {
         });
         let _ = folder.metrics();
         let svg = std::fs::read_to_string(folder.path().join("energy_drift.svg"));
-        svg.expect("a plot").contains("theory: 1")
+        svg.expect("a plot").contains("first-order theory, 1")
     };
     assert!(!euler("5.0") && euler("0.25"));
 }

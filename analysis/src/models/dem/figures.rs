@@ -195,7 +195,8 @@ fn discharge(run: &DemRun) -> Option<Plot> {
     if let (Some(rate), Some(first), Some(last)) = (rate, steady.first(), steady.last()) {
         let middle = ((first.0 + last.0) / 2.0, (first.1 + last.1) / 2.0);
         let line = [first.0, end].map(|time| (time, middle.1 + rate.value * (time - middle.0)));
-        curves.push(Curve::theory(format!("{} per second", short_number(rate.value)), 1, line));
+        let name = format!("mean rate, {} per second", short_number(rate.value));
+        curves.push(Curve::new(name, CurveStyle::Fit, 1, line));
     }
     if let Some(insertion) = &run.config.insertion {
         let per_second = insertion.discs_per_s.get();
@@ -218,7 +219,8 @@ fn row_velocities(run: &DemRun) -> Option<Plot> {
     let theory = law::velocity_transmission(&run.config).map(|fraction| fraction * first.1);
     curves.extend(theory.map(|velocity| {
         let ends = [first.0, last.0].map(|time| (time, velocity));
-        Curve::theory(format!("disc {} at the end by theory", all.len()), all.len() - 1, ends)
+        let name = format!("disc {} at the end, by conservation of momentum", all.len());
+        Curve::theory(name, all.len() - 1, ends)
     }));
     let axes = [Axis::linear("time", "s"), Axis::linear("velocity along the row", "m/s")];
     Some(Plot::chart("row_velocities", "Velocity of each disc of the row", axes, curves))

@@ -47,12 +47,12 @@ fn temperature(run: &GasRun) -> Option<Plot> {
             run.radii.iter().map(|(time, radius)| (*time, first * libm::pow(start / radius, 2.0)));
         curves.push(Curve::theory("T A = constant", 1, line));
     } else if let Some(wall) = config.thermal_wall {
-        curves.push(Curve::theory("wall", 1, level(wall.temperature_k.get())));
+        curves.push(Curve::theory("temperature of the wall", 1, level(wall.temperature_k.get())));
     } else if !config.temperature_schedule.is_empty() {
         let steps = steps(run, begin, ends().last().unwrap_or(begin));
         curves.push(Curve::theory("set by the manifest", 1, steps));
     } else if !is_by_speed && (run.keeps_energy() || opens.is_some()) {
-        curves.push(Curve::theory("constant", 1, level(first)));
+        curves.push(Curve::theory("temperature at the start", 1, level(first)));
     }
     let across = time_axis(series.iter().map(|(time, ..)| *time), "s");
     let axes = [across, Axis::linear("temperature", "K")];
@@ -97,7 +97,7 @@ fn wall_collisions(run: &GasRun) -> Option<Plot> {
     let mean_speed = run.first_mean_speed_m_per_s.filter(|_| run.keeps_particles())?;
     let (end, _) = *run.wall_counts.last().filter(|_| run.wall_counts.len() > 1)?;
     let rate = law::wall_collision_rate_per_s(&run.config, mean_speed);
-    let name = format!("2 N ⟨v⟩ t / (π R): {} per second", short_number(rate));
+    let name = format!("kinetic theory, {} per second", short_number(rate));
     let curves = vec![
         Curve::line("counted", 0, run.wall_counts.iter().copied()),
         Curve::theory(name, 1, [(0.0, 0.0), (end, rate * end)]),

@@ -243,7 +243,11 @@ fn energy(run: &OrbitRun, first: &OrbitPoint) -> Plot {
         (OrbitIntegrator::ExplicitEuler, Some(orbit)) => {
             if law::outside_euler_range(step, orbit, end).is_none() {
                 let line = times.map(|time| (time, law::euler_energy_drift(step, orbit, time)));
-                curves.push(Curve::theory("theory: 1 − (1 + 6 Δt ω² t)^(−1/3)", 1, line));
+                curves.push(Curve::theory(
+                    "first-order theory, 1 − (1 + 6 Δt ω² t)^(−1/3)",
+                    1,
+                    line,
+                ));
             }
         }
         (OrbitIntegrator::ExplicitEuler, None) => {}

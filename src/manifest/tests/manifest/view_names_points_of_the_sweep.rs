@@ -34,6 +34,21 @@ fn view_is_read_and_recorded() {
     assert_eq!(back.view.unwrap_or_default(), ViewRequest::default());
 }
 
+/// Guarantee: a variant that is named by a number is shown with its quantity; its place in the sweep keeps its name.
+#[test]
+fn quantity_of_variants_precedes_their_names() {
+    let experiment = experiment(
+        "[model.gas]\n[[sweep.variants]]\nname = \"0.5\"\nmodel.gas.radius_m = 0.5\n[[sweep.variants]]\nname = \"1\"\nmodel.gas.radius_m = 1.0\n[view]\nvariants = \"radius\"\n",
+    );
+    let place = &experiment.runs[0].coordinates;
+    assert_eq!(experiment.view.named(place)[0].value, "radius 0.5");
+    assert_eq!(place[0].value, "0.5");
+    assert_eq!(ViewRequest::default().named(place), *place, "control");
+    let text = ExperimentRecord::new(&experiment, []).to_toml();
+    let back = ExperimentRecord::from_toml(&text, "experiment.toml").unwrap();
+    assert_eq!(back.view, Some(experiment.view), "{text}");
+}
+
 #[test]
 fn wrong_values_are_reported() {
     for (line, message) in [
@@ -58,6 +73,7 @@ fn keys_without_effect_are_rejected_at_their_place() {
         // The gas runs for 0.1 s by default.
         (SWEEP, "poster = 0.2 # <-", "must be at most 0.1"),
         (SWEEP, "color = \"species\" # <-", "add `additional_masses_kg`"),
+        (SWEEP, "variants = \"number density\" # <-", "leave it out, or add [[sweep.variants]]"),
         (SWEEP, "frame = \"rotating\" # <-", "more than two `bodies`"),
         ("[model.orbit]\n", "frame = \"rotating\" # <-", "more than two `bodies`"),
         (
