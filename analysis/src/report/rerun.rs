@@ -72,7 +72,7 @@ pub(super) fn play(module_hash: &str) -> Markup {
         Some(Changeable { name, manifest, keys: None, numbers: None })
     });
     html! {
-        section class="rerun" data-play data-page="" data-module=(module_hash) {
+        section class="rerun" data-play data-page="" data-module=(module_hash) hidden {
             (bench(&starters.collect::<Vec<_>>(), "Start from", &["value", "theory"]))
         }
         script nonce=(NONCE) { (PreEscaped(SCRIPT)) }
