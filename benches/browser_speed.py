@@ -1,10 +1,11 @@
-"""Speed of the engine of report pages over the program on one thread: the first run of five experiments, in turn, as a table.
+"""Speed of the engine of report pages over the program on one thread: five shipped experiments, in turn, as a table.
 
 Usage: python3 benches/browser_speed.py PROGRAMS MODULE.wasm [--rounds N]    (program: node; PROGRAMS is the folder of run-experiment)
 
 Each round measures every experiment once natively (the best of three processes) and once in Node, whose engine is that of Chromium (the best of three runs, as
-tests/architectures/engine.mjs times them): processor time of the user, so that other load of the machine counts little. The program also compresses and writes the
-recording; the engine also hashes each message. Prints medians and the range of the ratios of the rounds; exit code 1 if a median is below its bar.
+tests/architectures/engine.mjs times them): processor time of the user, so that other load of the machine counts little. Each experiment is measured as it is
+shipped, where the start of the program and the compiler of the browser count for runs of a few milliseconds, and with a longer duration but as many frames. The program
+also compresses and writes the recording; the engine also hashes each message. Prints medians and the range of the ratios of the rounds; exit code 1 if the median of a long run is below its bar.
 """
 
 import argparse
@@ -17,8 +18,14 @@ import tempfile
 from pathlib import Path
 
 REPOSITORY = Path(__file__).resolve().parents[1]
-# The experiments, and the speed over the program that their engine must have.
-BARS = {"first_run": 0.45, "gas_300_kelvin": 0.45, "packing_fifty_discs": 0.45, "orbit_exercise": 0.45, "dem_thousand_discs": 0.35}
+# The experiments: what makes them longer, and the speed over the program that the engine must have.
+CASES = {
+    "first_run": ("duration_s = 0.4", "duration_s = 4.0", 0.45),
+    "gas_300_kelvin": ("duration_s = 0.02", "duration_s = 0.2", 0.45),
+    "packing_fifty_discs": ("events_per_disc = 100", "events_per_disc = 5000", 0.45),
+    "orbit_exercise": ("duration_days = 365.25", "duration_days = 730500.0", 0.45),
+    "dem_thousand_discs": ("duration_s = 0.5", "duration_s = 1.0", 0.35),
+}
 
 
 def native(program, manifest):
@@ -42,19 +49,25 @@ def main():
     parser.add_argument("module", type=Path)
     parser.add_argument("--rounds", type=int, default=5)
     options = parser.parse_args()
-    times = {name: [] for name in BARS}
-    for _ in range(options.rounds):
-        for name, found in times.items():
-            manifest = REPOSITORY / f"experiments/{name}.toml"
-            found.append((min(native(options.programs / "run-experiment", manifest) for _ in range(3)), in_page(options.module, manifest)))
     slow = 0
-    print("| experiment | program, s | engine, s | speed over the program | range | bar |\n|---|---|---|---|---|---|")
-    for name, found in times.items():
+    with tempfile.TemporaryDirectory() as folder:
+        times = {}
+        for name, (old, new, bar) in CASES.items():
+            shipped = REPOSITORY / f"experiments/{name}.toml"
+            longer = Path(folder) / shipped.name
+            longer.write_text(shipped.read_text().replace(old, new))
+            times[name, "as shipped", None] = (shipped, [])
+            times[name, f"`{new}`", bar] = (longer, [])
+        for _ in range(options.rounds):
+            for manifest, found in times.values():
+                found.append((min(native(options.programs / "run-experiment", manifest) for _ in range(3)), in_page(options.module, manifest)))
+    print("| experiment | duration | program, s | engine, s | speed over the program | range | bar |\n|---|---|---|---|---|---|---|")
+    for (name, duration, bar), (_, found) in times.items():
         ratios = [program / engine for program, engine in found]
         ratio = statistics.median(ratios)
-        slow += ratio < BARS[name]
+        slow += bar is not None and ratio < bar
         program, engine = (statistics.median(column) for column in zip(*found))
-        print(f"| `{name}` | {program:.3f} | {engine:.3f} | {ratio:.2f} | {min(ratios):.2f} to {max(ratios):.2f} | {BARS[name]} |")
+        print(f"| `{name}` | {duration} | {program:.3f} | {engine:.3f} | {ratio:.2f} | {min(ratios):.2f} to {max(ratios):.2f} | {bar or ''} |")
     return int(slow > 0)
 
 
