@@ -60,7 +60,7 @@ def without_scripts(report, folder):
 
 def main(report):
     faults = []
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         for lack in LACKS:
             faults += with_scripts(report, Path(folder) / lack, lack)
         faults += without_scripts(report, Path(folder) / "scripts")

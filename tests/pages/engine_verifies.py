@@ -134,7 +134,7 @@ def with_changed(module, page):
 def changed_is_found(module, reports):
     """Whether each page names the first frame that differs with a changed engine, in both browsers."""
     faults = 0
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         folder = Path(folder)
         for browser_class in (Chromium, Firefox):
             (profile := folder / browser_class.name).mkdir()
@@ -173,7 +173,7 @@ def counts_as_page(rows, report):
 
 def main(reports, page_of_counts=None):
     faults, rows = 0, []
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         folder = Path(folder)
         copies = folder / "pages"
         for number, report in enumerate(reports):
