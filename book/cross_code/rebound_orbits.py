@@ -19,7 +19,8 @@ def recorded(kinetoscope, folder, manifest):
     words = [word for setting in settings for word in ("--set", setting)]
     text = manifest.read_text().partition("[sweep]")[0].partition("[[sweep")[0].partition("[[checks]]")[0]
     path = folder / "cross_code_orbit.toml"
-    path.write_text("\n".join(line for line in text.splitlines() if not line.startswith("name =")))
+    # The answer and the picture name variants of the sweep.
+    path.write_text("\n".join(line for line in text.splitlines() if not line.startswith(("name =", "answer =", "compare ="))))
     for command in (["run", "--quiet", "--force", "--output", folder, *words, path],
                     ["export", "--format", "csv", folder / "cross_code_orbit"]):
         subprocess.run([kinetoscope, *command], check=True, capture_output=True)

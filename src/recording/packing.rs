@@ -24,6 +24,7 @@ const MAX_BYTES: usize = 8 << 20;
 const THREAD_BYTES: usize = 128 << 10;
 
 /// Bytes of a large message that are compressed before their place is used.
+#[cfg(not(target_os = "unknown"))]
 const PIECE_BYTES: usize = 256 << 10;
 
 /// The record of a compressed chunk.

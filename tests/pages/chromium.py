@@ -10,13 +10,13 @@ from websockets.sync.client import connect
 
 
 class Browser:
-    """To be used as a context manager. `errors` has what the scripts of the open page did not catch."""
+    """To be used as a context manager, with further options of Chromium. `errors` has what the scripts of the open page did not catch."""
 
     session = None
 
-    def __init__(self, folder):
+    def __init__(self, folder, options=()):
         command = ["chromium", "--headless", "--no-sandbox", "--no-first-run", "--disable-background-networking", "--remote-debugging-port=0",
-                   "--proxy-server=127.0.0.1:9", f"--user-data-dir={folder}/profile", "--window-size=1280,900", "about:blank"]
+                   "--proxy-server=127.0.0.1:9", f"--user-data-dir={folder}/profile", "--window-size=1280,900", *options, "about:blank"]
         self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         address = next(filter(None, (re.search(r"ws://[\w./:-]+", line) for line in self.process.stderr))).group()
         self.connection = connect(address, max_size=None)

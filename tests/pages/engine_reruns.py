@@ -83,7 +83,7 @@ class Pages:
 
 def main(reports):
     faults = 0
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         for browser_class in (Chromium, Firefox):
             (profile := Path(folder) / browser_class.name).mkdir()
             with browser_class(profile) as browser:

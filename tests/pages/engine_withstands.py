@@ -134,7 +134,7 @@ def examine(browser, report, count):
 
 def main(report, count):
     faults = []
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         for browser_class in (Chromium, Firefox):
             (profile := Path(folder) / browser_class.name).mkdir()
             with browser_class(profile) as browser:

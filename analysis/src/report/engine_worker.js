@@ -50,7 +50,7 @@ const decoded = (text, what) => {
     for (let index = 0; index < bytes.length; index += 1) bytes[index] = letters.charCodeAt(index);
     return bytes;
   } catch {
-    throw new Error(`${what} in this page is damaged: nothing was compared`);
+    throw new Error(`${what} in this page is damaged: nothing was computed`);
   }
 };
 
@@ -62,16 +62,18 @@ const isIntact = async (packed, hash) => {
 
 const instance = async (text, hash) => {
   const packed = decoded(text, "the engine");
-  if (!(await isIntact(packed, hash))) throw new Error("it is not the one of this page");
-  const unpacked = new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip")));
-  const module = await WebAssembly.compile(await unpacked.arrayBuffer());
-  return (await WebAssembly.instantiate(module, {})).exports;
+  try {
+    if (!(await isIntact(packed, hash))) throw new Error("it is not the one of this page");
+    const unpacked = new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip")));
+    const module = await WebAssembly.compile(await unpacked.arrayBuffer());
+    return (await WebAssembly.instantiate(module, {})).exports;
+  } catch (error) {
+    throw new Error(`the engine is damaged or cannot be run here (${error.message}): nothing was computed`);
+  }
 };
 
 const verify = async ({ module, hash, claims }) => {
-  const engine = await instance(module, hash).catch((error) => {
-    throw new Error(`the engine is damaged or cannot be run here (${error.message}): nothing was compared`);
-  });
+  const engine = await instance(module, hash);
   for (const [run, claim] of claims.entries()) {
     await Promise.resolve()
       .then(() => compare(engine, run, decoded(claim, "the list of hashes")))

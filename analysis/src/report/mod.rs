@@ -78,6 +78,7 @@ pub(crate) struct AnalysisReport {
     /// Sizes of the recordings, bytes, by file.
     pub(crate) sizes: BTreeMap<String, u64>,
     /// Whether an existing table of runs is kept.
+    #[cfg_attr(not(feature = "parquet"), allow(dead_code, reason = "the table is Parquet"))]
     keeps_table: bool,
     /// The host files of the runs that have one, in the order of the runs.
     pub(crate) hosts: Vec<HostFile>,

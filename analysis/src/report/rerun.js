@@ -46,6 +46,7 @@
 
   function edit(manifest, keys = keysOf(manifest)) {
     text.value = manifest;
+    if (isPlay) find(".asked").textContent = (/^question\s*=\s*"([^"]*)"/m.exec(manifest)?.[1] ?? "").slice(0, 300);
     fields.textContent = "";
     keys.forEach(field);
   }

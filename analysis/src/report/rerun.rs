@@ -20,6 +20,8 @@ pub(super) const SCRIPT: &str = include_str!("rerun.js");
 const MOST_RUNS: usize = 60;
 /// Maximum number of keys with a field.
 const MOST_KEYS: usize = 8;
+/// What a page without a recording says before its first run.
+const HINT: &str = "Press Run: the particles move here, and their numbers follow.";
 /// Maximum number of metrics that are compared.
 const MOST_NUMBERS: usize = 8;
 
@@ -59,7 +61,7 @@ pub(super) fn section(report: &AnalysisReport, is_single_file: bool) -> Markup {
     html! {
         details class="rerun" data-page=(if is_single_file { "" } else { PLAY }) hidden {
             summary { h2 { "Change and rerun" } }
-            (bench(&runs, "Run", &["recorded run", "changed by you", "theory for it"]))
+            (bench(&runs, "Run", "", &["recorded run", "changed by you", "theory for it"]))
         }
         script nonce=(NONCE) { (PreEscaped(SCRIPT)) }
     }
@@ -72,15 +74,15 @@ pub(super) fn play(module_hash: &str) -> Markup {
         Some(Changeable { name, manifest, keys: None, numbers: None })
     });
     html! {
-        section class="rerun" data-play data-page="" data-module=(module_hash) {
-            (bench(&starters.collect::<Vec<_>>(), "Start from", &["value", "theory"]))
+        section class="rerun" data-play data-page="" data-module=(module_hash) hidden {
+            (bench(&starters.collect::<Vec<_>>(), "Start from", HINT, &["value", "theory"]))
         }
         script nonce=(NONCE) { (PreEscaped(SCRIPT)) }
     }
 }
 
 /// The fields, the manifest, and the places of the run's frames and numbers.
-fn bench(runs: &[Changeable<'_>], menu: &str, columns: &[&str]) -> Markup {
+fn bench(runs: &[Changeable<'_>], menu: &str, hint: &str, columns: &[&str]) -> Markup {
     html! {
         div class="setup" {
             @if runs.len() > 1 {
@@ -101,8 +103,9 @@ fn bench(runs: &[Changeable<'_>], menu: &str, columns: &[&str]) -> Markup {
             }
         }
         div class="result-of-run" {
+            p class="asked" {}
             p class="mark" hidden { strong { "Changed by you, not the recorded run: " } span class="changes" {} }
-            p role="status" {}
+            p role="status" { (hint) }
             div class="outcome" {
                 canvas width="480" height="480" role="img" aria-label="Particles of the changed run" hidden {}
                 table hidden {
