@@ -432,7 +432,7 @@ fn prepare_folder(experiment: Option<&Experiment>, plan: &Plan) -> io::Result<()
         let mut runs = plan.to_do().into_iter();
         return runs.try_for_each(|run| sidecars::remove_failure(&plan.folder, &run.stem()));
     };
-    let files = plan.runs.iter().map(|run| (run.file_name(), run.run_key.clone()));
+    let files = plan.runs.iter().map(|run| (run.file_name(), run.run_key));
     sidecars::write_experiment(experiment, &plan.folder, files)?;
     sidecars::write_layout(plan)
 }

@@ -43,7 +43,7 @@ fn quantity_of_variants_precedes_their_names() {
     let place = &experiment.runs[0].coordinates;
     assert_eq!(experiment.view.named(place)[0].value, "radius 0.5");
     assert_eq!(place[0].value, "0.5");
-    assert_eq!(ViewRequest::default().named(place), *place, "control");
+    assert_eq!(ViewRequest::default().named(place), **place, "control");
     let text = ExperimentRecord::new(&experiment, []).to_toml();
     let back = ExperimentRecord::from_toml(&text, "experiment.toml").unwrap();
     assert_eq!(back.view, Some(experiment.view), "{text}");
