@@ -243,6 +243,9 @@ impl<'a> Reader<'a> {
                     format!("write `{key}` above the first table, as it belongs to all runs")
                 }
                 (None, Some(meant)) => format!("did you mean `{meant}`?"),
+                _ if key == "packing_fraction" && self.known.contains(&"discs") => {
+                    "set `radius`, `width` and `height`: the fraction of N discs is N π radius² / (width height)".to_owned()
+                }
                 (None, None) => format!("known keys: {}", self.known.join(", ")),
             };
             self.errors.push(Diagnostic::new(title).at(entry.key_span, label));

@@ -326,7 +326,10 @@ pub(crate) fn word<T: Clone>(
         errors.count();
         return None;
     }
-    let label = match nearest(text, words.iter().map(|(word, _)| *word)) {
+    let is_known = |meant: &&str| words.iter().any(|(word, _)| word == meant);
+    let other_name = OTHER_NAMES.iter().find(|(other, _)| *other == text.to_lowercase());
+    let meant = other_name.map(|(_, word)| *word).filter(is_known);
+    let label = match meant.or_else(|| nearest(text, words.iter().map(|(word, _)| *word))) {
         Some(meant) => format!("did you mean \"{meant}\"? Must be one of {known}"),
         None => format!("must be one of {known}"),
     };
@@ -334,6 +337,13 @@ pub(crate) fn word<T: Clone>(
     errors.push(Diagnostic::new(title).at(node.span, label));
     None
 }
+
+/// Other names of values, as textbooks have them.
+const OTHER_NAMES: &[(&str, &str)] = &[
+    ("leapfrog", "velocity-verlet"),
+    ("symplectic-euler", "semi-implicit-euler"),
+    ("runge-kutta", "rk4"),
+];
 
 /// Defines an enum of words: each variant with its word in the manifest and its doc comment.
 macro_rules! words {

@@ -16,8 +16,7 @@ pub(super) fn place_words(coordinates: &[Coordinate]) -> String {
         let value = with_short_numbers(&value);
         let unit = unit_of_key(&coordinate.key);
         let words = key_words(&coordinate.key, unit);
-        // A number of things.
-        if unit == "1" && words.ends_with('s') {
+        if is_number_of_things(&words, unit) {
             return format!(" with {value} {words}");
         }
         let unit = unit_words(unit);
@@ -32,6 +31,11 @@ pub(super) fn place_words(coordinates: &[Coordinate]) -> String {
         format!(" at {article} {words} of {value}{unit}")
     });
     words.collect()
+}
+
+/// Whether a key is a number of things, such as discs: a plural without a unit. A radius is none.
+pub(super) fn is_number_of_things(words: &str, unit: &str) -> bool {
+    unit == "1" && words.ends_with('s') && !["radius", "mass"].contains(&words)
 }
 
 /// The name of a key without its unit, with spaces.
@@ -63,6 +67,7 @@ mod tests {
         assert_eq!(words("model.orbit.time_step_days", "1"), " at a time step of 1 day");
         assert_eq!(words("model.orbit.integrator", "rk4"), " (integrator rk4)");
         assert_eq!(words("model.dem.discs", "20"), " with 20 discs");
+        assert_eq!(words("model.packing.radius", "0.2"), " at a radius of 0.2");
         assert_eq!(words("variant", "slow"), " (slow)");
     }
 }

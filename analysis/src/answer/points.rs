@@ -4,7 +4,7 @@
 use super::dependence::{Dependence, dependence};
 use super::number::{common_texts, conserved, number_with, size_text};
 use super::phrase::{at_end, common_span, part};
-use super::place::{key_words, place_words};
+use super::place::{is_number_of_things, key_words, place_words};
 use super::{AnswerNumber, AnswerPart, AnswerSource};
 use crate::metric::{Deviation, Metric, MetricScope};
 use crate::number_text::significant;
@@ -107,7 +107,7 @@ fn sizes(metrics: &[&Metric]) -> Vec<String> {
 fn swept_words(coordinate: &Coordinate) -> String {
     let unit = unit_of_key(&coordinate.key);
     let words = key_words(&coordinate.key, unit);
-    if unit == "1" && words.ends_with('s') { format!("number of {words}") } else { words }
+    if is_number_of_things(&words, unit) { format!("number of {words}") } else { words }
 }
 
 pub(super) fn everywhere(points: usize) -> String {

@@ -404,6 +404,10 @@ fn usual_mistakes_name_their_remedy() {
     rejected("[model.gas]\n[sweep]\ngas.temperature_k = [1, 2] # <-", "`model.gas.temperature_k`");
     let euler = "did you mean \"explicit-euler\"?";
     rejected("[model.orbit]\nintegrator = \"euler\" # <-", euler);
+    let leapfrog = "did you mean \"velocity-verlet\"?";
+    rejected("[model.orbit]\nintegrator = \"leapfrog\" # <-", leapfrog);
+    let fraction = "set `radius`, `width` and `height`: the fraction of N discs";
+    rejected("[model.packing]\npacking_fraction = 0.5 # <-", fraction);
     let sweep = |key: &str| format!("[model.packing]\n[sweep]\n{key} = [0.1, 0.2] # <-");
     rejected(&sweep("restitution"), "did you mean `model.packing.restitution`?");
     rejected(&sweep("frames"), "did you mean `record.frames`?");
