@@ -127,6 +127,11 @@ pub(crate) fn read(
     let mut keys = ViewKeys::default();
     keys.keys(&mut reader);
     check_names(&keys.names, &mut reader);
+    if let Some(quantity) = keys.variants.as_ref().filter(|it| !is_shown_name(it)) {
+        let title = format!("`view.variants` is {}", quoted(quantity));
+        let label = format!("must be 1 to {LONGEST_NAME} characters without control characters");
+        reader.refuse(&["variants"], title, label);
+    }
     let runs = manifest.map_or(&[][..], |manifest| manifest.runs);
     if !runs.is_empty() {
         check_effect(&keys, runs, &mut reader);
@@ -154,6 +159,11 @@ pub(crate) fn read(
 
 /// Maximum length of a name, characters: the picture has no room for more.
 const LONGEST_NAME: usize = 40;
+
+fn is_shown_name(name: &str) -> bool {
+    let is_short = name.chars().count() <= LONGEST_NAME && !name.trim().is_empty();
+    is_short && !name.chars().any(char::is_control)
+}
 
 /// Reports names that name no particle, that two particles share, or that the picture cannot show.
 fn check_names(names: &[String], reader: &mut Reader<'_>) {

@@ -2,7 +2,7 @@
 //! its line. The table does not affect the run key, and the record of the experiment contains it.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
-use crate::verdicts::{experiment, rejected};
+use crate::verdicts::{errors, experiment, rejected};
 use kinetoscope_manifest::{
     ExperimentRecord, Override, ViewColor, ViewFrame, ViewRequest, parse, parse_run, run_key,
 };
@@ -35,6 +35,17 @@ fn view_is_read_and_recorded() {
 }
 
 /// Guarantee: a variant that is named by a number is shown with its quantity; its place in the sweep keeps its name.
+/// Bad input: a quantity of the variants that no menu can show.
+#[test]
+fn quantity_of_variants_is_a_short_text() {
+    for quantity in ["", " ", "two\\nlines", "\\u001b[31mred", &"x".repeat(41)] {
+        let text = format!(
+            "[model.gas]\n[[sweep.variants]]\nname = \"1\"\nmodel.gas.radius_m = 1.0\n[view]\nvariants = \"{quantity}\"\n"
+        );
+        assert!(errors(&text).to_string().contains("must be 1 to 40 characters"), "{quantity:?}");
+    }
+}
+
 #[test]
 fn quantity_of_variants_precedes_their_names() {
     let experiment = experiment(
