@@ -65,7 +65,7 @@ fn unknown_names_are_rejected_with_the_nearest_known_name() {
     rejected("[model.orbit]\nintegrator = \"verlet\" # <-", "did you mean \"velocity-verlet\"?");
     rejected("[model.gas]\n[recrod] # <-", "did you mean `record`?");
     rejected(
-        "[model.orbit]\nintegrator = \"leapfrog\" # <-",
+        "[model.orbit]\nintegrator = \"heun\" # <-",
         "must be one of \"explicit-euler\", \"semi-implicit-euler\"",
     );
     rejected(
