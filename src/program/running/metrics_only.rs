@@ -22,7 +22,7 @@ use kinetoscope_physics::kind_of;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::io;
 use std::ops::Range;
 use std::path::Path;
@@ -96,8 +96,8 @@ impl Rows {
 struct EarlierTable {
     /// Whether its rows are those of the experiment, in its order.
     is_whole: bool,
-    /// Number of rows of other runs.
-    others: usize,
+    /// The keys of its rows of other runs.
+    others: HashSet<String>,
     /// The failed runs, with the reason.
     faults: Vec<(usize, String)>,
 }
@@ -115,17 +115,22 @@ impl Execution<'_> {
         };
         fs::create_dir_all(&folder).map_err(failed)?;
         let mut rows = Rows::of(&self.experiment.runs);
-        let mut others = 0;
+        let mut others = HashSet::new();
         let journal =
             Journal::open(&folder.join(JOURNAL), |row, place| match rows.find_text(&row.run_key) {
                 _ if self.force => {}
                 Some(run) => rows.places[run] = place,
-                None => others += 1,
+                None => {
+                    others.insert(row.run_key.clone());
+                }
             });
-        let mut journal = journal.map_err(failed)?;
+        let of_journal =
+            |error: io::Error| failed(io::Error::new(error.kind(), format!("{JOURNAL}: {error}")));
+        let mut journal = journal.map_err(of_journal)?;
         let earlier =
             if self.force { EarlierTable::default() } else { self.earlier(&folder, &rows)? };
-        self.reject_other_rows(others + earlier.others, &folder)?;
+        others.extend(earlier.others);
+        self.reject_other_rows(others.len(), &folder)?;
         if earlier.is_whole {
             self.say_runs(0, &folder);
             self.write_record(&folder, &rows).map_err(failed)?;
@@ -186,9 +191,11 @@ impl Execution<'_> {
                 is_complete && key.as_str() == row.run_key && row.file == format!("{stem}.mcap")
             });
             found.is_whole &= is_next;
-            found.others += usize::from(rows.find_text(&row.run_key).is_none());
             found.faults.extend(row.fault.map(|fault| (next, fault)));
             next += 1;
+            if rows.find_text(&row.run_key).is_none() {
+                found.others.insert(row.run_key);
+            }
         });
         found.is_whole &= next == runs.len();
         match read {
