@@ -1,15 +1,14 @@
 // The distribution of the speeds or of the heights in the frame that is shown, with its law.
-const live = document.querySelector(".live"), BINS = 24, LIVE_HEIGHT = 170, FEWEST_COUNTED = 100;
+const live = document.querySelector(".live"), BINS = 24, LIVE_HEIGHT = 190, FEWEST_COUNTED = 100;
 
-// Speeds, with Maxwell's distribution in two dimensions for the same mean square, in units in which its top is 1: the density in each bin, and the law at
-// fractions of the range.
+// Speeds in percent of the particles per bar, with Maxwell's distribution in two dimensions for the same mean square at fractions of the range.
 function speedsNow() {
-  const speeds = replay.speeds(), total = speeds.reduce((sum, [, count]) => sum + count, 0), most = 1.25 * scale.top;
-  const meanSquare = speeds.reduce((sum, [v, count]) => sum + count * v * v, 0) / total, unit = Math.sqrt(2 / Math.E / meanSquare);
+  const speeds = replay.speeds(), total = speeds.reduce((sum, [, count]) => sum + count, 0), most = 1.25 * scale.top, bar = 100 * most / BINS;
+  const meanSquare = speeds.reduce((sum, [v, count]) => sum + count * v * v, 0) / total;
   const counts = new Array(BINS).fill(0);
   for (const [v, count] of speeds) if (v < most) counts[Math.floor(v / most * BINS)] += count;
-  const law = Array.from({ length: 61 }, (_, step) => [step / 60, 2 * step / 60 * most / meanSquare * Math.exp(-((step / 60 * most) ** 2) / meanSquare) / unit]);
-  return { total, range: [0, most], top: 1.6, bars: counts.map((count) => count / total / (most / BINS) / unit), law };
+  const law = Array.from({ length: 61 }, (_, step) => [step / 60, bar * 2 * step / 60 * most / meanSquare * Math.exp(-((step / 60 * most) ** 2) / meanSquare)]);
+  return { total, range: [0, most], top: 1.6 * bar * Math.sqrt(2 / Math.E / meanSquare), bars: counts.map((count) => 100 * count / total), law, words: "particles (%)" };
 }
 
 // Densities over their mean in layers of a round container, with the barometric law.
@@ -19,7 +18,7 @@ function heightsNow({ range, areas, law }) {
   const over = (values) => values.map((value, i) => value / areas[i]), expected = over(law);
   return {
     total: all.length, range, top: 1.25 * max(...expected), bars: over(counts).map((density) => density / all.length),
-    law: expected.map((density, i) => [(i + 0.5) / areas.length, density]),
+    law: expected.map((density, i) => [(i + 0.5) / areas.length, density]), words: "density / mean",
   };
 }
 
@@ -30,24 +29,25 @@ function drawLive() {
   live.hidden = !(found?.total >= FEWEST_COUNTED) || players().length > 1;
   if (live.hidden) return;
   // One unit is one pixel, so that the text keeps its size in a narrow column.
-  const width = Math.round(svg.clientWidth) || 480, [left, right, foot] = [8, width - 8, LIVE_HEIGHT - 20], { range: [low, high], top, bars, law } = found;
+  const { range: [low, high], top, bars, law, words } = found, width = Math.round(svg.clientWidth) || 480, [left, right, foot] = [52, width - 16, LIVE_HEIGHT - 38];
   const across = (part) => (left + part * (right - left)).toFixed(1), down = (density) => clamp(foot - density / top * (foot - 4), 0, foot).toFixed(1);
   const paths = [
     `M${left} ${foot}${bars.map((density, bin) => `V${down(density)}H${across((bin + 1) / bars.length)}`).join("")}V${foot}Z`,
     law.map(([part, density], i) => `${i ? "L" : "M"}${across(part)} ${down(density)}`).join(""),
   ];
-  // The axis stays as long as the range and the width do.
-  const axis = `${low} ${high} ${width}`;
-  if (svg.dataset.axis === axis) return paths.forEach((d, i) => svg.children[i].setAttribute("d", d));
-  svg.dataset.axis = axis;
+  // The axes stay as long as the ranges and the width do.
+  const axes = `${low} ${high} ${top.toPrecision(3)} ${width}`;
+  if (svg.dataset.axes === axes) return paths.forEach((d, i) => svg.children[i].setAttribute("d", d));
+  svg.dataset.axes = axes;
   svg.setAttribute("viewBox", `0 0 ${width} ${LIVE_HEIGHT}`);
   svg.replaceChildren();
   element("path", { class: "curve area", style: "stroke:var(--c2);color:var(--c2)", d: paths[0] }, svg);
   element("path", { class: "curve", style: "stroke:var(--c1)", d: paths[1] }, svg);
-  element("line", { class: "frame", x1: left, x2: right, y1: foot, y2: foot }, svg);
-  for (const { at, text } of ticksOf({}, false, low, high, 5).ticks) {
-    const half = widthOf(text, TEXT_PX) / 2 + 1;
-    element("text", { x: clamp(across((at - low) / (high - low)), half, width - half), y: LIVE_HEIGHT - 4, "text-anchor": "middle" }, svg, text);
-  }
+  element("path", { class: "frame", d: `M${left} 4V${foot}H${right}` }, svg);
+  const text = (x, y, anchor, words) => element("text", { x, y, "text-anchor": anchor }, svg, words);
+  for (const { at, text: words } of ticksOf({}, false, low, high, 5).ticks) text(across((at - low) / (high - low)), foot + 16, "middle", words);
+  for (const { at, text: words } of ticksOf({}, false, 0, top, 3).ticks) text(left - 6, clamp(down(at) - -4, 12, foot), "end", words);
+  text((left + right) / 2, LIVE_HEIGHT - 5, "middle", live.dataset.axis);
+  element("text", { transform: `translate(14 ${foot / 2}) rotate(-90)`, "text-anchor": "middle" }, svg, words);
 }
 if (live && deck) for (const [target, name] of [[window, "resize"], [document, "replaytime"], [document, "filmchange"]]) on(target, name, drawLive);

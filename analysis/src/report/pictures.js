@@ -48,7 +48,7 @@ function drawForces(context, film, frame, [x0, y0, x1, y1, forces], px, py, wide
   }
 }
 
-// Writes texts at their places, or below texts and bodies that are there already.
+// Writes texts at their places, or below texts and bodies that are there already. A border in the color of the ground keeps lines off them.
 function writer(context, bodies) {
   const written = bodies.map(([x, y]) => [x, x, y]), row = 13 * devicePixelRatio;
   return (text, align, x, y) => {
@@ -56,6 +56,10 @@ function writer(context, bodies) {
     while (written.some(([a, b, c]) => left < b + row / 2 && a < left + width + row / 2 && Math.abs(c - y) < row)) y += row;
     written.push([left, left + width, y]);
     context.textAlign = align;
+    context.lineJoin = "round";
+    context.lineWidth = 4 * devicePixelRatio;
+    context.strokeStyle = GROUND;
+    context.strokeText(text, x, y);
     context.fillText(text, x, y);
   };
 }

@@ -1,5 +1,5 @@
 // The players of the replay. The first one has the controls and the clock.
-const deck = document.querySelector(".deck");
+const MENU_ARROW_PX = 32, deck = document.querySelector(".deck");
 // What the players that are shown have in common: the top of the color scale, what the color means, and what else is drawn.
 const scale = { top: 0, by: "speed", hasArrows: false, isRotating: false, hasForces: false };
 
@@ -43,6 +43,7 @@ function player(part, leader) {
     if (!film || !width) return;
     const height = max(140, min(width * shape() + FOOT, room));
     canvas.style.height = `${height}px`;
+    annotate();
     canvas.width = Math.round(width * devicePixelRatio);
     canvas.height = Math.round(height * devicePixelRatio);
     sheet = null;
@@ -148,8 +149,10 @@ function player(part, leader) {
     context.fillStyle = "#e0e0e0";
     film.names.forEach((name, i) => {
       if (!(across[i] >= 0)) return;
-      const aside = 7 * devicePixelRatio, isRight = across[i] + aside + context.measureText(name).width > canvas.width;
-      write(name, isRight ? "right" : "left", across[i] + (isRight ? -aside : aside), down[i] - aside);
+      // Away from the middle, where the paths are.
+      const aside = 7 * devicePixelRatio, room = aside + context.measureText(name).width, { width, height } = canvas;
+      const isLeft = across[i] < width / 2 - 1 ? across[i] > room : across[i] + room > width;
+      write(name, isLeft ? "right" : "left", across[i] + (isLeft ? -aside : aside), down[i] + (down[i] > height / 2 ? aside : -aside));
     });
     if (!(across[followed] >= 0)) return;
     context.strokeStyle = "#ffffff";
@@ -219,12 +222,20 @@ function player(part, leader) {
   // How and when the recording ends.
   const ending = () => `${film.ending} t = ${shown(timeAt(data, end()), 4, 2)}`;
 
+  // A name that its menu cuts, what the picture leaves out, and that another run lasts longer.
+  function annotate() {
+    const name = menu?.selectedOptions[0].text;
+    if (menu) ruler.font = getComputedStyle(menu).font;
+    const isCut = name && ruler.measureText(name).width > menu.clientWidth - MENU_ARROW_PX;
+    find(".note").textContent = [isCut && `${name}.`, remark, extra && `This run ${ending()}; another one that is shown lasts longer.`].filter(Boolean).join(" ");
+  }
+
   // States that another run lasts longer; the clock of the first player runs on until then.
   function outlast(latest) {
     const last = data.times[end()];
     extra = latest - last > LEAST_LEAD * (latest - data.times[0]) ? placeOf(data, latest) - end() : 0;
     beyond = min(beyond, extra);
-    find(".note").textContent = extra ? `${remark} This run ${ending()}; another one that is shown lasts longer.` : remark;
+    annotate();
     if (!leader) scrub.max = end() + extra;
   }
 

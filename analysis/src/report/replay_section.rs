@@ -58,10 +58,10 @@ fn live(played: &[Played<'_>]) -> Markup {
     if let Some(layers) = layers {
         // Numbers cannot be refused.
         let data = serde_json::to_string(&layers).unwrap_or_default();
-        let caption = "Density by height (m) in this frame, with the barometric law";
+        let caption = "Density by height in this frame, with the barometric law";
         let label =
             "Histogram of the heights as densities over their mean, with the barometric law";
-        return live_figure(caption, label, Some(&data));
+        return live_figure(caption, label, "height (m)", Some(&data));
     }
     // The speeds of several masses have no common distribution.
     let has_law = match &*first.manifest.model {
@@ -70,18 +70,20 @@ fn live(played: &[Played<'_>]) -> Markup {
         _ => false,
     };
     let unit = replay.film.as_ref().map(|film| film.units[1].as_str());
-    let unit = unit.filter(|unit| !unit.is_empty()).map(|unit| format!(" ({unit})"));
-    let caption =
-        format!("Speeds{} in this frame, with Maxwell's distribution", unit.unwrap_or_default());
+    let axis = match unit.filter(|unit| !unit.is_empty()) {
+        Some(unit) => format!("speed ({unit})"),
+        None => "speed".to_owned(),
+    };
+    let caption = "Speeds in this frame, with Maxwell's distribution";
     let label = "Histogram of the speeds, with Maxwell's distribution of the same mean square";
-    html! { @if has_law { (live_figure(&caption, label, None)) } }
+    html! { @if has_law { (live_figure(caption, label, &axis, None)) } }
 }
 
-fn live_figure(caption: &str, label: &str, layers: Option<&str>) -> Markup {
+fn live_figure(caption: &str, label: &str, axis: &str, layers: Option<&str>) -> Markup {
     html! {
-        figure class="live" data-layers=[layers] hidden {
+        figure class="live" data-axis=(axis) data-layers=[layers] hidden {
             figcaption { (caption) }
-            svg class="sheet" viewBox="0 0 480 170" role="img" aria-label=(label) {}
+            svg class="sheet" viewBox="0 0 480 190" role="img" aria-label=(label) {}
         }
     }
 }

@@ -17,7 +17,7 @@ const HEIGHTS: [f64; 3] = [-0.85, -0.05, 0.55];
 /// The heights of the bars and of the law above the axis, px, in each frame.
 const SCRIPT: &str = r#"<script>
 held((async () => {
-  const found = [], foot = 150;
+  const found = [], foot = 152;
   await replay.ready;
   for (let frame = 0; frame < 3; frame++) {
     replay.show(frame);
