@@ -128,7 +128,10 @@ impl Lines<'_> {
                 let text = text(if from.is_some() { "order" } else { "exponent" });
                 let line = anchor.filter(|_| !has_theory).and_then(|anchor| {
                     let [low, high] = range_of(data)?;
-                    let points = power_points(anchor, exponent, [from.unwrap_or(low), high])?;
+                    let low = from.unwrap_or(low);
+                    // A single point above the rounding shows no slope.
+                    let points =
+                        power_points(anchor, exponent, [low, high]).filter(|_| low < high)?;
                     Some(comparison(style, name(&of), data.color, points))
                 });
                 Some(Fitted { line, text })
@@ -262,13 +265,21 @@ impl Lines<'_> {
     }
 }
 
-/// What the dashed lines are that share the entries of their curves, unless these state their slopes or the law has no name.
+/// What the dashed lines are that share the entries of their curves, unless these state their slopes or the law has no name. Next to such slopes, a law
+/// has the names of its curves.
 pub(super) fn dashes_of(curves: &[Curve]) -> Option<String> {
     let theory = curves.iter().filter(|curve| curve.style == CurveStyle::Theory);
-    let laws = theory.filter_map(|curve| Some(curve.name.split_once(": ")?.1));
-    let mut laws: Vec<&str> =
-        laws.filter(|law| !law.starts_with(SLOPE) && *law != "theory").collect();
+    let named: Vec<(&str, &str)> = theory.filter_map(|curve| curve.name.split_once(": ")).collect();
+    let is_law = |law: &str| !law.starts_with(SLOPE) && law != "theory";
+    let mut laws: Vec<&str> = named.iter().map(|(_, law)| *law).filter(|law| is_law(law)).collect();
     laws.dedup();
+    let has_slopes = named.iter().any(|(_, law)| law.starts_with(SLOPE));
+    let text = |law: &&str| {
+        let of_law = named.iter().filter(|(_, other)| other == law);
+        let names: Vec<&str> = of_law.map(|(name, _)| *name).collect();
+        if has_slopes { format!("{law} ({})", names.join(", ")) } else { (*law).to_owned() }
+    };
+    let laws: Vec<String> = laws.iter().map(text).collect();
     (!laws.is_empty()).then(|| format!("dashed: {}", laws.join(", ")))
 }
 

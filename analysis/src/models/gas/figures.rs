@@ -125,18 +125,14 @@ fn pressure(run: &GasRun) -> Plot {
     if let Some(square) = run.mean_square().filter(|_| run.keeps_energy_of_one_mass()) {
         if is_of_points {
             let exact = law::pressure_n_per_m(&run.config, square);
-            curves.push(Curve::theory("N m ⟨v²⟩ / (2A)", 1, level(exact)));
+            curves.push(Curve::theory("kinetic theory, N m ⟨v²⟩ / (2A)", 1, level(exact)));
         } else if let Some(exact) = run.pressure_by_virial(square) {
             curves.push(Curve::theory("by ⟨v²⟩ and the virial of the collisions", 1, level(exact)));
         }
     }
     if let Some(pressure) = run.pressure.as_ref().filter(|_| is_of_points) {
         let formula = pressure.mean_speed_formula_n_per_m;
-        curves.push(Curve::theory(
-            "N m ⟨v⟩² / (2A), formula (12) of the exercise",
-            2,
-            level(formula),
-        ));
+        curves.push(Curve::theory("by the mean speed, N m ⟨v⟩² / (2A)", 2, level(formula)));
     }
     let axes = [Axis::linear("time", "s"), Axis::linear("pressure", "N/m")];
     Plot::chart("pressure_over_time", "Pressure on the wall", axes, curves)
