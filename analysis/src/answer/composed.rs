@@ -9,9 +9,10 @@ use super::number::{
 use super::phrase::{phrase, span};
 use super::place::place_words;
 use super::points::{everywhere, listed, several};
-use super::question::{asks_for_order, shared_words};
+use super::question::{asks_for_order, is_named_in_question, shared_words};
 use super::relation::{relation, requirement, states_requirement, states_value, to_theory};
 use super::settings::with_settings;
+use super::unanswered::{is_other_subject, remark};
 use super::{AnswerNumber, AnswerPart, AnswerSource};
 use crate::checks::{checked_metrics, compare};
 use crate::input::coordinates::text;
@@ -27,6 +28,8 @@ use kinetoscope_manifest::{
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
+/// That the answer may be about something else than the question.
+const UNCHOSEN: &str = "No check or plot of the manifest names what is asked for: these are main results of the model.";
 /// Maximum number of sentences.
 const MOST_SENTENCES: usize = 2;
 
@@ -191,6 +194,11 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
         // Checks come first, unless the question has words of a main result only.
         findings.sort_by_key(|finding| Reverse(shared_words(source, finding.name())));
     }
+    let is_unasked =
+        |findings: &[Finding<'_>]| findings.iter().all(|it| shared_words(source, it.name()) == 0);
+    if is_unasked(&findings) {
+        findings.splice(0..0, asked_finding(source));
+    }
     findings.sort_by_key(Finding::is_of_conservation_law);
     let telling = main_names(source).first().copied();
     let is_asked = |finding: &Finding<'_>| shared_words(source, finding.name()) > 0;
@@ -214,6 +222,15 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
     if sentences.is_empty() {
         return unfinished(source);
     }
+    let names: Vec<&str> = findings.iter().map(Finding::name).collect();
+    let is_chosen = is_shown || findings.iter().any(|finding| finding.check.is_some());
+    if let Some(remark) = remark(source, &names) {
+        sentences.insert(0, vec![AnswerPart::words(remark)]);
+        return joined(sentences);
+    }
+    if !is_chosen && is_other_subject(source, &names) {
+        sentences.push(vec![AnswerPart::words(UNCHOSEN)]);
+    }
     joined(with_settings(sentences, source))
 }
 
@@ -228,21 +245,31 @@ fn main_names(source: &AnswerSource<'_>) -> Vec<&'static str> {
     names
 }
 
+/// The values of a metric everywhere, if every run has it.
+fn finding<'a>(name: &str, source: &AnswerSource<'a>) -> Option<Finding<'a>> {
+    let everywhere = Check {
+        metric: name.to_owned(),
+        at: Vec::new(),
+        bound: Bound::Range { minimum: None, maximum: None },
+        if_undecided: IfUndecided::Pass,
+        line: 0,
+    };
+    let metrics = checked_metrics(&everywhere, source.metrics);
+    let is_known = !metrics.is_empty() && metrics.iter().all(|metric| metric.is_applicable());
+    is_known.then_some(Finding { check: None, is_everywhere: true, has_places: false, metrics })
+}
+
+/// The quantity that the question names, if every run has it.
+fn asked_finding<'a>(source: &AnswerSource<'a>) -> Option<Finding<'a>> {
+    let is_named = |metric: &&Metric| is_named_in_question(source, metric.definition.label);
+    source.metrics.iter().filter(is_named).find_map(|metric| finding(metric.name(), source))
+}
+
 /// The main metrics of what the manifests set, as far as every run has them.
 fn main_findings<'a>(source: &AnswerSource<'a>) -> Vec<Finding<'a>> {
-    let finding = |name: &&'static str| {
-        let everywhere = Check {
-            metric: (*name).to_owned(),
-            at: Vec::new(),
-            bound: Bound::Range { minimum: None, maximum: None },
-            if_undecided: IfUndecided::Pass,
-            line: 0,
-        };
-        let metrics = checked_metrics(&everywhere, source.metrics);
-        let is_known = !metrics.is_empty() && metrics.iter().all(|metric| metric.is_applicable());
-        is_known.then_some(Finding { check: None, is_everywhere: true, has_places: false, metrics })
-    };
-    let mut findings: Vec<Finding<'_>> = main_names(source).iter().filter_map(finding).collect();
+    let names = main_names(source);
+    let mut findings: Vec<Finding<'_>> =
+        names.iter().filter_map(|name| finding(name, source)).collect();
     findings.sort_by_key(|finding| Reverse(shared_words(source, finding.name())));
     findings
 }

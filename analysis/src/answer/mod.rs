@@ -13,6 +13,7 @@ mod question;
 mod relation;
 mod settings;
 mod template;
+mod unanswered;
 
 pub(crate) use number::AnswerNumber;
 

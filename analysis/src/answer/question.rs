@@ -54,13 +54,46 @@ fn words_in_common(question: &str, label: &str) -> usize {
     words(&question).filter(|word| is_in_label(word) || is_synonym(word)).count()
 }
 
+/// Words of labels by which a question does not name their quantity.
+const UNSPECIFIC: [&str; 12] = [
+    "start", "mean", "number", "measured", "largest", "least", "relative", "time", "ratio",
+    "between", "units", "step",
+];
+
+/// Whether the question has all words of a label that say what it is.
+pub(super) fn is_named_in_question(source: &AnswerSource<'_>, label: &str) -> bool {
+    let question = source.record.map_or("", |record| &record.question);
+    names(question, label)
+}
+
+fn names(question: &str, label: &str) -> bool {
+    let (question, label) = (question.to_lowercase(), label.to_lowercase());
+    let begin = |word: &str| word.get(..LETTERS).unwrap_or(word).to_owned();
+    let asked: Vec<String> = words_of(&question).map(begin).collect();
+    let is_specific = |word: &&str| {
+        word.len() + 1 >= LETTERS && !COMMON.contains(word) && !UNSPECIFIC.contains(word)
+    };
+    let mut words = words_of(&label).filter(is_specific).map(begin).peekable();
+    words.peek().is_some() && words.all(|word| asked.contains(&word))
+}
+
 pub(super) fn words_of(text: &str) -> impl Iterator<Item = &str> {
     text.split(|letter: char| !letter.is_alphabetic())
 }
 
 #[cfg(test)]
 mod tests {
-    use super::words_in_common;
+    use super::{names, words_in_common};
+
+    /// Controls: a part of a name, and a name of words that every question may have.
+    #[test]
+    fn quantity_is_named_by_all_words_that_say_what_it_is() {
+        let question = "What is the packing fraction of the heap?";
+        assert!(names(question, "packing fraction"));
+        assert!(names("What is its mean speed?", "mean speed"));
+        assert!(!names(question, "packing fraction of the bed at the floor"));
+        assert!(!names("How many steps does it take?", "time step"));
+    }
 
     /// Control: words that every question about discs has are not counted.
     #[test]

@@ -38,8 +38,6 @@ const METHOD: &[&str] = &[
     "rk4",
 ];
 
-/// The name of the size of a gas, which is no answer to the question for an effect.
-const GAS: &str = "gas";
 /// The name of the method.
 const METHOD_NAME: &str = "method";
 
@@ -49,17 +47,9 @@ pub(super) fn with_settings(
     source: &AnswerSource<'_>,
 ) -> Vec<Vec<AnswerPart>> {
     let question = source.record.map_or("", |record| &record.question).to_lowercase();
-    let settings = asked_settings(&question, source);
-    if source.runs.len() == 1
-        && asks_for_effect(&question)
-        && let [setting] = settings.as_slice()
-        && setting.name != GAS
+    if let Some(AnswerPart::Text(first)) = sentences.first_mut().and_then(|parts| parts.first_mut())
     {
-        sentences.insert(0, vec![AnswerPart::words(without_comparison(setting))]);
-    } else if let Some(AnswerPart::Text(first)) =
-        sentences.first_mut().and_then(|parts| parts.first_mut())
-    {
-        *first = prefixed(first, &settings);
+        *first = prefixed(first, &asked_settings(&question, source));
     }
     sentences
 }
@@ -76,18 +66,6 @@ fn asked_settings(question: &str, source: &AnswerSource<'_>) -> Vec<Setting> {
         words_of(question).any(is_asked)
     });
     settings
-}
-
-/// Whether a question in lower case asks what something does, which only a comparison shows.
-fn asks_for_effect(question: &str) -> bool {
-    let of_effect = ["depend", "effect", "influence", "change"];
-    ["what do ", "what does "].iter().any(|begin| question.starts_with(begin))
-        || words_of(question).any(|word| of_effect.iter().any(|asked| word.starts_with(asked)))
-}
-
-fn without_comparison(setting: &Setting) -> String {
-    let Setting { name, value, .. } = setting;
-    format!("One run, with {value}, does not show what the {name} changes: sweep it to compare.")
 }
 
 /// A sentence that begins with settings; one about the method has its name as the subject.
@@ -124,7 +102,7 @@ fn settings_of(config: &ModelConfig) -> Vec<Setting> {
 fn settings_of_gas(config: &GasConfig) -> Vec<Setting> {
     let (particles, radius) = (config.particles, short_number(config.radius_m.get()));
     let value = format!("{particles} particles in a circle of {radius} m radius");
-    vec![Setting { name: GAS, asked: &["press"], value }]
+    vec![Setting { name: "gas", asked: &["press"], value }]
 }
 
 /// Contacts of materials have constants of their own, which are not stated.
@@ -172,7 +150,7 @@ fn settings_of_orbit(config: &OrbitConfig) -> Vec<Setting> {
 
 #[cfg(test)]
 mod tests {
-    use super::{asks_for_effect, prefixed, settings_of, without_comparison};
+    use super::{prefixed, settings_of};
     use kinetoscope_manifest::parse;
 
     fn sentence(model: &str, keys: &str, name: &str) -> String {
@@ -207,21 +185,5 @@ mod tests {
         assert_eq!(sentence("gas", "", "time step"), unchanged);
         let gas = with("1000 particles in a circle of 1 m radius");
         assert_eq!(sentence("gas", "", "gas"), gas);
-    }
-
-    /// Guarantee: where a single run cannot answer the question, the answer says so. Control: a question for a quantity.
-    #[test]
-    fn question_for_an_effect_needs_a_comparison() {
-        for question in ["what does friction do?", "what is the effect?", "how does it depend?"] {
-            assert!(asks_for_effect(question), "{question}");
-        }
-        assert!(!asks_for_effect("how fast does the gas cool?"));
-        let manifest = "[model.dem]\nfriction = 0.5\n";
-        let config = parse(manifest, "test", &[]).unwrap().runs[0].manifest.model.clone();
-        let friction = settings_of(&config).into_iter().find(|it| it.name == "friction").unwrap();
-        assert_eq!(
-            without_comparison(&friction),
-            "One run, with a friction of 0.5, does not show what the friction changes: sweep it to compare."
-        );
     }
 }

@@ -113,9 +113,23 @@ fn settings_that_the_question_asks_for_are_in_the_answer() {
     let with = format!("With a restitution of 0.8, t{measured}");
     assert!(asked("Is the restitution the specified one?").starts_with(&with), "{with}");
     let text = asked("What does friction do?");
-    let remark = "One run, with a friction of 0, does not show what the friction changes: sweep it to compare.";
+    let remark = "One run at a friction of 0 does not show what the friction changes: sweep `friction` to compare.";
     assert!(text.starts_with(&format!("{remark} T{measured}")), "{text}");
-    assert!(asked("How far does it fall?").starts_with(&format!("T{measured}")));
+    let text = asked("How high does it bounce at a restitution of 0.5?");
+    assert!(
+        text.starts_with(&format!("The run has a restitution of 0.8, not 0.5. T{measured}")),
+        "{text}"
+    );
+    let unchosen = "No check or plot of the manifest names what is asked for: these are main results of the model.";
+    let text = asked("How far does it fall?");
+    assert!(text.starts_with(&format!("T{measured}")) && text.ends_with(unchosen), "{text}");
+    let text = asked("How high does it bounce?");
+    assert!(!text.contains(unchosen), "{text}");
+    let text = asked("What is the cooling rate?");
+    assert!(
+        text.starts_with(&format!("The recordings do not give the cooling rate. T{measured}")),
+        "{text}"
+    );
 }
 
 /// Control: a plot over the sweep that the manifest requests is the first one.

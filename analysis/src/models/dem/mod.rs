@@ -68,7 +68,9 @@ pub(super) fn main_results(config: &DemConfig) -> MainResults {
             MainResults::new(&["bed.surface_angle", "energy.friction_fraction"], BED)
         }
         _ if special_setups::has_friction(config) => {
-            MainResults::new(&["energy.total_change_relative", "energy.friction_fraction"], ENERGY)
+            let metrics =
+                &["energy.total_change_relative", "energy.friction_fraction", "settling_time"];
+            MainResults::new(metrics, ENERGY)
         }
         _ => MainResults::new(&["energy.total_change_relative", "settling_time"], ENERGY),
     }
