@@ -233,7 +233,7 @@ function player(part, leader) {
   // States that another run lasts longer; the clock of the first player runs on until then.
   function outlast(latest) {
     const last = data.times[end()];
-    extra = latest - last > LEAST_LEAD * (latest - data.times[0]) ? placeOf(data, latest) - end() : 0;
+    extra = latest - last > LEAST_LEAD * (latest - data.times[0]) ? Math.ceil(placeOf(data, latest)) - end() : 0;
     beyond = min(beyond, extra);
     annotate();
     if (!leader) scrub.max = end() + extra;
