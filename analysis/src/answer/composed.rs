@@ -194,9 +194,7 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
         // Checks come first, unless the question has words of a main result only.
         findings.sort_by_key(|finding| Reverse(shared_words(source, finding.name())));
     }
-    let is_unasked =
-        |findings: &[Finding<'_>]| findings.iter().all(|it| shared_words(source, it.name()) == 0);
-    if is_unasked(&findings) {
+    if findings.iter().all(|it| shared_words(source, it.name()) == 0) {
         findings.splice(0..0, asked_finding(source));
     }
     findings.sort_by_key(Finding::is_of_conservation_law);
@@ -223,7 +221,7 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
         return unfinished(source);
     }
     let names: Vec<&str> = findings.iter().map(Finding::name).collect();
-    let is_chosen = is_shown || findings.iter().any(|finding| finding.check.is_some());
+    let is_chosen = is_shown || findings.iter().any(|it| it.check.is_some());
     if let Some(remark) = remark(source, &names) {
         sentences.insert(0, vec![AnswerPart::words(remark)]);
         return joined(sentences);

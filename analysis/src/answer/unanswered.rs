@@ -70,7 +70,7 @@ fn without_comparison(source: &AnswerSource<'_>) -> Option<String> {
     let (words, is_number) = name_of(&setting);
     let name = if is_number { format!("number of {words}") } else { words };
     let is_list = setting.value.starts_with('[');
-    let place = if is_list { String::new() } else { place_words(&[setting.clone()]) };
+    let place = if is_list { String::new() } else { place_words(std::slice::from_ref(&setting)) };
     let key = last_part(&setting.key);
     Some(match is_single {
         true => format!(
