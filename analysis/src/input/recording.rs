@@ -19,6 +19,18 @@ pub struct OpenRun {
 }
 
 impl OpenRun {
+    /// A recording with the manifest that it contains.
+    pub(crate) fn of(recording: Recording, manifest: RunManifest) -> Self {
+        let name = recording.path().file_name();
+        let file = name.map_or_else(String::new, |name| name.to_string_lossy().into());
+        let run_key = recording.provenance().run_key.clone();
+        let recording = match manifest.particles_of_frames() {
+            Some(particles) => recording.with_max_particles(particles),
+            None => recording,
+        };
+        Self { recording, file, manifest, run_key }
+    }
+
     /// The recording.
     pub(crate) fn recording(&self) -> &Recording {
         &self.recording
@@ -80,13 +92,7 @@ pub(crate) fn opened_with_its_frames(recording: Recording) -> Result<OpenRun, Un
             "use the program that wrote it",
         )
     })?;
-    let file = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into());
-    let run_key = recording.provenance().run_key.clone();
-    let recording = match manifest.particles_of_frames() {
-        Some(particles) => recording.with_max_particles(particles),
-        None => recording,
-    };
-    Ok(OpenRun { recording, file, manifest, run_key })
+    Ok(OpenRun::of(recording, manifest))
 }
 
 /// Rejects a recording that holds a part of its run: most metrics need its start.

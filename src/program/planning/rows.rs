@@ -22,7 +22,8 @@ pub(crate) fn row_of(run: &Run, interrupt: &Interrupt) -> Result<Option<RunRow>,
         return Ok(None);
     }
     let (recording, messages) = executed?;
-    let mut row = row_of_recording(&recording).map_err(|error| error.message)?;
+    let row = row_of_recording(recording, run.manifest.clone());
+    let mut row = row.map_err(|error| error.message)?;
     row.messages = Some(messages);
     Ok(Some(row))
 }

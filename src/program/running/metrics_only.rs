@@ -14,7 +14,7 @@ use crate::running::journal::{BETWEEN_SYNCS, Journal, PlaceOfRow};
 use kinetoscope::executor::observer::ExecutionObserver as _;
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope::outputs::sidecars::{write_experiment, write_experiment_without_runs};
-use kinetoscope_analysis::{RunRow, each_stored_outcome, each_stored_row, write_runs_table};
+use kinetoscope_analysis::{each_stored_outcome, each_stored_row, write_runs_table};
 use kinetoscope_console::text::{one_line, shown_path};
 use kinetoscope_console::{Exit, Message, complain};
 use kinetoscope_manifest::{ExpectedOutcome, Experiment, Run, RunKey, run_key};
@@ -318,15 +318,13 @@ impl Execution<'_> {
         let Experiment { runs, name, replicates, .. } = &*self.experiment;
         let (mut faults, mut seen) = (Vec::new(), 0);
         let mut read = |range: Range<usize>| {
-            let row = |run: usize| {
-                let mut row = journal.row_at(rows.place(run))?;
+            let mut found = journal.rows_at(range.clone().map(|run| rows.place(run)))?;
+            range.clone().into_par_iter().zip(&mut found).for_each(|(run, row)| {
                 let (planned, key) = (&runs[run], &rows.keys[run]);
                 row.coordinates = planned.coordinates.to_vec();
                 (row.replicate, row.seed) = (planned.replicate, planned.manifest.seed);
                 row.file = format!("{}.mcap", planned.file_stem(name, key, *replicates));
-                Ok(row)
-            };
-            let found: Vec<RunRow> = range.clone().map(row).collect::<io::Result<_>>()?;
+            });
             for (run, row) in range.clone().zip(&found).filter(|(run, _)| *run >= seen) {
                 faults.extend(row.fault().map(|fault| (run, fault.to_owned())));
             }
