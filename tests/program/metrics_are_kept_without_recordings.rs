@@ -135,7 +135,7 @@ fn rows_of_failed_runs_state_the_fault_and_other_places_are_rejected() {
         bench.call(&["table", "recordings/fault", "--columns", "outcome", "--format", "csv"]);
     assert_eq!(rows.out, "outcome\nfault\nfault\n");
     bench.write("kept.toml", &sweep(1, "metrics"));
-    for option in [&["--executor", "slurm"][..], &["--export-commands", "list"], &["--analyze"]] {
+    for option in [&["--output", "s3://bucket/prefix"][..], &["--analyze"]] {
         let rejected = bench.call(&[&["run", "kept.toml"], option].concat());
         expect(&rejected, 2);
         assert!(

@@ -4,7 +4,7 @@
 //! opened again.
 
 use kinetoscope_analysis::RunRow;
-use kinetoscope_files::regular_file::open_or_create;
+use kinetoscope_files::regular_file::{open, open_or_create};
 use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
 use std::fs::{self, File, TryLockError};
@@ -131,6 +131,15 @@ impl Journal {
     pub(crate) fn remove(self) -> io::Result<()> {
         fs::remove_file(self.path)
     }
+}
+
+/// Calls `each` with the whole rows of a journal that another program may write.
+///
+/// # Errors
+/// A file that cannot be read, or is no journal.
+pub(crate) fn each_row(path: &Path, mut each: impl FnMut(&RunRow)) -> io::Result<()> {
+    let (file, _) = open(path)?;
+    read(&file, |row, _| each(row)).map(drop)
 }
 
 /// Calls `each` with the whole rows of a journal, and returns the place after them; 0 for a file that ends within its first bytes.
