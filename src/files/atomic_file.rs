@@ -58,6 +58,17 @@ impl NewFile {
         self.file.into_inner().map_err(IntoInnerError::into_error)?.persist(&self.path)?;
         Ok(())
     }
+
+    /// As [`NewFile::finish`]; the file is on the disk when the function returns.
+    ///
+    /// # Errors
+    /// A folder that cannot be written, a folder of this name, or a disk that fails.
+    pub fn finish_synced(self) -> io::Result<()> {
+        let file = self.file.into_inner().map_err(IntoInnerError::into_error)?;
+        file.as_file().sync_all()?;
+        file.persist(&self.path)?;
+        sync_folder(&self.path)
+    }
 }
 
 impl Write for NewFile {

@@ -5,7 +5,7 @@ use crate::program_name::ProgramName;
 use clap::{Args, ValueEnum};
 use kinetoscope::executor::cluster::queue::SubmissionOptions;
 use kinetoscope::executor::cluster::scheduler::Engine;
-use kinetoscope::executor::cluster::task::{TaskCommand, dealt, keys};
+use kinetoscope::executor::cluster::task::{TaskCommand, dealt, in_intervals};
 use kinetoscope::plan::Plan;
 use kinetoscope_files::output_file;
 use std::ffi::OsStr;
@@ -48,9 +48,9 @@ pub(crate) struct ExecutorArguments {
     /// Execute the runs with
     #[arg(long, value_enum, default_value = "local")]
     pub executor: Executor,
-    /// Number of runs per task of a cluster, at most 1000 [default: chosen for 200 tasks]
+    /// Number of runs per task of a cluster, at most 1000 [default: chosen for 200 tasks, or for tasks of minutes if only metrics are kept, then without a maximum]
     #[arg(long, value_name = "N", value_parser = at_least_one::<NonZeroUsize>)]
-    runs_per_task: Option<NonZeroUsize>,
+    pub runs_per_task: Option<NonZeroUsize>,
     /// Time limit of a task; unfinished runs resume in the next task [default: three times the expected time on a slow
     /// processor]
     #[arg(long, value_name = "MINUTES", value_parser = at_least_one::<NonZeroU64>)]
@@ -58,7 +58,7 @@ pub(crate) struct ExecutorArguments {
     /// Write the runs to FILE as shell commands, one per line, and stop; each command may be repeated
     #[arg(long, value_name = "FILE", conflicts_with_all = ["executor", "dry_run", "prune", "force"])]
     pub export_commands: Option<PathBuf>,
-    /// Execute only the runs with these keys, as a task of a cluster does
+    /// Execute only the runs with these keys, or from one key to another (KEY-KEY), as a task of a cluster does
     #[arg(long, value_name = "KEY,…", value_delimiter = ',',
           conflicts_with_all = ["executor", "export_commands", "prune"])]
     pub only_keys: Option<Vec<String>>,
@@ -95,6 +95,8 @@ pub(crate) struct TaskOptions<'a> {
     pub overrides: &'a [String],
     /// Whether tasks analyze what they record.
     pub analyze: bool,
+    /// Default number of runs per task if only their metrics are kept.
+    pub rows_per_task: Option<usize>,
     /// Threads per run.
     pub threads: Option<NonZeroUsize>,
     /// Time between checkpoints.
@@ -122,13 +124,15 @@ impl TaskOptions<'_> {
             overrides: self.overrides.to_vec(),
             analyze: self.analyze,
             threads: self.threads.map_or(1, NonZeroUsize::get),
+            is_of_rows: self.rows_per_task.is_some(),
             checkpoint_every_s: self.checkpoint_every.as_secs_f64(),
         })
     }
 }
 
 impl ExecutorArguments {
-    /// Writes one command per line to FILE, which may be a link, a device or a pipe, each for the number of runs that `--runs-per-task` states (1).
+    /// Writes one command per line to FILE, which may be a link, a device or a pipe, each for the number of runs that `--runs-per-task` states
+    /// (1; so many that they take minutes, if only their metrics are kept).
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -139,9 +143,13 @@ impl ExecutorArguments {
         options: &TaskOptions<'_>,
     ) -> io::Result<usize> {
         let command = options.command()?;
-        let tasks = dealt(&plan.to_do_by_cost(), self.runs_per_task.map_or(1, NonZeroUsize::get));
-        let lines: Vec<String> =
-            tasks.iter().map(|runs| command.line(&keys(runs)) + "\n").collect();
+        let (runs, default) = (plan.to_do_by_cost(), options.rows_per_task);
+        let runs_per_task = self.runs_per_task.map(NonZeroUsize::get).or(default).unwrap_or(1);
+        let tasks = match default {
+            Some(_) => in_intervals(&runs, runs_per_task),
+            None => dealt(&runs, runs_per_task),
+        };
+        let lines: Vec<String> = tasks.iter().map(|task| command.line(&task.keys) + "\n").collect();
         output_file::write(file, lines.concat().as_bytes())?;
         Ok(lines.len())
     }
@@ -158,7 +166,7 @@ impl ExecutorArguments {
         Ok(SubmissionOptions {
             engine,
             command: options.command()?,
-            runs_per_task: self.runs_per_task.map(NonZeroUsize::get),
+            runs_per_task: self.runs_per_task.map(NonZeroUsize::get).or(options.rows_per_task),
             time_limit_min: self.time_limit.map(NonZeroU64::get),
         })
     }

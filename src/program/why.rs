@@ -10,8 +10,8 @@ use crate::output::OutputArguments;
 use crate::planning::plan_report::not_planned;
 use crate::planning::planner::Planner;
 use clap::Args;
-use kinetoscope::plan::Status;
 use kinetoscope::plan::why::{Earlier, Reason};
+use kinetoscope::plan::{Plan, Status};
 use kinetoscope_analysis::each_stored_outcome;
 use kinetoscope_console::Exit;
 use kinetoscope_console::text::{plural, shown_path};
@@ -19,7 +19,7 @@ use kinetoscope_files::output_file;
 use kinetoscope_manifest::RunKey;
 use serde_json::{Value as Json, json};
 use std::cmp::Reverse;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -85,17 +85,14 @@ impl WhyArguments {
         stop_if_interrupted(interrupt)?;
         let plan = &planned.plan;
         let earlier = Earlier::in_folder(&plan.folder);
-        let rows =
-            experiment.keeps_only_metrics().then(|| keys_of_rows(&plan.folder)).transpose()?;
+        let has_row = experiment.keeps_only_metrics().then(|| runs_with_rows(plan)).transpose()?;
         let is_listed = self.list.is_some() || plan.runs.len() <= MOST_LISTED;
         let (mut lines, mut runs) = (Vec::new(), Vec::<Json>::new());
         let mut kinds: BTreeMap<String, usize> = BTreeMap::new();
-        for run in &plan.runs {
+        for (at, run) in plan.runs.iter().enumerate() {
             stop_if_interrupted(interrupt)?;
-            let (Reason { text: reason, kind }, status) = match (&rows, &run.status) {
-                (Some(rows), Status::Done(_) | Status::ToDo(_)) => {
-                    reason_of_row(rows.binary_search(&run.run_key).is_ok())
-                }
+            let (Reason { text: reason, kind }, status) = match (&has_row, &run.status) {
+                (Some(has_row), Status::Done(_) | Status::ToDo(_)) => reason_of_row(has_row[at]),
                 (_, Status::Done(_)) => (earlier.reason(run, &plan.folder), "finished"),
                 (_, Status::ToDo(_)) => (earlier.reason(run, &plan.folder), "to do"),
                 (_, Status::Rejected(_)) => (earlier.reason(run, &plan.folder), "rejected"),
@@ -149,13 +146,22 @@ impl WhyArguments {
     }
 }
 
-/// The keys of the rows in the table of a folder, in ascending order.
-fn keys_of_rows(folder: &Path) -> Result<Vec<RunKey>, Failure> {
-    let mut keys = Vec::new();
-    each_stored_outcome(folder, |row| keys.extend(RunKey::from_hex(&row.run_key)))
-        .map_err(|error| Failure::of(Exit::Unreadable, error.message))?;
-    keys.sort_unstable();
-    Ok(keys)
+/// For each run of a plan, whether the table in its folder has a row of it.
+fn runs_with_rows(plan: &Plan) -> Result<Vec<bool>, Failure> {
+    let (mut found, mut others, mut next) = (vec![false; plan.runs.len()], HashSet::new(), 0);
+    each_stored_outcome(&plan.folder, |row| {
+        // A finished sweep has its rows in the order of the plan, and no key of it is kept in memory.
+        match plan.runs.get(next) {
+            Some(run) if run.run_key.as_str() == row.run_key => found[next] = true,
+            _ => others.extend(RunKey::from_hex(&row.run_key)),
+        }
+        next += 1;
+    })
+    .map_err(|error| Failure::of(Exit::Unreadable, error.message))?;
+    for (found, run) in found.iter_mut().zip(&plan.runs) {
+        *found |= others.contains(&run.run_key);
+    }
+    Ok(found)
 }
 
 /// The reason and the status of a run of which only the metrics are kept.

@@ -12,12 +12,12 @@ use std::num::NonZeroUsize;
 
 /// A record with data of frames.
 pub(crate) enum DataRecord {
-    /// The records of a chunk.
-    Chunk(Bytes),
+    /// The records of a chunk, and the first channel in the indexes behind it.
+    Chunk(Bytes, Option<u16>),
     /// A metadata record's name and entries.
     Metadata(String, BTreeMap<String, String>),
-    /// The end of the file; all checksums are correct.
-    End,
+    /// The end of the file; all checksums are correct. The number of messages of each channel, as the summary states it.
+    End(BTreeMap<u16, u64>),
 }
 
 /// The start of a record: its position, the checksum of the bytes between the last chunk's body and it, and its prefix.
@@ -100,16 +100,18 @@ impl DataSection {
     /// The next record.
     pub(crate) fn advance(&mut self) -> Result<DataRecord, Broken> {
         self.pass_over_left_out();
-        let Some((byte, record)) = self.ahead.pop_front() else { return Ok(DataRecord::End) };
+        let Some((byte, record)) = self.ahead.pop_front() else {
+            return Ok(DataRecord::End(BTreeMap::new()));
+        };
         self.byte = byte;
         match record? {
-            Ahead::Chunk { before, ticket, bytes, .. } => {
+            Ahead::Chunk { before, ticket, bytes, channel } => {
                 self.ahead_bytes -= bytes;
                 let (chunk, checksum) = self.unpackers.take(ticket)?;
                 self.checksum.combine(&before);
                 self.checksum.combine(&checksum);
                 self.spare.extend(chunk.spare);
-                Ok(DataRecord::Chunk(chunk.content))
+                Ok(DataRecord::Chunk(chunk.content, channel))
             }
             Ahead::Metadata(body) => {
                 let (name, entries) = metadata(&body)?;
@@ -122,8 +124,7 @@ impl DataSection {
                         "the bytes outside the chunks do not match their checksum",
                     ));
                 }
-                self.summary()?;
-                Ok(DataRecord::End)
+                self.summary().map(DataRecord::End)
             }
         }
     }
@@ -306,12 +307,19 @@ impl DataSection {
         }
     }
 
-    /// Checks the summary after the data, which viewers use.
-    fn summary(&mut self) -> Result<(), Broken> {
+    /// Checks the summary after the data, which viewers use, and returns the number of messages of each channel.
+    fn summary(&mut self) -> Result<BTreeMap<u16, u64>, Broken> {
         self.records.restart_checksum();
+        let mut counts = BTreeMap::new();
         loop {
             self.byte = self.records.position();
             let prefix = self.records.prefix()?;
+            if prefix.kind == kind::STATISTICS {
+                let mut body = Vec::new();
+                self.records.body(prefix, &mut body)?;
+                counts = message_counts(&body)?;
+                continue;
+            }
             if prefix.kind != kind::FOOTER {
                 self.records.skip(prefix)?;
                 continue;
@@ -327,9 +335,23 @@ impl DataSection {
             if self.records.array()? != MAGIC || !self.records.at_end() {
                 return Err(damaged("the file does not end like an MCAP file"));
             }
-            return Ok(());
+            return Ok(counts);
         }
     }
+}
+
+/// The number of messages of each channel in the body of a statistics record.
+fn message_counts(body: &[u8]) -> Result<BTreeMap<u16, u64>, Broken> {
+    let mut fields = Fields(body);
+    // The sums of messages, schemas, channels, attachments, metadata and chunks, and two times.
+    fields.bytes(8 + 2 + 4 * 4 + 2 * 8)?;
+    let size = fields.u32()?;
+    let mut entries = Fields(fields.bytes(size as usize)?);
+    let mut counts = BTreeMap::new();
+    while !entries.0.is_empty() {
+        counts.insert(entries.u16()?, entries.u64()?);
+    }
+    Ok(counts)
 }
 
 #[cfg(test)]
@@ -368,7 +390,7 @@ mod tests {
             let mut data = data(0, threads);
             for chunk in 0..100 {
                 assert!(
-                    matches!(data.advance(), Ok(DataRecord::Chunk(content)) if content.is_empty())
+                    matches!(data.advance(), Ok(DataRecord::Chunk(content, _)) if content.is_empty())
                 );
                 // The chunk just delivered counts as well; the truncated end follows the last chunk.
                 assert_eq!(data.ahead.len() + 1, bound.min(101 - chunk));

@@ -1,11 +1,11 @@
 //! Iterator over the frames of a recording, with only a few chunks in memory.
 
-use crate::block_writer::Group;
 use crate::channels::{self, Channel as _, FrameClock};
 use crate::container::{Broken, Fields, damaged};
 use crate::data_section::{DataRecord, DataSection};
 use crate::error::ReadError;
 use crate::frame::{Level, LogLine};
+use crate::frame_channels::{FrameChannels, is_drawing, is_one_group};
 use crate::keyframe::KEYFRAME;
 use crate::limits::{MAX_CHANNELS, MAX_CHUNK_MESSAGES, MAX_LOG_LINES};
 use crate::log_text::split;
@@ -58,7 +58,12 @@ pub struct Frames {
     outcome_seen: bool,
     schemas: BTreeMap<u16, String>,
     topics: BTreeMap<u16, Arc<Topic>>,
+    channels: FrameChannels,
     open: OpenBlock,
+    /// Chunks so far.
+    chunks: u64,
+    /// The number of frames of the complete run, if it is known.
+    frames: Option<u64>,
     max_block_bytes: u64,
     has_drawings: bool,
     has_scalar_frames: bool,
@@ -72,6 +77,8 @@ pub struct Frames {
     has_end: bool,
     /// Whether frames before the next one were skipped.
     after_gap: bool,
+    /// Whether any frames were skipped.
+    has_gaps: bool,
     ended: bool,
 }
 
@@ -97,7 +104,10 @@ impl Frames {
             outcome_seen: false,
             schemas: BTreeMap::new(),
             topics: BTreeMap::new(),
+            channels: FrameChannels::default(),
             open: OpenBlock::default(),
+            chunks: 0,
+            frames: None,
             max_block_bytes,
             has_drawings: true,
             has_scalar_frames: false,
@@ -108,8 +118,14 @@ impl Frames {
             has_late_log: false,
             has_end: true,
             after_gap: false,
+            has_gaps: false,
             ended: false,
         }
+    }
+
+    /// Expects so many frames of a complete run.
+    pub(crate) fn expecting(self, frames: Option<u64>) -> Self {
+        Self { frames, ..self }
     }
 
     /// The same frames, of which only the first one has its drawings: their chunks are not decompressed once the channels are known.
@@ -141,7 +157,7 @@ impl Frames {
     /// Skips that chunk, whose bytes have this checksum, and returns them.
     pub(crate) fn skip_chunk(&mut self, checksum: &crc32fast::Hasher) -> Option<Vec<u8>> {
         let body = self.data.take_packed(checksum)?;
-        self.after_gap = true;
+        (self.after_gap, self.has_gaps) = (true, true);
         Some(body)
     }
 
@@ -152,7 +168,7 @@ impl Frames {
 
     /// Delivers the messages of a chunk that was skipped; of several, in their order.
     pub(crate) fn deliver(&mut self, body: Vec<u8>) -> Result<(), ReadError> {
-        let grouped = self.data.unpack(body).and_then(|content| self.group(&content));
+        let grouped = self.data.unpack(body).and_then(|content| self.group(&content, None));
         grouped.map_err(|broken| self.failed(broken))
     }
 
@@ -179,7 +195,7 @@ impl Frames {
                 continue;
             }
             match self.data.advance()? {
-                DataRecord::Chunk(content) => self.group(&content)?,
+                DataRecord::Chunk(content, indexed) => self.group(&content, indexed)?,
                 DataRecord::Metadata(name, entries) if name == OUTCOME_RECORD => {
                     self.outcome_seen = true;
                     // A file without an index may be cut off, which is found at its end.
@@ -191,18 +207,42 @@ impl Frames {
                     self.add_hashes(&entries)?;
                 }
                 DataRecord::Metadata(..) => {}
-                DataRecord::End if !self.open.messages.is_empty() => {
-                    return Err(damaged("a message is outside of its frame"));
-                }
-                // The last frame of a run that did not fail is a keyframe.
-                DataRecord::End if !self.has_end && self.outcome == Some(Outcome::Complete) => {
-                    return Err(damaged("the last frame has no keyframe"));
-                }
-                DataRecord::End if self.outcome_seen && self.outcome.is_some() => return Ok(None),
-                DataRecord::End if self.outcome_seen => return Err(damaged(OTHER_OUTCOME)),
-                DataRecord::End => return Err(damaged("the recording has no outcome")),
+                DataRecord::End(counts) => return self.check_end(&counts).map(|()| None),
             }
         }
+    }
+
+    /// Checks the end of the file, whose summary states these numbers of messages.
+    fn check_end(&self, counts: &BTreeMap<u16, u64>) -> Result<(), Broken> {
+        let is_complete = self.outcome == Some(Outcome::Complete);
+        if !self.open.messages.is_empty() {
+            return Err(damaged("a message is outside of its frame"));
+        }
+        // The last frame of a run that did not fail is a keyframe.
+        if !self.has_end && is_complete {
+            return Err(damaged("the last frame has no keyframe"));
+        }
+        if !self.outcome_seen {
+            return Err(damaged("the recording has no outcome"));
+        }
+        if self.outcome.is_none() {
+            return Err(damaged(OTHER_OUTCOME));
+        }
+        let is_whole = is_complete && !matches!(self.stored, StoredFrames::From(_));
+        if let (true, Some(frames), Some(last)) = (is_whole, self.frames, self.last_frame)
+            && last + 1 != frames
+        {
+            let what = format!("its last frame is {last}, but its manifest has {frames} frames");
+            return Err(Broken::Damaged(what));
+        }
+        let is_read = |channel: u16| {
+            let topic = self.topics.get(&channel);
+            self.has_drawings || topic.is_some_and(|topic| !is_drawing(topic))
+        };
+        if !self.has_gaps && !self.channels.have_counts(counts, is_read) {
+            return Err(damaged("its chunks have other messages than its summary states"));
+        }
+        Ok(())
     }
 
     /// After the last frame: the hashes of the frames after the last keyframe, which a run that failed has.
@@ -221,10 +261,12 @@ impl Frames {
         Ok(())
     }
 
-    /// Adds a chunk's messages to the open block. The chunk with the clocks of its frames ends it.
-    fn group(&mut self, unpacked: &Bytes) -> Result<(), Broken> {
+    /// Adds a chunk's messages to the open block. The chunk with the clocks of its frames ends it. The chunk has `indexed` as the first channel
+    /// in its indexes, if they were read.
+    fn group(&mut self, unpacked: &Bytes, indexed: Option<u16>) -> Result<(), Broken> {
         let mut rest = Fields(unpacked);
-        let mut messages = Vec::new();
+        let mut messages: Vec<RecordedMessage> = Vec::new();
+        self.chunks += 1;
         while !rest.0.is_empty() {
             let (kind, length) = (rest.u8()?, rest.u64()?);
             let length = usize::try_from(length).map_err(|_| damaged("a record is too long"))?;
@@ -246,6 +288,10 @@ impl Frames {
                     let (log_time_ns, _publish_time) = (fields.u64()?, fields.u64()?);
                     let topic = self.topics.get(&channel).cloned();
                     let topic = topic.ok_or_else(|| damaged("a message has no channel"))?;
+                    if messages.first().is_some_and(|first| !is_one_group(&first.topic, &topic)) {
+                        return Err(damaged("a chunk has messages of two groups"));
+                    }
+                    self.channels.count(channel);
                     let payload = unpacked.slice_ref(fields.0);
                     messages.push(RecordedMessage { topic, log_time_ns, payload });
                 }
@@ -255,6 +301,12 @@ impl Frames {
                     ));
                 }
             }
+        }
+        let indexed = indexed.and_then(|channel| self.topics.get(&channel));
+        if let (Some(indexed), Some(first)) = (indexed, messages.first())
+            && !is_one_group(indexed, &first.topic)
+        {
+            return Err(damaged("the index of a chunk is that of another group"));
         }
         self.open.bytes = self.open.bytes.saturating_add(unpacked.len() as u64);
         if self.open.bytes > self.max_block_bytes {
@@ -283,7 +335,6 @@ impl Frames {
             let frame = place.ok().and_then(|place| frames.get_mut(place));
             add(frame.ok_or_else(|| damaged("a message is outside of its frame"))?, message)?;
         }
-        let is_drawing = |topic: &Topic| Group::of(&topic.name, &[]) == Group::Drawings;
         let is_first_block = self.last_frame.is_none();
         for (index, frame) in frames.iter_mut().enumerate() {
             let is_drawn = self.has_drawings || (is_first_block && index == 0);
@@ -303,7 +354,9 @@ impl Frames {
         let name = fields.string()?.to_owned();
         let schema = self.schemas.get(&schema).cloned();
         let schema = schema.ok_or_else(|| damaged("a channel has no schema"))?;
-        self.topics.insert(id, Arc::new(Topic { id, name, schema }));
+        let topic = Arc::new(Topic { id, declared_in: self.chunks, name, schema });
+        self.channels.declare(&topic);
+        self.topics.insert(id, topic);
         if self.topics.len() > MAX_CHANNELS {
             return Err(damaged("the file has more channels than any recording"));
         }
@@ -381,6 +434,12 @@ impl Frames {
         if !is_complete && self.stored.has(clock.frame, None) {
             return Err(damaged("a frame has no keyframe"));
         }
+        // Each keyframe can be read alone.
+        let is_keyframe = is_complete && matches!(self.stored, StoredFrames::Keyframes(_));
+        if is_keyframe && self.particles.is_some() && particles.is_none() {
+            return Err(damaged("a keyframe has no particles"));
+        }
+        self.channels.check(&raw.messages, is_complete)?;
         let has_state = || self.topics.values().any(|topic| topic.name == channels::STATE);
         if is_complete && state.is_none() && has_state() {
             return Err(damaged("a frame has no state"));

@@ -13,6 +13,7 @@ pub mod error;
 pub mod fields;
 pub mod file;
 pub mod frame;
+mod frame_channels;
 pub mod frame_hashes;
 pub mod keyframe;
 pub mod layout;

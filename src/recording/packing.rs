@@ -214,9 +214,9 @@ impl Drop for Packing {
 /// Compresses chunks one after the other.
 struct Packer {
     compression: Compression,
-    // Its tables are reused.
+    /// From the first compressed chunk on: its tables are reused.
     #[cfg(not(target_os = "unknown"))]
-    zstd: zstd::bulk::Compressor<'static>,
+    zstd: Option<zstd::bulk::Compressor<'static>>,
     /// Memory for the largest compressed content. A copy takes what it needs, so that few chunks that wait reserve so much.
     #[cfg(not(target_os = "unknown"))]
     room: Vec<u8>,
@@ -227,7 +227,7 @@ impl Packer {
         Self {
             compression,
             #[cfg(not(target_os = "unknown"))]
-            zstd: zstd::bulk::Compressor::default(),
+            zstd: None,
             #[cfg(not(target_os = "unknown"))]
             room: Vec::new(),
         }
@@ -281,8 +281,9 @@ impl Packer {
         };
         self.room.clear();
         self.room.reserve(zstd::zstd_safe::compress_bound(content.len()));
-        self.zstd.set_compression_level(level)?;
-        self.zstd.compress_to_buffer(content, &mut self.room)?;
+        let zstd = self.zstd.get_or_insert_default();
+        zstd.set_compression_level(level)?;
+        zstd.compress_to_buffer(content, &mut self.room)?;
         Ok(self.room.clone())
     }
 

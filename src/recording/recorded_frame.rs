@@ -14,6 +14,8 @@ use std::sync::Arc;
 pub(crate) struct Topic {
     /// Its number, which increases in the order of the messages of a frame.
     pub(crate) id: u16,
+    /// The chunk that declares it, counted from 0: the messages of its group have chunks of their own.
+    pub(crate) declared_in: u64,
     pub(crate) name: String,
     pub(crate) schema: String,
 }
@@ -27,6 +29,11 @@ pub struct RecordedMessage {
 }
 
 impl RecordedMessage {
+    /// The group of its channel.
+    pub(crate) fn group(&self) -> u64 {
+        self.topic.declared_in
+    }
+
     /// Its topic, with the leading slash.
     #[must_use]
     pub fn topic(&self) -> &str {

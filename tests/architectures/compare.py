@@ -17,6 +17,7 @@ Exit codes: 0 equal, 1 different, 77 the system cannot be made (no network, no p
 """
 
 import argparse
+import concurrent.futures
 import hashlib
 import os
 import pathlib
@@ -31,7 +32,7 @@ PAGE = SOURCES / "docs/architectures.md"
 QUICK = ("first_run", "gas_300_kelvin", "packing_fifty_discs", "orbit_exercise")
 IN_MEMORY = "lock_in_memory"
 
-# Name: Rust's target, the cross compiler's prefix, the emulator and its options. This processor needs none.
+# Name: Rust's target, the cross compiler's prefix, the emulator and its options. This machine's own vector instructions need none.
 TARGETS = {
     "x86-64 with AVX-512": ("x86_64-unknown-linux-gnu", "", []),
     "x86-64 with AVX2": ("x86_64-unknown-linux-gnu", "", ["qemu-x86_64", "-cpu", "Haswell"]),
@@ -44,6 +45,8 @@ TARGETS = {
 WASM = "wasm32-wasip1"
 # Targets with their numbers of threads; WebAssembly has none.
 PLACES = [(name, threads) for name, rest in TARGETS.items() for threads in ((1,) if rest[0] == WASM else (1, 2))]
+# Experiments that a target runs before the page is saved.
+AT_ONCE = 8
 EQUAL, MESSAGES, METRICS = "equal", "other messages", "other metrics"
 # The environment variable that names the mount namespace of the comparison.
 OWN_MOUNTS = "KINETOSCOPE_OWN_MOUNTS"
@@ -184,24 +187,25 @@ class System:
 
     def lock(self, target, prefix, emulator, threads, work, quick):
         """The lock file of the experiments in `work`, as the target writes it, and the time that it took."""
-        shutil.rmtree(self.folder / "work", ignore_errors=True)
-        shutil.copytree(work, self.folder / "work")
+        own = work.name
+        shutil.rmtree(self.folder / own, ignore_errors=True)
+        shutil.copytree(work, self.folder / own)
         emulated = " ".join([*emulator, *([f"-L /usr/{prefix}"] if prefix else [])])
         built = f"/build/{target}/release"
         started = time.monotonic()
         if target == WASM:
             emulated = "node --no-warnings /sources/tests/architectures/wasi.mjs"
-            self.lock_in_memory(f"{emulated} {built}/{IN_MEMORY}.wasm")
+            self.lock_in_memory(own, f"{emulated} {built}/{IN_MEMORY}.wasm")
         elif quick:
-            self.lock_in_memory(f"{emulated} {built}/{IN_MEMORY}")
+            self.lock_in_memory(own, f"{emulated} {built}/{IN_MEMORY}")
         else:
-            self.shell(f"cd /work && {emulated} {built}/kinetoscope lock --quiet --jobs 1 --threads {threads} experiments")
-        return (self.folder / "work/kinetoscope.lock").read_text(), time.monotonic() - started
+            self.shell(f"cd /{own} && {emulated} {built}/kinetoscope lock --quiet --jobs 1 --threads {threads} experiments")
+        return (self.folder / own / "kinetoscope.lock").read_text(), time.monotonic() - started
 
-    def lock_in_memory(self, program):
+    def lock_in_memory(self, own, program):
         """This program takes one manifest at a time."""
         self.shell(f"""
-            cd /work
+            cd /{own}
             for manifest in experiments/*.toml; do
                 {program} $manifest < $manifest > entry
                 sed -n '/^\\[\\[experiment/,$p' entry >> kinetoscope.lock
@@ -293,9 +297,9 @@ def lock_of_this_machine(program, work):
     return text
 
 
-def part_of(work, names):
-    """A folder with some of the experiments."""
-    part = work.with_name("part")
+def part_of(work, names, place):
+    """A folder with some of the experiments, for one place."""
+    part = work.with_name(f"part-{PLACES.index(place)}-{names[0]}")
     shutil.rmtree(part, ignore_errors=True)
     (part / "experiments").mkdir(parents=True)
     for name in names:
@@ -303,32 +307,44 @@ def part_of(work, names):
     return part
 
 
-def fill(results, system, targets, work, ours, quick, save):
-    """Compares what is missing, and saves after each place, so that an interrupted comparison goes on from there."""
+def fill(results, system, targets, work, ours, quick, save, jobs):
+    """Compares what is missing, some experiments at a time, and saves after each part, so that an interrupted comparison goes on from there."""
     places = [place for place in PLACES if place[0] in targets and results.missing(place) and not (quick and place[1] > 1)]
     if places:
         system.build(sorted({targets[name][:2] for name, _ in places}), quick)
-    for name, threads in places:
-        target, prefix, emulator = targets[name]
-        wanted = results.missing((name, threads))
-        theirs, seconds = system.lock(target, prefix, emulator, threads, part_of(work, wanted), quick)
-        messages, metrics = results.add((name, threads), only(ours, wanted), theirs)
-        print(f"{name}, {threads} thread(s): {len(wanted)} experiments, {seconds:.0f} s; other messages: "
-              f"{', '.join(messages) or 'none'}; other metrics: {', '.join(metrics) or 'none'}", flush=True)
-        save()
+
+    def locked(place, names):
+        target, prefix, emulator = targets[place[0]]
+        return place, names, *system.lock(target, prefix, emulator, place[1], part_of(work, names, place), quick)
+
+    parts = []
+    for place in places:
+        missing = results.missing(place)
+        parts += [(place, missing[at:at + AT_ONCE]) for at in range(0, len(missing), AT_ONCE)]
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        for done in concurrent.futures.as_completed([pool.submit(locked, *part) for part in parts]):
+            (name, threads), names, theirs, seconds = done.result()
+            messages, metrics = results.add((name, threads), only(ours, names), theirs)
+            print(f"{name}, {threads} thread(s): {len(names)} experiments, {seconds:.0f} s; other messages: "
+                  f"{', '.join(messages) or 'none'}; other metrics: {', '.join(metrics) or 'none'}", flush=True)
+            save()
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="aarch64 and wasm32, one experiment of each model, one thread")
     parser.add_argument("--targets", help="names of targets, separated by commas: the start of each suffices")
+    parser.add_argument("--jobs", type=int, default=2, help="targets that run at the same time")
     parser.add_argument("--system", type=pathlib.Path, default=SOURCES / "target/architectures/system")
     parser.add_argument("--program", type=pathlib.Path, default=SOURCES / "target/release/kinetoscope")
     arguments = parser.parse_args()
     wanted = (arguments.targets or ("aarch64,wasm32" if arguments.quick else "")).split(",")
     targets = {name: rest for name, rest in TARGETS.items() if name.startswith(tuple(wanted))}
-    if vectors() != "AVX-512":
+    own = f"x86-64 with {vectors()}"
+    if own != "x86-64 with AVX-512":
         targets.pop("x86-64 with AVX-512", None)
+    if own in targets:
+        targets[own] = (*targets[own][:2], [])
     system = System(arguments.system)
     try:
         enter_own_mounts()
@@ -340,7 +356,7 @@ def main():
     ours = lock_of_this_machine(arguments.program, work)
     results = Results(ours, is_kept=not arguments.quick)
     save = (lambda: None) if arguments.quick else lambda: PAGE.write_text(page(results, changes))
-    fill(results, system, targets, work, ours, arguments.quick, save)
+    fill(results, system, targets, work, ours, arguments.quick, save, arguments.jobs)
     save()
     return int(not results.is_equal(targets))
 

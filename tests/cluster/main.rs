@@ -20,5 +20,8 @@ mod hyperqueue_loses_no_run;
 mod recordings_reach_object_storage;
 // Killed, requeued and held tasks of Slurm lose no run.
 mod slurm_loses_no_run;
+// Tasks whose runs leave rows give the table of one machine.
+#[cfg(target_os = "linux")]
+mod tasks_of_rows_give_one_table;
 // With `--analyze`, each task analyzes the recordings that it made.
 mod tasks_analyze_their_recordings;

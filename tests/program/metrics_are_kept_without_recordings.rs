@@ -135,7 +135,7 @@ fn rows_of_failed_runs_state_the_fault_and_other_places_are_rejected() {
         bench.call(&["table", "recordings/fault", "--columns", "outcome", "--format", "csv"]);
     assert_eq!(rows.out, "outcome\nfault\nfault\n");
     bench.write("kept.toml", &sweep(1, "metrics"));
-    for option in [&["--executor", "slurm"][..], &["--export-commands", "list"], &["--analyze"]] {
+    for option in [&["--output", "s3://bucket/prefix"][..], &["--analyze"]] {
         let rejected = bench.call(&[&["run", "kept.toml"], option].concat());
         expect(&rejected, 2);
         assert!(
@@ -219,8 +219,16 @@ fn analysis_of_the_table_equals_that_of_the_recordings() {
         let files = names.map(|name| fs::read(folder.join(name)).unwrap());
         assert!(before.is_err() || before.is_ok_and(|table| table == files[2]));
         assert!(folder.join("report.html").exists());
-        (files, called.err)
+        let data = format!("{keep}/gas");
+        let drawn = ["plot", &data, "--y", "mean_speed", "--where", "speed_distribution=maxwell"];
+        let drawn = bench.call(&drawn);
+        expect(&drawn, 0);
+        (files, called.err, drawn.out)
     });
+    assert!(analyzed[0].2.starts_with("<svg") && analyzed[0].2 == analyzed[1].2);
+    let of_frames = bench.call(&["plot", "metrics/gas", "--y", "/pressure.pressure_n_m"]);
+    expect(&of_frames, 2);
+    assert!(of_frames.err.contains("kinetoscope restore metrics/gas"), "{}", of_frames.err);
     assert!(analyzed[0].1.contains("checks failed"), "{}", analyzed[0].1);
     assert_eq!(analyzed[0].1, analyzed[1].1);
     for (file, (of_recordings, of_table)) in analyzed[0].0.iter().zip(&analyzed[1].0).enumerate() {

@@ -6,9 +6,11 @@ use super::messages::{complain_unreadable, concluded};
 use super::plotted_names::{check_names, check_places};
 use crate::input::recording::{self, OpenRun};
 use crate::input::{self, OpenedRuns, RecordingFolder, UnreadableRecording};
+use crate::metric_files::rows_of_folder;
 use crate::plot::png::png;
 use crate::plot::{ChartSize, Plot, PlotContent, Point};
 use crate::run::cache::AnalysisCache;
+use crate::run::fields::names;
 use crate::run::{self, RunAnalysis, RunOptions, RunStatus};
 use crate::sweep::requested::{PlotData, fields_to_read};
 use crate::sweep::samples::Abscissa;
@@ -18,7 +20,7 @@ use kinetoscope_console::Message;
 use kinetoscope_console::text::{plural, shown_path};
 use kinetoscope_console::{Exit, StandardOutput, complain};
 use kinetoscope_files::folder::folder_of;
-use kinetoscope_manifest::{Coordinate, PlotAxis, PlotFit, PlotRequest};
+use kinetoscope_manifest::{Axis as SweptAxis, Coordinate, PlotAxis, PlotFit, PlotRequest};
 use rayon::iter::{IndexedParallelIterator as _, IntoParallelIterator as _, ParallelIterator as _};
 use serde_json::{Value, json};
 use std::num::NonZeroUsize;
@@ -117,8 +119,10 @@ impl PlotArguments {
                 "reduce --width, --height or --scale",
             )));
         }
-        let source = self.source()?;
-        let (plot, mut unreadable) = self.plot(&source)?;
+        let mut source = self.source()?;
+        let is_table = source.is_table && source.files.is_empty();
+        let drawn = if is_table { self.plot_of_table(&mut source) } else { self.plot(&source) };
+        let (plot, mut unreadable) = drawn?;
         let svg = plot.svg_of(Some(size)).map_err(|error| CommandError::usage(error.0))?;
         let svg = svg.ok_or_else(|| CommandError::usage("there is no point to draw"))?;
         match (&self.output, format) {
@@ -179,9 +183,10 @@ impl PlotArguments {
 
     /// The one experiment among the paths.
     fn source(&self) -> Result<RecordingFolder, CommandError> {
-        let (mut sources, unlisted): (Vec<_>, Vec<_>) = input::sources(&meant_paths(&self.paths)?)?
-            .into_iter()
-            .partition(|source| !source.files.is_empty());
+        let (mut sources, unlisted): (Vec<_>, Vec<_>) =
+            input::sources_and_tables(&meant_paths(&self.paths)?)?
+                .into_iter()
+                .partition(|source| !source.files.is_empty() || source.is_table);
         let unlisted: Vec<UnreadableRecording> =
             unlisted.into_iter().flat_map(|folder| folder.unreadable).collect();
         match (sources.pop(), sources.as_slice()) {
@@ -227,7 +232,9 @@ impl PlotArguments {
                 "name the recordings of one",
             )));
         }
-        check_names(&request, model, first).map_err(CommandError::usage)?;
+        // Without a readable frame, no field has a name; the error is that of the recording.
+        let fields = names(first.recording()).unwrap_or_default();
+        check_names(&request, model, &fields).map_err(CommandError::usage)?;
         let places: Vec<Vec<Coordinate>> = opened.iter().map(|(_, place)| place.clone()).collect();
         check_places(&request, &places).map_err(CommandError::usage)?;
         let axes = source.record.as_ref().map_or(&[][..], |record| &record.axes);
@@ -249,16 +256,39 @@ impl PlotArguments {
             }
         }
         self.say_about(&runs, &mut unreadable);
-        let points = points(&runs);
-        let (metrics, _) = fits::fits(&points);
-        let data =
-            PlotData { runs: &runs, points: &points, metrics: &metrics, places: &places, axes };
-        match data.draw(&request) {
-            Ok(plot) => Ok((plot, unreadable)),
-            // What could not be read may be the cause.
-            Err(_) if !unreadable.is_empty() => Err(CommandError::all_unreadable(&unreadable)),
-            Err(why) => Err(CommandError::usage(why)),
+        drawn(&request, &runs, &places, axes, unreadable)
+    }
+
+    /// The plot of metrics of runs that have no recordings, but rows in a table.
+    fn plot_of_table(
+        &self,
+        source: &mut RecordingFolder,
+    ) -> Result<(Plot, Vec<UnreadableRecording>), CommandError> {
+        let request = self.request();
+        if request.is_of_channel() || request.figure.is_some() {
+            let folder = shown_path(&source.folder);
+            return Err(CommandError::usage(Message::new(
+                format!("{folder} has no recordings, whose frames this plot needs"),
+                format!(
+                    "write those of some runs: kinetoscope restore {folder} --where 'replicate = 0'; or plot a metric over a swept key"
+                ),
+            )));
         }
+        let (mut runs, _) = rows_of_folder(source, &[]);
+        let Some(first) = runs.first() else {
+            return Err(CommandError::all_unreadable(&source.unreadable));
+        };
+        check_names(&request, first.manifest.model.name(), &[]).map_err(CommandError::usage)?;
+        let places: Vec<Vec<Coordinate>> = runs.iter().map(|run| run.coordinates.clone()).collect();
+        check_places(&request, &places).map_err(CommandError::usage)?;
+        let axes = source.record.as_ref().map_or(&[][..], |record| &record.axes);
+        let manifests = runs.iter().map(|run| &run.manifest);
+        let found = Abscissa::find(request.x.as_deref(), &places, axes, manifests);
+        found.map_err(CommandError::usage)?;
+        runs.retain(|run| request.selects(&run.coordinates));
+        let mut unreadable = source.unreadable.clone();
+        self.say_about(&runs, &mut unreadable);
+        drawn(&request, &runs, &places, axes, unreadable)
     }
 
     /// Prints which runs a plot of a metric omits.
@@ -317,6 +347,25 @@ impl PlotArguments {
             "curves": curves.collect::<Vec<_>>(),
             "remark": chart.full_remark(),
         })
+    }
+}
+
+/// Draws the plot of these runs, which are those of some of the places.
+fn drawn(
+    request: &PlotRequest,
+    runs: &[RunAnalysis],
+    places: &[Vec<Coordinate>],
+    axes: &[SweptAxis],
+    unreadable: Vec<UnreadableRecording>,
+) -> Result<(Plot, Vec<UnreadableRecording>), CommandError> {
+    let points = points(runs);
+    let (metrics, _) = fits::fits(&points);
+    let data = PlotData { runs, points: &points, metrics: &metrics, places, axes };
+    match data.draw(request) {
+        Ok(plot) => Ok((plot, unreadable)),
+        // What could not be read may be the cause.
+        Err(_) if !unreadable.is_empty() => Err(CommandError::all_unreadable(&unreadable)),
+        Err(why) => Err(CommandError::usage(why)),
     }
 }
 

@@ -1,17 +1,15 @@
 //! The names on the command line of a plot: metrics, fields, charts, and places in the sweep, compared with the recordings.
 
 use crate::input::coordinates::{keys_of, last_part};
-use crate::input::recording::OpenRun;
 use crate::models::{MODELS, figure_names, metrics_of};
-use crate::run::fields::names;
 use kinetoscope_console::Message;
 use kinetoscope_manifest::{Coordinate, PlotRequest, nearest};
 
-/// Rejects a name that is neither a metric of the model nor a field of its recordings, and an unknown chart.
+/// Rejects a name that is neither a metric of the model nor one of the fields of its recordings, and an unknown chart.
 pub(super) fn check_names(
     request: &PlotRequest,
     model: &str,
-    run: &OpenRun,
+    fields: &[String],
 ) -> Result<(), Message> {
     if let Some(figure) = &request.figure {
         let known = figure_names(model);
@@ -33,16 +31,14 @@ pub(super) fn check_names(
             "name metrics only, or fields of channels only",
         ));
     }
-    request.ordinates().try_for_each(|name| check_name(name, model, run))
+    request.ordinates().try_for_each(|name| check_name(name, model, fields))
 }
 
-fn check_name(y: &str, model: &str, run: &OpenRun) -> Result<(), Message> {
+fn check_name(y: &str, model: &str, fields: &[String]) -> Result<(), Message> {
     let is_of_channel = y.starts_with('/');
     let of_sweeps = MODELS.iter().filter(|it| it.name == model).flat_map(|it| it.sweep_metrics);
     let metrics: Vec<&str> =
         metrics_of(model).iter().chain(of_sweeps).map(|metric| metric.name).collect();
-    // Without a readable frame, no field has a name; the error is that of the recording.
-    let fields = names(run.recording()).unwrap_or_default();
     let fields: Vec<&str> = fields.iter().map(String::as_str).collect();
     if metrics.contains(&y) || fields.contains(&y) || (fields.is_empty() && is_of_channel) {
         return Ok(());

@@ -215,7 +215,7 @@ fn parquet(
     let (columns, rows) = (&answered.columns, &answered.rows);
     let metadata = (DESCRIPTION, description.as_str());
     let read = |range: Range<usize>| Ok(&rows[range]);
-    table::parquet::write(columns, metadata, rows.len(), read, |rows, row, column| {
+    table::parquet::write(Vec::new(), columns, metadata, rows.len(), read, |rows, row, column| {
         rows[row][column].clone()
     })
 }

@@ -29,7 +29,7 @@ impl InvalidPath {
     pub(super) fn without_recordings(path: &Path) -> Self {
         Self::new(
             format!("{} contains no finished recording (*.mcap)", shown_path(path)),
-            "run the experiment first; the same command completes an interrupted run, and a partial file is analyzed only if it is named. Without recordings (`keep = \"metrics\"`), there are `analyze`, `table` and `restore`",
+            "run the experiment first; the same command completes an interrupted run, and a partial file is analyzed only if it is named. Without recordings (`keep = \"metrics\"`), there are `analyze`, `plot`, `table` and `restore`",
         )
     }
 }

@@ -19,6 +19,14 @@ pub struct OpenRun {
 }
 
 impl OpenRun {
+    /// A recording with the manifest that it contains.
+    pub(crate) fn of(recording: Recording, manifest: RunManifest) -> Self {
+        let name = recording.path().file_name();
+        let file = name.map_or_else(String::new, |name| name.to_string_lossy().into());
+        let run_key = recording.provenance().run_key.clone();
+        Self { recording: limited(recording, &manifest), file, manifest, run_key }
+    }
+
     /// The recording.
     pub(crate) fn recording(&self) -> &Recording {
         &self.recording
@@ -80,13 +88,7 @@ pub(crate) fn opened_with_its_frames(recording: Recording) -> Result<OpenRun, Un
             "use the program that wrote it",
         )
     })?;
-    let file = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into());
-    let run_key = recording.provenance().run_key.clone();
-    let recording = match manifest.particles_of_frames() {
-        Some(particles) => recording.with_max_particles(particles),
-        None => recording,
-    };
-    Ok(OpenRun { recording, file, manifest, run_key })
+    Ok(OpenRun::of(recording, manifest))
 }
 
 /// Rejects a recording that holds a part of its run: most metrics need its start.
@@ -116,7 +118,15 @@ pub(crate) fn restored_file(recording: &Recording) -> Option<(PathBuf, RunKey)> 
 
 /// Limits the frames of a recording to the particles of its manifest, if this version can read it.
 pub(crate) fn with_frame_limit(recording: Recording) -> Recording {
-    match parse_run(recording.manifest()).ok().and_then(|run| run.particles_of_frames()) {
+    match parse_run(recording.manifest()) {
+        Ok(run) => limited(recording, &run),
+        Err(_) => recording,
+    }
+}
+
+fn limited(recording: Recording, run: &RunManifest) -> Recording {
+    let recording = recording.with_frames(run.number_of_frames());
+    match run.particles_of_frames() {
         Some(particles) => recording.with_max_particles(particles),
         None => recording,
     }

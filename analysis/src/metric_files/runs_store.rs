@@ -2,15 +2,16 @@
 
 use crate::input::RUNS_TABLE;
 use crate::input::UnreadableRecording;
-use crate::input::recording::opened;
+use crate::input::recording::OpenRun;
 use crate::metric_files::condition::Condition;
 use crate::metric_files::run_row::RunRow;
 use crate::metric_files::runs_query::{QueryError, Question, StoredRuns};
 use crate::metric_files::runs_table::{DETAILS, ERROR_SUFFIX, MANIFEST, to_parquet};
 use crate::run::{self, RunAnalysis, RunOptions};
 use crate::table::Cell;
+use crate::table::parquet::io_error;
 use kinetoscope_console::Message;
-use kinetoscope_files::atomic_file;
+use kinetoscope_files::atomic_file::NewFile;
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::reader::Recording;
 use std::borrow::Cow;
@@ -57,12 +58,16 @@ impl From<QueryError> for StoreError {
     }
 }
 
-/// The row of a recording in memory, analyzed on this thread. Its hash and its place in the sweep are those that the caller knows.
+/// The row of a recording of this manifest in memory, analyzed on this thread. Its hash and its place in the sweep are those that the caller
+/// knows.
 ///
 /// # Errors
 /// A recording that cannot be analyzed.
-pub fn row_of_recording(recording: &Recording) -> Result<RunRow, UnreadableRecording> {
-    let run = opened(recording.clone())?;
+pub fn row_of_recording(
+    recording: Recording,
+    manifest: RunManifest,
+) -> Result<RunRow, UnreadableRecording> {
+    let run = OpenRun::of(recording, manifest);
     let options = RunOptions::default();
     run::analyze(&run, Vec::new(), options, NonZeroUsize::MIN).map(|found| RunRow::of(&found))
 }
@@ -77,11 +82,11 @@ pub fn write_runs_table(
     experiment: &str,
     rows: usize,
     read: &mut dyn FnMut(Range<usize>) -> io::Result<Vec<RunRow>>,
-    manifest: &dyn Fn(usize) -> String,
+    manifest: &(dyn Fn(usize) -> String + Sync),
 ) -> io::Result<()> {
     let mut read = |range: Range<usize>| read(range).map(Cow::Owned);
-    let table = to_parquet(experiment, rows, &mut read, manifest).map_err(io::Error::other)?;
-    atomic_file::replace(&folder.join(RUNS_TABLE), &table)
+    let file = NewFile::create(&folder.join(RUNS_TABLE))?;
+    to_parquet(file, experiment, rows, &mut read, manifest).map_err(io_error)?.finish_synced()
 }
 
 /// What identifies a run in a table, and how it ended.

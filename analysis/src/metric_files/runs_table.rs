@@ -14,7 +14,7 @@ use parquet::errors::ParquetError;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
-use std::io;
+use std::io::{self, Write};
 use std::ops::Range;
 
 /// Name of the entry with the description among the file's metadata.
@@ -197,22 +197,26 @@ fn coordinate(run: &RunRow, key: &str, kind: CellKind) -> Cell {
 }
 
 fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+    // A table of a million rows has some 10^9 digits.
+    let digit = |number: u8| char::from_digit(number.into(), 16);
+    bytes.iter().flat_map(|byte| [byte >> 4, byte & 15]).filter_map(digit).collect()
 }
 
 /// Rows that are read at once to find the columns.
 const ROWS_AT_ONCE: usize = 1 << 12;
 
-/// The bytes of `runs.parquet`, of which only a group of rows is in the memory. `manifest` returns the canonical manifest of a row.
+/// Writes `runs.parquet`, of which only a group of rows is in the memory, and returns the output. `manifest` returns the canonical manifest
+/// of a row.
 ///
 /// # Errors
-/// Rows that cannot be read; errors of the writer, of which none is expected.
-pub(crate) fn to_parquet(
+/// Rows that cannot be read, and an output that cannot be written.
+pub(crate) fn to_parquet<W: Write + Send>(
+    output: W,
     experiment: &str,
     rows: usize,
     read: ReadRows<'_>,
-    manifest: &dyn Fn(usize) -> String,
-) -> Result<Vec<u8>, ParquetError> {
+    manifest: &(dyn Fn(usize) -> String + Sync),
+) -> Result<W, ParquetError> {
     let mut found = Found::default();
     for first in (0..rows).step_by(ROWS_AT_ONCE) {
         read(first..rows.min(first + ROWS_AT_ONCE))?.iter().for_each(|row| found.add(row));
@@ -225,5 +229,5 @@ pub(crate) fn to_parquet(
     let cell = |(first, rows): &(usize, Cow<'_, [RunRow]>), row: usize, column: usize| {
         table.cell(&rows[row], column, || manifest(first + row))
     };
-    crate::table::parquet::write(&table.columns(), metadata, rows, group, cell)
+    crate::table::parquet::write(output, &table.columns(), metadata, rows, group, cell)
 }

@@ -50,7 +50,8 @@ pub(crate) fn write(report: &AnalysisReport, folder: &Path) -> Result<usize, Wri
             let rows: Vec<RunRow> = report.runs.iter().map(RunRow::of).collect();
             let manifest = |row: usize| report.runs[row].manifest.canonical();
             let mut read = |range: Range<usize>| Ok(Cow::Borrowed(&rows[range]));
-            let table = runs_table::to_parquet(&report.name, rows.len(), &mut read, &manifest);
+            let (name, bytes) = (&report.name, Vec::new());
+            let table = runs_table::to_parquet(bytes, name, rows.len(), &mut read, &manifest);
             let table = table.map_err(|error| failed(RUNS_TABLE, error.to_string()))?;
             replace(&folder.join(RUNS_TABLE), table)?;
         }

@@ -1,6 +1,7 @@
 //! Tables as Parquet, one row group at a time.
 
-use super::{Cell, CellKind, Column, seal};
+use super::seal::Sealing;
+use super::{Cell, CellKind, Column};
 use parquet::basic::{Compression, Encoding, LogicalType, Repetition, Type as Physical, ZstdLevel};
 use parquet::column::writer::ColumnWriter;
 use parquet::data_type::ByteArray;
@@ -9,6 +10,7 @@ use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{ColumnPath, Type};
+use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::io::{self, Write};
 use std::ops::Range;
@@ -86,18 +88,19 @@ fn add_group<W: Write + Send>(
     group.close().map(drop)
 }
 
-/// The bytes of a table with a checksum, written column by column. `read` returns a range of rows, and `cell` that of a row in such a range
-/// and a column.
+/// Writes a table with a checksum, column by column, and returns the output. `read` returns a range of rows, and `cell` that of a row in
+/// such a range and a column.
 ///
 /// # Errors
-/// Errors of `read`, and of the writer; none of the latter is expected.
-pub(crate) fn write<R>(
+/// Errors of `read` and of the output.
+pub(crate) fn write<R: Sync, W: Write + Send>(
+    output: W,
     columns: &[Column],
     (name, description): (&str, &str),
     rows: usize,
     mut read: impl FnMut(Range<usize>) -> io::Result<R>,
-    cell: impl Fn(&R, usize, usize) -> Cell,
-) -> Result<Vec<u8>, ParquetError> {
+    cell: impl Fn(&R, usize, usize) -> Cell + Sync,
+) -> Result<W, ParquetError> {
     let entry = KeyValue::new(name.to_owned(), description.to_owned());
     let compared = rows.min(MOST_COMPARED);
     let first_rows = read(0..compared)?;
@@ -105,14 +108,29 @@ pub(crate) fn write<R>(
         let text = |row| cell(&first_rows, row, column).text();
         (0..compared).map(text).collect::<BTreeSet<String>>().len() > compared / 2
     };
-    let mut writer = begin(Vec::new(), columns, Some(vec![entry]), is_mostly_different)?;
+    let mut writer = begin(Sealing::new(output), columns, Some(vec![entry]), is_mostly_different)?;
     for first in (0..rows).step_by(ROWS_PER_GROUP) {
         let here = first..rows.min(first + ROWS_PER_GROUP);
         let (count, group) = (here.len(), read(here)?);
-        let cells = |column| (0..count).map(|row| cell(&group, row, column)).collect::<Vec<Cell>>();
+        let cells = |column| {
+            let rows = (0..count).into_par_iter();
+            rows.map(|row| cell(&group, row, column)).collect::<Vec<Cell>>()
+        };
         add_group(&mut writer, (0..columns.len()).map(cells))?;
     }
-    writer.into_inner().map(seal::sealed)
+    writer.inner_mut().begin_footer();
+    Ok(writer.into_inner()?.finish()?)
+}
+
+/// The error of the output or of the rows behind that of a table.
+pub(crate) fn io_error(error: ParquetError) -> io::Error {
+    match error {
+        ParquetError::External(error) => match error.downcast::<io::Error>() {
+            Ok(error) => *error,
+            Err(error) => io::Error::other(error),
+        },
+        error => io::Error::other(error),
+    }
 }
 
 fn begin<W: Write + Send>(

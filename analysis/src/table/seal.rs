@@ -3,7 +3,7 @@
 
 use sha2::{Digest as _, Sha256};
 use std::fs::File;
-use std::io::{self, Read as _, Seek as _};
+use std::io::{self, Read as _, Seek as _, Write};
 
 /// Bytes of the checksum.
 const SUM_BYTES: usize = 32;
@@ -22,15 +22,55 @@ fn footer_start(bytes: u64, tail: [u8; TAIL_BYTES]) -> Option<u64> {
     bytes.checked_sub(u64::from(u32::from_le_bytes([a, b, c, d])) + TAIL_BYTES as u64)
 }
 
-/// Adds the checksum to a table.
-pub(super) fn sealed(mut table: Vec<u8>) -> Vec<u8> {
-    let sum = Sha256::digest(&table);
-    let tail = table.last_chunk().copied();
-    let footer = tail.and_then(|tail| footer_start(table.len() as u64, tail));
-    if let Some(at) = footer.and_then(|at| usize::try_from(at).ok()) {
-        table.splice(at..at, sum);
+/// A table that is written with its checksum, of which only the footer is kept in memory.
+pub(super) struct Sealing<W> {
+    output: W,
+    hash: Sha256,
+    /// What follows the columns, from the call of `begin_footer` on.
+    footer: Option<Vec<u8>>,
+}
+
+impl<W: Write> Sealing<W> {
+    pub(super) fn new(output: W) -> Self {
+        Self { output, hash: Sha256::new(), footer: None }
     }
-    table
+
+    /// Keeps what is written from now on until the end is known.
+    pub(super) fn begin_footer(&mut self) {
+        self.footer.get_or_insert_default();
+    }
+
+    /// Writes the checksum and the footer, and returns the output.
+    ///
+    /// # Errors
+    /// An output that cannot be written.
+    pub(super) fn finish(mut self) -> io::Result<W> {
+        let rest = self.footer.unwrap_or_default();
+        self.hash.update(&rest);
+        let tail = rest.last_chunk().copied();
+        let at = tail.and_then(|tail| footer_start(rest.len() as u64, tail));
+        let (index, footer) = rest.split_at(at.map_or(0, |at| at as usize));
+        for part in [index, &self.hash.finalize(), footer] {
+            self.output.write_all(part)?;
+        }
+        Ok(self.output)
+    }
+}
+
+impl<W: Write> Write for Sealing<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if let Some(footer) = &mut self.footer {
+            footer.extend_from_slice(bytes);
+            return Ok(bytes.len());
+        }
+        let written = self.output.write(bytes)?;
+        self.hash.update(&bytes[..written]);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.output.flush()
+    }
 }
 
 /// Checks all bytes of a table, before any of them is decoded, and returns to its beginning.

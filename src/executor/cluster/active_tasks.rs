@@ -1,12 +1,16 @@
 //! The tasks of one plan that an engine has queued or runs.
 
+use crate::executor::cluster::task::ends_of_interval;
+use kinetoscope_manifest::RunKey;
 use std::collections::HashSet;
 
 /// The active tasks of one plan.
 #[derive(Debug, Default)]
 pub struct ActiveTasks {
     /// The run keys of their runs.
-    pub keys: HashSet<String>,
+    keys: HashSet<RunKey>,
+    /// The first and the last key of tasks that name only these.
+    intervals: Vec<(RunKey, RunKey)>,
     /// Number of running tasks.
     pub running: usize,
     /// Number of tasks that wait for their start.
@@ -31,7 +35,17 @@ impl ActiveTasks {
     }
 
     fn add_keys(&mut self, keys: &str) {
-        self.keys.extend(keys.split(',').map(str::to_owned));
+        match ends_of_interval(keys) {
+            Some(ends) => self.intervals.push(ends),
+            None => self.keys.extend(keys.split(',').filter_map(RunKey::from_hex)),
+        }
+    }
+
+    /// Whether one of the tasks executes the run with this key.
+    #[must_use]
+    pub fn has(&self, key: &RunKey) -> bool {
+        let is_in = |(first, last): &(RunKey, RunKey)| (first..=last).contains(&key);
+        self.keys.contains(key) || self.intervals.iter().any(is_in)
     }
 
     /// Whether no task runs or waits.

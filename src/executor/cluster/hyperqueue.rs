@@ -7,8 +7,7 @@
 use crate::executor::cluster::active_tasks::ActiveTasks;
 use crate::executor::cluster::engine_command::output_of;
 use crate::executor::cluster::submission::{self, JOB_NAME, Resources};
-use crate::executor::cluster::task::TaskCommand;
-use crate::plan::PlannedRun;
+use crate::executor::cluster::task::{Task, TaskCommand};
 use serde_json::Value;
 use std::io;
 use std::path::Path;
@@ -45,7 +44,7 @@ pub(super) fn live(folder: &Path) -> io::Result<ActiveTasks> {
 /// As [`super::scheduler::Engine::submit`]. Memory is not requested, because not every worker offers it as a resource.
 pub(super) fn submit(
     folder: &Path,
-    tasks: &[Vec<&PlannedRun>],
+    tasks: &[Task<'_>],
     command: &TaskCommand,
     resources: Resources,
 ) -> io::Result<()> {

@@ -7,7 +7,7 @@ use crate::executor::cluster::active_tasks::ActiveTasks;
 use crate::executor::cluster::scheduler::Engine;
 use crate::executor::cluster::silence::Silence;
 use crate::executor::cluster::submission::Resources;
-use crate::executor::cluster::task::{TaskCommand, dealt};
+use crate::executor::cluster::task::{TaskCommand, dealt, in_intervals};
 use crate::executor::observer::ExecutionObserver;
 use crate::interrupt::Interrupt;
 use crate::outputs::sidecars::{self, Failure};
@@ -29,7 +29,7 @@ use std::time::{Duration, Instant};
 /// Number of consecutive submissions without progress before the program gives up.
 const MAX_FRUITLESS_SUBMISSIONS: u32 = 5;
 /// Default number of tasks per plan.
-const DEFAULT_TASKS: usize = 200;
+pub const DEFAULT_TASKS: usize = 200;
 /// Minimum time limit of a task in minutes, for its start and slow file systems.
 const MIN_LIMIT_MIN: u64 = 15;
 /// Ratio of a task's time limit to the expected time. A wrong estimate loses no work: a run that reaches the limit resumes from its
@@ -50,6 +50,73 @@ pub struct End<'a> {
     pub hold_reasons: Option<String>,
 }
 
+/// Where tasks leave the results of their runs.
+pub trait Results {
+    /// Finds what has come since the last call.
+    ///
+    /// # Errors
+    /// A folder that cannot be read or written.
+    fn scan(&mut self) -> io::Result<()>;
+
+    /// How a run ended; `None` without a result.
+    fn outcome(&self, run: &PlannedRun) -> Option<Outcome>;
+
+    /// Size of what unfinished tasks of these runs have left.
+    fn unfinished_bytes(&self, runs: &[&PlannedRun]) -> u64;
+
+    /// A number that changes when tasks of these runs write.
+    fn trace(&self, runs: &[&PlannedRun]) -> u64;
+}
+
+/// Recordings in a folder.
+#[derive(Debug)]
+pub struct Recordings<'a> {
+    folder: &'a Path,
+    names: HashSet<String>,
+}
+
+impl<'a> Recordings<'a> {
+    /// The recordings in this folder.
+    #[must_use]
+    pub fn in_folder(folder: &'a Path) -> Self {
+        Self { folder, names: HashSet::new() }
+    }
+}
+
+impl Results for Recordings<'_> {
+    fn scan(&mut self) -> io::Result<()> {
+        self.names = names_in(self.folder)?;
+        Ok(())
+    }
+
+    fn outcome(&self, run: &PlannedRun) -> Option<Outcome> {
+        let exists = self.names.contains(&run.file_name());
+        exists.then(|| run.recorded(self.folder)).flatten()
+    }
+
+    fn unfinished_bytes(&self, runs: &[&PlannedRun]) -> u64 {
+        let partial = |run: &&PlannedRun| fs::metadata(partial_path(self.folder, &run.stem())).ok();
+        runs.iter().filter_map(partial).map(|file| file.len()).sum()
+    }
+
+    fn trace(&self, runs: &[&PlannedRun]) -> u64 {
+        let mut seen = DefaultHasher::new();
+        for run in runs {
+            let partial = partial_path(self.folder, &run.stem());
+            for file in [checkpoint::path(self.folder, &run.stem()), partial] {
+                let file = fs::metadata(file).ok();
+                file.map(|file| (file.len(), file.modified().ok())).hash(&mut seen);
+            }
+        }
+        seen.finish()
+    }
+}
+
+fn names_in(folder: &Path) -> io::Result<HashSet<String>> {
+    let entries = fs::read_dir(folder)?;
+    Ok(entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok()).collect())
+}
+
 /// The options of a submission.
 #[derive(Clone, Debug)]
 pub struct SubmissionOptions {
@@ -66,6 +133,7 @@ pub struct SubmissionOptions {
 struct Watch<'a> {
     folder: &'a Path,
     options: &'a SubmissionOptions,
+    stored: &'a mut dyn Results,
     results: Vec<Result<'a>>,
     fruitless: u32,
     /// Number of recorded runs and bytes of unfinished recordings at the last submission.
@@ -83,6 +151,7 @@ struct Watch<'a> {
 pub fn run_all<'a>(
     plan: &'a Plan,
     options: &'a SubmissionOptions,
+    stored: &'a mut dyn Results,
     interrupt: &Interrupt,
     progress: &dyn ExecutionObserver,
 ) -> io::Result<End<'a>> {
@@ -94,6 +163,7 @@ pub fn run_all<'a>(
     let mut watch = Watch {
         folder: &plan.folder,
         options,
+        stored,
         results,
         fruitless: 0,
         before: None,
@@ -118,7 +188,7 @@ pub fn run_all<'a>(
                 }
                 watch.report_hold_reasons(&live.hold_reasons, progress);
                 watch.report_silence(live.running, progress);
-                if let Err(error) = watch.submit_what_is_missing(&live.keys) {
+                if let Err(error) = watch.submit_what_is_missing(&live) {
                     if live.is_at_rest() {
                         return Err(error);
                     }
@@ -148,15 +218,12 @@ fn rest(so_far: Duration, interrupt: &Interrupt) {
 }
 
 impl Watch<'_> {
-    /// Scans the folder for recordings and failure reports.
+    /// Scans the folder for results and failure reports.
     fn scan_folder(&mut self) -> io::Result<()> {
-        let names: HashSet<String> = fs::read_dir(self.folder)?
-            .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
-            .collect();
+        let names = names_in(self.folder)?;
+        self.stored.scan()?;
         for (run, end) in self.results.iter_mut().filter(|(_, end)| end.is_none()) {
-            if names.contains(&run.file_name())
-                && let Some(outcome) = run.recorded(self.folder)
-            {
+            if let Some(outcome) = self.stored.outcome(run) {
                 *end = Some(Ok(outcome));
             } else if names.contains(&sidecars::failure_name(&run.stem()))
                 && let Some(failure) = sidecars::read_failure(self.folder, &run.stem())
@@ -171,9 +238,7 @@ impl Watch<'_> {
     /// Whether only held tasks remain.
     fn is_held(&self, live: &ActiveTasks) -> bool {
         let mut left = self.results.iter().filter(|(_, end)| end.is_none()).peekable();
-        left.peek().is_some()
-            && live.is_at_rest()
-            && left.all(|(run, _)| live.keys.contains(run.run_key.as_str()))
+        left.peek().is_some() && live.is_at_rest() && left.all(|(run, _)| live.has(&run.run_key))
     }
 
     /// Reports why tasks are held, whenever the reason changes.
@@ -187,25 +252,20 @@ impl Watch<'_> {
     /// Reports tasks that run according to the engine and record nothing.
     fn report_silence(&mut self, running: usize, progress: &dyn ExecutionObserver) {
         let mut seen = DefaultHasher::new();
-        for (run, _) in self.results.iter().filter(|(_, end)| end.is_none()) {
-            let partial = partial_path(self.folder, &run.stem());
-            for file in [checkpoint::path(self.folder, &run.stem()), partial] {
-                let file = fs::metadata(file).ok();
-                file.map(|file| (file.len(), file.modified().ok())).hash(&mut seen);
-            }
-            run.stem().hash(&mut seen);
-        }
+        let left = self.results.iter().filter(|(_, end)| end.is_none());
+        let left: Vec<&PlannedRun> = left.map(|(run, _)| *run).collect();
+        (left.len(), self.stored.trace(&left)).hash(&mut seen);
         if let Some(message) = self.silence.message(running, seen.finish(), Instant::now()) {
             progress.remark(&message);
         }
     }
 
     /// Submits the runs without a result and without a task, in job arrays within the site's limit.
-    fn submit_what_is_missing(&mut self, live: &HashSet<String>) -> io::Result<()> {
+    fn submit_what_is_missing(&mut self, live: &ActiveTasks) -> io::Result<()> {
         let missing: Vec<&PlannedRun> = self
             .results
             .iter()
-            .filter(|(run, end)| end.is_none() && !live.contains(run.run_key.as_str()))
+            .filter(|(run, end)| end.is_none() && !live.has(&run.run_key))
             .map(|(run, _)| *run)
             .collect();
         if missing.is_empty() {
@@ -216,19 +276,23 @@ impl Watch<'_> {
             return Ok(());
         }
         let usual = self.results.len().div_ceil(DEFAULT_TASKS);
-        let tasks = dealt(&missing, self.options.runs_per_task.unwrap_or(usual));
+        let runs_per_task = self.options.runs_per_task.unwrap_or(usual);
+        let tasks = match self.options.command.is_of_rows {
+            true => in_intervals(&missing, runs_per_task),
+            false => dealt(&missing, runs_per_task),
+        };
         let needed = missing.iter().filter_map(|run| run.estimate()).map(|run| run.memory_bytes);
         let memory_mib = needed.max().unwrap_or_default().div_ceil(1 << 20);
         for array in tasks.chunks(self.options.engine.most_tasks()) {
             let expected: Option<Vec<u64>> =
-                array.iter().map(|runs| time_limit_min(runs)).collect();
+                array.iter().map(|task| time_limit_min(&task.runs)).collect();
             let longest = expected.and_then(|minutes| minutes.into_iter().max());
             let resources = Resources {
                 processors: self.options.command.threads,
                 memory_mib,
                 time_limit_min: self.options.time_limit_min.or(longest),
             };
-            for run in array.iter().flatten() {
+            for run in array.iter().flat_map(|task| &task.runs) {
                 sidecars::remove_failure(self.folder, &run.stem())?;
             }
             let SubmissionOptions { engine, command, .. } = self.options;
@@ -240,26 +304,21 @@ impl Watch<'_> {
     /// Whether several consecutive submissions recorded no byte.
     fn is_fruitless(&mut self, missing: &[&PlannedRun]) -> bool {
         let recorded = self.results.iter().filter(|(_, end)| end.is_some()).count();
-        let bytes = missing
-            .iter()
-            .filter_map(|run| fs::metadata(partial_path(self.folder, &run.stem())).ok())
-            .map(|file| file.len())
-            .sum();
-        let now = Some((recorded, bytes));
+        let now = Some((recorded, self.stored.unfinished_bytes(missing)));
         self.fruitless = if self.before == now { self.fruitless + 1 } else { 0 };
         self.before = now;
         self.fruitless >= MAX_FRUITLESS_SUBMISSIONS
     }
 
-    fn give_up(&mut self, live: &HashSet<String>) {
+    fn give_up(&mut self, live: &ActiveTasks) {
         for (run, end) in self.results.iter_mut().filter(|(_, end)| end.is_none()) {
-            if !live.contains(run.run_key.as_str()) {
+            if !live.has(&run.run_key) {
                 let failure = sidecars::read_failure(self.folder, &run.stem());
                 *end = Some(Err(failure.unwrap_or_else(|| Failure {
                     is_retryable: true,
                     message: Message::new(
                         format!(
-                            "its task ended {MAX_FRUITLESS_SUBMISSIONS} times without a recording"
+                            "its task ended {MAX_FRUITLESS_SUBMISSIONS} times without a result"
                         ),
                         format!(
                             "look at the logs in {}, then run the same command again",

@@ -2,9 +2,8 @@
 
 use crate::executor::cluster::active_tasks::ActiveTasks;
 use crate::executor::cluster::submission::Resources;
-use crate::executor::cluster::task::TaskCommand;
+use crate::executor::cluster::task::{Task, TaskCommand};
 use crate::executor::cluster::{hyperqueue, slurm};
-use crate::plan::PlannedRun;
 use std::io;
 use std::path::Path;
 
@@ -45,7 +44,7 @@ impl Engine {
     pub fn submit(
         self,
         folder: &Path,
-        tasks: &[Vec<&PlannedRun>],
+        tasks: &[Task<'_>],
         command: &TaskCommand,
         resources: Resources,
     ) -> io::Result<()> {

@@ -6,8 +6,7 @@ use crate::executor::cluster::active_tasks::ActiveTasks;
 use crate::executor::cluster::engine_command::output_of;
 use crate::executor::cluster::squeue::{self, TaskState, hold_reasons};
 use crate::executor::cluster::submission::{self, JOB_NAME, Resources};
-use crate::executor::cluster::task::TaskCommand;
-use crate::plan::PlannedRun;
+use crate::executor::cluster::task::{Task, TaskCommand};
 use std::io;
 use std::path::Path;
 use std::process::Command;
@@ -66,7 +65,7 @@ pub(super) fn most_tasks() -> usize {
 /// As [`super::scheduler::Engine::submit`].
 pub(super) fn submit(
     folder: &Path,
-    tasks: &[Vec<&PlannedRun>],
+    tasks: &[Task<'_>],
     command: &TaskCommand,
     resources: Resources,
 ) -> io::Result<()> {

@@ -1,8 +1,7 @@
 //! The files of a submission, below the folder of the recordings: one line of run keys per task, a copy of the manifest, and the
 //! script of a task, which receives its index.
 
-use crate::executor::cluster::task::{TaskCommand, keys, quoted};
-use crate::plan::PlannedRun;
+use crate::executor::cluster::task::{Task, TaskCommand, quoted};
 use kinetoscope_files::atomic_file::replace;
 use kinetoscope_files::folder::folder_of;
 use kinetoscope_files::regular_file::{
@@ -53,13 +52,13 @@ pub(super) fn key_lines(folder: &Path, name: &str) -> Vec<String> {
 /// Writes a submission. A task receives its index in the environment variable `index_variable`.
 pub(super) fn write(
     folder: &Path,
-    tasks: &[Vec<&PlannedRun>],
+    tasks: &[Task<'_>],
     command: &TaskCommand,
     index_variable: &str,
 ) -> io::Result<Submission> {
-    let lines: String = tasks.iter().fold(String::new(), |mut text, runs| {
+    let lines: String = tasks.iter().fold(String::new(), |mut text, task| {
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "{}", keys(runs));
+        let _ = writeln!(text, "{}", task.keys);
         text
     });
     let digest = Sha256::digest(lines.as_bytes());

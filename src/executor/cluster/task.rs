@@ -1,6 +1,7 @@
 //! A task: a command that executes the runs with given run keys. Any machine with the same folder can execute it repeatedly.
 
 use crate::plan::PlannedRun;
+use kinetoscope_manifest::RunKey;
 use std::path::PathBuf;
 
 /// The part of the command that all tasks of a plan share. Every path is absolute.
@@ -20,22 +21,25 @@ pub struct TaskCommand {
     pub overrides: Vec<String>,
     /// Whether a task analyzes its recordings.
     pub analyze: bool,
-    /// Number of threads per run.
+    /// Number of threads of a task: for each run in turn, or for so many runs at a time whose metrics alone are kept.
     pub threads: usize,
+    /// Whether its runs leave rows instead of recordings.
+    pub is_of_rows: bool,
     /// Seconds between checkpoints.
     pub checkpoint_every_s: f64,
 }
 
 impl TaskCommand {
-    /// The command line for a shell. `keys` is inserted unquoted: run keys separated by commas, or a shell variable.
+    /// The command line for a shell. `keys` is inserted unquoted: those of a [`Task`], or a shell variable.
     #[must_use]
     pub fn line(&self, keys: &str) -> String {
         let mut words = vec![quoted(&self.program.to_string_lossy())];
         words.extend(self.subcommand.map(str::to_owned));
+        let [jobs, threads] = if self.is_of_rows { [self.threads, 1] } else { [1, self.threads] };
         words.extend([
             quoted(&self.manifest.to_string_lossy()),
             self.destination.clone(),
-            format!("--jobs 1 --threads {}", self.threads),
+            format!("--jobs {jobs} --threads {threads}"),
             format!("--checkpoint-every {}", self.checkpoint_every_s),
             "--quiet".to_owned(),
         ]);
@@ -51,11 +55,13 @@ impl TaskCommand {
     }
 }
 
-/// The run keys of the runs of a task, as `--only-keys` takes them.
-#[must_use]
-pub fn keys(runs: &[&PlannedRun]) -> String {
-    let keys: Vec<&str> = runs.iter().map(|run| run.run_key.as_str()).collect();
-    keys.join(",")
+/// The runs of a task.
+#[derive(Debug)]
+pub struct Task<'a> {
+    /// The runs that it executes.
+    pub runs: Vec<&'a PlannedRun>,
+    /// Their run keys, as `--only-keys` takes them.
+    pub keys: String,
 }
 
 /// Maximum number of runs per task: an argument has at most 128 KiB on Linux, and a key has 64 digits.
@@ -64,9 +70,42 @@ pub const MOST_RUNS_OF_A_TASK: usize = 1000;
 /// Distributes the runs, which are in descending order of cost, in turn over the tasks, so that all tasks have about the same
 /// cost. A task has at most [`MOST_RUNS_OF_A_TASK`] runs.
 #[must_use]
-pub fn dealt<'a>(runs: &[&'a PlannedRun], runs_per_task: usize) -> Vec<Vec<&'a PlannedRun>> {
+pub fn dealt<'a>(runs: &[&'a PlannedRun], runs_per_task: usize) -> Vec<Task<'a>> {
     let tasks = runs.len().div_ceil(runs_per_task.clamp(1, MOST_RUNS_OF_A_TASK));
-    (0..tasks).map(|task| runs.iter().copied().skip(task).step_by(tasks).collect()).collect()
+    let task = |task| {
+        let runs: Vec<&PlannedRun> = runs.iter().copied().skip(task).step_by(tasks).collect();
+        let keys: Vec<&str> = runs.iter().map(|run| run.run_key.as_str()).collect();
+        Task { keys: keys.join(","), runs }
+    };
+    (0..tasks).map(task).collect()
+}
+
+/// Distributes runs that leave rows over tasks of neighboring run keys: of each, the first and the last key name all. As keys are hashes, the
+/// costs of the tasks are about the same.
+#[must_use]
+pub fn in_intervals<'a>(runs: &[&'a PlannedRun], runs_per_task: usize) -> Vec<Task<'a>> {
+    let mut sorted = runs.to_vec();
+    sorted.sort_unstable_by_key(|run| run.run_key);
+    let task = |runs: &[&'a PlannedRun]| {
+        let [first, last] = [runs.first(), runs.last()].map(|run| run.map(|run| run.run_key));
+        let keys = first.zip(last).map(|(first, last)| interval(&first, &last));
+        Task { keys: keys.unwrap_or_default(), runs: runs.to_vec() }
+    };
+    sorted.chunks(runs_per_task.max(1)).map(task).collect()
+}
+
+/// What divides the first and the last key of an interval.
+const TO: char = '-';
+
+fn interval(first: &RunKey, last: &RunKey) -> String {
+    format!("{}{TO}{}", first.as_str(), last.as_str())
+}
+
+/// The first and the last key of an interval; `None` for a single key.
+#[must_use]
+pub fn ends_of_interval(text: &str) -> Option<(RunKey, RunKey)> {
+    let (first, last) = text.split_once(TO)?;
+    RunKey::from_hex(first).zip(RunKey::from_hex(last))
 }
 
 /// Quotes a word for a shell.

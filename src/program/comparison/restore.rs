@@ -101,8 +101,8 @@ pub(crate) fn verify_sample(
                 .map_err(|error| Failure::of(Exit::RunFailed, error.message().about(&run.file)))?;
             stop_if_interrupted(interrupt)?;
             compared(run, &hexadecimal(&messages), None)?;
-            rows.get(run.run_key.as_str())
-                .map_or(Ok(()), |row| compared_metrics(run, row, &recording))
+            let row = rows.get(run.run_key.as_str());
+            row.map_or(Ok(()), |row| compared_metrics(run, row, recording, rerun.manifest))
         })
         .collect();
     stop_if_interrupted(interrupt)?;
@@ -215,8 +215,13 @@ fn compared(run: &StoredRun, found: &str, path: Option<&Path>) -> Result<(), Fai
 }
 
 /// Compares the metrics of a rerun with those of its row.
-fn compared_metrics(run: &StoredRun, row: &RunRow, rerun: &Recording) -> Result<(), Failure> {
-    let found = row_of_recording(rerun)
+fn compared_metrics(
+    run: &StoredRun,
+    row: &RunRow,
+    rerun: Recording,
+    manifest: RunManifest,
+) -> Result<(), Failure> {
+    let found = row_of_recording(rerun, manifest)
         .map_err(|why| Failure::of(Exit::Unreadable, why.message.about(&run.file)))?;
     match found.differing_metric(row) {
         None => Ok(()),

@@ -22,7 +22,8 @@ pub(crate) fn row_of(run: &Run, interrupt: &Interrupt) -> Result<Option<RunRow>,
         return Ok(None);
     }
     let (recording, messages) = executed?;
-    let mut row = row_of_recording(&recording).map_err(|error| error.message)?;
+    let row = row_of_recording(recording, run.manifest.clone());
+    let mut row = row.map_err(|error| error.message)?;
     row.messages = Some(messages);
     Ok(Some(row))
 }
@@ -46,18 +47,18 @@ pub(super) fn sampled(
     if !is_short || runs.len() < FEWEST_SAMPLED {
         return expected;
     }
+    let per_run = seconds_per_run(runs, interrupt);
+    per_run.map_or(expected, |seconds| ExpectedTime { total_s: seconds * shared, ..expected })
+}
+
+/// The mean time of runs of which only the metrics are kept, from a sample that is executed; `None` after an interrupt or an error.
+pub(crate) fn seconds_per_run(runs: &[Run], interrupt: &Interrupt) -> Option<f64> {
     let (started, mut executed) = (Instant::now(), 0.0_f64);
     while started.elapsed() < SAMPLING && !interrupt.is_raised() {
         // Multiples of the golden section are spread over the sweep, however many there are.
         let at = (executed * 0.618_033_988_749_895).fract() * runs.len() as f64;
-        if row_of(&runs[at as usize], interrupt).is_err() {
-            return expected;
-        }
+        row_of(&runs[at as usize], interrupt).ok()?;
         executed += 1.0;
     }
-    if interrupt.is_raised() {
-        return expected;
-    }
-    let per_run = started.elapsed().as_secs_f64() / executed;
-    ExpectedTime { total_s: per_run * shared, ..expected }
+    (!interrupt.is_raised()).then(|| started.elapsed().as_secs_f64() / executed)
 }

@@ -9,7 +9,7 @@ use crate::planning::plan_report::PlanReport;
 use crate::planning::planner::{Planned, Planner};
 use crate::running::arguments::RunArguments;
 use crate::running::results::{self, RunResult};
-use kinetoscope::executor::cluster::queue;
+use kinetoscope::executor::cluster::queue::{self, Recordings, Results};
 use kinetoscope::executor::cluster::scheduler::Engine;
 use kinetoscope::executor::local;
 use kinetoscope::interrupt::Interrupt;
@@ -106,13 +106,14 @@ impl Execution<'_> {
         let interrupt = self.listen()?;
         self.prepare_folder(planned, interrupt)?;
         if let Some(file) = &self.arguments.executor.export_commands {
-            self.export(file, &planned.plan)?;
+            self.export(file, &planned.plan, None)?;
             let executed = self.concluded(planned, &[], Exit::Done);
             return Ok(Executed { destination: None, ..executed });
         }
         match self.arguments.executor.executor.engine() {
             Some(engine) => {
-                let executed = self.execute_on_cluster(engine, planned, interrupt)?;
+                let mut stored = Recordings::in_folder(&planned.plan.folder);
+                let executed = self.execute_on_cluster(engine, planned, &mut stored, None)?;
                 self.prune_finished(planned, executed)
             }
             None => Ok(self.concluded(planned, &[], Exit::Done)),
@@ -139,7 +140,7 @@ impl Execution<'_> {
         self.arguments.messages.say(text);
     }
 
-    fn is_task(&self) -> bool {
+    pub(crate) fn is_task(&self) -> bool {
         self.arguments.executor.only_keys.is_some()
     }
 
@@ -319,38 +320,47 @@ impl Execution<'_> {
         exit
     }
 
-    fn task_options(&self) -> TaskOptions<'_> {
+    fn task_options(&self, rows_per_task: Option<usize>) -> TaskOptions<'_> {
         TaskOptions {
             manifest: self.manifest,
             output: &self.arguments.output,
             overrides: self.overrides,
             analyze: self.arguments.executor.analyze,
+            rows_per_task,
             threads: self.arguments.execution.threads,
             checkpoint_every: self.arguments.execution.checkpoint_every,
         }
     }
 
-    fn export(&self, file: &Path, plan: &Plan) -> Result<(), Failure> {
-        let written = self.arguments.executor.export(file, plan, &self.task_options());
+    pub(crate) fn export(
+        &self,
+        file: &Path,
+        plan: &Plan,
+        rows_per_task: Option<usize>,
+    ) -> Result<(), Failure> {
+        let options = self.task_options(rows_per_task);
+        let written = self.arguments.executor.export(file, plan, &options);
         let commands = written.map_err(|error| unwritten_commands(file, &error))?;
         self.say(&format!("Wrote {} to {}", plural(commands as u64, "command"), shown_path(file)));
         Ok(())
     }
 
-    fn execute_on_cluster(
+    pub(crate) fn execute_on_cluster(
         &self,
         engine: Engine,
         planned: &Planned,
-        interrupt: &Interrupt,
+        stored: &mut dyn Results,
+        rows_per_task: Option<usize>,
     ) -> Result<Executed, Failure> {
-        let plan = &planned.plan;
+        let (plan, interrupt) = (&planned.plan, self.listen()?);
         let progress = ProgressDisplay::new(plan.to_do().len(), self.arguments.verbosity());
         let failed = |error: io::Error| {
             task_failure(&error, format!("no more tasks could be submitted: {error}"))
         };
-        let submission =
-            self.arguments.executor.submission(engine, &self.task_options()).map_err(failed)?;
-        let end = queue::run_all(plan, &submission, interrupt, &progress).map_err(failed)?;
+        let options = self.task_options(rows_per_task);
+        let submission = self.arguments.executor.submission(engine, &options).map_err(failed)?;
+        let end = queue::run_all(plan, &submission, stored, interrupt, &progress);
+        let end = end.map_err(failed)?;
         progress.close();
         let results: Vec<RunResult<'_>> = end
             .results
@@ -364,7 +374,8 @@ impl Execution<'_> {
         }
         let recorded = results.iter().filter(|(_, result)| matches!(result, Some(Ok(_)))).count();
         let left = results.iter().filter(|(_, result)| result.is_none()).count();
-        self.say(&format!("{recorded} new recordings in {}", shown_path(&plan.folder)));
+        let what = if self.experiment.keeps_only_metrics() { "rows" } else { "recordings" };
+        self.say(&format!("{recorded} new {what} in {}", shown_path(&plan.folder)));
         if left > 0 {
             self.say(&format!(
                 "{} still on the cluster: run the same command again to wait for them",

@@ -4,7 +4,8 @@
 //! opened again.
 
 use kinetoscope_analysis::RunRow;
-use kinetoscope_files::regular_file::open_or_create;
+use kinetoscope_files::regular_file::{open, open_or_create};
+use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
 use std::fs::{self, File, TryLockError};
 use std::io::{self, BufReader, Read, Seek as _, SeekFrom, Write as _};
@@ -17,6 +18,8 @@ const MAGIC: &[u8; 8] = b"KSROWS01";
 const SUM_BYTES: usize = 8;
 /// Maximum length of a row: some hundred metrics.
 const MOST_ROW_BYTES: u32 = 1 << 20;
+/// Bytes that are read at once.
+const READ_AT_ONCE: usize = 1 << 18;
 /// Rows and time after which the file is synced.
 const ROWS_PER_SYNC: usize = 4096;
 pub(crate) const BETWEEN_SYNCS: Duration = Duration::from_secs(1);
@@ -81,15 +84,27 @@ impl Journal {
         Ok(place)
     }
 
-    /// The row at a place, which must be synced.
+    /// The rows at these places, which must be synced.
     ///
     /// # Errors
     /// A disk that fails.
-    pub(crate) fn row_at(&self, place: PlaceOfRow) -> io::Result<RunRow> {
-        let mut input = BufReader::new(&self.file);
-        input.seek(SeekFrom::Start(place))?;
-        let row = read_row(&mut input)?;
-        row.map(|(row, _)| row).ok_or_else(|| io::Error::other("a row of the journal is damaged"))
+    pub(crate) fn rows_at(
+        &self,
+        places: impl Iterator<Item = PlaceOfRow>,
+    ) -> io::Result<Vec<RunRow>> {
+        let damaged = || io::Error::other("a row of the journal is damaged");
+        let mut input = BufReader::with_capacity(READ_AT_ONCE, &self.file);
+        input.rewind()?;
+        let mut at: PlaceOfRow = 0;
+        // Rows of neighboring runs are near each other, mostly within what was read at once.
+        let record = |place: PlaceOfRow| {
+            input.seek_relative(place.cast_signed() - at.cast_signed())?;
+            let record = read_record(&mut input)?.ok_or_else(damaged)?;
+            at = place + record.length_in_file();
+            Ok(record)
+        };
+        let records = places.map(record).collect::<io::Result<Vec<Record>>>()?;
+        records.par_iter().map(|record| record.row().ok_or_else(damaged)).collect()
     }
 
     /// Writes what is waiting to the disk.
@@ -118,6 +133,15 @@ impl Journal {
     }
 }
 
+/// Calls `each` with the whole rows of a journal that another program may write.
+///
+/// # Errors
+/// A file that cannot be read, or is no journal.
+pub(crate) fn each_row(path: &Path, mut each: impl FnMut(&RunRow)) -> io::Result<()> {
+    let (file, _) = open(path)?;
+    read(&file, |row, _| each(row)).map(drop)
+}
+
 /// Calls `each` with the whole rows of a journal, and returns the place after them; 0 for a file that ends within its first bytes.
 fn read(file: &File, mut each: impl FnMut(&RunRow, PlaceOfRow)) -> io::Result<u64> {
     let mut input = BufReader::new(file);
@@ -133,26 +157,44 @@ fn read(file: &File, mut each: impl FnMut(&RunRow, PlaceOfRow)) -> io::Result<u6
         return Ok(0);
     }
     let mut end = MAGIC.len() as u64;
-    while let Some((row, bytes)) = read_row(&mut input)? {
+    while let Some(record) = read_record(&mut input)? {
+        let Some(row) = record.row() else { break };
         each(&row, end);
-        end += bytes;
+        end += record.length_in_file();
     }
     Ok(end)
 }
 
-/// The next row and its length in the file; `None` at a torn end.
-fn read_row(input: &mut impl Read) -> io::Result<Option<(RunRow, u64)>> {
+/// A row as it is in the file.
+struct Record {
+    sum: [u8; SUM_BYTES],
+    bytes: Vec<u8>,
+}
+
+impl Record {
+    fn length_in_file(&self) -> u64 {
+        (4 + SUM_BYTES + self.bytes.len()) as u64
+    }
+
+    /// The row; `None` if its bytes have changed.
+    fn row(&self) -> Option<RunRow> {
+        let is_whole = Sha256::digest(&self.bytes)[..SUM_BYTES] == self.sum;
+        is_whole.then(|| RunRow::from_bytes(&self.bytes)).flatten()
+    }
+}
+
+/// The next row; `None` at a torn end.
+fn read_record(input: &mut impl Read) -> io::Result<Option<Record>> {
     let mut head = Vec::new();
     input.take(4 + SUM_BYTES as u64).read_to_end(&mut head)?;
     let Some((length, sum)) = head.split_first_chunk::<4>() else { return Ok(None) };
     let length = u32::from_le_bytes(*length);
-    if sum.len() < SUM_BYTES || length > MOST_ROW_BYTES {
+    let Ok(sum) = sum.try_into() else { return Ok(None) };
+    if length > MOST_ROW_BYTES {
         return Ok(None);
     }
     let mut bytes = Vec::new();
     input.take(length.into()).read_to_end(&mut bytes)?;
-    let is_whole =
-        bytes.len() as u64 == u64::from(length) && Sha256::digest(&bytes)[..SUM_BYTES] == *sum;
-    let row = is_whole.then(|| RunRow::from_bytes(&bytes)).flatten();
-    Ok(row.map(|row| (row, u64::from(length) + head.len() as u64)))
+    let is_whole = bytes.len() as u64 == u64::from(length);
+    Ok(is_whole.then_some(Record { sum, bytes }))
 }

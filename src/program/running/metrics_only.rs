@@ -4,22 +4,22 @@
 //! executes these runs again. At the end, the rows of all runs become the table, in the order of the sweep: its bytes do not
 //! depend on how often the sweep was killed or on the number of jobs.
 
-use crate::executor::Executor;
 use crate::messages::progress::ProgressDisplay;
 use crate::messages::{Failure, bad, exit, plural};
-use crate::planning::planner::parallel_runs;
-use crate::planning::rows::row_of;
+use crate::planning::planner::{Planner, parallel_runs};
+use crate::planning::rows::{row_of, seconds_per_run};
 use crate::running::experiment::{Executed, Execution};
-use crate::running::journal::{BETWEEN_SYNCS, Journal, PlaceOfRow};
+use crate::running::journal::{BETWEEN_SYNCS, Journal};
+use crate::running::shards::{JOURNAL, Shards, remove_shards, take_shards};
+use crate::running::sweep_rows::Rows;
+use kinetoscope::executor::cluster::queue::DEFAULT_TASKS;
 use kinetoscope::executor::observer::ExecutionObserver as _;
 use kinetoscope::interrupt::Interrupt;
 use kinetoscope::outputs::sidecars::{write_experiment, write_experiment_without_runs};
-use kinetoscope_analysis::{RunRow, each_stored_outcome, each_stored_row, write_runs_table};
+use kinetoscope_analysis::{each_stored_outcome, each_stored_row, write_runs_table};
 use kinetoscope_console::text::{one_line, shown_path};
 use kinetoscope_console::{Exit, Message, complain};
-use kinetoscope_manifest::{ExpectedOutcome, Experiment, Run, RunKey, run_key};
-use kinetoscope_physics::kind_of;
-use kinetoscope_recording::channels::SCHEMA_VERSION;
+use kinetoscope_manifest::{ExpectedOutcome, Experiment, Run, RunKey};
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 use std::collections::{HashMap, HashSet};
@@ -30,8 +30,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::{fs, thread};
 
-/// Name of the journal in the folder of the experiment.
-const JOURNAL: &str = ".runs.journal";
 /// Rows that wait for the thread that writes them.
 const MOST_WAITING: usize = 1024;
 /// Maximum number of failures that are printed.
@@ -40,56 +38,11 @@ const MOST_REPORTED: usize = 10;
 /// A run without a row, and why.
 type Unexecuted = (usize, Message);
 
+/// Time of a task of a cluster that keeps metrics, seconds: its start takes some seconds.
+const TASK_S: f64 = 120.0;
+
 /// Number of runs up to which `experiment.toml` lists them.
 const MOST_LISTED: usize = 100_000;
-
-/// The run key of a run of the experiment.
-fn key_of(run: &Run) -> RunKey {
-    let physics_version = kind_of(&run.manifest.model).physics_version;
-    run_key(&run.manifest.canonical(), physics_version, SCHEMA_VERSION)
-}
-
-/// The rows of the runs: which have one in the journal, and where.
-struct Rows {
-    /// The run keys in the order of the sweep.
-    keys: Vec<RunKey>,
-    /// The indices of the runs in the order of their keys.
-    by_key: Vec<u32>,
-    /// The place of each run's row in the journal; 0 without one.
-    places: Vec<PlaceOfRow>,
-}
-
-impl Rows {
-    fn of(runs: &[Run]) -> Self {
-        let keys: Vec<RunKey> = runs.par_iter().map(key_of).collect();
-        let mut by_key: Vec<u32> = (0..keys.len() as u32).collect();
-        by_key.par_sort_unstable_by_key(|run| (keys[*run as usize], *run));
-        let places = vec![0; keys.len()];
-        Self { keys, by_key, places }
-    }
-
-    /// The first run with a key: variants of another name may be the same run.
-    fn find(&self, key: &RunKey) -> Option<usize> {
-        let at = self.by_key.partition_point(|run| self.keys[*run as usize] < *key);
-        let run = *self.by_key.get(at)? as usize;
-        (self.keys[run] == *key).then_some(run)
-    }
-
-    fn find_text(&self, key: &str) -> Option<usize> {
-        self.find(&RunKey::from_hex(key)?)
-    }
-
-    /// The place of the row of a run.
-    fn place(&self, run: usize) -> PlaceOfRow {
-        self.find(&self.keys[run]).map_or(0, |first| self.places[first])
-    }
-
-    /// The runs to be executed, each key once.
-    fn to_do(&self) -> Vec<usize> {
-        let is_first = |run: &usize| self.find(&self.keys[*run]) == Some(*run);
-        (0..self.keys.len()).filter(|run| self.places[*run] == 0).filter(is_first).collect()
-    }
-}
 
 /// What the table of an earlier execution contains.
 #[derive(Default)]
@@ -130,15 +83,27 @@ impl Execution<'_> {
         let earlier =
             if self.force { EarlierTable::default() } else { self.earlier(&folder, &rows)? };
         others.extend(earlier.others);
+        if self.force {
+            remove_shards(&folder).map_err(failed)?;
+        } else if !earlier.is_whole {
+            take_shards(&folder, &mut rows, &mut journal, &mut others).map_err(failed)?;
+        }
         self.reject_other_rows(others.len(), &folder)?;
         if earlier.is_whole {
             self.say_runs(0, &folder);
             self.write_record(&folder, &rows).map_err(failed)?;
             journal.remove().map_err(failed)?;
+            remove_shards(&folder).map_err(failed)?;
             return Ok(self.with_table(&folder, &earlier.faults));
         }
         if !self.force {
             self.take_rows(&folder, &mut rows, &mut journal).map_err(failed)?;
+        }
+        if self.is_elsewhere() && !rows.to_do().is_empty() {
+            let executed = self.execute_rows_elsewhere(&folder, &mut rows, &mut journal)?;
+            if executed.exit != Exit::Done || !rows.to_do().is_empty() {
+                return Ok(executed);
+            }
         }
         let to_do = rows.to_do();
         self.say_runs(to_do.len(), &folder);
@@ -153,7 +118,47 @@ impl Execution<'_> {
         }
         let faults = self.write_table(&folder, &rows, &journal).map_err(failed)?;
         journal.remove().map_err(failed)?;
+        remove_shards(&folder).map_err(failed)?;
         Ok(self.with_table(&folder, &faults))
+    }
+
+    /// Exports the runs without a row as commands, or executes them on a cluster.
+    fn execute_rows_elsewhere(
+        &self,
+        folder: &Path,
+        rows: &mut Rows,
+        journal: &mut Journal,
+    ) -> Result<Executed, Failure> {
+        if self.force {
+            return Err(bad(
+                "--force is not supported on a cluster, whose tasks skip finished runs",
+            )
+            .help("remove the folder to execute all runs again"));
+        }
+        let interrupt = self.listen()?;
+        let planner = Planner { is_outline: true, ..self.arguments.planner(interrupt) };
+        let mut planned = planner.plan(&self.experiment)?;
+        planned.reject_invalid_starts(&self.experiment)?;
+        let to_do: HashSet<RunKey> = rows.to_do().into_iter().map(|run| rows.keys[run]).collect();
+        planned.plan.runs.retain(|run| to_do.contains(&run.run_key));
+        self.say_runs(to_do.len(), folder);
+        let usual = to_do.len().div_ceil(DEFAULT_TASKS);
+        let of_minutes = match self.arguments.executor.runs_per_task {
+            None => {
+                seconds_per_run(&self.experiment.runs, interrupt).map(|s| (TASK_S / s) as usize)
+            }
+            Some(_) => None,
+        };
+        let rows_per_task = Some(of_minutes.map_or(usual, |runs| runs.max(usual)));
+        if let Some(file) = &self.arguments.executor.export_commands {
+            self.export(file, &planned.plan, rows_per_task)?;
+            return Ok(self.without_recordings(Exit::Done));
+        }
+        let Some(engine) = self.arguments.executor.executor.engine() else {
+            return Ok(self.without_recordings(Exit::Done));
+        };
+        let mut stored = Shards { folder, rows, journal, unfinished_bytes: 0 };
+        self.execute_on_cluster(engine, &planned, &mut stored, rows_per_task)
     }
 
     fn say_runs(&self, to_do: usize, folder: &Path) {
@@ -233,28 +238,25 @@ impl Execution<'_> {
         Err(bad(what).help("name another folder with --output, or drop these rows with --prune"))
     }
 
-    /// Rejects what needs recordings or other machines.
+    /// Rejects what needs recordings.
     fn reject_other_places(&self) -> Result<(), Failure> {
         let arguments = self.arguments;
         let options = [
             (arguments.output.is_remote(), "an address of object storage"),
-            (arguments.executor.executor != Executor::Local, "--executor"),
-            (arguments.executor.export_commands.is_some(), "--export-commands"),
-            (arguments.executor.only_keys.is_some(), "--only-keys"),
             (arguments.executor.analyze, "--analyze"),
             (arguments.live.is_requested(), "a live view"),
         ];
         match options.iter().find(|(is_given, _)| *is_given) {
             Some((_, option)) => {
                 let what = format!("{option} cannot be used with `keep = \"metrics\"`");
-                Err(bad(what).help("execute the sweep on this machine, or keep its recordings"))
+                Err(bad(what).help("leave it out, or keep the recordings"))
             }
             None => Ok(()),
         }
     }
 
     /// Executes runs in parallel and adds their rows to the journal; returns those that have none.
-    fn execute_all(
+    pub(crate) fn execute_all(
         &self,
         to_do: &[usize],
         journal: &mut Journal,
@@ -318,15 +320,13 @@ impl Execution<'_> {
         let Experiment { runs, name, replicates, .. } = &*self.experiment;
         let (mut faults, mut seen) = (Vec::new(), 0);
         let mut read = |range: Range<usize>| {
-            let row = |run: usize| {
-                let mut row = journal.row_at(rows.place(run))?;
+            let mut found = journal.rows_at(range.clone().map(|run| rows.place(run)))?;
+            range.clone().into_par_iter().zip(&mut found).for_each(|(run, row)| {
                 let (planned, key) = (&runs[run], &rows.keys[run]);
                 row.coordinates = planned.coordinates.to_vec();
                 (row.replicate, row.seed) = (planned.replicate, planned.manifest.seed);
                 row.file = format!("{}.mcap", planned.file_stem(name, key, *replicates));
-                Ok(row)
-            };
-            let found: Vec<RunRow> = range.clone().map(row).collect::<io::Result<_>>()?;
+            });
             for (run, row) in range.clone().zip(&found).filter(|(run, _)| *run >= seen) {
                 faults.extend(row.fault().map(|fault| (run, fault.to_owned())));
             }
@@ -352,7 +352,7 @@ impl Execution<'_> {
     }
 
     /// Prints why runs have no row; `None` if all have one.
-    fn report_unexecuted(&self, unexecuted: &[Unexecuted]) -> Option<Exit> {
+    pub(crate) fn report_unexecuted(&self, unexecuted: &[Unexecuted]) -> Option<Exit> {
         let exit = Exit::RunFailed;
         for (run, why) in unexecuted.iter().take(MOST_REPORTED) {
             let message = why.clone().about(self.name_of(*run));
@@ -396,7 +396,13 @@ impl Execution<'_> {
         one_line(&parts.join(", ")).into_owned()
     }
 
-    fn without_recordings(&self, exit: Exit) -> Executed {
+    /// The name of a run's files, without their ending.
+    pub(crate) fn stem_of(&self, run: usize, rows: &Rows) -> String {
+        let Experiment { runs, name, replicates, .. } = &*self.experiment;
+        runs[run].file_stem(name, &rows.keys[run], *replicates)
+    }
+
+    pub(crate) fn without_recordings(&self, exit: Exit) -> Executed {
         Executed {
             exit,
             name: self.experiment.name.clone(),

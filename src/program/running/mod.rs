@@ -7,7 +7,10 @@ mod live;
 mod metrics_only;
 mod next_command;
 mod results;
+mod shards;
 mod shared_pool;
+mod sweep_rows;
+mod task_of_rows;
 
 use crate::manifests::pipeline;
 use crate::manifests::step::Step;
@@ -222,7 +225,10 @@ impl<'a> Session<'a> {
         if execution.experiment.keeps_only_metrics() && !self.arguments.execution.dry_run {
             self.execute_waiting();
             if !self.is_interrupted() {
-                self.take(execution.execute_for_metrics());
+                self.take(match execution.is_task() {
+                    true => execution.execute_task_of_rows(),
+                    false => execution.execute_for_metrics(),
+                });
             }
             return;
         }
