@@ -10,7 +10,7 @@
 #     REPORTS_URL   address of that folder, for the summary                        [that of the job in GitHub or GitLab]
 #     SUMMARY       file to which the summary is appended                          [$GITHUB_STEP_SUMMARY, or summary.md]
 #     LOCK_FILE     lock file; compared if it exists                               [kinetoscope.lock]
-#     BASELINE      metrics.json of an earlier version, compared in the analysis
+#     BASELINE      metrics.json of earlier analyses, one per experiment, separated by spaces or as a pattern
 #     ALLOW_CHANGED keys that may differ from the baseline, separated by spaces
 #
 # The recordings are in $RESULTS_CACHE/PROGRAM, where PROGRAM is the hash of the program's file: what this program recorded already is not
@@ -105,10 +105,13 @@ done
 for key in ${ALLOW_CHANGED:-}; do
     set -- --allow-changed "$key" "$@"
 done
-GITHUB_STEP_SUMMARY=$tables "$program" analyze --quiet --github-annotations --junit "$reports/results.xml" \
-    ${BASELINE:+--baseline "$BASELINE"} "$@"
+for baseline in ${BASELINE:-}; do
+    set -- --baseline "$baseline" "$@"
+done
+GITHUB_STEP_SUMMARY=$tables "$program" analyze --quiet --github-annotations --junit "$reports/results.xml" "$@"
 analyzed=$?
 (exit "$analyzed"); keep
+[ "$analyzed" -eq 0 ] || [ -s "$tables" ] || echo "**Nothing was analyzed**; the messages of the step say why." >> "$text"
 # The table of all checks, if there is no lock file or a check failed.
 if [ ! -f "$lock" ] || [ "$analyzed" -ne 0 ]; then
     cat "$tables" >> "$text"

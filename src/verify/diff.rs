@@ -18,7 +18,7 @@ const LONGEST_VALUE: usize = 2000;
 pub struct Comparison {
     /// Number of equal frames from the start.
     pub equal_frames: u64,
-    /// The first difference.
+    /// The first difference; one of the log only if no later frame differs elsewhere.
     pub difference: Option<Difference>,
     /// The channels of which messages were not compared, because only one of the recordings keeps all frames.
     pub not_compared: BTreeSet<String>,
@@ -69,6 +69,7 @@ fn compare_pairs(left: &Recording, right: &Recording, mut pairs: PairedFrames) -
         unreadable: None,
     };
     let has_same_frames = left.provenance().stored == right.provenance().stored;
+    let mut in_log = None;
     while comparison.difference.is_none() {
         let pair = match pairs.advance() {
             Ok(pair) => pair,
@@ -79,15 +80,22 @@ fn compare_pairs(left: &Recording, right: &Recording, mut pairs: PairedFrames) -
         };
         match pair {
             [Some(one), Some(other)] => {
-                comparison.equal_frames = left.provenance().stored.count_before(one.clock.frame);
-                comparison.difference = if has_same_frames {
+                let before = left.provenance().stored.count_before(one.clock.frame);
+                let difference = if has_same_frames {
                     between_frames(&one, &other)
                 } else {
                     between_common_messages(&one, &other, &mut comparison.not_compared)
                 };
-                let is_equal = comparison.difference.is_none() && one.is_complete();
-                comparison.equal_frames += u64::from(is_equal);
+                if in_log.is_none() {
+                    let is_equal = difference.is_none() && one.is_complete();
+                    comparison.equal_frames = before + u64::from(is_equal);
+                }
+                match difference {
+                    Some(of_log) if of_log.is_in_log() => _ = in_log.get_or_insert(of_log),
+                    elsewhere => comparison.difference = elsewhere,
+                }
             }
+            [_, _] if in_log.is_some() => break,
             [None, None] => {
                 match between_ends(left, right) {
                     Ok(difference) => comparison.difference = difference,
@@ -106,6 +114,7 @@ fn compare_pairs(left: &Recording, right: &Recording, mut pairs: PairedFrames) -
             }
         }
     }
+    comparison.difference = comparison.difference.or(in_log);
     comparison
 }
 
@@ -318,6 +327,11 @@ fn between_values(one: &FieldValues, other: &FieldValues) -> Option<Mismatch> {
 }
 
 impl Difference {
+    /// Whether only the log differs in its frame.
+    fn is_in_log(&self) -> bool {
+        self.place.split(',').next() == Some(channels::LOG)
+    }
+
     /// Describes the difference in one line, with the given names of the two recordings.
     #[must_use]
     pub fn describe(&self, left: &str, right: &str) -> String {

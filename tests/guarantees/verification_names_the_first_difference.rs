@@ -169,14 +169,23 @@ fn changed_drawing_changed_text_and_missing_message_are_named() {
     assert_differs(&missing, ": the file has no such message");
 
     let line = packing.frame(0).log_lines()[0].text.clone();
-    let text = packing.changed(&|topic, _, payload| {
+    let other_log = |topic: &str, payload: &mut Vec<u8>| {
         if topic == "/log" {
             let offset = payload.windows(line.len()).position(|part| part == line.as_bytes());
             payload[offset.unwrap()] = b'X';
         }
+    };
+    let text = packing.changed(&|topic, _, payload| {
+        other_log(topic, payload);
         true
     });
     assert_differs(&text, "first difference: /log, frame 0 (time 0.0): \"X");
+    // What else differs, in a later frame, explains more.
+    let both = packing.changed(&|topic, index, payload| {
+        other_log(topic, payload);
+        (topic, index) != ("/pressure", 3)
+    });
+    assert_differs(&both, "first difference: /pressure, frame 3 (time ");
     assert_differs(&text, &format!("\"{line}\" in the rerun"));
 }
 

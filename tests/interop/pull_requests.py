@@ -6,11 +6,13 @@
 
 Each step of the composite action, of the job for GitLab and of the plain script runs in a shell with the variables of that system, as the
 files in `action/` have them; a token that can only read; and a `gh` that fails. A cache is restored before a job and kept only if it
-succeeds, as actions/cache does. Prints each summary, and the time from the checkout to the summary with a warm wheel and cached recordings.
+succeeds, as actions/cache does. Prints each summary, and the time from the checkout to the summary with a warm wheel and cached recordings;
+then the time of the hook for commits of one, four and all shipped manifests.
 
 Package: pyyaml. Exit code 1 if a summary, an exit code or an artifact is not as expected.
 """
 
+import functools
 import hashlib
 import os
 import pathlib
@@ -46,6 +48,7 @@ class Repository:
         subprocess.run([program, "lock", "--quiet", "experiments"], cwd=self.origin, check=True)
         self.git("init", "--quiet", "--initial-branch=main")
         self.commit("main")
+        self.baselines = folder / "baselines"
         # The version of the action that the workflow names, outside of the repository.
         self.action = folder / "actions" / "kinetoscope" / "action"
         shutil.copytree(ROOT / "action", self.action)
@@ -86,12 +89,12 @@ def inject(workspace, cache):
         shutil.copytree(cache, workspace / ".kinetoscope", dirs_exist_ok=True)
 
 
-def github(repository, workspace, wheel, branch):
-    """Runs the steps of action.yml: exit code, output, summary, files of the artifact."""
+def github(repository, workspace, wheel, branch, further=()):
+    """Runs the steps of action.yml, also with further inputs: exit code, output, summary, files of the artifact."""
     action = yaml.safe_load((repository.action / "action.yml").read_text())
     workflow = yaml.safe_load((repository.action / "workflow.yml").read_text())
     assert workflow["permissions"] == {"contents": "read"}
-    given = {"manifests": "experiments", "wheel": str(wheel), "sha256": sha256(wheel)}
+    given = {"manifests": "experiments", "wheel": str(wheel), "sha256": sha256(wheel), **dict(further)}
     inputs = {name: given.get(name, str(about.get("default", ""))) for name, about in action["inputs"].items()}
     temporary = workspace.parent / "runner"
     temporary.mkdir()
@@ -148,7 +151,9 @@ def plain(repository, workspace, wheel, _branch):
     return code, output, (workspace / "summary.md").read_text(), [str(path.relative_to(workspace)) for path in reports]
 
 
-SYSTEMS = {"GitHub": github, "GitLab": gitlab, "shell": plain}
+# Without a lock file: a baseline of each experiment instead.
+BASELINE = {"baseline": "baselines/*.json", "lock-file": "none.lock"}
+SYSTEMS = {"GitHub": github, "GitLab": gitlab, "shell": plain, "GitHub with baselines": functools.partial(github, further=BASELINE)}
 
 
 def sha256(path):
@@ -171,9 +176,38 @@ def hostile(repository):
     path.write_text(text.replace("\nseed = ", f"\n{HOSTILE}seed = 1", 1))
 
 
-def cases(other_wheel):
+def with_baselines(repository, change=lambda origin: None):
+    def both(origin):
+        shutil.copytree(repository.baselines, origin / "baselines")
+        change(origin)
+
+    return both
+
+
+def hook(program, folder):
+    """Seconds of the hook for commits of one, four and all shipped manifests, with a comment added to each."""
+    folder.mkdir()
+    for path in ("experiments", "kinetoscope.lock"):
+        subprocess.run(["cp", "-r", ROOT / path, folder], check=True)
+    subprocess.run("git init --quiet && git add --all && git -c user.name=a -c user.email=a@example.org commit --quiet -m all", shell=True, cwd=folder, check=True)
+    manifests = sorted(folder.glob("experiments/*.toml"))
+    failed = False
+    for staged in ([folder / "experiments/first_run.toml"], [folder / f"experiments/{name}.toml" for name in EXPERIMENTS], manifests):
+        for manifest in staged:
+            manifest.write_text(manifest.read_text() + "# A comment.\n")
+        subprocess.run(["git", "add", "--all"], cwd=folder, check=True)
+        start, before = time.monotonic(), os.times()
+        code = subprocess.run(["sh", ROOT / "action/pre-commit.sh"], cwd=folder, env={**os.environ, "KINETOSCOPE": program}).returncode
+        used = os.times().children_user + os.times().children_system - before.children_user - before.children_system
+        print(f"hook, {len(staged)} of {len(manifests)} manifests staged: exit code {code}, {time.monotonic() - start:.1f} s, {used:.2f} s of processor time")
+        failed |= code != 0
+        subprocess.run(["git", "reset", "--quiet", "--hard"], cwd=folder, check=True)
+    return failed
+
+
+def cases(other_wheel, repository):
     """Branch, change, other wheel, exit code, parts of the summary, systems."""
-    everywhere, one = list(SYSTEMS), ["GitHub"]
+    everywhere, one, baselines = ["GitHub", "GitLab", "shell"], ["GitHub"], ["GitHub with baselines"]
     yield "nothing", lambda origin: (origin / "README.md").write_text("text\n"), False, 0, ["**4 experiments are equal to the lock file**"], everywhere
     yield (
         "restitution", edit("first_run", "restitution = 0.5", "restitution = 0.4"), False, 4,
@@ -186,6 +220,9 @@ def cases(other_wheel):
         ["the manifest no longer exists"], ["GitHub", "GitLab"],
     )  # fmt: skip
     yield "hostile", hostile, False, 4, ["gas\\_300\\_kelvin"], one
+    yield "baselines-equal", with_baselines(repository), False, 0, ["| equal to the baseline |"], baselines
+    restitution = with_baselines(repository, edit("first_run", "restitution = 0.5", "restitution = 0.4"))
+    yield "baselines-edited", restitution, False, 3, ["| equal to the baseline | model.dem.restitution: 0.5 → 0.4"], baselines
 
 
 def check(repository, case, system, wheel):
@@ -217,14 +254,19 @@ def main():
         install = subprocess.run(["sh", ROOT / "action/install.sh"], env={**os.environ, "WHEEL": str(wheel)}, capture_output=True, text=True, check=True)
         repository = Repository(folder, wheel, f"{install.stdout.strip()}/kinetoscope")
         # A push to main fills the cache.
-        code, output, summary, _ = github(repository, repository.checkout("main"), wheel, "main")
+        workspace = repository.checkout("main")
+        code, output, summary, _ = github(repository, workspace, wheel, "main")
         print(f"### GitHub, push to main, empty cache: exit code {code}\n\n{summary}")
         if code:
             sys.exit(output)
-        for case in cases(other):
+        repository.baselines.mkdir()
+        for name in EXPERIMENTS:
+            shutil.copy(workspace / f"kinetoscope-reports/{name}/metrics.json", repository.baselines / f"{name}.json")
+        for case in cases(other, repository):
             repository.commit(case[0], case[1])
             for system in case[5]:
                 failed |= check(repository, case, system, other[0] if case[2] else wheel)
+        failed |= hook(f"{install.stdout.strip()}/kinetoscope", folder / "hook")
     sys.exit(failed)
 
 

@@ -104,15 +104,22 @@ def of_another_version(claim):
 
 
 def controls(report, folder):
-    """Copies of a report with faults, and what the page must say."""
-    page, engine = report.read_text(), (report.parent / "kinetoscope-engine.js").read_text()
+    """Copies of a report with faults, and what the page must say. The engine is next to the page, or in it, as in a bundle."""
+    page, script = report.read_text(), report.parent / "kinetoscope-engine.js"
+    engine = script.read_text() if script.exists() else None
     claim = page.index(">", page.index('class="claim"')) + 1
     claim_length = page.index("<", claim) - claim
-    cases = {"no change": (page, engine, "equal those of the recording"), "no engine": (page, None, "is not next to this page")}
+    cases = {"no change": (page, engine, "equal those of the recording")}
+    if engine:
+        cases["no engine"] = (page, None, "is not next to this page")
     other = of_another_version(page[claim:claim + claim_length])
     cases[OTHER_VERSION] = (page[:claim] + other + page[claim + claim_length:], engine, "recorded with version")
+    text = engine or page
+    start = text.index('kinetoscopeEngine="') + 19
+    length = text.index('"', start) - start
     for part in (0.01, 0.5, 0.99):
-        cases[f"engine changed at {part}"] = (page, changed(engine, int(30 + part * (len(engine) - 60))), "damaged")
+        damaged = changed(text, start + int(part * (length - 3)))
+        cases[f"engine changed at {part}"] = (page, damaged, "damaged") if engine else (damaged, None, "damaged")
         cases[f"claim changed at {part}"] = (changed(page, claim + int(part * (claim_length - 3))), engine, "damaged")
     for name, (page, engine, expected) in cases.items():
         place = folder / name.replace(" ", "_")

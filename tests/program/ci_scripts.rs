@@ -145,6 +145,55 @@ fn failed_check_of_a_locked_run_is_in_the_summary() {
     assert!(text.starts_with(EQUAL) && text.contains("| **failed** | "), "{text}");
 }
 
+/// The summary counts metrics that are equal, and names what is not. Control: the same without a baseline.
+#[test]
+fn baselines_of_several_experiments_are_compared() {
+    let bench = Bench::new();
+    fs::create_dir(bench.path("manifests")).unwrap();
+    for name in ["discs", "more"] {
+        bench.write(&format!("manifests/{name}.toml"), &format!("name = \"{name}\"\n{DISCS}"));
+    }
+    let check = |baseline: &str| {
+        let called = Command::new(script("check.sh"))
+            .arg("manifests")
+            .current_dir(bench.path("."))
+            .env("KINETOSCOPE", env!("CARGO_BIN_EXE_kinetoscope"))
+            .env("SUMMARY", "summary.md")
+            .env("BASELINE", baseline)
+            .env_remove("GITHUB_STEP_SUMMARY")
+            .output();
+        let text = summary(&bench);
+        fs::remove_file(bench.path("summary.md")).unwrap();
+        (Called::from(called.unwrap()), text)
+    };
+    let (called, without) = check("");
+    expect(&called, 0);
+    fs::create_dir(bench.path("baselines")).unwrap();
+    for name in ["discs", "more"] {
+        let metrics = bench.path(&format!("kinetoscope-reports/{name}/metrics.json"));
+        fs::copy(metrics, bench.path(&format!("baselines/{name}.json"))).unwrap();
+    }
+    let counted = " compared metrics | equal to the baseline |";
+    let (called, with) = check("baselines/*.json");
+    expect(&called, 0);
+    assert_eq!((with.matches(counted).count(), without.matches(counted).count()), (2, 0));
+    assert_eq!(with.lines().count(), without.lines().count() + 2, "{with}");
+    let edited =
+        format!("name = \"more\"\n{}", DISCS.replace("= 1.0\nduration", "= 0.9\nduration"));
+    bench.write("manifests/more.toml", &edited);
+    let (called, text) = check("baselines/discs.json baselines/more.json");
+    expect(&called, 3);
+    let failed = "| **failed** | keys of 1 run | equal to the baseline | model.packing.restitution: 1.0 → 0.9";
+    assert!(text.contains(failed) && text.matches(counted).count() == 1, "{text}");
+    // A baseline that cannot be read, or whose manifest was deleted.
+    fs::remove_file(bench.path("manifests/more.toml")).unwrap();
+    for baseline in ["none.json", "baselines/*.json"] {
+        let (called, text) = check(baseline);
+        expect(&called, 2);
+        assert!(text.contains("**Nothing was analyzed**"), "{text}");
+    }
+}
+
 /// Nothing of the cache is taken for a result of manifests that are refused, and a locked manifest that was deleted is named.
 #[test]
 fn refused_and_deleted_manifests_are_not_equal() {

@@ -1,5 +1,6 @@
 //! Outcomes and check results in the formats of CI systems.
 
+use crate::checks::baseline::EQUAL;
 use crate::checks::{CheckKind, CheckResult};
 use crate::input::UnreadableRecording;
 use kinetoscope_console::text::{one_line, visible, xml};
@@ -120,7 +121,7 @@ pub(crate) fn github(experiments: &[ExperimentChecks<'_>]) -> String {
     text
 }
 
-/// Formats all results as Markdown tables, for the summary of a workflow's step.
+/// Formats all results as Markdown tables, for the summary of a workflow's step. Metrics that are equal to a baseline are counted only.
 pub(crate) fn markdown(experiments: &[ExperimentChecks<'_>]) -> String {
     let mut text = String::new();
     for experiment in experiments {
@@ -129,12 +130,17 @@ pub(crate) fn markdown(experiments: &[ExperimentChecks<'_>]) -> String {
             let _ = writeln!(text, "{}\n", markdown_text(&experiment.answer));
         }
         text += "| result | subject | requirement | finding |\n|---|---|---|---|\n";
-        for result in experiment.check_results {
+        let is_equal = |result: &&CheckResult| result.passed && result.requirement == EQUAL;
+        for result in experiment.check_results.iter().filter(|result| !is_equal(result)) {
             let word = if result.passed { "passed" } else { "**failed**" };
             let [subject, requirement, finding] =
                 [&result.subject, &result.requirement, &result.finding]
                     .map(|text| markdown_text(text));
             let _ = writeln!(text, "| {word} | {subject} | {requirement} | {finding} |");
+        }
+        let equal = experiment.check_results.iter().filter(is_equal).count();
+        if equal > 0 {
+            let _ = writeln!(text, "| passed | {equal} compared metrics | {EQUAL} | |");
         }
         for why in experiment.unreadable {
             let _ =

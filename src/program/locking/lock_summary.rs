@@ -19,7 +19,7 @@ pub(crate) fn markdown(equal: usize, unchecked: usize, differing: &[(&str, Findi
             plural(all as u64, "experiment")
         );
     }
-    let differ = if differing.len() == 1 { "differs" } else { "differ" };
+    let differ = if differing.len() == 1 || all == 1 { "differs" } else { "differ" };
     let mut text = format!(
         "**{} of {} {differ} from the lock file.**\n",
         differing.len(),
@@ -104,6 +104,7 @@ mod tests {
             ((3, 0, 1), "**1 of 4 experiments differs from the lock file.**"),
             ((2, 0, 2), "**2 of 4 experiments differ from the lock file.**"),
             ((1, 2, 0), "**0 of 3 experiments differ from the lock file.**"),
+            ((0, 1, 0), "**0 of 1 experiment differs from the lock file.**"),
         ] {
             assert_eq!(first_line(counts.0, counts.1, counts.2), line);
         }

@@ -42,6 +42,9 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The schema with the texts of its definition in each metric; it has all that is compared.
 const WITH_TEXTS: u64 = 2;
 
+/// What a comparison requires of a metric.
+pub(crate) const EQUAL: &str = "equal to the baseline";
+
 /// The metrics of an earlier analysis.
 #[derive(Debug)]
 pub(crate) struct Baseline(Document);
@@ -338,7 +341,7 @@ impl BaselineComparison {
             kind: CheckKind::Baseline,
             subject: subject.clone(),
             run: None,
-            requirement: "equal to the baseline".to_owned(),
+            requirement: EQUAL.to_owned(),
             finding,
             file: None,
             line: 0,
