@@ -3,7 +3,7 @@
 use crate::head::Head;
 use crate::keys::{HasKeys as _, Writer};
 use crate::model::ModelConfig;
-use crate::record::{Keep, RecordConfig, RecordInterval};
+use crate::record::{Keep, RecordConfig};
 use sha2::{Digest, Sha256};
 use std::fmt;
 use std::sync::Arc;
@@ -29,15 +29,6 @@ impl RunManifest {
         let is_series = |name: &String| name == "per_collision";
         let has_series = self.record.channels.iter().flatten().any(is_series);
         (!has_series).then(|| self.model.particles())
-    }
-
-    /// The number of frames of the complete run with its start; `None` if it depends on the length of the run.
-    #[must_use]
-    pub fn number_of_frames(&self) -> Option<u64> {
-        match self.record.interval {
-            RecordInterval::Frames(after_start) => after_start.get().checked_add(1),
-            _ => None,
-        }
     }
 
     /// The same run with every frame stored, as `kinetoscope fill` restores it.

@@ -40,7 +40,9 @@ impl FrameChannels {
     ) -> Result<(), Broken> {
         let clocks = messages.first().map(RecordedMessage::group);
         for (topic, is_in_first) in &mut self.of_each_frame {
-            if !is_complete && Some(topic.declared_in) != clocks {
+            let is_scalar =
+                Some(topic.declared_in) == clocks && Group::of(&topic.name, &[]) == Group::Scalars;
+            if !is_complete && !is_scalar {
                 continue;
             }
             let is_here = messages.iter().any(|message| message.topic.id == topic.id);
@@ -65,7 +67,7 @@ impl FrameChannels {
 
 /// Whether two channels may be in one chunk.
 pub(crate) fn is_one_group(one: &Topic, other: &Topic) -> bool {
-    one.declared_in == other.declared_in && is_drawing(one) == is_drawing(other)
+    one.declared_in == other.declared_in
 }
 
 /// Whether a channel is one of the drawings.

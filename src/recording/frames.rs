@@ -62,8 +62,6 @@ pub struct Frames {
     open: OpenBlock,
     /// Chunks so far.
     chunks: u64,
-    /// The number of frames of the complete run, if it is known.
-    frames: Option<u64>,
     max_block_bytes: u64,
     has_drawings: bool,
     has_scalar_frames: bool,
@@ -107,7 +105,6 @@ impl Frames {
             channels: FrameChannels::default(),
             open: OpenBlock::default(),
             chunks: 0,
-            frames: None,
             max_block_bytes,
             has_drawings: true,
             has_scalar_frames: false,
@@ -121,11 +118,6 @@ impl Frames {
             has_gaps: false,
             ended: false,
         }
-    }
-
-    /// Expects so many frames of a complete run.
-    pub(crate) fn expecting(self, frames: Option<u64>) -> Self {
-        Self { frames, ..self }
     }
 
     /// The same frames, of which only the first one has its drawings: their chunks are not decompressed once the channels are known.
@@ -227,13 +219,6 @@ impl Frames {
         }
         if self.outcome.is_none() {
             return Err(damaged(OTHER_OUTCOME));
-        }
-        let is_whole = is_complete && !matches!(self.stored, StoredFrames::From(_));
-        if let (true, Some(frames), Some(last)) = (is_whole, self.frames, self.last_frame)
-            && last + 1 != frames
-        {
-            let what = format!("its last frame is {last}, but its manifest has {frames} frames");
-            return Err(Broken::Damaged(what));
         }
         let is_read = |channel: u16| {
             let topic = self.topics.get(&channel);

@@ -41,7 +41,6 @@ pub struct Recording {
     provenance: Provenance,
     state_columns: Arc<[String]>,
     max_particles: Option<u64>,
-    frames: Option<u64>,
 }
 
 impl Recording {
@@ -75,7 +74,7 @@ impl Recording {
         provenance.outcome = read_outcome(records.into_input(), bytes).unwrap_or(None);
         let state_columns = provenance.state_columns.clone().into();
         let path = path.into();
-        let (max_particles, frames) = (None, None);
+        let max_particles = None;
         Ok(Self {
             storage,
             path,
@@ -85,7 +84,6 @@ impl Recording {
             provenance,
             state_columns,
             max_particles,
-            frames,
         })
     }
 
@@ -94,12 +92,6 @@ impl Recording {
     #[must_use]
     pub fn with_max_particles(self, max_particles: u64) -> Self {
         Self { max_particles: Some(max_particles), ..self }
-    }
-
-    /// Expects so many frames of a complete run, as the manifest states: a file with another number is damaged.
-    #[must_use]
-    pub fn with_frames(self, frames: Option<u64>) -> Self {
-        Self { frames, ..self }
     }
 
     /// Opens a recording in memory. `path` names it in errors.
@@ -179,8 +171,7 @@ impl Recording {
         let (path, columns) = (Arc::clone(&self.path), Arc::clone(&self.state_columns));
         let Provenance { stored, outcome, .. } = &self.provenance;
         let max_block_bytes = chunks.max_content_bytes();
-        let frames = Frames::new(data, max_block_bytes, path, columns, *stored, outcome.clone());
-        Ok(frames.expecting(self.frames))
+        Ok(Frames::new(data, max_block_bytes, path, columns, *stored, outcome.clone()))
     }
 }
 

@@ -13,9 +13,7 @@ use std::path::Path;
 pub fn open(path: &Path) -> Result<Recording, ReadError> {
     let recording = Recording::open(path)?;
     let run = parse_run(recording.manifest()).ok();
-    let Some(run) = run else { return Ok(recording) };
-    let recording = recording.with_frames(run.number_of_frames());
-    Ok(match run.particles_of_frames() {
+    Ok(match run.and_then(|run| run.particles_of_frames()) {
         Some(particles) => recording.with_max_particles(particles),
         None => recording,
     })

@@ -164,9 +164,13 @@ fn changed_drawing_changed_text_and_missing_message_are_named() {
     assert_differs(&drawing, "first difference: /discs, frame 4 (time ");
     assert_differs(&drawing, ": the messages differ from byte ");
 
-    let missing = packing.changed(&|topic, index, _| (topic, index) != ("/pressure", 3));
-    assert_differs(&missing, "first difference: /pressure, frame 3 (time ");
+    let missing = packing.changed(&|topic, index, _| (topic, index) != ("/discs", 3));
+    assert_differs(&missing, "first difference: /discs, frame 3 (time ");
     assert_differs(&missing, ": the file has no such message");
+    // Only drawings may be absent from a frame.
+    let damaged = packing.changed(&|topic, index, _| (topic, index) != ("/pressure", 3));
+    assert_eq!(damaged.status.code(), Some(5), "{}", stderr(&damaged));
+    assert!(stderr(&damaged).contains("a frame has no message of /pressure, but another one has"));
 
     let line = packing.frame(0).log_lines()[0].text.clone();
     let other_log = |topic: &str, payload: &mut Vec<u8>| {
@@ -183,9 +187,9 @@ fn changed_drawing_changed_text_and_missing_message_are_named() {
     // What else differs, in a later frame, explains more.
     let both = packing.changed(&|topic, index, payload| {
         other_log(topic, payload);
-        (topic, index) != ("/pressure", 3)
+        (topic, index) != ("/discs", 3)
     });
-    assert_differs(&both, "first difference: /pressure, frame 3 (time ");
+    assert_differs(&both, "first difference: /discs, frame 3 (time ");
     assert_differs(&text, &format!("\"{line}\" in the rerun"));
 }
 

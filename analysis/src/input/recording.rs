@@ -125,7 +125,6 @@ pub(crate) fn with_frame_limit(recording: Recording) -> Recording {
 }
 
 fn limited(recording: Recording, run: &RunManifest) -> Recording {
-    let recording = recording.with_frames(run.number_of_frames());
     match run.particles_of_frames() {
         Some(particles) => recording.with_max_particles(particles),
         None => recording,
