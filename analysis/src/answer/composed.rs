@@ -29,7 +29,8 @@ use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
 /// That the answer may be about something else than the question.
-const UNCHOSEN: &str = "No check or plot of the manifest names what is asked for: these are main results of the model.";
+const UNCHOSEN: &str =
+    "The question names no checked or plotted quantity: these are main results of the model.";
 /// Maximum number of sentences.
 const MOST_SENTENCES: usize = 2;
 

@@ -120,7 +120,8 @@ fn settings_that_the_question_asks_for_are_in_the_answer() {
         text.starts_with(&format!("The run has a restitution of 0.8, not 0.5. T{measured}")),
         "{text}"
     );
-    let unchosen = "No check or plot of the manifest names what is asked for: these are main results of the model.";
+    let unchosen =
+        "The question names no checked or plotted quantity: these are main results of the model.";
     let text = asked("How far does it fall?");
     assert!(text.starts_with(&format!("T{measured}")) && text.ends_with(unchosen), "{text}");
     let text = asked("How high does it bounce?");
