@@ -63,7 +63,10 @@ pub(crate) fn take_shards(
             Ok(_) => {}
             // Its task runs.
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
-            Err(error) => return Err(error),
+            Err(error) => {
+                let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+                return Err(io::Error::new(error.kind(), format!("{name}: {error}")));
+            }
         }
         written?;
     }
