@@ -146,7 +146,7 @@ impl ExecutorArguments {
         let (runs, default) = (plan.to_do_by_cost(), options.rows_per_task);
         let runs_per_task = self.runs_per_task.map(NonZeroUsize::get).or(default).unwrap_or(1);
         let tasks = match default {
-            Some(_) => in_intervals(&runs, runs_per_task),
+            Some(_) => in_intervals(&runs, runs_per_task, |_, _| false),
             None => dealt(&runs, runs_per_task),
         };
         let lines: Vec<String> = tasks.iter().map(|task| command.line(&task.keys) + "\n").collect();

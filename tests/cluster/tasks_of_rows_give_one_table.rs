@@ -75,6 +75,19 @@ fn exported_tasks_of_rows_give_the_table_of_one_machine() {
     let other = shell(&commands[0]);
     assert_eq!(other.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&other.stderr).contains("no run has the key"));
+
+    // The rows of that manifest's tasks are not dropped by the earlier one, whose table is finished.
+    let mut export = program(&manifest, &folder.path().join("others"));
+    export.args(["--runs-per-task", "10", "--export-commands"]).arg(&list);
+    assert!(export.output().unwrap().status.success());
+    let first = fs::read_to_string(&list).unwrap().lines().next().unwrap().to_owned();
+    assert!(shell(&first.replace("others", "tasks")).status.success());
+    fs::write(&manifest, SWEEP).unwrap();
+    let rejected = program(&manifest, &output).output().unwrap();
+    assert_eq!(rejected.status.code(), Some(2));
+    let error = String::from_utf8_lossy(&rejected.stderr);
+    assert!(error.contains("has the metrics of 10 runs that the manifest does not"), "{error}");
+    assert!(fs::read(&table).unwrap() == local);
 }
 
 #[test]

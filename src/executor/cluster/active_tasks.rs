@@ -48,6 +48,11 @@ impl ActiveTasks {
         self.keys.contains(key) || self.intervals.iter().any(is_in)
     }
 
+    /// Whether a task of an interval is between two keys, in ascending order.
+    pub(super) fn divide(&self, one: &RunKey, next: &RunKey) -> bool {
+        self.intervals.iter().any(|(first, _)| (one..next).contains(&first))
+    }
+
     /// Whether no task runs or waits.
     #[must_use]
     pub fn is_at_rest(&self) -> bool {
@@ -59,5 +64,28 @@ impl ActiveTasks {
     pub fn summary(&self) -> String {
         let text = format!("{} tasks running, {} waiting", self.running, self.waiting);
         if self.held == 0 { text } else { format!("{text}, {} held back", self.held) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ActiveTasks;
+    use kinetoscope_manifest::RunKey;
+
+    fn key(digit: char) -> RunKey {
+        RunKey::from_hex(&digit.to_string().repeat(64)).unwrap()
+    }
+
+    /// Guarantee: runs of an active interval are not submitted again, neither by their own keys nor within another interval.
+    #[test]
+    fn active_interval_has_its_runs_and_divides_others() {
+        let mut live = ActiveTasks::default();
+        live.add(&format!("{}-{}", key('4').as_str(), key('6').as_str()), true);
+        live.add(&[key('a'), key('b')].map(|key| key.as_str().to_owned()).join(","), false);
+        let has =
+            |digits: &str| digits.chars().map(|digit| live.has(&key(digit))).collect::<Vec<_>>();
+        assert_eq!(has("3456789ab"), [false, true, true, true, false, false, false, true, true]);
+        assert!(live.divide(&key('3'), &key('7')));
+        assert!(!live.divide(&key('1'), &key('3')) && !live.divide(&key('7'), &key('9')));
     }
 }

@@ -278,7 +278,7 @@ impl Watch<'_> {
         let usual = self.results.len().div_ceil(DEFAULT_TASKS);
         let runs_per_task = self.options.runs_per_task.unwrap_or(usual);
         let tasks = match self.options.command.is_of_rows {
-            true => in_intervals(&missing, runs_per_task),
+            true => in_intervals(&missing, runs_per_task, |one, next| live.divide(one, next)),
             false => dealt(&missing, runs_per_task),
         };
         let needed = missing.iter().filter_map(|run| run.estimate()).map(|run| run.memory_bytes);

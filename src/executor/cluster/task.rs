@@ -81,9 +81,13 @@ pub fn dealt<'a>(runs: &[&'a PlannedRun], runs_per_task: usize) -> Vec<Task<'a>>
 }
 
 /// Distributes runs that leave rows over tasks of neighboring run keys: of each, the first and the last key name all. As keys are hashes, the
-/// costs of the tasks are about the same.
+/// costs of the tasks are about the same. No task spans two keys that are `divided` by an active one.
 #[must_use]
-pub fn in_intervals<'a>(runs: &[&'a PlannedRun], runs_per_task: usize) -> Vec<Task<'a>> {
+pub fn in_intervals<'a>(
+    runs: &[&'a PlannedRun],
+    runs_per_task: usize,
+    divided: impl Fn(&RunKey, &RunKey) -> bool,
+) -> Vec<Task<'a>> {
     let mut sorted = runs.to_vec();
     sorted.sort_unstable_by_key(|run| run.run_key);
     let task = |runs: &[&'a PlannedRun]| {
@@ -91,7 +95,8 @@ pub fn in_intervals<'a>(runs: &[&'a PlannedRun], runs_per_task: usize) -> Vec<Ta
         let keys = first.zip(last).map(|(first, last)| interval(&first, &last));
         Task { keys: keys.unwrap_or_default(), runs: runs.to_vec() }
     };
-    sorted.chunks(runs_per_task.max(1)).map(task).collect()
+    let parts = sorted.chunk_by(|one, next| !divided(&one.run_key, &next.run_key));
+    parts.flat_map(|part| part.chunks(runs_per_task.max(1))).map(task).collect()
 }
 
 /// What divides the first and the last key of an interval.

@@ -6,10 +6,14 @@ use kinetoscope::run::in_memory::run_with_hash;
 use kinetoscope_analysis::{RunRow, row_of_recording};
 use kinetoscope_console::{Explained as _, Message};
 use kinetoscope_manifest::{Experiment, Run};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread;
 use std::time::{Duration, Instant};
 
 /// Time for which runs are executed as a sample of the others.
 const SAMPLING: Duration = Duration::from_millis(300);
+/// Time after which a run of the sample is stopped: its length may not be known before.
+const LONGEST_SAMPLING: Duration = Duration::from_secs(2);
 /// Expected duration of a run up to which it may be in the sample, seconds.
 const LONGEST_SAMPLED_S: f64 = 0.05;
 /// Number of runs from which on a sample is executed.
@@ -51,14 +55,33 @@ pub(super) fn sampled(
     per_run.map_or(expected, |seconds| ExpectedTime { total_s: seconds * shared, ..expected })
 }
 
-/// The mean time of runs of which only the metrics are kept, from a sample that is executed; `None` after an interrupt or an error.
+/// The mean time of runs of which only the metrics are kept, from a sample that is executed; `None` if not one of them ends within
+/// [`LONGEST_SAMPLING`], and after an interrupt or an error.
 pub(crate) fn seconds_per_run(runs: &[Run], interrupt: &Interrupt) -> Option<f64> {
+    let own = interrupt.with_own_stop();
+    thread::scope(|scope| {
+        let (done, waiting) = channel::<()>();
+        let limit = &own;
+        scope.spawn(move || {
+            if waiting.recv_timeout(LONGEST_SAMPLING) == Err(RecvTimeoutError::Timeout) {
+                limit.stop();
+            }
+        });
+        let seconds = mean_seconds(runs, &own);
+        drop(done);
+        seconds.filter(|_| !interrupt.is_raised())
+    })
+}
+
+fn mean_seconds(runs: &[Run], interrupt: &Interrupt) -> Option<f64> {
     let (started, mut executed) = (Instant::now(), 0.0_f64);
-    while started.elapsed() < SAMPLING && !interrupt.is_raised() {
+    while started.elapsed() < SAMPLING {
         // Multiples of the golden section are spread over the sweep, however many there are.
         let at = (executed * 0.618_033_988_749_895).fract() * runs.len() as f64;
-        row_of(&runs[at as usize], interrupt).ok()?;
+        if row_of(runs.get(at as usize)?, interrupt).ok()?.is_none() {
+            break;
+        }
         executed += 1.0;
     }
-    (!interrupt.is_raised()).then(|| started.elapsed().as_secs_f64() / executed)
+    (executed > 0.0).then(|| started.elapsed().as_secs_f64() / executed)
 }

@@ -133,17 +133,25 @@ impl Journal {
     }
 }
 
-/// Calls `each` with the whole rows of a journal that another program may write.
+/// Calls `each` with the whole rows from a place on, of a journal that another program may write, and returns the place after them.
 ///
 /// # Errors
 /// A file that cannot be read, or is no journal.
-pub(crate) fn each_row(path: &Path, mut each: impl FnMut(&RunRow)) -> io::Result<()> {
-    let (file, _) = open(path)?;
-    read(&file, |row, _| each(row)).map(drop)
+pub(crate) fn each_row_from(
+    path: &Path,
+    from: PlaceOfRow,
+    mut each: impl FnMut(&RunRow),
+) -> io::Result<PlaceOfRow> {
+    let (mut file, _) = open(path)?;
+    if from == 0 {
+        return read(&file, |row, _| each(row));
+    }
+    file.seek(SeekFrom::Start(from))?;
+    whole_rows(&mut BufReader::new(file), from, |row, _| each(row))
 }
 
 /// Calls `each` with the whole rows of a journal, and returns the place after them; 0 for a file that ends within its first bytes.
-fn read(file: &File, mut each: impl FnMut(&RunRow, PlaceOfRow)) -> io::Result<u64> {
+fn read(file: &File, each: impl FnMut(&RunRow, PlaceOfRow)) -> io::Result<PlaceOfRow> {
     let mut input = BufReader::new(file);
     let mut magic = Vec::new();
     input.by_ref().take(MAGIC.len() as u64).read_to_end(&mut magic)?;
@@ -156,8 +164,16 @@ fn read(file: &File, mut each: impl FnMut(&RunRow, PlaceOfRow)) -> io::Result<u6
     if magic.len() < MAGIC.len() {
         return Ok(0);
     }
-    let mut end = MAGIC.len() as u64;
-    while let Some(record) = read_record(&mut input)? {
+    whole_rows(&mut input, MAGIC.len() as u64, each)
+}
+
+/// Calls `each` with the whole rows that follow, the first of which is at `end`, and returns the place after them.
+fn whole_rows(
+    input: &mut impl Read,
+    mut end: PlaceOfRow,
+    mut each: impl FnMut(&RunRow, PlaceOfRow),
+) -> io::Result<PlaceOfRow> {
+    while let Some(record) = read_record(input)? {
         let Some(row) = record.row() else { break };
         each(&row, end);
         end += record.length_in_file();

@@ -10,7 +10,7 @@ use crate::planning::planner::{Planner, parallel_runs};
 use crate::planning::rows::{row_of, seconds_per_run};
 use crate::running::experiment::{Executed, Execution};
 use crate::running::journal::{BETWEEN_SYNCS, Journal};
-use crate::running::shards::{JOURNAL, Shards, remove_shards, take_shards};
+use crate::running::shards::{JOURNAL, ReadShards, Shards, remove_shards, take_shards};
 use crate::running::sweep_rows::Rows;
 use kinetoscope::executor::cluster::queue::DEFAULT_TASKS;
 use kinetoscope::executor::observer::ExecutionObserver as _;
@@ -85,8 +85,9 @@ impl Execution<'_> {
         others.extend(earlier.others);
         if self.force {
             remove_shards(&folder).map_err(failed)?;
-        } else if !earlier.is_whole {
-            take_shards(&folder, &mut rows, &mut journal, &mut others).map_err(failed)?;
+        } else {
+            let read = &mut ReadShards::new();
+            take_shards(&folder, &mut rows, &mut journal, &mut others, read).map_err(failed)?;
         }
         self.reject_other_rows(others.len(), &folder)?;
         if earlier.is_whole {
@@ -142,14 +143,7 @@ impl Execution<'_> {
         let to_do: HashSet<RunKey> = rows.to_do().into_iter().map(|run| rows.keys[run]).collect();
         planned.plan.runs.retain(|run| to_do.contains(&run.run_key));
         self.say_runs(to_do.len(), folder);
-        let usual = to_do.len().div_ceil(DEFAULT_TASKS);
-        let of_minutes = match self.arguments.executor.runs_per_task {
-            None => {
-                seconds_per_run(&self.experiment.runs, interrupt).map(|s| (TASK_S / s) as usize)
-            }
-            Some(_) => None,
-        };
-        let rows_per_task = Some(of_minutes.map_or(usual, |runs| runs.max(usual)));
+        let rows_per_task = Some(self.rows_per_task(to_do.len(), interrupt));
         if let Some(file) = &self.arguments.executor.export_commands {
             self.export(file, &planned.plan, rows_per_task)?;
             return Ok(self.without_recordings(Exit::Done));
@@ -157,8 +151,17 @@ impl Execution<'_> {
         let Some(engine) = self.arguments.executor.executor.engine() else {
             return Ok(self.without_recordings(Exit::Done));
         };
-        let mut stored = Shards { folder, rows, journal, unfinished_bytes: 0 };
+        let mut stored = Shards { folder, rows, journal, read: ReadShards::new() };
         self.execute_on_cluster(engine, &planned, &mut stored, rows_per_task)
+    }
+
+    /// Default number of runs per task: those of some minutes, or more if there would be more than the usual number of tasks.
+    fn rows_per_task(&self, runs: usize, interrupt: &Interrupt) -> usize {
+        let usual = runs.div_ceil(DEFAULT_TASKS);
+        let is_needed = self.arguments.executor.runs_per_task.is_none();
+        let seconds =
+            is_needed.then(|| seconds_per_run(&self.experiment.runs, interrupt)).flatten();
+        seconds.map_or(usual, |seconds| usual.max((TASK_S / seconds) as usize))
     }
 
     fn say_runs(&self, to_do: usize, folder: &Path) {

@@ -1,14 +1,14 @@
 //! The rows of tasks: each task appends to a shard of its own, a journal next to that of the sweep, and the program that writes the table
 //! takes them over.
 
-use crate::running::journal::{Journal, each_row};
+use crate::running::journal::{Journal, PlaceOfRow, each_row_from};
 use crate::running::sweep_rows::Rows;
 use kinetoscope::executor::cluster::queue::Results;
 use kinetoscope::plan::PlannedRun;
-use kinetoscope_analysis::each_stored_key;
+use kinetoscope_analysis::each_stored_outcome;
 use kinetoscope_recording::recorder::Outcome;
 use sha2::{Digest as _, Sha256};
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
@@ -34,8 +34,11 @@ fn shards_in(folder: &Path) -> io::Result<Vec<PathBuf>> {
     Ok(paths)
 }
 
-/// Takes over the rows of all shards that no task writes, and removes these. A shard with rows of other runs stays, and their keys are
-/// added to `others`.
+/// How far the shards were read.
+pub(crate) type ReadShards = HashMap<PathBuf, PlaceOfRow>;
+
+/// Takes over the rows that all shards have gained since they were read last. The shards stay: tasks may write them. The keys of other runs
+/// are added to `others`.
 ///
 /// # Errors
 /// A folder that cannot be read or written.
@@ -44,34 +47,28 @@ pub(crate) fn take_shards(
     rows: &mut Rows,
     journal: &mut Journal,
     others: &mut HashSet<String>,
+    read: &mut ReadShards,
 ) -> io::Result<()> {
-    let mut taken = Vec::new();
     for path in shards_in(folder)? {
-        let (mut written, mut is_own) = (Ok(()), true);
-        let shard = Journal::open(&path, |row, _| match rows.find_text(&row.run_key) {
+        let mut written = Ok(());
+        let from = read.get(&path).copied().unwrap_or_default();
+        let end = each_row_from(&path, from, |row| match rows.find_text(&row.run_key) {
             Some(run) if rows.places[run] == 0 && written.is_ok() => {
                 written = journal.append(row).map(|place| rows.places[run] = place);
             }
             Some(_) => {}
             None => {
-                is_own = false;
                 others.insert(row.run_key.clone());
             }
         });
-        match shard {
-            Ok(shard) if is_own => taken.push(shard),
-            Ok(_) => {}
-            // Its task runs.
-            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
-            Err(error) => {
-                let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-                return Err(io::Error::new(error.kind(), format!("{name}: {error}")));
-            }
-        }
+        let end = end.map_err(|error| {
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            io::Error::new(error.kind(), format!("{name}: {error}"))
+        })?;
         written?;
+        read.insert(path, end);
     }
-    journal.sync()?;
-    taken.into_iter().try_for_each(Journal::remove)
+    journal.sync()
 }
 
 /// Removes all shards, also those of other runs.
@@ -82,14 +79,14 @@ pub(crate) fn remove_shards(folder: &Path) -> io::Result<()> {
     shards_in(folder)?.iter().try_for_each(fs::remove_file)
 }
 
-/// Calls `each` with the key of every row that a task finds in the folder, whoever writes there.
+/// Calls `each` with the key of every row in the folder: in the table, the journal and the shards of all tasks.
 pub(crate) fn each_key_in(folder: &Path, mut each: impl FnMut(&str)) {
     let journals = shards_in(folder).unwrap_or_default().into_iter().chain([folder.join(JOURNAL)]);
     for path in journals {
         // What cannot be read is executed again.
-        let _ = each_row(&path, |row| each(&row.run_key));
+        let _ = each_row_from(&path, 0, |row| each(&row.run_key));
     }
-    let _ = each_stored_key(folder, each);
+    let _ = each_stored_outcome(folder, |row| each(&row.run_key));
 }
 
 /// The rows that tasks leave for the program that waits for them.
@@ -97,15 +94,21 @@ pub(crate) struct Shards<'a> {
     pub(crate) folder: &'a Path,
     pub(crate) rows: &'a mut Rows,
     pub(crate) journal: &'a mut Journal,
-    pub(crate) unfinished_bytes: u64,
+    pub(crate) read: ReadShards,
+}
+
+impl Shards<'_> {
+    /// Size of the rows in shards.
+    fn bytes(&self) -> u64 {
+        self.read.values().sum()
+    }
 }
 
 impl Results for Shards<'_> {
     fn scan(&mut self) -> io::Result<()> {
-        take_shards(self.folder, self.rows, self.journal, &mut HashSet::new())?;
-        let sizes = shards_in(self.folder)?.into_iter().filter_map(|path| fs::metadata(path).ok());
-        self.unfinished_bytes = sizes.map(|file| file.len()).sum();
-        Ok(())
+        // Rows of other runs are found before the first task, and when the table is written.
+        let others = &mut HashSet::new();
+        take_shards(self.folder, self.rows, self.journal, others, &mut self.read)
     }
 
     /// A fault is reported when the table is written.
@@ -115,10 +118,10 @@ impl Results for Shards<'_> {
     }
 
     fn unfinished_bytes(&self, _: &[&PlannedRun]) -> u64 {
-        self.unfinished_bytes
+        self.bytes()
     }
 
     fn trace(&self, _: &[&PlannedRun]) -> u64 {
-        self.unfinished_bytes
+        self.bytes()
     }
 }
