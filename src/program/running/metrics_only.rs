@@ -146,6 +146,7 @@ impl Execution<'_> {
         let rows_per_task = Some(self.rows_per_task(to_do.len(), interrupt));
         if let Some(file) = &self.arguments.executor.export_commands {
             self.export(file, &planned.plan, rows_per_task)?;
+            self.say("When these commands have been executed, on any machines, the same command without --export-commands writes the table");
             return Ok(self.without_recordings(Exit::Done));
         }
         let Some(engine) = self.arguments.executor.executor.engine() else {

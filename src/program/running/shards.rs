@@ -63,7 +63,8 @@ pub(crate) fn take_shards(
         });
         let end = end.map_err(|error| {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            io::Error::new(error.kind(), format!("{name}: {error}"))
+            let what = format!("{name}: {error}; remove it if no task has written it");
+            io::Error::new(error.kind(), what)
         })?;
         written?;
         read.insert(path, end);

@@ -21,7 +21,8 @@ impl Execution<'_> {
                 _ => exit::of_output(&error),
             };
             let what = format!("{} cannot be written: {error}", shown_path(&folder));
-            Failure::new(exit, what).help("run the same command again")
+            Failure::new(exit, what)
+                .help("make room, or end another program that executes this task; then run the same command again")
         };
         let mut rows = Rows::of(&self.experiment.runs);
         let keys = self.arguments.executor.only_keys.as_deref().unwrap_or_default();
