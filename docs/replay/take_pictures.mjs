@@ -1,6 +1,6 @@
 // Takes the pictures of docs/replay_gallery.md: opens a recording of each experiment with its layout in Lichtblick, and makes a screenshot.
 //
-// Usage: node docs/replay/take_pictures.mjs LICHTBLICK RECORDINGS OUTPUT [EXPERIMENT ... | values_at_the_cursor]
+// Usage: node docs/replay/take_pictures.mjs LICHTBLICK RECORDINGS OUTPUT [EXPERIMENT ...]
 //   LICHTBLICK: the folder that `yarn web:build:prod` of Lichtblick makes (web/.webpack); RECORDINGS: a folder per experiment.
 // Needs playwright-core (npm) where node finds it, and the programs chromium and pngquant.
 
@@ -24,42 +24,12 @@ const MOMENT = { dem_column_collapse: 0.3, dem_twenty_discs: 0.2, first_run: 0.2
   dem_exercise_damping: 0.35, dem_heap: 0.9, dem_hopper_discharge: 0.3, dem_incline: 0.8, dem_restitution: 0.3, dem_silo: 0.9, gas_free_expansion: 0.1, gas_mixing: 0.15 };
 // The run of a sweep, by a part of its name; otherwise, the middle one.
 const RUNS = { dem_heap: "friction=0.5", orbit_trojans: "60-degrees", packing_self_diffusion: "0.05__r000" };
-// The picture of first_run with `/state` shown and a disc's row of the state under the pointer.
-const CURSOR = "values_at_the_cursor";
-// The scene's arrow, and the part of the scene in which a disc is looked for, in pixels.
-const ARROW = { x: 615, y: 101 }, SCENE = { left: 102, right: 540, top: 480, bottom: 545, step: 5 };
 const TYPES = { ".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".json": "application/json", ".wasm": "application/wasm",
   ".svg": "image/svg+xml", ".png": "image/png" };
 
-// A layout that shows `/state`, and not the drawings that would be under the pointer as well.
-function layoutWithState(file) {
-  const layout = JSON.parse(fs.readFileSync(file, "utf8"));
-  for (const [panel, { topics }] of Object.entries(layout.configById)) {
-    if (!panel.startsWith("3D!")) continue;
-    topics["/state"].visible = true;
-    topics["/velocity"].visible = false;
-  }
-  return JSON.stringify(layout);
-}
-
-// Moves the pointer over the scene until a row of the state appears.
-async function pointAtDisc(page) {
-  await page.mouse.click(ARROW.x, ARROW.y);
-  const row = page.getByText("radius", { exact: true }).first();
-  for (let y = SCENE.top; y < SCENE.bottom; y += SCENE.step) {
-    for (let x = SCENE.left; x < SCENE.right; x += SCENE.step) {
-      await page.mouse.move(x, y);
-      await page.waitForTimeout(60);
-      if (await row.isVisible()) return;
-    }
-  }
-  throw new Error("no disc is found in the scene");
-}
-
-// The viewer at /, the recordings at /rec/, layouts that show `/state` at /state/. Recordings are read in parts.
+// The viewer at /, the recordings at /rec/. Recordings are read in parts.
 const server = http.createServer((request, response) => {
   const name = decodeURIComponent(new URL(request.url, "http://localhost").pathname);
-  if (name.startsWith("/state/")) return response.writeHead(200, { "content-type": TYPES[".json"] }).end(layoutWithState(path.join(recordings, name.slice(7))));
   const file = name.startsWith("/rec/") ? path.join(recordings, name.slice(5)) : path.join(viewer, name === "/" ? "index.html" : name);
   if (!fs.existsSync(file)) return response.writeHead(404).end();
   const { size } = fs.statSync(file), range = /bytes=(\d+)-(\d*)/.exec(request.headers.range ?? "");
@@ -76,21 +46,20 @@ const origin = `http://127.0.0.1:${server.address().port}`;
 const browser = await chromium.launch({ executablePath: "/usr/bin/chromium",
   args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"] });
 const all = fs.readdirSync(recordings).filter((name) => fs.existsSync(path.join(recordings, name, `${name}.layout.json`)));
-for (const title of names.length ? names : [...all, CURSOR]) {
-  const name = title === CURSOR ? "first_run" : title;
+for (const name of names.length ? names : all) {
   const runs = fs.readdirSync(path.join(recordings, name)).filter((file) => file.endsWith(".mcap")).sort();
   const run = runs.find((file) => RUNS[name] && file.includes(RUNS[name])) ?? runs[Math.floor(runs.length / 2)];
   const page = await browser.newPage({ viewport: SIZE, colorScheme: "dark" }), messages = [];
   page.setDefaultTimeout(TIMEOUT_MS);
   page.on("console", (message) => { if (message.type() === "error") messages.push(message.text()); });
   page.on("pageerror", (error) => messages.push(String(error)));
-  const query = new URLSearchParams({ ds: "remote-file", "ds.url": `${origin}/rec/${name}/${run}`, layoutUrl: `${origin}/${title === CURSOR ? "state" : "rec"}/${name}/${name}.layout.json` });
+  const query = new URLSearchParams({ ds: "remote-file", "ds.url": `${origin}/rec/${name}/${run}`, layoutUrl: `${origin}/rec/${name}/${name}.layout.json` });
   await page.goto(`${origin}/?${query}`);
   await page.getByText("playback time").or(page.getByText("Log")).first().waitFor().catch(() => {});
   await page.waitForTimeout(SETTLE_MS);
   // Closes the sidebar.
   await page.mouse.click(305, 58);
-  const picture = path.join(output, `${title}.png`);
+  const picture = path.join(output, `${name}.png`);
   // Until the whole recording is read and drawn.
   for (let before, now, tries = 0; tries < 20 && !(before && now.equals(before)); tries++) {
     before = now;
@@ -100,13 +69,8 @@ for (const title of names.length ? names : [...all, CURSOR]) {
     await page.waitForTimeout(SETTLE_MS);
     now = await page.screenshot({ path: picture });
   }
-  if (title === CURSOR) {
-    await pointAtDisc(page);
-    await page.waitForTimeout(SETTLE_MS);
-    await page.screenshot({ path: picture });
-  }
   spawnSync("pngquant", ["--force", "--ext", ".png", "--nofs", "--speed", "1", "96", picture], { stdio: "inherit" });
-  console.log(`${title} ${run} ${fs.statSync(picture).size} bytes; messages: ${[...new Set(messages)].join(" | ").slice(0, 300)}`);
+  console.log(`${name} ${run} ${fs.statSync(picture).size} bytes; messages: ${[...new Set(messages)].join(" | ").slice(0, 300)}`);
   await page.close();
 }
 await browser.close();

@@ -6,7 +6,7 @@ use kinetoscope::run::resources::memory::needed_memory_bytes;
 use kinetoscope::run::{Advanced, RunError, RunState, record_start_on_this_thread};
 use kinetoscope_console::{Explained, Message};
 use kinetoscope_manifest::{Experiment, RunManifest, parse, parse_run, run_key};
-use kinetoscope_physics::kind_of;
+use kinetoscope_physics::{kind_of, state_columns_of};
 use kinetoscope_recording::channels::SCHEMA_VERSION;
 use kinetoscope_recording::claim::Claim;
 use kinetoscope_recording::frame::Frame;
@@ -293,7 +293,8 @@ impl CurrentRun {
 
     fn description(&self, manifest: &RunManifest) -> Value {
         let kind = kind_of(&manifest.model);
-        let columns: Vec<&str> = kind.state_columns.iter().map(|column| column.name).collect();
+        let columns: Vec<&str> =
+            state_columns_of(&manifest.model).iter().map(|column| column.name).collect();
         let mut answer = planned(manifest, manifest.replicate);
         answer["frames"] = (self.state.schedule.frames() + 1).into();
         answer["columns"] = json!(columns);

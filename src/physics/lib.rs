@@ -24,6 +24,7 @@ use crate::model::{Model, ModelKind, Proceed, SetupError};
 use crate::random::Seed;
 use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_recording::checkpoint;
+use kinetoscope_recording::frame::StateColumn;
 
 /// Registers the models: one line per model, its variant of [`ModelConfig`] and its type.
 macro_rules! models {
@@ -39,6 +40,14 @@ macro_rules! models {
         pub fn kind_of(config: &ModelConfig) -> &'static ModelKind {
             match config {
                 $(ModelConfig::$variant(_) => <$model>::kind(),)+
+            }
+        }
+
+        /// Columns of a particle's row in the state of the configured run.
+        #[must_use]
+        pub fn state_columns_of(config: &ModelConfig) -> &'static [StateColumn] {
+            match config {
+                $(ModelConfig::$variant(config) => <$model>::state_columns(config),)+
             }
         }
 

@@ -138,7 +138,7 @@ pub struct ModelKind {
     pub physics_version: u32,
     /// Unit of time: "s", "d", or "" for dimensionless time.
     pub time_unit: &'static str,
-    /// Columns of a particle's row in the state.
+    /// Columns of a particle's row in the state of most runs; [`Model::state_columns`] are those of one run.
     pub state_columns: &'static [StateColumn],
     /// Channels that [`Model::observe`] can fill, in file order.
     pub channels: &'static [ChannelDeclaration],
@@ -157,6 +157,15 @@ pub trait Model: Content + Send {
     fn kind() -> &'static ModelKind
     where
         Self: Sized;
+
+    /// Columns of a particle's row in the state of a run.
+    fn state_columns(config: &Self::Config) -> &'static [StateColumn]
+    where
+        Self: Sized,
+    {
+        let _ = config;
+        Self::kind().state_columns
+    }
 
     /// Builds the state at the start. `opt_in` requests the series that is recorded only on request: single collisions,
     /// which take memory between frames, or contact forces.

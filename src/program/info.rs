@@ -242,7 +242,8 @@ impl Report<'_> {
         let kept = match provenance.stored {
             StoredFrames::All => String::new(),
             StoredFrames::Keyframes(distance) => {
-                format!(" (keyframes: {} of the run)", every(distance.get(), "frame"))
+                let every = every(distance.get(), "frame");
+                format!(" (keyframes: {every} of the run, with the scalars of all)")
             }
             StoredFrames::From(first) => format!(" (a part of a run, from frame {first} on)"),
         };

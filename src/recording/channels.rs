@@ -123,7 +123,7 @@ channels! {
         wall_work_percent: f64 [double] = "6",
         /// Energy of the removed discs, percent of the initial and inserted energy.
         removed_percent: f64 [double] = "7",
-        /// The initial and inserted energy, which is 100 percent, in microjoules.
+        /// Absolute value of the initial and inserted energy, which is 100 percent, in microjoules.
         reference_energy_uj: f64 [double] = "8",
     }
 
@@ -154,7 +154,7 @@ channels! {
         force_x_n: Vec<f64> [double, repeated] = "5",
         /// Force on the first disc, y, N.
         force_y_n: Vec<f64> [double, repeated] = "6",
-        /// The number of the first disc, `id` of `/state`.
+        /// The number of the first disc, `id` of `/particles`.
         first_id: Vec<u64> [uint64, repeated] = "7",
         /// The number of the touching disc; for a wall, that of the first disc.
         second_id: Vec<u64> [uint64, repeated] = "8",
@@ -244,7 +244,7 @@ channels! {
     }
 
     /// Gas: contributions to the energy of the particles inside, each since the start.
-    /// kinetic = kinetic at the start + work + heat + rescaling - escaped + residual.
+    /// energy = energy at the start + work + heat + rescaling - escaped + residual, kinetic and in gravity.
     GasEnergyBalance on "/energy_balance" {
         /// Work that the moving wall has done on the gas, J: -u times the impulse on it.
         wall_work_j: f64 [double] = "1",
@@ -260,7 +260,8 @@ channels! {
         radius_m: f64 [double] = "6",
         /// Particles that have left through the opening.
         particles_escaped: u64 [uint64] = "7",
-        /// Kinetic energy times area, over its value at the start: 1 for slow compression in two dimensions.
+        /// Energy of the particles inside, kinetic and in gravity, times area, over its value at the start: 1 for slow compression in two
+        /// dimensions without gravity.
         energy_times_area_over_initial: f64 [double] = "8",
         /// Mean of ln(f/f_Maxwell) over the histogram of the speeds, with f_Maxwell of the same mean square: 0 for Maxwell's
         /// distribution and positive for all others; Boltzmann's H minus its minimum.
@@ -331,11 +332,12 @@ channels! {
         wall_collision_rate_per_disc: f64 [double] = "4",
     }
 
-    /// Packing: pressure since the start. Means over time are NaN at time 0.
+    /// Packing: pressure since the start. Means over time are NaN at time 0. The area A and the perimeter are those of the rectangle
+    /// accessible to the centers: in a box with walls, a diameter of the largest disc less than the box in each direction.
     PackingPressure on "/pressure" {
         /// By the collision virial: [sum of v^2 averaged over time + virial rate] / (2A).
         virial: f64 [double] = "1",
-        /// Normal impulse on the walls over perimeter of the centers' rectangle and time.
+        /// Normal impulse on the walls over perimeter and time.
         wall: f64 [double] = "2",
         /// P A / (N kT) by the virial, T averaged over time; NaN for discs at rest.
         compressibility_factor: f64 [double] = "3",
@@ -435,7 +437,7 @@ channels! {
         specific_momentum_au_per_day: f64 [double] = "5",
         /// Distance of the center of mass from the origin, AU: zero except for rounding.
         center_of_mass_au: f64 [double] = "6",
-        /// Minimum separation of two bodies, AU.
+        /// Minimum separation of two bodies in this frame, AU; pairs of test particles do not count.
         min_separation_au: f64 [double] = "7",
         /// Number of force evaluations since the start.
         force_evaluations: u64 [uint64] = "8",

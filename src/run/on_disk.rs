@@ -6,7 +6,7 @@ use crate::run::checkpoint::{Checkpointer, max_checkpoint_bytes};
 use crate::run::frame_loop::{RunError, RunSpec, RunState, record_frames, record_start};
 use crate::run::prepared::Prepared;
 use kinetoscope_console::{Explained, Message};
-use kinetoscope_physics::{kind_of, restore};
+use kinetoscope_physics::{kind_of, restore, state_columns_of};
 use kinetoscope_recording::background::FrameWriter;
 use kinetoscope_recording::checkpoint::{self as checkpoint_file, decode_head};
 use kinetoscope_recording::error::RecordError;
@@ -90,7 +90,8 @@ pub fn execute(
     );
     let (mut state, start) = begin(spec, start, &identity, context)?;
     if let Some(gnuplot) = context.gnuplot {
-        let mut files = gnuplot.begin(stem, kind.state_columns, &state.model.scenery());
+        let mut files =
+            gnuplot.begin(stem, state_columns_of(&manifest.model), &state.model.scenery());
         let mut frame = Frame::new();
         state.model.observe(&mut frame);
         files.update(&frame, state.model.time());

@@ -8,7 +8,7 @@ use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::record::{Compression, RecordConfig};
 use kinetoscope_physics::model::{Extent, Model, ModelKind, Proceed, SetupError, Target};
 use kinetoscope_physics::random::Seed;
-use kinetoscope_physics::{kind_of, prepare_while};
+use kinetoscope_physics::{kind_of, prepare_while, state_columns_of};
 use kinetoscope_recording::recorder::{self, Header, Selection, StoredFrames};
 use std::fmt;
 
@@ -97,7 +97,7 @@ impl Prepared {
             physics_version: kind.physics_version,
             program_version: env!("CARGO_PKG_VERSION").to_owned(),
             time_unit: kind.time_unit,
-            state_columns: kind.state_columns,
+            state_columns: state_columns_of(&manifest.model),
             channels: model.channels(),
             selection: match &record.channels {
                 None => Selection::All,

@@ -13,12 +13,12 @@
 // Tests compare with the platform's functions; values written in a test are in range.
 #![allow(clippy::disallowed_methods, clippy::unwrap_used)]
 
-use crate::runs::{advance, channel, count, gas, max_speed, particles, positive};
+use crate::runs::{advance, channel, count, frame, gas, max_speed, particles, positive};
 use kinetoscope_manifest::model::{GasConfig, SpeedDistribution, SpeedScale};
 use kinetoscope_manifest::quantity::NonNegative;
 use kinetoscope_physics::gas::Gas;
 use kinetoscope_physics::model::Target;
-use kinetoscope_recording::channels::GasEnergyBalance;
+use kinetoscope_recording::channels::{GasEnergyBalance, GasInvariants};
 use std::f64::consts::PI;
 
 const DISCS: u32 = 2000;
@@ -124,6 +124,25 @@ fn masses_have_equal_mean_energy() {
     advance(&mut discs, Target::Time(30.0));
     println!("energy of the heavy half over the mean: {}", heavy_energy_ratio(&discs));
     assert!((heavy_energy_ratio(&discs) - 1.0).abs() < 4.5 / f64::from(DISCS).sqrt());
+}
+
+/// Guarantee: a row of a mixture has the mass of its particle: the kinetic energy follows from the rows alone. It would not with one mass
+/// for all.
+#[test]
+fn energy_of_a_mixture_follows_from_its_rows() {
+    let mut config = start(SpeedDistribution::Equal, None);
+    config.additional_masses_kg = vec![positive(3.1e-26), positive(0.7e-26)];
+    let gas = gas(&config, 16);
+    let frame = frame(&gas);
+    let energy_j = |mass_kg: &dyn Fn(&[f64]) -> f64| -> f64 {
+        let rows = frame.state().chunks_exact(5);
+        rows.map(|row| mass_kg(row) * (row[2] * row[2] + row[3] * row[3]) / 2.0).sum()
+    };
+    let recorded_j = frame.get::<GasInvariants>().unwrap().kinetic_j;
+    assert!((energy_j(&|row| row[4]) / recorded_j - 1.0).abs() < 1e-12);
+    assert!((energy_j(&|_| gas.masses_kg()[0]) / recorded_j - 1.0).abs() > 0.1);
+    let masses: Vec<f64> = frame.state().chunks_exact(5).map(|row| row[4]).take(4).collect();
+    assert_eq!(masses, [config.mass_kg.get(), 3.1e-26, 0.7e-26, config.mass_kg.get()]);
 }
 
 /// Guarantee: given speeds are assigned to the particles cyclically, unchanged or scaled to a temperature.

@@ -46,7 +46,9 @@ pub(crate) fn channel<C: Channel>(gas: &Gas) -> C {
 /// Returns the current particles, in absolute coordinates.
 pub(crate) fn particles(gas: &Gas) -> Vec<Particle> {
     let frame = frame(gas);
-    let rows = frame.state().chunks_exact(4);
+    // With several masses, a row ends in its own.
+    let columns = if gas.masses_kg().len() == 1 { 4 } else { 5 };
+    let rows = frame.state().chunks_exact(columns);
     rows.map(|row| Particle { position: [row[0], row[1]], velocity: [row[2], row[3]] }).collect()
 }
 

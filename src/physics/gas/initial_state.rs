@@ -62,7 +62,7 @@ fn factor_to_temperature(
     temperature_k: f64,
     substance: &Substance,
 ) -> Result<f64, SetupError> {
-    let Substance { mass_kg, mass_ratios, boltzmann_j_per_k, definition } = substance;
+    let Substance { mass_kg, mass_ratios, boltzmann_j_per_k, definition, .. } = substance;
     let target = speed_at(temperature_k, *mass_kg, *boltzmann_j_per_k);
     let moments = SpeedMoments::of(particles.iter().copied().zip(mass_ratios.iter().copied()));
     let present = moments.squared_speed(*definition).sqrt();

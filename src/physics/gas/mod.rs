@@ -78,16 +78,22 @@ pub struct Gas {
 /// hotter than the start; much faster particles would have so many collisions that the run would not end.
 const MAX_SPEED_OVER_RANGE: f64 = 1e3;
 
+/// Columns of the state, the last of which is recorded if there are several masses.
+const COLUMNS: &[StateColumn] = &[
+    StateColumn { name: "x", unit: "m" },
+    StateColumn { name: "y", unit: "m" },
+    StateColumn { name: "vx", unit: "m/s" },
+    StateColumn { name: "vy", unit: "m/s" },
+    StateColumn { name: "mass", unit: "kg" },
+];
+
+const COLUMNS_OF_ONE_MASS: &[StateColumn] = COLUMNS.split_at(4).0;
+
 const KIND: ModelKind = ModelKind {
     name: "gas",
     physics_version: 2,
     time_unit: "s",
-    state_columns: &[
-        StateColumn { name: "x", unit: "m" },
-        StateColumn { name: "y", unit: "m" },
-        StateColumn { name: "vx", unit: "m/s" },
-        StateColumn { name: "vy", unit: "m/s" },
-    ],
+    state_columns: COLUMNS_OF_ONE_MASS,
     channels: &[
         ChannelDeclaration::of::<GasPressure>(),
         ChannelDeclaration::of::<GasTemperature>(),
@@ -103,6 +109,10 @@ impl Model for Gas {
 
     fn kind() -> &'static ModelKind {
         &KIND
+    }
+
+    fn state_columns(config: &GasConfig) -> &'static [StateColumn] {
+        if config.additional_masses_kg.is_empty() { COLUMNS_OF_ONE_MASS } else { COLUMNS }
     }
 
     /// Draws positions and velocities from separate streams. A gas records no single collisions, so `per_collision` has no effect.
@@ -226,6 +236,12 @@ impl Gas {
     #[must_use]
     pub fn with_max_width(self, max_width: usize) -> Self {
         Self { state: GasState { max_width, ..self.state }, ..self }
+    }
+
+    /// The masses that the particles have in turn, kg.
+    #[must_use]
+    pub fn masses_kg(&self) -> &[f64] {
+        &self.state.substance.masses_kg
     }
 
     /// Mean values over the particles inside the container.

@@ -30,10 +30,7 @@ const MAX_ARROWS: usize = 1000;
 impl Gas {
     /// Fills a frame with state, messages and log.
     pub(super) fn fill(&self, frame: &mut Frame) {
-        let [cx, cy] = self.state.container.center_m;
-        for Particle { position: [x, y], velocity: [vx, vy] } in self.state.particles.iter() {
-            frame.push_state(&[cx + x, cy + y, vx, vy]);
-        }
+        self.push_particles(frame);
         let moments = self.moments();
         frame.push(&self.pressure(&moments));
         frame.push(&self.temperature(&moments));
@@ -55,6 +52,19 @@ impl Gas {
             self.log_start(&moments, frame);
         }
         self.log_losses(frame);
+    }
+
+    /// One row per particle, with its mass if there are several.
+    fn push_particles(&self, frame: &mut Frame) {
+        let [cx, cy] = self.state.container.center_m;
+        let particles = self.state.particles.iter();
+        let rows = particles.map(|now| (now.position, now.velocity));
+        match self.masses_kg() {
+            [_] => rows.for_each(|([x, y], [vx, vy])| frame.push_state(&[cx + x, cy + y, vx, vy])),
+            masses => rows.zip(masses.iter().cycle()).for_each(|(([x, y], [vx, vy]), mass)| {
+                frame.push_state(&[cx + x, cy + y, vx, vy, *mass]);
+            }),
+        }
     }
 
     /// The scenery at the current time.

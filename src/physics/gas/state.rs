@@ -41,6 +41,8 @@ pub(super) struct Container {
 pub(super) struct Substance {
     /// Mass of the first particle.
     pub(super) mass_kg: f64,
+    /// The masses that the particles have in turn.
+    pub(super) masses_kg: Vec<f64>,
     /// Mass of each particle relative to the first one.
     pub(super) mass_ratios: Vec<f64>,
     pub(super) boltzmann_j_per_k: f64,
@@ -68,6 +70,7 @@ impl Substance {
         Self {
             mass_kg: masses[0],
             mass_ratios: ratios.take(config.particles.get() as usize).collect(),
+            masses_kg: masses,
             boltzmann_j_per_k: match config.boltzmann_constant {
                 BoltzmannConstant::Codata1986 => BOLTZMANN_CODATA_1986_J_PER_K,
                 BoltzmannConstant::Si2019 => BOLTZMANN_SI_2019_J_PER_K,

@@ -5,8 +5,8 @@ use crate::run::resources::memory::{bytes_of_particles, upper_memory_bytes};
 use crate::run::schedule::Schedule;
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::model::{ModelConfig, RunLength};
-use kinetoscope_physics::kind_of;
-use kinetoscope_physics::model::{Extent, Model, ModelKind, SetupError};
+use kinetoscope_physics::model::{Extent, Model, SetupError};
+use kinetoscope_physics::{kind_of, state_columns_of};
 use kinetoscope_recording::frame::Frame;
 
 /// Schemas, manifest, index and summary of a recording: 16 to 20 KiB with all channels.
@@ -65,7 +65,7 @@ impl Estimate {
     ) -> Self {
         let kind = kind_of(&manifest.model);
         let frames = frames.saturating_add(1);
-        let bytes_per_frame = bytes_per_frame(&start.frame, particles, kind);
+        let bytes_per_frame = bytes_per_frame(&start.frame, particles, &manifest.model);
         let relative_cost = relative_cost(extent, particles);
         Self {
             frames,
@@ -91,7 +91,7 @@ impl Seen {
     fn of(model: &dyn Model, manifest: &RunManifest) -> Self {
         let mut frame = Frame::new();
         model.observe(&mut frame);
-        let rows = frame.state().len() / kind_of(&manifest.model).state_columns.len();
+        let rows = frame.state().len() / state_columns_of(&manifest.model).len();
         let particles = rows as u64 + model.particles_to_come();
         Self { frame, particles }
     }
@@ -106,7 +106,8 @@ fn relative_cost(extent: Extent, particles: u64) -> f64 {
 }
 
 /// State and drawing of the particles, the other messages, and the message headers.
-fn bytes_per_frame(frame: &Frame, particles: u64, kind: &ModelKind) -> u64 {
+fn bytes_per_frame(frame: &Frame, particles: u64, model: &ModelConfig) -> u64 {
+    let kind = kind_of(model);
     let on_request =
         |topic| kind.channels.iter().any(|channel| channel.opt_in && channel.topic == topic);
     let scalars: Vec<u64> = frame
@@ -115,7 +116,7 @@ fn bytes_per_frame(frame: &Frame, particles: u64, kind: &ModelKind) -> u64 {
         .map(|message| message.payload.len() as u64)
         .collect();
     let headers = 100 * (scalars.len() as u64 + 4);
-    bytes_of_particles(particles, kind) + scalars.iter().sum::<u64>() + headers
+    bytes_of_particles(particles, model) + scalars.iter().sum::<u64>() + headers
 }
 
 /// Seconds that a run of this many steps or events, and frames, takes on one core of a server of 2024 within a factor of some three, the

@@ -2,8 +2,9 @@
 
 use kinetoscope_files::regular_file::{MAX_SIDE_FILE_BYTES, read_text};
 use kinetoscope_manifest::RunManifest;
-use kinetoscope_physics::kind_of;
-use kinetoscope_physics::model::{ModelKind, SetupError};
+use kinetoscope_manifest::model::ModelConfig;
+use kinetoscope_physics::model::SetupError;
+use kinetoscope_physics::state_columns_of;
 use std::path::Path;
 
 /// Memory that any machine has. The available memory is not read for a run that needs less.
@@ -69,7 +70,7 @@ pub fn check(manifest: &RunManifest) -> Result<(), SetupError> {
 /// Memory that a run needs in any case, estimated without building its start.
 #[must_use]
 pub fn needed_memory_bytes(manifest: &RunManifest) -> u64 {
-    let frame = bytes_of_particles(manifest.model.particles(), kind_of(&manifest.model));
+    let frame = bytes_of_particles(manifest.model.particles(), &manifest.model);
     PROGRAM_BYTES.saturating_add(FRAMES_NEEDED.saturating_mul(frame))
 }
 
@@ -79,7 +80,7 @@ pub(super) fn upper_memory_bytes(bytes_per_frame: u64) -> u64 {
 }
 
 /// Size of the particles in a frame: the uncompressed state, and the drawing at its measured compressed size.
-pub(super) fn bytes_of_particles(particles: u64, kind: &ModelKind) -> u64 {
-    let state = (kind.state_columns.len() * size_of::<f64>()) as u64;
+pub(super) fn bytes_of_particles(particles: u64, model: &ModelConfig) -> u64 {
+    let state = (state_columns_of(model).len() * size_of::<f64>()) as u64;
     particles.saturating_mul(state + DRAWN_BYTES)
 }
