@@ -62,7 +62,11 @@ pub fn layout_json(header: &Header, requests: &[PanelRequest]) -> Result<String,
         if id.starts_with("3D!") {
             name_lines(panel, header);
             let distance = aim_camera(panel, header.scenery.view);
-            outline_discs(panel, &header.scenery, distance);
+            let pixels = smallest_disc_px(&header.scenery, distance);
+            outline_discs(panel, pixels);
+            if header.draw_every.get() > 1 {
+                draw_from_the_state(panel, pixels);
+            }
         } else if is_over_time(panel) {
             panel.insert(TIME_LABEL.to_owned(), json!(time_label(header)));
         }
@@ -216,11 +220,31 @@ fn name_lines(panel: &mut Map<String, Value>, header: &Header) {
     }
 }
 
-/// Outlines the discs unless the smallest ones would disappear under their outlines. `distance` is the visible height.
-fn outline_discs(panel: &mut Map<String, Value>, scenery: &Scenery, distance: f64) {
+/// Diameter of the smallest disc on the screen, px. `distance` is the visible height.
+fn smallest_disc_px(scenery: &Scenery, distance: f64) -> f64 {
     let (radius, smallest) = (scenery.min_radius(), scenery.min_drawn_radius());
     let drawn = if radius < smallest { smallest } else { radius };
-    let pixels = 2.0 * drawn / distance * PANEL_HEIGHT_PX;
+    2.0 * drawn / distance * PANEL_HEIGHT_PX
+}
+
+/// Shows the points of every frame's state in place of drawings, which would stand still between the frames that have one.
+fn draw_from_the_state(panel: &mut Map<String, Value>, pixels: f64) {
+    let topics = panel.get_mut("topics").and_then(Value::as_object_mut);
+    let Some(topics) = topics.filter(|topics| topics.contains_key(channels::STATE)) else { return };
+    for (topic, settings) in topics {
+        match topic.as_str() {
+            channels::STATE => {
+                settings["visible"] = json!(true);
+                settings["pointSize"] = json!(pixels.ceil());
+            }
+            channels::WALLS | channels::TRAIL | channels::LEGEND => {}
+            _ => settings["visible"] = json!(false),
+        }
+    }
+}
+
+/// Outlines the discs unless the smallest ones would disappear under their outlines.
+fn outline_discs(panel: &mut Map<String, Value>, pixels: f64) {
     if let Some(discs) = panel.get_mut("topics").and_then(|topics| topics.get_mut("/discs")) {
         discs["showOutlines"] = json!(pixels >= MIN_OUTLINED_PX);
     }

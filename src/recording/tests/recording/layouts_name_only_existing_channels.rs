@@ -9,6 +9,7 @@ use kinetoscope_recording::recorder::{Compression, Header, Selection};
 use kinetoscope_recording::requested_panels::PanelRequest;
 use kinetoscope_recording::scenery::DrawnRadius;
 use serde_json::Value;
+use std::num::NonZeroU64;
 
 const MODELS: [&str; 4] = ["dem", "gas", "packing", "orbit"];
 const DRAWN: [&str; 7] = [
@@ -225,6 +226,24 @@ fn discs_below_six_pixels_have_no_outlines() {
         let layout: Value = serde_json::from_str(&layout_json(&header, &[]).unwrap()).unwrap();
         let discs = &layout["configById"]["3D!scene"]["topics"]["/discs"];
         assert_eq!(discs["showOutlines"], outlined, "{min}");
+    }
+}
+
+/// Guarantee: where not every frame has a drawing, the scene shows the states, which every frame has.
+#[test]
+fn scene_of_thinned_drawings_shows_the_states() {
+    let mut header = crate::sample::header(Compression::Zstd);
+    header.selection = Selection::All;
+    header.scenery.drawn_radius = DrawnRadius::Column { min: 0.03 };
+    for (every, is_thinned) in [(1, false), (2, true)] {
+        header.draw_every = NonZeroU64::new(every).unwrap();
+        let layout: Value = serde_json::from_str(&layout_json(&header, &[]).unwrap()).unwrap();
+        let topics = &layout["configById"]["3D!scene"]["topics"];
+        assert_eq!(topics["/state"]["visible"], is_thinned);
+        assert_eq!(topics["/discs"]["visible"], !is_thinned);
+        assert_eq!(topics["/walls"]["visible"], true);
+        // As wide as the smallest disc, which has 6 px from a radius of 0.015 on.
+        assert_eq!(topics["/state"]["pointSize"].as_f64().unwrap() > 10.0, is_thinned);
     }
 }
 
