@@ -26,6 +26,7 @@ mod shipped;
 mod view;
 mod why;
 
+use allocator::start_threads_for;
 use benchmark::BenchmarkArguments;
 use bundling::bundle::BundleArguments;
 use bundling::reproduce::ReproduceArguments;
@@ -43,8 +44,8 @@ use info::InfoArguments;
 use kinetoscope_analysis::cli::{
     self as analysis, AnalyzeArguments, ExportArguments, PlotArguments, TableArguments,
 };
+use kinetoscope_console::Exit;
 use kinetoscope_console::text::shown_path;
-use kinetoscope_console::{Exit, start_threads};
 use locking::lock::LockArguments;
 use manifests::starter::{NewArguments, print_schema};
 use messages::Failure;
@@ -52,6 +53,7 @@ use messages::argument_errors;
 use messages::examples::{FIRST_STEPS, with_examples};
 use messages::exit::{self, OF_RUN, exit_codes};
 use messages::suggestion::with_nearest_subcommand;
+use planning::planner::parallel_runs;
 use program_name::ProgramName;
 use running::RunArguments;
 use std::ffi::OsString;
@@ -170,10 +172,16 @@ pub fn main() -> ExitCode {
         allocator::keep_little();
         let name = ProgramName::called();
         let exit = match name {
-            ProgramName::Kinetoscope => Arguments::try_parse_from(words())
-                .map(|arguments| with_threads(|| execute(&arguments))),
-            ProgramName::RunExperiment => RunExperiment::try_parse()
-                .map(|arguments| with_threads(|| arguments.run.execute(name))),
+            ProgramName::Kinetoscope => Arguments::try_parse_from(words()).map(|arguments| {
+                match &arguments.command {
+                    // It starts its threads when it knows the number of its runs.
+                    Command::Run(arguments) => arguments.execute(name),
+                    _ => with_threads(|| execute(&arguments)),
+                }
+            }),
+            ProgramName::RunExperiment => {
+                RunExperiment::try_parse().map(|arguments| arguments.run.execute(name))
+            }
             ProgramName::AnalyzeRecordings => AnalyzeRecordings::try_parse()
                 .map(|arguments| with_threads(|| arguments.analyze.execute(ENGINE))),
         };
@@ -183,9 +191,9 @@ pub fn main() -> ExitCode {
 
 /// Executes a command for whose threads the system has room.
 fn with_threads(command: impl FnOnce() -> Exit) -> Exit {
-    match start_threads() {
+    match start_threads_for(parallel_runs(None, usize::MAX)) {
         Ok(()) => command(),
-        Err(message) => Failure::of(Exit::Retryable, message).report(),
+        Err(failure) => failure.report(),
     }
 }
 

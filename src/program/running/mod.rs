@@ -12,11 +12,13 @@ mod shared_pool;
 mod sweep_rows;
 mod task_of_rows;
 
+use crate::allocator::start_threads_for;
 use crate::manifests::pipeline;
 use crate::manifests::step::Step;
 use crate::manifests::{ManifestReader, NoRecording, canonical, expand};
 use crate::messages::{Failure, bad, plural, word};
 use crate::planning::plan_report;
+use crate::planning::planner::parallel_runs;
 use crate::program_name::ProgramName;
 pub(crate) use crate::running::arguments::RunArguments;
 use crate::running::experiment::{Begun, Executed, Execution};
@@ -34,6 +36,15 @@ enum Reading {
     Read(Box<Experiment>),
     /// It starts from an experiment that has no recording yet.
     Pending,
+}
+
+impl Reading {
+    fn runs(&self) -> usize {
+        match self {
+            Self::Read(experiment) => experiment.runs.len(),
+            Self::Pending => 1,
+        }
+    }
 }
 
 impl RunArguments {
@@ -66,6 +77,8 @@ impl RunArguments {
         let reader = ManifestReader::new(output, start_from_dir);
         let steps = pipeline::order(&manifests, &overrides, &reader)?;
         let experiments = self.read_all(&steps, &overrides, &reader)?;
+        let runs = experiments.iter().map(Reading::runs).sum();
+        start_threads_for(parallel_runs(self.execution.jobs, runs))?;
         let mut session = Session {
             arguments: self,
             program,
