@@ -11,6 +11,7 @@ use kinetoscope_physics::random::Seed;
 use kinetoscope_physics::{kind_of, prepare_while, state_columns_of};
 use kinetoscope_recording::recorder::{self, Header, Selection, StoredFrames};
 use std::fmt;
+use std::num::NonZeroU64;
 
 /// Time of a collision of the packing model, in that of one step of one particle (`RecordConfig::distance_of_drawings`).
 const STEPS_PER_COLLISION: u64 = 150;
@@ -83,13 +84,6 @@ impl Prepared {
         let schedule = Schedule::new(manifest.record.interval, model.extent())?;
         let frames = schedule.frames().saturating_add(1);
         let (kind, record) = (kind_of(&manifest.model), &manifest.record);
-        let particles = manifest.model.particles();
-        let steps = match model.extent() {
-            Extent::Steps { total, .. } => total.saturating_mul(particles),
-            Extent::Events(total) => total.saturating_mul(STEPS_PER_COLLISION),
-            // A closed form, or a number of collisions that no manifest states.
-            Extent::Time(_) => 0,
-        };
         let header = Header {
             manifest: canonical.to_owned(),
             run_key: run_key.to_owned(),
@@ -106,7 +100,7 @@ impl Prepared {
             scenery: model.scenery(),
             playback_fps: record.playback_fps.get(),
             max_drawn_particles: record.max_drawn_particles,
-            draw_every: record.distance_of_drawings(particles, frames, steps),
+            draw_every: distance_of_drawings(manifest, model.extent(), frames),
             compression: match record.compression {
                 Compression::Zstd => recorder::Compression::Zstd,
                 Compression::Zstd3 => recorder::Compression::Zstd3,
@@ -125,6 +119,22 @@ impl Prepared {
         };
         Ok(Self { model, schedule, header })
     }
+}
+
+/// Every how many frames one is drawn.
+pub(crate) fn distance_of_drawings(
+    manifest: &RunManifest,
+    extent: Extent,
+    frames: u64,
+) -> NonZeroU64 {
+    let particles = manifest.model.particles();
+    let steps = match extent {
+        Extent::Steps { total, .. } => total.saturating_mul(particles),
+        Extent::Events(total) => total.saturating_mul(STEPS_PER_COLLISION),
+        // A closed form, or a number of collisions that no manifest states.
+        Extent::Time(_) => 0,
+    };
+    manifest.record.distance_of_drawings(particles, frames, steps)
 }
 
 impl Prepared {

@@ -178,6 +178,15 @@ pub(crate) fn describe(
             }
             (false, false) => text += &format!(", at most {}", size(plan.bytes_to_write())),
         }
+        let distances = estimates.clone().map(|run| run.draw_every.get());
+        let (least, most) = (distances.clone().min(), distances.max());
+        if let (Some(least), Some(most @ 2..), false) =
+            (least, most, experiment.keeps_only_metrics())
+        {
+            let distance =
+                if least == most { most.to_string() } else { format!("{least} to {most}") };
+            text += &format!("\n  one frame in {distance} is drawn (`draw_every` in [record])");
+        }
         if estimates.any(|run| run.has_series_on_request) {
             text += "\n  plus the requested series of collisions or contacts";
         }

@@ -1,6 +1,6 @@
 //! What a run will take: frames, disk space, memory and relative cost, estimated from its start or, if it is large, from that of a sample.
 
-use crate::run::prepared::{Prepared, wants_opt_in};
+use crate::run::prepared::{Prepared, distance_of_drawings, wants_opt_in};
 use crate::run::resources::memory::{bytes_of_particles, upper_memory_bytes};
 use crate::run::schedule::Schedule;
 use kinetoscope_manifest::RunManifest;
@@ -8,6 +8,7 @@ use kinetoscope_manifest::model::{ModelConfig, RunLength};
 use kinetoscope_physics::model::{Extent, Model, SetupError};
 use kinetoscope_physics::{kind_of, state_columns_of};
 use kinetoscope_recording::frame::Frame;
+use std::num::NonZeroU64;
 
 /// Schemas, manifest, index and summary of a recording: 16 to 20 KiB with all channels.
 const BYTES_BESIDE_FRAMES: u64 = 24 << 10;
@@ -23,6 +24,8 @@ pub struct Estimate {
     pub bytes: u64,
     /// Whether such a series is recorded in addition. Its size is unknown: it depends on the number of collisions or contacts.
     pub has_series_on_request: bool,
+    /// Every how many frames one is drawn.
+    pub draw_every: NonZeroU64,
     /// Length of the run, as the model counts it.
     pub extent: Extent,
     /// Cost relative to the other runs of the experiment: particle steps, particle times, or events.
@@ -71,6 +74,7 @@ impl Estimate {
             frames,
             particles,
             extent,
+            draw_every: distance_of_drawings(manifest, extent, frames),
             bytes: frames.saturating_mul(bytes_per_frame).saturating_add(BYTES_BESIDE_FRAMES),
             has_series_on_request: wants_opt_in(kind, &manifest.record),
             relative_cost,
