@@ -16,7 +16,7 @@ pub(crate) enum DataRecord {
     Chunk(Bytes, Option<u16>),
     /// A metadata record's name and entries.
     Metadata(String, BTreeMap<String, String>),
-    /// The end of the file; all checksums are correct. The number of messages of each channel, as the summary states it.
+    /// The end of the file; all checksums are correct. The number of messages of each channel that the summary declares.
     End(BTreeMap<u16, u64>),
 }
 
@@ -317,7 +317,13 @@ impl DataSection {
             if prefix.kind == kind::STATISTICS {
                 let mut body = Vec::new();
                 self.records.body(prefix, &mut body)?;
-                counts = message_counts(&body)?;
+                counts.extend(message_counts(&body)?);
+                continue;
+            }
+            if prefix.kind == kind::CHANNEL {
+                let mut body = Vec::new();
+                self.records.body(prefix, &mut body)?;
+                counts.entry(Fields(&body).u16()?).or_default();
                 continue;
             }
             if prefix.kind != kind::FOOTER {

@@ -61,7 +61,8 @@ impl FrameChannels {
         is_read: impl Fn(u16) -> bool,
     ) -> bool {
         let mut channels = stated.keys().chain(self.counts.keys()).filter(|id| is_read(**id));
-        channels.all(|id| stated.get(id) == self.counts.get(id))
+        let of = |counts: &BTreeMap<u16, u64>, id| counts.get(id).copied().unwrap_or_default();
+        channels.all(|id| of(stated, id) == of(&self.counts, id))
     }
 }
 

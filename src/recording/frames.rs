@@ -224,7 +224,10 @@ impl Frames {
             let topic = self.topics.get(&channel);
             self.has_drawings || topic.is_some_and(|topic| !is_drawing(topic))
         };
-        if !self.has_gaps && !self.channels.have_counts(counts, is_read) {
+        // Without frames, no chunk declares a channel.
+        let are_declared =
+            self.delivered == 0 || counts.keys().all(|channel| self.topics.contains_key(channel));
+        if !self.has_gaps && !(are_declared && self.channels.have_counts(counts, is_read)) {
             return Err(damaged("its chunks have other messages than its summary states"));
         }
         Ok(())
@@ -272,7 +275,11 @@ impl Frames {
                     let (channel, _sequence) = (fields.u16()?, fields.u32()?);
                     let (log_time_ns, _publish_time) = (fields.u64()?, fields.u64()?);
                     let topic = self.topics.get(&channel).cloned();
-                    let topic = topic.ok_or_else(|| damaged("a message has no channel"))?;
+                    let Some(topic) = topic else {
+                        // The first chunk of its group is missing, with messages of earlier frames.
+                        self.delivered = 0;
+                        return Err(damaged("a message has no channel"));
+                    };
                     if messages.first().is_some_and(|first| !is_one_group(&first.topic, &topic)) {
                         return Err(damaged("a chunk has messages of two groups"));
                     }
