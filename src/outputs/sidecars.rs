@@ -10,7 +10,9 @@ use kinetoscope_files::regular_file::{
     MAX_EXPERIMENT_RECORD_BYTES, MAX_SIDE_FILE_BYTES, read, read_text,
 };
 use kinetoscope_manifest::{Experiment, ExperimentRecord, RunKey, TimingTable};
-use kinetoscope_recording::layout::{have_one_time_scale, without_time_scale};
+use kinetoscope_recording::layout::{
+    have_one_time_scale, shows_states, with_states, without_time_scale,
+};
 use serde::Serialize;
 use std::fs;
 use std::io;
@@ -57,12 +59,18 @@ pub fn layout_name(folder: &Path) -> String {
 pub fn write_layout(plan: &Plan) -> io::Result<()> {
     let Some(layout) = &plan.layout else { return Ok(()) };
     let path = plan.folder.join(layout_name(&plan.folder));
-    // Finished runs have the time scale of the existing layout.
-    let is_common = plan.finished().next().is_none()
-        || read_text(&path, MAX_SIDE_FILE_BYTES)
-            .is_ok_and(|existing| have_one_time_scale(&existing, layout));
-    let for_all = if is_common { None } else { without_time_scale(layout).ok() };
-    update(&path, for_all.as_ref().unwrap_or(layout).as_bytes())
+    let mut layout = layout.clone();
+    if plan.finished().next().is_some() {
+        // Finished runs have the time scale and the drawings of the existing layout.
+        let existing = read_text(&path, MAX_SIDE_FILE_BYTES).unwrap_or_default();
+        if !have_one_time_scale(&existing, &layout) {
+            layout = without_time_scale(&layout).unwrap_or(layout);
+        }
+        if shows_states(&existing) {
+            layout = with_states(&layout).unwrap_or(layout);
+        }
+    }
+    update(&path, layout.as_bytes())
 }
 
 /// Replaces a file unless it has these contents already, so that a start that has nothing to do writes nothing.

@@ -18,7 +18,7 @@ use kinetoscope_manifest::{Experiment, PlotRequest, Run, RunKey, RunManifest, ru
 use kinetoscope_physics::kind_of;
 use kinetoscope_physics::model::{Extent, SetupError};
 use kinetoscope_recording::channels::SCHEMA_VERSION;
-use kinetoscope_recording::layout::{layout_json, with_names, without_time_scale};
+use kinetoscope_recording::layout::{layout_json, with_names, with_states, without_time_scale};
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::recorder::Outcome;
 use kinetoscope_recording::requested_panels::PanelRequest;
@@ -142,6 +142,8 @@ struct Kept {
     layout: Option<(f64, usize, Option<String>)>,
     /// The different time scales so far.
     time_scales: HashSet<Option<String>>,
+    /// Whether a run has frames without a drawing.
+    is_thinned: bool,
 }
 
 impl Kept {
@@ -159,12 +161,14 @@ impl Kept {
             self.layout = Some((height, index, layout.ok()));
         }
         self.time_scales.insert(start.header.simulated_per_second());
+        self.is_thinned |= start.header.draw_every.get() > 1;
         self.free_bytes = self.free_bytes.checked_sub(start_bytes(estimate))?;
         Some(start)
     }
 
     fn into_layout(self) -> Option<String> {
         let (.., layout) = self.layout?;
+        let layout = if self.is_thinned { with_states(&layout?).ok() } else { layout };
         if self.time_scales.len() > 1 { without_time_scale(&layout?).ok() } else { layout }
     }
 }
@@ -242,8 +246,14 @@ impl Plan {
         let free_bytes = starts.room();
         let requests = panel_requests(experiment);
         let names = experiment.view.names.clone();
-        let time_scales = HashSet::new();
-        let kept = Mutex::new(Kept { free_bytes, requests, names, layout: None, time_scales });
+        let kept = Mutex::new(Kept {
+            free_bytes,
+            requests,
+            names,
+            layout: None,
+            time_scales: HashSet::new(),
+            is_thinned: false,
+        });
         let progress = StartProgress::new(preparation, runs.len());
         let points = Points::of(&experiment.runs);
         let named = Arc::new((experiment.name.clone(), experiment.replicates));

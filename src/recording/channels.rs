@@ -229,7 +229,7 @@ channels! {
         rms_speed_m_per_s: f64 [double] = "5",
     }
 
-    /// Gas: conserved quantities.
+    /// Gas: conserved quantities, of the particles inside.
     GasInvariants on "/energy" {
         /// Sum of m v^2 / 2, J.
         kinetic_j: f64 [double] = "1",
@@ -333,7 +333,8 @@ channels! {
     }
 
     /// Packing: pressure since the start. Means over time are NaN at time 0. The area A and the perimeter are those of the rectangle
-    /// accessible to the centers: in a box with walls, a diameter of the largest disc less than the box in each direction.
+    /// accessible to the centers: in a box with walls, less than the box by the diameter of the largest disc in each direction; if
+    /// radii are drawn at random, of the largest that can be drawn.
     PackingPressure on "/pressure" {
         /// By the collision virial: [sum of v^2 averaged over time + virial rate] / (2A).
         virial: f64 [double] = "1",

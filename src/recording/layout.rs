@@ -64,9 +64,7 @@ pub fn layout_json(header: &Header, requests: &[PanelRequest]) -> Result<String,
             let distance = aim_camera(panel, header.scenery.view);
             let pixels = smallest_disc_px(&header.scenery, distance);
             outline_discs(panel, pixels);
-            if header.draw_every.get() > 1 {
-                draw_from_the_state(panel, pixels);
-            }
+            size_points(panel, pixels);
         } else if is_over_time(panel) {
             panel.insert(TIME_LABEL.to_owned(), json!(time_label(header)));
         }
@@ -113,6 +111,25 @@ pub fn with_names(layout: &str, header: &Header, names: &[String]) -> Result<Str
     })
 }
 
+/// The same layout for runs of which not every frame is drawn: it shows the points of the states, which do not stand still in between.
+///
+/// # Errors
+/// A text that is no layout: a defect of the program.
+pub fn with_states(layout: &str) -> Result<String, RecordError> {
+    with_changed_panels(layout, |_, panel| {
+        let topics = panel.get_mut("topics").and_then(Value::as_object_mut);
+        let Some(topics) = topics.filter(|topics| topics.contains_key(channels::STATE)) else {
+            return;
+        };
+        for (topic, settings) in topics {
+            if ![channels::WALLS, channels::TRAIL].contains(&topic.as_str()) {
+                settings["visible"] = json!(topic == channels::STATE);
+            }
+        }
+        change_title(panel, |_| "Particles as points, because not every frame is drawn".to_owned());
+    })
+}
+
 fn with_changed_panels(
     layout: &str,
     change: impl Fn(&str, &mut Map<String, Value>),
@@ -126,6 +143,15 @@ fn with_changed_panels(
         }
     }
     Ok(format!("{layout:#}\n"))
+}
+
+/// Whether a layout shows the states.
+#[must_use]
+pub fn shows_states(layout: &str) -> bool {
+    let layout: Value = serde_json::from_str(layout).unwrap_or_default();
+    let panels = layout["configById"].as_object();
+    let mut panels = panels.into_iter().flat_map(Map::values);
+    panels.any(|panel| panel["topics"][channels::STATE]["visible"] == true)
 }
 
 /// Whether the plots over time of two layouts have the same label.
@@ -227,19 +253,11 @@ fn smallest_disc_px(scenery: &Scenery, distance: f64) -> f64 {
     2.0 * drawn / distance * PANEL_HEIGHT_PX
 }
 
-/// Shows the points of every frame's state in place of drawings, which would stand still between the frames that have one.
-fn draw_from_the_state(panel: &mut Map<String, Value>, pixels: f64) {
-    let topics = panel.get_mut("topics").and_then(Value::as_object_mut);
-    let Some(topics) = topics.filter(|topics| topics.contains_key(channels::STATE)) else { return };
-    for (topic, settings) in topics {
-        match topic.as_str() {
-            channels::STATE => {
-                settings["visible"] = json!(true);
-                settings["pointSize"] = json!(pixels.ceil());
-            }
-            channels::WALLS | channels::TRAIL | channels::LEGEND => {}
-            _ => settings["visible"] = json!(false),
-        }
+/// Makes the points of the state, which the template does not show, as wide as the smallest disc.
+fn size_points(panel: &mut Map<String, Value>, pixels: f64) {
+    if let Some(state) = panel.get_mut("topics").and_then(|topics| topics.get_mut(channels::STATE))
+    {
+        state["pointSize"] = json!(pixels.ceil());
     }
 }
 

@@ -1,5 +1,6 @@
 //! The viewer's layout for a merged recording: that of the first run, with every topic once per run.
 
+use crate::channels::STATE;
 use crate::error::RecordError;
 use crate::ghosts;
 use crate::merged::prefix_of_run;
@@ -57,7 +58,13 @@ fn draw_all(panel: &mut Map<String, Value>, labels: &[String]) {
         let of_run = |run: usize| {
             let prefix = prefix_of_run(run);
             let drawn = topics.iter().filter(move |(topic, _)| run == 0 || *topic != "/legend");
-            drawn.map(move |(topic, shown)| (format!("{prefix}{topic}"), shown.clone()))
+            drawn.map(move |(topic, shown)| {
+                let mut shown = shown.clone();
+                if topic == STATE {
+                    shown["flatColor"] = json!(curve_color(run));
+                }
+                (format!("{prefix}{topic}"), shown)
+            })
         };
         *topics = (0..labels.len()).flat_map(of_run).collect();
     }
@@ -65,9 +72,12 @@ fn draw_all(panel: &mut Map<String, Value>, labels: &[String]) {
     let named: Vec<String> =
         named.map(|(run, label)| format!("{label} ({})", ghosts::name(run - 1))).collect();
     let colored = labels.first().map_or("", String::as_str);
+    let state = panel.get("topics").map(|topics| &topics[format!("{}{STATE}", prefix_of_run(0))]);
+    let are_points = state.is_some_and(|state| state["visible"] == true);
+    let color = if are_points { "blue" } else { "color" };
     for key in ["foxglovePanelTitle", "lichtblickPanelTitle"] {
         if let Some(title) = panel.get(key).and_then(Value::as_str) {
-            let title = format!("{title}; {colored} in color, over it {}", named.join(", "));
+            let title = format!("{title}; {colored} in {color}, over it {}", named.join(", "));
             panel.insert(key.to_owned(), json!(title));
         }
     }

@@ -402,9 +402,8 @@ impl<W: Write> Recorder<W> {
         let scale = scale.map(|simulated| format!("1 s of playback = {simulated} simulated"));
         let enlarged = self.header.scenery.enlargement();
         let every = self.header.draw_every.get();
-        let drawn = (every > 1).then(|| {
-            format!("one frame in {every} is drawn, the states of all are recorded (`draw_every` in [record])")
-        });
+        let drawn = (every > 1)
+            .then(|| format!("one frame in {every} is drawn (`draw_every` in [record])"));
         let of_discs = enlarged.into_iter().chain(drawn).filter(|_| self.wants(channels::DISCS));
         let facts = scale.into_iter().chain(of_discs);
         facts.map(|text| LogLine { level: Level::Info, text }).collect()

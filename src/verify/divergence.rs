@@ -164,8 +164,9 @@ pub fn in_frames(left: &Recording, right: &Recording) -> Result<Option<Divergenc
     let (mut points, mut compared) = (Vec::new(), 0);
     let mut pairs = PairedFrames::that_can_differ(left, right)?;
     while let Ok([Some(one), Some(other)]) = pairs.advance() {
-        // Between keyframes, only scalars are stored.
-        if !one.is_complete() || !other.is_complete() {
+        // Between keyframes, only scalars are stored; a recording without states has none to compare.
+        let has_state = |frame: &RecordedFrame| frame.is_complete() && frame.state().is_some();
+        if !has_state(&one) || !has_state(&other) {
             continue;
         }
         let [a, b] = [values(&one), values(&other)];

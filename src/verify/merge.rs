@@ -11,10 +11,11 @@ use kinetoscope_files::atomic_file::{NewFile, replace};
 use kinetoscope_files::output_file;
 use kinetoscope_manifest::{differing_keys, manifest_values};
 use kinetoscope_recording::error::RecordError;
-use kinetoscope_recording::layout::layout_json;
+use kinetoscope_recording::layout::{layout_json, with_states};
 use kinetoscope_recording::merged::{MAX_RUNS, MergeError, MergedRun, merge};
 use kinetoscope_recording::merged_layout::merged_layout_json;
 use kinetoscope_recording::reader::Recording;
+use kinetoscope_recording::recorder::Header;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -77,7 +78,7 @@ pub fn merge_recordings(paths: &[&Path], file: &Path) -> Result<Vec<String>, Ver
     let new = merge(&runs, NewFile::create(file).map_err(written)?)?;
     new.finish().map_err(written)?;
     let mut lines = vec![format!("{}: {} runs", shown_path(file), runs.len())];
-    match layout(&recordings[0]) {
+    match layout(&recordings) {
         Ok(layout) => {
             let path = layout_path(file);
             let layout = merged_layout_json(&layout, &labels)?;
@@ -94,13 +95,18 @@ fn layout_path(file: &Path) -> PathBuf {
     file.with_extension("layout.json")
 }
 
-/// The layout of a run.
+/// The layout of the first run; with the states of all, if not every frame of each is drawn.
 ///
 /// # Errors
 /// A run that this program cannot start.
-fn layout(recording: &Recording) -> Result<String, VerifyError> {
-    let prepared = Source::of(recording)?.prepared(&Interrupt::default())?;
-    Ok(layout_json(&prepared.header, &[])?)
+fn layout(recordings: &[Recording]) -> Result<String, VerifyError> {
+    let header = |recording| -> Result<Header, VerifyError> {
+        Ok(Source::of(recording)?.prepared(&Interrupt::default())?.header)
+    };
+    let headers = recordings.iter().map(header).collect::<Result<Vec<_>, _>>()?;
+    let layout = layout_json(&headers[0], &[])?;
+    let is_thinned = headers.iter().any(|header| header.draw_every.get() > 1);
+    Ok(if is_thinned { with_states(&layout)? } else { layout })
 }
 
 /// What tells the runs apart: the values of the manifest's keys that are not the same in all of them, or a number.

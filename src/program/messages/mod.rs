@@ -178,14 +178,11 @@ pub(crate) fn describe(
             }
             (false, false) => text += &format!(", at most {}", size(plan.bytes_to_write())),
         }
-        let distances = estimates.clone().map(|run| run.draw_every.get());
-        let (least, most) = (distances.clone().min(), distances.max());
-        if let (Some(least), Some(most @ 2..), false) =
-            (least, most, experiment.keeps_only_metrics())
-        {
-            let distance =
-                if least == most { most.to_string() } else { format!("{least} to {most}") };
-            text += &format!("\n  one frame in {distance} is drawn (`draw_every` in [record])");
+        let distance = estimates.clone().map(|run| run.draw_every.get()).max();
+        if let (Some(distance @ 2..), false) = (distance, experiment.keeps_only_metrics()) {
+            let up_to = if plan.runs.len() > 1 { "up to " } else { "" };
+            text +=
+                &format!("\n  one frame in {up_to}{distance} is drawn (`draw_every` in [record])");
         }
         if estimates.any(|run| run.has_series_on_request) {
             text += "\n  plus the requested series of collisions or contacts";

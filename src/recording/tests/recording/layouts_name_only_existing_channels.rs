@@ -4,12 +4,12 @@
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
 use kinetoscope_recording::channels::{self, ALL};
-use kinetoscope_recording::layout::{layout_json, template, with_names};
+use kinetoscope_recording::layout::{layout_json, shows_states, template, with_names, with_states};
+use kinetoscope_recording::merged_layout::merged_layout_json;
 use kinetoscope_recording::recorder::{Compression, Header, Selection};
 use kinetoscope_recording::requested_panels::PanelRequest;
 use kinetoscope_recording::scenery::DrawnRadius;
 use serde_json::Value;
-use std::num::NonZeroU64;
 
 const MODELS: [&str; 4] = ["dem", "gas", "packing", "orbit"];
 const DRAWN: [&str; 7] = [
@@ -229,22 +229,32 @@ fn discs_below_six_pixels_have_no_outlines() {
     }
 }
 
-/// Guarantee: where not every frame has a drawing, the scene shows the states, which every frame has.
+/// Guarantee: where not every frame has a drawing, the scene shows the states, which every frame has: as wide as the smallest disc, and in
+/// the colors of merged runs.
 #[test]
 fn scene_of_thinned_drawings_shows_the_states() {
     let mut header = crate::sample::header(Compression::Zstd);
     header.selection = Selection::All;
+    // 6 px from a radius of 0.015 on.
     header.scenery.drawn_radius = DrawnRadius::Column { min: 0.03 };
-    for (every, is_thinned) in [(1, false), (2, true)] {
-        header.draw_every = NonZeroU64::new(every).unwrap();
-        let layout: Value = serde_json::from_str(&layout_json(&header, &[]).unwrap()).unwrap();
+    let drawn = layout_json(&header, &[]).unwrap();
+    let points = with_states(&drawn).unwrap();
+    for (layout, shows_points) in [(&drawn, false), (&points, true)] {
+        assert_eq!(shows_states(layout), shows_points);
+        let layout: Value = serde_json::from_str(layout).unwrap();
         let topics = &layout["configById"]["3D!scene"]["topics"];
-        assert_eq!(topics["/state"]["visible"], is_thinned);
-        assert_eq!(topics["/discs"]["visible"], !is_thinned);
-        assert_eq!(topics["/walls"]["visible"], true);
-        // As wide as the smallest disc, which has 6 px from a radius of 0.015 on.
-        assert_eq!(topics["/state"]["pointSize"].as_f64().unwrap() > 10.0, is_thinned);
+        let visible =
+            ["/state", "/walls", "/discs", "/legend"].map(|topic| &topics[topic]["visible"]);
+        assert_eq!(visible, [shows_points, true, !shows_points, !shows_points]);
+        assert!(topics["/state"]["pointSize"].as_f64().unwrap() > 10.0);
     }
+    let labels = ["one", "two"].map(str::to_owned);
+    let merged: Value =
+        serde_json::from_str(&merged_layout_json(&points, &labels).unwrap()).unwrap();
+    let scene = &merged["configById"]["3D!scene"];
+    let color = |topic: &str| scene["topics"][topic]["flatColor"].as_str().unwrap();
+    assert_ne!(color("/run_1/state"), color("/run_2/state"));
+    assert!(scene["foxglovePanelTitle"].as_str().unwrap().contains("; one in blue, over it two"));
 }
 
 #[test]
