@@ -205,7 +205,7 @@ impl Frames {
     }
 
     /// Checks the end of the file, whose summary states these numbers of messages.
-    fn check_end(&self, counts: &BTreeMap<u16, u64>) -> Result<(), Broken> {
+    fn check_end(&mut self, counts: &BTreeMap<u16, u64>) -> Result<(), Broken> {
         let is_complete = self.outcome == Some(Outcome::Complete);
         if !self.open.messages.is_empty() {
             return Err(damaged("a message is outside of its frame"));
@@ -224,11 +224,15 @@ impl Frames {
             let topic = self.topics.get(&channel);
             self.has_drawings || topic.is_some_and(|topic| !is_drawing(topic))
         };
-        // Without frames, no chunk declares a channel.
-        let are_declared =
-            self.delivered == 0 || counts.keys().all(|channel| self.topics.contains_key(channel));
-        if !self.has_gaps && !(are_declared && self.channels.have_counts(counts, is_read)) {
-            return Err(damaged("its chunks have other messages than its summary states"));
+        let other = || damaged("its chunks have other messages than its summary states");
+        if !self.has_gaps && !self.channels.have_counts(counts, is_read) {
+            return Err(other());
+        }
+        // Without frames, no chunk declares a channel. Otherwise, all chunks of a channel are missing, and no frame is complete.
+        let is_declared = |channel| self.topics.contains_key(channel);
+        if self.delivered > 0 && !self.has_gaps && !counts.keys().all(is_declared) {
+            self.delivered = 0;
+            return Err(other());
         }
         Ok(())
     }
