@@ -2,13 +2,13 @@
 
 use super::exit::CommandError;
 use super::meant_paths::meant_paths;
-use super::messages::concluded;
+use super::messages::{concluded, terminal};
 use crate::metric_files::condition::Condition;
 use crate::metric_files::runs_query::{
     Answered, COUNT_SUFFIX, QueryError, Question, RUNS, StoredRuns,
 };
 use crate::metric_files::runs_table::{DESCRIPTION, ERROR_SUFFIX};
-use crate::number_text::with_error;
+use crate::number_text::{six_digits, with_error};
 use crate::table::{self, Cell, Column};
 use crate::write_file;
 use kinetoscope_console::text::{one_line, plural, shown_path};
@@ -17,6 +17,19 @@ use serde_json::{Map, Value};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+/// Columns about the recording and the program: a screen shows coordinates and metrics.
+const ABOUT_THE_FILE: [&str; 9] = [
+    "seed",
+    "outcome_detail",
+    "frames",
+    "end_time",
+    "messages",
+    "file",
+    "run_key",
+    "program_version",
+    "physics_version",
+];
+
 /// Print columns of the table of an experiment's runs (runs.parquet), or means over groups of complete runs with their standard
 /// errors.
 #[derive(Debug, clap::Args)]
@@ -24,7 +37,7 @@ pub struct TableArguments {
     /// Folder of an analyzed experiment, its manifest, or its runs.parquet
     #[arg(value_name = "EXPERIMENT")]
     path: PathBuf,
-    /// Columns: coordinates of the sweep, replicate, seed, outcome, metrics and so on [default: all but standard errors]
+    /// Columns: coordinates of the sweep, replicate, seed, outcome, metrics and so on [default: all but standard errors; of those, a screen has as many as fit]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     columns: Vec<String>,
     /// Rows that meet all of these comparisons, such as 'temperature_k > 250, outcome = complete'
@@ -91,6 +104,12 @@ impl TableArguments {
         Ok(write_file::check(file)?)
     }
 
+    /// The width to which the columns are limited; `None` if they are chosen, or written to a file.
+    fn screen_width(&self) -> Option<usize> {
+        let is_overview = self.columns.is_empty() && self.group.is_empty() && self.output.is_none();
+        is_overview.then(|| terminal().width)
+    }
+
     fn answer(&self) -> Result<Exit, CommandError> {
         let condition = self.condition.as_deref().map_or(Ok(Condition::default()), |text| {
             let help = "write comparisons such as 'temperature_k > 250, outcome = complete'";
@@ -102,7 +121,7 @@ impl TableArguments {
         let (columns, group) = (self.columns.clone(), self.group.clone());
         let answered = runs.answer(&Question { columns, condition, group })?;
         let written = match self.format {
-            TableFormat::Text => text(&answered, &runs).into_bytes(),
+            TableFormat::Text => text(&answered, &runs, self.screen_width()).into_bytes(),
             TableFormat::Csv => csv_text(&answered).map_err(failed)?,
             TableFormat::Json => format!("{:#}\n", json(&answered)).into_bytes(),
             TableFormat::Parquet => parquet(&answered, &runs).map_err(failed)?,
@@ -128,8 +147,8 @@ fn failed(error: impl std::fmt::Display) -> CommandError {
     write_file::WriteError::new(Path::new("the table"), error).into()
 }
 
-/// Aligned columns; a value and its standard error are one column, with the unit in its head.
-fn text(answered: &Answered, runs: &StoredRuns) -> String {
+/// Aligned columns; a value and its standard error are one column, with the unit in its head. Of limited width, numbers have six digits.
+fn text(answered: &Answered, runs: &StoredRuns, screen: Option<usize>) -> String {
     let columns = &answered.columns;
     let is_error_of =
         |at: usize| at > 0 && columns[at].name == format!("{}{ERROR_SUFFIX}", columns[at - 1].name);
@@ -139,7 +158,13 @@ fn text(answered: &Answered, runs: &StoredRuns) -> String {
         let has_all = |runs: usize| answered.rows.iter().all(|row| row[at] == row[runs]);
         columns[at].name.ends_with(COUNT_SUFFIX) && all_runs.is_some_and(has_all)
     };
-    let is_shown = |at: &usize| !is_error_of(*at) && !is_repeated(*at);
+    let is_complete = |row: &Vec<Cell>| row.iter().any(|cell| cell.text() == "complete");
+    let all_complete = answered.rows.iter().all(is_complete);
+    let is_about_file = |at: usize| {
+        let name = columns[at].name.as_str();
+        screen.is_some() && (ABOUT_THE_FILE.contains(&name) || name == "outcome" && all_complete)
+    };
+    let is_shown = |at: &usize| !is_error_of(*at) && !is_repeated(*at) && !is_about_file(*at);
     let shown: Vec<usize> = (0..columns.len()).filter(is_shown).collect();
     let head = |at: &usize| match unit(&columns[*at], runs) {
         "" | "1" => columns[*at].text(),
@@ -150,6 +175,7 @@ fn text(answered: &Answered, runs: &StoredRuns) -> String {
             let error = if let Cell::Number(error) = error { Some(*error) } else { None };
             with_error(*value, error)
         }
+        (Cell::Number(value), _) if screen.is_some() => six_digits(*value),
         (cell, _) => cell.text(),
     };
     // Names and units are those of a file.
@@ -162,7 +188,8 @@ fn text(answered: &Answered, runs: &StoredRuns) -> String {
         let widths = rows.iter().chain([&heads]).map(|row| row[at].chars().count());
         widths.max().unwrap_or(0)
     };
-    let widths: Vec<usize> = (0..shown.len()).map(width).collect();
+    let mut widths: Vec<usize> = (0..shown.len()).map(width).collect();
+    let others = screen.map(|screen| limit(&mut widths, screen, columns.len())).unwrap_or_default();
     let line = |row: &Vec<String>| {
         let cells = row.iter().zip(&widths).map(|(text, width)| format!("{text:<width$}"));
         cells.collect::<Vec<_>>().join("  ").trim_end().to_owned() + "\n"
@@ -172,7 +199,24 @@ fn text(answered: &Answered, runs: &StoredRuns) -> String {
         0 => String::new(),
         number => format!("; without {} that did not end as expected", plural(number, "run")),
     };
-    format!("{lines}{}{left_out}\n", plural(rows.len() as u64, "row"))
+    format!("{lines}{}{others}{left_out}\n", plural(rows.len() as u64, "row"))
+}
+
+/// Leaves out the columns that a screen has no room for, and says so.
+fn limit(widths: &mut Vec<usize>, screen: usize, columns: usize) -> String {
+    const BETWEEN: usize = 2;
+    let ends = widths.iter().scan(0, |end, width| {
+        *end += width + BETWEEN;
+        Some(*end)
+    });
+    let fitting = ends.take_while(|end| *end <= screen + BETWEEN).count().max(1);
+    widths.truncate(fitting);
+    if fitting == columns {
+        return String::new();
+    }
+    format!(
+        ", {fitting} of {columns} columns: choose with --columns, or print all with --format csv"
+    )
 }
 
 /// The unit of a column; empty if it has none.
