@@ -19,7 +19,7 @@ pub(crate) struct AnswerNumber {
     pub(crate) is_compared: bool,
     /// Whether the sentence itself states that a check fails.
     pub(crate) is_failure_stated: bool,
-    /// The tolerance of a check that passes in spite of a deviation of many standard errors, such as "within 5 %".
+    /// The tolerance of a check that passes in spite of a deviation of many standard errors, such as "within 5 % of theory".
     pub(crate) tolerance: Option<String>,
 }
 
@@ -45,10 +45,11 @@ pub(super) fn stated_tolerance(check: &Check, metric: &Metric) -> Option<String>
         }
         _ => return None,
     };
+    let of = expected.map_or_else(|| "theory".to_owned(), |expected| in_unit(expected, metric));
     let expected = expected.or(metric.theory_value())?;
     let error = metric.standard_error().filter(|error| *error > 0.0)?;
     let is_beyond = (metric.value() - expected).abs() > LARGEST_SCATTER * error;
-    is_beyond.then(|| format!("within {tolerance}"))
+    is_beyond.then(|| format!("within {tolerance} of {of}"))
 }
 
 /// The fraction above which a violated quantity is not called conserved.

@@ -153,10 +153,12 @@ fn of_deviation(
         Deviation::Bound { is_inside } => {
             let place = if is_inside { "within" } else { "outside" };
             let bound = match accuracy / expected.abs() {
-                relative if relative.is_finite() => format!(" of {}", percent(relative)),
-                _ => String::new(),
+                relative if relative.is_finite() => {
+                    format!("{} to which this law is accurate", percent(relative))
+                }
+                _ => "accuracy of this law".to_owned(),
             };
-            format!("{}, {place} the law's accuracy{bound}", excess(measured, expected, value))
+            format!("{}, {place} the {bound}", excess(measured, expected, value))
         }
         Deviation::Bare(_) => excess(measured, expected, value),
     }

@@ -3,12 +3,15 @@ const live = document.querySelector(".live"), BINS = 24, LIVE_HEIGHT = 190, FEWE
 
 // Speeds in percent of the particles per bar, with Maxwell's distribution in two dimensions for the same mean square at fractions of the range.
 function speedsNow() {
-  const speeds = replay.speeds(), total = speeds.reduce((sum, [, count]) => sum + count, 0), most = 1.25 * scale.top, bar = 100 * most / BINS;
-  const meanSquare = speeds.reduce((sum, [v, count]) => sum + count * v * v, 0) / total;
+  const speeds = replay.speeds(), total = speeds.reduce((sum, [, count]) => sum + count, 0);
+  const rms = Math.sqrt(speeds.reduce((sum, [v, count]) => sum + count * v * v, 0) / total);
+  // The range is halved as often as the speeds of the run are in this frame: by Maxwell's distribution, 1 of 100 is above 2.15 times their root mean square.
+  const most = 1.25 * scale.top / 2 ** max(0, Math.floor(Math.log2(scale.top / 2.15 / rms))), bar = 100 * most / BINS;
   const counts = new Array(BINS).fill(0);
   for (const [v, count] of speeds) if (v < most) counts[Math.floor(v / most * BINS)] += count;
-  const law = Array.from({ length: 61 }, (_, step) => [step / 60, bar * 2 * step / 60 * most / meanSquare * Math.exp(-((step / 60 * most) ** 2) / meanSquare)]);
-  return { total, range: [0, most], top: 1.6 * bar * Math.sqrt(2 / Math.E / meanSquare), bars: counts.map((count) => 100 * count / total), law, words: "particles (%)" };
+  const law = Array.from({ length: 61 }, (_, step) => [step / 60, bar * 2 / rms * (step / 60 * most / rms) * Math.exp(-((step / 60 * most / rms) ** 2))]);
+  // Maxwell's distribution is at most sqrt(2/e) over the root mean square, of which this is 1.6 times as much.
+  return { total, range: [0, most], top: 1.37 * bar / rms, bars: counts.map((count) => 100 * count / total), law, words: "particles (%)" };
 }
 
 // Densities over their mean in layers of a round container, with the barometric law.

@@ -337,7 +337,7 @@ fn check_that_passes_by_its_tolerance_alone_states_it() {
         marked(&folder.page())
     };
     let (text, control) = (passed("1.5e-24"), passed("1.5915e-24"));
-    assert!(text.ends_with("✓</span><span class=\"good\"> within 10 %</span>"), "{text}");
+    assert!(text.ends_with("✓</span><span class=\"good\"> within 10 % of 1.5·10⁻²⁴ N/m</span>"), "{text}");
     assert!(control.ends_with("✓</span>"), "{control}");
 }
 
