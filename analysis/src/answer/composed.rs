@@ -207,7 +207,9 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
     if findings.first().is_some_and(|first| is_main_name(first.name()) && is_asked(first)) {
         findings.retain(|it| it.check.is_some() || is_asked(it) || !is_main_name(it.name()));
     }
-    let shown = findings.iter().take(MOST_SENTENCES);
+    let names: Vec<&str> = findings.iter().map(Finding::name).collect();
+    let remark = remark(source, &names);
+    let shown = findings.iter().take(MOST_SENTENCES - usize::from(remark.is_some()));
     let mut sentences = shown.map(|finding| finding.sentences(source)).collect::<Vec<_>>();
     let order = findings.first().and_then(|finding| order(&finding.metrics));
     if let Some(order) = order.filter(|_| asks_for_order(source)) {
@@ -221,9 +223,8 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
     if sentences.is_empty() {
         return unfinished(source);
     }
-    let names: Vec<&str> = findings.iter().map(Finding::name).collect();
     let is_chosen = is_shown || findings.iter().any(|it| it.check.is_some());
-    if let Some(remark) = remark(source, &names) {
+    if let Some(remark) = remark {
         sentences.insert(0, vec![AnswerPart::words(remark)]);
         return joined(sentences);
     }

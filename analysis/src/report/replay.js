@@ -67,8 +67,8 @@ function player(part, leader) {
     context.lineCap = "round";
     film.lineStyles.forEach(([color, width], style) => {
       context.strokeStyle = color;
-      // The path, which is drawn later, stays visible on an exact orbit.
-      context.lineWidth = max(film.trails ? 3 : 1, 0.6 * width) * devicePixelRatio;
+      // An exact orbit, so that the path, which is drawn later, is visible on it.
+      context.lineWidth = max(color === "#2e9e5b" ? 4 : 1, 0.6 * width) * devicePixelRatio;
       context.beginPath();
       for (let i = 0; i < count; i += 2) {
         if (data.styles[(low + i) / 2] !== style || xs[low + i] === ABSENT || xs[low + i + 1] === ABSENT) continue;
