@@ -200,7 +200,11 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
         findings.sort_by_key(|finding| Reverse(shared_words(source, finding.name())));
     }
     let best = findings.iter().map(|it| shared_words(source, it.name())).max().unwrap_or(0);
-    findings.splice(0..0, asked_finding(best, source));
+    let is_chosen = is_shown || findings.iter().any(|it| it.check.is_some());
+    // What the manifest chooses comes first if the question names it.
+    if best == 0 || !is_chosen {
+        findings.splice(0..0, asked_finding(best, source));
+    }
     findings.sort_by_key(Finding::is_of_conservation_law);
     let is_asked = |finding: &Finding<'_>| shared_words(source, finding.name()) > 0;
     // The question names a main result already: others of the model do not belong to the answer.
@@ -223,7 +227,6 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
     if sentences.is_empty() {
         return unfinished(source);
     }
-    let is_chosen = is_shown || findings.iter().any(|it| it.check.is_some());
     if let Some(remark) = remark {
         sentences.insert(0, vec![AnswerPart::words(remark)]);
         return joined(sentences);

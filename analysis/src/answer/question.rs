@@ -6,7 +6,7 @@ use crate::models::{label_of, unit_of};
 /// Letters by which two words are the same, so that "collide" is a word of "collision rate".
 const LETTERS: usize = 5;
 /// Words that say nothing about a quantity.
-const COMMON: [&str; 11] = [
+const COMMON: [&str; 12] = [
     "that",
     "from",
     "with",
@@ -18,6 +18,7 @@ const COMMON: [&str; 11] = [
     "particles",
     "error",
     "change",
+    "relative",
 ];
 
 /// Words of a question and the words of labels that they ask for.

@@ -221,7 +221,10 @@ fn stated_value(question: &str, words: &str, unit: &str, is_number: bool) -> Opt
     let number = |text: &str| text.parse().ok().filter(|value: &f64| value.is_finite());
     let question: String = question.replace(['?', ','], " ");
     if is_number {
-        return number(question.split_once(&format!(" {words} "))?.0.split_whitespace().last()?);
+        let (before, after) = question.split_once(&format!(" {words} "))?;
+        // "800 discs per second" is a rate.
+        let is_rate = after.trim_start().starts_with("per ");
+        return number(before.split_whitespace().last().filter(|_| !is_rate)?);
     }
     let (_, after) = question.split_once(&format!("{words} "))?;
     let mut after = after.split_whitespace().skip_while(|word| ["of", "="].contains(word));
@@ -329,5 +332,6 @@ mod tests {
         assert_eq!(of("what is it at a restitution of 50 %?", "restitution", "1"), None);
         assert_eq!(stated_value("how do 100 discs move?", "discs", "1", true), Some(100.0));
         assert_eq!(stated_value("how do the discs move?", "discs", "1", true), None);
+        assert_eq!(stated_value("how do 9 discs per second leave?", "discs", "1", true), None);
     }
 }
