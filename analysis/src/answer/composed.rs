@@ -10,7 +10,8 @@ use super::phrase::{events_per_disc, phrase, span};
 use super::place::place_words;
 use super::points::{everywhere, listed, several};
 use super::question::{
-    asks_for_order, asks_for_pace, is_named_in_question, is_of_asked_kind, shared_words,
+    asks_for_order, asks_for_pace, asks_if_kept, has_last_word, is_named_in_question,
+    is_of_asked_kind, shared_words,
 };
 use super::relation::{relation, requirement, states_requirement, states_value, to_theory};
 use super::settings::with_settings;
@@ -162,9 +163,8 @@ fn failure(check: &Check, failed: &[&Metric], all: usize) -> Vec<AnswerPart> {
     parts
 }
 
-/// What the requested plots show, then what the checks found, those of conservation laws last. Without a requested plot, and if no check is of a main
-/// result of what the manifest sets, the main results follow, so that every experiment has an answer.
-pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
+/// What the requested plots show, then what the checks found, and whether a plot shows any.
+fn chosen_findings<'a>(source: &AnswerSource<'a>) -> (Vec<Finding<'a>>, bool) {
     let plots = source.record.map_or(&[][..], |record| &record.plots);
     let shown = plots.iter().filter(|plot| !plot.is_of_channel()).map(|plot| Check {
         metric: plot.y.clone(),
@@ -179,7 +179,7 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
         source.checks.iter().copied().map(|check| {
             (Some(check), check.at.is_empty(), checked_metrics(check, source.metrics))
         });
-    let (mut findings, mut is_shown): (Vec<Finding<'_>>, bool) = (Vec::new(), false);
+    let (mut findings, mut is_shown): (Vec<Finding<'a>>, bool) = (Vec::new(), false);
     for (check, is_everywhere, metrics) in shown.chain(checked).filter(|it| !it.2.is_empty()) {
         match findings.iter_mut().find(|it| it.name() == metrics[0].name()) {
             Some(known) => known.add(check, &metrics),
@@ -190,6 +190,13 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
         }
     }
     findings.retain(|finding| finding.metrics.iter().all(|metric| metric.is_applicable()));
+    (findings, is_shown)
+}
+
+/// What the requested plots show, then what the checks found, those of conservation laws last. Without a requested plot, and if no check is of a main
+/// result of what the manifest sets, the main results follow, so that every experiment has an answer.
+pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
+    let (mut findings, is_shown) = chosen_findings(source);
     let main = main_findings(source);
     let is_main_name = |name: &str| main_names(source).contains(&name);
     let is_main = |finding: &Finding<'_>| main.iter().any(|it| it.name() == finding.name());
@@ -201,11 +208,10 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
     }
     let best = findings.iter().map(|it| shared_words(source, it.name())).max().unwrap_or(0);
     let is_chosen = is_shown || findings.iter().any(|it| it.check.is_some());
-    // What the manifest chooses comes first if the question names it.
-    if best == 0 || !is_chosen {
-        findings.splice(0..0, asked_finding(best, source));
-    }
-    findings.sort_by_key(Finding::is_of_conservation_law);
+    // What the manifest chooses comes first if the question names it, unless it asks for a quantity of another kind.
+    findings.splice(0..0, asked_finding(best, best > 0 && is_chosen, source));
+    let question = source.record.map_or("", |record| &record.question).to_lowercase();
+    findings.sort_by_key(|it| it.is_of_conservation_law() && !asks_if_kept(&question));
     let is_asked = |finding: &Finding<'_>| shared_words(source, finding.name()) > 0;
     // The question names a main result already: others of the model do not belong to the answer.
     if findings.first().is_some_and(|first| is_main_name(first.name()) && is_asked(first)) {
@@ -236,7 +242,6 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
     }
     let mut sentences = with_settings(sentences, source);
     if let Some(first) = findings.first().filter(|first| is_asked(first)) {
-        let question = source.record.map_or("", |record| &record.question).to_lowercase();
         let sentence = decided(&question, sentences.remove(0), &first.metrics);
         sentences.insert(0, sentence);
         sentences.extend(halving(first, source));
@@ -280,11 +285,20 @@ fn finding<'a>(name: &str, source: &AnswerSource<'a>) -> Option<Finding<'a>> {
 }
 
 /// The quantity that the question names, or whose kind it asks for, if every run has it and if more than `best` words are those of the question.
-fn asked_finding<'a>(best: usize, source: &AnswerSource<'a>) -> Option<Finding<'a>> {
+fn asked_finding<'a>(
+    best: usize,
+    is_by_kind: bool,
+    source: &AnswerSource<'a>,
+) -> Option<Finding<'a>> {
     let question = source.record.map_or("", |record| &record.question);
+    let is_kept = asks_if_kept(&question.to_lowercase());
     let is_asked = |metric: &&Metric| {
         let Definition { label, unit, .. } = metric.definition;
-        is_named_in_question(source, label) || is_of_asked_kind(question, label, unit)
+        let law = metric.theory.and_then(|theory| theory.law);
+        let is_of_question = |quantity| is_kept && has_last_word(question, quantity);
+        let is_conserved = law.and_then(|law| law.conserved).is_some_and(is_of_question);
+        !is_by_kind && (is_conserved || is_named_in_question(source, label))
+            || is_of_asked_kind(question, label, unit)
     };
     let is_set = |metric: &Metric| {
         let is_it = |other: &&Metric| other.name() == metric.name() && is_set_by_manifest(other);
@@ -292,7 +306,8 @@ fn asked_finding<'a>(best: usize, source: &AnswerSource<'a>) -> Option<Finding<'
     };
     let is_result = |metric: &&Metric| {
         let is_cause = best > 0 && is_set(metric);
-        !is_cause && !metric.is_fit() && !metric.is_of_conservation_law()
+        let is_result = !metric.is_of_conservation_law() || is_kept;
+        is_result && !is_cause && !metric.is_fit()
     };
     let mut asked: Vec<&Metric> =
         source.metrics.iter().filter(is_asked).filter(is_result).collect();

@@ -34,13 +34,17 @@ const SYNONYMS: [(&str, &str); 9] = [
     ("stop", "at rest"),
 ];
 
-/// Beginnings of questions with the quantities that they ask for.
-const KINDS: [(&str, fn(&str, &str) -> bool); 5] = [
+/// Whether a quantity with this label and unit is of a kind.
+type IsKind = fn(&str, &str) -> bool;
+
+/// Words of questions with the kinds of quantities that they ask for.
+const KINDS: [(&str, IsKind); 6] = [
     ("how far", is_distance),
     ("how long", is_time),
-    ("how much longer", is_time),
+    ("longer", is_time),
     ("how soon", is_time),
     ("often", |label, _| label.contains("rate")),
+    ("how fast", |label, unit| unit == "m/s" && label.contains("speed")),
 ];
 
 fn is_distance(label: &str, unit: &str) -> bool {
@@ -62,6 +66,20 @@ pub(super) fn shared_words(source: &AnswerSource<'_>, metric: &str) -> usize {
 pub(super) fn is_of_asked_kind(question: &str, label: &str, unit: &str) -> bool {
     let question = question.to_lowercase();
     KINDS.iter().any(|(begin, is_kind)| question.contains(begin) && is_kind(label, unit))
+}
+
+/// Beginnings of words that ask whether a quantity changes.
+const KEPT: [&str; 6] = ["keep", "conserv", "preserv", "constant", "stay", "unchanged"];
+
+/// Whether a question in lower case asks if a quantity is kept.
+pub(super) fn asks_if_kept(question: &str) -> bool {
+    words_of(question).any(|word| KEPT.iter().any(|begin| word.starts_with(begin)))
+}
+
+/// Whether a question has the last word of a quantity, such as "energy".
+pub(super) fn has_last_word(question: &str, quantity: &str) -> bool {
+    let last = quantity.split(' ').next_back().unwrap_or_default();
+    question.to_lowercase().contains(last.get(..LETTERS).unwrap_or(last))
 }
 
 /// Whether the question asks for a time or a rate.

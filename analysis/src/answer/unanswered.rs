@@ -76,7 +76,7 @@ const COMPARATIVES: [&str; 10] = [
 ];
 
 /// The kind of particles that a question in lower case compares with others, such as "fast particles", and the words of a key.
-fn compared_kind(question: &str) -> Option<(String, &'static str)> {
+pub(super) fn compared_kind(question: &str) -> Option<(String, &'static str)> {
     let words: Vec<&str> = words_of(question).filter(|word| !word.is_empty()).collect();
     words.windows(2).find_map(|pair| {
         let things = ["particles", "discs", "gas", "bodies", "planets", "molecules", "atoms"];

@@ -1,14 +1,13 @@
 //! Yes or no to a question that can be answered so, where the values decide it: a quantity that is to be kept, a law that is to hold, and a dependence.
 
 use super::AnswerPart;
-use super::question::words_of;
+use super::question::{asks_if_kept, words_of};
+use super::unanswered::compared_kind;
 use crate::metric::{Deviation, Metric};
 
 /// The words with which such a question begins.
 const FIRST: [&str; 12] =
     ["do", "does", "did", "is", "are", "was", "were", "will", "can", "has", "have", "must"];
-/// Beginnings of words that ask whether a quantity changes.
-const KEPT: [&str; 6] = ["keep", "conserv", "preserv", "constant", "stay", "unchanged"];
 /// Beginnings of words that ask whether a law holds.
 const AGREES: [&str; 7] = ["agree", "obey", "follow", "hold", "satisf", "match", "equal"];
 /// Words for a law.
@@ -71,7 +70,13 @@ fn answer(question: &str, sentence: &str, metrics: &[&Metric]) -> Option<bool> {
         return None;
     }
     if let Some((verb, key)) = dependence(sentence) {
-        let is_asked = words_of(key).last().is_some_and(|last| words.contains(&last));
+        let kind = compared_kind(question).filter(|kind| key.ends_with(kind.1));
+        let is_asked =
+            kind.is_some() || words_of(key).last().is_some_and(|last| words.contains(&last));
+        // Slow, cold, light and small particles have less of the key.
+        let is_less = kind.is_some_and(|(kind, _)| {
+            ["slow", "cold", "light", "small"].iter().any(|begin| kind.starts_with(begin))
+        });
         return match verb {
             _ if !is_asked => None,
             _ if words.contains(&"proportional") => match verb {
@@ -83,7 +88,8 @@ fn answer(question: &str, sentence: &str, metrics: &[&Metric]) -> Option<bool> {
             }
             _ if asks(&DEPENDS) => Some(true),
             verb => {
-                let is_rise = ["rises with the", "is proportional to the"].contains(&verb);
+                let is_rise =
+                    ["rises with the", "is proportional to the"].contains(&verb) != is_less;
                 match (asks(&RISES), asks(&FALLS)) {
                     (true, false) => Some(is_rise),
                     (false, true) => Some(!is_rise),
@@ -92,7 +98,7 @@ fn answer(question: &str, sentence: &str, metrics: &[&Metric]) -> Option<bool> {
             }
         };
     }
-    if asks(&KEPT) {
+    if asks_if_kept(question) {
         return is_kept(metrics);
     }
     let names_law = words.iter().any(|word| LAWS.contains(word));
@@ -123,12 +129,13 @@ fn dependence(sentence: &str) -> Option<(&'static str, &str)> {
 fn is_kept(metrics: &[&Metric]) -> Option<bool> {
     let is_change = |metric: &&Metric| {
         let label = metric.definition.label;
-        metric.unit() == "1" && CHANGES.iter().any(|begin| label.starts_with(begin))
+        let is_change = CHANGES.iter().any(|begin| label.starts_with(begin));
+        metric.unit() == "1" && (is_change || metric.is_of_conservation_law())
     };
     let size = |metric: &&Metric| metric.value().abs();
     match metrics {
         [] => None,
-        all if !all.iter().all(|metric| is_change(metric)) => None,
+        all if !all.iter().all(is_change) => None,
         all if all.iter().all(|metric| size(metric) <= LARGEST_KEPT) => Some(true),
         all if all.iter().all(|metric| size(metric) >= LEAST_CHANGED) => Some(false),
         _ => None,
@@ -176,5 +183,7 @@ mod tests {
             assert_eq!(of(question, proportional), None, "{question}");
         }
         assert_eq!(of(asked, "is at a"), None);
+        assert_eq!(of("do fast particles press more?", proportional), Some(true));
+        assert_eq!(of("do slow particles press more?", proportional), Some(false));
     }
 }
