@@ -113,16 +113,16 @@ fn settings_that_the_question_asks_for_are_in_the_answer() {
     let with = format!("With a restitution of 0.8, t{measured}");
     assert!(asked("Is the restitution the specified one?").starts_with(&with), "{with}");
     let text = asked("What does friction do?");
-    let remark = "One run at a friction of 0 does not show what the friction changes: sweep `friction` to compare.";
+    let remark = "One run at a friction of 0 does not show what the friction changes: sweep friction to compare.";
     assert!(text.starts_with(&format!("{remark} T{measured}")), "{text}");
     let text = asked("How high does it bounce at a restitution of 0.5?");
     assert!(
         text.starts_with(&format!(
-            "The run has a restitution of 0.8, not 0.5: set `restitution`. T{measured}"
+            "The run has a restitution of 0.8, not 0.5: set restitution. T{measured}"
         )),
         "{text}"
     );
-    let unchosen = "The question names no quantity of the runs: these are main results of the model. A check, or the key `answer`, selects others.";
+    let unchosen = "The question names no quantity of the runs: these are main results of the model. A check, or the key answer, selects others.";
     let text = asked("How far does it fall?");
     assert!(text.starts_with(&format!("T{measured}")) && text.ends_with(unchosen), "{text}");
     let text = asked("How high does it bounce?");
@@ -145,7 +145,7 @@ fn kind_of_the_question_selects_and_begins_the_answer() {
     let text = asked("Has the disc much energy?");
     assert!(text.starts_with("The mechanical energy falls by"), "{text}");
     let text = asked("Do heavy discs rebound more often?");
-    let remark = "One run at a mass of 0.001 kg does not compare heavy discs with others: sweep `mass_kg` to compare.";
+    let remark = "One run at a mass of 0.001 kg does not compare heavy discs with others: sweep mass_kg to compare.";
     assert!(text.starts_with(remark), "{text}");
 }
 
