@@ -6,17 +6,22 @@ use super::number::{
     NumberForm, compared_form, conserved, form_of, metric_text, number_with, percent, size_text,
     stated_tolerance,
 };
-use super::phrase::{phrase, span};
+use super::phrase::{events_per_disc, phrase, span};
 use super::place::place_words;
 use super::points::{everywhere, listed, several};
-use super::question::{asks_for_order, is_named_in_question, shared_words};
+use super::question::{
+    asks_for_order, asks_for_pace, asks_if_kept, has_last_word, is_named_in_question,
+    is_of_asked_kind, shared_words,
+};
 use super::relation::{relation, requirement, states_requirement, states_value, to_theory};
 use super::settings::with_settings;
 use super::unanswered::{is_other_subject, remark};
+use super::variable::is_set_by_manifest;
+use super::yes_or_no::decided;
 use super::{AnswerNumber, AnswerPart, AnswerSource};
 use crate::checks::{checked_metrics, compare};
 use crate::input::coordinates::text;
-use crate::metric::{Metric, MetricScope, Theory};
+use crate::metric::{Definition, Metric, MetricScope, Theory};
 use crate::models::{label_of, main_results};
 use crate::number_text::{plus_minus, significant};
 use crate::run::{RunAnalysis, RunStatus};
@@ -29,8 +34,7 @@ use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
 /// That the answer may be about something else than the question.
-const UNCHOSEN: &str =
-    "The question names no checked or plotted quantity: these are main results of the model.";
+const UNCHOSEN: &str = "The question names no quantity of the runs: these are main results of the model. A check, or the key `answer`, selects others.";
 /// Maximum number of sentences.
 const MOST_SENTENCES: usize = 2;
 
@@ -159,9 +163,8 @@ fn failure(check: &Check, failed: &[&Metric], all: usize) -> Vec<AnswerPart> {
     parts
 }
 
-/// What the requested plots show, then what the checks found, those of conservation laws last. Without a requested plot, and if no check is of a main
-/// result of what the manifest sets, the main results follow, so that every experiment has an answer.
-pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
+/// What the requested plots show, then what the checks found, and whether a plot shows any.
+fn chosen_findings<'a>(source: &AnswerSource<'a>) -> (Vec<Finding<'a>>, bool) {
     let plots = source.record.map_or(&[][..], |record| &record.plots);
     let shown = plots.iter().filter(|plot| !plot.is_of_channel()).map(|plot| Check {
         metric: plot.y.clone(),
@@ -176,7 +179,7 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
         source.checks.iter().copied().map(|check| {
             (Some(check), check.at.is_empty(), checked_metrics(check, source.metrics))
         });
-    let (mut findings, mut is_shown): (Vec<Finding<'_>>, bool) = (Vec::new(), false);
+    let (mut findings, mut is_shown): (Vec<Finding<'a>>, bool) = (Vec::new(), false);
     for (check, is_everywhere, metrics) in shown.chain(checked).filter(|it| !it.2.is_empty()) {
         match findings.iter_mut().find(|it| it.name() == metrics[0].name()) {
             Some(known) => known.add(check, &metrics),
@@ -187,7 +190,15 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
         }
     }
     findings.retain(|finding| finding.metrics.iter().all(|metric| metric.is_applicable()));
+    (findings, is_shown)
+}
+
+/// What the requested plots show, then what the checks found, those of conservation laws last. Without a requested plot, and if no check is of a main
+/// result of what the manifest sets, the main results follow, so that every experiment has an answer.
+pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
+    let (mut findings, is_shown) = chosen_findings(source);
     let main = main_findings(source);
+    let is_main_name = |name: &str| main_names(source).contains(&name);
     let is_main = |finding: &Finding<'_>| main.iter().any(|it| it.name() == finding.name());
     let is_answered = is_shown || findings.iter().any(is_main);
     if !is_answered || findings.iter().all(Finding::is_of_conservation_law) {
@@ -195,19 +206,20 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
         // Checks come first, unless the question has words of a main result only.
         findings.sort_by_key(|finding| Reverse(shared_words(source, finding.name())));
     }
-    if findings.iter().all(|it| shared_words(source, it.name()) == 0) {
-        findings.splice(0..0, asked_finding(source));
-    }
-    findings.sort_by_key(Finding::is_of_conservation_law);
-    let telling = main_names(source).first().copied();
+    let best = findings.iter().map(|it| shared_words(source, it.name())).max().unwrap_or(0);
+    let is_chosen = is_shown || findings.iter().any(|it| it.check.is_some());
+    // What the manifest chooses comes first if the question names it, unless it asks for a quantity of another kind.
+    findings.splice(0..0, asked_finding(best, best > 0 && is_chosen, source));
+    let question = source.record.map_or("", |record| &record.question).to_lowercase();
+    findings.sort_by_key(|it| it.is_of_conservation_law() && !asks_if_kept(&question));
     let is_asked = |finding: &Finding<'_>| shared_words(source, finding.name()) > 0;
-    // The question names the most telling result already: others of the model do not belong to the answer.
-    if findings.first().is_some_and(|first| Some(first.name()) == telling && is_asked(first)) {
-        findings.retain(|it| {
-            it.check.is_some() || is_asked(it) || !main_names(source).contains(&it.name())
-        });
+    // The question names a main result already: others of the model do not belong to the answer.
+    if findings.first().is_some_and(|first| is_main_name(first.name()) && is_asked(first)) {
+        findings.retain(|it| it.check.is_some() || is_asked(it) || !is_main_name(it.name()));
     }
-    let shown = findings.iter().take(MOST_SENTENCES);
+    let names: Vec<&str> = findings.iter().map(Finding::name).collect();
+    let remark = remark(source, &names);
+    let shown = findings.iter().take(MOST_SENTENCES - usize::from(remark.is_some()));
     let mut sentences = shown.map(|finding| finding.sentences(source)).collect::<Vec<_>>();
     let order = findings.first().and_then(|finding| order(&finding.metrics));
     if let Some(order) = order.filter(|_| asks_for_order(source)) {
@@ -221,16 +233,30 @@ pub(super) fn findings(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
     if sentences.is_empty() {
         return unfinished(source);
     }
-    let names: Vec<&str> = findings.iter().map(Finding::name).collect();
-    let is_chosen = is_shown || findings.iter().any(|it| it.check.is_some());
-    if let Some(remark) = remark(source, &names) {
+    if let Some(remark) = remark {
         sentences.insert(0, vec![AnswerPart::words(remark)]);
         return joined(sentences);
     }
     if !is_chosen && is_other_subject(source, &names) {
         sentences.push(vec![AnswerPart::words(UNCHOSEN)]);
     }
-    joined(with_settings(sentences, source))
+    let mut sentences = with_settings(sentences, source);
+    if let Some(first) = findings.first().filter(|first| is_asked(first)) {
+        let sentence = decided(&question, sentences.remove(0), &first.metrics);
+        sentences.insert(0, sentence);
+        sentences.extend(halving(first, source));
+    }
+    joined(sentences)
+}
+
+/// In how many events per disc a quantity that is far below its start is halved on average, for a question about its pace.
+fn halving(finding: &Finding<'_>, source: &AnswerSource<'_>) -> Option<Vec<AnswerPart>> {
+    let ([metric], [run]) = (finding.metrics.as_slice(), source.runs) else { return None };
+    let is_ratio = metric.definition.label.ends_with("to that at the start");
+    let is_halved = is_ratio && metric.value() > 0.0 && metric.value() < 0.5;
+    let events = f64::from(events_per_disc(run).filter(|_| is_halved && asks_for_pace(source))?);
+    let each = significant(events / -libm::log2(metric.value()), 2);
+    Some(vec![AnswerPart::words(format!("On average, it is halved every {each} events per disc."))])
 }
 
 /// The main results of what the manifests set, the most telling one first.
@@ -258,10 +284,36 @@ fn finding<'a>(name: &str, source: &AnswerSource<'a>) -> Option<Finding<'a>> {
     is_known.then_some(Finding { check: None, is_everywhere: true, has_places: false, metrics })
 }
 
-/// The quantity that the question names, if every run has it.
-fn asked_finding<'a>(source: &AnswerSource<'a>) -> Option<Finding<'a>> {
-    let is_named = |metric: &&Metric| is_named_in_question(source, metric.definition.label);
-    source.metrics.iter().filter(is_named).find_map(|metric| finding(metric.name(), source))
+/// The quantity that the question names, or whose kind it asks for, if every run has it and if more than `best` words are those of the question.
+fn asked_finding<'a>(
+    best: usize,
+    is_by_kind: bool,
+    source: &AnswerSource<'a>,
+) -> Option<Finding<'a>> {
+    let question = source.record.map_or("", |record| &record.question);
+    let is_kept = asks_if_kept(&question.to_lowercase());
+    let is_asked = |metric: &&Metric| {
+        let Definition { label, unit, .. } = metric.definition;
+        let law = metric.theory.and_then(|theory| theory.law);
+        let is_of_question = |quantity| is_kept && has_last_word(question, quantity);
+        let is_conserved = law.and_then(|law| law.conserved).is_some_and(is_of_question);
+        !is_by_kind && (is_conserved || is_named_in_question(source, label))
+            || is_of_asked_kind(question, label, unit)
+    };
+    let is_set = |metric: &Metric| {
+        let is_it = |other: &&Metric| other.name() == metric.name() && is_set_by_manifest(other);
+        source.metrics.iter().any(|other| is_it(&other))
+    };
+    let is_result = |metric: &&Metric| {
+        let is_cause = best > 0 && is_set(metric);
+        let is_result = !metric.is_of_conservation_law() || is_kept;
+        is_result && !is_cause && !metric.is_fit()
+    };
+    let mut asked: Vec<&Metric> =
+        source.metrics.iter().filter(is_asked).filter(is_result).collect();
+    asked.retain(|metric| shared_words(source, metric.name()) > best);
+    asked.sort_by_key(|metric| Reverse(shared_words(source, metric.name())));
+    asked.into_iter().find_map(|metric| finding(metric.name(), source))
 }
 
 /// The main metrics of what the manifests set, as far as every run has them.

@@ -76,20 +76,37 @@ pub(super) fn dependence(
     }
     let values: Vec<(f64, f64)> = points.iter().map(|[x, y, _]| (*x, *y)).collect();
     let (first, last) = (indices[0], indices[indices.len() - 1]);
-    match verb(&values, &key, exponents) {
+    let has_risen = rises_beyond_errors(&points);
+    match verb(&values, &key, exponents, has_risen) {
         Some(verb) => Dependence::OfEnds { verb, first, last },
         None => extremum(&points, &indices),
     }
 }
 
-/// The verb of values that follow a power, rise, fall or change little.
-fn verb(points: &[(f64, f64)], key: &str, exponents: Option<String>) -> Option<String> {
+/// Whether each value is above the one before it by more than the scatter of both, which is known.
+fn rises_beyond_errors(points: &[[f64; 3]]) -> bool {
+    points.windows(2).all(|pair| {
+        let scatter = LEAST_DIFFERENCE * libm::hypot(pair[0][2], pair[1][2]);
+        scatter > 0.0 && pair[1][1] - pair[0][1] > scatter
+    })
+}
+
+/// The verb of values that follow a power, rise, fall or change little; `has_risen` if they rise by more than their scatter.
+fn verb(
+    points: &[(f64, f64)],
+    key: &str,
+    exponents: Option<String>,
+    has_risen: bool,
+) -> Option<String> {
     let exponents = exponents.map(|range| format!(" (exponent {range})")).unwrap_or_default();
     let falling: Vec<(f64, f64)> = points.iter().map(|(x, y)| (*x, -y)).collect();
     match (named_power(points), change(points)) {
         (Some((words, spread)), _) if spread < 1e-9 => Some(format!("{words} {key}")),
         (Some((words, spread)), _) => {
             Some(format!("{words} {key} within {} %", significant(100.0 * spread, 2)))
+        }
+        (None, change) if change <= LARGEST_CHANGE && has_risen => {
+            Some(format!("rises with the {key} by only {} %", significant(100.0 * change, 2)))
         }
         (None, change) if change <= LARGEST_CHANGE => Some(format!("hardly depends on the {key}")),
         _ if rises(points) => Some(format!("rises with the {key}{exponents}")),
@@ -220,7 +237,10 @@ fn rises(points: &[(f64, f64)]) -> bool {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-    use super::{Dependence, POWERS, exponents, extremum, named_power, order_of, rises, verb};
+    use super::{
+        Dependence, POWERS, exponents, extremum, named_power, order_of, rises, rises_beyond_errors,
+        verb,
+    };
 
     /// Values of exact powers; controls: other powers, values that do not change, and a change of sign.
     #[test]
@@ -281,6 +301,14 @@ mod tests {
         assert!(!rises(&[(1.0, 1.0), (2.0, 2.0), (3.0, 1.5)]));
     }
 
+    /// Controls: a difference within the scatter, and values without a known one.
+    #[test]
+    fn small_rise_is_named_where_it_is_beyond_the_scatter() {
+        let of = |error: f64| [1.0, 2.0, 3.0].map(|x| [x, 1.0 + 1e-3 * x, error]);
+        assert!(rises_beyond_errors(&of(1e-4)));
+        assert!(!rises_beyond_errors(&of(1e-3)) && !rises_beyond_errors(&of(0.0)));
+    }
+
     /// Control: a difference within the scatter is no extremum.
     #[test]
     fn value_in_the_middle_is_named_where_it_is_beyond_the_ends() {
@@ -294,6 +322,8 @@ mod tests {
     #[test]
     fn values_that_hardly_change_hardly_depend_on_the_key() {
         let points = [(1.0, -0.97), (2.0, -0.97), (3.0, -0.968)];
-        assert_eq!(verb(&points, "friction", None).unwrap(), "hardly depends on the friction");
+        let of = |has_risen| verb(&points, "friction", None, has_risen).unwrap();
+        assert_eq!(of(false), "hardly depends on the friction");
+        assert_eq!(of(true), "rises with the friction by only 0.21 %");
     }
 }

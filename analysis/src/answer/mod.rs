@@ -14,6 +14,8 @@ mod relation;
 mod settings;
 mod template;
 mod unanswered;
+mod variable;
+mod yes_or_no;
 
 pub(crate) use number::AnswerNumber;
 

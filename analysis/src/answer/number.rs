@@ -19,7 +19,7 @@ pub(crate) struct AnswerNumber {
     pub(crate) is_compared: bool,
     /// Whether the sentence itself states that a check fails.
     pub(crate) is_failure_stated: bool,
-    /// The tolerance of a check that passes in spite of a deviation of many standard errors, such as "within 5 %".
+    /// The tolerance of a check that passes in spite of a deviation of many standard errors, such as "within 5 % of theory".
     pub(crate) tolerance: Option<String>,
 }
 
@@ -45,10 +45,11 @@ pub(super) fn stated_tolerance(check: &Check, metric: &Metric) -> Option<String>
         }
         _ => return None,
     };
+    let of = expected.map_or_else(|| "theory".to_owned(), |expected| in_unit(expected, metric));
     let expected = expected.or(metric.theory_value())?;
     let error = metric.standard_error().filter(|error| *error > 0.0)?;
     let is_beyond = (metric.value() - expected).abs() > LARGEST_SCATTER * error;
-    is_beyond.then(|| format!("within {tolerance}"))
+    is_beyond.then(|| format!("within {tolerance} of {of}"))
 }
 
 /// The fraction above which a violated quantity is not called conserved.
@@ -175,7 +176,22 @@ fn shown_digits(text: &str) -> u8 {
 
 /// The value of a metric with its standard error and its unit.
 pub(super) fn metric_text(metric: &Metric, form: NumberForm) -> String {
+    if is_rounding(metric) {
+        return format!("{} up to rounding", text_of(0.0, None, metric.unit(), form));
+    }
     text_of(metric.value(), metric.standard_error(), metric.unit(), form)
+}
+
+/// An angle below this, in degrees, is a rounding error of the positions.
+const LARGEST_ROUNDING_DEGREES: f64 = 1e-9;
+
+/// Whether a value with a unit, such as an angle, is a rounding error where it should be 0.
+pub(super) fn is_rounding(metric: &Metric) -> bool {
+    let is_of_law = metric.theory_value() == Some(0.0)
+        && metric.deviation() == Some(Deviation::Rounding)
+        && !metric.is_of_conservation_law();
+    let is_angle = metric.unit() == "degrees" && metric.value().abs() < LARGEST_ROUNDING_DEGREES;
+    metric.value() != 0.0 && !["", "1"].contains(&metric.unit()) && (is_of_law || is_angle)
 }
 
 /// A number with its standard error and its unit.

@@ -2,6 +2,7 @@
 
 use super::AnswerSource;
 use super::place::place_words;
+use super::question::asks_for_pace;
 use crate::metric::{Metric, MetricScope};
 use crate::number_text::{significant, six_digits};
 use crate::run::RunAnalysis;
@@ -57,7 +58,8 @@ pub(super) fn part(label: &str) -> Option<(&str, String)> {
 
 /// A label that names the end of the run by its time, and of a change the time that it took, if it is known.
 pub(super) fn at_end(label: &str, span: Option<&str>) -> String {
-    let is_change = change(label, 0.0).is_some_and(|(_, per, _)| per.is_empty());
+    let is_change = change(label, 0.0).is_some_and(|(_, per, _)| per.is_empty())
+        || label.starts_with("largest relative error");
     match span {
         Some(span) if is_change => format!("{label} in {span}"),
         Some(span) => label.replace("at the end", &format!("after {span}")),
@@ -88,20 +90,32 @@ pub(super) fn span(metric: &Metric, source: &AnswerSource<'_>) -> Option<String>
         MetricScope::Run(scope) => scope.file == run.file,
         MetricScope::Sweep(_) => metric.coordinates() == run.coordinates,
     };
-    let mut spans = source.runs.iter().filter(is_of_metric).map(span_of);
+    let is_with_time = asks_for_pace(source);
+    let mut spans = source.runs.iter().filter(is_of_metric).map(|run| span_of(run, is_with_time));
     let first = spans.next()?;
     spans.all(|other| other == first).then_some(first)
 }
 
-fn span_of(run: &RunAnalysis) -> String {
-    if let ModelConfig::Packing(config) = run.model()
-        && let RunLength::EventsPerDisc(events) = config.length
-    {
-        return format!("{events} events per disc");
+/// A number of events with the time that they take, if that is asked for.
+fn span_of(run: &RunAnalysis, is_with_time: bool) -> String {
+    if let Some(events) = events_per_disc(run) {
+        let time = format!(" ({} units of time)", significant(run.end_time, DIGITS));
+        return format!("{events} events per disc{}", if is_with_time { &time } else { "" });
     }
     match (run.time_unit.as_str(), run.end_time) {
         ("d", end) => format!("{} days", six_digits(end)),
         (unit, end) => format!("{} {unit}", significant(end, DIGITS)).trim_end().to_owned(),
+    }
+}
+
+/// The length of a run in events; `None` for another one.
+pub(super) fn events_per_disc(run: &RunAnalysis) -> Option<u32> {
+    match run.model() {
+        ModelConfig::Packing(config) => match config.length {
+            RunLength::EventsPerDisc(events) => Some(events.get()),
+            _ => None,
+        },
+        _ => None,
     }
 }
 

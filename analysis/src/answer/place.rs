@@ -17,6 +17,7 @@ pub(super) fn place_words(coordinates: &[Coordinate]) -> String {
         let unit = unit_of_key(&coordinate.key);
         let words = key_words(&coordinate.key, unit);
         if is_number_of_things(&words, unit) {
+            let words = words.strip_suffix('s').filter(|_| value == "1").unwrap_or(&words);
             return format!(" with {value} {words}");
         }
         let unit = unit_words(unit);
@@ -67,6 +68,7 @@ mod tests {
         assert_eq!(words("model.orbit.time_step_days", "1"), " at a time step of 1 day");
         assert_eq!(words("model.orbit.integrator", "rk4"), " (integrator rk4)");
         assert_eq!(words("model.dem.discs", "20"), " with 20 discs");
+        assert_eq!(words("model.dem.discs", "1"), " with 1 disc");
         assert_eq!(words("model.packing.radius", "0.2"), " at a radius of 0.2");
         assert_eq!(words("variant", "slow"), " (slow)");
     }

@@ -5,6 +5,7 @@ use super::dependence::{Dependence, dependence};
 use super::number::{common_texts, conserved, number_with, size_text};
 use super::phrase::{at_end, common_span, part};
 use super::place::{is_number_of_things, key_words, place_words};
+use super::variable::in_asked_variable;
 use super::{AnswerNumber, AnswerPart, AnswerSource};
 use crate::metric::{Deviation, Metric, MetricScope};
 use crate::number_text::significant;
@@ -22,6 +23,10 @@ pub(super) fn several(
     has_places: bool,
     source: &AnswerSource<'_>,
 ) -> Vec<AnswerPart> {
+    let span = common_span(metrics, source);
+    let renamed = in_asked_variable(metrics, source);
+    let renamed: Vec<&Metric> = renamed.iter().flatten().collect();
+    let metrics = if renamed.is_empty() { metrics } else { &renamed };
     let by_value = |one: &&&Metric, other: &&&Metric| one.value().total_cmp(&other.value());
     let extremes = metrics.iter().min_by(by_value).zip(metrics.iter().max_by(by_value));
     let Some((least, greatest)) = extremes else { return Vec::new() };
@@ -38,7 +43,7 @@ pub(super) fn several(
             AnswerPart::words(format!("{everywhere}.")),
         ];
     }
-    let label = at_end(least.definition.label, common_span(metrics, source).as_deref());
+    let label = at_end(least.definition.label, span.as_deref());
     let is_loss = metrics.iter().all(is_loss);
     let label = if is_loss { loss_words(&label) } else { label };
     let sign = if is_loss { -1.0 } else { 1.0 };

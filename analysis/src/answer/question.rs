@@ -1,12 +1,12 @@
 //! Which of several results the question of an experiment asks for.
 
 use super::AnswerSource;
-use crate::models::label_of;
+use crate::models::{label_of, unit_of};
 
 /// Letters by which two words are the same, so that "collide" is a word of "collision rate".
 const LETTERS: usize = 5;
 /// Words that say nothing about a quantity.
-const COMMON: [&str; 11] = [
+const COMMON: [&str; 12] = [
     "that",
     "from",
     "with",
@@ -18,21 +18,74 @@ const COMMON: [&str; 11] = [
     "particles",
     "error",
     "change",
+    "relative",
 ];
 
 /// Words of a question and the words of labels that they ask for.
-const SYNONYMS: [(&str, &str); 5] = [
+const SYNONYMS: [(&str, &str); 9] = [
     ("cool", "temperature"),
     ("bounce", "restitution"),
     ("leak", "escape"),
     ("leave", "escape"),
     ("grow", "growth"),
+    ("hit", "collision"),
+    ("drift", "from the exact"),
+    ("settl", "at rest"),
+    ("stop", "at rest"),
 ];
 
-/// Number of words of the question that the label of a metric has as well.
+/// Whether a quantity with this label and unit is of a kind.
+type IsKind = fn(&str, &str) -> bool;
+
+/// Words of questions with the kinds of quantities that they ask for.
+const KINDS: [(&str, IsKind); 6] = [
+    ("how far", is_distance),
+    ("how long", is_time),
+    ("longer", is_time),
+    ("how soon", is_time),
+    ("often", |label, _| label.contains("rate")),
+    ("how fast", |label, unit| unit == "m/s" && label.contains("speed")),
+];
+
+fn is_distance(label: &str, unit: &str) -> bool {
+    unit != "1" && ["distance", "displacement"].iter().any(|word| label.contains(word))
+}
+
+fn is_time(label: &str, unit: &str) -> bool {
+    ["s", "d"].contains(&unit) && !label.contains("step")
+}
+
+/// Number of words of the question that the label of a metric has as well, and whether it is of the kind that the question asks for.
 pub(super) fn shared_words(source: &AnswerSource<'_>, metric: &str) -> usize {
     let question = source.record.map_or("", |record| &record.question);
-    words_in_common(question, label_of(metric).unwrap_or_default())
+    let (label, unit) = (label_of(metric).unwrap_or_default(), unit_of(metric).unwrap_or_default());
+    words_in_common(question, label) + usize::from(is_of_asked_kind(question, label, unit))
+}
+
+/// Whether a question asks for a quantity of this kind, such as a distance by "how far".
+pub(super) fn is_of_asked_kind(question: &str, label: &str, unit: &str) -> bool {
+    let question = question.to_lowercase();
+    KINDS.iter().any(|(begin, is_kind)| question.contains(begin) && is_kind(label, unit))
+}
+
+/// Beginnings of words that ask whether a quantity changes.
+const KEPT: [&str; 6] = ["keep", "conserv", "preserv", "constant", "stay", "unchanged"];
+
+/// Whether a question in lower case asks if a quantity is kept.
+pub(super) fn asks_if_kept(question: &str) -> bool {
+    words_of(question).any(|word| KEPT.iter().any(|begin| word.starts_with(begin)))
+}
+
+/// Whether a question has the last word of a quantity, such as "energy".
+pub(super) fn has_last_word(question: &str, quantity: &str) -> bool {
+    let last = quantity.split(' ').next_back().unwrap_or_default();
+    question.to_lowercase().contains(last.get(..LETTERS).unwrap_or(last))
+}
+
+/// Whether the question asks for a time or a rate.
+pub(super) fn asks_for_pace(source: &AnswerSource<'_>) -> bool {
+    let question = source.record.map_or("", |record| &record.question).to_lowercase();
+    ["how fast", "how quick", "how long", "how soon"].iter().any(|begin| question.contains(begin))
 }
 
 /// Whether the question is about the order of a method.
@@ -51,7 +104,8 @@ fn words_in_common(question: &str, label: &str) -> usize {
     let is_synonym = |word: &&str| {
         SYNONYMS.iter().any(|(asked, meant)| word.starts_with(asked) && label.contains(meant))
     };
-    words(&question).filter(|word| is_in_label(word) || is_synonym(word)).count()
+    let is_long = |word: &&str| word.len() + 1 >= LETTERS && is_in_label(word);
+    words_of(&question).filter(|word| is_long(word) || is_synonym(word)).count()
 }
 
 /// Words of labels by which a question does not name their quantity.

@@ -1,7 +1,8 @@
 //! How a number relates to theory, or to what a check expects, in words.
 
 use super::number::{
-    SAME, compared_form, in_unit, metric_text, percent, shown_value, theory_text, unit_words,
+    SAME, compared_form, in_unit, is_rounding, metric_text, percent, shown_value, theory_text,
+    unit_words,
 };
 use super::points::chance_words;
 use crate::metric::{Deviation, Metric};
@@ -55,7 +56,8 @@ fn is_compared_with_range(metric: &Metric) -> bool {
 
 /// The relation of a metric to its theoretical value; empty without one.
 pub(super) fn to_theory(metric: &Metric) -> String {
-    let Some(theory) = metric.theory else { return String::new() };
+    // The number itself says so.
+    let Some(theory) = metric.theory.filter(|_| !is_rounding(metric)) else { return String::new() };
     let number = theory_text(theory.value, metric);
     let name = theory.law.and_then(|law| law.name);
     if let Some(violation) = theory.violation {
@@ -153,10 +155,12 @@ fn of_deviation(
         Deviation::Bound { is_inside } => {
             let place = if is_inside { "within" } else { "outside" };
             let bound = match accuracy / expected.abs() {
-                relative if relative.is_finite() => format!(" of {}", percent(relative)),
-                _ => String::new(),
+                relative if relative.is_finite() => {
+                    format!("{} to which this law is accurate", percent(relative))
+                }
+                _ => "accuracy of this law".to_owned(),
             };
-            format!("{}, {place} the law's accuracy{bound}", excess(measured, expected, value))
+            format!("{}, {place} the {bound}", excess(measured, expected, value))
         }
         Deviation::Bare(_) => excess(measured, expected, value),
     }

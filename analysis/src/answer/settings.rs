@@ -22,7 +22,7 @@ struct Setting {
 
 const RESTITUTION: &[&str] = &["restit", "bounc", "rebound", "elastic", "inelastic", "cool"];
 const FRICTION: &[&str] = &["frict", "slid", "rough"];
-const STEP: &[&str] = &["step", "exact", "accura", "error", "euler", "verlet"];
+const STEP: &[&str] = &["step", "exact", "accura", "error", "euler", "verlet", "leapfrog"];
 const METHOD: &[&str] = &[
     "method",
     "integrator",
@@ -34,6 +34,7 @@ const METHOD: &[&str] = &[
     "scheme",
     "euler",
     "verlet",
+    "leapfrog",
     "runge",
     "rk4",
 ];

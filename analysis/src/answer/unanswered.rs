@@ -55,9 +55,44 @@ pub(super) fn is_other_subject(source: &AnswerSource<'_>, answered: &[&str]) -> 
     !question.is_empty() && !answered.iter().any(shares)
 }
 
-/// That no run differs in what the question asks the effect of.
+/// Particles of a kind that a question compares with others, and the words of the key by which they differ.
+const KINDS: [(&str, &str); 12] = [
+    ("fast", "temperature"),
+    ("slow", "temperature"),
+    ("hot", "temperature"),
+    ("cold", "temperature"),
+    ("heav", "mass"),
+    ("light", "mass"),
+    ("bounc", "restitution"),
+    ("elastic", "restitution"),
+    ("rough", "friction"),
+    ("large", "radius"),
+    ("big", "radius"),
+    ("small", "radius"),
+];
+/// Words that compare.
+const COMPARATIVES: [&str; 10] = [
+    "more", "less", "fewer", "longer", "shorter", "faster", "slower", "higher", "lower", "farther",
+];
+
+/// The kind of particles that a question in lower case compares with others, such as "fast particles", and the words of a key.
+pub(super) fn compared_kind(question: &str) -> Option<(String, &'static str)> {
+    let words: Vec<&str> = words_of(question).filter(|word| !word.is_empty()).collect();
+    words.windows(2).find_map(|pair| {
+        let things = ["particles", "discs", "gas", "bodies", "planets", "molecules", "atoms"];
+        let kind = KINDS.iter().find(|(begin, _)| pair[0].starts_with(begin))?;
+        let others = words.iter().filter(|word| **word != pair[0] || word.ends_with("er"));
+        let is_compared = others.into_iter().any(|word| COMPARATIVES.contains(word));
+        let is_kind = is_compared && things.contains(&pair[1]);
+        is_kind.then(|| (pair.join(" "), kind.1))
+    })
+}
+
+/// That no run differs in what the question asks the effect of, or that one has no particles of the kinds that it compares.
 fn without_comparison(source: &AnswerSource<'_>) -> Option<String> {
-    let cause = cause(&source.record?.question.to_lowercase())?;
+    let question = source.record?.question.to_lowercase();
+    let kind = compared_kind(&question);
+    let cause = kind.as_ref().map(|kind| kind.1.to_owned()).or_else(|| cause(&question))?;
     let is_single = source.runs.len() == 1;
     if let Some(fraction) = packing_fraction(source).filter(|_| is_single && cause == PACKING) {
         let fraction = significant(fraction, 3);
@@ -72,6 +107,12 @@ fn without_comparison(source: &AnswerSource<'_>) -> Option<String> {
     let is_list = setting.value.starts_with('[');
     let place = if is_list { String::new() } else { place_words(std::slice::from_ref(&setting)) };
     let key = last_part(&setting.key);
+    let kind = kind.filter(|_| is_single);
+    if let Some((kind, _)) = kind {
+        return Some(format!(
+            "One run{place} does not compare {kind} with others: sweep `{key}` to compare."
+        ));
+    }
     Some(match is_single {
         true => format!(
             "One run{place} does not show what the {name} changes: sweep `{key}` to compare."
@@ -89,16 +130,29 @@ fn other_value(source: &AnswerSource<'_>) -> Option<String> {
         let (words, is_number) = name_of(&setting);
         let asked = stated_value(&question, &words, unit_of_key(&setting.key), is_number)?;
         let is_other = differs(asked, value) && is_common(&setting, source);
+        let key = last_part(&setting.key).to_owned();
         let place = place_words(&[setting]);
         let place = place.trim_start_matches(" at ").trim_start_matches(" with ");
-        is_other.then(|| format!("{runs} {place}, not {}.", short_number(asked)))
+        let asked = short_number(asked);
+        is_other.then(|| format!("{runs} {place}, not {asked}: set `{key}`."))
     });
     of_keys.or_else(|| {
         let asked = stated_value(&question, PACKING, "1", false)?;
         let value = packing_fraction(source).filter(|value| differs(asked, *value))?;
+        let remedy = radius_of(asked / value, source).unwrap_or_default();
         let [value, asked] = [significant(value, 3), short_number(asked)];
-        Some(format!("{runs} a packing fraction of {value}, not {asked}."))
+        Some(format!("{runs} a packing fraction of {value}, not {asked}{remedy}."))
     })
+}
+
+/// The radius at which the packing fraction is this many times as large: it is proportional to its square.
+fn radius_of(ratio: f64, source: &AnswerSource<'_>) -> Option<String> {
+    let is_radius = |setting: &Coordinate| name_of(setting).0 == "radius";
+    let setting = settings(source.runs.first()?).into_iter().find(is_radius)?;
+    let radius = setting.value.parse::<f64>().ok()? * libm::sqrt(ratio);
+    let key = last_part(&setting.key);
+    let has_radius = radius.is_finite() && is_common(&setting, source);
+    has_radius.then(|| format!(": set `{key}` to {}", significant(radius, 4)))
 }
 
 /// The quantity that follows from several keys.
@@ -167,7 +221,10 @@ fn stated_value(question: &str, words: &str, unit: &str, is_number: bool) -> Opt
     let number = |text: &str| text.parse().ok().filter(|value: &f64| value.is_finite());
     let question: String = question.replace(['?', ','], " ");
     if is_number {
-        return number(question.split_once(&format!(" {words} "))?.0.split_whitespace().last()?);
+        let (before, after) = question.split_once(&format!(" {words} "))?;
+        // "800 discs per second" is a rate.
+        let is_rate = after.trim_start().starts_with("per ");
+        return number(before.split_whitespace().last().filter(|_| !is_rate)?);
     }
     let (_, after) = question.split_once(&format!("{words} "))?;
     let mut after = after.split_whitespace().skip_while(|word| ["of", "="].contains(word));
@@ -211,7 +268,7 @@ fn is_common(setting: &Coordinate, source: &AnswerSource<'_>) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{cause, is_named, stated_value};
+    use super::{cause, compared_kind, is_named, stated_value};
     use kinetoscope_manifest::Coordinate;
 
     /// Guarantee: the cause of which a question asks the effect is found. Control: a change in time has no cause.
@@ -233,6 +290,17 @@ mod tests {
         {
             assert_eq!(cause(question), None, "{question}");
         }
+    }
+
+    /// Controls: kinds without a comparison, and a comparison without kinds.
+    #[test]
+    fn kinds_of_particles_are_found_in_a_comparison() {
+        let of = |question: &str| compared_kind(question).map(|kind| kind.1);
+        assert_eq!(of("do fast particles hit the wall more often?"), Some("temperature"));
+        assert_eq!(of("how much longer do bouncier discs move?"), Some("restitution"));
+        assert_eq!(of("do heavy discs settle faster?"), Some("mass"));
+        assert_eq!(of("how do fast particles move?"), None);
+        assert_eq!(of("how much faster do discs settle?"), None);
     }
 
     /// Controls: another quantity, things without their number, and a place within a run.
@@ -264,5 +332,6 @@ mod tests {
         assert_eq!(of("what is it at a restitution of 50 %?", "restitution", "1"), None);
         assert_eq!(stated_value("how do 100 discs move?", "discs", "1", true), Some(100.0));
         assert_eq!(stated_value("how do the discs move?", "discs", "1", true), None);
+        assert_eq!(stated_value("how do 9 discs per second leave?", "discs", "1", true), None);
     }
 }

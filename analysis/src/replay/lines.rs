@@ -20,7 +20,7 @@ impl LineStyle {
     }
 }
 
-/// Color of the exact orbit in the recordings.
+/// Color of the exact orbit in the recordings, and in `report/replay.js`.
 const EXACT_ORBIT: Rgb = [0x2e, 0x9e, 0x5b];
 
 /// The lines of a frame.

@@ -107,12 +107,18 @@ const UNITS: [&str; 33] = [
     "rad", "s", "times", "µs",
 ];
 
-/// A text with the subscript of Boltzmann's constant.
+/// A text with the subscript of Boltzmann's constant, and with keys, between pairs of backticks, as code.
 fn with_subscripts(text: &str) -> Markup {
+    let has_pairs = text.matches('`').count().is_multiple_of(2);
     html! {
-        @for (index, part) in text.split("k_B").enumerate() {
-            @if index > 0 { "k" sub { "B" } }
-            (part)
+        @for (place, words) in text.split(|letter| letter == '`' && has_pairs).enumerate() {
+            @if place % 2 == 1 { code { (words) } }
+            @else {
+                @for (index, part) in words.split("k_B").enumerate() {
+                    @if index > 0 { "k" sub { "B" } }
+                    (part)
+                }
+            }
         }
     }
 }

@@ -67,7 +67,8 @@ function player(part, leader) {
     context.lineCap = "round";
     film.lineStyles.forEach(([color, width], style) => {
       context.strokeStyle = color;
-      context.lineWidth = max(1, 0.6 * width) * devicePixelRatio;
+      // An exact orbit, so that the path, which is drawn later, is visible on it.
+      context.lineWidth = max(color === "#2e9e5b" ? 4 : 1, 0.6 * width) * devicePixelRatio;
       context.beginPath();
       for (let i = 0; i < count; i += 2) {
         if (data.styles[(low + i) / 2] !== style || xs[low + i] === ABSENT || xs[low + i + 1] === ABSENT) continue;
@@ -203,8 +204,8 @@ function player(part, leader) {
     context.textBaseline = "middle";
     placeParticles();
     write = writer(context, [...film.names.map((_, i) => [across[i], down[i]]), ...film.bodies.map(([x, y]) => pixel(x, y))]);
-    if (film.trails) drawTrails(context, film, data, at, [px, py], isRotating() && pixel(0, 0));
     if (!isRotating()) drawWalls();
+    if (film.trails) drawTrails(context, film, data, at, [px, py], isRotating() && pixel(0, 0));
     drawDiscs();
     if (scale.hasForces) drawForces(context, film, frame(), data.forces, px, py, max(4 * devicePixelRatio, radiusOf(0) * pixelsPer));
     context.fillStyle = "#c8c8c8";

@@ -2,7 +2,7 @@
 function drawTrails(context, film, data, at, [px, py], center) {
   const count = film.particles, { xs, ys } = data, last = Math.floor(at);
   context.strokeStyle = "#56b4e9";
-  context.lineWidth = devicePixelRatio;
+  context.lineWidth = 1.5 * devicePixelRatio;
   context.beginPath();
   if (center) turnTrails(context, film, data, at, [px, py], center);
   else for (let i = 0; i < min(count, TRAILS); i++) {

@@ -113,15 +113,16 @@ fn settings_that_the_question_asks_for_are_in_the_answer() {
     let with = format!("With a restitution of 0.8, t{measured}");
     assert!(asked("Is the restitution the specified one?").starts_with(&with), "{with}");
     let text = asked("What does friction do?");
-    let remark = "One run at a friction of 0 does not show what the friction changes: sweep `friction` to compare.";
+    let remark = "One run at a friction of 0 does not show what the friction changes: sweep friction to compare.";
     assert!(text.starts_with(&format!("{remark} T{measured}")), "{text}");
     let text = asked("How high does it bounce at a restitution of 0.5?");
     assert!(
-        text.starts_with(&format!("The run has a restitution of 0.8, not 0.5. T{measured}")),
+        text.starts_with(&format!(
+            "The run has a restitution of 0.8, not 0.5: set restitution. T{measured}"
+        )),
         "{text}"
     );
-    let unchosen =
-        "The question names no checked or plotted quantity: these are main results of the model.";
+    let unchosen = "The question names no quantity of the runs: these are main results of the model. A check, or the key answer, selects others.";
     let text = asked("How far does it fall?");
     assert!(text.starts_with(&format!("T{measured}")) && text.ends_with(unchosen), "{text}");
     let text = asked("How high does it bounce?");
@@ -131,6 +132,45 @@ fn settings_that_the_question_asks_for_are_in_the_answer() {
         text.starts_with(&format!("The recordings do not give the cooling rate. T{measured}")),
         "{text}"
     );
+}
+
+/// Guarantee: a question for a kind of quantity, and one with yes or no as its answer, get it. Control: a question that the values do not decide.
+#[test]
+fn kind_of_the_question_selects_and_begins_the_answer() {
+    let asked = |question: &str| answer(&format!("question = \"{question}\"\n{DROP}"));
+    let text = asked("How long does the disc touch the floor?");
+    assert!(text.starts_with("The duration of a contact is "), "{text}");
+    let text = asked("Does the disc keep its energy?");
+    assert!(text.starts_with("No: the mechanical energy falls by 73.4 % in 0.6 s."), "{text}");
+    let text = asked("Has the disc much energy?");
+    assert!(text.starts_with("The mechanical energy falls by"), "{text}");
+    let text = asked("Do heavy discs rebound more often?");
+    let remark = "One run at a mass of 0.001 kg does not compare heavy discs with others: sweep mass_kg to compare.";
+    assert!(text.starts_with(remark), "{text}");
+}
+
+/// Setup: a disc in boxes of two widths, so that the packing fraction is inversely proportional to the swept key; the second run is shorter. Control: a
+/// question that does not name it.
+#[test]
+fn quantity_of_the_question_is_the_variable_of_the_sentence() {
+    let asked = |question: &str| {
+        let sweep = "[sweep]\n\"model.dem.width_m\" = [0.01, 0.02]\n";
+        let plot = "[[plots]]\ny = \"energy.total_change_relative\"\n";
+        let manifest = format!("question = \"{question}\"\n{DROP}{sweep}{plot}");
+        let folder = Folder::write(&manifest, |run| {
+            let ModelConfig::Dem(dem) = &*run.model else { panic!("{run:?}") };
+            let frames = drop_frames(run);
+            let count = if dem.width_m.get() > 0.015 { 2 } else { frames.len() };
+            frames.into_iter().take(count).collect()
+        });
+        analyze(&[folder.name()]).exited_with(0);
+        marked(&folder.page())
+    };
+    let text = asked("What does the packing fraction of the box change in the energy?");
+    assert!(text.contains(" at a packing fraction of 2.618·10⁻⁴"), "{text}");
+    assert!(!text.contains("width"), "{text}");
+    let text = asked("What does the box change in the energy?");
+    assert!(text.contains(" at a width of 0.01 m"), "{text}");
 }
 
 /// Control: a plot over the sweep that the manifest requests is the first one.
@@ -337,7 +377,10 @@ fn check_that_passes_by_its_tolerance_alone_states_it() {
         marked(&folder.page())
     };
     let (text, control) = (passed("1.5e-24"), passed("1.5915e-24"));
-    assert!(text.ends_with("✓</span><span class=\"good\"> within 10 %</span>"), "{text}");
+    assert!(
+        text.ends_with("✓</span><span class=\"good\"> within 10 % of 1.5·10⁻²⁴ N/m</span>"),
+        "{text}"
+    );
     assert!(control.ends_with("✓</span>"), "{control}");
 }
 

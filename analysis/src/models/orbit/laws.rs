@@ -17,7 +17,7 @@ laws! {
     ANGULAR_MOMENTUM: "constant", "kicks along r and drifts along v keep L = r × v", conserves "angular momentum";
     MUTUAL_ANGULAR_MOMENTUM: "constant", "the forces of a pair are opposite and along its line", conserves "angular momentum";
     KEPLERS_THIRD: "4 pi^2 over GM, times the cube of the semi-major axis, over the square of the period, is 1", "Kepler's third law, in Newton's form", named "Kepler's third law";
-    SYMPLECTIC_ENERGY: "about ω Δt ε (1 + sin u_0) for semi-implicit Euler, (ω Δt)^2 ε for velocity Verlet", "first term of the modified Hamiltonian", range "ε up to 0.1, ω Δt up to 0.02, for semi-implicit Euler up to ε (1 + sin u_0)/6, at least one revolution with 20 frames or more", accuracy 0.1, named "the modified Hamiltonian";
+    SYMPLECTIC_ENERGY: "about ω Δt ε (1 + sin u_0) for semi-implicit Euler, (ω Δt)^2 ε for velocity Verlet", "first term of the modified Hamiltonian", range "ε up to 0.1, ω Δt up to 0.02, for semi-implicit Euler up to ε (1 + sin u_0)/6, at least one revolution with 20 frames or more", accuracy 0.1, named "the theory of symplectic methods";
     EXACT: "0 for the exact solution", "Kepler's ellipse is fixed";
     CONVERGENCE: "error of position proportional to Δt^order", "order of the method";
     ENERGY_CONVERGENCE: "largest energy error proportional to Δt^order", "order of the method; 5 for RK4: its error of order Δt^4 only shifts the phase of a nearly circular orbit, while the radius shrinks by (ω Δt)^6/144 per step, which is Δt^5 per unit of time";

@@ -6,7 +6,7 @@ use crate::metric::definition::{Definition, definitions};
 definitions! {
     ENERGY_DRIFT: "energy.drift_relative", "1", "change of the energy", "/state: (E - E_0)/|E_0|, last frame", [law::EULER_ENERGY, law::ENERGY], 1e-13;
     DRIFT_PER_REVOLUTION: "energy.drift_per_revolution", "1", "relative change of the energy per revolution", "/state: ((E_0/E)^3 - 1)/3 per initial period: the initial rate", [law::EULER_ENERGY_PER_REVOLUTION], 0.0;
-    MAX_ENERGY_ERROR: "energy.max_error_relative", "1", "largest error of the energy", "/state: largest |E - E_0|/|E_0| of the frames", [law::SYMPLECTIC_ENERGY], 0.0;
+    MAX_ENERGY_ERROR: "energy.max_error_relative", "1", "largest relative error of the energy", "/state: largest |E - E_0|/|E_0| of the frames", [law::SYMPLECTIC_ENERGY], 0.0;
     ANGULAR_MOMENTUM_DRIFT: "angular_momentum.drift_relative", "1", "change of the angular momentum", "/state: (L - L_0)/L_0, last frame", [law::EULER_ANGULAR_MOMENTUM, law::ANGULAR_MOMENTUM], 1e-13;
     MIN_RADIUS: "radius.min", "AU", "least distance from the Sun", "/orbit: least |r|, found within the steps", [], 0.0;
     MAX_RADIUS: "radius.max", "AU", "largest distance from the Sun", "/orbit: largest |r|, found within the steps", [], 0.0;
