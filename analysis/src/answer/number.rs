@@ -268,3 +268,21 @@ pub(super) fn unit_words(unit: &str) -> String {
         unit => format!(" {}", unit.replace("^2", "²")),
     }
 }
+
+/// Standard errors within which a value agrees with theory.
+pub(super) const AGREES: f64 = 1.0;
+
+/// A deviation in standard errors as a sentence states it. That of few replicates is the one of a normal distribution that is as likely,
+/// and less than the quotient; but a value whose error bar does not reach theory is not called within its standard error.
+pub(super) fn literal_errors(sigma: f64, metric: &Metric) -> f64 {
+    if sigma.abs() > AGREES {
+        return sigma;
+    }
+    let errors =
+        metric.standard_error().into_iter().chain(metric.estimate.conditional_standard_error);
+    let quotient = errors
+        .reduce(f64::min)
+        .zip(metric.theory)
+        .map(|(error, theory)| ((metric.value() - theory.value) / error).abs());
+    quotient.filter(|it| it.is_finite() && *it > AGREES).map_or(sigma, |it| it.copysign(sigma))
+}

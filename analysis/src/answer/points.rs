@@ -2,7 +2,7 @@
 //! theory at most.
 
 use super::dependence::{Dependence, dependence};
-use super::number::{common_texts, conserved, number_with, size_text};
+use super::number::{common_texts, conserved, literal_errors, number_with, size_text};
 use super::phrase::{at_end, common_span, part};
 use super::place::{is_number_of_things, key_words, place_words};
 use super::variable::in_asked_variable;
@@ -167,7 +167,7 @@ fn common_relation(metrics: &[&Metric]) -> String {
         return format!(", outside the range of {law}: {violation}");
     }
     let sigma = |metric: &&Metric| match metric.deviation() {
-        Some(Deviation::StandardErrors(sigma)) => Some(sigma.abs()),
+        Some(Deviation::StandardErrors(sigma)) => Some(literal_errors(sigma, metric).abs()),
         Some(Deviation::Rounding) => Some(0.0),
         _ => None,
     };

@@ -1,16 +1,14 @@
 //! How a number relates to theory, or to what a check expects, in words.
 
 use super::number::{
-    SAME, compared_form, in_unit, is_rounding, metric_text, percent, shown_value, theory_text,
-    unit_words,
+    AGREES, SAME, compared_form, in_unit, is_rounding, literal_errors, metric_text, percent,
+    shown_value, theory_text, unit_words,
 };
 use super::points::chance_words;
 use crate::metric::{Deviation, Metric};
 use crate::number_text::significant;
 use kinetoscope_manifest::{Bound, Check};
 
-/// Standard errors within which a value agrees with theory.
-const AGREES: f64 = 1.0;
 /// Standard errors of a single value above which it is called unlikely.
 const UNLIKELY: f64 = 3.0;
 /// A relative tolerance below which a check requires the same number.
@@ -105,7 +103,13 @@ pub(super) fn to_theory(metric: &Metric) -> String {
             // A difference in percent follows from the numbers that are shown.
             let [measured, expected] =
                 [metric.value(), theory.value].map(|it| shown_value(it, metric));
-            let text = of_deviation(deviation, measured, expected, theory.accuracy, &value);
+            let shown = match deviation {
+                Deviation::StandardErrors(sigma) => {
+                    Deviation::StandardErrors(literal_errors(sigma, metric))
+                }
+                other => other,
+            };
+            let text = of_deviation(shown, measured, expected, theory.accuracy, &value);
             text + &chance(deviation, metric)
         }
     }

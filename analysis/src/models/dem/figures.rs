@@ -219,7 +219,7 @@ fn row_velocities(run: &DemRun) -> Option<Plot> {
     let theory = law::velocity_transmission(&run.config).map(|fraction| fraction * first.1);
     curves.extend(theory.map(|velocity| {
         let ends = [first.0, last.0].map(|time| (time, velocity));
-        let name = format!("disc {} at the end, by conservation of momentum", all.len());
+        let name = format!("disc {} at the end, by momentum and restitution", all.len());
         Curve::theory(name, all.len() - 1, ends)
     }));
     let axes = [Axis::linear("time", "s"), Axis::linear("velocity along the row", "m/s")];
