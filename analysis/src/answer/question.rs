@@ -69,7 +69,7 @@ pub(super) fn is_of_asked_kind(question: &str, label: &str, unit: &str) -> bool 
 }
 
 /// Beginnings of words that ask whether a quantity changes.
-const KEPT: [&str; 6] = ["keep", "conserv", "preserv", "constant", "stay", "unchanged"];
+const KEPT: [&str; 6] = ["keep", "conserv", "preserve", "constant", "stay", "unchanged"];
 
 /// Whether a question in lower case asks if a quantity is kept.
 pub(super) fn asks_if_kept(question: &str) -> bool {
