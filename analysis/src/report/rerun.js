@@ -135,12 +135,17 @@
     const at = ([px, py]) => [size / 2 + scale * (px - (view[0] + view[2]) / 2), size / 2 - scale * (py - (view[1] + view[3]) / 2)];
     paint.clearRect(0, 0, size, size);
     paint.fillStyle = "#8a8f98";
-    // Thousands of squares take a fraction of the time of as many circles.
+    // Thousands of small squares take a fraction of the time of as many circles.
     for (const [px, py] of path.map(at)) paint.fillRect(px - 1, py - 1, 2, 2);
     paint.fillStyle = "#e8a33d";
     for (const disc of discs) {
+      const [px, py] = at(disc), r = max(hasPath ? 5 : 1.5, scale * disc[2]);
+      if (r < 2) {
+        paint.fillRect(px - r, py - r, 2 * r, 2 * r);
+        continue;
+      }
       paint.beginPath();
-      paint.arc(...at(disc), max(hasPath ? 5 : 1.5, scale * disc[2]), 0, 7);
+      paint.arc(px, py, r, 0, 7);
       paint.fill();
     }
   }
