@@ -41,6 +41,7 @@ pub mod live;
 #[doc(hidden)]
 pub mod run;
 
+#[cfg(not(target_family = "wasm"))]
 #[doc(hidden)]
 pub mod plan;
 

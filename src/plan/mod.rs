@@ -3,7 +3,6 @@
 mod points;
 pub mod preparation;
 pub mod prune;
-pub mod restart_files;
 pub mod totals;
 pub mod why;
 

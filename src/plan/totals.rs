@@ -1,10 +1,8 @@
 //! What the runs of a plan take together: disk space, memory and time.
 
-#[cfg(not(target_family = "wasm"))]
 use crate::interrupt::Interrupt;
 use crate::plan::{Plan, PlannedRun};
 use crate::run::resources::SPEED_OF_SLOW_PROCESSOR;
-#[cfg(not(target_family = "wasm"))]
 use crate::run::resources::time::measured_seconds;
 use kinetoscope_recording::file;
 use std::fs;
@@ -55,7 +53,6 @@ impl Plan {
     /// The time that the runs take on this machine with `jobs` in parallel: their starts as this plan measured them, the physics from a
     /// measurement of the costliest run, and a constant time for each run and frame; `None` if nothing could be measured, or after an
     /// interrupt. The frames of many particles take longer.
-    #[cfg(not(target_family = "wasm"))]
     #[must_use]
     pub fn expected_time(&self, jobs: usize, interrupt: &Interrupt) -> Option<ExpectedTime> {
         let runs = self.to_do_by_cost();
@@ -99,7 +96,6 @@ pub(crate) fn seconds_on_slow_processor(runs: &[&PlannedRun]) -> Option<f64> {
 }
 
 /// The time of works of these seconds, with `jobs` in parallel.
-#[cfg(not(target_family = "wasm"))]
 fn in_parallel(seconds: impl Iterator<Item = f64>, jobs: usize) -> f64 {
     let (mut sum, mut longest) = (0.0, 0.0);
     for seconds in seconds {

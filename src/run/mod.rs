@@ -15,6 +15,7 @@ pub mod prepared;
 mod published_times;
 pub mod recording;
 pub mod resources;
+pub mod restart_files;
 pub mod schedule;
 
 #[cfg(not(target_family = "wasm"))]

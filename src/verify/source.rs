@@ -1,9 +1,9 @@
 //! A recording and what it takes to execute its run again.
 
 use crate::interrupt::Interrupt;
-use crate::plan::restart_files::StartFiles;
 use crate::run::prepared::Prepared;
 use crate::run::recording;
+use crate::run::restart_files::StartFiles;
 use crate::verify::error::VerifyError;
 use kinetoscope_console::Message;
 use kinetoscope_console::text::shown_path;

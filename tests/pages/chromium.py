@@ -10,7 +10,8 @@ from websockets.sync.client import connect
 
 
 class Browser:
-    """To be used as a context manager, with further options of Chromium. `errors` has what the scripts of the open page did not catch."""
+    """To be used as a context manager, with further options of Chromium. `errors` has what the scripts of the open page did not catch; `trace`, the events
+    of its tracing."""
 
     session = None
 
@@ -20,7 +21,7 @@ class Browser:
         self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         address = next(filter(None, (re.search(r"ws://[\w./:-]+", line) for line in self.process.stderr))).group()
         self.connection = connect(address, max_size=None)
-        self.numbers, self.errors = itertools.count(1), []
+        self.numbers, self.errors, self.trace = itertools.count(1), [], []
 
     def __enter__(self):
         self.socket = self.connection.__enter__()
@@ -38,10 +39,12 @@ class Browser:
 
     def until(self, wanted):
         while True:
-            message = json.loads(self.socket.recv(timeout=120))
+            message = json.loads(self.socket.recv(timeout=600))
             if message.get("method") == "Runtime.exceptionThrown":
                 details = message["params"]["exceptionDetails"]
                 self.errors.append(details.get("exception", {}).get("description", details["text"]))
+            if message.get("method") == "Tracing.dataCollected":
+                self.trace += message["params"]["value"]
             if wanted(message):
                 if "error" in message:
                     sys.exit(f"chromium: {message['error']['message']}")

@@ -7,7 +7,8 @@ The reports are of a program that was built with the engine (`src/browser/build.
 - after a change of the first number, frames appear, and at least one number is another one; the mark names the change;
 - an invalid number gives the program's error with its key; a manifest of 300 kB and one of 10^8 particles are rejected with a message;
 - a long run is stopped by the reader, and after the stop the page runs again.
-Prints a table with the times of the first frame and of the numbers, and the longest task; exit code 1 for a fault.
+Prints a table with the times of the first frame and of the numbers, and of the longest task, which may have waited for a processor; in Chromium, also its
+processor time. Exit code 1 for a fault.
 """
 
 import json
@@ -81,6 +82,20 @@ class Pages:
         return found if "status" in found else {"status": str(found), "rows": [], "mark": "", "first": 0, "all": 0, "longest": 0, "painted": False}
 
 
+def traced(browser, change):
+    """What the page shows after a change, and the longest task of a page by processor time, in words."""
+    if browser.name != "Chromium":
+        return Pages.press(browser, change), ""
+    browser.trace.clear()
+    browser.call("Tracing.start", categories="toplevel", transferMode="ReportEvents")
+    found = Pages.press(browser, change)
+    browser.call("Tracing.end")
+    browser.until(lambda message: message.get("method") == "Tracing.tracingComplete")
+    pages = {(event["pid"], event["tid"]) for event in browser.trace if event["name"] == "thread_name" and event["args"]["name"] == "CrRendererMain"}
+    tasks = [event.get("tdur", 0) for event in browser.trace if event["name"] == "ThreadControllerImpl::RunTask" and (event["pid"], event["tid"]) in pages]
+    return found, f" ({max(tasks) / 1000:.0f} ms of a processor)"
+
+
 def main(reports):
     faults = 0
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
@@ -93,13 +108,13 @@ def main(reports):
                         # Orbits have no number of particles.
                         if name == "too large" and "model.orbit" in report.read_text():
                             continue
-                        found = Pages.press(browser, change)
+                        found, processor = traced(browser, change) if name == "changed" else (Pages.press(browser, change), "")
                         if not is_right(found):
                             faults += 1
                             print(f"FAULT {browser.name}, {report.parent.name}, {name}: {json.dumps(found)[:600]}", flush=True)
                         elif name == "changed":
                             print(f"{browser.name}, {report.parent.name}: first frame {found['first']:.0f} ms, numbers {found['all']:.0f} ms, "
-                                  f"longest task {found['longest']:.0f} ms: {found['mark'][:90]}", flush=True)
+                                  f"longest task {found['longest']:.0f} ms{processor}: {found['mark'][:90]}", flush=True)
                 if browser.errors:
                     faults += 1
                     print(f"{browser.name}: {browser.errors[:3]}")

@@ -36,8 +36,8 @@ const SHOWN_MS = 40, FEW_NUMBERS = 200, PATH_FRAMES = 1000;
 let answered, kept;
 self.addEventListener("message", ({ data }) => {
   const failed = (error) => postMessage({ failed: error.message });
-  if ("claims" in data) verify(data).catch(failed);
-  else if ("module" in data) (kept = instance(data.module, data.hash)).catch(failed);
+  if ("module" in data || "compiled" in data) (kept = instance(data)).catch(() => {});
+  else if ("claims" in data) kept.then((engine) => verify(engine, data.claims)).catch(failed);
   else if ("manifest" in data) kept.then((engine) => rerun(engine, data.manifest)).catch(failed);
   else if ("recording" in data) kept.then((engine) => ask(engine, "recording") || postMessage({ recording: answer(engine).slice() })).catch(failed);
   else answered?.(data.frames);
@@ -60,20 +60,22 @@ const isIntact = async (packed, hash) => {
   return Array.from(found, (byte) => byte.toString(16).padStart(2, "0")).join("") === hash;
 };
 
-const instance = async (text, hash) => {
-  const packed = decoded(text, "the engine");
+// The engine of a page's module, and that module for its other workers.
+const instance = async ({ module, hash, compiled }) => {
+  if (compiled) return (await WebAssembly.instantiate(compiled, {})).exports;
+  const packed = decoded(module, "the engine");
   try {
     if (!(await isIntact(packed, hash))) throw new Error("it is not the one of this page");
     const unpacked = new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip")));
-    const module = await WebAssembly.compile(await unpacked.arrayBuffer());
-    return (await WebAssembly.instantiate(module, {})).exports;
+    compiled = await WebAssembly.compile(await unpacked.arrayBuffer());
+    postMessage({ compiled });
+    return (await WebAssembly.instantiate(compiled, {})).exports;
   } catch (error) {
     throw new Error(`the engine is damaged or cannot be run here (${error.message}): nothing was computed`);
   }
 };
 
-const verify = async ({ module, hash, claims }) => {
-  const engine = await instance(module, hash);
+const verify = async (engine, claims) => {
   for (const [run, claim] of claims.entries()) {
     await Promise.resolve()
       .then(() => compare(engine, run, decoded(claim, "the list of hashes")))

@@ -78,7 +78,7 @@
     button.textContent = "Stop";
     try {
       worker = self.kinetoscopeWorker(show, stop);
-      worker.postMessage({ module: self.kinetoscopeEngine, hash: section.dataset.module, claims: claims.map((claim) => claim.textContent) });
+      worker.postMessage({ claims: claims.map((claim) => claim.textContent) });
     } catch (error) {
       stop(`the engine cannot be started (${error.message})`);
     }

@@ -142,6 +142,7 @@ pub fn nominal_seconds(manifest: &RunManifest, steps_or_events: u64, frames: u64
 const SECONDS_PER_PARTICLE_AND_FRAME: f64 = 2e-7;
 
 /// Speed of a slow processor over that of one core of a server of 2024.
+#[cfg(not(target_family = "wasm"))]
 pub(crate) const SPEED_OF_SLOW_PROCESSOR: f64 = 0.1;
 
 /// Work per second of a slow processor: steps times particles, or events. `None` for models whose work is not known from the plan.

@@ -11,5 +11,6 @@ pub mod sample;
 #[cfg(not(target_family = "wasm"))]
 pub mod time;
 
+#[cfg(not(target_family = "wasm"))]
 pub(crate) use estimate::SPEED_OF_SLOW_PROCESSOR;
 pub use estimate::{Estimate, nominal_seconds};
