@@ -1,5 +1,6 @@
 //! The data section of a file: its records in order. Chunks are read ahead, so that threads can decompress them.
 
+use crate::channels::STATE;
 use crate::container::{Broken, Fields, MAGIC, Prefix, Records, claimed_bytes, damaged, metadata};
 use crate::limits::{ChunkLimits, MAX_AHEAD_BYTES};
 use crate::record_kind as kind;
@@ -16,7 +17,8 @@ pub(crate) enum DataRecord {
     Chunk(Bytes, Option<u16>),
     /// A metadata record's name and entries.
     Metadata(String, BTreeMap<String, String>),
-    /// The end of the file; all checksums are correct. The number of messages of each channel that the summary declares.
+    /// The end of the file; all checksums are correct. The number of messages of each channel that has any or is that of the
+    /// states, as the summary states it.
     End(BTreeMap<u16, u64>),
 }
 
@@ -323,7 +325,12 @@ impl DataSection {
             if prefix.kind == kind::CHANNEL {
                 let mut body = Vec::new();
                 self.records.body(prefix, &mut body)?;
-                counts.entry(Fields(&body).u16()?).or_default();
+                let mut fields = Fields(&body);
+                let (id, _schema) = (fields.u16()?, fields.u16()?);
+                // Other channels may have no message.
+                if fields.string()? == STATE {
+                    counts.entry(id).or_default();
+                }
                 continue;
             }
             if prefix.kind != kind::FOOTER {

@@ -228,7 +228,7 @@ impl Frames {
         if !self.has_gaps && !self.channels.have_counts(counts, is_read) {
             return Err(other());
         }
-        // Without frames, no chunk declares a channel. Otherwise, all chunks of a channel are missing, and no frame is complete.
+        // Without frames, no chunk declares the states. Otherwise, all of them are missing, and no frame is complete.
         let is_declared = |channel| self.topics.contains_key(channel);
         if self.delivered > 0 && !self.has_gaps && !counts.keys().all(is_declared) {
             self.delivered = 0;
