@@ -6,8 +6,9 @@
 //! `discs = 1000000`, `width_m = height_m = 1.03`, `placement = "lattice"`, `velocity_std_m_per_s = 0.3`,
 //! `stiffness_n_per_m = 4e5`, `duration_s = 0.001`, `every_steps = 70`.)
 //!
-//! Threads of several runs wait for one another at one heap. On two cores, the same 1000 replicates of a gas took 7.1 s with one heap,
-//! 7.0 with two, 5.6 with three and 5.2 with four, and 10 000 runs of 20 particles with `keep = "metrics"` 9.1, 6.5, 6.3 and 7.0 s.
+//! Threads of several runs wait for one another at one heap. `run --jobs 2` of the same 1000 replicates of a gas took 7.1 s with one heap,
+//! 7.0 with two, 5.6 with three and 5.2 with four, and 10 000 runs of 20 particles with `keep = "metrics"` 9.1, 6.5, 6.3 and 7.0 s: the
+//! program of the dev profile on two cores, in a file system in memory. On a disk that took half of the time, there was little gain.
 //! Therefore, a single run has one heap, and several runs at once have two each: for their thread and that of their recorder.
 //!
 //! By default, the heap shrinks and grows with every frame, which costs page faults. With some free memory kept at its end, the run
@@ -52,7 +53,7 @@ pub(crate) fn start_threads_for(runs_at_once: usize) -> Result<(), Failure> {
 
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 fn set(setting: libc::c_int, value: libc::c_int) {
-    // SAFETY: `mallopt` takes two numbers and sets one of the allocator's own; it has no precondition but that nobody else calls it at
+    // SAFETY: `mallopt` takes two numbers and sets one of the allocator's own; it has no precondition but that no other code calls it at
     // the same time, and it is called before there are threads. A refused number leaves things as they were.
     #[allow(unsafe_code, reason = "the call into the C library; see the head of the file")]
     unsafe {

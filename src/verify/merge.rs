@@ -98,15 +98,18 @@ fn layout_path(file: &Path) -> PathBuf {
 /// The layout of the first run; with the states of all, if not every frame of each is drawn.
 ///
 /// # Errors
-/// A run that this program cannot start.
+/// A first run that this program cannot start.
 fn layout(recordings: &[Recording]) -> Result<String, VerifyError> {
     let header = |recording| -> Result<Header, VerifyError> {
         Ok(Source::of(recording)?.prepared(&Interrupt::default())?.header)
     };
-    let headers = recordings.iter().map(header).collect::<Result<Vec<_>, _>>()?;
-    let layout = layout_json(&headers[0], &[])?;
-    let is_thinned = headers.iter().any(|header| header.draw_every.get() > 1);
-    Ok(if is_thinned { with_states(&layout)? } else { layout })
+    let is_thinned = |header: &Header| header.draw_every.get() > 1;
+    let first = header(&recordings[0])?;
+    let layout = layout_json(&first, &[])?;
+    let mut others = recordings[1..].iter();
+    let has_thinned = is_thinned(&first)
+        || others.any(|other| header(other).is_ok_and(|header| is_thinned(&header)));
+    Ok(if has_thinned { with_states(&layout)? } else { layout })
 }
 
 /// What tells the runs apart: the values of the manifest's keys that are not the same in all of them, or a number.
