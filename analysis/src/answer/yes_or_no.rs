@@ -19,6 +19,24 @@ const RISES: [&str; 8] =
 const FALLS: [&str; 8] =
     ["fall", "shrink", "decrease", "less", "lower", "smaller", "shorter", "slower"];
 
+/// Words of a question that asks how much: the direction of a change does not decide it.
+const QUALIFIES: [&str; 14] = [
+    "than",
+    "by",
+    "above",
+    "below",
+    "within",
+    "double",
+    "triple",
+    "twice",
+    "half",
+    "linearly",
+    "quadratically",
+    "exponentially",
+    "always",
+    "only",
+];
+
 /// Beginnings of the labels of changes.
 const CHANGES: [&str; 5] = [
     "change of",
@@ -67,6 +85,10 @@ fn answer(question: &str, sentence: &str, metrics: &[&Metric]) -> Option<bool> {
     }
     // A statement with a negation may be true where the one without it is not.
     if words.contains(&"not") || words.contains(&"no") {
+        return None;
+    }
+    let has_number = question.contains(|letter: char| letter.is_ascii_digit());
+    if has_number || words.iter().any(|word| QUALIFIES.contains(word)) {
         return None;
     }
     if let Some((verb, key)) = dependence(sentence) {
@@ -179,6 +201,9 @@ mod tests {
             "does it rise with the temperature or fall?",
             "does it not rise with the temperature?",
             "does the pressure rise with the mass?",
+            "does the pressure rise faster than the temperature?",
+            "does the pressure more than double with the temperature?",
+            "does the pressure rise by 50 % with the temperature?",
         ] {
             assert_eq!(of(question, proportional), None, "{question}");
         }
