@@ -55,10 +55,12 @@ pub(super) fn is_other_subject(source: &AnswerSource<'_>, answered: &[&str]) -> 
     !question.is_empty() && !answered.iter().any(shares)
 }
 
+/// What no key sets: a gas of any temperature has fast and slow particles.
+const SPEED: &str = "speed";
 /// Particles of a kind that a question compares with others, and the words of the key by which they differ.
 const KINDS: [(&str, &str); 12] = [
-    ("fast", "temperature"),
-    ("slow", "temperature"),
+    ("fast", SPEED),
+    ("slow", SPEED),
     ("hot", "temperature"),
     ("cold", "temperature"),
     ("heav", "mass"),
@@ -92,6 +94,9 @@ pub(super) fn compared_kind(question: &str) -> Option<(String, &'static str)> {
 fn without_comparison(source: &AnswerSource<'_>) -> Option<String> {
     let question = source.record?.question.to_lowercase();
     let kind = compared_kind(&question);
+    if let Some((kind, SPEED)) = &kind {
+        return Some(format!("The runs record no quantity that compares {kind} with others."));
+    }
     let cause = kind.as_ref().map(|kind| kind.1.to_owned()).or_else(|| cause(&question))?;
     let is_single = source.runs.len() == 1;
     if let Some(fraction) = packing_fraction(source).filter(|_| is_single && cause == PACKING) {
@@ -268,7 +273,7 @@ fn is_common(setting: &Coordinate, source: &AnswerSource<'_>) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{cause, compared_kind, is_named, stated_value};
+    use super::{SPEED, cause, compared_kind, is_named, stated_value};
     use kinetoscope_manifest::Coordinate;
 
     /// Guarantee: the cause of which a question asks the effect is found. Control: a change in time has no cause.
@@ -296,7 +301,7 @@ mod tests {
     #[test]
     fn kinds_of_particles_are_found_in_a_comparison() {
         let of = |question: &str| compared_kind(question).map(|kind| kind.1);
-        assert_eq!(of("do fast particles hit the wall more often?"), Some("temperature"));
+        assert_eq!(of("do fast particles hit the wall more often?"), Some(SPEED));
         assert_eq!(of("how much longer do bouncier discs move?"), Some("restitution"));
         assert_eq!(of("do heavy discs settle faster?"), Some("mass"));
         assert_eq!(of("how do fast particles move?"), None);

@@ -95,9 +95,9 @@ fn answer(question: &str, sentence: &str, metrics: &[&Metric]) -> Option<bool> {
         let kind = compared_kind(question).filter(|kind| key.ends_with(kind.1));
         let is_asked =
             kind.is_some() || words_of(key).last().is_some_and(|last| words.contains(&last));
-        // Slow, cold, light and small particles have less of the key.
+        // Cold, light and small particles have less of the key.
         let is_less = kind.is_some_and(|(kind, _)| {
-            ["slow", "cold", "light", "small"].iter().any(|begin| kind.starts_with(begin))
+            ["cold", "light", "small"].iter().any(|begin| kind.starts_with(begin))
         });
         return match verb {
             _ if !is_asked => None,
@@ -208,7 +208,9 @@ mod tests {
             assert_eq!(of(question, proportional), None, "{question}");
         }
         assert_eq!(of(asked, "is at a"), None);
-        assert_eq!(of("do fast particles press more?", proportional), Some(true));
-        assert_eq!(of("do slow particles press more?", proportional), Some(false));
+        assert_eq!(of("do hot particles press more?", proportional), Some(true));
+        assert_eq!(of("do cold particles press more?", proportional), Some(false));
+        // A hotter gas has fast and slow particles, too.
+        assert_eq!(of("do fast particles press more?", proportional), None);
     }
 }
