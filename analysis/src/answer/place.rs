@@ -2,9 +2,12 @@
 
 use super::number::unit_words;
 use crate::input::coordinates::{VARIANT, last_part, shown_value};
-use crate::number_text::with_short_numbers;
+use crate::number_text::{significant, with_short_numbers};
 use kinetoscope_console::text::one_line;
 use kinetoscope_manifest::{Coordinate, unit_of_key};
+
+/// Digits of a setting with a power of ten.
+const MOST_DIGITS: u8 = 6;
 
 /// The point of a sweep in words, such as " at a friction of 0.5" or " (integrator rk4)"; empty for a single run.
 pub(super) fn place_words(coordinates: &[Coordinate]) -> String {
@@ -14,6 +17,8 @@ pub(super) fn place_words(coordinates: &[Coordinate]) -> String {
             return format!(" ({value})");
         }
         let value = with_short_numbers(&value);
+        let power = value.parse().ok().filter(|_| value.contains('e'));
+        let value = power.map_or(value, |number| significant(number, MOST_DIGITS));
         let unit = unit_of_key(&coordinate.key);
         let words = key_words(&coordinate.key, unit);
         if is_number_of_things(&words, unit) {
@@ -70,6 +75,7 @@ mod tests {
         assert_eq!(words("model.dem.discs", "20"), " with 20 discs");
         assert_eq!(words("model.dem.discs", "1"), " with 1 disc");
         assert_eq!(words("model.packing.radius", "0.2"), " at a radius of 0.2");
+        assert_eq!(words("model.gas.mass_kg", "1e-26"), " at a mass of 1·10⁻²⁶ kg");
         assert_eq!(words("variant", "slow"), " (slow)");
     }
 }
