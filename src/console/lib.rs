@@ -1,5 +1,6 @@
 //! What all programs print and how they end: messages, standard output, exit codes, and the escaping of text that was read from files.
 
+mod ascii;
 pub mod calendar;
 mod exit;
 mod internal_error;

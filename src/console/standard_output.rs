@@ -1,5 +1,6 @@
 //! Standard output and standard error of the three programs.
 
+use crate::ascii::as_requested;
 use crate::text;
 use crate::wrap::{wrapped_messages, wrapped_text};
 use std::io::{self, ErrorKind, IsTerminal as _, Write as _};
@@ -15,7 +16,7 @@ pub struct StandardOutput {
 impl StandardOutput {
     /// Prints text without control characters or commands of a CI system.
     pub fn print(&self, text: &str) {
-        self.write(&text::output(text, false));
+        self.write(&as_requested(text::output(text, false)));
     }
 
     /// Prints text as [`Self::print`], wrapped between words at the width of the terminal, or of `COLUMNS` in a file or a pipe.
@@ -28,7 +29,7 @@ impl StandardOutput {
 
     /// Prints text whose styles are the program's own: text that was read from files is escaped in it.
     pub fn print_styled(&self, text: &str) {
-        self.write(&text::output(text, true));
+        self.write(&as_requested(text::output(text, true)));
     }
 
     /// Prints a JSON document.
@@ -74,7 +75,8 @@ pub fn complain(text: &str, has_styles: bool) {
     let mut output = io::stderr().lock();
     let width = terminal_width(&output).filter(|_| output.is_terminal());
     let wrapped = width.map(|width| wrapped_messages(text, MIN_WIDTH.max(width)));
-    let _ = writeln!(output, "{}", text::output(wrapped.as_deref().unwrap_or(text), has_styles));
+    let safe = text::output(wrapped.as_deref().unwrap_or(text), has_styles);
+    let _ = writeln!(output, "{}", as_requested(safe));
 }
 
 #[cfg(any(unix, windows))]

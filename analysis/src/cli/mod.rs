@@ -177,7 +177,7 @@ fn reject_snapshots_outside(times: &[f64], analyzed: &[Analyzed]) -> Result<(), 
 /// Prints the reference of all metrics, or those with the words.
 fn list_metrics(arguments: &AnalyzeArguments, words: &[String]) -> Result<Exit, CommandError> {
     if words.is_empty() {
-        arguments.standard_output.print_exactly(&report::metrics_reference());
+        arguments.standard_output.print(&report::metrics_reference());
         return Ok(Exit::Done);
     }
     let text = report::metrics_with(words, terminal()).ok_or_else(|| {

@@ -9,7 +9,8 @@ pub(crate) const FIRST_STEPS: &str = "First steps:
   kinetoscope run my.toml               record it
   kinetoscope analyze my.toml --open    the answer, and the report in the browser
 
-The user guide is the folder `book` of a release; `kinetoscope help COMMAND` shows examples.";
+The user guide is the folder `book` of a release; `kinetoscope help COMMAND` shows examples.
+With KINETOSCOPE_ASCII=1, messages and results are ASCII.";
 
 /// Examples of each subcommand, as words after `kinetoscope`.
 pub(crate) const EXAMPLES: &[(&str, &[&str])] = &[
