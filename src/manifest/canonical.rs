@@ -26,7 +26,7 @@ impl RunManifest {
     /// whose length is not known in advance.
     #[must_use]
     pub fn particles_of_frames(&self) -> Option<u64> {
-        let is_series = |name: &String| name == "per_collision";
+        let is_series = |name: &String| ["per_collision", "events"].contains(&name.as_str());
         let has_series = self.record.channels.iter().flatten().any(is_series);
         (!has_series).then(|| self.model.particles())
     }

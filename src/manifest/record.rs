@@ -17,7 +17,7 @@ table! {
     pub struct RecordConfig {
         /// When frames are taken.
         interval: RecordInterval [apart] = RecordInterval::Frames(NonZeroU64::new(200).expect("not zero")),
-        /// Topics to record, without the leading slash; by default all that the model has, but `per_collision` (packing),
+        /// Topics to record, without the leading slash; by default all that the model has, but `per_collision` and `events` (packing),
         /// `contact_forces` and `disc_forces` (dem).
         channels: Option<Vec<String>> ["", optional],
         /// Frames per second of playback.

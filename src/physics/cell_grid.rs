@@ -55,6 +55,13 @@ impl Side {
     pub(crate) fn is_upper(self) -> bool {
         self as usize & 1 == 1
     }
+
+    /// The unit vector out of the rectangle.
+    pub(crate) fn outward_normal(self) -> Vector {
+        let mut normal = [0.0; 2];
+        normal[self.axis()] = if self.is_upper() { 1.0 } else { -1.0 };
+        normal
+    }
 }
 
 /// A rectangle divided into equal cells, with walls or periodic.

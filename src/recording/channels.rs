@@ -362,6 +362,27 @@ channels! {
         a2: Vec<f64> [double, repeated] = "4",
     }
 
+    /// Packing: the collisions since the last frame, as columns of equal length. From the positions and velocities of a frame, they give
+    /// those at every later time: a disc flies straight between its collisions.
+    PackingEvents on "/events" {
+        /// Number of the event, pair or wall, from 1.
+        event: Vec<u64> [uint64, repeated] = "1",
+        /// Time of the event.
+        time: Vec<f64> [double, repeated] = "2",
+        /// The number of the disc, `id` of `/particles`; of two discs, the lower one.
+        first_id: Vec<u64> [uint64, repeated] = "3",
+        /// The number of the other disc; for a wall, that of the first disc.
+        second_id: Vec<u64> [uint64, repeated] = "4",
+        /// Impulse on the first disc, x: the change of its velocity, because the mass of a disc is 1. Another disc has the opposite one.
+        impulse_x: Vec<f64> [double, repeated] = "5",
+        /// The same, y.
+        impulse_y: Vec<f64> [double, repeated] = "6",
+        /// Unit vector from the first disc to the other one or out of the box, x.
+        normal_x: Vec<f64> [double, repeated] = "7",
+        /// The same, y.
+        normal_y: Vec<f64> [double, repeated] = "8",
+    }
+
     /// Orbit: energy per unit mass, AU^2/day^2, and its drift. For several bodies, the total energy over the total mass.
     OrbitEnergy on "/energy" {
         /// v^2 / 2.

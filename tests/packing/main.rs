@@ -14,6 +14,8 @@ mod events_agree_with_plain_reference;
 mod pair_collision_follows_restitution;
 // Few periodic discs collide with the image that they touch, in boxes of any shape.
 mod few_discs_collide_with_the_right_image;
+// A frame and the recorded collisions after it give all positions at any later time.
+mod recorded_events_rebuild_positions;
 // The time to contact is exact for distant, grazing and nearly touching discs.
 mod time_to_contact_is_exact;
 // A single disc follows its unfolded straight path.

@@ -5,8 +5,12 @@ use super::motion::Vector;
 /// A collision that has been executed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Collision {
+    /// The first participant: of two discs, the one with the lower number.
+    pub(super) disc: u32,
     /// The other participant.
     pub(super) partner: CollisionPartner,
+    /// Center of the other disc relative to that of the first; for a wall, its normal out of the box.
+    pub(super) separation: Vector,
     /// Velocities before and after, for each disc that took part.
     pub(super) velocity_changes: VelocityChanges,
     /// Magnitude of the momentum transferred along the normal.
@@ -18,8 +22,13 @@ pub(super) struct Collision {
 /// The object with which a disc collides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum CollisionPartner {
-    /// Another disc, at this contact distance (at full radii).
-    Disc(f64),
+    /// Another disc.
+    Disc {
+        /// Its number.
+        id: u32,
+        /// The sum of the full radii.
+        contact_distance: f64,
+    },
     /// A wall.
     Wall,
 }

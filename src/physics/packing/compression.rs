@@ -125,7 +125,7 @@ fn grow(
             StepOutcome::Bookkeeping => continue,
             StepOutcome::NoEvent => break,
         };
-        if let CollisionPartner::Disc(contact_distance) = collision.partner {
+        if let CollisionPartner::Disc { contact_distance, .. } = collision.partner {
             virial += contact_distance * engine.scale() * collision.normal_impulse;
         }
         result.collisions += 1;

@@ -8,7 +8,7 @@
 //! - end: `rest`;
 //! - algorithms: `engine` with `prediction`, `collisions`, `crossings`, `growth` and `prefetch`; the contact scan `scan` and
 //!   `scan_lanes`; `cells`; `event_queue`; `inelastic_collapse`;
-//! - measurement: `observables`.
+//! - measurement: `observables`, `event_record`.
 //!
 //! Invariant: the trajectory depends on the manifest and the seed only, not on observation, checkpoints, the step budget or
 //! the instruction set.
@@ -25,6 +25,7 @@ mod disc;
 mod domain;
 mod engine;
 mod event_queue;
+mod event_record;
 mod events;
 mod growth;
 mod inelastic_collapse;
@@ -41,6 +42,7 @@ mod start;
 use self::collision::Collision;
 use self::domain::Domain;
 use self::engine::{Engine, StepOutcome};
+use self::event_record::EventRecord;
 use self::observables::{CollisionSeries, CollisionStatistics, VelocityMoments};
 use crate::model::{
     Extent, Model, ModelKind, Proceed, Progress, SetupError, SimulationFault, Target,
@@ -49,7 +51,8 @@ use crate::random::{Seed, Stream};
 use crate::simd::registers::{self, InstructionSet, Kernel};
 use kinetoscope_manifest::model::{PackingConfig, PackingPlacement, RunLength};
 use kinetoscope_recording::channels::{
-    ChannelDeclaration, PackingCollisions, PackingPressure, PackingTemperature, PerCollision,
+    ChannelDeclaration, PackingCollisions, PackingEvents, PackingPressure, PackingTemperature,
+    PerCollision,
 };
 use kinetoscope_recording::frame::{Frame, Level, StateColumn};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};
@@ -69,7 +72,8 @@ const SPEED_RANGE: f64 = 2.5;
 pub struct Packing {
     engine: Engine,
     statistics: CollisionStatistics,
-    series: Option<CollisionSeries>,
+    /// What is recorded of single collisions, if it is.
+    series: Option<(CollisionSeries, EventRecord)>,
     length: Extent,
     /// Time of the last target, or of the last collision after it.
     time: f64,
@@ -96,6 +100,7 @@ const KIND: ModelKind = ModelKind {
         ChannelDeclaration::of::<PackingCollisions>(),
         ChannelDeclaration::of::<PackingPressure>(),
         ChannelDeclaration::opt_in::<PerCollision>(),
+        ChannelDeclaration::opt_in::<PackingEvents>(),
     ],
 };
 
@@ -122,8 +127,8 @@ impl Model for Packing {
     ) -> Result<Self, SetupError> {
         let start = start::start(config, seed, proceed)?;
         let moments = VelocityMoments::of(start.velocities.iter().copied());
-        let mut series = per_collision.then(CollisionSeries::default);
-        if let Some(series) = &mut series {
+        let mut series = per_collision.then(<(CollisionSeries, EventRecord)>::default);
+        if let Some((series, _)) = &mut series {
             series.push(0, 0.0, &moments);
         }
         let rms_speed = initial_rms_speed(config, &moments);
@@ -156,7 +161,10 @@ impl Model for Packing {
             && self.time >= 0.0
             && self.speed_range_top.is_finite()
             && self.statistics.is_valid_for(&moments, self.speed_range_top)
-            && self.series.as_ref().is_none_or(CollisionSeries::is_valid)
+            && self
+                .series
+                .as_ref()
+                .is_none_or(|(series, events)| series.is_valid() && events.is_valid())
     }
 
     fn channels(&self) -> &'static [ChannelDeclaration] {
@@ -191,8 +199,9 @@ impl Model for Packing {
         frame.push(&self.statistics.temperature(&moments, time_since_last));
         frame.push(&self.statistics.collisions(self.time));
         frame.push(&self.statistics.pressure(domain, self.time, time_since_last));
-        if let Some(series) = &self.series {
+        if let Some((series, events)) = &self.series {
             frame.push(&series.message());
+            frame.push(&events.message());
         }
         if let Some(description) = &self.start_description {
             frame.log(Level::Info, description.as_str());
@@ -261,9 +270,10 @@ impl Packing {
 
     fn open_window(&mut self) {
         if self.is_at_target
-            && let Some(series) = &mut self.series
+            && let Some((series, events)) = &mut self.series
         {
             series.clear();
+            events.clear();
         }
         self.is_at_target = false;
         self.start_description = None;
@@ -341,8 +351,10 @@ impl Packing {
         if self.statistics.collision_count().is_multiple_of(self.engine.count() as u64) {
             self.recalculate_moments();
         }
-        if let Some(series) = &mut self.series {
-            series.push(self.statistics.collision_count(), self.time, self.statistics.moments());
+        if let Some((series, events)) = &mut self.series {
+            let event = self.statistics.collision_count();
+            series.push(event, self.time, self.statistics.moments());
+            events.push(event, self.time, collision);
         }
         self.check_motion()
     }

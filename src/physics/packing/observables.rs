@@ -157,7 +157,7 @@ impl CollisionStatistics {
         self.moments.update(&collision.velocity_changes);
         self.a2_event_sum.add(self.moments.a2());
         match collision.partner {
-            CollisionPartner::Disc(contact_distance) => {
+            CollisionPartner::Disc { contact_distance, .. } => {
                 self.pairs += 1;
                 self.pair_virial_sum.add(contact_distance * collision.normal_impulse);
             }

@@ -70,7 +70,9 @@ impl Engine {
         }
         let [first, second] = collision.velocities;
         Ok(Collision {
-            partner: CollisionPartner::Disc(contact_distance),
+            disc: pair[0],
+            partner: CollisionPartner::Disc { id: pair[1], contact_distance },
+            separation,
             velocity_changes: [[before[0], first], [before[1], second]],
             normal_impulse: collision.normal_impulse,
             time_since_previous: self.record_collision_time(),
@@ -105,7 +107,9 @@ impl Engine {
         self.set_prediction(disc, prediction);
         self.schedule(disc);
         Ok(Collision {
+            disc,
             partner: CollisionPartner::Wall,
+            separation: side.outward_normal(),
             velocity_changes: [[before, after], [[0.0; 2]; 2]],
             normal_impulse: (after[axis] - before[axis]).abs(),
             time_since_previous: self.record_collision_time(),
