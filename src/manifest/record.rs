@@ -17,7 +17,7 @@ table! {
     pub struct RecordConfig {
         /// When frames are taken.
         interval: RecordInterval [apart] = RecordInterval::Frames(NonZeroU64::new(200).expect("not zero")),
-        /// Topics to record, without the leading slash; by default all that the model has, but `per_collision` and `events` (packing),
+        /// Topics to record, without the leading slash; by default all that the model has, but `per_collision` (packing), `events` (packing and colliding gas),
         /// `contact_forces` and `disc_forces` (dem).
         channels: Option<Vec<String>> ["", optional],
         /// Frames per second of playback.
@@ -224,6 +224,15 @@ impl RecordConfig {
         self.keyframe_distance = self.distance_of_keyframes();
         let known = model.channels();
         check_channels(model.name(), known, table);
+        let names_events = self.channels.iter().flatten().any(|channel| channel == "events");
+        if names_events && matches!(model, ModelConfig::Gas(gas) if gas.disc_radius_m.is_none()) {
+            let title = "`record.channels` has \"events\", and the particles are points, which do not collide";
+            table.refuse(
+                &["channels"],
+                title,
+                "give `model.gas.disc_radius_m`, or leave \"events\" out",
+            );
+        }
         if let Some(wanted) = &mut self.channels {
             // Their order has no effect, so it must not affect the run key.
             wanted.sort_by_key(|channel| known.iter().position(|name| name == channel));

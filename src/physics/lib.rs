@@ -8,6 +8,7 @@ mod cell_lists;
 pub mod collision_time;
 pub mod constants;
 pub mod dem;
+mod event_record;
 pub mod gas;
 mod memory;
 pub mod model;

@@ -362,6 +362,27 @@ channels! {
         a2: Vec<f64> [double, repeated] = "4",
     }
 
+    /// Gas of colliding discs: the collisions since the last frame, as columns of equal length. From the positions and velocities of a frame,
+    /// they give those at every later time until the schedule sets a temperature: a disc flies straight between its collisions.
+    GasEvents on "/events" {
+        /// Number of the event, pair or wall, from 1.
+        event: Vec<u64> [uint64, repeated] = "1",
+        /// Time of the event, s.
+        time_s: Vec<f64> [double, repeated] = "2",
+        /// The number of a disc, `id` of `/particles`.
+        first_id: Vec<u64> [uint64, repeated] = "3",
+        /// The number of the other disc; for the wall, that of the first disc.
+        second_id: Vec<u64> [uint64, repeated] = "4",
+        /// Impulse on the first disc, x, N s. Another disc has the opposite one.
+        impulse_x_n_s: Vec<f64> [double, repeated] = "5",
+        /// The same, y, N s.
+        impulse_y_n_s: Vec<f64> [double, repeated] = "6",
+        /// Unit vector from the first disc to the other one or out of the container, x.
+        normal_x: Vec<f64> [double, repeated] = "7",
+        /// The same, y.
+        normal_y: Vec<f64> [double, repeated] = "8",
+    }
+
     /// Packing: the collisions since the last frame, as columns of equal length. From the positions and velocities of a frame, they give
     /// those at every later time: a disc flies straight between its collisions.
     PackingEvents on "/events" {

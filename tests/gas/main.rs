@@ -35,6 +35,8 @@ mod wall_pressure_follows_mean_square_speed;
 mod colliding_discs_conserve_energy_and_momentum;
 // Pressure and collision rate of discs follow the equation of state with the correction for the wall.
 mod pressure_of_discs_agrees_with_theory;
+// A frame and the recorded collisions after it give all positions at any later time.
+mod recorded_events_rebuild_positions;
 // Elastic collisions relax speeds to Maxwell's distribution.
 mod collisions_relax_speeds_to_maxwell;
 

@@ -131,7 +131,7 @@ models! {
     ],
     /// Point particles in a circular container.
     gas: Gas(GasConfig) from placement every every_s [
-        state discs walls legend velocity pressure temperature energy energy_balance collisions speeds log
+        state discs walls legend velocity pressure temperature energy energy_balance collisions speeds events log
     ],
     /// Event-driven hard discs.
     packing: Packing(PackingConfig) from placement every every_time [

@@ -48,8 +48,8 @@ use crate::random::Seed;
 use crate::sum::CompensatedSum;
 use kinetoscope_manifest::model::GasConfig;
 use kinetoscope_recording::channels::{
-    ChannelDeclaration, GasCollisions, GasEnergyBalance, GasInvariants, GasPressure, GasSpeeds,
-    GasTemperature,
+    ChannelDeclaration, GasCollisions, GasEnergyBalance, GasEvents, GasInvariants, GasPressure,
+    GasSpeeds, GasTemperature,
 };
 use kinetoscope_recording::frame::{Frame, StateColumn};
 use kinetoscope_recording::scenery::Scenery;
@@ -101,6 +101,7 @@ const KIND: ModelKind = ModelKind {
         ChannelDeclaration::of::<GasEnergyBalance>(),
         ChannelDeclaration::of::<GasCollisions>(),
         ChannelDeclaration::of::<GasSpeeds>(),
+        ChannelDeclaration::opt_in::<GasEvents>(),
     ],
 };
 
@@ -115,15 +116,15 @@ impl Model for Gas {
         if config.additional_masses_kg.is_empty() { COLUMNS_OF_ONE_MASS } else { COLUMNS }
     }
 
-    /// Draws positions and velocities from separate streams. A gas records no single collisions, so `per_collision` has no effect.
-    fn prepare(config: &GasConfig, seed: Seed, per_collision: bool) -> Result<Self, SetupError> {
-        Self::prepare_while(config, seed, per_collision, &|_| true)
+    /// Draws positions and velocities from separate streams. Only colliding discs record single collisions.
+    fn prepare(config: &GasConfig, seed: Seed, records_events: bool) -> Result<Self, SetupError> {
+        Self::prepare_while(config, seed, records_events, &|_| true)
     }
 
     fn prepare_while(
         config: &GasConfig,
         seed: Seed,
-        _per_collision: bool,
+        records_events: bool,
         proceed: Proceed<'_>,
     ) -> Result<Self, SetupError> {
         let substance = Substance::new(config);
@@ -139,7 +140,7 @@ impl Model for Gas {
             max_width: max_width(),
         };
         let mut gas = Self {
-            scheme: Scheme::prepare(config, seed, &state)?,
+            scheme: Scheme::prepare(config, seed, &state, records_events)?,
             state,
             schedule: TemperatureSchedule::new(config),
             initial_speeds: initial.initial_speeds,

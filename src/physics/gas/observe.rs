@@ -8,11 +8,13 @@ use super::pressure::{
 };
 use super::speed_distribution::histogram;
 use super::state::Substance;
+use crate::event_record::EventRecord;
 use crate::model::Model;
 use crate::sum::CompensatedSum;
 use kinetoscope_manifest::model::TemperatureDefinition;
 use kinetoscope_recording::channels::{
-    GasCollisions, GasEnergyBalance, GasInvariants, GasPressure, GasSpeeds, GasTemperature,
+    GasCollisions, GasEnergyBalance, GasEvents, GasInvariants, GasPressure, GasSpeeds,
+    GasTemperature,
 };
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};
@@ -45,6 +47,9 @@ impl Gas {
         frame.push(&self.energy_balance(&speeds));
         frame.push(&self.collisions());
         frame.push(&speeds);
+        if let Some(events) = self.scheme.events() {
+            frame.push(&self.events_message(events));
+        }
         if self.has_moving_wall() || self.scheme.partition_m().is_some() {
             self.drawn_walls().into_iter().for_each(|wall| frame.push_wall(wall));
         }
@@ -52,6 +57,25 @@ impl Gas {
             self.log_start(&moments, frame);
         }
         self.log_losses(frame);
+    }
+
+    /// The message of `/events`.
+    fn events_message(&self, events: &EventRecord) -> GasEvents {
+        let EventRecord { event, time, discs, impulse, normal } = events.clone();
+        let mass_kg = self.state.substance.mass_kg;
+        let in_n_s = |column: Vec<f64>| column.into_iter().map(|part| mass_kg * part).collect();
+        let ([first_id, second_id], [impulse_x_n_s, impulse_y_n_s]) = (discs, impulse.map(in_n_s));
+        let [normal_x, normal_y] = normal;
+        GasEvents {
+            event,
+            time_s: time,
+            first_id,
+            second_id,
+            impulse_x_n_s,
+            impulse_y_n_s,
+            normal_x,
+            normal_y,
+        }
     }
 
     /// One row per particle, with its mass if there are several.

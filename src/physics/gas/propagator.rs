@@ -3,6 +3,7 @@
 use super::clock::Clock;
 use super::state::GasState;
 use super::tallies::PairTally;
+use crate::event_record::EventRecord;
 use crate::model::Target;
 
 /// A scheme that moves the particles of a [`GasState`] and records their collisions there.
@@ -77,6 +78,11 @@ pub(super) trait Propagator {
     /// Collisions between discs.
     fn pair_tally(&self) -> PairTally {
         PairTally::default()
+    }
+
+    /// The collisions since the last frame, with impulses over the first mass; `None` if they are not recorded.
+    fn events(&self) -> Option<&EventRecord> {
+        None
     }
 
     /// Describes the scheme for the log.

@@ -88,12 +88,16 @@ impl Scheme {
         config: &GasConfig,
         seed: Seed,
         state: &GasState,
+        records_events: bool,
     ) -> Result<Self, SetupError> {
         let duration_s = config.duration_s.get();
         Ok(match (config.propagation, config.disc_radius_m) {
-            (Propagation::Exact, Some(radius)) => {
-                Self::CollidingDiscs(CollidingDiscs::new(duration_s, radius.get(), state)?)
-            }
+            (Propagation::Exact, Some(radius)) => Self::CollidingDiscs(CollidingDiscs::new(
+                duration_s,
+                radius.get(),
+                state,
+                records_events,
+            )?),
             (Propagation::Exact, None) if has_encounters(config) => {
                 Self::EventDriven(EventDriven::new(config, seed, state))
             }

@@ -8,7 +8,7 @@
 //! - end: `rest`;
 //! - algorithms: `engine` with `prediction`, `collisions`, `crossings`, `growth` and `prefetch`; the contact scan `scan` and
 //!   `scan_lanes`; `cells`; `event_queue`; `inelastic_collapse`;
-//! - measurement: `observables`, `event_record`.
+//! - measurement: `observables`.
 //!
 //! Invariant: the trajectory depends on the manifest and the seed only, not on observation, checkpoints, the step budget or
 //! the instruction set.
@@ -25,7 +25,6 @@ mod disc;
 mod domain;
 mod engine;
 mod event_queue;
-mod event_record;
 mod events;
 mod growth;
 mod inelastic_collapse;
@@ -39,11 +38,11 @@ mod scan;
 mod scan_lanes;
 mod start;
 
-use self::collision::Collision;
+use self::collision::{Collision, CollisionPartner};
 use self::domain::Domain;
 use self::engine::{Engine, StepOutcome};
-use self::event_record::EventRecord;
 use self::observables::{CollisionSeries, CollisionStatistics, VelocityMoments};
+use crate::event_record::EventRecord;
 use crate::model::{
     Extent, Model, ModelKind, Proceed, Progress, SetupError, SimulationFault, Target,
 };
@@ -161,10 +160,9 @@ impl Model for Packing {
             && self.time >= 0.0
             && self.speed_range_top.is_finite()
             && self.statistics.is_valid_for(&moments, self.speed_range_top)
-            && self
-                .series
-                .as_ref()
-                .is_none_or(|(series, events)| series.is_valid() && events.is_valid())
+            && self.series.as_ref().is_none_or(|(series, events)| {
+                series.is_valid() && events.is_valid(self.engine.count())
+            })
     }
 
     fn channels(&self) -> &'static [ChannelDeclaration] {
@@ -201,7 +199,7 @@ impl Model for Packing {
         frame.push(&self.statistics.pressure(domain, self.time, time_since_last));
         if let Some((series, events)) = &self.series {
             frame.push(&series.message());
-            frame.push(&events.message());
+            frame.push(&events_message(events));
         }
         if let Some(description) = &self.start_description {
             frame.log(Level::Info, description.as_str());
@@ -354,7 +352,7 @@ impl Packing {
         if let Some((series, events)) = &mut self.series {
             let event = self.statistics.collision_count();
             series.push(event, self.time, self.statistics.moments());
-            events.push(event, self.time, collision);
+            push_event(events, event, self.time, collision);
         }
         self.check_motion()
     }
@@ -380,6 +378,25 @@ impl Packing {
         self.statistics.set_moments(VelocityMoments::of(self.engine.velocities()));
         self.engine.set_mean_square_speed(self.statistics.moments().mean_square_speed());
     }
+}
+
+/// Appends a collision to those since the last frame. The mass of a disc is 1.
+fn push_event(events: &mut EventRecord, event: u64, time: f64, collision: &Collision) {
+    let second = match collision.partner {
+        CollisionPartner::Disc { id, .. } => id,
+        CollisionPartner::Wall => collision.disc,
+    };
+    let [before, after] = collision.velocity_changes[0];
+    let impulse = motion::difference(before, after);
+    events.push((event, time), [collision.disc, second], impulse, collision.separation);
+}
+
+/// The message of `/events`.
+fn events_message(events: &EventRecord) -> PackingEvents {
+    let EventRecord { event, time, discs, impulse, normal } = events.clone();
+    let ([first_id, second_id], [impulse_x, impulse_y]) = (discs, impulse);
+    let [normal_x, normal_y] = normal;
+    PackingEvents { event, time, first_id, second_id, impulse_x, impulse_y, normal_x, normal_y }
 }
 
 /// The work of [`Packing::advance`].

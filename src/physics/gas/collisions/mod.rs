@@ -15,6 +15,7 @@ use super::tallies::{PairTally, WallTallies};
 use crate::cell_grid::{Cell, CellGrid, Side};
 use crate::cell_lists::{CellLists, NO_DISC};
 use crate::collision_time::time_to_contact;
+use crate::event_record::EventRecord;
 use crate::model::{SetupError, Target};
 use crate::short_number::short;
 use serde::{Deserialize, Serialize};
@@ -52,6 +53,8 @@ struct DiscStates {
     mass_ratios: Vec<f64>,
     discs: Vec<Disc>,
     tally: PairTally,
+    /// The collisions since the last frame, if they are recorded, with impulses over the first mass.
+    events: Option<EventRecord>,
 }
 
 /// A disc after its last event.
@@ -95,6 +98,7 @@ impl Propagator for CollidingDiscs {
             && states.mass_ratios == state.substance.mass_ratios
             && states.center_limit_m == radius - 0.5 * states.diameter_m
             && states.discs.iter().all(is_slow)
+            && states.events.as_ref().is_none_or(|events| events.is_valid(states.discs.len()))
     }
 
     /// Executes events up to the target time, one per unit of the budget, then moves the particles to the positions of the discs.
@@ -130,6 +134,7 @@ impl Propagator for CollidingDiscs {
 
     fn open_window(&mut self) {
         self.states.tally.window_collisions = 0;
+        self.states.events.iter_mut().for_each(EventRecord::clear);
     }
 
     fn conserves_invariants(&self) -> bool {
@@ -142,6 +147,10 @@ impl Propagator for CollidingDiscs {
 
     fn pair_tally(&self) -> PairTally {
         self.states.tally
+    }
+
+    fn events(&self) -> Option<&EventRecord> {
+        self.states.events.as_ref()
     }
 
     fn description(&self, state: &GasState) -> String {
@@ -216,11 +225,12 @@ impl From<CollidingDiscs> for DiscStates {
 }
 
 impl CollidingDiscs {
-    /// Discs at time 0; rejected if two overlap or one intersects the wall.
+    /// Discs at time 0, which record their collisions or not; rejected if two overlap or one intersects the wall.
     pub(super) fn new(
         duration_s: f64,
         disc_radius_m: f64,
         state: &GasState,
+        records_events: bool,
     ) -> Result<Self, SetupError> {
         let center_limit_m = state.container.circle.radius - disc_radius_m;
         let diameter_m = 2.0 * disc_radius_m;
@@ -241,6 +251,7 @@ impl CollidingDiscs {
             mass_ratios: state.substance.mass_ratios.clone(),
             discs: discs.collect(),
             tally: PairTally::default(),
+            events: records_events.then(EventRecord::default),
         });
         colliding.check_overlaps()?;
         colliding.predict_all();
@@ -299,7 +310,7 @@ impl CollidingDiscs {
             Event::Pair { partner, path_changes } => {
                 if self.states.discs[partner as usize].path_changes == path_changes {
                     self.synchronize(partner);
-                    self.collide(disc, partner);
+                    self.collide(disc, partner, wall);
                     self.predict(partner);
                 }
             }
@@ -314,20 +325,23 @@ impl CollidingDiscs {
         (disc.particle, disc.time_s) = (disc.particle_at(now), now);
     }
 
-    fn collide_with_wall(&mut self, disc: u32, wall: &mut WallTallies) {
-        let mass = self.states.mass_ratios[disc as usize];
+    fn collide_with_wall(&mut self, id: u32, wall: &mut WallTallies) {
+        let mass = self.states.mass_ratios[id as usize];
         let center_limit = self.states.center_limit_m;
-        let disc = &mut self.states.discs[disc as usize];
+        let disc = &mut self.states.discs[id as usize];
         let Particle { position, velocity } = disc.particle;
         let outward = dot(position, velocity) / center_limit;
         if outward > 0.0 {
             disc.particle = reflected(disc.particle);
             disc.path_changes = disc.path_changes.wrapping_add(1);
+            let after = disc.particle.velocity;
             wall.add(1, 2.0 * mass * outward);
+            let impulse = [0, 1].map(|axis| mass * (after[axis] - velocity[axis]));
+            self.record([id; 2], impulse, position, wall);
         }
     }
 
-    fn collide(&mut self, first: u32, second: u32) {
+    fn collide(&mut self, first: u32, second: u32, wall: &WallTallies) {
         let pair = [first as usize, second as usize];
         let masses = pair.map(|disc| self.states.mass_ratios[disc]);
         let particles = pair.map(|disc| self.states.discs[disc].particle);
@@ -341,6 +355,25 @@ impl CollidingDiscs {
         tally.collisions += 1;
         tally.window_collisions += 1;
         tally.virial.add(collision.virial);
+        let [one, other] = particles;
+        let after = collision.velocities[0];
+        let impulse = [0, 1].map(|axis| masses[0] * (after[axis] - one.velocity[axis]));
+        let separation = [0, 1].map(|axis| other.position[axis] - one.position[axis]);
+        self.record([first, second], impulse, separation, wall);
+    }
+
+    /// Appends the collision that was just counted, if collisions are recorded.
+    fn record(
+        &mut self,
+        discs: [u32; 2],
+        impulse: [f64; 2],
+        separation: [f64; 2],
+        wall: &WallTallies,
+    ) {
+        let number = wall.total.collisions + self.states.tally.collisions;
+        if let Some(events) = &mut self.states.events {
+            events.push((number, self.states.time_s), discs, impulse, separation);
+        }
     }
 
     /// Predicts the earliest event of a disc at the current time.
