@@ -4,28 +4,12 @@
 pub use crate::channel::{Channel, ChannelDeclaration};
 pub use crate::channel_field::Field;
 use crate::column::Column as _;
+pub use crate::topics::{
+    DISCS, FORCE_CHAINS, LEGEND, LOG, PARTICLES, STATE, TRAIL, VELOCITY, WALLS,
+};
 
 /// Version of the recording's layout; part of the run key.
 pub const SCHEMA_VERSION: u32 = 5;
-
-/// Topic of the constants of all particles: the columns of the state that a particle keeps. Written when they change.
-pub const PARTICLES: &str = "/particles";
-/// Topic of the exact state of all particles, without their constants.
-pub const STATE: &str = "/state";
-/// Topic of the discs drawn to scale.
-pub const DISCS: &str = "/discs";
-/// Topic of the container: written once, or with every frame where it moves.
-pub const WALLS: &str = "/walls";
-/// Topic of the color bar, written once.
-pub const LEGEND: &str = "/legend";
-/// Topic of the velocity arrows.
-pub const VELOCITY: &str = "/velocity";
-/// Topic of the force chains.
-pub const FORCE_CHAINS: &str = "/force_chains";
-/// Topic of the paths so far.
-pub const TRAIL: &str = "/trail";
-/// Topic of what happened and when.
-pub const LOG: &str = "/log";
 
 macro_rules! channels {
     ($($(#[$doc:meta])* $name:ident on $topic:literal {

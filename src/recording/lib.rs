@@ -61,5 +61,6 @@ mod sink;
 mod spare_memory;
 mod stored_frames;
 mod table;
+mod topics;
 mod trail;
 mod unpacking;
