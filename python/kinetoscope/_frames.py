@@ -114,11 +114,21 @@ class Frames:
         try:
             frame = self._selection[index]
         except IndexError:
-            raise IndexError(f"frame {index} of {len(self)} frames") from None
+            raise IndexError(f"frame {index} of {len(self)} frames{self._all_frames_help()}") from None
         return next(self._read((frame,)))
 
     def __iter__(self) -> Iterator[Table]:
         return self._read(self._selection)
+
+    def _all_frames_help(self) -> str:
+        """What restores the other frames, in an error on a recording of keyframes."""
+        distance, path = self._container.layout.stored.distance, self._container.path
+        if distance == 1 or self.topic != STATE:
+            return ""
+        return (
+            f": this recording has the states of every {distance}th frame, whose numbers are `.indices`\n"
+            f"help: `kinetoscope fill {path}` restores those of all frames"
+        )
 
     def _column_of_all(self, name: str) -> KinetoscopeError:
         """The error for a column of all frames, which would be the whole file."""
@@ -303,7 +313,7 @@ class Places:
             if self._container.layout.stored != (0, 1):
                 raise RecordingError(
                     f"{self._container.path} does not have frame {frame}: it keeps a part of the frames",
-                    "`kinetoscope fill FILE` restores all frames of a recording that keeps only keyframes",
+                    f"`kinetoscope fill {self._container.path}` restores all frames of a recording of keyframes",
                 )
             raise damaged(self._container.path, f"frame {frame} is missing")
         return self._content, place[0], place[1]

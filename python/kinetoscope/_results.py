@@ -8,13 +8,14 @@ import os
 import shutil
 import tempfile
 from pathlib import Path
-from typing import Any, Dict, Mapping, Tuple
+from typing import Any, Dict, Mapping, Optional, Tuple
 
+from . import _programs, _runs_table
 from ._errors import KinetoscopeError
 
 METRICS = "metrics.json"
 # Results that an analysis keeps next to the recordings; the one that is read comes last.
-KEPT = ("metrics.csv", METRICS)
+KEPT = (_runs_table.TABLE, "metrics.csv", METRICS)
 # What the program keeps of each recording next to its results, so that a later analysis reads none again.
 CACHE = ".analysis-cache"
 
@@ -23,13 +24,30 @@ class NoResultsError(KinetoscopeError):
     """There are no results of these recordings."""
 
 
-def read(folder: Path, run_keys: Mapping[str, str], schema: int) -> Dict[str, Any]:
+def read(
+    folder: Path, run_keys: Mapping[str, str], schema: int, programs: Optional[_programs.PathLike]
+) -> Dict[str, Any]:
     """The contents of `metrics.json`, whose runs must be those given by file and run key."""
     analysis, found = _parsed(folder / METRICS, schema)
+    if has_means_only(analysis):
+        found = _keys_of_table(folder, programs)
     if found != dict(run_keys):
         differing = sum(run_keys.get(file) != found.get(file) for file in {**run_keys, **found})
         raise NoResultsError(f"{folder / METRICS} belongs to other recordings: {differing} differ")
     return analysis
+
+
+def has_means_only(analysis: Mapping[str, Any]) -> bool:
+    """Whether there are so many runs that only `runs.parquet` has the metrics of each."""
+    return bool(analysis.get("run_count") and not analysis["runs"])
+
+
+def _keys_of_table(folder: Path, programs: Optional[_programs.PathLike]) -> Dict[str, str]:
+    try:
+        keys = _runs_table.read(folder, ["file", "run_key"], programs)
+    except KinetoscopeError as error:
+        raise NoResultsError(error.message) from error
+    return dict(zip(keys["file"], keys["run_key"]))
 
 
 def read_of_some(folder: Path, run_keys: Mapping[str, str], schema: int) -> Dict[str, Any]:
@@ -82,5 +100,7 @@ def keep(scratch: Path, folder: Path) -> None:
             shutil.copytree(scratch / CACHE, Path(inner) / CACHE)
             os.rename(Path(inner) / CACHE, folder / CACHE)
         for name in KEPT:
+            if name == _runs_table.TABLE and not (scratch / name).exists():
+                continue
             shutil.copyfile(scratch / name, Path(inner) / name)
             os.replace(Path(inner) / name, folder / name)

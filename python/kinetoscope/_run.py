@@ -74,9 +74,12 @@ class Run:
             )
         self._outcome = outcome or "unfinished"
 
+    def _has_keyframes(self) -> bool:
+        return self._container.layout.stored.distance != 1
+
     def _with_all_frames(self) -> "Run":
         """The recording in which `kinetoscope fill` restored the frames of this one of keyframes; else this one."""
-        if self._container.layout.stored.distance == 1:
+        if not self._has_keyframes():
             return self
         path = _folder.restored(self.path, self._container.manifest, self._provenance)
         if path is None or not path.is_file():
@@ -142,9 +145,8 @@ class Run:
         """The values of the swept keys, by the names that metrics use, such as ``temperature_k``; empty without a sweep."""
         if self._experiment is not None and self._experiment.path.is_dir():
             return self._experiment._coordinates_of(self)
-        text = _folder.description(self.path.parent)
-        entries = [] if text is None else _folder.entries(self.path.parent, text)
-        return _folder.coordinates_of(self.path.name, entries)
+        folder = self.path.parent
+        return _folder.coordinates_of(self.path.name, folder, _folder.description(folder))
 
     def metric(self, name: str) -> float:
         """The value of one metric of this run.

@@ -160,6 +160,8 @@ def test_frames_of_a_part_of_a_run_have_their_numbers(
     assert [index for index, frame in zip(state.indices, state) if not np.array_equal(frame, whole[index])] == []
     assert np.array_equal(state[-1], whole[250]) and np.array_equal(state[1:3].times, full.times[[30, 60]])
     assert keys.series("/state", "pandas")["frame"].unique().tolist() == list(state.indices)
+    with pytest.raises(IndexError, match="frame 250 of 10 frames: .* every 30th frame.*\nhelp: `kinetoscope fill /.*mcap`"):
+        state[250]
     arguments = ["--from", "0.1", "--to", "0.11", "--every", "0.001", str(keys.path), "--output", str(tmp_path / "zoom.mcap")]
     assert _programs.call(["zoom", *arguments], programs).code == 0
     zoomed = k.Run(tmp_path / "zoom.mcap")
@@ -168,6 +170,30 @@ def test_frames_of_a_part_of_a_run_have_their_numbers(
     restored = k.open(keys.path.parent, programs=programs).runs[0]
     assert len(restored["/state"]) == 251 and restored.coordinates == keys.coordinates
     assert restored.run_key == full.run_key
+
+
+def test_metrics_belong_to_the_restored_recording(experiments: Path, tmp_path: Path, programs: Optional[str]) -> None:
+    change = {"record.keep": "keyframes", "record.keyframe_distance": 30}
+    experiment = k.run(experiments / "first_run.toml", set=change, output=tmp_path, programs=programs)
+    keys = experiment.runs[0]
+    name = "energy.kinetic_disagreement_relative"
+    with pytest.raises(k.KinetoscopeError, match="has no value: it needs the states of all frames"):
+        experiment.metric(name)
+    assert _programs.call(["fill", str(keys.path)], programs).code == 0
+    # The same object, one that is opened, and one that reads the results on disk.
+    for again in (experiment, k.open(experiment.path, programs=programs), k.open(experiment.path, programs=tmp_path)):
+        (run,) = again.runs
+        assert run.path != keys.path and len(run["/state"]) == 251
+        assert again.metric(name) == run.metric(name) < 1e-15
+        assert set(again.table("pandas")["file"]) == {run.path.name}
+
+
+def test_merged_recordings_name_what_to_open(recording: k.Run, tmp_path: Path, programs: Optional[str]) -> None:
+    merged = tmp_path / "merged.mcap"
+    call = _programs.call(["compare", "--mcap", str(merged), str(recording.path), str(recording.path)], programs)
+    assert merged.is_file(), call.messages
+    with pytest.raises(k.RecordingError, match="several runs, merged for a viewer"):
+        k.open(merged)
 
 
 def test_missing_optional_packages_are_named(recording: k.Run, monkeypatch: pytest.MonkeyPatch) -> None:
