@@ -178,7 +178,7 @@ class Experiment:
                 if places
                 else "`experiment.metrics` lists all values",
             )
-        return _value_of(chosen[0])
+        return value_of(chosen[0])
 
     @property
     def question(self) -> str:
@@ -264,7 +264,7 @@ class Experiment:
         row = next((row for row in named if _folder.place(row["file"]) == place), None)
         if row is None:
             raise UnknownNameError.of("metric", name, (row["metric"] for row in self._rows() if row["scope"] == "run"))
-        return _value_of(row)
+        return value_of(row)
 
     def _rows_of(self, name: str) -> List[Dict[str, Any]]:
         """The values of a metric: means and fits, and those of all runs."""
@@ -282,7 +282,7 @@ class Experiment:
 
     def _rows(self) -> List[Dict[str, Any]]:
         analysis = self._analyzed()["analysis"]
-        return [_row(metric, analysis["definitions"][metric["name"]]) for metric in analysis["metrics"]]
+        return [row_of(metric, analysis["definitions"][metric["name"]]) for metric in analysis["metrics"]]
 
     def _analyzed(self) -> Dict[str, Any]:
         """The results: those next to the recordings if they belong to them, else those of an analysis."""
@@ -351,16 +351,21 @@ class Experiment:
         analysis: Dict[str, Any] = experiments[0]
         for what in analysis.get("unreadable", []):
             warnings.warn(f"not analyzed: {what}", stacklevel=4)
-        schema = analysis["analysis"]["schema"]
-        if schema != METRICS_SCHEMA:
-            raise KinetoscopeError(
-                f"the program writes metrics of schema version {schema}; this package reads version {METRICS_SCHEMA}",
-                "install the same version of both: `pip install --upgrade kinetoscope`",
-            )
+        check_schema(analysis["analysis"])
         return analysis
 
 
-def _row(metric: Mapping[str, Any], definition: Mapping[str, Any]) -> Dict[str, Any]:
+def check_schema(analysis: Mapping[str, Any]) -> None:
+    """Rejects the results of a program of another version."""
+    schema = analysis["schema"]
+    if schema != METRICS_SCHEMA:
+        raise KinetoscopeError(
+            f"the program writes metrics of schema version {schema}; this package reads version {METRICS_SCHEMA}",
+            "install the same version of both: `pip install --upgrade kinetoscope`",
+        )
+
+
+def row_of(metric: Mapping[str, Any], definition: Mapping[str, Any]) -> Dict[str, Any]:
     """A metric as a row, with the values of its coordinates and the texts of its definition."""
     place = metric.get("run") or metric.get("sweep") or {}
     theory = metric.get("theory")
@@ -389,7 +394,8 @@ def _rows_of_runs(name: str, keys: Sequence[str], columns: _runs_table.Columns) 
     ]
 
 
-def _value_of(row: Mapping[str, Any]) -> float:
+def value_of(row: Mapping[str, Any]) -> float:
+    """The value of a metric, which may be missing for a reason."""
     if row["value"] is None:
         raise KinetoscopeError(f"`{row['metric']}` has no value: {row['reason']}")
     return float(row["value"])

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from . import _units
 from ._chunks import ChunkSpan, Content, Messages, check_content, read_chunk
-from ._container import Container, open_file
+from ._container import Container
 from ._decoding import CONSTANTS, PARTICLES, STATE, BadMessage, StateDecoder, Table, TableDecoder, decoder_of
 from ._errors import KinetoscopeError, RecordingError, UnknownNameError, damaged
 from ._records import or_damaged
@@ -198,13 +198,13 @@ class Frames:
             return
         decode = self._decoder()
         with ExitStack() as stack:
-            stream = stack.enter_context(open_file(self._container.path))
+            stream = stack.enter_context(self._container.open())
             places = Places(self._container, self._channel.id, stream)
             particles = None
             if self._has_particles():
-                own_stream = stack.enter_context(open_file(self._container.path))
+                own_stream = stack.enter_context(self._container.open())
                 particles = _Particles(self._container, own_stream, self.dtype)
-            if len(selection) > 1:
+            if len(selection) > 1 and places.are_several():
                 _keep_freed_memory()
                 places.read_ahead = stack.enter_context(ThreadPoolExecutor(1))
             for frame in selection:
@@ -302,6 +302,10 @@ class Places:
         self._lines: List[Tuple[int, int, int]] = []
         self._count = 0
         self._in_order = 0
+
+    def are_several(self) -> bool:
+        """Whether more than one chunk has the channel."""
+        return len(self._numbers) > 1
 
     def find(self, frame: int, log_time: int) -> Tuple[bytes, int, int]:
         """The content of the chunk with a frame, and the place of the frame's message in it."""
