@@ -7,7 +7,7 @@ import stat
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import Any, BinaryIO, Dict, List, NamedTuple, Optional, Tuple
+from typing import Any, BinaryIO, Dict, FrozenSet, List, NamedTuple, Optional, Tuple
 
 from mcap.opcode import Opcode
 from mcap.records import Channel, Header, Schema
@@ -55,6 +55,8 @@ class Container:
     chunks: List[ChunkSpan] = field(default_factory=list)
     message_counts: Dict[int, int] = field(default_factory=dict)
     is_finished: bool = False
+    # What precedes each chunk, once it is known: the descriptions, and the last log time of the blocks before.
+    before: List[Tuple[Descriptions, Optional[int]]] = field(default_factory=list)
     # The constants of the particles, once they are read, if the recording has them only once.
     particles: Any = None
 
@@ -62,6 +64,21 @@ class Container:
     def schemas(self) -> Dict[int, Schema]:
         """The schemas by their numbers."""
         return self.descriptions.schemas
+
+    def before_chunk(self, number: int) -> Tuple[Descriptions, Optional[int]]:
+        """What precedes a chunk: a copy of the descriptions in earlier chunks, and the last log time of the blocks before."""
+        if len(self.before) != len(self.chunks):
+            self.before, known, end = [], self.descriptions.known_before(frozenset()), None
+            earlier: FrozenSet[int] = frozenset()
+            for chunk in self.chunks:
+                self.before.append((known, end))
+                if not chunk.channels <= earlier:
+                    earlier |= chunk.channels
+                    known = self.descriptions.known_before(earlier)
+                if self.descriptions.are_scalars(chunk.channels):
+                    end = chunk.end_time
+        known, end = self.before[number]
+        return known.copy(), end
 
     def open(self) -> BinaryIO:
         """The recording, to be read."""

@@ -179,6 +179,22 @@ class TableDecoder:
         self.dtype: np.dtype[np.void] = np.dtype([(entry.name, NUMPY_TYPES[entry.type]) for entry in fields])
         self._texts = [entry.name for entry in fields if entry.type == TEXT and not _is_repeated(entry)]
 
+    def has_columns(self) -> bool:
+        """Whether a message has several rows."""
+        return bool(self._columns)
+
+    def values(self, data: bytes) -> Tuple[object, ...]:
+        """The fields of a message of one row."""
+        message = self._decode(data)
+        row = tuple([getattr(message, name) for name in self._scalars])
+        self._check_texts(message)
+        return row
+
+    def _check_texts(self, message: Any) -> None:
+        for name in self._texts:
+            if len(getattr(message, name)) > LONGEST_TEXT:
+                raise BadMessage(f"{name} is no unit")
+
     def __call__(self, content: bytes, start: int, end: int) -> Table:
         message = self._decode(content[start:end])
         columns = {name: np.asarray(getattr(message, name), self.dtype[name]) for name in self._columns}
@@ -188,9 +204,7 @@ class TableDecoder:
         table: Table = np.empty(lengths.pop(), self.dtype)
         for name, column in columns.items():
             table[name] = column
-        for name in self._texts:
-            if len(getattr(message, name)) > LONGEST_TEXT:
-                raise BadMessage(f"{name} is no unit")
+        self._check_texts(message)
         for name in self._scalars:
             table[name] = getattr(message, name)
         return table

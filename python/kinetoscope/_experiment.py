@@ -34,25 +34,8 @@ if TYPE_CHECKING:
     import pandas
     import polars
 
-# Layout of `metrics.json` that this package reads.
-METRICS_SCHEMA = 3
 # Values of a coordinate that an error lists.
 SHOWN_VALUES = 8
-# Columns of the table of metrics after the coordinates.
-COLUMNS = (
-    "replicate",
-    "metric",
-    "value",
-    "unit",
-    "standard_error",
-    "theory",
-    "deviation_sigma",
-    "scope",
-    "applicable",
-    "reason",
-    "file",
-    "source",
-)
 
 
 class CheckResult(TypedDict):
@@ -153,7 +136,7 @@ class Experiment:
             flat = _wide.rows(rows, names, by)
             return _tables.frame_of_rows(flat, list(dict.fromkeys(key for row in flat for key in row)), library)
         flat = [{**row, **row["coordinates"]} for row in rows]
-        return _tables.frame_of_rows(flat, [*names, *COLUMNS], library)
+        return _tables.frame_of_rows(flat, [*names, *_results.COLUMNS], library)
 
     def metric(self, name: str, **where: object) -> float:
         """The value of one metric at the given coordinates, such as ``temperature_k=300``.
@@ -178,7 +161,7 @@ class Experiment:
                 if places
                 else "`experiment.metrics` lists all values",
             )
-        return value_of(chosen[0])
+        return _results.value_of(chosen[0])
 
     @property
     def question(self) -> str:
@@ -264,7 +247,7 @@ class Experiment:
         row = next((row for row in named if _folder.place(row["file"]) == place), None)
         if row is None:
             raise UnknownNameError.of("metric", name, (row["metric"] for row in self._rows() if row["scope"] == "run"))
-        return value_of(row)
+        return _results.value_of(row)
 
     def _rows_of(self, name: str) -> List[Dict[str, Any]]:
         """The values of a metric: means and fits, and those of all runs."""
@@ -282,7 +265,7 @@ class Experiment:
 
     def _rows(self) -> List[Dict[str, Any]]:
         analysis = self._analyzed()["analysis"]
-        return [row_of(metric, analysis["definitions"][metric["name"]]) for metric in analysis["metrics"]]
+        return [_results.row_of(metric, analysis["definitions"][metric["name"]]) for metric in analysis["metrics"]]
 
     def _analyzed(self) -> Dict[str, Any]:
         """The results: those next to the recordings if they belong to them, else those of an analysis."""
@@ -301,10 +284,10 @@ class Experiment:
     def _stored(self) -> Dict[str, Any]:
         if not self.path.is_dir():
             keys = {run.path.name: run.run_key for run in self.runs}
-            return {"analysis": _results.read_of_some(self.path.parent, keys, METRICS_SCHEMA)}
+            return {"analysis": _results.read_of_some(self.path.parent, keys)}
         if _folder.description(self.path) != self._description:
             raise _results.NoResultsError(f"{self.path} describes other recordings by now")
-        stored = _results.read(self.path, self._run_keys(), METRICS_SCHEMA, self._programs)
+        stored = _results.read(self.path, self._run_keys(), self._programs)
         if _results.is_older(self.path, self.path / _folder.DESCRIPTION) and _programs.is_installed(self._programs):
             raise _results.NoResultsError(f"{self.path / _results.METRICS} is older than the description of its folder")
         result = {"analysis": stored}
@@ -351,36 +334,8 @@ class Experiment:
         analysis: Dict[str, Any] = experiments[0]
         for what in analysis.get("unreadable", []):
             warnings.warn(f"not analyzed: {what}", stacklevel=4)
-        check_schema(analysis["analysis"])
+        _results.check_schema(analysis["analysis"])
         return analysis
-
-
-def check_schema(analysis: Mapping[str, Any]) -> None:
-    """Rejects the results of a program of another version."""
-    schema = analysis["schema"]
-    if schema != METRICS_SCHEMA:
-        raise KinetoscopeError(
-            f"the program writes metrics of schema version {schema}; this package reads version {METRICS_SCHEMA}",
-            "install the same version of both: `pip install --upgrade kinetoscope`",
-        )
-
-
-def row_of(metric: Mapping[str, Any], definition: Mapping[str, Any]) -> Dict[str, Any]:
-    """A metric as a row, with the values of its coordinates and the texts of its definition."""
-    place = metric.get("run") or metric.get("sweep") or {}
-    theory = metric.get("theory")
-    row = dict(metric, metric=metric["name"], theory=theory["value"] if theory else None)
-    row["source"] = definition["source"]
-    if theory and theory["law"] is not None:
-        row["source"] += f"; theory: {definition['laws'][theory['law']]['source']}"
-    row["coordinates"] = {
-        key: entry["value"] if isinstance(entry, dict) else entry
-        for key, entry in place.get("coordinates", {}).items()
-    }
-    row["scope"] = "run" if "run" in metric else "sweep"
-    row["replicate"], row["replicates"], row["along"] = place.get("replicate"), place.get("replicates"), place.get("along")
-    row["file"] = place.get("file")
-    return row
 
 
 def _rows_of_runs(name: str, keys: Sequence[str], columns: _runs_table.Columns) -> List[Dict[str, Any]]:
@@ -392,13 +347,6 @@ def _rows_of_runs(name: str, keys: Sequence[str], columns: _runs_table.Columns) 
         | {"coordinates": dict(zip(keys, place))}
         for value, replicate, file, *place in lines
     ]
-
-
-def value_of(row: Mapping[str, Any]) -> float:
-    """The value of a metric, which may be missing for a reason."""
-    if row["value"] is None:
-        raise KinetoscopeError(f"`{row['metric']}` has no value: {row['reason']}")
-    return float(row["value"])
 
 
 def _value_at(row: Mapping[str, Any], key: str) -> object:

@@ -180,6 +180,32 @@ class Frames:
         dataset = xarray.Dataset(variables, {"frame": list(selected.indices), "time": times})
         return dataset if index is None else dataset.isel(frame=0)
 
+    def _rows(self) -> Tuple[Table, List[int], npt.NDArray[np.float64]]:
+        """The rows of all frames in memory, their number in each frame, and the time of each."""
+        decode, clock = self._decoder(), Frames(self._container, "/frame", ())._decoder()
+        if isinstance(decode, TableDecoder) and isinstance(clock, TableDecoder) and not decode.has_columns():
+            values: List[Tuple[object, ...]] = []
+            times: List[object] = []
+            at = clock.dtype.names.index("time") if clock.dtype.names else 0
+            with self._container.open() as stream:
+                places = Places(self._container, self._channel.id, stream)
+                for frame in self._selection:
+                    log_time = self._container.layout.log_time(frame)
+                    content, start, end = places.find(frame, log_time)
+                    found = places.clock(log_time)
+                    if found is None:
+                        break
+                    try:
+                        values.append(decode.values(content[start:end]))
+                        times.append(clock.values(content[found[0] : found[1]])[at])
+                    except Exception as error:
+                        raise damaged(self._container.path, f"frame {frame} of {self.topic}: {error}") from error
+            if len(values) == len(self._selection):
+                return np.array(values, decode.dtype), [1] * len(values), np.array(times, np.float64)
+        tables = list(self)
+        whole = np.concatenate(tables) if tables else np.empty(0, self.dtype)
+        return whole, [len(table) for table in tables], self.times
+
     def _has_particles(self) -> bool:
         return self.topic == STATE and any(name in CONSTANTS for name in self._state_columns)
 
@@ -280,10 +306,11 @@ class _Particles:
 class Places:
     """The messages of a channel in the chunk that was read last; chunks without the channel are not read.
 
-    While its frames are used, a thread decompresses the next chunk. Chunks with one large frame are not read ahead. When all
+    While its frames are used, a thread decompresses the next chunk, unless it is small or has one large frame. When all
     chunks were read in order, the number of messages is compared with the statistics of the file.
     """
 
+    MIN_AHEAD_BYTES = 256 << 10
     MAX_AHEAD_BYTES = 16 << 20
 
     def __init__(self, container: Container, channel_id: int, stream: BinaryIO) -> None:
@@ -300,6 +327,7 @@ class Places:
         self._content = b""
         self._messages: Dict[int, Tuple[int, int]] = {}
         self._lines: List[Tuple[int, int, int]] = []
+        self._clocks: Dict[int, Tuple[int, int]] = {}
         self._count = 0
         self._in_order = 0
 
@@ -321,6 +349,10 @@ class Places:
                 )
             raise damaged(self._container.path, f"frame {frame} is missing")
         return self._content, place[0], place[1]
+
+    def clock(self, log_time: int) -> Optional[Tuple[int, int]]:
+        """The place of a frame's clock in the content that was read last; none if it is in another chunk."""
+        return self._clocks.get(log_time)
 
     def find_last(self, log_time: int) -> Optional[Tuple[bytes, int, int]]:
         """The same of the last message up to a time; none if there is none."""
@@ -354,23 +386,22 @@ class Places:
         except Exception as error:
             raise or_damaged(container.path, f"chunk {number} cannot be read", error) from error
         self._content, self._messages, self._lines = content.data, messages.places, messages.lines
+        self._clocks = messages.clocks
         if position == self._in_order:
             self._count_in_order(messages.counts.get(self._channel_id, 0))
 
     def _scanned(self, number: int, content: Content) -> Messages:
         """The messages of a chunk, which agree with the index."""
         container = self._container
-        span, earlier = container.chunks[number], container.chunks[:number]
-        all_before = container.descriptions
-        known = all_before.known_before(frozenset().union(*(chunk.channels for chunk in earlier)))
+        span = container.chunks[number]
+        known, end = container.before_chunk(number)
         messages = Messages(container.layout, known, self._channel_id)
-        ends = [chunk.end_time for chunk in earlier if all_before.are_scalars(chunk.channels)]
-        messages.scan(content.data, ends[-1] if ends else None)
+        messages.scan(content.data, end)
         times = content.start_time, content.end_time
         found = ChunkSpan(span.offset, span.end, *times, len(content.data), frozenset(messages.counts))
         if times != (messages.first_time, messages.last_time) or found != span:
             raise damaged(container.path, f"chunk {number} is not that of the index")
-        if not all_before.has_all_of(known):
+        if not container.descriptions.has_all_of(known):
             raise damaged(container.path, f"chunk {number} has other channels than the index")
         return messages
 
@@ -383,7 +414,7 @@ class Places:
             raise damaged(container.path, "it has other numbers of messages than its statistics")
 
     def _unpacked(self, position: int) -> Content:
-        if self.read_ahead is None:
+        if self.read_ahead is None or (self._next is None and self._size(position) < self.MIN_AHEAD_BYTES):
             return self._unpack(position)
         # The thread is the only one that reads the file.
         ready, self._next = self._next, None
@@ -391,9 +422,12 @@ class Places:
         is_sequential = ready is None or ready[0] == position
         following = position + 1
         if is_sequential and following < len(self._numbers):
-            if self._container.chunks[self._numbers[following]].size <= self.MAX_AHEAD_BYTES:
+            if self.MIN_AHEAD_BYTES <= self._size(following) <= self.MAX_AHEAD_BYTES:
                 self._next = (following, self.read_ahead.submit(self._unpack, following))
         return future.result()
+
+    def _size(self, position: int) -> int:
+        return self._container.chunks[self._numbers[position]].size
 
     def _unpack(self, position: int) -> Content:
         container, number = self._container, self._numbers[position]

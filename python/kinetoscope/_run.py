@@ -225,12 +225,10 @@ class Run:
         """
         _tables.library_module(library)
         frames = self[topic]
-        tables = list(frames)
-        lengths = [len(table) for table in tables]
-        rows = np.concatenate(tables) if tables else np.empty(0, frames.dtype)
+        rows, lengths, times = frames._rows()
         columns: Dict[str, Any] = {
             "frame": np.repeat(np.asarray(frames.indices, dtype=np.int64), lengths),
-            "time": np.repeat(frames.times, lengths),
+            "time": np.repeat(times, lengths),
         }
         for name in frames.columns:
             # The clock of `/frame` has these two itself.

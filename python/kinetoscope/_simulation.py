@@ -12,7 +12,7 @@ import weakref
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Literal, Mapping, Optional, Sequence, Tuple, overload
 
-from . import _experiment, _folder, _manifest, _programs, _tables
+from . import _folder, _manifest, _programs, _results, _tables
 from ._container import load
 from ._errors import KinetoscopeError, ProgramNotFoundError, UnknownNameError
 from ._run import Run
@@ -28,10 +28,10 @@ IN_MEMORY = Path("the recording in memory")
 class Simulation(Run):
     """A run in memory: its frames as those of a recording, and its metrics as those of its analysis."""
 
-    def __init__(self, content: bytes, analysis: Mapping[str, Any], programs: Optional[_programs.PathLike]) -> None:
+    def __init__(self, content: bytes, analysis: Mapping[str, object], programs: Optional[_programs.PathLike]) -> None:
         self._open(load(IN_MEMORY, False, content), IN_MEMORY, programs)
         self._content = content
-        self._analysis = analysis
+        self._analysis: Any = analysis
 
     def __repr__(self) -> str:
         return f"<simulation: {self.model}, {len(self)} frames, {self.outcome}>"
@@ -58,8 +58,8 @@ class Simulation(Run):
     def table(self, library: Optional[_tables.TableLibrary] = None) -> _tables.Table:
         """All metrics as a table, one row each, as `Experiment.table` has them."""
         definitions = self._analysis["definitions"]
-        rows = [_experiment.row_of(metric, definitions[metric["name"]]) for metric in self._analysis["metrics"]]
-        return _tables.frame_of_rows(rows, _experiment.COLUMNS, library)
+        rows = [_results.row_of(metric, definitions[metric["name"]]) for metric in self._analysis["metrics"]]
+        return _tables.frame_of_rows(rows, _results.COLUMNS, library)
 
     def metric(self, name: str) -> float:
         """The value of one metric, which is that of `kinetoscope analyze`."""
@@ -67,7 +67,7 @@ class Simulation(Run):
         found = next((metric for metric in metrics if metric["name"] == name), None)
         if found is None:
             raise UnknownNameError.of("metric", name, (metric["name"] for metric in metrics))
-        return _experiment.value_of({**found, "metric": name})
+        return _results.value_of({**found, "metric": name})
 
     @contextlib.contextmanager
     def _file(self) -> Iterator[Path]:
@@ -90,10 +90,10 @@ def simulate(
     frames are those of a recording of `kinetoscope.run`, and the metrics those of its analysis. The first call starts a
     program that later ones use again; it ends with Python.
 
-    >>> orbit = kinetoscope.simulate({"model": {"orbit": {"duration_days": 10}}}, programs=programs)
+    >>> orbit = kinetoscope.simulate({"model": {"orbit": {"duration_days": 100}}}, programs=programs)
     >>> orbit["/state"].array()["x"].shape[0] == len(orbit)
     True
-    >>> orbit.metric("distance.end_au") == float(orbit.table("pandas").set_index("metric")["value"]["distance.end_au"])
+    >>> orbit.metric("energy.drift_relative") == float(orbit.table("pandas").set_index("metric")["value"]["energy.drift_relative"])
     True
     """
     values = dict(set or {})
@@ -105,7 +105,7 @@ def simulate(
         if "error" in answer:
             error = source.located(str(answer["error"]))
             raise _programs.Finished(["simulate"], int(answer["exit_code"]), "", error).error()
-    _experiment.check_schema(answer["metrics"])
+    _results.check_schema(answer["metrics"])
     return Simulation(content, answer["metrics"], programs)
 
 

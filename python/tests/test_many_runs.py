@@ -68,7 +68,7 @@ def test_results_of_many_runs_need_no_program(many: k.Experiment, tmp_path: Path
     keys = dict(again._run_keys())
     keys[next(iter(keys))] = "0" * 64
     with pytest.raises(_results.NoResultsError, match="other recordings: 1 differ"):
-        _results.read(many.path, keys, 3, None)
+        _results.read(many.path, keys, None)
 
 
 def test_runs_of_a_description_are_those_of_its_toml(many: k.Experiment) -> None:
