@@ -146,12 +146,13 @@ class Frames:
         >>> recording["/state"][:5].array().shape
         (5, 20)
         """
-        first = self[0] if len(self) else np.empty(0, self.dtype)
-        whole: Table = np.empty((len(self), len(first)), self.dtype)
+        whole: Table = np.empty((0, 0), self.dtype)
         for row, frame in enumerate(self):
-            if len(frame) != len(first):
+            if row == 0:
+                whole = np.empty((len(self), len(frame)), self.dtype)
+            if len(frame) != whole.shape[1]:
                 raise KinetoscopeError(
-                    f"frame {self.indices[row]} of `{self.topic}` has {len(frame)} rows, the first one {len(first)}",
+                    f"frame {self.indices[row]} of `{self.topic}` has {len(frame)} rows, the first one {whole.shape[1]}",
                     "iterate over the frames instead",
                 )
             whole[row] = frame
