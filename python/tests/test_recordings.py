@@ -8,7 +8,7 @@ import struct
 import sys
 import zlib
 from pathlib import Path
-from typing import Iterator, List, Optional
+from typing import BinaryIO, Iterator, List, Optional
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ from mcap_protobuf.decoder import DecoderFactory
 from mutated_recording import CHUNK, MutatedRecording, encoded
 
 import kinetoscope as k
-from kinetoscope import _programs
+from kinetoscope import _chunks, _frames, _programs
 
 MODELS = ["first_run", "gas_300_kelvin", "packing_fifty_discs", "orbit_exercise"]
 
@@ -144,6 +144,29 @@ def test_series_of_keyframes_have_all_frames(experiments: Path, tmp_path: Path, 
     )
     assert keys.path.stat().st_size < full.path.stat().st_size / 2
     assert keys.series("/energy").equals(full.series("/energy"))
+
+
+def test_a_series_reads_the_chunks_of_its_topic_once(
+    experiments: Path, tmp_path: Path, programs: Optional[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    change = {"record.keep": "keyframes", "record.keyframe_distance": 30}
+    run = k.run(experiments / "first_run.toml", set=change, output=tmp_path, programs=programs).runs[0]
+    channel = run._container.channel("/energy")
+    assert channel is not None
+    own = [chunk.offset for chunk in run._container.chunks if channel.id in chunk.channels]
+    read: List[int] = []
+
+    def counted(path: Path, stream: BinaryIO, offset: int, end: int) -> _chunks.Content:
+        read.append(offset)
+        return _chunks.read_chunk(path, stream, offset, end)
+
+    monkeypatch.setattr(_frames, "read_chunk", counted)
+    series = run.series("/energy", "pandas")
+    assert read == own and len(own) > 5 and len(run._container.chunks) > 2 * len(own)
+    # Control: the times and the numbers are those of the frames.
+    assert list(series["time"]) == list(run.times)
+    assert list(series["kinetic_j"]) == [frame["kinetic_j"][0] for frame in run["/energy"]]
+    assert len(read) > 2 * len(own)
 
 
 def test_frames_of_a_part_of_a_run_have_their_numbers(
