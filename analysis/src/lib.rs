@@ -46,6 +46,7 @@ pub use run::{RunAnalysis, RunStatus};
 pub use statistics::{Entries, Estimate, MissingError};
 
 use kinetoscope_recording::reader::Recording;
+use metric_files::document::Document;
 use run::RunOptions;
 use std::thread::available_parallelism;
 
@@ -57,6 +58,15 @@ pub fn analyze(recording: &Recording) -> Result<RunAnalysis, UnreadableRecording
     let run = input::recording::opened(recording.clone())?;
     let threads = available_parallelism().unwrap_or(std::num::NonZeroUsize::MIN);
     run::analyze(&run, Vec::new(), RunOptions::default(), threads)
+}
+
+/// The contents of `metrics.json` for one run, on one line.
+///
+/// # Errors
+/// Errors of the serializer; none is expected.
+pub fn metrics_of_run(experiment: &str, run: &RunAnalysis) -> serde_json::Result<String> {
+    let metrics: Vec<metric::Metric> = run.metrics().collect();
+    serde_json::to_string(&Document::of(experiment, std::slice::from_ref(run), &metrics))
 }
 
 /// The metrics that answer first for the model of a run.

@@ -22,6 +22,7 @@ from ._experiment import Experiment, open
 from ._frames import Frames
 from ._launch import run
 from ._run import Run
+from ._simulation import simulate
 
 __version__ = "0.1.0"
 
@@ -38,4 +39,5 @@ __all__ = [
     "open",
     "run",
     "run_checks",
+    "simulate",
 ]

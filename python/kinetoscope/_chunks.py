@@ -28,6 +28,9 @@ CLOCK, LOG = "/frame", "/log"
 _HEAD = struct.Struct("<QQQII")
 _MESSAGE = struct.Struct("<BQHIQQ")
 _SIZE = struct.Struct("<Q")
+# As plain numbers, which are compared for each message.
+_IS_MESSAGE, _PREFIX_BYTES, _HEAD_BYTES = int(Opcode.MESSAGE), PREFIX.size, _MESSAGE.size
+_SMALLEST = _HEAD_BYTES - _PREFIX_BYTES
 _LONGEST_NAME = 4
 
 
@@ -176,6 +179,8 @@ class Messages:
         self.counts: Dict[int, int] = {}
         # Log times of the wanted channel, with start and end of the payloads.
         self.places: Dict[int, Tuple[int, int]] = {}
+        # The same of the clocks.
+        self.clocks: Dict[int, Tuple[int, int]] = {}
         # The same of the log, of which a frame may have several messages.
         self.lines: List[Tuple[int, int, int]] = []
         self.first_time: Optional[int] = None
@@ -191,25 +196,26 @@ class Messages:
         """Reads the content; `previous_time` is the log time of the last frame in the block before."""
         at, size, time, is_frame, is_first = 0, len(content), previous_time, False, True
         has_clocks = False
+        read_prefix, read_head = PREFIX.unpack_from, _MESSAGE.unpack_from
         self._previous_time = previous_time
         clock, log = self._numbers()
         # The log time of the last message of each channel.
         latest: Dict[int, int] = dict.fromkeys(self._descriptions.channels, -1)
         while at < size:
-            if size - at < PREFIX.size:
+            if size - at < _PREFIX_BYTES:
                 raise self._damaged("a chunk ends inside a record")
-            kind, length = PREFIX.unpack_from(content, at)
-            start, end = at + PREFIX.size, at + PREFIX.size + length
-            if end > size or (kind == Opcode.MESSAGE and length < _MESSAGE.size - PREFIX.size):
+            kind, length = read_prefix(content, at)
+            start, end = at + _PREFIX_BYTES, at + _PREFIX_BYTES + length
+            if end > size or (kind == _IS_MESSAGE and length < _SMALLEST):
                 raise self._damaged("a chunk ends inside a record")
-            if kind != Opcode.MESSAGE:
+            if kind != _IS_MESSAGE:
                 self._describe(kind, content[start:end])
                 clock, log = self._numbers()
                 latest = {number: latest.get(number, -1) for number in self._descriptions.channels}
                 at = end
                 continue
-            _, _, channel, _, log_time, _ = _MESSAGE.unpack_from(content, at)
-            start = at + _MESSAGE.size
+            _, _, channel, _, log_time, _ = read_head(content, at)
+            start = at + _HEAD_BYTES
             if is_first:
                 has_clocks, is_first = channel in (clock, log), False
             if not has_clocks:
@@ -221,6 +227,7 @@ class Messages:
                     raise self._damaged("the frames are not in order")
                 time, is_frame = log_time, True
                 self._check_clock(log_time, frame_number(content, start, end))
+                self.clocks[log_time] = (start, end)
             elif log_time != time or (not is_frame and channel != log):
                 raise self._damaged("a message is outside of its frame")
             if latest.get(channel, log_time) == log_time and channel != log:

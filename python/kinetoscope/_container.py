@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 import stat
 from dataclasses import dataclass, field
+from io import BytesIO
 from pathlib import Path
-from typing import Any, BinaryIO, Dict, List, NamedTuple, Optional, Tuple
+from typing import Any, BinaryIO, Dict, FrozenSet, List, NamedTuple, Optional, Tuple
 
 from mcap.opcode import Opcode
 from mcap.records import Channel, Header, Schema
@@ -45,6 +46,8 @@ class Container:
     """Contents of a recording without its messages."""
 
     path: Path
+    # The whole recording, if it is in memory.
+    content: Optional[bytes]
     layout: Layout
     descriptions: Descriptions
     manifest: str
@@ -52,6 +55,8 @@ class Container:
     chunks: List[ChunkSpan] = field(default_factory=list)
     message_counts: Dict[int, int] = field(default_factory=dict)
     is_finished: bool = False
+    # What precedes each chunk, once it is known: the descriptions, and the last log time of the blocks before.
+    before: List[Tuple[Descriptions, Optional[int]]] = field(default_factory=list)
     # The constants of the particles, once they are read, if the recording has them only once.
     particles: Any = None
 
@@ -59,6 +64,25 @@ class Container:
     def schemas(self) -> Dict[int, Schema]:
         """The schemas by their numbers."""
         return self.descriptions.schemas
+
+    def before_chunk(self, number: int) -> Tuple[Descriptions, Optional[int]]:
+        """What precedes a chunk: a copy of the descriptions in earlier chunks, and the last log time of the blocks before."""
+        if len(self.before) != len(self.chunks):
+            self.before, known, end = [], self.descriptions.known_before(frozenset()), None
+            earlier: FrozenSet[int] = frozenset()
+            for chunk in self.chunks:
+                self.before.append((known, end))
+                if not chunk.channels <= earlier:
+                    earlier |= chunk.channels
+                    known = self.descriptions.known_before(earlier)
+                if self.descriptions.are_scalars(chunk.channels):
+                    end = chunk.end_time
+        known, end = self.before[number]
+        return known.copy(), end
+
+    def open(self) -> BinaryIO:
+        """The recording, to be read."""
+        return open_recording(self.path, self.content)
 
     def topics(self) -> Dict[str, int]:
         """The topics with their numbers of messages, in alphabetical order."""
@@ -72,10 +96,10 @@ class Container:
         return None if number is None else self.descriptions.channels[number]
 
 
-def load(path: Path, allow_torn: bool) -> Container:
-    """Reads everything except the messages."""
-    with open_file(path) as stream:
-        size = os.fstat(stream.fileno()).st_size
+def load(path: Path, allow_torn: bool, content: Optional[bytes] = None) -> Container:
+    """Reads everything except the messages; with `content`, the path is a name only."""
+    with open_recording(path, content) as stream:
+        size = stream.seek(0, os.SEEK_END)
         stream.seek(max(0, size - len(MAGIC)))
         is_whole = stream.read() == MAGIC and size > len(MAGIC)
         header = _header(path, stream, size)
@@ -94,7 +118,7 @@ def load(path: Path, allow_torn: bool) -> Container:
             try:
                 summary = read_summary(path, stream, size, head.end)
                 if summary is not None:
-                    return _from_summary(path, stream, head, summary)
+                    return _from_summary(path, stream, head, summary, content)
             except RecordingError:
                 # The frames before the damage can still be read.
                 if not allow_torn:
@@ -102,6 +126,11 @@ def load(path: Path, allow_torn: bool) -> Container:
         if not allow_torn:
             raise _without_end(path)
         return _from_records(path, stream, head, size)
+
+
+def open_recording(path: Path, content: Optional[bytes]) -> BinaryIO:
+    """A file, or a recording in memory."""
+    return open_file(path) if content is None else BytesIO(content)
 
 
 def open_file(path: Path) -> BinaryIO:
@@ -173,13 +202,15 @@ def _text(path: Path, content: bytes) -> str:
         raise damaged(path, "its manifest is not UTF-8") from error
 
 
-def _of_head(path: Path, head: Head) -> Container:
+def _of_head(path: Path, head: Head, content: Optional[bytes]) -> Container:
     layout = Layout(path, playback_rate(path, head.provenance), stored_frames(path, head.provenance))
-    return Container(path, layout, Descriptions(path), head.manifest, {PROVENANCE: head.provenance})
+    return Container(path, content, layout, Descriptions(path), head.manifest, {PROVENANCE: head.provenance})
 
 
-def _from_summary(path: Path, stream: BinaryIO, head: Head, summary: Summary) -> Container:
-    container = _of_head(path, head)
+def _from_summary(
+    path: Path, stream: BinaryIO, head: Head, summary: Summary, content: Optional[bytes]
+) -> Container:
+    container = _of_head(path, head, content)
     summary.check_places(head.metadata, head.attachments)
     summary.check_frames(container.layout)
     container.is_finished = True
@@ -194,7 +225,7 @@ def _from_summary(path: Path, stream: BinaryIO, head: Head, summary: Summary) ->
 
 def _from_records(path: Path, stream: BinaryIO, head: Head, size: int) -> Container:
     """Reads a file without an index up to its first record that is not intact."""
-    container = _of_head(path, head)
+    container = _of_head(path, head, None)
     at, block = head.end, OpenBlock(container.descriptions)
     while True:
         try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import difflib
+import functools
 import os
 import tempfile
 import warnings
@@ -24,7 +25,7 @@ from typing import (
     overload,
 )
 
-from . import _folder, _player, _plot, _programs, _results, _tables, _toml, _wide
+from . import _folder, _player, _plot, _programs, _results, _runs_table, _tables, _wide
 from ._errors import KinetoscopeError, ProgramNotFoundError, RecordingError, UnknownNameError
 from ._plot import Plot
 from ._run import Run
@@ -33,25 +34,8 @@ if TYPE_CHECKING:
     import pandas
     import polars
 
-# Layout of `metrics.json` that this package reads.
-METRICS_SCHEMA = 3
 # Values of a coordinate that an error lists.
 SHOWN_VALUES = 8
-# Columns of the table of metrics after the coordinates.
-COLUMNS = (
-    "replicate",
-    "metric",
-    "value",
-    "unit",
-    "standard_error",
-    "theory",
-    "deviation_sigma",
-    "scope",
-    "applicable",
-    "reason",
-    "file",
-    "source",
-)
 
 
 class CheckResult(TypedDict):
@@ -85,11 +69,19 @@ class Experiment:
         # A later run of another seed or with other values describes its own recordings in the same folder.
         self._description = _folder.description(path)
         self._runs: Optional[Tuple[Run, ...]] = None
+        # The results, and the run keys that they are of.
         self._analysis: Optional[Dict[str, Any]] = None
+        self._analyzed_keys: Dict[str, str] = {}
 
     def __repr__(self) -> str:
+        if self._keeps_metrics_only():
+            return f"<experiment {self.name}: metrics of its runs in {self.path / _runs_table.TABLE}>"
         runs = "1 run" if len(self._files) == 1 else f"{len(self._files)} runs"
         return f"<experiment {self.name}: {runs} in {self.path}>"
+
+    def _keeps_metrics_only(self) -> bool:
+        """Whether the runs have no recordings, as with `keep = "metrics"`."""
+        return not self._files
 
     @property
     def name(self) -> str:
@@ -98,10 +90,13 @@ class Experiment:
 
     @property
     def runs(self) -> Tuple[Run, ...]:
-        """The finished runs, in the order of the sweep."""
+        """The finished runs, in the order of the sweep; none if only the metrics of the runs were kept.
+
+        A recording of keyframes is replaced by that of all frames once `kinetoscope fill` has restored it.
+        """
         if self._runs is None:
-            runs = (Run(path, programs=self._programs, experiment=self) for path in self._files)
-            self._runs = tuple(run._with_all_frames() for run in runs)
+            self._runs = tuple(Run(path, programs=self._programs, experiment=self) for path in self._files)
+        self._runs = tuple(run._with_all_frames() for run in self._runs)
         return self._runs
 
     @property
@@ -127,28 +122,29 @@ class Experiment:
         coordinates of the sweep. With ``wide=True``, each metric is a column, and there is one row per run, or, with
         ``by="point"``, one per point of the sweep with the means over its replicates and their standard errors.
 
+        Of more than 1,000 runs, only the wide table has a row per run: it is read from ``runs.parquet``.
+
         >>> experiment.table("polars", wide=True).columns[:3]
         ['replicate', 'file', 'energy.kinetic']
         """
         _tables.library_module(library)
+        if wide and by == "run" and (self._keeps_metrics_only() or _results.has_means_only(self._analyzed()["analysis"])):
+            return _tables.frame_of_columns(_runs_table.read(self.path, None, self._programs), library)
         rows = self._rows()
         names = list(dict.fromkeys(key for row in rows for key in row["coordinates"]))
         if wide:
             flat = _wide.rows(rows, names, by)
             return _tables.frame_of_rows(flat, list(dict.fromkeys(key for row in flat for key in row)), library)
         flat = [{**row, **row["coordinates"]} for row in rows]
-        return _tables.frame_of_rows(flat, [*names, *COLUMNS], library)
+        return _tables.frame_of_rows(flat, [*names, *_results.COLUMNS], library)
 
     def metric(self, name: str, **where: object) -> float:
         """The value of one metric at the given coordinates, such as ``temperature_k=300``.
 
         For replicates, this is the mean. ``replicate=2`` selects one of them.
         """
-        rows = self._rows()
-        named = [row for row in rows if row["metric"] == name]
-        if not named:
-            raise UnknownNameError.of("metric", name, (row["metric"] for row in rows))
-        known = {"replicate"}.union(*(row["coordinates"] for row in rows))
+        named = self._rows_of(name)
+        known = {"replicate"}.union(*(row["coordinates"] for row in named))
         for key in where:
             if key not in known:
                 raise UnknownNameError.of("coordinate", key, known)
@@ -165,7 +161,7 @@ class Experiment:
                 if places
                 else "`experiment.metrics` lists all values",
             )
-        return _value_of(chosen[0])
+        return _results.value_of(chosen[0])
 
     @property
     def question(self) -> str:
@@ -243,36 +239,55 @@ class Experiment:
             yield folder
 
     def _coordinates_of(self, run: Run) -> Dict[str, _folder.Coordinate]:
-        entries = _folder.entries(self.path, self._description) if self._description else []
-        return _folder.coordinates_of(run.path.name, entries)
+        return _folder.coordinates_of(run.path.name, self.path, self._description)
 
     def _metric_of(self, run: Run, name: str) -> float:
-        rows = [row for row in self._rows() if row["scope"] == "run" and row["file"] == run.path.name]
-        row = next((row for row in rows if row["metric"] == name), None)
+        place = _folder.place(run.path.name)
+        named = [row for row in self._rows_of(name) if row["scope"] == "run"]
+        row = next((row for row in named if _folder.place(row["file"]) == place), None)
         if row is None:
+            raise UnknownNameError.of("metric", name, (row["metric"] for row in self._rows() if row["scope"] == "run"))
+        return _results.value_of(row)
+
+    def _rows_of(self, name: str) -> List[Dict[str, Any]]:
+        """The values of a metric: means and fits, and those of all runs."""
+        rows = self._rows()
+        named = [row for row in rows if row["metric"] == name]
+        analysis = self._analyzed()["analysis"]
+        if _results.has_means_only(analysis) and name in analysis["definitions"]:
+            keys = list(dict.fromkeys(key for row in named for key in row["coordinates"]))
+            columns = _runs_table.read(self.path, [*keys, "replicate", "file", name], self._programs)
+            if name in columns:
+                named += _rows_of_runs(name, keys, columns)
+        if not named:
             raise UnknownNameError.of("metric", name, (row["metric"] for row in rows))
-        return _value_of(row)
+        return named
 
     def _rows(self) -> List[Dict[str, Any]]:
         analysis = self._analyzed()["analysis"]
-        return [_row(metric, analysis["definitions"][metric["name"]]) for metric in analysis["metrics"]]
+        return [_results.row_of(metric, analysis["definitions"][metric["name"]]) for metric in analysis["metrics"]]
 
     def _analyzed(self) -> Dict[str, Any]:
         """The results: those next to the recordings if they belong to them, else those of an analysis."""
-        if self._analysis is None:
+        if self._analysis is None or self._has_restored():
             try:
                 self._analysis = self._stored()
             except _results.NoResultsError as missing:
                 self._analysis = self._analyze_for(missing.message)
+            self._analyzed_keys = self._run_keys()
         return self._analysis
+
+    def _has_restored(self) -> bool:
+        """Whether all frames of a recording of keyframes were restored since the analysis."""
+        return self._has_keyframes and self._run_keys() != self._analyzed_keys
 
     def _stored(self) -> Dict[str, Any]:
         if not self.path.is_dir():
             keys = {run.path.name: run.run_key for run in self.runs}
-            return {"analysis": _results.read_of_some(self.path.parent, keys, METRICS_SCHEMA)}
+            return {"analysis": _results.read_of_some(self.path.parent, keys)}
         if _folder.description(self.path) != self._description:
             raise _results.NoResultsError(f"{self.path} describes other recordings by now")
-        stored = _results.read(self.path, self._run_keys(), METRICS_SCHEMA)
+        stored = _results.read(self.path, self._run_keys(), self._programs)
         if _results.is_older(self.path, self.path / _folder.DESCRIPTION) and _programs.is_installed(self._programs):
             raise _results.NoResultsError(f"{self.path / _results.METRICS} is older than the description of its folder")
         result = {"analysis": stored}
@@ -282,10 +297,16 @@ class Experiment:
 
     def _run_keys(self) -> Dict[str, str]:
         """The files of the runs with their run keys."""
-        if self._description is None:
+        if self._description is None or self._has_keyframes:
             return {run.path.name: run.run_key for run in self.runs}
-        keys = {entry.file: entry.run_key for entry in _folder.entries(self.path, self._description)}
-        return {file.name: keys[file.name] for file in self._files if file.name in keys}
+        entries = _folder.entries(self.path, self._description)
+        names = {file.name for file in self._files}
+        return {entry.file: entry.run_key for entry in entries if entry.file in names or self._keeps_metrics_only()}
+
+    @functools.cached_property
+    def _has_keyframes(self) -> bool:
+        """Whether the recordings have a part of the states, which is the same for all of an experiment."""
+        return bool(self._files) and Run(self._files[0])._has_keyframes()
 
     def _analyze_for(self, reason: str) -> Dict[str, Any]:
         """Analyzes the recordings because of a missing file, which is named if there is no program."""
@@ -313,37 +334,19 @@ class Experiment:
         analysis: Dict[str, Any] = experiments[0]
         for what in analysis.get("unreadable", []):
             warnings.warn(f"not analyzed: {what}", stacklevel=4)
-        schema = analysis["analysis"]["schema"]
-        if schema != METRICS_SCHEMA:
-            raise KinetoscopeError(
-                f"the program writes metrics of schema version {schema}; this package reads version {METRICS_SCHEMA}",
-                "install the same version of both: `pip install --upgrade kinetoscope`",
-            )
+        _results.check_schema(analysis["analysis"])
         return analysis
 
 
-def _row(metric: Mapping[str, Any], definition: Mapping[str, Any]) -> Dict[str, Any]:
-    """A metric as a row, with the values of its coordinates and the texts of its definition."""
-    place = metric.get("run") or metric.get("sweep") or {}
-    theory = metric.get("theory")
-    row = dict(metric, metric=metric["name"], theory=theory["value"] if theory else None)
-    row["source"] = definition["source"]
-    if theory and theory["law"] is not None:
-        row["source"] += f"; theory: {definition['laws'][theory['law']]['source']}"
-    row["coordinates"] = {
-        key: entry["value"] if isinstance(entry, dict) else entry
-        for key, entry in place.get("coordinates", {}).items()
-    }
-    row["scope"] = "run" if "run" in metric else "sweep"
-    row["replicate"] = place.get("replicate")
-    row["file"] = place.get("file")
-    return row
-
-
-def _value_of(row: Mapping[str, Any]) -> float:
-    if row["value"] is None:
-        raise KinetoscopeError(f"`{row['metric']}` has no value: {row['reason']}")
-    return float(row["value"])
+def _rows_of_runs(name: str, keys: Sequence[str], columns: _runs_table.Columns) -> List[Dict[str, Any]]:
+    """The values of a metric from the table of the runs; one that is missing has no reason there."""
+    lines = zip(columns[name], columns["replicate"], columns["file"], *(columns[key] for key in keys))
+    reason = "`kinetoscope analyze` of its recording states the reason"
+    return [
+        {"metric": name, "value": value, "replicate": replicate, "file": file, "scope": "run", "reason": reason}
+        | {"coordinates": dict(zip(keys, place))}
+        for value, replicate, file, *place in lines
+    ]
 
 
 def _value_at(row: Mapping[str, Any], key: str) -> object:
@@ -390,7 +393,7 @@ def open(path: _programs.PathLike, *, programs: Optional[_programs.PathLike] = N
         Run(place)
         return Experiment(place, [place], programs=programs)
     files = _folder.listed(place)
-    if files:
+    if files or (place / _runs_table.TABLE).is_file():
         return Experiment(place, files, programs=programs)
     inner = sorted(entry.parent for entry in place.glob("*/experiment.toml"))
     if inner:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
+import json
 import math
 import os
 import re
@@ -16,6 +18,12 @@ from ._errors import damaged
 DESCRIPTION = "experiment.toml"
 # The key of a sweep's named variants, whose values are texts.
 VARIANT = "variant"
+# A run as the program writes it, if no text needs an escape.
+_WRITTEN_RUN = re.compile(
+    r'^\[\[runs\]\]\nfile = "([^"\\\n]*)"\nrun_key = "([0-9a-f]{64})"\n'
+    r'coordinates = (\[(?:\["[^"\\\n]*", "[^"\\\n]*"\](?:, )?)*\])\nreplicate = (\d+)$',
+    re.MULTILINE,
+)
 # A value of a swept key.
 Coordinate = Union[int, float, str]
 
@@ -37,10 +45,18 @@ def description(path: Path) -> Optional[str]:
         return None
 
 
-def entries(path: Path, text: str) -> List[RunEntry]:
+@functools.lru_cache(maxsize=4)
+def entries(path: Path, text: str) -> Tuple[RunEntry, ...]:
     """The runs of a description, in the order of the sweep."""
+    found = _WRITTEN_RUN.findall(text)
+    # The parser of TOML takes a second for some thousand runs.
+    if found and len(found) == text.count("[[runs]]"):
+        return tuple(
+            RunEntry(os.path.basename(file), key, tuple((one, value) for one, value in json.loads(places)), int(replicate))
+            for file, key, places, replicate in found
+        )
     try:
-        return [
+        return tuple(
             RunEntry(
                 # Only files of this folder.
                 os.path.basename(str(entry["file"])),
@@ -49,7 +65,7 @@ def entries(path: Path, text: str) -> List[RunEntry]:
                 int(entry["replicate"]),
             )
             for entry in _toml.parsed(text).get("runs", [])
-        ]
+        )
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise damaged(path / DESCRIPTION, str(error)) from error
 
@@ -59,7 +75,8 @@ def listed(folder: Path) -> List[Path]:
     text = description(folder)
     if text is None:
         return sorted(path for path in folder.glob("*.mcap") if not path.name.endswith(".partial.mcap"))
-    return [folder / entry.file for entry in entries(folder, text) if (folder / entry.file).is_file()]
+    present = set(os.listdir(folder))
+    return [folder / entry.file for entry in entries(folder, text) if entry.file in present]
 
 
 def restored(path: Path, manifest: str, provenance: Mapping[str, str]) -> Optional[Path]:
@@ -71,20 +88,24 @@ def restored(path: Path, manifest: str, provenance: Mapping[str, str]) -> Option
     return path.with_name(f"{name}__{key[:8]}.mcap") if separator else None
 
 
-def _place(file: str) -> str:
+def place(file: str) -> str:
     """A file's name without its run key, which differs between a recording of keyframes and the restored one."""
     return file.rpartition("__")[0] or file
 
 
-def coordinates_of(file: str, entries: Sequence[RunEntry]) -> Dict[str, Coordinate]:
+def coordinates_of(file: str, path: Path, text: Optional[str]) -> Dict[str, Coordinate]:
     """The coordinates of a run by the names that metrics use: the last part of a key where that is unique."""
-    keys = dict.fromkeys(key for entry in entries for key, _ in entry.coordinates)
+    return dict(_coordinates_by_place(path, text).get(place(file), {})) if text is not None else {}
+
+
+@functools.lru_cache(maxsize=4)
+def _coordinates_by_place(path: Path, text: str) -> Dict[str, Dict[str, Coordinate]]:
+    runs = entries(path, text)
+    keys = dict.fromkeys(key for entry in runs for key, _ in entry.coordinates)
     last_parts = [_last_part(key) for key in keys]
+    names = {key: last if last_parts.count(last) == 1 else key for key, last in zip(keys, last_parts)}
     return {
-        _last_part(key) if last_parts.count(_last_part(key)) == 1 else key: _value(key, text)
-        for entry in entries
-        if _place(entry.file) == _place(file)
-        for key, text in entry.coordinates
+        place(entry.file): {names[key]: _value(key, text) for key, text in entry.coordinates} for entry in runs
     }
 
 
@@ -94,7 +115,13 @@ def _last_part(key: str) -> str:
 
 def _value(key: str, text: str) -> Coordinate:
     """A value as a number if it is written as one."""
-    if key != VARIANT and text[:1] in "-0123456789":
+    value = None if key == VARIANT else value_of(text)
+    return text if value is None else value
+
+
+def value_of(text: str) -> Optional[Coordinate]:
+    """A number if a text is written as one, else the text; none if it is empty."""
+    if text[:1] in "-0123456789":
         for kind in (int, float):
             try:
                 number = kind(text)
@@ -102,4 +129,4 @@ def _value(key: str, text: str) -> Coordinate:
                 continue
             if math.isfinite(number) and "_" not in text:
                 return number
-    return text
+    return text or None

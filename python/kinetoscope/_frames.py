@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from . import _units
 from ._chunks import ChunkSpan, Content, Messages, check_content, read_chunk
-from ._container import Container, open_file
+from ._container import Container
 from ._decoding import CONSTANTS, PARTICLES, STATE, BadMessage, StateDecoder, Table, TableDecoder, decoder_of
 from ._errors import KinetoscopeError, RecordingError, UnknownNameError, damaged
 from ._records import or_damaged
@@ -114,11 +114,21 @@ class Frames:
         try:
             frame = self._selection[index]
         except IndexError:
-            raise IndexError(f"frame {index} of {len(self)} frames") from None
+            raise IndexError(f"frame {index} of {len(self)} frames{self._all_frames_help()}") from None
         return next(self._read((frame,)))
 
     def __iter__(self) -> Iterator[Table]:
         return self._read(self._selection)
+
+    def _all_frames_help(self) -> str:
+        """What restores the other frames, in an error on a recording of keyframes."""
+        distance, path = self._container.layout.stored.distance, self._container.path
+        if distance == 1 or self.topic != STATE:
+            return ""
+        return (
+            f": this recording has the states of every {distance}th frame, whose numbers are `.indices`\n"
+            f"help: `kinetoscope fill {path}` restores those of all frames"
+        )
 
     def _column_of_all(self, name: str) -> KinetoscopeError:
         """The error for a column of all frames, which would be the whole file."""
@@ -136,12 +146,13 @@ class Frames:
         >>> recording["/state"][:5].array().shape
         (5, 20)
         """
-        first = self[0] if len(self) else np.empty(0, self.dtype)
-        whole: Table = np.empty((len(self), len(first)), self.dtype)
+        whole: Table = np.empty((0, 0), self.dtype)
         for row, frame in enumerate(self):
-            if len(frame) != len(first):
+            if row == 0:
+                whole = np.empty((len(self), len(frame)), self.dtype)
+            if len(frame) != whole.shape[1]:
                 raise KinetoscopeError(
-                    f"frame {self.indices[row]} of `{self.topic}` has {len(frame)} rows, the first one {len(first)}",
+                    f"frame {self.indices[row]} of `{self.topic}` has {len(frame)} rows, the first one {whole.shape[1]}",
                     "iterate over the frames instead",
                 )
             whole[row] = frame
@@ -170,6 +181,32 @@ class Frames:
         dataset = xarray.Dataset(variables, {"frame": list(selected.indices), "time": times})
         return dataset if index is None else dataset.isel(frame=0)
 
+    def _rows(self) -> Tuple[Table, List[int], npt.NDArray[np.float64]]:
+        """The rows of all frames in memory, their number in each frame, and the time of each."""
+        decode, clock = self._decoder(), Frames(self._container, "/frame", ())._decoder()
+        if isinstance(decode, TableDecoder) and isinstance(clock, TableDecoder) and not decode.has_columns():
+            values: List[Tuple[object, ...]] = []
+            times: List[object] = []
+            at = clock.dtype.names.index("time") if clock.dtype.names else 0
+            with self._container.open() as stream:
+                places = Places(self._container, self._channel.id, stream)
+                for frame in self._selection:
+                    log_time = self._container.layout.log_time(frame)
+                    content, start, end = places.find(frame, log_time)
+                    found = places.clock(log_time)
+                    if found is None:
+                        break
+                    try:
+                        values.append(decode.values(content[start:end]))
+                        times.append(clock.values(content[found[0] : found[1]])[at])
+                    except Exception as error:
+                        raise damaged(self._container.path, f"frame {frame} of {self.topic}: {error}") from error
+            if len(values) == len(self._selection):
+                return np.array(values, decode.dtype), [1] * len(values), np.array(times, np.float64)
+        tables = list(self)
+        whole = np.concatenate(tables) if tables else np.empty(0, self.dtype)
+        return whole, [len(table) for table in tables], self.times
+
     def _has_particles(self) -> bool:
         return self.topic == STATE and any(name in CONSTANTS for name in self._state_columns)
 
@@ -188,13 +225,13 @@ class Frames:
             return
         decode = self._decoder()
         with ExitStack() as stack:
-            stream = stack.enter_context(open_file(self._container.path))
+            stream = stack.enter_context(self._container.open())
             places = Places(self._container, self._channel.id, stream)
             particles = None
             if self._has_particles():
-                own_stream = stack.enter_context(open_file(self._container.path))
+                own_stream = stack.enter_context(self._container.open())
                 particles = _Particles(self._container, own_stream, self.dtype)
-            if len(selection) > 1:
+            if len(selection) > 1 and places.are_several():
                 _keep_freed_memory()
                 places.read_ahead = stack.enter_context(ThreadPoolExecutor(1))
             for frame in selection:
@@ -270,10 +307,11 @@ class _Particles:
 class Places:
     """The messages of a channel in the chunk that was read last; chunks without the channel are not read.
 
-    While its frames are used, a thread decompresses the next chunk. Chunks with one large frame are not read ahead. When all
+    While its frames are used, a thread decompresses the next chunk, unless it is small or has one large frame. When all
     chunks were read in order, the number of messages is compared with the statistics of the file.
     """
 
+    MIN_AHEAD_BYTES = 256 << 10
     MAX_AHEAD_BYTES = 16 << 20
 
     def __init__(self, container: Container, channel_id: int, stream: BinaryIO) -> None:
@@ -290,8 +328,13 @@ class Places:
         self._content = b""
         self._messages: Dict[int, Tuple[int, int]] = {}
         self._lines: List[Tuple[int, int, int]] = []
+        self._clocks: Dict[int, Tuple[int, int]] = {}
         self._count = 0
         self._in_order = 0
+
+    def are_several(self) -> bool:
+        """Whether more than one chunk has the channel."""
+        return len(self._numbers) > 1
 
     def find(self, frame: int, log_time: int) -> Tuple[bytes, int, int]:
         """The content of the chunk with a frame, and the place of the frame's message in it."""
@@ -303,10 +346,14 @@ class Places:
             if self._container.layout.stored != (0, 1):
                 raise RecordingError(
                     f"{self._container.path} does not have frame {frame}: it keeps a part of the frames",
-                    "`kinetoscope fill FILE` restores all frames of a recording that keeps only keyframes",
+                    f"`kinetoscope fill {self._container.path}` restores all frames of a recording of keyframes",
                 )
             raise damaged(self._container.path, f"frame {frame} is missing")
         return self._content, place[0], place[1]
+
+    def clock(self, log_time: int) -> Optional[Tuple[int, int]]:
+        """The place of a frame's clock in the content that was read last; none if it is in another chunk."""
+        return self._clocks.get(log_time)
 
     def find_last(self, log_time: int) -> Optional[Tuple[bytes, int, int]]:
         """The same of the last message up to a time; none if there is none."""
@@ -340,23 +387,22 @@ class Places:
         except Exception as error:
             raise or_damaged(container.path, f"chunk {number} cannot be read", error) from error
         self._content, self._messages, self._lines = content.data, messages.places, messages.lines
+        self._clocks = messages.clocks
         if position == self._in_order:
             self._count_in_order(messages.counts.get(self._channel_id, 0))
 
     def _scanned(self, number: int, content: Content) -> Messages:
         """The messages of a chunk, which agree with the index."""
         container = self._container
-        span, earlier = container.chunks[number], container.chunks[:number]
-        all_before = container.descriptions
-        known = all_before.known_before(frozenset().union(*(chunk.channels for chunk in earlier)))
+        span = container.chunks[number]
+        known, end = container.before_chunk(number)
         messages = Messages(container.layout, known, self._channel_id)
-        ends = [chunk.end_time for chunk in earlier if all_before.are_scalars(chunk.channels)]
-        messages.scan(content.data, ends[-1] if ends else None)
+        messages.scan(content.data, end)
         times = content.start_time, content.end_time
         found = ChunkSpan(span.offset, span.end, *times, len(content.data), frozenset(messages.counts))
         if times != (messages.first_time, messages.last_time) or found != span:
             raise damaged(container.path, f"chunk {number} is not that of the index")
-        if not all_before.has_all_of(known):
+        if not container.descriptions.has_all_of(known):
             raise damaged(container.path, f"chunk {number} has other channels than the index")
         return messages
 
@@ -369,7 +415,7 @@ class Places:
             raise damaged(container.path, "it has other numbers of messages than its statistics")
 
     def _unpacked(self, position: int) -> Content:
-        if self.read_ahead is None:
+        if self.read_ahead is None or (self._next is None and self._size(position) < self.MIN_AHEAD_BYTES):
             return self._unpack(position)
         # The thread is the only one that reads the file.
         ready, self._next = self._next, None
@@ -377,9 +423,12 @@ class Places:
         is_sequential = ready is None or ready[0] == position
         following = position + 1
         if is_sequential and following < len(self._numbers):
-            if self._container.chunks[self._numbers[following]].size <= self.MAX_AHEAD_BYTES:
+            if self.MIN_AHEAD_BYTES <= self._size(following) <= self.MAX_AHEAD_BYTES:
                 self._next = (following, self.read_ahead.submit(self._unpack, following))
         return future.result()
+
+    def _size(self, position: int) -> int:
+        return self._container.chunks[self._numbers[position]].size
 
     def _unpack(self, position: int) -> Content:
         container, number = self._container, self._numbers[position]

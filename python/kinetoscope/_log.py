@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, List, NamedTuple, Tuple
 
 from ._chunks import LOG
-from ._container import Container, open_file
+from ._container import Container
 from ._errors import damaged
 from ._frames import Places
 
@@ -27,7 +27,7 @@ def read(container: Container) -> Tuple[LogEntry, ...]:
     if channel is None:
         return ()
     entries: List[LogEntry] = []
-    with open_file(container.path) as stream:
+    with container.open() as stream:
         for content, log_time, start, end in Places(container, channel.id, stream).lines():
             try:
                 message = _decoded(container.schemas[channel.schema_id], content[start:end])

@@ -8,13 +8,31 @@ import os
 import shutil
 import tempfile
 from pathlib import Path
-from typing import Any, Dict, Mapping, Tuple
+from typing import Any, Dict, Mapping, Optional, Tuple
 
+from . import _programs, _runs_table
 from ._errors import KinetoscopeError
 
 METRICS = "metrics.json"
+# Layout of `metrics.json` that this package reads.
+METRICS_SCHEMA = 3
+# Columns of the table of metrics after the coordinates.
+COLUMNS = (
+    "replicate",
+    "metric",
+    "value",
+    "unit",
+    "standard_error",
+    "theory",
+    "deviation_sigma",
+    "scope",
+    "applicable",
+    "reason",
+    "file",
+    "source",
+)
 # Results that an analysis keeps next to the recordings; the one that is read comes last.
-KEPT = ("metrics.csv", METRICS)
+KEPT = (_runs_table.TABLE, "metrics.csv", METRICS)
 # What the program keeps of each recording next to its results, so that a later analysis reads none again.
 CACHE = ".analysis-cache"
 
@@ -23,18 +41,35 @@ class NoResultsError(KinetoscopeError):
     """There are no results of these recordings."""
 
 
-def read(folder: Path, run_keys: Mapping[str, str], schema: int) -> Dict[str, Any]:
+def read(
+    folder: Path, run_keys: Mapping[str, str], programs: Optional[_programs.PathLike]
+) -> Dict[str, Any]:
     """The contents of `metrics.json`, whose runs must be those given by file and run key."""
-    analysis, found = _parsed(folder / METRICS, schema)
+    analysis, found = _parsed(folder / METRICS)
+    if has_means_only(analysis):
+        found = _keys_of_table(folder, programs)
     if found != dict(run_keys):
         differing = sum(run_keys.get(file) != found.get(file) for file in {**run_keys, **found})
         raise NoResultsError(f"{folder / METRICS} belongs to other recordings: {differing} differ")
     return analysis
 
 
-def read_of_some(folder: Path, run_keys: Mapping[str, str], schema: int) -> Dict[str, Any]:
+def has_means_only(analysis: Mapping[str, Any]) -> bool:
+    """Whether there are so many runs that only `runs.parquet` has the metrics of each."""
+    return bool(analysis.get("run_count") and not analysis["runs"])
+
+
+def _keys_of_table(folder: Path, programs: Optional[_programs.PathLike]) -> Dict[str, str]:
+    try:
+        keys = _runs_table.read(folder, ["file", "run_key"], programs)
+    except KinetoscopeError as error:
+        raise NoResultsError(error.message) from error
+    return dict(zip(keys["file"], keys["run_key"]))
+
+
+def read_of_some(folder: Path, run_keys: Mapping[str, str]) -> Dict[str, Any]:
     """The part of `metrics.json` on some of its runs; answers and means of more runs are left out."""
-    analysis, found = _parsed(folder / METRICS, schema)
+    analysis, found = _parsed(folder / METRICS)
     for file, run_key in run_keys.items():
         if found.get(file) != run_key:
             raise NoResultsError(f"{folder / METRICS} does not have the run of {file}")
@@ -44,7 +79,7 @@ def read_of_some(folder: Path, run_keys: Mapping[str, str], schema: int) -> Dict
     return {**analysis, "metrics": metrics, "answer": None}
 
 
-def _parsed(path: Path, schema: int) -> Tuple[Dict[str, Any], Dict[str, str]]:
+def _parsed(path: Path) -> Tuple[Dict[str, Any], Dict[str, str]]:
     """The contents, and the run keys by file."""
     try:
         analysis: Dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
@@ -56,8 +91,8 @@ def _parsed(path: Path, schema: int) -> Tuple[Dict[str, Any], Dict[str, str]]:
         raise NoResultsError(f"{path} cannot be read: {error.strerror}") from error
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise NoResultsError(f"{path} is not the result of an analysis") from error
-    if written != schema:
-        raise NoResultsError(f"{path} has schema version {written}; this package reads version {schema}")
+    if written != METRICS_SCHEMA:
+        raise NoResultsError(f"{path} has schema version {written}; this package reads version {METRICS_SCHEMA}")
     return analysis, found
 
 
@@ -82,5 +117,42 @@ def keep(scratch: Path, folder: Path) -> None:
             shutil.copytree(scratch / CACHE, Path(inner) / CACHE)
             os.rename(Path(inner) / CACHE, folder / CACHE)
         for name in KEPT:
+            if name == _runs_table.TABLE and not (scratch / name).exists():
+                continue
             shutil.copyfile(scratch / name, Path(inner) / name)
             os.replace(Path(inner) / name, folder / name)
+
+
+def check_schema(analysis: Mapping[str, Any]) -> None:
+    """Rejects the results of a program of another version."""
+    schema = analysis["schema"]
+    if schema != METRICS_SCHEMA:
+        raise KinetoscopeError(
+            f"the program writes metrics of schema version {schema}; this package reads version {METRICS_SCHEMA}",
+            "install the same version of both: `pip install --upgrade kinetoscope`",
+        )
+
+
+def row_of(metric: Mapping[str, Any], definition: Mapping[str, Any]) -> Dict[str, Any]:
+    """A metric as a row, with the values of its coordinates and the texts of its definition."""
+    place = metric.get("run") or metric.get("sweep") or {}
+    theory = metric.get("theory")
+    row = dict(metric, metric=metric["name"], theory=theory["value"] if theory else None)
+    row["source"] = definition["source"]
+    if theory and theory["law"] is not None:
+        row["source"] += f"; theory: {definition['laws'][theory['law']]['source']}"
+    row["coordinates"] = {
+        key: entry["value"] if isinstance(entry, dict) else entry
+        for key, entry in place.get("coordinates", {}).items()
+    }
+    row["scope"] = "run" if "run" in metric else "sweep"
+    row["replicate"], row["replicates"], row["along"] = place.get("replicate"), place.get("replicates"), place.get("along")
+    row["file"] = place.get("file")
+    return row
+
+
+def value_of(row: Mapping[str, Any]) -> float:
+    """The value of a metric, which may be missing for a reason."""
+    if row["value"] is None:
+        raise KinetoscopeError(f"`{row['metric']}` has no value: {row['reason']}")
+    return float(row["value"])

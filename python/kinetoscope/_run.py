@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Dict, List, Literal, Optional, Tuple, overload
+from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Literal, Optional, Tuple, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _folder, _log, _player, _programs, _tables, _toml
-from ._container import load
+from ._container import Container, load
 from ._errors import RecordingError, damaged
 from ._frames import Frames
 
@@ -60,23 +61,36 @@ class Run:
         programs: Optional[_programs.PathLike] = None,
         experiment: Optional["Experiment"] = None,
     ) -> None:
-        self.path: Path = _programs.absolute(path)
-        self._programs = programs
-        self._experiment = experiment
-        self._container = load(self.path, allow_torn)
-        self._provenance = self._container.metadata["kinetoscope"]
-        outcome = self._container.metadata.get("kinetoscope.outcome", {}).get("outcome")
+        place = _programs.absolute(path)
+        self._open(load(place, allow_torn), place, programs, experiment)
+        outcome = self._outcome
         if outcome == "interrupted" and not allow_torn:
             raise RecordingError(
                 f"{self.path} is the recording of an interrupted run",
                 "run the same experiment again to complete it, or read its frames with "
                 "`kinetoscope.Run(path, allow_torn=True)`",
             )
-        self._outcome = outcome or "unfinished"
+
+    def _open(
+        self,
+        container: Container,
+        path: Path,
+        programs: Optional[_programs.PathLike],
+        experiment: Optional["Experiment"] = None,
+    ) -> None:
+        self.path: Path = path
+        self._programs = programs
+        self._experiment = experiment
+        self._container = container
+        self._provenance = container.metadata["kinetoscope"]
+        self._outcome = container.metadata.get("kinetoscope.outcome", {}).get("outcome", "unfinished")
+
+    def _has_keyframes(self) -> bool:
+        return self._container.layout.stored.distance != 1
 
     def _with_all_frames(self) -> "Run":
         """The recording in which `kinetoscope fill` restored the frames of this one of keyframes; else this one."""
-        if self._container.layout.stored.distance == 1:
+        if not self._has_keyframes():
             return self
         path = _folder.restored(self.path, self._container.manifest, self._provenance)
         if path is None or not path.is_file():
@@ -142,9 +156,8 @@ class Run:
         """The values of the swept keys, by the names that metrics use, such as ``temperature_k``; empty without a sweep."""
         if self._experiment is not None and self._experiment.path.is_dir():
             return self._experiment._coordinates_of(self)
-        text = _folder.description(self.path.parent)
-        entries = [] if text is None else _folder.entries(self.path.parent, text)
-        return _folder.coordinates_of(self.path.name, entries)
+        folder = self.path.parent
+        return _folder.coordinates_of(self.path.name, folder, _folder.description(folder))
 
     def metric(self, name: str) -> float:
         """The value of one metric of this run.
@@ -212,12 +225,10 @@ class Run:
         """
         _tables.library_module(library)
         frames = self[topic]
-        tables = list(frames)
-        lengths = [len(table) for table in tables]
-        rows = np.concatenate(tables) if tables else np.empty(0, frames.dtype)
+        rows, lengths, times = frames._rows()
         columns: Dict[str, Any] = {
             "frame": np.repeat(np.asarray(frames.indices, dtype=np.int64), lengths),
-            "time": np.repeat(frames.times, lengths),
+            "time": np.repeat(times, lengths),
         }
         for name in frames.columns:
             # The clock of `/frame` has these two itself.
@@ -228,7 +239,8 @@ class Run:
 
     def verify(self) -> Verification:
         """Reruns the run and compares; the result is true if both are equal, and its text names the first difference."""
-        finished = _programs.call(["verify", "--json", os.fspath(self.path)], self._programs)
+        with self._file() as path:
+            finished = _programs.call(["verify", "--json", os.fspath(path)], self._programs)
         if finished.code not in (_programs.EXIT_OK, _programs.EXIT_DIFFERENCE):
             raise finished.error()
         result = finished.json()
@@ -239,10 +251,15 @@ class Run:
         """Displays the player of this run in the cell of a notebook."""
         _player.display(self._player(replay_budget_mb), height)
 
+    @contextlib.contextmanager
+    def _file(self) -> Iterator[Path]:
+        """The recording as a file for the program."""
+        yield self.path
+
     def _player(self, replay_budget_mb: float) -> str:
-        with tempfile.TemporaryDirectory(prefix="kinetoscope-") as folder:
+        with tempfile.TemporaryDirectory(prefix="kinetoscope-") as folder, self._file() as path:
             arguments = ["analyze", "--quiet", "--output", folder, "--replay-budget", str(replay_budget_mb)]
-            finished = _programs.call([*arguments, os.fspath(self.path)], self._programs)
+            finished = _programs.call([*arguments, os.fspath(path)], self._programs)
             report = Path(folder) / "report.html"
             # A failed check does not concern the player.
             if not report.exists():

@@ -18,7 +18,8 @@ def rows(metrics: Sequence[Mapping[str, Any]], names: Sequence[str], by: By) -> 
             runs.setdefault(str(metric["file"]), start)[str(metric["metric"])] = metric["value"]
         return list(runs.values())
     points: Dict[Tuple[Any, ...], List[Mapping[str, Any]]] = {}
-    for metric in of_runs:
+    # Of many runs, there are only the means.
+    for metric in of_runs or [metric for metric in metrics if metric["along"] is None]:
         points.setdefault(_place(metric, names), []).append(metric)
     means: Dict[Tuple[Any, ...], Dict[str, Mapping[str, Any]]] = {}
     for metric in metrics:
@@ -30,7 +31,7 @@ def rows(metrics: Sequence[Mapping[str, Any]], names: Sequence[str], by: By) -> 
 def _point(found: Sequence[Mapping[str, Any]], names: Sequence[str], means: Mapping[str, Mapping[str, Any]]) -> Row:
     """The means of a point; a metric without a mean has the value of the only run."""
     row = _coordinates(found[0], names)
-    replicates = len({metric["file"] for metric in found})
+    replicates = found[0]["replicates"] or len({metric["file"] for metric in found})
     row["replicates"] = replicates
     own = {str(metric["metric"]): metric for metric in found}
     # Fits of a single point are those of the whole sweep.

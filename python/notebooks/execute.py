@@ -6,6 +6,7 @@ Usage: python execute.py PROGRAMS     (the folder of the program kinetoscope)
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import sys
 import tempfile
@@ -15,15 +16,30 @@ from pathlib import Path
 import nbformat
 from nbclient import NotebookClient
 
+import kinetoscope
+
 HERE = Path(__file__).resolve().parent
+
+
+def check_names(path: Path) -> None:
+    """Checks that a notebook of twenty cells of code uses every public name, also of the types that it returns."""
+    notebook = nbformat.read(path, as_version=4)  # type: ignore[no-untyped-call]
+    cells = [cell.source for cell in notebook.cells if cell.cell_type == "code"]
+    names = set(kinetoscope.__all__)
+    for kind in (kinetoscope.Experiment, kinetoscope.Run, kinetoscope.Frames):
+        names |= {name for name in vars(kind) if not name.startswith("_")}
+    unused = sorted(name for name in names if not re.search(rf"\b{name}\b", "\n".join(cells)))
+    if unused or len(cells) != 20:
+        sys.exit(f"{path.name} has {len(cells)} cells of code, expected 20, and does not use {unused}")
 
 
 def main() -> None:
     """Executes all notebooks of this folder."""
     os.environ["PATH"] = os.pathsep.join([os.path.abspath(sys.argv[1]), os.environ["PATH"]])
     notebooks = sorted(HERE.glob("*.ipynb"))
-    if len(notebooks) != 4:
-        sys.exit(f"expected one notebook per model, found {len(notebooks)}")
+    if len(notebooks) != 5:
+        sys.exit(f"expected one notebook per model and that of all names, found {len(notebooks)}")
+    check_names(HERE / "every_name.ipynb")
     with tempfile.TemporaryDirectory() as folder:
         # The notebooks find the experiments as in the repository, and their recordings are removed.
         shutil.copytree(HERE.parent.parent / "experiments", Path(folder) / "experiments")

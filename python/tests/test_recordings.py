@@ -8,7 +8,7 @@ import struct
 import sys
 import zlib
 from pathlib import Path
-from typing import Iterator, List, Optional
+from typing import BinaryIO, Iterator, List, Optional
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ from mcap_protobuf.decoder import DecoderFactory
 from mutated_recording import CHUNK, MutatedRecording, encoded
 
 import kinetoscope as k
-from kinetoscope import _programs
+from kinetoscope import _chunks, _frames, _programs
 
 MODELS = ["first_run", "gas_300_kelvin", "packing_fifty_discs", "orbit_exercise"]
 
@@ -146,6 +146,29 @@ def test_series_of_keyframes_have_all_frames(experiments: Path, tmp_path: Path, 
     assert keys.series("/energy").equals(full.series("/energy"))
 
 
+def test_a_series_reads_the_chunks_of_its_topic_once(
+    experiments: Path, tmp_path: Path, programs: Optional[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    change = {"record.keep": "keyframes", "record.keyframe_distance": 30}
+    run = k.run(experiments / "first_run.toml", set=change, output=tmp_path, programs=programs).runs[0]
+    channel = run._container.channel("/energy")
+    assert channel is not None
+    own = [chunk.offset for chunk in run._container.chunks if channel.id in chunk.channels]
+    read: List[int] = []
+
+    def counted(path: Path, stream: BinaryIO, offset: int, end: int) -> _chunks.Content:
+        read.append(offset)
+        return _chunks.read_chunk(path, stream, offset, end)
+
+    monkeypatch.setattr(_frames, "read_chunk", counted)
+    series = run.series("/energy", "pandas")
+    assert read == own and len(own) > 5 and len(run._container.chunks) > 2 * len(own)
+    # Control: the times and the numbers are those of the frames.
+    assert list(series["time"]) == list(run.times)
+    assert list(series["kinetic_j"]) == [frame["kinetic_j"][0] for frame in run["/energy"]]
+    assert len(read) > 2 * len(own)
+
+
 def test_frames_of_a_part_of_a_run_have_their_numbers(
     experiments: Path, tmp_path: Path, programs: Optional[str]
 ) -> None:
@@ -160,6 +183,8 @@ def test_frames_of_a_part_of_a_run_have_their_numbers(
     assert [index for index, frame in zip(state.indices, state) if not np.array_equal(frame, whole[index])] == []
     assert np.array_equal(state[-1], whole[250]) and np.array_equal(state[1:3].times, full.times[[30, 60]])
     assert keys.series("/state", "pandas")["frame"].unique().tolist() == list(state.indices)
+    with pytest.raises(IndexError, match="frame 250 of 10 frames: .* every 30th frame.*\nhelp: `kinetoscope fill /.*mcap`"):
+        state[250]
     arguments = ["--from", "0.1", "--to", "0.11", "--every", "0.001", str(keys.path), "--output", str(tmp_path / "zoom.mcap")]
     assert _programs.call(["zoom", *arguments], programs).code == 0
     zoomed = k.Run(tmp_path / "zoom.mcap")
@@ -168,6 +193,30 @@ def test_frames_of_a_part_of_a_run_have_their_numbers(
     restored = k.open(keys.path.parent, programs=programs).runs[0]
     assert len(restored["/state"]) == 251 and restored.coordinates == keys.coordinates
     assert restored.run_key == full.run_key
+
+
+def test_metrics_belong_to_the_restored_recording(experiments: Path, tmp_path: Path, programs: Optional[str]) -> None:
+    change = {"record.keep": "keyframes", "record.keyframe_distance": 30}
+    experiment = k.run(experiments / "first_run.toml", set=change, output=tmp_path, programs=programs)
+    keys = experiment.runs[0]
+    name = "energy.kinetic_disagreement_relative"
+    with pytest.raises(k.KinetoscopeError, match="has no value: it needs the states of all frames"):
+        experiment.metric(name)
+    assert _programs.call(["fill", str(keys.path)], programs).code == 0
+    # The same object, one that is opened, and one that reads the results on disk.
+    for again in (experiment, k.open(experiment.path, programs=programs), k.open(experiment.path, programs=tmp_path)):
+        (run,) = again.runs
+        assert run.path != keys.path and len(run["/state"]) == 251
+        assert again.metric(name) == run.metric(name) < 1e-15
+        assert set(again.table("pandas")["file"]) == {run.path.name}
+
+
+def test_merged_recordings_name_what_to_open(recording: k.Run, tmp_path: Path, programs: Optional[str]) -> None:
+    merged = tmp_path / "merged.mcap"
+    call = _programs.call(["compare", "--mcap", str(merged), str(recording.path), str(recording.path)], programs)
+    assert merged.is_file(), call.messages
+    with pytest.raises(k.RecordingError, match="several runs, merged for a viewer"):
+        k.open(merged)
 
 
 def test_missing_optional_packages_are_named(recording: k.Run, monkeypatch: pytest.MonkeyPatch) -> None:

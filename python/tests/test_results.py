@@ -72,7 +72,12 @@ def test_results_on_disk_need_no_program(sweep: k.Experiment, tmp_path: Path, ca
 def test_one_metric_of_a_fresh_folder_writes_no_report(sweep: k.Experiment) -> None:
     before = {path.name for path in sweep.path.iterdir()}
     sweep.metric("pressure.measured", temperature_k=200)
-    assert {path.name for path in sweep.path.iterdir()} - before == {"metrics.json", "metrics.csv", ".analysis-cache"}
+    assert {path.name for path in sweep.path.iterdir()} - before == {
+        "metrics.json",
+        "metrics.csv",
+        "runs.parquet",
+        ".analysis-cache",
+    }
 
 
 def test_without_program_the_missing_file_is_named(sweep: k.Experiment, tmp_path: Path) -> None:

@@ -25,7 +25,7 @@ CHANNEL = re.compile(r'^    (\w+) on "(/\w+)" \{\n(.*?)^    \}', re.MULTILINE | 
 
 def annotations_of_public_names() -> Iterator[Tuple[str, ast.expr]]:
     """Annotations of functions and methods without a leading underscore, in modules of public names."""
-    for module in ("_checks", "_experiment", "_frames", "_launch", "_log", "_run", "_errors"):
+    for module in ("_checks", "_experiment", "_frames", "_launch", "_log", "_run", "_simulation", "_errors"):
         for node in ast.walk(ast.parse((PACKAGE / f"{module}.py").read_text(encoding="utf-8"))):
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 for entry in node.body:

@@ -56,6 +56,7 @@ use messages::suggestion::with_nearest_subcommand;
 use planning::planner::parallel_runs;
 use program_name::ProgramName;
 use running::RunArguments;
+use running::simulate::SimulateArguments;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -75,6 +76,8 @@ struct Arguments {
 enum Command {
     #[command(after_help = with_examples("run", &exit_codes(OF_RUN)))]
     Run(RunArguments),
+    #[command(after_help = with_examples("simulate", &exit_codes(&[])))]
+    Simulate(SimulateArguments),
     #[command(after_help = with_examples("new", &exit_codes(&[])))]
     New(NewArguments),
     #[command(after_help = with_examples("demo", &exit_codes(OF_RUN)))]
@@ -201,6 +204,7 @@ fn with_threads(command: impl FnOnce() -> Exit) -> Exit {
 fn execute(arguments: &Arguments) -> Exit {
     match &arguments.command {
         Command::Run(arguments) => arguments.execute(ProgramName::Kinetoscope),
+        Command::Simulate(arguments) => arguments.execute(),
         Command::New(arguments) => arguments.execute(),
         Command::Demo(arguments) => arguments.execute(ENGINE),
         Command::Check(arguments) => arguments.execute(),

@@ -107,8 +107,15 @@ impl Recording {
     /// # Errors
     /// A recording that cannot be read, or a file that exists or cannot be written.
     pub fn save(&self, path: &Path) -> io::Result<()> {
-        let mut input = self.storage.open(&self.path)?.input;
-        io::copy(&mut input, &mut File::create_new(path)?)?;
+        self.write_to(&mut File::create_new(path)?)
+    }
+
+    /// Writes the recording byte for byte.
+    ///
+    /// # Errors
+    /// A recording that cannot be read, or an output that cannot be written.
+    pub fn write_to(&self, output: &mut impl io::Write) -> io::Result<()> {
+        io::copy(&mut self.storage.open(&self.path)?.input, output)?;
         Ok(())
     }
 

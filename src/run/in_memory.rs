@@ -53,10 +53,27 @@ const IN_MEMORY: &str = "the recording in memory";
 /// # Errors
 /// Like those of [`run`], and `SetupError::stopped` at an interrupt before the start is complete.
 pub fn run_interruptibly(run: &Run, interrupt: &Interrupt) -> Result<Recording, RunError> {
+    recorded(run, interrupt, None)
+}
+
+/// [`run_interruptibly`], with a recording that is not compressed.
+///
+/// # Errors
+/// Like those of [`run_interruptibly`].
+pub fn run_uncompressed(run: &Run, interrupt: &Interrupt) -> Result<Recording, RunError> {
+    recorded(run, interrupt, Some(Compression::None))
+}
+
+fn recorded(
+    run: &Run,
+    interrupt: &Interrupt,
+    compression: Option<Compression>,
+) -> Result<Recording, RunError> {
     let manifest = &run.manifest;
     let canonical = manifest.canonical();
     let key = run_key(&canonical, kind_of(&manifest.model).physics_version, SCHEMA_VERSION);
-    let start = Prepared::new(manifest, &canonical, key.as_str(), interrupt)?;
+    let mut start = Prepared::new(manifest, &canonical, key.as_str(), interrupt)?;
+    start.header.compression = compression.unwrap_or(start.header.compression);
     let recorder = Recorder::create(Vec::new(), &start.header)?;
     let mut state = record_start(start, recorder)?;
     let outcome = record_frames(&mut state, interrupt, &|_, _| {}, |_, _| Ok(()))?;

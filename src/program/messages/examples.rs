@@ -15,6 +15,7 @@ With KINETOSCOPE_ASCII=1, messages and results are ASCII.";
 /// Examples of each subcommand, as words after `kinetoscope`.
 pub(crate) const EXAMPLES: &[(&str, &[&str])] = &[
     ("run", &["run exp.toml", "run exp.toml --set seed=2 --jobs 4", "run experiments --live"]),
+    ("simulate", &["simulate"]),
     ("new", &["new gas", "new first_run --output first_run.toml", "new --list"]),
     ("demo", &["demo"]),
     ("check", &["check exp.toml", "check --locked"]),

@@ -22,6 +22,7 @@ use kinetoscope_console::{Exit, Message, complain};
 use kinetoscope_manifest::{ExpectedOutcome, Experiment, Run, RunKey};
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
+use serde_json::json;
 use std::collections::{HashMap, HashSet};
 use std::io;
 use std::ops::Range;
@@ -185,7 +186,19 @@ impl Execution<'_> {
         self.say(&format!(
             "Wrote {shown}/runs.parquet\nTables of it: kinetoscope table {shown}{next}"
         ));
-        self.without_recordings(self.report_faults(faults))
+        let executed = self.without_recordings(self.report_faults(faults));
+        let json = self.arguments.messages.json.then(|| {
+            json!({
+                "manifest": self.manifest,
+                "experiment": self.experiment.name,
+                "model": self.experiment.model(),
+                "destination": folder,
+                "exit_code": executed.exit.code(),
+                "runs": [],
+                "table": folder.join("runs.parquet"),
+            })
+        });
+        Executed { json, ..executed }
     }
 
     /// The table that an earlier execution has written; a damaged one counts as none, with a note.

@@ -9,6 +9,7 @@ mod next_command;
 mod results;
 mod shards;
 mod shared_pool;
+pub(crate) mod simulate;
 mod sweep_rows;
 mod task_of_rows;
 

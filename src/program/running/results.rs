@@ -63,7 +63,7 @@ pub(crate) fn report_errors(
 }
 
 /// Why an outcome is not the one that the manifest expects. Without the `fault` itself, the recorded text states what failed.
-fn unexpected(
+pub(super) fn unexpected(
     outcome: &Outcome,
     fault: Option<&Message>,
     experiment: &Experiment,
