@@ -24,6 +24,10 @@ const MOST_MANIFEST_BYTES: usize = 256 << 10;
 /// Bytes of a recording that is kept: its metrics need a copy, and the memory is limited to 512 MB.
 const MOST_RECORDED_BYTES: usize = 128 << 20;
 
+/// What to do where a recording cannot be written: there is no disk, only the limit of the sink.
+const ON_FULL_SINK: &str =
+    "record fewer frames or channels in [record], or run the manifest with the program";
+
 /// What a call led to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
@@ -185,9 +189,7 @@ impl Engine {
             Ok(Advanced::ToEnd(outcome)) => self.end(&outcome),
             Err(error) => {
                 self.run = None;
-                // There is no disk: only the limit of the sink can be the reason.
-                let help = "record fewer frames or channels in [record], or run the manifest with the program";
-                Answer::refused(&error.to_string(), help)
+                Answer::refused(&error.to_string(), ON_FULL_SINK)
             }
         }
     }
@@ -198,7 +200,7 @@ impl Engine {
         };
         let sink = match state.recorder.finish(outcome) {
             Ok(sink) => sink,
-            Err(error) => return Answer::failed(&error),
+            Err(error) => return Answer::refused(&error.to_string(), ON_FULL_SINK),
         };
         let mut hasher = locked(&hasher);
         let hashes = hasher.hashes();
@@ -302,6 +304,7 @@ impl CurrentRun {
         answer["version"] = json!([kind.physics_version, SCHEMA_VERSION]);
         if let Some(claim) = &self.claim {
             answer["claimed"] = json!([claim.physics_version, claim.schema_version]);
+            answer["manifest"] = claim.manifest.as_str().into();
             answer["messages"] = claim.hashes.frames.into();
             answer["every"] = claim.hashes.every.into();
         }

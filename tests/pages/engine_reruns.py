@@ -5,6 +5,7 @@ Usage: python engine_reruns.py REPORT.html ...    (package: websockets; programs
 The reports are of a program that was built with the engine (`src/browser/build.sh`). In each page, from a file:
 - the unchanged manifest gives the recorded numbers, digit by digit;
 - after a change of the first number, frames appear, and at least one number is another one; the mark names the change;
+- typing a number keeps the lines of the text, and a change without spaces is named;
 - an invalid number gives the program's error with its key; a manifest of 300 kB and one of 10^8 particles are rejected with a message;
 - a long run is stopped by the reader, and after the stop the page runs again.
 Prints a table with the times of the first frame and of the numbers, and of the longest task, which may have waited for a processor; in Chromium, also its
@@ -29,7 +30,10 @@ PRESS = """async () => {
   reset.click();
   if (change.wait) await new Promise((done) => setTimeout(done, change.wait));
   if (change.factor) { field.value = Number(field.value) * change.factor; field.oninput(); }
+  const lines = text.value.split("\\n").length;
+  for (const value of change.typed ?? []) { field.value = value; field.oninput(); }
   if (change.replace) text.value = text.value.replace(new RegExp(change.replace[0], "m"), change.replace[1]);
+  const added = text.value.split("\\n").length - lines;
   if (change.length) text.value += "#".repeat(change.length);
   let longest = 0, first;
   try { new PerformanceObserver((seen) => seen.getEntries().forEach((task) => (longest = Math.max(longest, task.duration)))).observe({ type: "longtask" }); } catch {}
@@ -44,15 +48,17 @@ PRESS = """async () => {
   const pixels = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
   return JSON.stringify({
     status: status.textContent, rows: table.hidden ? [] : rows, first: first ?? 0, all: performance.now() - started, longest,
-    mark: box.querySelector(".mark").textContent, painted: !canvas.hidden && pixels.some((value) => value > 0),
+    added, mark: box.querySelector(".mark").textContent, painted: !canvas.hidden && pixels.some((value) => value > 0),
   });
 }"""
 
 CASES = {
-    "unchanged": ({"wait": 1500}, lambda found: found["rows"] and all(row[1] == row[2] for row in found["rows"]) and "nothing is changed" in found["mark"]),
+    "unchanged": ({"wait": 1500}, lambda found: found["rows"] and all(row[1] == row[2] for row in found["rows"]) and "Nothing is changed" in found["mark"]),
     "changed": ({"factor": 2}, lambda found: any(row[1] != row[2] for row in found["rows"]) and "→" in found["mark"]
                 and "not the recorded run" in found["mark"] and found["painted"]),
     "invalid": ({"factor": -1}, lambda found: not found["rows"] and "error" in found["status"]),
+    "typed": ({"typed": ["", "3", "", "30"], "stop": 1}, lambda found: found["added"] == 0),
+    "other spaces": ({"replace": ["^(\\w+) = ([1-9]\\d*)$", "$1=1$2"]}, lambda found: "→" in found["mark"]),
     "no manifest": ({"replace": ["^seed.*$", "seed = ["]}, lambda found: not found["rows"] and "error" in found["status"]),
     "too long": ({"length": 300_000}, lambda found: "256 kB" in found["status"]),
     "too large": ({"replace": ["^(particles|discs) = .*$", "$1 = 100000000"]}, lambda found: not found["rows"] and "complete" not in found["status"]),

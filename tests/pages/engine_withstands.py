@@ -5,7 +5,8 @@ Usage: python engine_withstands.py [--count N] FOLDER/report.html    (package: w
 The play page is next to the report, whose program was built with the engine (`src/browser/build.sh`).
 - N changed links [default: 1000]: letters of the address are changed, removed or inserted, or numbers and letters of the manifest in it; in addition, links that
   are huge, unpack to 50 MB, ask for 10^9 particles, or never end. Each gives a message or a run; the page answers within the limit, and no script fails.
-- N changed reports: a bit of the module, of a claim (manifest and hashes) or of the stated hash of the module is changed. Each must give a message and never
+- N changed reports: a bit of the module, of a claim (manifest and hashes) or of the stated hash of the module is changed, or a letter
+  of the manifest that the page shows. Each must give a message and never
   "equal". Control: without a change, the report is equal, and a link that is not changed runs to its end.
 Prints the number of each message; exit code 1 for a fault.
 """
@@ -47,10 +48,11 @@ LINKS = COMMON + """
   const special = async (index) => [
     () => "A".repeat(900000), async () => (await link("#".repeat(255000))) + "AAAA", () => link("\\0".repeat(50000000)),
     () => link(starters[1].replace(/^particles = .*$/m, "particles = 1000000000")), () => link(starters[0].replace(/^duration_s = .*$/m, "duration_s = 1e9")),
-    () => link("<img src=x onerror=alert(1)><script>alert(1)</" + "script>"), () => link("[".repeat(200000)), () => link("")][index]();
+    () => link("<img src=x onerror=alert(1)><script>alert(1)</" + "script>"), () => link("[".repeat(200000)), () => link(""),
+    () => link("q = 1" + " ".repeat(100000) + "x\\n[model.gas]\\nq = 1\\n")][index]();
   for (let index = 0; index < %d; index += 1) {
     const manifest = starters[random(starters.length)], first = %d + index;
-    let letters = first < 1008 && first >= 1000 ? await special(first - 1000) : first < 0 ? await link(manifest) : await link(changes[random(3)](manifest));
+    let letters = first < 1009 && first >= 1000 ? await special(first - 1000) : first < 0 ? await link(manifest) : await link(changes[random(3)](manifest));
     if (first >= 0 && first < 1000 && random(2)) letters = damage[random(4)](letters);
     status.textContent = text.value = "";
     location.hash = "";
@@ -75,21 +77,24 @@ LINKS = COMMON + """
 }"""
 REPORTS = COMMON + """
   const section = document.querySelector(".engine"), button = section.querySelector("button"), list = section.querySelector("ul");
-  const [claim] = document.querySelectorAll("script.claim"), whole = [self.kinetoscopeEngine, claim.textContent, section.dataset.module];
+  const [claim] = document.querySelectorAll("script.claim"), manifest = document.querySelector("pre[data-file]");
+  const whole = [self.kinetoscopeEngine, claim.textContent, section.dataset.module, manifest.textContent];
   for (let index = 0; index < %d; index += 1) {
-    const parts = [...whole], part = random(3);
+    const parts = [...whole], part = random(4);
     // The last letters of base64 have bits without a meaning.
     if (%d) parts[part] = flipped(parts[part].slice(0, -4)) + parts[part].slice(-4);
-    [self.kinetoscopeEngine, claim.textContent, section.dataset.module] = parts;
+    [self.kinetoscopeEngine, claim.textContent, section.dataset.module, manifest.textContent] = parts;
     button.click();
     while (button.textContent === "Stop") await wait(1);
     found.push([...list.children].map((line) => line.textContent).join(" "));
-    [self.kinetoscopeEngine, claim.textContent, section.dataset.module] = whole;
+    [self.kinetoscopeEngine, claim.textContent, section.dataset.module, manifest.textContent] = whole;
   }
   clearInterval(pulse);
   return JSON.stringify({ status: "", found, gap });
 }"""
 BATCH = 50
+# A page that answers no sooner has a loop that grows faster than its link, ms.
+MOST_GAP_MS = 5000
 
 
 def asked(browser, function, faults):
@@ -112,12 +117,13 @@ def examine(browser, report, count):
     faults += [f"a link that is not changed: {words}" for words in unchanged if "the run is complete" not in words]
     # The links after the 1000th are the special ones.
     for first in [*range(0, count, BATCH), 1000]:
-        found, slowest = asked(browser, LINKS % (first + 7, min(BATCH, count - first) if first < 1000 else 8, first), faults)
+        found, slowest = asked(browser, LINKS % (first + 7, min(BATCH, count - first) if first < 1000 else 9, first), faults)
         gap = max(gap, slowest)
         kinds.update(map(kind, found))
         faults += [f"a changed link: {words}" for words in found if not words or words == "no message" or "equal" in words]
     for words, number in kinds.most_common(12):
         print(f"{browser.name}, links: {number:5} {words}")
+    faults += [f"a link stops the page for {gap:.0f} ms"] if gap > MOST_GAP_MS else []
     print(f"{browser.name}: {sum(kinds.values())} changed links, longest time without an answer {gap:.0f} ms", flush=True)
     Pages.open(browser, report.as_uri())
     (unchanged, _) = asked(browser, REPORTS % (1, 1, 0), faults)

@@ -13,5 +13,5 @@ self.kinetoscopeWorker = (show, stop) => {
 
 // Why no engine can run here; empty where one can.
 self.kinetoscopeLack = !self.kinetoscopeEngine
-  ? "The file kinetoscope-engine.js is not next to this page: copy it from the folder of the results, or write the report with --single-file."
+  ? "The file kinetoscope-engine.js is missing next to this page, or damaged: copy it from the folder of the results, or write the report with --single-file."
   : !self.WebAssembly || !self.DecompressionStream ? "This browser has no WebAssembly or cannot unpack gzip: a newer one can run the engine." : "";

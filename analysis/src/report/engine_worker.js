@@ -37,7 +37,7 @@ let answered, kept;
 self.addEventListener("message", ({ data }) => {
   const failed = (error) => postMessage({ failed: error.message });
   if ("module" in data || "compiled" in data) (kept = instance(data)).catch(() => {});
-  else if ("claims" in data) kept.then((engine) => verify(engine, data.claims)).catch(failed);
+  else if ("claims" in data) kept.then((engine) => verify(engine, data)).catch(failed);
   else if ("manifest" in data) kept.then((engine) => rerun(engine, data.manifest)).catch(failed);
   else if ("recording" in data) kept.then((engine) => ask(engine, "recording") || postMessage({ recording: answer(engine).slice() })).catch(failed);
   else answered?.(data.frames);
@@ -75,10 +75,10 @@ const instance = async ({ module, hash, compiled }) => {
   }
 };
 
-const verify = async (engine, claims) => {
+const verify = async (engine, { claims, shown }) => {
   for (const [run, claim] of claims.entries()) {
     await Promise.resolve()
-      .then(() => compare(engine, run, decoded(claim, "the list of hashes")))
+      .then(() => compare(engine, run, decoded(claim, "the list of hashes"), shown[run]))
       .catch((error) => postMessage({ run, error: error.message }));
   }
   postMessage({ done: true });
@@ -128,11 +128,12 @@ const rerun = (engine, manifest) => {
   }
 };
 
-const compare = async (engine, run, claim) => {
+const compare = async (engine, run, claim, texts) => {
   const started = performance.now();
   hand(engine, claim);
   ask(engine, "verify");
-  const { version, claimed, messages: all, every, run_key: key } = JSON.parse(output(engine));
+  const { version, claimed, messages: all, every, run_key: key, manifest } = JSON.parse(output(engine));
+  if (texts.some((text) => text.trim() !== manifest.trim())) throw new Error("this page shows another manifest than that of the recorded run: it was changed");
   if (String(version) !== String(claimed)) postMessage({ run, versions: [claimed, version] });
   let frames = 1, budget = 1, shown = started, most = all, waited = 0, isAsked = false;
   // Frames between two hashes are compared with the second one.

@@ -250,7 +250,7 @@ fn manifest(report: &AnalysisReport) -> Markup {
             details {
                 summary { h2 { (title) } }
                 p { (breakable(&run.file)) }
-                pre { (run.manifest.canonical().trim_end()) }
+                pre data-file=(run.file) { (run.manifest.canonical().trim_end()) }
             }
         }
     }

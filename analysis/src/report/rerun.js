@@ -10,31 +10,54 @@
   const MOST_S = 60, MOST_BYTES = 256 << 10, MOST_ADDRESS = 8192, MOST_ROWS = 12;
   // Up to so many particles without a radius leave a path.
   const MOST_WITH_PATH = 20;
-  let worker, run, view, isRunning, path, hasPath, awaited, timer, place = "", discs = [];
+  let worker, run, view, isRunning, path, hasPath, awaited, timer, place = "", more = "", discs = [];
 
   const say = (words, quality = "") => ([status.textContent, status.className] = [words.slice(0, 9000), quality]);
 
-  // The lines with another value than in the recorded run.
-  const changes = () => {
-    const of = (lines) => new Map(lines.split("\n").map((line) => line.split(/ = (.*)/)).filter(([, value]) => value !== undefined));
-    const before = of(run.manifest);
-    return [...of(text.value)].filter(([key, value]) => before.get(key) !== value).map(([key, value]) => `${key} ${before.get(key) ?? "(none)"} → ${value}`);
+  // The values of a text, by table and key. Each line is read once: a text from a link may be hostile.
+  const valuesOf = (words) => {
+    const found = new Map();
+    let table = "", tables = 0;
+    for (const line of words.split("\n").map((line) => line.trim())) {
+      const at = line.indexOf("=");
+      if (line[0] === "[" && !line.endsWith(",")) table = line.startsWith("[[") ? `${line} ${(tables += 1)}` : line;
+      else if (line[0] !== "#" && at > 0) found.set(`${table} ${line.slice(0, at).trim()}`, line.slice(at + 1).split(" #")[0].trim());
+    }
+    return found;
   };
 
-  const lineOf = (key) => new RegExp(`^(${key}\\s*=\\s*)([^#\n]*?)(?=\\s*(#.*)?$)`, "m");
+  // What differs from the recorded run.
+  const changes = () => {
+    const [before, now] = [valuesOf(run.manifest), valuesOf(text.value)], key = (place) => place.split(" ").pop();
+    return [...[...now].filter(([place, value]) => before.get(place) !== value).map(([place, value]) => `${key(place)} ${before.get(place) ?? "(none)"} → ${value}`),
+      ...[...before].filter(([place]) => !now.has(place)).map(([place, value]) => `${key(place)} ${value} → (none)`)];
+  };
+
+  // Where the value of a key begins and ends in the text.
+  const spotOf = (key) => {
+    const head = new RegExp(`^${key}[ \\t]*=[ \\t]*`, "m").exec(text.value);
+    if (!head) return [0, 0];
+    const start = head.index + head[0].length, rest = text.value.slice(start);
+    return [start, start + rest.slice(0, rest.search(/[#\n]|$/)).trimEnd().length];
+  };
 
   // The numbers of the model's table in a text.
   const keysOf = (words) => {
     const lines = words.split(/^\[model\.\w+\].*$/m)[1]?.split(/^\[/m)[0] ?? "";
-    return [...lines.matchAll(/^(\w+)\s*=\s*[-+]?[.\d]\S*\s*(#.*)?$/gm)].slice(0, 8).map(([, key]) => [key, key]);
+    return [...lines.matchAll(/^(\w+)[ \t]*=[ \t]*[-+]?[.\d]\S*[ \t]*(#.*)?$/gm)].slice(0, 8).map(([, key]) => [key, key]);
   };
 
   function field([key, name]) {
     const label = fields.appendChild(document.createElement("label"));
     label.textContent = `${name} `;
     const input = label.appendChild(document.createElement("input"));
-    Object.assign(input, { type: "number", step: "any", value: lineOf(key).exec(text.value)?.[2].replaceAll("_", ""), autocomplete: "off" });
-    input.oninput = () => (text.value = text.value.replace(lineOf(key), (line, start) => start + input.value));
+    Object.assign(input, { type: "number", step: "any", value: text.value.slice(...spotOf(key)).replaceAll("_", ""), autocomplete: "off" });
+    // A number that is being typed is empty at times: its line stays.
+    input.oninput = () => {
+      const [start, stop] = spotOf(key);
+      if (start) text.value = text.value.slice(0, start) + input.value + text.value.slice(stop);
+      aged();
+    };
   }
 
   function choose(index) {
@@ -44,11 +67,22 @@
 
   const restore = () => edit(run.manifest, run.keys);
 
+  // Results belong to the text of their run.
+  function clear(words) {
+    if (isRunning) end("stopped");
+    table.hidden = canvas.hidden = keep.hidden = find(".mark").hidden = true;
+    if (words !== undefined) say(words);
+  }
+
+  const aged = () => !isRunning && !table.hidden && say("The results are those of the text before this change: press Run.");
+
   function edit(manifest, keys = keysOf(manifest)) {
+    clear(run.hint ?? "");
     text.value = manifest;
-    if (isPlay) find(".asked").textContent = (/^question\s*=\s*"([^"]*)"/m.exec(manifest)?.[1] ?? "").slice(0, 300);
+    if (isPlay) find(".asked").textContent = (/^question[ \t]*=[ \t]*"([^"\n]*)"/m.exec(manifest)?.[1] ?? "").slice(0, 300);
     fields.textContent = "";
-    keys.forEach(field);
+    if (manifest) keys.forEach(field);
+    button.disabled = !manifest || Boolean(self.kinetoscopeLack);
   }
 
   // The text that a link contains. A damaged or a forged one may unpack to more than the memory holds.
@@ -81,11 +115,12 @@
       const manifest = await unpacked(letters);
       if (isPlay) run = { manifest };
       edit(manifest);
+      if (isPlay && menu) menu.selectedIndex = -1;
       if (location.hash) say("The manifest of the link: read it, change it, run it.");
     } catch (error) {
+      edit(isPlay ? "" : run.manifest, run.keys);
       say(error.message, "bad");
     }
-    button.disabled = Boolean(self.kinetoscopeLack);
     box.open = true;
   }
 
@@ -103,6 +138,7 @@
 
   function stop(words, quality) {
     isRunning = false;
+    status.ariaBusy = "false";
     clearTimeout(timer);
     button.textContent = "Run";
     if (words) say(words, quality);
@@ -170,20 +206,24 @@
 
   function show({ data }) {
     if (data.recording) return download(data.recording, "changed.mcap");
+    // An engine that has stopped cannot run again.
+    if (data.failed) {
+      end(data.failed);
+      return start();
+    }
     if (!isRunning) return;
-    if (data.failed) return stop(data.failed, "bad");
     if (data.state) {
       canvas.hidden = false;
       place = ` at frame ${data.frame} of ${data.of}`;
       take(data);
-      const more = data.planned > 1 ? `; the text plans ${data.planned} runs, of which only the first is run` : "";
+      more = data.planned > 1 ? `; the text plans ${data.planned} runs, of which only the first is run` : "";
       const few = data.rows > discs.length ? `; ${discs.length} of ${data.rows} particles are drawn` : "";
       say(`frame ${data.frame} of ${data.of}${few}${more}`);
     }
     if (data.metrics) {
       tell(data.metrics);
       keep.hidden = false;
-      const words = `${data.fault ? `the run fails: ${data.fault}` : "the run is complete"} (${data.frames} frames, ${data.seconds.toFixed(1)} s)`;
+      const words = `${data.fault ? `the run fails: ${data.fault}` : "the run is complete"} (${data.frames} frames, ${data.seconds.toFixed(1)} s)${more}`;
       stop(words, data.fault ? "bad" : "good");
     }
   }
@@ -202,8 +242,10 @@
     if (!worker) return;
     const changed = changes();
     find(".mark").hidden = isPlay;
-    find(".changes").textContent = changed.length ? changed.slice(0, 20).join("; ") : "nothing is changed yet: this is the manifest of the recording";
+    find(".mark strong").hidden = !changed.length;
+    find(".changes").textContent = changed.length ? changed.slice(0, 20).join("; ") : "Nothing is changed: the values are those of the recorded run.";
     isRunning = true;
+    status.ariaBusy = "true";
     [view, path] = [undefined, []];
     table.hidden = canvas.hidden = keep.hidden = true;
     button.textContent = "Stop";
@@ -213,6 +255,10 @@
     worker.postMessage({ manifest: text.value });
   };
   reset.onclick = restore;
+  text.oninput = () => {
+    button.disabled = Boolean(self.kinetoscopeLack);
+    aged();
+  };
   function download(data, name) {
     const link = document.createElement("a");
     link.href = URL.createObjectURL(new Blob([data]));

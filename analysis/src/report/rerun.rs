@@ -34,6 +34,9 @@ struct Changeable<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     keys: Option<Vec<(&'a str, String)>>,
     numbers: Option<Vec<RecordedNumber<'a>>>,
+    /// What the page says before the first run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    hint: Option<&'a str>,
 }
 
 /// A number of the recorded run.
@@ -56,12 +59,13 @@ pub(super) fn section(report: &AnalysisReport, is_single_file: bool) -> Markup {
             manifest: &claim.manifest,
             keys: Some(keys(run, &claim.manifest)),
             numbers: Some(numbers(report, run)),
+            hint: None,
         })
         .collect();
     html! {
         details class="rerun" data-page=(if is_single_file { "" } else { PLAY }) hidden {
             summary { h2 { "Change and rerun" } }
-            (bench(&runs, "Run", "", &["recorded run", "changed by you", "theory for it"]))
+            (bench(&runs, "Run", &["recorded run", "run in this page", "theory for it"]))
         }
         script nonce=(NONCE) { (PreEscaped(SCRIPT)) }
     }
@@ -71,18 +75,18 @@ pub(super) fn section(report: &AnalysisReport, is_single_file: bool) -> Markup {
 pub(super) fn play(module_hash: &str) -> Markup {
     let starters = ModelConfig::NAMES.iter().filter_map(|name| {
         let (name, manifest) = ((*name).to_owned(), starter(name)?);
-        Some(Changeable { name, manifest, keys: None, numbers: None })
+        Some(Changeable { name, manifest, keys: None, numbers: None, hint: Some(HINT) })
     });
     html! {
         section class="rerun" data-play data-page="" data-module=(module_hash) hidden {
-            (bench(&starters.collect::<Vec<_>>(), "Start from", HINT, &["value", "theory"]))
+            (bench(&starters.collect::<Vec<_>>(), "Start from", &["value", "theory"]))
         }
         script nonce=(NONCE) { (PreEscaped(SCRIPT)) }
     }
 }
 
 /// The fields, the manifest, and the places of the run's frames and numbers.
-fn bench(runs: &[Changeable<'_>], menu: &str, hint: &str, columns: &[&str]) -> Markup {
+fn bench(runs: &[Changeable<'_>], menu: &str, columns: &[&str]) -> Markup {
     html! {
         div class="setup" {
             @if runs.len() > 1 {
@@ -105,7 +109,7 @@ fn bench(runs: &[Changeable<'_>], menu: &str, hint: &str, columns: &[&str]) -> M
         div class="result-of-run" {
             p class="asked" {}
             p class="mark" hidden { strong { "Changed by you, not the recorded run: " } span class="changes" {} }
-            p role="status" { (hint) }
+            p role="status" {}
             div class="outcome" {
                 canvas width="480" height="480" role="img" aria-label="Particles of the changed run" hidden {}
                 table hidden {

@@ -72,13 +72,19 @@
     }
   };
 
+  // The texts that the page shows as the manifest of a run.
+  const shown = ({ dataset }, run) => {
+    const changeable = JSON.parse(document.querySelector(".rerun script").textContent)[run]?.manifest;
+    return [...document.querySelectorAll("pre[data-file]")].filter((text) => text.dataset.file === dataset.file).map((text) => text.textContent).concat(changeable ?? []);
+  };
+
   const start = () => {
     list.textContent = "";
     items = [];
     button.textContent = "Stop";
     try {
       worker = self.kinetoscopeWorker(show, stop);
-      worker.postMessage({ claims: claims.map((claim) => claim.textContent) });
+      worker.postMessage({ claims: claims.map((claim) => claim.textContent), shown: claims.map(shown) });
     } catch (error) {
       stop(`the engine cannot be started (${error.message})`);
     }

@@ -55,15 +55,18 @@ pub fn check(manifest: &RunManifest) -> Result<(), SetupError> {
     if needed <= available {
         return Ok(());
     }
-    let gigabytes = |bytes: u64| bytes as f64 / 1e9;
+    let (needed, available) = (needed as f64 / 1e9, available as f64 / 1e9);
+    let (place, more) = if cfg!(target_os = "unknown") {
+        ("a page", "run the manifest with the program")
+    } else {
+        ("this machine", "end other programs, or use a machine with more memory")
+    };
     Err(SetupError::new(
         format!(
-            "the run needs {:.0} GB of memory for its {} particles, this machine has {:.0} GB available",
-            gigabytes(needed).ceil(),
+            "the run needs {needed:.1} GB of memory for its {} particles, {place} has {available:.1} GB available",
             manifest.model.particles(),
-            gigabytes(available).floor()
         ),
-        "reduce the number of particles, end other programs, or use a machine with more memory",
+        format!("reduce the number of particles, {more}"),
     ))
 }
 
