@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each benchmark uses a part of it")]
 
 use kinetoscope_manifest::model::{
-    DemConfig, DiscRadius, Dissipation, GivenState, PeriodicSides, Placement,
+    DemConfig, DiscRadius, Dissipation, Elasticity, GivenState, PeriodicSides, Placement,
 };
 use kinetoscope_manifest::quantity::{Finite, Fraction, NonNegative, Positive};
 use kinetoscope_physics::dem::Dem;
@@ -64,7 +64,7 @@ impl Scene {
             height_m: positive(if is_gas { gas_side } else { bed[1] }),
             gravity_m_per_s2: [0.0, if is_gas { 0.0 } else { -9.81 }]
                 .map(|g| Finite::new(g).expect("finite")),
-            stiffness_n_per_m: positive(5e4),
+            elasticity: Elasticity::Spring(positive(5e4)),
             dissipation: Dissipation::Restitution(
                 Fraction::new(if is_gas { 1.0 } else { 0.5 }).expect("a fraction"),
             ),
