@@ -7,8 +7,8 @@
 //! Setup: pairs and single discs without gravity; numbers of steps per contact are those of `steps_per_wall_contact`, which refers to
 //! the stiffness at the largest overlap; a disc at rest on the floor; 50 random draws of E (1e6 to 1e10 Pa), e, radii (ratio up to 10),
 //! overlaps (1e-4 to 0.03 radii) and steps (20 to 200).
-//! Tolerance: 1e-15 of the elastic force, 1e-14 of the dashpot's; two steps of the duration; |e' - e| <= 0.1 h + h^2/2, of which the linear
-//! spring, h = dt sqrt(k/m_eff) at the largest overlap.
+//! Tolerance: 1e-15 of the elastic force, 1e-14 of the dashpot's; two steps of the duration; |e' - e| <= 0.1 h + h^2/2 with
+//! h = dt sqrt(k/m_eff) at the largest overlap, a third of a linear spring's first term, because the dashpot sets in gradually.
 //! Control: Poisson's ratio 0.29 in place of 0.3, 1 % more of E, a linear spring, and 0.9 of the restitution exceed the tolerances.
 
 use crate::scene::{

@@ -87,7 +87,7 @@ impl<R: Register, L: NormalLaw> LawRegisters<R, L> {
     ) -> NormalForce<R> {
         let ContactKinematics { overlap, circle, separating_speed, .. } = *contact;
         let elastic = L::elastic_force(&self.normal, overlap, circle);
-        let damping = L::damping(&self.normal, damping, circle);
+        let damping = L::damping(&self.normal, damping, overlap, circle);
         motion::normal_force(elastic, damping, separating_speed, self.least_force)
     }
 
@@ -102,7 +102,7 @@ impl<R: Register, L: NormalLaw> LawRegisters<R, L> {
         limit: R,
     ) -> TangentialForce<R> {
         let speed = contact.sliding_speed - surface_speed;
-        let damping = L::damping(&self.normal, damping, contact.circle);
+        let damping = L::damping(&self.normal, damping, contact.overlap, contact.circle);
         let dashpot = -(self.tangential_to_normal_damping * damping) * speed;
         motion::spring_slider(&self.spring, before, speed * self.time_step, dashpot, limit)
     }

@@ -51,7 +51,7 @@ pub(crate) fn solve(discs: &Discs, parameters: &Parameters, contacts: &mut [Cont
             let of_pair = law.damping(discs, disc, contact.partner);
             let radius = discs.reduced_radius(disc, contact.partner);
             let circle = motion::circle_of_contact(radius, contact.overlap);
-            let damping = law.normal.damping(of_pair, circle);
+            let damping = law.normal.damping(of_pair, [contact.overlap, circle]);
             // The speed that the contact would have without its own force.
             let free = end.separating(contact) - contact.normal_force * time_step / effective_mass;
             let force = motion::implicit_normal_force(

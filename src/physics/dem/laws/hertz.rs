@@ -11,7 +11,7 @@
 //! have the ratio e(zeta) of [`restitution`]. The force is zero where y'' is; therefore, e(zeta) with a clamped force holds as well.
 
 use super::normal_law::{Impact, NormalLaw};
-use crate::dem::restitution;
+use crate::dem::{motion, restitution};
 use crate::simd::registers::Register;
 use serde::{Deserialize, Serialize};
 
@@ -20,8 +20,8 @@ use serde::{Deserialize, Serialize};
 pub(crate) struct Hertz {
     /// E*, Pa.
     modulus: f64,
-    /// Largest radius of a circle of contact that is expected, m.
-    largest_circle: f64,
+    /// Largest overlap and radius of a circle of contact that are expected, m.
+    largest: [f64; 2],
 }
 
 /// 4/3 E*, Pa, in all lanes.
@@ -34,10 +34,10 @@ const DURATION: f64 = 2.943_275_184_324_704_7;
 impl Hertz {
     /// The law with the modulus E*, Pa, for an impact and a load that are the hardest ones expected.
     pub(super) fn new(modulus: f64, hardest: &Impact, load: f64, least_overlap: f64) -> Self {
-        let law = Self { modulus, largest_circle: 0.0 };
+        let law = Self { modulus, largest: [0.0; 2] };
         let expected = law.impact_overlap(hardest) + law.overlap_under(load, hardest.radius);
         let overlap = if expected > least_overlap { expected } else { least_overlap };
-        Self { largest_circle: (hardest.radius * overlap).sqrt(), ..law }
+        Self { largest: [overlap, motion::circle_of_contact(hardest.radius, overlap)], ..law }
     }
 
     /// kappa of f_e = kappa delta^(3/2), N/m^(3/2).
@@ -65,7 +65,7 @@ impl NormalLaw for Hertz {
 
     /// eta = 2 zeta sqrt(5/3 E* a m_eff).
     #[inline(always)]
-    fn damping<R: Register>(_: &HertzConstants<R>, of_pair: R, circle: R) -> R {
+    fn damping<R: Register>(_: &HertzConstants<R>, of_pair: R, _: R, circle: R) -> R {
         of_pair * circle.sqrt()
     }
 
@@ -76,7 +76,7 @@ impl NormalLaw for Hertz {
 
     /// 2 E* a_max, N/m.
     fn stiffness(&self) -> f64 {
-        2.0 * self.modulus * self.largest_circle
+        2.0 * self.modulus * self.largest[1]
     }
 
     /// 5/3 E*: 5/6 of the stiffness is that of the equivalent linear spring, and its factor a is that of `damping`.
@@ -84,8 +84,8 @@ impl NormalLaw for Hertz {
         5.0 / 3.0 * self.modulus
     }
 
-    fn largest_circle(&self) -> f64 {
-        self.largest_circle
+    fn largest(&self) -> [f64; 2] {
+        self.largest
     }
 
     /// (5 m v^2/(4 kappa))^(2/5) exp[-4/5 (b/w) acos(zeta)], m: y has the largest value of the equivalent oscillator.

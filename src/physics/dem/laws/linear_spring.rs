@@ -30,7 +30,7 @@ impl NormalLaw for LinearSpring {
 
     /// eta, N s/m, whatever the overlap. The closed forms of a collision are in `restitution`.
     #[inline(always)]
-    fn damping<R: Register>(_: &R, of_pair: R, _: R) -> R {
+    fn damping<R: Register>(_: &R, of_pair: R, _: R, _: R) -> R {
         of_pair
     }
 
@@ -47,8 +47,8 @@ impl NormalLaw for LinearSpring {
         self.stiffness
     }
 
-    fn largest_circle(&self) -> f64 {
-        0.0
+    fn largest(&self) -> [f64; 2] {
+        [0.0; 2]
     }
 
     fn impact_overlap(&self, impact: &Impact) -> f64 {

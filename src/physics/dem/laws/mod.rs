@@ -75,17 +75,17 @@ impl Law {
         with_law!(self, law => of(law, overlap, radius))
     }
 
-    /// Damping of a contact by that of its pair, N s/m.
-    pub(super) fn damping(self, of_pair: f64, circle: f64) -> f64 {
-        fn of<L: NormalLaw>(law: L, of_pair: f64, circle: f64) -> f64 {
-            L::damping(&law.constants(circle), of_pair, circle)
+    /// Damping of a contact by that of its pair, N s/m, the overlap and the circle of contact, m.
+    pub(super) fn damping(self, of_pair: f64, [overlap, circle]: [f64; 2]) -> f64 {
+        fn of<L: NormalLaw>(law: L, of_pair: f64, overlap: f64, circle: f64) -> f64 {
+            L::damping(&law.constants(overlap), of_pair, overlap, circle)
         }
-        with_law!(self, law => of(law, of_pair, circle))
+        with_law!(self, law => of(law, of_pair, overlap, circle))
     }
 
     /// Largest damping of a contact that is expected, by that of its pair, N s/m.
     pub(super) fn largest_damping(self, of_pair: f64) -> f64 {
-        self.damping(of_pair, with_law!(self, law => law.largest_circle()))
+        self.damping(of_pair, with_law!(self, law => law.largest()))
     }
 
     /// Potential energy of a contact, J; `radius` is R in m.

@@ -23,7 +23,8 @@ pub(crate) trait NormalLaw: Copy + Send + Sync {
     fn elastic_force<R: Register>(constants: &Self::Constants<R>, overlap: R, circle: R) -> R;
 
     /// Damping eta of the dashpot, N s/m, by that of the pair, which is 2 zeta sqrt(k m_eff) with the `dashpot_stiffness`.
-    fn damping<R: Register>(constants: &Self::Constants<R>, of_pair: R, circle: R) -> R;
+    fn damping<R: Register>(constants: &Self::Constants<R>, of_pair: R, overlap: R, circle: R)
+    -> R;
 
     /// Potential energy, the integral of f_e over the overlap, J.
     fn potential_energy(&self, overlap: f64, circle: f64) -> f64;
@@ -34,8 +35,8 @@ pub(crate) trait NormalLaw: Copy + Send + Sync {
     /// The stiffness k of a pair's damping, with which zeta gives the restitution e(zeta) of a linear spring.
     fn dashpot_stiffness(&self) -> f64;
 
-    /// Largest radius of a circle of contact that is expected in a run, m; 0 without circles.
-    fn largest_circle(&self) -> f64;
+    /// The overlap and the circle, m, at which the stiffness is the largest; 0 if the damping does not depend on them.
+    fn largest(&self) -> [f64; 2];
 
     /// Largest overlap of an impact, m.
     fn impact_overlap(&self, impact: &Impact) -> f64;
