@@ -271,8 +271,7 @@ fn unstable_time_step_is_rejected() {
     };
     // 6 k dt^2/m < 4 without a dashpot: dt < 0.26 of a contact, of which the default is a twentieth.
     assert!(Dem::prepare(&with_step(1.5), SEED, false).is_ok());
-    let error =
-        Dem::prepare(&with_step(6.0), SEED, false).err().expect("a rejection").0.to_string();
+    let error = Dem::prepare(&with_step(6.0), SEED, false).expect_err("a rejection").0.to_string();
     assert!(error.contains("youngs_modulus_pa = "), "{error}");
     assert!(!error.contains("damping_n_s_per_m = "), "{error}");
 }
