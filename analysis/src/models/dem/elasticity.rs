@@ -59,3 +59,20 @@ impl Elastic {
         fraction * force * self.overlap_m(force, radius)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Source: f = 4/3 E* sqrt(r) delta^(3/2) and 8/15 E* sqrt(r) delta^(5/2) for E* = 3/4 Pa, r = 4 m, delta = 0.25 m: 0.25 N and 0.025 J.
+    /// Control: a linear spring with the same force has other energy.
+    #[test]
+    fn overlap_and_energy_follow_from_the_force() {
+        let hertz = Elastic::Hertz(1.0);
+        let force = hertz.factor() * hertz.force_over_factor(0.25, 4.0);
+        assert!((force - 0.25).abs() < 1e-15, "{force}");
+        assert!((hertz.overlap_m(force, 4.0) - 0.25).abs() < 1e-15);
+        assert!((hertz.energy_j(force, 4.0) - 0.025).abs() < 1e-16);
+        assert!((Elastic::Spring(1.0).energy_j(force, 4.0) - 0.025).abs() > 1e-3, "control");
+    }
+}

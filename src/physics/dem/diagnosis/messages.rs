@@ -88,9 +88,15 @@ fn contact_steps(config: &DemConfig, parameters: &Parameters) -> String {
             parameters.law.normal.contact_duration(effective_mass, ratio, config.limit_damping);
         duration.map(|duration| duration / parameters.time_step)
     };
+    let at = match parameters.law.normal.largest() {
+        [overlap, _] if overlap > 0.0 => {
+            format!("At the largest expected overlap, {overlap:.3e} m, a contact")
+        }
+        _ => "A contact".to_owned(),
+    };
     match (steps(parameters.lightest_pair_mass()), steps(parameters.smallest_mass)) {
         (Some(pair), Some(wall)) => format!(
-            "A contact of the lightest discs lasts {pair:.1} steps with each other, {wall:.1} with a wall."
+            "{at} of the lightest discs lasts {pair:.1} steps with each other, {wall:.1} with a wall."
         ),
         _ => "The dashpot is overdamped: contacts do not end.".to_owned(),
     }

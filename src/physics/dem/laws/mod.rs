@@ -85,7 +85,12 @@ impl Law {
 
     /// Largest damping of a contact that is expected, by that of its pair, N s/m.
     pub(super) fn largest_damping(self, of_pair: f64) -> f64 {
-        self.damping(of_pair, with_law!(self, law => law.largest()))
+        self.damping(of_pair, self.largest())
+    }
+
+    /// The overlap and the circle of contact, m, at which the stiffness is the largest; see [`NormalLaw::largest`].
+    pub(super) fn largest(self) -> [f64; 2] {
+        with_law!(self, law => law.largest())
     }
 
     /// Potential energy of a contact, J; `radius` is R in m.
