@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each benchmark uses a part of it")]
 
 use kinetoscope_manifest::model::{
-    DemConfig, DiscRadius, Dissipation, GivenState, PeriodicSides, Placement,
+    DemConfig, DiscRadius, Dissipation, Elasticity, GivenState, PeriodicSides, Placement,
 };
 use kinetoscope_manifest::quantity::{Finite, Fraction, NonNegative, Positive};
 use kinetoscope_physics::dem::Dem;
@@ -24,6 +24,9 @@ pub(crate) enum Scene {
     Settled,
     /// The same with friction 0.5.
     Rubbing,
+    /// The bed at rest with spheres by Hertz's law, and the same with friction 0.5.
+    Spheres,
+    RubbingSpheres,
     /// Packing fraction 0.3, periodic, without gravity, e = 1.
     Gas,
     /// A loose bed that collapses.
@@ -38,6 +41,8 @@ impl Scene {
         match name {
             "settled" => Some(Self::Settled),
             "rubbing" => Some(Self::Rubbing),
+            "spheres" => Some(Self::Spheres),
+            "rubbing_spheres" => Some(Self::RubbingSpheres),
             "gas" => Some(Self::Gas),
             "collapse" => Some(Self::Collapse),
             "equal" => Some(Self::Equal),
@@ -64,12 +69,18 @@ impl Scene {
             height_m: positive(if is_gas { gas_side } else { bed[1] }),
             gravity_m_per_s2: [0.0, if is_gas { 0.0 } else { -9.81 }]
                 .map(|g| Finite::new(g).expect("finite")),
-            stiffness_n_per_m: positive(5e4),
+            // Spheres that fall through the bed overlap about as much as the discs.
+            elasticity: match self {
+                Self::Spheres | Self::RubbingSpheres => Elasticity::Hertz(positive(2e8)),
+                _ => Elasticity::Spring(positive(5e4)),
+            },
             dissipation: Dissipation::Restitution(
                 Fraction::new(if is_gas { 1.0 } else { 0.5 }).expect("a fraction"),
             ),
-            friction: NonNegative::new(if self == Self::Rubbing { 0.5 } else { 0.0 })
-                .expect("not negative"),
+            friction: NonNegative::literal(match self {
+                Self::Rubbing | Self::RubbingSpheres => 0.5,
+                _ => 0.0,
+            }),
             periodic: if is_gas { PeriodicSides::Both } else { PeriodicSides::None },
             placement: Placement::Random,
             duration_s: positive(1e3),
@@ -84,7 +95,7 @@ impl Scene {
         let config = if self == Self::Gas { with_speeds(config) } else { config };
         let mut model = Dem::prepare(&config, SEED, false).expect("a start");
         let steps = match self {
-            Self::Settled | Self::Rubbing => 20_000,
+            Self::Settled | Self::Rubbing | Self::Spheres | Self::RubbingSpheres => 20_000,
             // Until no disc moves: while a bed settles, its motion is chaotic, and rounding errors grow.
             Self::Equal => 200_000,
             Self::Gas => 2000,

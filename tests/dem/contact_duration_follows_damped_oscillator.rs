@@ -8,7 +8,7 @@
 //! Control: a stiffness larger by 1 % changes duration and overlap by more than the tolerances.
 
 use crate::scene::{
-    discs, frame, given, gravity, per_contact, positive, prepared, restitution, run_to, time_step,
+    discs, frame, given, gravity, per_contact, prepared, restitution, run_to, spring, time_step,
 };
 use kinetoscope_manifest::model::DemConfig;
 
@@ -18,7 +18,7 @@ const RADIUS: f64 = 5e-4;
 fn contact(tail: bool, stiffness: f64) -> (f64, f64) {
     let config = DemConfig {
         gravity_m_per_s2: gravity(0.0, 0.0),
-        stiffness_n_per_m: positive(stiffness),
+        elasticity: spring(stiffness),
         dissipation: restitution(0.5),
         limit_damping: tail,
         time_step: per_contact(2000.0),

@@ -9,7 +9,7 @@
 //! Control: a friction coefficient larger by 1e-3 is rejected.
 
 use crate::scene::{
-    energy, frame, given, gravity, non_negative, positive, prepared, run_to, time_step,
+    energy, frame, given, gravity, non_negative, positive, prepared, run_to, spring, time_step,
 };
 use kinetoscope_manifest::model::DemConfig;
 
@@ -23,7 +23,7 @@ fn measured(friction: f64) -> [f64; 3] {
     let config = DemConfig {
         width_m: positive(1.0),
         gravity_m_per_s2: gravity(G * libm::sin(ANGLE), -G * libm::cos(ANGLE)),
-        stiffness_n_per_m: positive(1e6),
+        elasticity: spring(1e6),
         friction: non_negative(friction),
         ..DemConfig::default()
     };

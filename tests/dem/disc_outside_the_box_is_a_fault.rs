@@ -3,7 +3,7 @@
 //! Setup: a disc that flies into a corner of walls so soft that they cannot stop it, whatever the direction; m v^2/2 is 4000 times k r^2/2.
 //! Control: walls that stop it, of 10^6 times the stiffness.
 
-use crate::scene::{given, positive, prepared};
+use crate::scene::{given, positive, prepared, spring};
 use kinetoscope_manifest::model::{DemConfig, UnstableTimeStep};
 use kinetoscope_physics::model::{Model, Target};
 
@@ -12,7 +12,7 @@ fn fault(stiffness: f64, velocity: [f64; 2]) -> Option<String> {
     let config = DemConfig {
         width_m: positive(0.01),
         height_m: positive(0.01),
-        stiffness_n_per_m: positive(stiffness),
+        elasticity: spring(stiffness),
         on_unstable_time_step: UnstableTimeStep::Warn,
         ..DemConfig::default()
     };

@@ -18,6 +18,8 @@ mod disc_on_incline_slides_or_rolls;
 mod dropped_disc_rebounds_to_exact_height;
 // Between contacts, discs follow a parabola at constant energy.
 mod free_flight_follows_parabola;
+// With Young's modulus, contacts follow the closed forms of elastic spheres.
+mod hertz_contacts_follow_closed_forms;
 // The implicit dashpot is stable for any damping.
 mod implicit_dashpot_is_stable;
 // A pair of materials determines restitution and friction.

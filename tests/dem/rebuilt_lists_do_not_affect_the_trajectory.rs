@@ -12,6 +12,7 @@
 
 use crate::scene::{
     Disc, discs, given, gravity, non_negative, positive, prepared, restitution, run_to, segment,
+    spring,
 };
 use kinetoscope_manifest::model::DemConfig;
 
@@ -37,7 +38,7 @@ fn bed_after(speed_of_other_disc: f64, rolling_friction: f64) -> Vec<Disc> {
         width_m: positive(width + 0.01),
         height_m: positive(height),
         gravity_m_per_s2: gravity(300.0, -981.0),
-        stiffness_n_per_m: positive(5e6),
+        elasticity: spring(5e6),
         dissipation: restitution(0.6),
         friction: non_negative(0.5),
         rolling_friction: non_negative(rolling_friction),

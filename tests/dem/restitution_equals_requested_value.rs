@@ -11,7 +11,8 @@
 //! Control: the damping ratio of the other tail is rejected.
 
 use crate::scene::{
-    Disc, discs, given, gravity, per_contact, positive, prepared, restitution, run_to, time_step,
+    Disc, discs, given, gravity, per_contact, positive, prepared, restitution, run_to, spring,
+    time_step,
 };
 use kinetoscope_manifest::model::{DemConfig, DiscRadius};
 use std::f64::consts::PI;
@@ -132,7 +133,7 @@ fn unequal_discs_have_the_requested_restitution_and_conserve_momentum() {
     for tail in [false, true] {
         let config = DemConfig {
             radius_m: DiscRadius::Uniform { min: positive(1e-4), max: positive(9e-4) },
-            stiffness_n_per_m: positive(1e6),
+            elasticity: spring(1e6),
             ..config(0.6, tail, 50.0)
         };
         let pair = |number: u32| {

@@ -17,7 +17,7 @@
 //! Control: 0.9 of the requested restitution exceeds the bound.
 
 use crate::scene::{
-    SEED, discs, given, gravity, per_contact, positive, prepared, restitution, run_to,
+    SEED, discs, given, gravity, per_contact, positive, prepared, restitution, run_to, spring,
 };
 use kinetoscope_manifest::model::{DemConfig, DiscRadius, UnstableTimeStep};
 use kinetoscope_physics::dem::restitution::{damping, damping_ratio, restitution as closed_form};
@@ -71,7 +71,7 @@ fn obtained(draw: &Draw, tail: bool, phase: f64, dashpot: f64) -> f64 {
         width_m: positive(1.0),
         height_m: positive(1.0),
         gravity_m_per_s2: gravity(0.0, 0.0),
-        stiffness_n_per_m: positive(draw.stiffness),
+        elasticity: spring(draw.stiffness),
         dissipation: restitution(dashpot),
         limit_damping: tail,
         time_step: per_contact(draw.steps),

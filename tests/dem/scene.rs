@@ -2,8 +2,8 @@
 
 use kinetoscope_manifest::model::{
     DemConfig, DemContactConstants, DemContactPair, DemInsertion, DemMaterial, DemWall,
-    DemWallShape, DiscRadius, Dissipation, GivenState, ModelConfig, PeriodicSides, Placement,
-    TimeStep, UnstableTimeStep,
+    DemWallShape, DiscRadius, Dissipation, Elasticity, GivenState, ModelConfig, PeriodicSides,
+    Placement, TimeStep, UnstableTimeStep,
 };
 use kinetoscope_manifest::quantity::{Finite, Fraction, NonNegative, Positive};
 use kinetoscope_physics::dem::Dem;
@@ -36,6 +36,10 @@ pub(crate) fn positive(value: f64) -> Positive {
 
 pub(crate) fn per_contact(steps: f64) -> TimeStep {
     TimeStep::PerContact(positive(steps))
+}
+
+pub(crate) fn spring(stiffness: f64) -> Elasticity {
+    Elasticity::Spring(positive(stiffness))
 }
 
 pub(crate) fn restitution(value: f64) -> Dissipation {
@@ -200,7 +204,7 @@ pub(crate) fn scenes() -> Vec<(&'static str, DemConfig)> {
         width_m: positive(0.3),
         height_m: positive(0.036),
         gravity_m_per_s2: gravity(50.0, -981.0),
-        stiffness_n_per_m: positive(5e6),
+        elasticity: spring(5e6),
         time_step: per_contact(20.0),
         ..DemConfig::default()
     };
@@ -213,6 +217,8 @@ pub(crate) fn scenes() -> Vec<(&'static str, DemConfig)> {
     vec![
         ("bed", bed.clone()),
         ("frictional bed", frictional.clone()),
+        ("bed of spheres", of_spheres(bed)),
+        ("frictional spheres", of_spheres(small.clone())),
         (
             "periodic",
             DemConfig {
@@ -254,6 +260,11 @@ pub(crate) fn scenes() -> Vec<(&'static str, DemConfig)> {
         ),
         ("insertion onto two materials behind a gate", insertion_scene(small)),
     ]
+}
+
+/// Spheres about as stiff as the discs.
+fn of_spheres(config: DemConfig) -> DemConfig {
+    DemConfig { elasticity: Elasticity::Hertz(positive(4e10)), ..config }
 }
 
 /// Discs of two materials behind a gate that opens, with insertion from above.

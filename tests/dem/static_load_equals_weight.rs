@@ -6,7 +6,7 @@
 //! Tolerance: 1e-9 of the overlap. The oscillation has decayed; positions are rounded to 1e-18 m, and the overlap is 2e-7 m.
 //! Control: a stiffness that differs by 2e-5 changes the overlap by more than 1e-5.
 
-use crate::scene::{discs, energy, frame, given, positive, prepared, restitution, run_to};
+use crate::scene::{discs, energy, frame, given, prepared, restitution, run_to, spring};
 use kinetoscope_manifest::model::{DemConfig, DemDashpot, DemIntegrator};
 use kinetoscope_recording::channels::DemContactStatistics;
 
@@ -66,7 +66,7 @@ fn overlap_carries_the_weight_above() {
 
 #[test]
 fn control_different_stiffness_is_rejected() {
-    let config = DemConfig { stiffness_n_per_m: positive(5.001e4), ..DemConfig::default() };
+    let config = DemConfig { elasticity: spring(5.001e4), ..DemConfig::default() };
     let mut model = prepared(&given(config, &[([0.02, RADIUS], [0.0, 0.0])]));
     run_to(&mut model, 6000);
     let overlap = (RADIUS - discs(&model)[0].position[1]) / (WEIGHT / 5e4);

@@ -13,7 +13,7 @@
 
 use crate::scene::{
     Disc, damping, discs, gravity, non_negative, per_contact, positive, prepared, restitution,
-    run_to, time_step,
+    run_to, spring, time_step,
 };
 use kinetoscope_manifest::model::{
     DemConfig, DiscRadius, Dissipation, PeriodicSides, UnstableTimeStep,
@@ -47,7 +47,7 @@ fn gas(count: u32, aspect: f64, least_radius: f64, periodic: PeriodicSides) -> D
         width_m: positive((area * aspect).sqrt()),
         height_m: positive((area / aspect).sqrt()),
         gravity_m_per_s2: gravity(0.3, -9.81),
-        stiffness_n_per_m: positive(STIFFNESS),
+        elasticity: spring(STIFFNESS),
         dissipation: restitution(0.7),
         friction: non_negative(0.0),
         time_step: per_contact(20.0),

@@ -10,7 +10,7 @@
 //! bits.
 
 use crate::scene::{
-    frame, gravity, non_negative, per_contact, positive, prepared, restitution, scenes,
+    frame, gravity, non_negative, per_contact, positive, prepared, restitution, scenes, spring,
 };
 use kinetoscope_manifest::model::{DemConfig, PeriodicSides, Placement};
 use kinetoscope_physics::dem::Dem;
@@ -81,7 +81,7 @@ fn gas_results_are_independent_of_simd() {
             width_m: positive(side),
             height_m: positive(side),
             gravity_m_per_s2: gravity(0.0, 0.0),
-            stiffness_n_per_m: positive(5e6),
+            elasticity: spring(5e6),
             dissipation: restitution(0.9),
             time_step: per_contact(20.0),
             periodic: PeriodicSides::Both,

@@ -9,7 +9,7 @@
 //! Control: a time step 10 % above the suggested one is rejected; N_t = 20 is accepted without warnings.
 
 use crate::scene::{
-    SEED, damping, equal, frame, given, per_contact, positive, prepared, restitution,
+    SEED, damping, equal, frame, given, per_contact, positive, prepared, restitution, spring,
 };
 use kinetoscope_manifest::model::{DemConfig, DemDashpot, StepLength, TimeStep, UnstableTimeStep};
 use kinetoscope_physics::dem::Dem;
@@ -37,7 +37,7 @@ fn with_suggestion(config: &DemConfig, key: &str, value: f64) -> DemConfig {
         "steps_per_wall_contact" => changed.time_step = per_contact(value),
         "damping_n_s_per_m" => changed.dissipation = damping(value),
         "restitution" => changed.dissipation = restitution(value),
-        "stiffness_n_per_m" => changed.stiffness_n_per_m = positive(value),
+        "stiffness_n_per_m" => changed.elasticity = spring(value),
         "radius_m" => changed.radius_m = equal(value),
         other => panic!("no such key: {other}"),
     }
@@ -163,7 +163,7 @@ fn strong_but_stable_dashpot_causes_a_warning() {
 fn exercise_radius_is_rejected_and_accepted_with_stiffer_contacts() {
     let small = |stiffness: f64| DemConfig {
         radius_m: equal(1e-4),
-        stiffness_n_per_m: positive(stiffness),
+        elasticity: spring(stiffness),
         ..DemConfig::default()
     };
     for (dissipation, overlap) in [(restitution(0.5), "0.93"), (damping(0.0), "1.25")] {
@@ -181,7 +181,7 @@ fn exercise_radius_passes_through_the_wall() {
     let dropped = |stiffness: f64| {
         let config = DemConfig {
             radius_m: equal(1e-4),
-            stiffness_n_per_m: positive(stiffness),
+            elasticity: spring(stiffness),
             dissipation: restitution(0.9),
             on_unstable_time_step: UnstableTimeStep::Warn,
             ..DemConfig::default()

@@ -4,18 +4,20 @@
 //! Source: m (v' - v) . (v' + v)/2 = m (v'^2 - v^2)/2, an identity. The forces are computed here independently, over
 //! all pairs, from the recorded positions and the integrator's velocities; the mid-step velocities are the recorded vx,
 //! vy.
-//! Setup: 60 discs of mixed radii that collapse in a narrow box, 3000 steps, both tails.
+//! Setup: 60 discs of mixed radii that collapse in a narrow box, 3000 steps, both tails, linear springs and spheres by Hertz's law.
 //! Tolerance: 1e-11 of the sum of |work|, for the rounding of 3000 sums.
 //! Control: damping larger by 1e-6 is rejected by both sums.
 
 use crate::scene::{
-    Disc, discs, energy, per_contact, positive, prepared, restitution, run_to, time_step,
+    Disc, discs, energy, per_contact, positive, prepared, restitution, run_to, spring, time_step,
 };
-use kinetoscope_manifest::model::{DemConfig, DiscRadius};
+use kinetoscope_manifest::model::{DemConfig, DiscRadius, Elasticity};
 use kinetoscope_physics::dem::restitution::damping_ratio;
 use std::num::NonZeroU32;
 
 const STIFFNESS: f64 = 5e4;
+/// Young's modulus, Pa; Poisson's ratio is 0.3.
+const MODULUS: f64 = 1e8;
 const SIDE: f64 = 0.012;
 const REQUESTED: f64 = 0.7;
 const STEPS: u64 = 3000;
@@ -31,16 +33,27 @@ struct Step {
     contacts: u64,
 }
 
+/// Elastic force and damping of a contact with the damping ratio zeta, by the overlap, the effective mass and the reduced radius. Those
+/// of spheres are `hertz_contacts_follow_closed_forms`'s.
+fn contact_law(hertz: bool, zeta: f64, overlap: f64, mass: f64, radius: f64) -> [f64; 2] {
+    if !hertz {
+        return [STIFFNESS * overlap, 2.0 * zeta * (STIFFNESS * mass).sqrt()];
+    }
+    let kappa = 4.0 / 3.0 * MODULUS / (2.0 * (1.0 - 0.09)) * radius.sqrt();
+    let damping = zeta * (5.0 * mass * kappa).sqrt() * libm::pow(overlap, 0.25);
+    [kappa * libm::pow(overlap, 1.5), damping]
+}
+
 /// Equation (1) of the DEM exercise for every pair and every wall. `damping_scale` is 1, except in the control.
-fn step(state: &[Disc], tail: bool, time_step: f64, damping_scale: f64) -> Step {
+fn step(state: &[Disc], [tail, hertz]: [bool; 2], time_step: f64, damping_scale: f64) -> Step {
     let zeta = damping_ratio(REQUESTED, tail) * damping_scale;
     let mut sum = Step { work: 0.0, dissipated: 0.0, contacts: 0 };
-    let mut contact = |overlap: f64, mass: f64, speed: f64, mid_speed: f64| {
+    let mut contact = |overlap: f64, mass: f64, radius: f64, speed: f64, mid_speed: f64| {
         if overlap <= 0.0 {
             return;
         }
-        let spring = STIFFNESS * overlap;
-        let mut force = spring - 2.0 * zeta * (STIFFNESS * mass).sqrt() * speed;
+        let [spring, damping] = contact_law(hertz, zeta, overlap, mass, radius);
+        let mut force = spring - damping * speed;
         if tail && force < 0.0 {
             force = 0.0;
         }
@@ -58,6 +71,7 @@ fn step(state: &[Disc], tail: bool, time_step: f64, damping_scale: f64) -> Step 
             contact(
                 disc.radius + other.radius - distance,
                 1.0 / (1.0 / mass(disc) + 1.0 / mass(other)),
+                1.0 / (1.0 / disc.radius + 1.0 / other.radius),
                 along(disc.step_velocity, other.step_velocity),
                 along(disc.velocity, other.velocity),
             );
@@ -66,7 +80,8 @@ fn step(state: &[Disc], tail: bool, time_step: f64, damping_scale: f64) -> Step 
             for (distance, sign) in [(disc.position[axis], 1.0), (SIDE - disc.position[axis], -1.0)]
             {
                 let (speed, mid_speed) = (disc.step_velocity[axis], disc.velocity[axis]);
-                contact(disc.radius - distance, mass(disc), sign * speed, sign * mid_speed);
+                let overlap = disc.radius - distance;
+                contact(overlap, mass(disc), disc.radius, sign * speed, sign * mid_speed);
             }
         }
     }
@@ -85,7 +100,7 @@ struct Outcome {
     contact_steps: u64,
 }
 
-fn outcome(tail: bool, damping_scale: f64) -> Outcome {
+fn outcome([tail, hertz]: [bool; 2], damping_scale: f64) -> Outcome {
     let config = DemConfig {
         discs: NonZeroU32::new(60).expect("not zero"),
         radius_m: DiscRadius::Uniform { min: positive(3e-4), max: positive(7e-4) },
@@ -93,6 +108,7 @@ fn outcome(tail: bool, damping_scale: f64) -> Outcome {
         height_m: positive(SIDE),
         dissipation: restitution(REQUESTED),
         limit_damping: tail,
+        elasticity: if hertz { Elasticity::Hertz(positive(MODULUS)) } else { spring(STIFFNESS) },
         time_step: per_contact(20.0),
         ..DemConfig::default()
     };
@@ -105,7 +121,7 @@ fn outcome(tail: bool, damping_scale: f64) -> Outcome {
     let (mut work, mut dissipated, mut throughput, mut contact_steps) = (0.0, 0.0, 0.0, 0);
     let start = kinetic(&discs(&model));
     for count in 1..=STEPS {
-        let found = step(&discs(&model), tail, time_step, damping_scale);
+        let found = step(&discs(&model), [tail, hertz], time_step, damping_scale);
         work += found.work;
         throughput += found.work.abs();
         dissipated += found.dissipated;
@@ -113,7 +129,7 @@ fn outcome(tail: bool, damping_scale: f64) -> Outcome {
         run_to(&mut model, count);
     }
     // At the time of a frame, the recorded energy includes half a step of the current power.
-    let half = 0.5 * step(&discs(&model), tail, time_step, damping_scale).dissipated;
+    let half = 0.5 * step(&discs(&model), [tail, hertz], time_step, damping_scale).dissipated;
     let end = discs(&model);
     Outcome {
         imbalance: (kinetic(&end) - start - work).abs() / throughput,
@@ -124,21 +140,23 @@ fn outcome(tail: bool, damping_scale: f64) -> Outcome {
 
 #[test]
 fn work_of_all_forces_equals_the_change_of_kinetic_energy() {
-    for tail in [false, true] {
-        let found = outcome(tail, 1.0);
+    for law @ [tail, hertz] in [[false, false], [true, false], [false, true], [true, true]] {
+        let found = outcome(law, 1.0);
         println!(
-            "{tail:?}: imbalance {:.1e}, dissipation error {:.1e}, {} contact steps",
+            "tail {tail}, spheres {hertz}: imbalance {:.1e}, dissipation error {:.1e}, {} contact steps",
             found.imbalance, found.dissipation_error, found.contact_steps
         );
         assert!(found.contact_steps > 10_000, "{}", found.contact_steps);
-        assert!(found.imbalance < 1e-11, "{tail:?}: {:e}", found.imbalance);
-        assert!(found.dissipation_error < 1e-11, "{tail:?}: {:e}", found.dissipation_error);
+        assert!(found.imbalance < 1e-11, "{law:?}: {:e}", found.imbalance);
+        assert!(found.dissipation_error < 1e-11, "{law:?}: {:e}", found.dissipation_error);
     }
 }
 
 #[test]
 fn control_stronger_dashpot_is_rejected() {
-    let found = outcome(false, 1.0 + 1e-6);
-    assert!(found.imbalance > 1e-9, "{:e}", found.imbalance);
-    assert!(found.dissipation_error > 1e-9, "{:e}", found.dissipation_error);
+    for hertz in [false, true] {
+        let found = outcome([false, hertz], 1.0 + 1e-6);
+        assert!(found.imbalance > 1e-9, "{:e}", found.imbalance);
+        assert!(found.dissipation_error > 1e-9, "{:e}", found.dissipation_error);
+    }
 }

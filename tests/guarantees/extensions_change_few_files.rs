@@ -4,7 +4,7 @@
 //! Setup: the example `extend` adds all of them to a copy of the sources, which is built once. Its programs record and analyze an
 //! experiment of each extension: the energy error of an oscillator by semi-implicit Euler is (omega dt/2)/(1 - omega dt/2) = 5.26 %, the
 //! speed at the perihelion follows from the conservation of energy, Ruth's method has the order 3 that its properties state, and an
-//! impact by Hertz's law has the overlap, the duration and the restitution of its closed form.
+//! impact of a cone has the overlap, the duration and the restitution of its closed form.
 //! Control: the checks would fail for an energy error of 4 % or 5.5 %, for another speed, for another order, and for a linear spring; the
 //! build fails if one of the lines is missing.
 
@@ -20,7 +20,7 @@ const EXTENSIONS: [(&str, &str, &str); 4] = [
     ("model", "- **A model:**", "oscillator"),
     ("metric", "- **A metric:**", "perihelion_speed"),
     ("integrator", "- **An integrator:**", "ruth"),
-    ("contact_law", "- **A contact law:**", "hertz"),
+    ("contact_law", "- **A contact law:**", "cone"),
 ];
 
 /// Runs a command in a folder and returns what it printed.

@@ -39,6 +39,7 @@ const DEM: Keys = &[
     ("height_m", &["0.003", "0.01", "1.0", "1e9"]),
     ("radius_m", &["1e-4", "{ small = 1e-4, large = 1e-3, small_fraction = 0.5 }", "1e-9", "0.2"]),
     ("stiffness_n_per_m", &["1e-9", "5e4", "1e15"]),
+    ("youngs_modulus_pa", &["1e-9", "1e9", "1e300"]),
     ("restitution", &["1e-300", "1e-6", "0.999999999999", "1.0"]),
     ("limit_damping", &["true", "false"]),
     ("friction", &["0.0", "1e-300", "0.5", "1e6"]),

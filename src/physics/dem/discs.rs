@@ -129,6 +129,15 @@ impl Discs {
         }
     }
 
+    /// R of a disc and its partner, m: 1/R is the sum of their inverse radii, 1/r with a wall.
+    pub(super) fn reduced_radius(&self, disc: usize, partner: Partner) -> f64 {
+        let radius = self.radii[disc];
+        match partner {
+            Partner::Disc(other) => motion::reduced_radius(radius, self.radii[other as usize]),
+            Partner::Wall(_) => radius,
+        }
+    }
+
     /// Adds discs without spin.
     pub(super) fn extend(&mut self, discs: &[Disc]) {
         discs.iter().for_each(|disc| self.push(disc));

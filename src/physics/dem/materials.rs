@@ -79,10 +79,12 @@ pub(super) struct ContactLaw {
 }
 
 impl ContactConstants {
-    /// Damping eta of a contact, N s/m.
+    /// Damping eta of a pair, N s/m.
     pub(super) fn damping(&self, law: Law, effective_mass: f64) -> f64 {
         match self.dashpot {
-            Dashpot::Ratio(ratio) => restitution::damping(ratio, law.stiffness(), effective_mass),
+            Dashpot::Ratio(ratio) => {
+                restitution::damping(ratio, law.dashpot_stiffness(), effective_mass)
+            }
             Dashpot::Damping(damping) => damping,
         }
     }
@@ -280,7 +282,7 @@ impl ContactLaw {
             Some(Dashpot::Damping(damping)) => dampings.fill(damping),
             Some(Dashpot::Ratio(ratio)) => {
                 let masses = counted_from.map(|from| &discs.masses[from..]);
-                let stiffness = self.normal.stiffness();
+                let stiffness = self.normal.dashpot_stiffness();
                 dampings_of_ratio(ratio, stiffness, masses, [first, second], dampings);
             }
             None => {

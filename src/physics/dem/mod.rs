@@ -14,6 +14,7 @@ mod block;
 mod diagnosis;
 mod discs;
 mod energy;
+mod expected_load;
 mod forces;
 mod insertion;
 mod integrate;

@@ -48,6 +48,19 @@ pub fn effective_mass(first: f64, second: f64) -> f64 {
     first * second / (first + second)
 }
 
+/// Reduced radius of a pair, R = r_i r_j / (r_i + r_j), in m. Against a wall it is the disc's own radius.
+#[inline(always)]
+pub(crate) fn reduced_radius<R: Register>(first: R, second: R) -> R {
+    first * second / (first + second)
+}
+
+/// Radius of the circle in which two spheres touch, a = sqrt(R delta), in m, by the reduced radius R and the overlap delta
+/// (Landau and Lifshitz, Theory of Elasticity, section 9).
+#[inline(always)]
+pub(crate) fn circle_of_contact<R: Register>(reduced_radius: R, overlap: R) -> R {
+    (reduced_radius * overlap).sqrt()
+}
+
 /// Squared distance d^2 = x^2 + y^2 of two centers, m^2.
 #[inline(always)]
 pub(crate) fn distance_squared<R: Register>([x, y]: [R; 2]) -> R {

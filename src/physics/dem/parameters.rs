@@ -1,5 +1,6 @@
 //! The constants of a run and of a step, derived from the manifest once.
 
+use super::expected_load;
 use super::laws::Law;
 use super::materials::{ContactLaw, Materials};
 use super::neighbors::tiers::Scope;
@@ -85,7 +86,7 @@ impl Parameters {
             TimeStep::Length(StepLength::Automatic) => {
                 let pair_mass = 0.5 * smallest_mass;
                 let strongest = law.materials.strongest_dashpot();
-                let damping = strongest.damping(normal, pair_mass);
+                let damping = normal.largest_damping(strongest.damping(normal, pair_mass));
                 let by_dashpot = AUTOMATIC_DAMPING_STEP * pair_mass / damping;
                 let by_spring = per_contact(AUTOMATIC_STEPS_PER_CONTACT);
                 if by_dashpot < by_spring { by_dashpot } else { by_spring }
@@ -118,10 +119,11 @@ impl Parameters {
         0.5 * self.smallest_mass
     }
 
-    /// eta of the lightest pair with the strongest dashpot, N s/m.
+    /// Largest expected eta of the lightest pair with the strongest dashpot, N s/m.
     pub(super) fn strongest_damping(&self) -> f64 {
         let pair = self.law.materials.strongest_dashpot();
-        pair.damping(self.law.normal, self.lightest_pair_mass())
+        let law = self.law.normal;
+        law.largest_damping(pair.damping(law, self.lightest_pair_mass()))
     }
 
     /// Damping ratio of the weakest dashpot at an effective mass.
@@ -166,11 +168,9 @@ impl Parameters {
         self.walls.iter().map(|wall| wall.motion.displacement(time)).collect()
     }
 
-    /// Weight of a column of discs as high as the box, and of a row as wide, in N: a disc of `mass` and `others` in even layers.
+    /// Weight of a column of discs, N; see `expected_load`.
     pub(super) fn column_weight(&self, mass: f64, others: f64) -> f64 {
-        let layers = |side: f64| 1.0 + others * 2.0 * self.radius / side;
-        mass * (self.gravity[0].abs() * layers(self.sides[1])
-            + self.gravity[1].abs() * layers(self.sides[0]))
+        expected_load::column_weight(mass, others, self.radius, self.sides, self.gravity)
     }
 
     /// Mass of a disc: discs of one material have one areal density.

@@ -299,11 +299,6 @@ fn recorded_discs(
     Ok(discs)
 }
 
-/// Centers and velocities of a recorded start; empty if it was not read.
-pub(super) fn recorded_motions(start: &StartFrom) -> Vec<[f64; 4]> {
-    restart_state::rows(start, ["x", "y", "vx", "vy"]).unwrap_or_default()
-}
-
 fn check_recorded(
     rows: &[[f64; 6]],
     config: &DemConfig,

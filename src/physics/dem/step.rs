@@ -181,12 +181,13 @@ pub(super) struct ContactStatistics {
 }
 
 impl ContactStatistics {
-    fn add(&mut self, contact: &Contact, law: Law) {
+    fn add(&mut self, contact: &Contact, law: Law, discs: &Discs) {
         match contact.partner {
             Partner::Disc(_) => self.pairs += 1,
             Partner::Wall(_) => self.walls += 1,
         }
-        self.elastic.add(law.potential_energy(contact.overlap));
+        let radius = discs.reduced_radius(contact.disc as usize, contact.partner);
+        self.elastic.add(law.potential_energy(contact.overlap, radius));
         if contact.overlap_over_radius > self.max_overlap {
             self.max_overlap = contact.overlap_over_radius;
         }
@@ -207,7 +208,7 @@ impl Evaluation {
         }
         let solved = solved(neighbors, discs, step);
         let mut take = |contact: &Contact| {
-            all.contacts.add(contact, step.parameters.law.normal);
+            all.contacts.add(contact, step.parameters.law.normal, discs);
             on_contact(contact);
         };
         let mut totals = Vec::with_capacity(neighbors.blocks.len());

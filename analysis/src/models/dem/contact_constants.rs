@@ -1,5 +1,6 @@
 //! Constants of the contacts that a manifest describes: pairs of materials, effective masses and the time step.
 
+use super::elasticity::Elastic;
 use kinetoscope_manifest::model::{
     DISC, DemConfig, DemContactPair, DemMaterial, Dissipation, StepLength, TimeStep, WALL,
 };
@@ -77,14 +78,15 @@ fn density_ratios(config: &DemConfig) -> impl Iterator<Item = f64> {
         .map(|(_, material)| material.map_or(1.0, |material| material.density_ratio.get()))
 }
 
-/// The time step, s; `None` for the automatic one, which resolves every contact.
+/// The time step, s; `None` for the automatic one and for that of Hertz's law, which resolve every contact.
 pub(super) fn time_step_s(config: &DemConfig) -> Option<f64> {
     let ratio = config.radius_m.range().0 / config.radius_m.mean();
     let density = density_ratios(config).fold(f64::INFINITY, f64::min);
     let smallest_mass = config.mass_kg.get() * density * ratio * ratio;
     match config.time_step {
         TimeStep::PerContact(steps) => {
-            Some(PI * (smallest_mass / config.stiffness_n_per_m.get()).sqrt() / steps.get())
+            let stiffness = Elastic::of(config).spring_n_per_m()?;
+            Some(PI * (smallest_mass / stiffness).sqrt() / steps.get())
         }
         TimeStep::Length(StepLength::Fixed(step)) => Some(step.get()),
         TimeStep::Length(StepLength::Automatic) => None,

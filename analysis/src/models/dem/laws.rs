@@ -1,6 +1,7 @@
 //! Laws of spring–dashpot contacts, beds and granular gases.
 
 use super::contact_constants;
+use super::elasticity::Elastic;
 use crate::metric::Quantity;
 use crate::metric::law::laws;
 use crate::metric::theory::ExpectedValue;
@@ -81,7 +82,8 @@ pub(crate) fn velocity_transmission(config: &DemConfig) -> Option<f64> {
     let e = contact_constants::restitution_of_discs(config)?;
     let zeta = damping_ratio(e, config.limit_damping);
     let mass = contact_constants::disc_mass_kg(config)?;
-    let frequency = (2.0 * config.stiffness_n_per_m.get() / mass).sqrt();
+    let stiffness = Elastic::of(config).spring_n_per_m()?;
+    let frequency = (2.0 * stiffness / mass).sqrt();
     let way =
         state.velocities_m_per_s.first()?[0].get() * PI / (frequency * (1.0 - zeta * zeta).sqrt());
     let gap = |pair: &[[Finite; 2]]| pair[1][0].get() - pair[0][0].get() - 2.0 * radius.get();
@@ -104,8 +106,8 @@ fn damping_ratio(wanted: f64, tail: bool) -> f64 {
 /// A contact of a disc with a wall, as a damped oscillator.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WallContact {
-    /// sqrt(k/m), rad/s.
-    frequency: f64,
+    /// sqrt(k/m), rad/s; `None` with Hertz's law, for which it depends on the speed.
+    frequency: Option<f64>,
     /// eta / (2 sqrt(k m)).
     damping_ratio: f64,
     /// The specified restitution, or that of the damping.
@@ -134,8 +136,8 @@ const CONTACT_ACCURACY: f64 = 0.05;
 impl WallContact {
     /// The wall contact of a manifest's discs; `None` if restitution or mass differ from disc to disc.
     pub(crate) fn of(config: &DemConfig) -> Option<Self> {
-        let (stiffness, mass) =
-            (config.stiffness_n_per_m.get(), contact_constants::disc_mass_kg(config)?);
+        let mass = contact_constants::disc_mass_kg(config)?;
+        let stiffness = Elastic::of(config).spring_n_per_m();
         let limit_damping = config.limit_damping;
         let (damping_ratio, restitution) = match config.dissipation {
             Dissipation::Restitution(_) => {
@@ -143,12 +145,12 @@ impl WallContact {
                 (damping_ratio(wanted, limit_damping), wanted)
             }
             Dissipation::Damping(damping) => {
-                let ratio = damping.get() / (2.0 * (stiffness * mass).sqrt());
+                let ratio = damping.get() / (2.0 * (stiffness? * mass).sqrt());
                 (ratio, restitution(ratio, limit_damping))
             }
         };
         let time_step_s = contact_constants::time_step_s(config);
-        let frequency = (stiffness / mass).sqrt();
+        let frequency = stiffness.map(|stiffness| (stiffness / mass).sqrt());
         let is_explicit = config.dashpot == DemDashpot::Explicit;
         Some(Self {
             frequency,
@@ -172,7 +174,7 @@ impl WallContact {
     /// it ends so as well. The sum is e (2 zeta + |d ln e/dzeta| zeta^2/2) h, with zeta in place of 2 zeta for the clamped force. Terms
     /// of second order are at most h^2/2. `tests/dem/restitution_is_correct_for_random_parameters.rs` derives and tests both.
     fn restitution_bound(&self) -> Option<f64> {
-        let h = self.frequency * self.time_step_s?;
+        let h = self.frequency? * self.time_step_s?;
         let zeta = self.damping_ratio;
         let is_leading = self.is_explicit
             && zeta < 0.99
@@ -202,19 +204,27 @@ impl WallContact {
         if zeta.is_nan() || zeta >= 0.99 {
             return None;
         }
-        let w = self.frequency * (1.0 - zeta * zeta).sqrt();
+        let frequency = self.frequency?;
+        let w = frequency * (1.0 - zeta * zeta).sqrt();
         Some(match self.limit_damping {
             false => PI / w,
             // The force ends when k delta = eta v; the surfaces separate delta / v = eta / k later.
-            true => clamped_phase(zeta) / w + 2.0 * zeta / self.frequency,
+            true => clamped_phase(zeta) / w + 2.0 * zeta / frequency,
         })
     }
 
     /// A value with its accuracy at the time step. A contact near or above critical damping counts as long as one without damping.
     fn at_time_step(&self, value: f64) -> ExpectedValue {
+        let Some(frequency) = self.frequency else {
+            return ExpectedValue {
+                value,
+                accuracy: Some(CONTACT_ACCURACY * value),
+                violation: None,
+            };
+        };
         let step = self.time_step_s.unwrap_or(0.0);
-        let duration = self.duration().unwrap_or(PI / self.frequency);
-        let damping_step = 2.0 * self.damping_ratio * self.frequency * step;
+        let duration = self.duration().unwrap_or(PI / frequency);
+        let damping_step = 2.0 * self.damping_ratio * frequency * step;
         let accuracy = (ACCURACY_PER_DAMPING_STEP * damping_step).max(CONTACT_ACCURACY);
         // Ten steps per contact are in range, also after rounding.
         let violation = (Quantity::StepOverContact)
@@ -312,7 +322,7 @@ mod tests {
         let contact = |restitution: f64, steps: f64| {
             let step = PI * (1e-3_f64 / 5e4).sqrt() / steps;
             WallContact {
-                frequency: (5e4_f64 / 1e-3).sqrt(),
+                frequency: Some((5e4_f64 / 1e-3).sqrt()),
                 damping_ratio: damping_ratio(restitution, false),
                 restitution,
                 limit_damping: false,

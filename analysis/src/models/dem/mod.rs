@@ -3,6 +3,7 @@
 mod bed_shape;
 mod contact_constants;
 mod disc;
+mod elasticity;
 mod figures;
 mod laws;
 mod metrics;

@@ -2,6 +2,7 @@
 
 use super::bed_shape;
 use super::disc::{Disc, discs};
+use super::elasticity::Elastic;
 use super::laws as law;
 use super::metrics as metric;
 use super::rebounds::Rebounds;
@@ -85,7 +86,8 @@ impl DemRun {
         let is_alone = config.discs.get() == 1 && config.insertion.is_none();
         let drop = is_alone && across == 0.0 && along < 0.0;
         let Extent { walls, radius, .. } = super::extent(&config);
-        let sag = config.mass_kg.get() * -along / config.stiffness_n_per_m.get();
+        let weight = config.mass_kg.get() * -along;
+        let sag = Elastic::of(&config).overlap_m(weight, config.radius_m.mean());
         let row = special_setups::row_of(&config).filter(|count| *count <= MOST_IN_ROW);
         Self {
             row_velocities: vec![Series::default(); row.unwrap_or(0)],
@@ -204,13 +206,15 @@ impl DemRun {
         let covered: f64 = discs.iter().map(area).sum();
         let raised: f64 = discs.iter().map(|disc| area(disc) * disc[1]).sum();
         let bed_height = 2.0 * raised / covered;
-        let overlaps = |gap: &dyn Fn(&[f64; 4]) -> f64| -> f64 {
-            let overlaps = discs.iter().map(|disc| disc[2] - gap(disc));
-            overlaps.filter(|overlap| *overlap > 0.0).sum()
+        let elastic = Elastic::of(&self.config);
+        let forces = |gap: &dyn Fn(&[f64; 4]) -> f64| -> f64 {
+            let overlaps = discs.iter().map(|disc| (disc[2] - gap(disc), disc[2]));
+            let overlapping = overlaps.filter(|(overlap, _)| *overlap > 0.0);
+            overlapping.map(|(overlap, radius)| elastic.force_over_factor(overlap, radius)).sum()
         };
-        let stiffness = self.config.stiffness_n_per_m.get();
-        let floor = stiffness * overlaps(&|disc| disc[1]);
-        let sides = stiffness * (overlaps(&|disc| disc[0]) + overlaps(&|disc| width - disc[0]));
+        let factor = elastic.factor();
+        let floor = factor * forces(&|disc| disc[1]);
+        let sides = factor * (forces(&|disc| disc[0]) + forces(&|disc| width - disc[0]));
         let of_discs = |value: f64| match self.has_given_discs() {
             true => Estimate::set_by_manifest(value),
             false => Estimate::bare(value),
@@ -325,9 +329,11 @@ impl DemRun {
     /// could not raise them by a quarter of a radius and the contacts carry the discs. Discs in the air at the start are slow, too.
     pub(super) fn is_bed(&self, discs: &[[f64; 4]]) -> bool {
         let down = -self.config.gravity_m_per_s2[1].get();
-        // A disc that carries only itself has the elastic energy (m g)^2/2k, or half of it on two contacts. A quarter is enough.
-        let carried: f64 = discs.iter().map(|disc| (disc[3] * down).powi(2)).sum();
-        let least_elastic_j = carried / (8.0 * self.config.stiffness_n_per_m.get());
+        // A disc that carries only itself has the elastic energy of its weight, or about half of it on two contacts. A quarter is
+        // enough.
+        let elastic = Elastic::of(&self.config);
+        let carried = discs.iter().map(|disc| elastic.energy_j(disc[3] * down, disc[2]));
+        let least_elastic_j = carried.sum::<f64>() / 4.0;
         let raised: f64 = discs.iter().map(|[.., radius, mass]| mass * down * radius / 4.0).sum();
         let rests = |last: &DemEnergy| last.kinetic_j < raised && last.elastic_j > least_elastic_j;
         // Without energies, a run of several frames counts as settled.

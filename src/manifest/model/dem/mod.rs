@@ -15,7 +15,7 @@ use crate::diagnostics::Errors;
 use crate::keys::Reader;
 use crate::model::contract::{MIN_WIDTH_DIAMETERS, Model, check_steps};
 use crate::model::start::Placement;
-use crate::quantity::{Finite, Fraction, NonNegative, Positive};
+use crate::quantity::{Finite, Fraction, NonNegative, PoissonRatio, Positive};
 use crate::table::{choice, table};
 use crate::tree::{Node, Value};
 use crate::value::{TomlValue, count, quoted, refuse, words};
@@ -39,8 +39,10 @@ table! {
         height_m: Positive ["m"] = Positive::literal(0.04),
         /// Acceleration of gravity, [x, y].
         gravity_m_per_s2: [Finite; 2] ["m/s^2"] = [Finite::literal(0.0), Finite::literal(-9.81)],
-        /// Stiffness k of the contact spring.
-        stiffness_n_per_m: Positive ["N/m"] = Positive::literal(5e4),
+        /// The elastic force of a contact.
+        elasticity: Elasticity [group] = Elasticity::Spring(Positive::literal(5e4)),
+        /// Poisson's ratio of the material of `youngs_modulus_pa`; 0.3 without this key.
+        poisson_ratio: Option<PoissonRatio> ["1", optional],
         /// The dashpot of a contact.
         dissipation: Dissipation [group] = Dissipation::Restitution(Fraction::literal(0.5)),
         /// Whether the normal force is limited to repulsion: true sets it to zero where the dashpot would pull the discs together at the
@@ -125,6 +127,18 @@ impl PeriodicSides {
 }
 
 choice! {
+    /// The elastic force of a contact.
+    pub enum Elasticity {
+        /// Stiffness k of the contact spring.
+        stiffness_n_per_m: Spring(Positive) ["N/m"],
+        /// Young's modulus E of spheres that touch by Hertz's law, in place of `stiffness_n_per_m`. The force is 4/3 E* sqrt(R d) d at
+        /// the overlap d, with 1/R the sum of 1/r and E* = E/(2 (1 - nu^2)); walls are of the same material. The stiffness k of
+        /// other keys is then that at the largest expected overlap.
+        youngs_modulus_pa: Hertz(Positive) ["Pa"],
+    }
+}
+
+choice! {
     /// The dashpot of a contact.
     pub enum Dissipation {
         /// Coefficient of restitution e wanted; the damping follows for each pair from its effective mass.
@@ -205,6 +219,18 @@ impl TomlValue for StepLength {
 
     fn schema() -> Json {
         json!({ "anyOf": [Positive::schema(), { "enum": [AUTOMATIC] }] })
+    }
+}
+
+/// Poisson's ratio of a material for which none is given.
+const POISSON_RATIO: PoissonRatio = PoissonRatio::literal(0.3);
+
+impl DemConfig {
+    /// E* = E/(2 (1 - nu^2)) of Hertz's law, Pa, by Young's modulus E.
+    #[must_use]
+    pub fn effective_modulus_pa(&self, youngs_modulus: Positive) -> f64 {
+        let ratio = self.poisson_ratio.unwrap_or(POISSON_RATIO).get();
+        youngs_modulus.get() / (2.0 * (1.0 - ratio * ratio))
     }
 }
 

@@ -3,7 +3,7 @@
 use super::materials::{DISC, MOST_MATERIALS, WALL};
 use super::radius::MOST_RADIUS_RATIO;
 use super::walls::{DemWall, DemWallShape};
-use super::{DemConfig, DemDashpot, Dissipation};
+use super::{DemConfig, DemDashpot, Dissipation, Elasticity};
 use crate::keys::{Reader, rules};
 use crate::model::start::Placement;
 use crate::quantity::Finite;
@@ -25,6 +25,7 @@ impl DemConfig {
     /// Reports a scene that cannot be set up.
     pub(super) fn check_scene(&self, table: &mut Reader<'_>) {
         self.check_integrator(table);
+        self.check_elasticity(table);
         self.check_box(table);
         for wall in &self.walls {
             rules! { table;
@@ -54,6 +55,17 @@ impl DemConfig {
                 ["dashpot", "friction", "rolling_friction", "materials", "contact_pairs", "walls"]
                 "the implicit dashpot supports neither friction nor moving walls",
                 "set dashpot to \"explicit\"";
+        }
+    }
+
+    fn check_elasticity(&self, table: &mut Reader<'_>) {
+        let is_hertz = matches!(self.elasticity, Elasticity::Hertz(_));
+        rules! { table;
+            !is_hertz && self.poisson_ratio.is_some() => ["poisson_ratio", "stiffness_n_per_m"]
+                "`poisson_ratio` needs `youngs_modulus_pa`", "give `youngs_modulus_pa` in place of `stiffness_n_per_m`";
+            is_hertz && matches!(self.dissipation, Dissipation::Damping(_)) => ["damping_n_s_per_m", "youngs_modulus_pa"]
+                "`damping_n_s_per_m` cannot be used with `youngs_modulus_pa`",
+                "replace `damping_n_s_per_m` with `restitution`, from which the dashpots of Hertz's law follow";
         }
     }
 

@@ -86,7 +86,7 @@ fn canonical_form_is_pinned() {
                 max: Positive::literal(6e-4),
             },
             height_m: Positive::literal(0.05),
-            stiffness_n_per_m: Positive::literal(1e16),
+            elasticity: Elasticity::Spring(Positive::literal(1e16)),
             dissipation: Dissipation::Damping(NonNegative::literal(0.474_022_45)),
             limit_damping: true,
             integrator: DemIntegrator::SemiImplicitEuler,
@@ -312,16 +312,20 @@ impl Numbers {
             Placement::Given(state) => NonZeroU32::new(state.positions_m.len() as u32).unwrap(),
             _ => self.count(),
         };
+        let (elasticity, dissipation) = match self.below(3) {
+            0 => (
+                Elasticity::Spring(self.positive()),
+                Dissipation::Damping(NonNegative::literal(self.positive().get())),
+            ),
+            1 => (Elasticity::Spring(self.positive()), Dissipation::Restitution(self.share())),
+            _ => (Elasticity::Hertz(self.positive()), Dissipation::Restitution(self.share())),
+        };
         DemConfig {
             discs,
             mass_kg: self.positive(),
             gravity_m_per_s2: [self.finite(), self.finite()],
-            stiffness_n_per_m: self.positive(),
-            dissipation: if self.below(2) == 0 {
-                Dissipation::Restitution(self.share())
-            } else {
-                Dissipation::Damping(NonNegative::literal(self.positive().get()))
-            },
+            elasticity,
+            dissipation,
             integrator: [DemIntegrator::SemiImplicitEuler, DemIntegrator::VelocityVerlet]
                 [self.below(2) as usize],
             time_step: TimeStep::PerContact(self.positive()),

@@ -14,6 +14,20 @@ fn inconsistent_dem_scenes_are_rejected() {
     );
     rejected("[model.dem]\nstiffness_n_per_m = 0 # <-", "must be a number > 0");
     rejected("[model.dem]\nrestitution = 1.1 # <-", "must be a number in (0, 1]");
+    accepted("[model.dem]\nyoungs_modulus_pa = 1e9\npoisson_ratio = 0.5");
+    rejected("[model.dem]\npoisson_ratio = 0.3 # <-", "in place of `stiffness_n_per_m`");
+    rejected(
+        "[model.dem]\nyoungs_modulus_pa = 1e9\npoisson_ratio = 0.6 # <-",
+        "must be a number in [0, 0.5]",
+    );
+    rejected(
+        "[model.dem]\nyoungs_modulus_pa = 1e9\nstiffness_n_per_m = 5e4 # <-",
+        "cannot be used together",
+    );
+    rejected(
+        "[model.dem]\nyoungs_modulus_pa = 1e9\ndamping_n_s_per_m = 1 # <-",
+        "replace `damping_n_s_per_m` with `restitution`",
+    );
     rejected(
         "[model.dem]\nwalls = [{ from_m = [0.0, 0.01], to_m = [0.05, 0.01] }] # <-",
         "an outlet cannot be wider than its hopper",

@@ -83,14 +83,20 @@ pub(crate) fn facts(
 /// The true number of steps per contact: the DEM exercise's formula has the mass m where two discs have m/2.
 fn contact_steps(config: &DemConfig, parameters: &Parameters) -> String {
     let steps = |effective_mass: f64| {
-        let natural_frequency = parameters.law.normal.natural_frequency(effective_mass);
         let ratio = parameters.strongest_damping_ratio(effective_mass);
-        restitution::contact_duration(ratio, natural_frequency, config.limit_damping)
-            .map(|duration| duration / parameters.time_step)
+        let duration =
+            parameters.law.normal.contact_duration(effective_mass, ratio, config.limit_damping);
+        duration.map(|duration| duration / parameters.time_step)
+    };
+    let at = match parameters.law.normal.largest() {
+        [overlap, _] if overlap > 0.0 => {
+            format!("At the largest expected overlap, {overlap:.3e} m, a contact")
+        }
+        _ => "A contact".to_owned(),
     };
     match (steps(parameters.lightest_pair_mass()), steps(parameters.smallest_mass)) {
         (Some(pair), Some(wall)) => format!(
-            "A contact of the lightest discs lasts {pair:.1} steps with each other, {wall:.1} with a wall."
+            "{at} of the lightest discs lasts {pair:.1} steps with each other, {wall:.1} with a wall."
         ),
         _ => "The dashpot is overdamped: contacts do not end.".to_owned(),
     }
@@ -156,12 +162,16 @@ pub(crate) fn fault(
             figure(fraction)
         ),
     };
+    let stiffness = parameters.law.normal.key();
     let advice = if damping_step >= 0.3 && !parameters.law.is_implicit {
         "dashpot is too strong for the time step: take more steps_per_wall_contact (or a shorter time_step_s), less \
          damping_n_s_per_m (or a higher restitution), or dashpot = \"implicit\""
+            .to_owned()
     } else {
-        "contacts are too soft for the speed or the load: take a higher stiffness_n_per_m or a larger radius_m; or \
-         the time step is too long: take more steps_per_wall_contact"
+        format!(
+            "contacts are too soft for the speed or the load: take a higher {stiffness} or a larger radius_m; or \
+             the time step is too long: take more steps_per_wall_contact"
+        )
     };
     let text = |number: fn(f64) -> String| {
         let (what, time, damping_step) = (what(number), number(time), figure(damping_step));

@@ -6,10 +6,10 @@
 pub(super) mod messages;
 mod suggestions;
 
+use crate::dem::expected_load::ExpectedLoad;
+use crate::dem::laws::Impact;
 use crate::dem::parameters::Parameters;
-use crate::dem::{restitution, start};
-use crate::simd::registers::Register as _;
-use kinetoscope_manifest::model::{DemConfig, DemDashpot, Placement};
+use kinetoscope_manifest::model::{DemConfig, DemDashpot};
 
 /// c = eta dt/m_eff from which a run is rejected.
 const MAX_DAMPING_STEP: f64 = 1.0;
@@ -23,8 +23,6 @@ const DOUBTFUL_STEPS_PER_CONTACT: f64 = 10.0;
 const MAX_OVERLAP: f64 = 0.5;
 /// Overlap over radius from which a warning is given.
 const DOUBTFUL_OVERLAP: f64 = 0.3;
-/// Standard deviations of drawn velocities that are taken into account.
-const DRAWN_DEVIATIONS: f64 = 4.0;
 /// Integers beyond this are not all floating-point numbers.
 const MAX_STEPS: u64 = 1 << 53;
 
@@ -41,6 +39,8 @@ pub(super) struct Diagnosis {
     pub(super) overlap_over_radius: f64,
     /// Whether the dashpot is implicit, and has no bound.
     is_implicit: bool,
+    /// The key that makes contacts stiffer.
+    stiffness_key: &'static str,
     /// Whether the number of steps is at least one and exactly representable; no run starts without that.
     pub(super) is_countable: bool,
 }
@@ -59,6 +59,7 @@ impl Diagnosis {
             steps_per_wall_contact: law.contact_time(mass) / step,
             overlap_over_radius: expected_overlap(config, &parameters) / parameters.radius,
             is_implicit,
+            stiffness_key: law.key(),
             is_countable: step > 0.0 && (1..=MAX_STEPS).contains(&parameters.total_steps),
         }
     }
@@ -132,65 +133,23 @@ impl Diagnosis {
         }
         if self.overlap_over_radius >= DOUBTFUL_OVERLAP && !self.passes_walls() {
             warnings.push(format!(
-                "A disc that falls through the box overlaps the wall by about {} of its radius; a higher stiffness_n_per_m \
-                 reduces the overlap.",
-                figure(self.overlap_over_radius)
+                "A disc that falls through the box overlaps the wall by about {} of its radius; a higher {} reduces \
+                 the overlap.",
+                figure(self.overlap_over_radius),
+                self.stiffness_key
             ));
         }
         warnings
     }
 }
 
-/// Largest expected overlap at a wall, m: that of a disc that falls onto it, plus that due to the weight of a column of discs, with
-/// all discs in even layers.
+/// Largest expected overlap at a wall, m: that of a disc that falls onto it, plus that due to the weight of a column of discs.
 fn expected_overlap(config: &DemConfig, parameters: &Parameters) -> f64 {
-    let law = &parameters.law;
-    let mass = parameters.mass * law.materials.density_range().1;
-    let impact = restitution::max_overlap(
-        impact_speed(config, parameters),
-        parameters.weakest_damping_ratio(mass),
-        law.normal.natural_frequency(mass),
-    );
-    let insertion = config.insertion.map_or(0, |insertion| insertion.discs.get());
-    let discs = f64::from(config.discs.get()) + f64::from(insertion);
-    impact + law.normal.overlap_under(parameters.column_weight(mass, discs - 1.0))
-}
-
-/// Speed of the fastest disc at the wall onto which it falls, m/s: from the given start, else through the whole box.
-fn impact_speed(config: &DemConfig, parameters: &Parameters) -> f64 {
-    let (_, radius) = parameters.radius_range;
-    let fall = |axis: usize, start: Option<f64>| {
-        let gravity = parameters.gravity[axis];
-        let height = match start {
-            Some(at) if gravity < 0.0 => at - radius,
-            Some(at) => parameters.sides[axis] - radius - at,
-            None => parameters.sides[axis] - 2.0 * radius,
-        };
-        if height > 0.0 { 2.0 * gravity.abs() * height } else { 0.0 }
-    };
-    let whole_fall = fall(0, None) + fall(1, None);
-    let mut fastest = config.insertion.map_or(0.0, |insertion| {
-        let [vx, vy] = insertion.velocity_m_per_s.map(|v| v.get());
-        vx * vx + vy * vy + whole_fall
-    });
-    let motions: Vec<[f64; 4]> = match &config.placement {
-        Placement::Random | Placement::Lattice => {
-            let deviation = config.velocity_std_m_per_s.map_or(0.0, |v| v.get());
-            let squared =
-                DRAWN_DEVIATIONS * deviation * (DRAWN_DEVIATIONS * deviation) + whole_fall;
-            return squared.larger(fastest).sqrt();
-        }
-        Placement::Given(given) => {
-            let moving = given.positions_m.iter().zip(&given.velocities_m_per_s);
-            moving.map(|([x, y], [vx, vy])| [x, y, vx, vy].map(|value| value.get())).collect()
-        }
-        Placement::Recorded(recording) => start::recorded_motions(recording),
-    };
-    for [x, y, vx, vy] in motions {
-        let squared = vx * vx + vy * vy + fall(0, Some(x)) + fall(1, Some(y));
-        fastest = squared.larger(fastest);
-    }
-    fastest.sqrt()
+    let (law, radius) = (&parameters.law.normal, parameters.radius);
+    let ExpectedLoad { mass, speed, weight } = ExpectedLoad::of(config);
+    let damping_ratio = parameters.weakest_damping_ratio(mass);
+    law.impact_overlap(&Impact { speed, mass, radius, damping_ratio })
+        + law.overlap_under(weight, radius)
 }
 
 /// A figure for a message: an integer from ten on, else two decimals.

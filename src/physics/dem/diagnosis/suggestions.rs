@@ -7,7 +7,7 @@ use crate::dem::diagnosis::Diagnosis;
 use crate::dem::parameters::Parameters;
 use crate::dem::restitution;
 use kinetoscope_manifest::model::{
-    DemConfig, DiscRadius, Dissipation, Placement, StepLength, TimeStep,
+    DemConfig, DiscRadius, Dissipation, Elasticity, Placement, StepLength, TimeStep,
 };
 use kinetoscope_manifest::quantity::{Fraction, NonNegative, Positive};
 use std::f64::consts::PI;
@@ -36,6 +36,7 @@ fn keys(config: &DemConfig) -> [Key; 6] {
     let restitution = if present > 1e-3 { present } else { 1e-3 };
     let contact_time = parameters.law.normal.contact_time(parameters.smallest_mass);
     let steps_per_wall_contact = contact_time / parameters.time_step;
+    let (Elasticity::Spring(stiffness) | Elasticity::Hertz(stiffness)) = config.elasticity;
     [
         ("time_step_s", parameters.time_step, |config, value| {
             config.time_step = TimeStep::Length(StepLength::Fixed(Positive::new(value)?));
@@ -46,6 +47,8 @@ fn keys(config: &DemConfig) -> [Key; 6] {
             Some(())
         }),
         ("damping_n_s_per_m", parameters.strongest_damping(), |config, value| {
+            // That of Hertz's law cannot be given.
+            let Elasticity::Spring(_) = config.elasticity else { return None };
             config.dissipation = Dissipation::Damping(NonNegative::new(value)?);
             Some(())
         }),
@@ -53,8 +56,12 @@ fn keys(config: &DemConfig) -> [Key; 6] {
             config.dissipation = Dissipation::Restitution(Fraction::new(value)?);
             Some(())
         }),
-        ("stiffness_n_per_m", config.stiffness_n_per_m.get(), |config, value| {
-            config.stiffness_n_per_m = Positive::new(value)?;
+        (parameters.law.normal.key(), stiffness.get(), |config, value| {
+            let value = Positive::new(value)?;
+            config.elasticity = match config.elasticity {
+                Elasticity::Spring(_) => Elasticity::Spring(value),
+                Elasticity::Hertz(_) => Elasticity::Hertz(value),
+            };
             Some(())
         }),
         ("radius_m", parameters.radius, set_radius),

@@ -28,6 +28,8 @@ pub(crate) struct ContactKinematics<R> {
     pub(super) normal: [R; 2],
     /// delta, m.
     pub(super) overlap: R,
+    /// Radius of the circle of contact, m; 0 for laws without it.
+    pub(super) circle: R,
     /// Relative velocity along the normal, m/s.
     pub(super) separating_speed: R,
     /// Relative velocity of the centers along the tangent (-ny, nx), m/s.
@@ -37,7 +39,7 @@ pub(crate) struct ContactKinematics<R> {
 /// Friction of a contact: coefficients, surfaces and damping.
 pub(super) struct Surfaces<'a> {
     pub(super) constants: &'a ContactConstants,
-    /// eta of the contact, N s/m.
+    /// eta of the pair, N s/m.
     pub(super) damping: f64,
     /// Distance from the disc's center to the contact point, m.
     pub(super) arm: f64,
@@ -83,9 +85,9 @@ impl<R: Register, L: NormalLaw> LawRegisters<R, L> {
         contact: &ContactKinematics<R>,
         damping: R,
     ) -> NormalForce<R> {
-        let ContactKinematics { overlap, separating_speed, .. } = *contact;
-        let elastic = L::elastic_force(&self.normal, overlap);
-        let damping = L::damping(&self.normal, damping, overlap);
+        let ContactKinematics { overlap, circle, separating_speed, .. } = *contact;
+        let elastic = L::elastic_force(&self.normal, overlap, circle);
+        let damping = L::damping(&self.normal, damping, overlap, circle);
         motion::normal_force(elastic, damping, separating_speed, self.least_force)
     }
 
@@ -100,6 +102,7 @@ impl<R: Register, L: NormalLaw> LawRegisters<R, L> {
         limit: R,
     ) -> TangentialForce<R> {
         let speed = contact.sliding_speed - surface_speed;
+        let damping = L::damping(&self.normal, damping, contact.overlap, contact.circle);
         let dashpot = -(self.tangential_to_normal_damping * damping) * speed;
         motion::spring_slider(&self.spring, before, speed * self.time_step, dashpot, limit)
     }
@@ -169,11 +172,19 @@ impl<L: NormalLaw> LawRegisters<f64, L> {
 }
 
 impl<R: Register> ContactKinematics<R> {
+    /// With the circle of contact, if the law has it, by the reduced radius.
+    #[inline(always)]
+    pub(super) fn with_circle<L: NormalLaw>(self, reduced_radius: R) -> Self {
+        let circle = motion::circle_of_contact(reduced_radius, self.overlap);
+        if L::HAS_CIRCLE { Self { circle, ..self } } else { self }
+    }
+
     #[inline(always)]
     pub(super) fn new([nx, ny]: [R; 2], overlap: R, [vx, vy]: [R; 2]) -> Self {
         Self {
             normal: [nx, ny],
             overlap,
+            circle: overlap.splat(0.0),
             separating_speed: vx * nx + vy * ny,
             sliding_speed: vy * nx - vx * ny,
         }

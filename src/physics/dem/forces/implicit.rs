@@ -11,6 +11,7 @@
 
 use crate::dem::block::{BLOCK, Partner};
 use crate::dem::discs::Discs;
+use crate::dem::laws::Law;
 use crate::dem::motion;
 use crate::dem::parameters::{Parameters, StepContext};
 use crate::dem::totals::{BlockForces, Contact};
@@ -35,7 +36,7 @@ pub(crate) fn solve(discs: &Discs, parameters: &Parameters, contacts: &mut [Cont
     }
     let mut fastest = (gravity[0].abs() + gravity[1].abs()) * time_step;
     for contact in contacts.iter_mut() {
-        contact.normal_force = law.normal.elastic_force(contact.overlap);
+        contact.normal_force = elastic_force(contact, discs, law.normal);
         end.apply(contact, contact.normal_force);
     }
     for (contact, separating_speed) in contacts.iter().zip(begin) {
@@ -48,11 +49,13 @@ pub(crate) fn solve(discs: &Discs, parameters: &Parameters, contacts: &mut [Cont
             let disc = contact.disc as usize;
             let effective_mass = discs.effective_mass(disc, contact.partner);
             let of_pair = law.damping(discs, disc, contact.partner);
-            let damping = law.normal.damping(of_pair, contact.overlap);
+            let radius = discs.reduced_radius(disc, contact.partner);
+            let circle = motion::circle_of_contact(radius, contact.overlap);
+            let damping = law.normal.damping(of_pair, [contact.overlap, circle]);
             // The speed that the contact would have without its own force.
             let free = end.separating(contact) - contact.normal_force * time_step / effective_mass;
             let force = motion::implicit_normal_force(
-                law.normal.elastic_force(contact.overlap),
+                elastic_force(contact, discs, law.normal),
                 damping,
                 free,
                 damping * time_step / effective_mass,
@@ -70,6 +73,10 @@ pub(crate) fn solve(discs: &Discs, parameters: &Parameters, contacts: &mut [Cont
     for contact in contacts {
         contact.force = contact.normal.map(|part| contact.normal_force * part);
     }
+}
+
+fn elastic_force(contact: &Contact, discs: &Discs, law: Law) -> f64 {
+    law.elastic_force(contact.overlap, discs.reduced_radius(contact.disc as usize, contact.partner))
 }
 
 /// Sets the normal of two discs by division. Two centers on one point have no normal; any will do, because such an overlap ends the
@@ -98,7 +105,7 @@ pub(crate) fn forces_of(
         })
         .collect();
     for contact in contacts {
-        let elastic = step.parameters.law.normal.elastic_force(contact.overlap);
+        let elastic = elastic_force(contact, discs, step.parameters.law.normal);
         let loss = elastic - contact.normal_force;
         let ([fx, fy], [nx, ny]) = (contact.force, contact.normal);
         let on_disc = [fx, fy, loss * nx, loss * ny];

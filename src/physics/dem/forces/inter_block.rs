@@ -123,9 +123,10 @@ impl InterBlockForces {
         }
         let [[vx, vy], [other_vx, other_vy]] = ends.map(|disc| discs.velocities[disc]);
         let velocity = [vx - other_vx, vy - other_vy];
-        let contact = ContactKinematics::between(separation, distance_squared, reach, velocity);
         let (own, radii) =
             (block.inter_block.first[pair].into(), ends.map(|disc| discs.radii[disc]));
+        let contact = ContactKinematics::between(separation, distance_squared, reach, velocity)
+            .with_circle::<L>(motion::reduced_radius(radii[0], radii[1]));
         let partner = Partner::Disc(ends[1] as u32);
         self.sums.max_overlap.note(contact.overlap, own as usize, radii[0], partner, radii[1]);
         let damping = block.inter_block.damping[pair];

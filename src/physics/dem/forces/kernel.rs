@@ -207,6 +207,11 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
                 ContactKinematics::between(separation, distance_squared, reach, velocity);
             contact.overlap = contact.overlap.or_zero(mask);
             contact.separating_speed = contact.separating_speed.or_zero(mask);
+            if L::HAS_CIRCLE {
+                // SAFETY: the caller checked the indices.
+                let radius = unsafe { reduced_radii(*instructions, context.discs.radii, ends) };
+                contact = contact.with_circle::<L>(radius);
+            }
             contacts = contacts + law.zero.splat(1.0).or_zero(mask);
             let deeper = bound.is_less(contact.overlap).bits();
             if deeper != 0 {
@@ -224,6 +229,9 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
             stored.kinematics.normal = contact.normal;
             stored.kinematics.overlap = contact.overlap;
             stored.kinematics.separating_speed = contact.separating_speed;
+            if L::HAS_CIRCLE {
+                stored.kinematics.circle = contact.circle;
+            }
             if FRICTION {
                 stored.kinematics.sliding_speed = contact.sliding_speed;
                 stored.mask = mask;
@@ -371,6 +379,26 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
 #[inline(always)]
 fn skips_idle_groups<const FRICTION: bool, const N: usize>() -> bool {
     FRICTION || N == 1
+}
+
+/// Reduced radii of pairs, m.
+///
+/// # Safety
+/// - Every index is less than the number of radii.
+#[inline(always)]
+unsafe fn reduced_radii<const N: usize, I: InstructionSet<N>>(
+    instructions: I,
+    radii: &[f64],
+    [first, second]: [&[u16; N]; 2],
+) -> I::Register {
+    let mut columns = [[0.0; N]; 2];
+    for lane in 0..N {
+        // SAFETY: the caller checked the indices.
+        columns[0][lane] = unsafe { *radii.get_unchecked(usize::from(first[lane])) };
+        // SAFETY: the caller checked the indices.
+        columns[1][lane] = unsafe { *radii.get_unchecked(usize::from(second[lane])) };
+    }
+    motion::reduced_radius(instructions.load(&columns[0]), instructions.load(&columns[1]))
 }
 
 /// Friction and rolling friction of discs of several materials.

@@ -129,7 +129,8 @@ impl ForceFinder {
             let [vx, vy] = discs.velocities[disc];
             let [wall_vx, wall_vy] = wall.surface_velocity(wall.step_velocity, normal);
             let velocity = [vx - wall_vx, vy - wall_vy];
-            let contact = ContactKinematics::new(normal, radius - distance, velocity);
+            let contact = ContactKinematics::new(normal, radius - distance, velocity)
+                .with_circle::<L>(radius);
             let partner = Partner::Wall(pair.wall);
             let overlap = contact.overlap;
             sums.max_overlap.note(overlap, disc, radius, partner, radius);

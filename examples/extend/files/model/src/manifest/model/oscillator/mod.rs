@@ -24,6 +24,10 @@ impl Model for OscillatorConfig {
         &["every_s", "every_steps"]
     }
 
+    fn duration(&self) -> Option<f64> {
+        Some(self.duration_s.get())
+    }
+
     fn particles(&self) -> u64 {
         1
     }
