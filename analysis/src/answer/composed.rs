@@ -408,8 +408,8 @@ pub(super) fn without_quantity(source: &AnswerSource<'_>) -> Option<AnswerPart> 
     let (frames, particles) = (run.frames, run.model().particles());
     let kind = match run.model() {
         ModelConfig::Dem(_) | ModelConfig::Packing(_) => "disc",
-        ModelConfig::Gas(_) => "particle",
         ModelConfig::Orbit(_) => "body",
+        _ => "particle",
     };
     let kind = match (particles, kind) {
         (1, one) => one.to_owned(),

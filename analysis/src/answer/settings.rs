@@ -91,11 +91,14 @@ fn settings_of(config: &ModelConfig) -> Vec<Setting> {
         asked: RESTITUTION,
         value: format!("a restitution of {}", short_number(value)),
     };
+    if let ModelConfig::Gas(config) = config {
+        return settings_of_gas(config);
+    }
     match config {
         ModelConfig::Dem(config) => settings_of_dem(config, restitution),
         ModelConfig::Packing(config) => vec![restitution(config.restitution.get())],
         ModelConfig::Orbit(config) => settings_of_orbit(config),
-        ModelConfig::Gas(config) => settings_of_gas(config),
+        _ => Vec::new(),
     }
 }
 
@@ -139,7 +142,7 @@ fn settings_of_orbit(config: &OrbitConfig) -> Vec<Setting> {
         OrbitIntegrator::Rk4 => ("RK4", true),
         OrbitIntegrator::Yoshida4 => ("Yoshida's method of order 4", true),
         OrbitIntegrator::Dop853 => ("Dormand and Prince's method of order 8", false),
-        OrbitIntegrator::Kepler => return Vec::new(),
+        _ => return Vec::new(),
     };
     let days = config.time_step_days.get();
     let unit = if days == 1.0 { "day" } else { "days" };
