@@ -79,7 +79,7 @@ def test_the_errors_are_those_of_a_run(tmp_path: Path, programs: Optional[str]) 
     with pytest.raises(k.RunFailedError, match="failed: Blow-up"):
         k.simulate({"model": {"dem": dem}}, programs=programs)
     with pytest.raises(k.UnknownNameError, match="did you mean `pressure.measured`"):
-        k.simulate(GAS, programs=programs).metric("pressure.measurd")
+        k.simulate(GAS, programs=programs).metric("pressure.measure")
     with pytest.raises(k.ProgramNotFoundError):
         k.simulate(GAS, programs=tmp_path)
 

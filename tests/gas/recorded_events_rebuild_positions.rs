@@ -66,8 +66,8 @@ fn rebuilt(
         for (id, sign) in turns {
             let (particle, since_s) = flights[id];
             let mut now = drifted(particle, events.time_s[event] - since_s);
-            for axis in 0..2 {
-                now.velocity[axis] += sign * impulse[axis] / masses_kg[id % masses_kg.len()];
+            for (component, change) in now.velocity.iter_mut().zip(impulse) {
+                *component += sign * change / masses_kg[id % masses_kg.len()];
             }
             flights[id] = (now, events.time_s[event]);
         }

@@ -68,8 +68,8 @@ impl Flights<'_> {
         for (disc, position, sign) in turns.into_iter().take(1 + usize::from(first != second)) {
             let state = &mut self.discs[disc];
             state.0.position = position;
-            for axis in 0..2 {
-                state.0.velocity[axis] += sign * impulse[axis];
+            for (component, change) in state.0.velocity.iter_mut().zip(impulse) {
+                *component += sign * change;
             }
             state.1 = time;
         }

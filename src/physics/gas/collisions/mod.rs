@@ -54,7 +54,7 @@ struct DiscStates {
     discs: Vec<Disc>,
     tally: PairTally,
     /// The collisions since the last frame, if they are recorded, with impulses over the first mass.
-    events: Option<EventRecord>,
+    events: Option<Box<EventRecord>>,
 }
 
 /// A disc after its last event.
@@ -134,7 +134,7 @@ impl Propagator for CollidingDiscs {
 
     fn open_window(&mut self) {
         self.states.tally.window_collisions = 0;
-        self.states.events.iter_mut().for_each(EventRecord::clear);
+        self.states.events.iter_mut().for_each(|events| events.clear());
     }
 
     fn conserves_invariants(&self) -> bool {
@@ -150,7 +150,7 @@ impl Propagator for CollidingDiscs {
     }
 
     fn events(&self) -> Option<&EventRecord> {
-        self.states.events.as_ref()
+        self.states.events.as_deref()
     }
 
     fn description(&self, state: &GasState) -> String {
@@ -251,7 +251,7 @@ impl CollidingDiscs {
             mass_ratios: state.substance.mass_ratios.clone(),
             discs: discs.collect(),
             tally: PairTally::default(),
-            events: records_events.then(EventRecord::default),
+            events: records_events.then(Box::default),
         });
         colliding.check_overlaps()?;
         colliding.predict_all();
