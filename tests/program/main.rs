@@ -36,6 +36,8 @@ mod manifest_errors_point_at_the_line;
 mod plan_reports_required_resources;
 // `--prune` removes recordings that the manifest no longer requests, and nothing else.
 mod pruning_removes_only_stale_recordings;
+// `simulate` answers requests with recordings and metrics in memory.
+mod simulations_in_memory;
 // `keep = "metrics"` leaves a table with the bytes of an analysis, whose recordings can be restored.
 mod metrics_are_kept_without_recordings;
 // `start_from` continues from the last frame of a recording.
