@@ -1,6 +1,6 @@
 //! What a large bed costs: speed per disc of beds of 10^5 discs over that of 10^4, in turn, on one thread.
 //!
-//! `cargo bench --bench dem_large_beds [-- rubbing]`; settled beds without friction and rubbing beds with it. Figures are million
+//! `cargo bench --bench dem_large_beds [-- frictional]`; settled beds without friction, frictional beds with it. Figures are million
 //! particle-steps per second and the ratio large / small: the median of pairs, with the smallest and the largest. Beds settle for
 //! 20 000 steps before the first pair.
 //!
@@ -34,7 +34,7 @@ fn main() {
     let chosen: Vec<String> = std::env::args().skip(1).filter(|word| word != "--bench").collect();
     let pool = ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
     print_header(["10^4 discs", "10^5 discs"]);
-    for (name, scene) in [("rubbing", Scene::Rubbing), ("settled", Scene::Settled)] {
+    for (name, scene) in [("frictional", Scene::Frictional), ("settled", Scene::Settled)] {
         if !chosen.is_empty() && !chosen.iter().any(|word| word == name) {
             continue;
         }

@@ -1,7 +1,7 @@
 //! Kinetoscope's side of a comparison with another program: writes the initial state, advances it, and prints the speed in
 //! particle-steps per second and the kinetic energy. `benches/peers/dem_lammps.py` runs it in turn with its peer.
 //!
-//! dem_peer SCENE DISCS STEPS THREADS STATE_FILE; SCENE is settled, rubbing, spheres, rubbing_spheres, gas, collapse or equal.
+//! dem_peer SCENE DISCS STEPS THREADS STATE_FILE; SCENE is settled, frictional, spheres, frictional_spheres, gas, collapse or equal.
 //! STATE_FILE receives one line `x y vx vy vx_step vy_step radius mass` per disc.
 
 mod dem_beds;

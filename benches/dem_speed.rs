@@ -69,17 +69,17 @@
 //!   1000 steps, 7.0 to 13.2);
 //! - `collapse 10000 6000 3`: 8.7, 8.7, 9.5; with 5 pairs, quiet, 8.5 (8.3 to 8.8);
 //! - `gas 10000 4000 5`: 9.8, 9.4, 9.2, 9.7, 9.4, 9.4, and with 8000 steps 9.5; `gas 100000 1000 3`: 12.8;
-//! - `rubbing 10000 3000 3` (gran/hooke/history): 6.3, 6.4, 6.1;
+//! - `frictional 10000 3000 3` (gran/hooke/history): 6.3, 6.4, 6.1;
 //! - `spheres_history 10000 500 3` (gran/hertz/history): 11.8 (9.7 to 12.5), on a busy machine; `spheres 10000 500 3` (granular with the
 //!   same law and dashpot): kinetic energies of the bed, radii +-10 %, 2.6e-14 apart;
 //! - `equal 2000 10000 1`: kinetic energies of a bed at rest 8e-12 apart; those of the gas are 1e-4 apart after 4000 steps. While a bed still
 //!   moves, they diverge, because its motion is chaotic.
 //!
 //! Hertz's law over the linear spring (28 Nov 2026, processor time of `dem_peer SCENE 10000 4000 1 FILE` with its 20,000 steps before, in
-//! turn, minima of 5 on a busy machine, AMD EPYC): `spheres` 0.81 of `settled`, `rubbing_spheres` 0.86 of `rubbing`. Over the program
+//! turn, minima of 5 on a busy machine, AMD EPYC): `spheres` 0.81 of `settled`, `frictional_spheres` 0.86 of `frictional`. Over the program
 //! with the linear spring alone, same bits: settled 0.99, with friction 1.04, gas (`gas 10000 30000`, 4 pairs) 1.00.
 //!
-//! Two threads over one, `dem_peer SCENE 100000 1000 THREADS FILE`: settled 2.1 to 2.5, rubbing 1.9 to 2.6: each core has a cache of its own.
+//! Two threads over one, `dem_peer SCENE 100000 1000 THREADS FILE`: settled 2.1 to 2.5, frictional 1.9 to 2.6: each core has a cache of its own.
 //!
 //! In a settled bed the pair loop takes two thirds of the time. A gas spends 15 % in free flight, 17 % on comparing near pairs, 9 % on
 //! finding them, 9 % on kicks, 25 % on building the list.
@@ -96,7 +96,7 @@ fn speed(criterion: &mut Criterion) {
     for (scene, discs) in [
         (Scene::Settled, 10_000),
         (Scene::Settled, 100_000),
-        (Scene::Rubbing, 10_000),
+        (Scene::Frictional, 10_000),
         (Scene::Gas, 10_000),
         (Scene::Collapse, 10_000),
     ] {

@@ -23,10 +23,10 @@ pub(crate) enum Scene {
     /// A bed of discs at rest, radii +-10 %, packing fraction about 0.8.
     Settled,
     /// The same with friction 0.5.
-    Rubbing,
+    Frictional,
     /// The bed at rest with spheres by Hertz's law, and the same with friction 0.5.
     Spheres,
-    RubbingSpheres,
+    FrictionalSpheres,
     /// Packing fraction 0.3, periodic, without gravity, e = 1.
     Gas,
     /// A loose bed that collapses.
@@ -40,9 +40,9 @@ impl Scene {
     pub(crate) fn named(name: &str) -> Option<Self> {
         match name {
             "settled" => Some(Self::Settled),
-            "rubbing" => Some(Self::Rubbing),
+            "frictional" => Some(Self::Frictional),
             "spheres" => Some(Self::Spheres),
-            "rubbing_spheres" => Some(Self::RubbingSpheres),
+            "frictional_spheres" => Some(Self::FrictionalSpheres),
             "gas" => Some(Self::Gas),
             "collapse" => Some(Self::Collapse),
             "equal" => Some(Self::Equal),
@@ -71,14 +71,14 @@ impl Scene {
                 .map(|g| Finite::new(g).expect("finite")),
             // Spheres that fall through the bed overlap about as much as the discs.
             elasticity: match self {
-                Self::Spheres | Self::RubbingSpheres => Elasticity::Hertz(positive(2e8)),
+                Self::Spheres | Self::FrictionalSpheres => Elasticity::Hertz(positive(2e8)),
                 _ => Elasticity::Spring(positive(5e4)),
             },
             dissipation: Dissipation::Restitution(
                 Fraction::new(if is_gas { 1.0 } else { 0.5 }).expect("a fraction"),
             ),
             friction: NonNegative::literal(match self {
-                Self::Rubbing | Self::RubbingSpheres => 0.5,
+                Self::Frictional | Self::FrictionalSpheres => 0.5,
                 _ => 0.0,
             }),
             periodic: if is_gas { PeriodicSides::Both } else { PeriodicSides::None },
@@ -95,7 +95,7 @@ impl Scene {
         let config = if self == Self::Gas { with_speeds(config) } else { config };
         let mut model = Dem::prepare(&config, SEED, false).expect("a start");
         let steps = match self {
-            Self::Settled | Self::Rubbing | Self::Spheres | Self::RubbingSpheres => 20_000,
+            Self::Settled | Self::Frictional | Self::Spheres | Self::FrictionalSpheres => 20_000,
             // Until no disc moves: while a bed settles, its motion is chaotic, and rounding errors grow.
             Self::Equal => 200_000,
             Self::Gas => 2000,

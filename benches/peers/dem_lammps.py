@@ -4,7 +4,7 @@
     cargo bench --bench dem_peer --no-run        # prints the path of DEM_PEER
     python benches/peers/dem_lammps.py DEM_PEER SCENE DISCS STEPS [PAIRS]
 
-LAMMPS runs gran/hooke (gran/hooke/history for `rubbing`) with the same k, dt and, for equal discs, the same dashpot. For `spheres` it
+LAMMPS runs gran/hooke (gran/hooke/history for `frictional`) with the same k, dt and, for equal discs, the same dashpot. For `spheres` it
 runs granular with hertz/material and damping coeff_restitution, which is the same law for all radii; for `spheres_history`
 gran/hertz/history, whose dashpot is another one. It is
 started with the very forces of our step: its set-up evaluates them with the half-step velocities, then the velocities at
@@ -48,7 +48,7 @@ def lammps_run(state, scene, steps):
     # gran/hooke's damping is m_eff gamma: gamma = eta/m_eff.
     gamma_pair = 2 * zeta * math.sqrt(STIFFNESS / (mass / 2))
     gamma_wall = 2 * zeta * math.sqrt(STIFFNESS / mass)
-    friction = scene == "rubbing"
+    friction = scene == "frictional"
     style = "gran/hooke/history" if friction else "gran/hooke"
     wall = "hooke/history" if friction else "hooke"
     tangential = f"{STIFFNESS * 2 / 7} {{}} {{}} {0.5 if friction else 0.0} {1 if friction else 0}"
