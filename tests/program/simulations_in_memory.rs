@@ -38,8 +38,8 @@ fn requests_are_answered_with_the_recording_and_its_metrics() {
         .unwrap();
     let mut input = simulate.stdin.take().unwrap();
     let mut output = BufReader::new(simulate.stdout.take().unwrap());
-    let mut answer = |request: &str| -> (Value, Vec<u8>) {
-        writeln!(input, "{request}").unwrap();
+    let mut answer = |request: &[u8]| -> (Value, Vec<u8>) {
+        input.write_all(&[request, b"\n"].concat()).unwrap();
         let mut line = String::new();
         output.read_line(&mut line).unwrap();
         let answer: Value = serde_json::from_str(&line).unwrap();
@@ -47,21 +47,21 @@ fn requests_are_answered_with_the_recording_and_its_metrics() {
         output.read_exact(&mut recording).unwrap();
         (answer, recording)
     };
-    for bad in [
-        "",
-        "[1]",
-        "{}",
-        r#"["missing.toml", "recordings"]"#,
-        r#"["gas.toml", "recordings", "seed=x"]"#,
-    ] {
-        let (rejected, recording) = answer(bad);
-        assert!(
-            rejected["exit_code"] != 0 && rejected["error"].is_string() && recording.is_empty(),
-            "{bad}: {rejected}"
-        );
+    let wrong: [&[u8]; 6] = [
+        b"",
+        b"[1]",
+        b"{}",
+        b"[\"\xff.toml\", \"recordings\"]",
+        br#"["missing.toml", "recordings"]"#,
+        br#"["gas.toml", "recordings", "seed=x"]"#,
+    ];
+    for request in wrong {
+        let (rejected, recording) = answer(request);
+        assert!(rejected["exit_code"] != 0 && rejected["error"].is_string(), "{rejected}");
+        assert!(recording.is_empty());
     }
-    let (changed, _) = answer(r#"["gas.toml", "recordings", "seed=4"]"#);
-    let (found, recording) = answer(r#"["gas.toml", "recordings"]"#);
+    let (changed, _) = answer(br#"["gas.toml", "recordings", "seed=4"]"#);
+    let (found, recording) = answer(br#"["gas.toml", "recordings"]"#);
     assert_eq!(found["exit_code"], 0, "{found}");
     assert!(!folder.path().join("recordings").exists());
     let call = |words: &[&str]| succeeded(kinetoscope().args(words).current_dir(folder.path()));

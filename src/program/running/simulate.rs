@@ -15,10 +15,14 @@ use kinetoscope_console::{Exit, Explained as _};
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::recorder::Outcome;
 use serde_json::json;
-use std::io::{self, BufRead as _, ErrorKind, Write as _};
+use std::io::{self, BufRead as _, ErrorKind, Read as _, Write as _};
+use std::mem;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::channel;
 use std::thread;
+
+/// Bytes of the longest request. A longer line is none.
+const MOST_REQUEST_BYTES: u64 = 1 << 20;
 
 /// Execute runs in memory for another program: requests on standard input, recordings and metrics on standard output
 ///
@@ -38,11 +42,12 @@ impl SimulateArguments {
         let (sender, requests) = channel();
         let ended = interrupt.clone();
         thread::spawn(move || {
-            for line in io::stdin().lock().lines().map_while(Result::ok) {
-                if sender.send(line).is_err() {
-                    break;
-                }
-            }
+            let mut input = io::stdin().lock();
+            let mut line = Vec::new();
+            while input.by_ref().take(MOST_REQUEST_BYTES).read_until(b'\n', &mut line).is_ok()
+                && !line.is_empty()
+                && sender.send(mem::take(&mut line)).is_ok()
+            {}
             ended.stop();
         });
         for request in requests {
@@ -64,8 +69,8 @@ impl SimulateArguments {
 }
 
 /// The recording of a requested run, and the contents of its `metrics.json`.
-fn simulated(request: &str, interrupt: &Interrupt) -> Result<(Recording, String), Failure> {
-    let words: Vec<String> = serde_json::from_str(request).unwrap_or_default();
+fn simulated(request: &[u8], interrupt: &Interrupt) -> Result<(Recording, String), Failure> {
+    let words: Vec<String> = serde_json::from_slice(request).unwrap_or_default();
     let [manifest, recordings, set @ ..] = words.as_slice() else {
         return Err(bad("the request is not a list of texts in JSON")
             .help(r#"write a line such as ["exp.toml", "recordings", "seed=2"]"#));
