@@ -8,7 +8,7 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Dict, Iterator, Literal, Mapping, Optional, overload
 
-from . import _folder, _helpers, _manifest, _programs, _results, _tables
+from . import _folder, _simulators, _manifest, _programs, _results, _tables
 from ._container import load
 from ._errors import UnknownNameError
 from ._run import Run
@@ -97,7 +97,7 @@ def simulate(
         values["seed"] = seed
     with _manifest.source(manifest, None) as source:
         words = [os.fspath(source.path), os.path.abspath("recordings"), *_manifest.overrides(values)[1::2]]
-        answer, content = _helpers.answer(words, programs)
+        answer, content = _simulators.answer(words, programs)
         if "error" in answer:
             error = source.located(str(answer["error"]))
             raise _programs.Finished(["simulate"], int(answer["exit_code"]), "", error).error()

@@ -17,7 +17,7 @@ import pytest
 from test_progress import LONG, children, is_running
 
 import kinetoscope as k
-from kinetoscope import _helpers
+from kinetoscope import _simulators
 
 MODELS: Dict[str, Dict[str, Any]] = {
     "dem": {"discs": 6, "width_m": 0.006, "height_m": 0.006, "duration_s": 0.02},
@@ -127,7 +127,7 @@ def test_a_forked_process_has_a_program_of_its_own(programs: Optional[str]) -> N
         code = 1
         try:
             code = int(k.simulate(GAS, programs=programs).metric("pressure.measured") != value)
-            _helpers.end_all()
+            _simulators.end_all()
         finally:
             os._exit(code)
     assert os.waitpid(child, 0)[1] == 0

@@ -15,7 +15,7 @@ from . import _programs
 from ._errors import KinetoscopeError, ProgramNotFoundError
 
 
-class _Helper:
+class _Simulator:
     """A program that waits for requests. It ends with its input, so also if this process is killed."""
 
     def __init__(self, program: str) -> None:
@@ -34,7 +34,7 @@ class _Helper:
                 f"{program} cannot be executed: {error.strerror}",
                 "install a wheel or build the program for this operating system and processor",
             ) from error
-        _helpers.add(self)
+        _all.add(self)
 
     def ask(self, words: Sequence[str]) -> Optional[Tuple[Dict[str, Any], bytes]]:
         """The answer to a request, and the recording; none if the program has ended."""
@@ -80,9 +80,9 @@ class _Helper:
         self._process.returncode = 0
 
 
-_helpers: "weakref.WeakSet[_Helper]" = weakref.WeakSet()
+_all: "weakref.WeakSet[_Simulator]" = weakref.WeakSet()
 # Programs that wait, by their file and its time of change.
-_idle: Dict[Tuple[str, int], List[_Helper]] = {}
+_idle: Dict[Tuple[str, int], List[_Simulator]] = {}
 
 
 def answer(words: Sequence[str], programs: Optional[_programs.PathLike]) -> Tuple[Dict[str, Any], bytes]:
@@ -91,18 +91,18 @@ def answer(words: Sequence[str], programs: Optional[_programs.PathLike]) -> Tupl
     idle = _idle.setdefault((program, os.stat(program).st_mtime_ns), [])
     while True:
         try:
-            helper, is_new = idle.pop(), False
+            simulator, is_new = idle.pop(), False
         except IndexError:
-            helper, is_new = _Helper(program), True
+            simulator, is_new = _Simulator(program), True
         try:
-            found = helper.ask(words)
+            found = simulator.ask(words)
         except BaseException:
-            helper.end()
+            simulator.end()
             raise
         if found is not None:
-            idle.append(helper)
+            idle.append(simulator)
             return found
-        error = helper.error()
+        error = simulator.error()
         # One that waited may have been killed meanwhile.
         if is_new:
             raise error
@@ -110,17 +110,17 @@ def answer(words: Sequence[str], programs: Optional[_programs.PathLike]) -> Tupl
 
 def forget_all() -> None:
     """Leaves the programs to the process that this one was forked from."""
-    for helper in list(_helpers):
-        helper.forget()
-    _helpers.clear()
+    for simulator in list(_all):
+        simulator.forget()
+    _all.clear()
     _idle.clear()
 
 
 @atexit.register
 def end_all() -> None:
     """Ends the programs."""
-    for helper in list(_helpers):
-        helper.end()
+    for simulator in list(_all):
+        simulator.end()
 
 
 if hasattr(os, "register_at_fork"):
