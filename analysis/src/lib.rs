@@ -41,7 +41,7 @@ pub use metric_files::runs_store::{
 pub use models::{
     figure_names, fitted_along, metric_names, metrics_of_figure, needs_replicates, unit_of,
 };
-pub use report::metrics_reference;
+pub use report::{charts_of_run, metrics_reference};
 pub use run::{RunAnalysis, RunStatus};
 pub use statistics::{Entries, Estimate, MissingError};
 
@@ -55,9 +55,20 @@ use std::thread::available_parallelism;
 /// # Errors
 /// A recording without a readable frame.
 pub fn analyze(recording: &Recording) -> Result<RunAnalysis, UnreadableRecording> {
+    analyze_with(recording, RunOptions::default())
+}
+
+/// The same, with what the options ask for.
+///
+/// # Errors
+/// As those of [`analyze`].
+pub fn analyze_with(
+    recording: &Recording,
+    options: RunOptions<'_>,
+) -> Result<RunAnalysis, UnreadableRecording> {
     let run = input::recording::opened(recording.clone())?;
     let threads = available_parallelism().unwrap_or(std::num::NonZeroUsize::MIN);
-    run::analyze(&run, Vec::new(), RunOptions::default(), threads)
+    run::analyze(&run, Vec::new(), options, threads)
 }
 
 /// The contents of `metrics.json` for one run, on one line.

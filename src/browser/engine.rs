@@ -4,6 +4,7 @@ use crate::sink::Sink;
 use kinetoscope::run::prepared::Prepared;
 use kinetoscope::run::resources::memory::needed_memory_bytes;
 use kinetoscope::run::{Advanced, RunError, RunState, record_start_on_this_thread};
+use kinetoscope_analysis::run::RunOptions;
 use kinetoscope_console::{Explained, Message};
 use kinetoscope_manifest::{Experiment, RunManifest, parse, parse_run, run_key};
 use kinetoscope_physics::{kind_of, state_columns_of};
@@ -230,7 +231,7 @@ impl Engine {
         Answer { status: Status::Working, bytes }
     }
 
-    /// The metrics of the run that has ended.
+    /// The metrics and the charts of the run that has ended.
     #[must_use]
     pub fn metrics(&self) -> Answer {
         let Some(bytes) = &self.ended else {
@@ -241,12 +242,15 @@ impl Engine {
                 Ok(recording) => recording,
                 Err(error) => return Answer::failed(&error),
             };
-        match kinetoscope_analysis::analyze(&recording) {
+        let options = RunOptions { with_figures: true, ..RunOptions::default() };
+        match kinetoscope_analysis::analyze_with(&recording, options) {
             Ok(analysis) => {
                 let main = kinetoscope_analysis::main_metrics(&analysis);
                 let found = analysis.measurements.iter();
-                let metrics = found.map(|it| measurement(it, main.contains(&it.name()))).collect();
-                Answer::new(Status::Working, &Value::Array(metrics))
+                let metrics = found.map(|it| measurement(it, main.contains(&it.name())));
+                let metrics: Vec<Value> = metrics.collect();
+                let charts = kinetoscope_analysis::charts_of_run(&analysis);
+                Answer::new(Status::Working, &json!({ "metrics": metrics, "charts": charts }))
             }
             Err(error) => Answer::refused(
                 &error.message.what,

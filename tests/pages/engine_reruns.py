@@ -5,6 +5,7 @@ Usage: python engine_reruns.py REPORT.html ...    (package: websockets; programs
 The reports are of a program that was built with the engine (`src/browser/build.sh`). In each page, from a file:
 - the unchanged manifest gives the recorded numbers, digit by digit;
 - after a change of the first number, frames appear, and at least one number is another one; the mark names the change;
+- the unchanged run's curves are those of the recorded one, which is gray, and a slider that is let go runs what it has changed;
 - typing a number keeps the lines of the text, and a change without spaces is named;
 - an invalid number gives the program's error with its key; a manifest of 300 kB and one of 10^8 particles are rejected with a message;
 - a long run is stopped by the reader, and after the stop the page runs again.
@@ -30,32 +31,48 @@ PRESS = """async () => {
   reset.click();
   if (change.wait) await new Promise((done) => setTimeout(done, change.wait));
   if (change.factor) { field.value = Number(field.value) * change.factor; field.oninput(); }
-  const lines = text.value.split("\\n").length;
+  const count = text.value.split("\\n").length;
   for (const value of change.typed ?? []) { field.value = value; field.oninput(); }
+  if (change.slide) {
+    const slider = box.querySelector("[type=range]");
+    Object.assign(slider, { value: change.slide });
+    slider.oninput();
+  }
   if (change.replace) text.value = text.value.replace(new RegExp(change.replace[0], "m"), change.replace[1]);
-  const added = text.value.split("\\n").length - lines;
+  const added = text.value.split("\\n").length - count;
   if (change.length) text.value += "#".repeat(change.length);
   let longest = 0, first;
   try { new PerformanceObserver((seen) => seen.getEntries().forEach((task) => (longest = Math.max(longest, task.duration)))).observe({ type: "longtask" }); } catch {}
   const started = performance.now();
-  button.click();
+  if (change.slide) box.querySelector("[type=range]").onchange();
+  else button.click();
   while (button.textContent === "Stop") {
     await new Promise((done) => setTimeout(done, 5));
     if (!canvas.hidden) first ??= performance.now() - started;
     if (change.stop && performance.now() - started > change.stop) button.click();
   }
   const rows = [...table.tBodies[0].rows].map((row) => [...row.cells].map((cell) => cell.textContent));
+  const shown = [...box.querySelectorAll(".plots figure")];
+  const lines = (figure, isGray) => [...figure.querySelectorAll("svg.sheet .curve:not(.theory):not(.fit)")].filter((line) => line.getAttribute("style").includes("c-1") === isGray)
+    .map((line) => line.getAttribute("d").split("L").length);
   const pixels = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
   return JSON.stringify({
     status: status.textContent, rows: table.hidden ? [] : rows, first: first ?? 0, all: performance.now() - started, longest,
-    added, mark: box.querySelector(".mark").textContent, painted: !canvas.hidden && pixels.some((value) => value > 0),
+    charts: shown.map((figure) => [lines(figure, true), lines(figure, false)]), added, mark: box.querySelector(".mark").textContent, painted: !canvas.hidden && pixels.some((value) => value > 0),
   });
 }"""
 
+def has_pairs(found):
+    """Whether the run has charts in which there are as many curves of the recorded run as of this one."""
+    return found["charts"] and all(gray and len(gray) == len(own) for gray, own in found["charts"])
+
+
 CASES = {
-    "unchanged": ({"wait": 1500}, lambda found: found["rows"] and all(row[1] == row[2] for row in found["rows"]) and "Nothing is changed" in found["mark"]),
+    "unchanged": ({"wait": 1500}, lambda found: found["rows"] and all(row[1] == row[2] for row in found["rows"]) and "Nothing is changed" in found["mark"]
+                  and has_pairs(found)),
     "changed": ({"factor": 2}, lambda found: any(row[1] != row[2] for row in found["rows"]) and "→" in found["mark"]
-                and "not the recorded run" in found["mark"] and found["painted"]),
+                and "not the recorded run" in found["mark"] and found["painted"] and has_pairs(found)),
+    "slider": ({"slide": 90}, lambda found: any(row[1] != row[2] for row in found["rows"]) and "→" in found["mark"] and "complete" in found["status"]),
     "invalid": ({"factor": -1}, lambda found: not found["rows"] and "error" in found["status"]),
     "typed": ({"typed": ["", "3", "", "30"], "stop": 1}, lambda found: found["added"] == 0),
     "other spaces": ({"replace": ["^(\\w+) = ([1-9]\\d*)$", "$1=1$2"]}, lambda found: "→" in found["mark"]),

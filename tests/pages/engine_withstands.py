@@ -31,7 +31,7 @@ COMMON = """async () => {
 """
 LINKS = COMMON + """
   const box = document.querySelector(".rerun"), [button] = box.querySelectorAll("button"), text = box.querySelector("textarea");
-  const status = box.querySelector("[role=status]"), starters = JSON.parse(box.querySelector("script.given").textContent).map((run) => run.manifest);
+  const status = box.querySelector("[role=status]"), starters = JSON.parse(box.querySelector("script.given").textContent).runs.map((run) => run.manifest);
   const link = async (words) => {
     const packed = new Uint8Array(await new Response(new Blob([words]).stream().pipeThrough(new CompressionStream("deflate"))).arrayBuffer());
     return btoa(Array.from(packed, (byte) => String.fromCharCode(byte)).join("")).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");

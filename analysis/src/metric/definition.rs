@@ -29,7 +29,7 @@ macro_rules! definitions {
                 name: $name,
                 unit: $unit,
                 label: $label,
-                how: $how,
+                how: $crate::metric::law::for_reference($how),
                 laws: &[$($law),*],
                 rounding: $rounding,
             };

@@ -32,6 +32,11 @@ pub(crate) const fn first(words: &[&'static str]) -> Option<&'static str> {
     }
 }
 
+/// A text that the references and reports show. The engine of a page, which is small, does not contain it.
+pub(crate) const fn for_reference(text: &'static str) -> &'static str {
+    if cfg!(all(target_family = "wasm", target_os = "unknown")) { "" } else { text }
+}
+
 impl Law {
     /// Whether it is a conservation law.
     #[must_use]
@@ -60,8 +65,8 @@ macro_rules! laws {
         $(
             #[doc = concat!("`", $statement, "` (", $source, ").")]
             pub(crate) const $constant: $crate::metric::Law = $crate::metric::Law {
-                statement: $statement,
-                source: $source,
+                statement: $crate::metric::law::for_reference($statement),
+                source: $crate::metric::law::for_reference($source),
                 range: concat!("", $($range)?),
                 relative_accuracy: 0.0 $(+ $accuracy)?,
                 conserved: $crate::metric::law::first(&[$($conserved)?]),

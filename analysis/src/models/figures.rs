@@ -2,12 +2,9 @@
 
 use crate::models::snapshots::Snapshots;
 use crate::number_text::short_number;
-use crate::plot::{Axis, Picture, Plot, PlotContent, Point, Scale, thinned};
+use crate::plot::{Axis, DRAWS, Picture, Plot, PlotContent, Point, Scale, thinned};
 use kinetoscope_recording::plot_list::is_plot_name;
 use serde::{Deserialize, Serialize};
-
-/// The engine of a page needs neither plots nor replays, and does not contain their code.
-pub(crate) const DRAWS: bool = !cfg!(all(target_family = "wasm", target_os = "unknown"));
 
 /// The plots of one run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -84,7 +81,8 @@ pub(crate) fn pictures<'a>(
     caption: impl Fn(&str, &str) -> String + 'a,
     size: &'a str,
 ) -> impl Iterator<Item = Plot> + 'a {
-    snapshots.named().flat_map(move |(stem, when, snapshot)| {
+    let named = DRAWS.then(|| snapshots.named());
+    named.into_iter().flatten().flat_map(move |(stem, when, snapshot)| {
         let count = match (snapshot.particles, snapshot.drawing.discs.len()) {
             (all, drawn) if drawn < all => format!("N = {all} ({drawn} drawn)"),
             (all, _) => format!("N = {all}"),

@@ -1,5 +1,6 @@
 //! Snapshots of the particles at chosen times, drawn from the recorded scenes or else from the state.
 
+use crate::plot::DRAWS;
 use crate::plot::drawing::Drawing;
 use crate::plot::velocity_field::velocity_field;
 use kinetoscope_recording::drawing::Shape;
@@ -66,7 +67,7 @@ impl Snapshots {
     /// Adds the state of the next frame and takes a snapshot if its time has been reached.
     pub(crate) fn add_state(&mut self, frame: &RecordedFrame, state: StateTable) {
         let time = frame.clock.time;
-        if self.last.is_none() {
+        if DRAWS && self.last.is_none() {
             // A scene that cannot be decoded is replaced by a drawing of the state.
             let _ = self.fixed.update(frame);
             self.fixed.discs.clear();
@@ -75,7 +76,7 @@ impl Snapshots {
         while self.waiting.last().is_some_and(|wanted| *wanted <= time) {
             self.waiting.pop();
         }
-        if self.waiting.len() < before {
+        if DRAWS && self.waiting.len() < before {
             self.taken.push(self.snapshot(time, Some(frame), &state));
         }
         self.last = Some((time, state));

@@ -30,6 +30,9 @@ pub(crate) use picture::Picture;
 use kinetoscope_console::text::visible;
 use serde::{Deserialize, Serialize};
 
+/// The engine of a page has the curves of charts only: it contains no code of pictures and replays.
+pub(crate) const DRAWS: bool = !cfg!(all(target_family = "wasm", target_os = "unknown"));
+
 /// Boltzmann's constant with its subscript, as the unit of an axis.
 const BOLTZMANN_CONSTANT: &str =
     "(k<tspan dy=\"0.25em\" font-size=\"75%\">B</tspan><tspan dy=\"-0.19em\">)</tspan>";

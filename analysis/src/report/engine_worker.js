@@ -122,7 +122,7 @@ const rerun = (engine, manifest) => {
     if (status === ENDED) {
       const { frames, fault } = JSON.parse(output(engine));
       ask(engine, "metrics");
-      postMessage({ metrics: JSON.parse(output(engine)), frames, fault, seconds });
+      postMessage({ ...JSON.parse(output(engine)), frames, fault, seconds });
       return;
     }
   }

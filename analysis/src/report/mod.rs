@@ -29,6 +29,7 @@ mod verify;
 
 pub use metrics_reference::metrics_reference;
 pub(crate) use metrics_reference::metrics_with;
+pub use plot_data::charts_of_run;
 
 pub(crate) use self::drawn_runs::snapshots_outside;
 use self::drawn_runs::{drawn_files, drawn_runs};

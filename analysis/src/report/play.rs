@@ -4,6 +4,7 @@ use super::engine::{self, ENGINE, NONCE, PLAY};
 use super::engine_place::EnginePlace;
 use super::html::page_head;
 use super::rerun;
+use crate::plot::palette;
 use crate::write_file::{WriteError, replace};
 use base64::Engine as _;
 use base64::engine::general_purpose::URL_SAFE_NO_PAD;
@@ -14,7 +15,7 @@ use std::path::Path;
 /// Characters of the longest link that is offered, as in the script.
 const MOST_CHARACTERS: usize = 8192;
 /// The parts of the report's script that the page needs.
-const NUMBERS: &str = include_str!("numbers.js");
+const PARTS: [&str; 2] = [include_str!("numbers.js"), include_str!("report.js")];
 
 /// The address of a manifest in the page, unless it is too long.
 pub(super) fn link(manifest: &str) -> Option<String> {
@@ -38,14 +39,14 @@ fn page(module: &'static [u8]) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
-            (page_head("Simulation", "", &engine::policy(place)))
+            (page_head("Simulation", &palette::style_sheet(), &engine::policy(place)))
             body {
                 main class="play" {
                     header {
                         h1 { "A simulation in this page" }
                         p class="facts" { "The engine runs the manifest in this browser. Nothing is installed or sent." }
                     }
-                    script nonce=(NONCE) { (PreEscaped(NUMBERS)) }
+                    script nonce=(NONCE) { (PreEscaped(PARTS.concat())) }
                     (engine::scripts(place))
                     (rerun::play(&hash))
                     p class="facts" { "Engine " (env!("CARGO_PKG_VERSION")) ", SHA-256 " (hash[..16]) "; its messages are those of the program." }

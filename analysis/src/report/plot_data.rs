@@ -1,7 +1,11 @@
 //! The data of a chart for the script of `report.html`: numbers rounded to what is visible, also after zooming in.
 
-use crate::plot::{Axis, Chart, Curve, Point, Scale, extremes};
+use crate::models::main_results;
+use crate::plot::{Axis, Chart, Curve, PlotContent, Point, Scale, extremes};
+use crate::run::RunAnalysis;
+use crate::sweep::figures::shared_charts;
 use serde::Serialize;
+use serde_json::{Value, json};
 
 /// Significant digits of every number.
 const DIGITS: i32 = 4;
@@ -99,6 +103,23 @@ impl<'a> ChartData<'a> {
         let (equal, time) = (chart.equal_aspect, chart.x.label == "time");
         Self { title, x, y, equal, time, remark: &chart.remark, curves }
     }
+}
+
+/// The charts of a run for the script, as pairs of their file name and their data; those of the model's main results come first.
+#[must_use]
+pub fn charts_of_run(run: &RunAnalysis) -> Vec<Value> {
+    let shared = shared_charts(&[run]);
+    let main = main_results(run.model()).charts;
+    let mut plots: Vec<_> = run.figures.plots.iter().chain(&shared).collect();
+    plots.sort_by_key(|plot| main.iter().position(|stem| plot.stem == *stem).unwrap_or(usize::MAX));
+    let data = plots.into_iter().filter_map(|plot| match &plot.content {
+        PlotContent::Chart(chart) => {
+            let runs = chart.curves.iter().map(|_| None).collect();
+            Some(json!([plot.stem, ChartData::of(&plot.title, chart, runs)]))
+        }
+        PlotContent::Picture(_) => None,
+    });
+    data.collect()
 }
 
 fn column(curve: &Curve, step: f64, of: fn(&Point) -> Option<f64>) -> Vec<Option<f64>> {

@@ -486,7 +486,7 @@ on(window, "beforeprint", () => {
   opened = [...document.querySelectorAll("details.printed:not([open])")];
   opened.forEach((list) => { list.open = true; });
   charts.forEach((each) => each.redraw());
-  makeStrip();
+  self.makeStrip?.();
 });
 on(window, "afterprint", () => {
   isPrinted = false;

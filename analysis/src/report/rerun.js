@@ -2,15 +2,17 @@
 // recording: its manifest is that of its address, or one of those that it offers.
 {
   const box = document.querySelector(".rerun"), find = (place) => box.querySelector(place);
-  const runs = JSON.parse(find("script").textContent);
-  const [menu, fields, text, status, canvas, table] = ["select", ".keys", "textarea", "[role=status]", "canvas", "table"].map(find);
+  const { runs, keys: known } = JSON.parse(find("script").textContent);
+  const [menu, fields, text, status, canvas, table, plots] = ["select", ".keys", "textarea", "[role=status]", "canvas", "table", ".plots"].map(find);
   const [button, reset, save, copy, keep] = box.querySelectorAll("button");
   const isPlay = "play" in box.dataset;
-  // Longest run, s; longest manifest, bytes; longest address that is offered, characters; most numbers of a table.
-  const MOST_S = 60, MOST_BYTES = 256 << 10, MOST_ADDRESS = 8192, MOST_ROWS = 12;
+  // Longest run, s; longest manifest, bytes; longest address that is offered, characters; most numbers of a table; most charts and keys.
+  const MOST_S = 60, MOST_BYTES = 256 << 10, MOST_ADDRESS = 8192, MOST_ROWS = 12, MOST_CHARTS = 2, MOST_KEYS = 8;
+  // Places of a slider, and the largest end of a range that it shows whole.
+  const PLACES = 200, LARGEST_END = 10;
   // Up to so many particles without a radius leave a path.
   const MOST_WITH_PATH = 20;
-  let worker, run, view, isRunning, path, hasPath, awaited, timer, place = "", more = "", discs = [];
+  let worker, run, view, isRunning, path, hasPath, awaited, timer, place = "", more = "", discs = [], drawn = [], before = [];
 
   const say = (words, quality = "") => ([status.textContent, status.className] = [words.slice(0, 9000), quality]);
 
@@ -26,9 +28,12 @@
     return found;
   };
 
+  // What a reader knows of a key of the model: its words, the ends of its range, and whether it is a whole number.
+  const wordsOf = (key) => known[/^\[model\.(\w+)\]/m.exec(text.value)?.[1]]?.[key] ?? [key, null, null];
+
   // What differs from the recorded run.
   const changes = () => {
-    const [before, now] = [valuesOf(run.manifest), valuesOf(text.value)], key = (place) => place.split(" ").pop();
+    const [before, now] = [valuesOf(run.manifest), valuesOf(text.value)], key = (place) => wordsOf(place.split(" ").pop())[0];
     return [...[...now].filter(([place, value]) => before.get(place) !== value).map(([place, value]) => `${key(place)} ${before.get(place) ?? "(none)"} → ${value}`),
       ...[...before].filter(([place]) => !now.has(place)).map(([place, value]) => `${key(place)} ${value} → (none)`)];
   };
@@ -41,23 +46,53 @@
     return [start, start + rest.slice(0, rest.search(/[#\n]|$/)).trimEnd().length];
   };
 
-  // The numbers of the model's table in a text.
-  const keysOf = (words) => {
-    const lines = words.split(/^\[model\.\w+\].*$/m)[1]?.split(/^\[/m)[0] ?? "";
-    return [...lines.matchAll(/^(\w+)[ \t]*=[ \t]*[-+]?[.\d]\S*[ \t]*(#.*)?$/gm)].slice(0, 8).map(([, key]) => [key, key]);
+  // The numeric keys of the model's table in a text, those that differ between the recorded runs first. Only one integrator reads the tolerance.
+  const keysOf = (words, swept = []) => {
+    const lines = words.split(/^\[model\.\w+\].*$/m)[1]?.split(/^\[/m)[0] ?? "", rank = (key) => (key === "tolerance") - swept.includes(key);
+    return [...lines.matchAll(/^(\w+)[ \t]*=[ \t]*[-+]?[.\d]\S*[ \t]*(#.*)?$/gm)].map(([, key]) => key).sort((a, b) => rank(a) - rank(b)).slice(0, MOST_KEYS);
   };
 
-  function field([key, name]) {
-    const label = fields.appendChild(document.createElement("label"));
+  // The value at a place of a slider, between 0 and 1: over the whole range of a fraction, else up to ten times the value.
+  const valueAt = (low, high, value) => {
+    if (low !== null && high !== null && high <= LARGEST_END && low >= 0.001 * high - 1e-9) return (at) => low + (high - low) * at;
+    const least = Math.max(low ?? 0, value / 10), most = Math.min(high ?? Infinity, 10 * value);
+    return least > 0 && most > least && ((at) => least * (most / least) ** at);
+  };
+
+  function field(key) {
+    const [name, low, high, isWhole] = wordsOf(key);
+    const group = fields.appendChild(document.createElement("div")), label = group.appendChild(document.createElement("label"));
     label.textContent = `${name} `;
     const input = label.appendChild(document.createElement("input"));
     Object.assign(input, { type: "number", step: "any", value: text.value.slice(...spotOf(key)).replaceAll("_", ""), autocomplete: "off" });
     // A number that is being typed is empty at times: its line stays.
-    input.oninput = () => {
+    const write = () => {
       const [start, stop] = spotOf(key);
       if (start) text.value = text.value.slice(0, start) + input.value + text.value.slice(stop);
       aged();
     };
+    const scale = valueAt(low, high, Number(input.value));
+    if (!scale) return (input.oninput = write);
+    const slider = group.appendChild(document.createElement("input"));
+    Object.assign(slider, { type: "range", max: PLACES, autocomplete: "off", ariaLabel: name });
+    const follow = () => {
+      let at = 0;
+      while (at < PLACES && scale(at / PLACES) < Number(input.value)) at += 1;
+      slider.value = at;
+    };
+    input.oninput = () => (write(), follow());
+    slider.oninput = () => {
+      const value = Number(scale(slider.value / PLACES).toPrecision(3));
+      input.value = isWhole ? Math.round(value) : value;
+      write();
+    };
+    // A slider that is let go shows what it has changed.
+    slider.onchange = () => {
+      if (button.disabled) return;
+      if (isRunning) end("");
+      button.click();
+    };
+    follow();
   }
 
   function choose(index) {
@@ -65,23 +100,24 @@
     restore();
   }
 
-  const restore = () => edit(run.manifest, run.keys);
+  const restore = () => edit(run.manifest, run.swept);
 
   // Results belong to the text of their run.
   function clear(words) {
     if (isRunning) end("stopped");
     table.hidden = canvas.hidden = keep.hidden = find(".mark").hidden = true;
+    plot([]);
     if (words !== undefined) say(words);
   }
 
   const aged = () => !isRunning && !table.hidden && say("The results are those of the text before this change: press Run.");
 
-  function edit(manifest, keys = keysOf(manifest)) {
+  function edit(manifest, swept) {
     clear(run.hint ?? "");
     text.value = manifest;
     if (isPlay) find(".asked").textContent = (/^question[ \t]*=[ \t]*"([^"\n]*)"/m.exec(manifest)?.[1] ?? "").slice(0, 300);
     fields.textContent = "";
-    if (manifest) keys.forEach(field);
+    keysOf(manifest, swept).forEach(field);
     button.disabled = !manifest || Boolean(self.kinetoscopeLack);
   }
 
@@ -118,7 +154,7 @@
       if (isPlay && menu) menu.selectedIndex = -1;
       if (location.hash) say("The manifest of the link: read it, change it, run it.");
     } catch (error) {
-      edit(isPlay ? "" : run.manifest, run.keys);
+      edit(isPlay ? "" : run.manifest, run.swept);
       say(error.message, "bad");
     }
     box.open = true;
@@ -194,7 +230,7 @@
       const row = body.insertRow(), theory = now?.theory ?? null;
       const measured = ({ value, standard_error: error }) => number(value, error);
       const cells = [shown.label + (shown.unit && shown.unit !== "1" ? ` (${shown.unit})` : ""), ...(run.numbers ? [measured(shown)] : []),
-        now && !now.reason ? measured(now) : now?.reason ?? "no value", theory === null ? "" : number(theory)];
+        now && !now.reason ? measured(now) : now?.reason ?? "not measured in this run", theory === null ? "" : number(theory)];
       for (const [index, words] of cells.entries()) {
         const cell = row.insertCell();
         cell.textContent = words.slice(0, 300);
@@ -202,6 +238,30 @@
       }
     }
     table.hidden = false;
+  }
+
+  // The curves with which a chart is compared: those of the recorded run in the page, or else those of the run before in this page.
+  function pastOf(stem, { x, y }) {
+    const isSame = ({ data }) => data.x.label === x.label && data.y.label === y.label;
+    const isMeasured = ({ style }) => style !== "theory" && style !== "fit";
+    const isRecorded = (curve) => isMeasured(curve) && run.file && curve.run?.file === run.file;
+    const index = charts.findIndex((each) => each.figure.id.startsWith(`plot-${stem}`) && isSame(each) && each.data.curves.some(isRecorded));
+    if (index >= 0) return [index, charts[index].data.curves.filter(isRecorded), "recorded run"];
+    const last = before.find(([name, data]) => name === stem && isSame({ data }));
+    return [Infinity, last ? last[1].curves.filter(isMeasured) : [], "run before"];
+  }
+
+  // The charts of the run, in the order of the page. A curve of the past is gray, and an area of it is its upper edge.
+  function plot(all) {
+    drawn.forEach((remove) => remove());
+    plots.textContent = "";
+    const found = all.map(([stem, data]) => [data, ...pastOf(stem, data)]).sort((one, other) => one[1] - other[1] || 0).slice(0, MOST_CHARTS);
+    drawn = found.map(([data, , past, name]) => {
+      const gray = past.map((curve, index) => ({ ...curve, color: -1, style: curve.style === "area" ? "line" : curve.style, name: index ? "" : name, run: null, below: null }));
+      const curves = data.curves.map((curve) => ({ ...curve, name: curve.name || "this run", x: typeof curve.x === "number" ? data.curves[curve.x].x : curve.x }));
+      return chart(plots.appendChild(document.createElement("figure")), { ...data, time: false, curves: [...gray, ...curves] });
+    });
+    if (all.length) before = all;
   }
 
   function show({ data }) {
@@ -222,6 +282,7 @@
     }
     if (data.metrics) {
       tell(data.metrics);
+      plot(data.charts);
       keep.hidden = false;
       const words = `${data.fault ? `the run fails: ${data.fault}` : "the run is complete"} (${data.frames} frames, ${data.seconds.toFixed(1)} s)${more}`;
       stop(words, data.fault ? "bad" : "good");
@@ -248,6 +309,7 @@
     status.ariaBusy = "true";
     [view, path] = [undefined, []];
     table.hidden = canvas.hidden = keep.hidden = true;
+    plot([]);
     button.textContent = "Stop";
     say("starting");
     place = "";

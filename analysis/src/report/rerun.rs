@@ -11,33 +11,48 @@ use crate::report::plot_section::data;
 use crate::report::replay_section::run_name;
 use crate::run::RunAnalysis;
 use kinetoscope_manifest::model::ModelConfig;
-use kinetoscope_manifest::starter;
+use kinetoscope_manifest::{json_schema, starter};
 use maud::{Markup, PreEscaped, html};
 use serde::Serialize;
+use serde_json::Value;
+use std::collections::BTreeMap;
 
 pub(super) const SCRIPT: &str = include_str!("rerun.js");
 /// Maximum number of runs to choose from: each has its manifest in the page.
 const MOST_RUNS: usize = 60;
-/// Maximum number of keys with a field.
-const MOST_KEYS: usize = 8;
 /// What a page without a recording says before its first run.
 const HINT: &str = "Press Run: the particles move here, and their numbers follow.";
+/// Distance of a slider from an end that is not allowed, as a fraction of the largest value.
+const OPEN_END: f64 = 0.005;
 /// Maximum number of metrics that are compared.
 const MOST_NUMBERS: usize = 8;
 
-/// A run that can be changed: a recorded one, or a starter. The script finds the keys and numbers of a starter.
+/// What the script can change.
+#[derive(Serialize)]
+struct Given<'a> {
+    runs: Vec<Changeable<'a>>,
+    /// The keys of each model's table that have a number.
+    keys: BTreeMap<&'a str, BTreeMap<String, NumericKey>>,
+}
+
+/// A run that can be changed: a recorded one, or a starter, which has no numbers.
 #[derive(Serialize)]
 struct Changeable<'a> {
     name: String,
     manifest: &'a str,
-    /// The keys with a number to change, and their words with the unit.
+    /// The recording.
     #[serde(skip_serializing_if = "Option::is_none")]
-    keys: Option<Vec<(&'a str, String)>>,
+    file: Option<&'a str>,
+    /// The keys that differ between the recorded runs.
+    swept: Vec<&'a str>,
     numbers: Option<Vec<RecordedNumber<'a>>>,
     /// What the page says before the first run.
     #[serde(skip_serializing_if = "Option::is_none")]
     hint: Option<&'a str>,
 }
+
+/// The words of a key with its unit, the ends of its range, and whether it is a whole number.
+type NumericKey = (String, Option<f64>, Option<f64>, bool);
 
 /// A number of the recorded run.
 #[derive(Serialize)]
@@ -57,15 +72,18 @@ pub(super) fn section(report: &AnalysisReport, is_single_file: bool) -> Markup {
         .map(|(run, claim)| Changeable {
             name: run_name(run, &report.view),
             manifest: &claim.manifest,
-            keys: Some(keys(run, &claim.manifest)),
+            file: Some(&run.file),
+            swept: run.coordinates.iter().map(|it| last_part(&it.key)).collect(),
             numbers: Some(numbers(report, run)),
             hint: None,
         })
         .collect();
+    let models = report.runs.iter().map(|run| run.model().name());
+    let given = Given { runs, keys: numeric_keys(models) };
     html! {
         details class="rerun" data-page=(if is_single_file { "" } else { PLAY }) hidden {
             summary { h2 { "Change and rerun" } }
-            (bench(&runs, "Run", &["recorded run", "run in this page", "theory for it"]))
+            (bench(&given, "Run", &["recorded run", "run in this page", "theory for it"]))
         }
         script nonce=(NONCE) { (PreEscaped(SCRIPT)) }
     }
@@ -75,22 +93,31 @@ pub(super) fn section(report: &AnalysisReport, is_single_file: bool) -> Markup {
 pub(super) fn play(module_hash: &str) -> Markup {
     let starters = ModelConfig::NAMES.iter().filter_map(|name| {
         let (name, manifest) = ((*name).to_owned(), starter(name)?);
-        Some(Changeable { name, manifest, keys: None, numbers: None, hint: Some(HINT) })
+        Some(Changeable {
+            name,
+            manifest,
+            file: None,
+            swept: vec![],
+            numbers: None,
+            hint: Some(HINT),
+        })
     });
+    let names = ModelConfig::NAMES.iter().copied();
+    let given = Given { runs: starters.collect(), keys: numeric_keys(names) };
     html! {
         section class="rerun" data-play data-page="" data-module=(module_hash) hidden {
-            (bench(&starters.collect::<Vec<_>>(), "Start from", &["value", "theory"]))
+            (bench(&given, "Start from", &["value", "theory"]))
         }
         script nonce=(NONCE) { (PreEscaped(SCRIPT)) }
     }
 }
 
-/// The fields, the manifest, and the places of the run's frames and numbers.
-fn bench(runs: &[Changeable<'_>], menu: &str, columns: &[&str]) -> Markup {
+/// The fields, the manifest, and the places of the run's frames, charts and numbers.
+fn bench(given: &Given<'_>, menu: &str, columns: &[&str]) -> Markup {
     html! {
         div class="setup" {
-            @if runs.len() > 1 {
-                p { label { (menu) ": " select autocomplete="off" { @for run in runs { option { (run.name) } } } } }
+            @if given.runs.len() > 1 {
+                p { label { (menu) ": " select autocomplete="off" { @for run in &given.runs { option { (run.name) } } } } }
             }
             div class="keys" {}
             details {
@@ -117,25 +144,39 @@ fn bench(runs: &[Changeable<'_>], menu: &str, columns: &[&str]) -> Markup {
                     tbody {}
                 }
             }
+            div class="plots" {}
         }
-        (data("given", &runs))
+        (data("given", given))
     }
 }
 
-/// The numbers of the model's table: the swept ones first, then those at its head.
-fn keys<'a>(run: &'a RunAnalysis, manifest: &'a str) -> Vec<(&'a str, String)> {
-    let model = manifest.split("[model.").nth(1).and_then(|rest| rest.split("\n[").next());
-    let lines = model.unwrap_or_default().lines().filter_map(|line| line.split_once(" = "));
-    let numeric = lines.filter(|(_, value)| value.parse::<f64>().is_ok_and(f64::is_finite));
-    let mut keys: Vec<&str> = numeric.map(|(key, _)| key).collect();
-    let is_swept = |key: &str| run.coordinates.iter().any(|it| last_part(&it.key) == key);
-    // Only one integrator reads the tolerance.
-    keys.sort_by_key(|key| (!is_swept(key), *key == "tolerance"));
-    let named = keys.into_iter().take(MOST_KEYS).map(|key| match words_and_unit(key) {
-        (words, "") => (key, words),
-        (words, unit) => (key, format!("{words} ({unit})")),
-    });
-    named.collect()
+/// The numeric keys of models, as the schema of the manifest describes them.
+fn numeric_keys<'a>(
+    models: impl Iterator<Item = &'a str>,
+) -> BTreeMap<&'a str, BTreeMap<String, NumericKey>> {
+    let schema: Value = serde_json::from_str(&json_schema()).unwrap_or_default();
+    models
+        .map(|model| {
+            let keys = schema["properties"]["model"]["properties"][model]["properties"].as_object();
+            let keys = keys.into_iter().flatten();
+            (model, keys.filter_map(|(key, of)| Some((key.clone(), numeric(key, of)?))).collect())
+        })
+        .collect()
+}
+
+/// A key with the range of its number; `None` for one that has none. Other forms than a number may be allowed as well.
+fn numeric(key: &str, schema: &Value) -> Option<NumericKey> {
+    let forms = [schema].into_iter().chain(schema["anyOf"].as_array().into_iter().flatten());
+    let form =
+        forms.into_iter().find(|form| form["type"] == "number" || form["type"] == "integer")?;
+    let high = form["maximum"].as_f64();
+    let above = || Some(form["exclusiveMinimum"].as_f64()? + OPEN_END * high?);
+    let low = form["minimum"].as_f64().or_else(above);
+    let name = match words_and_unit(key) {
+        (words, "") => words,
+        (words, unit) => format!("{words} ({unit})"),
+    };
+    Some((name, low, high, form["type"] == "integer"))
 }
 
 /// The numbers of a run that the answer, the checks and the model's main results name.

@@ -74,7 +74,7 @@
 
   // The texts that the page shows as the manifest of a run.
   const shown = ({ dataset }, run) => {
-    const changeable = JSON.parse(document.querySelector(".rerun script").textContent)[run]?.manifest;
+    const changeable = JSON.parse(document.querySelector(".rerun script").textContent).runs[run]?.manifest;
     return [...document.querySelectorAll("pre[data-file]")].filter((text) => text.dataset.file === dataset.file).map((text) => text.textContent).concat(changeable ?? []);
   };
 

@@ -7,7 +7,8 @@ use crate::input::UnreadableRecording;
 use crate::input::recording::{OpenRun, is_partial};
 use crate::metric::{Measurement, Measurements, Metric, MetricScope, RunOrigin, RunScope};
 use crate::models;
-use crate::models::figures::{DRAWS, Figures};
+use crate::models::figures::Figures;
+use crate::plot::DRAWS;
 use crate::replay::{Replay, ReplayCollector};
 use crate::run::fields::{FieldCollector, RecordedField};
 use kinetoscope_console::text::shown_path;
@@ -168,7 +169,8 @@ pub fn analyze(
 ) -> Result<RunAnalysis, UnreadableRecording> {
     let mut observer = models::observer(&run.manifest.model, options.snapshots_at);
     let view = || options.view.cloned().unwrap_or_default();
-    let mut replay = options.replay_bytes.map(|bytes| ReplayCollector::new(bytes, run, view()));
+    let replay_bytes = if DRAWS { options.replay_bytes } else { None };
+    let mut replay = replay_bytes.map(|bytes| ReplayCollector::new(bytes, run, view()));
     let mut fields = FieldCollector::new(options.fields);
     let (mut frames, mut end_time, mut failure) = (0, 0.0, None);
     let (mut lacks_states, mut has_end) = (false, true);
@@ -178,7 +180,7 @@ pub fn analyze(
             has_end = frame.is_complete();
             lacks_states |= !has_end;
             let time = frame.clock.time;
-            if let Some(replay) = &mut replay {
+            if DRAWS && let Some(replay) = &mut replay {
                 replay.observe(&frame);
             }
             fields.observe(&frame);

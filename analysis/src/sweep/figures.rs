@@ -198,7 +198,7 @@ pub(crate) fn comparisons(runs: &[&RunAnalysis]) -> Vec<Plot> {
 }
 
 /// Charts with one curve per run.
-pub(super) fn shared_charts(runs: &[&RunAnalysis]) -> Vec<Plot> {
+pub(crate) fn shared_charts(runs: &[&RunAnalysis]) -> Vec<Plot> {
     let mut plots = Vec::new();
     let Some(first) = runs.first() else { return plots };
     for SharedCurve { stem, title, axes, .. } in &first.figures.comparisons {

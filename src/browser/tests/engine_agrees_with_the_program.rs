@@ -61,8 +61,8 @@ fn engine_gives_the_messages_and_metrics_of_the_program() {
         let end = ended(&mut engine);
         assert_eq!(end["messages"], fingerprint(&recording).unwrap().messages, "{manifest}");
         let analysis = kinetoscope_analysis::analyze(&recording).unwrap();
-        let metrics = json(&engine.metrics());
-        let metrics = metrics.as_array().unwrap();
+        let results = json(&engine.metrics());
+        let metrics = results["metrics"].as_array().unwrap();
         assert_eq!(metrics.len(), analysis.measurements.len());
         for (found, expected) in metrics.iter().zip(&analysis.measurements) {
             assert_eq!(found["name"], expected.name());

@@ -6,7 +6,7 @@ use super::observe::{DemRun, balance_j, supplied_j, total_j};
 use super::special_setups;
 use super::stress::StressLayer;
 use crate::models::contract::{NamedChart, PlottedObserver};
-use crate::models::figures::{DRAWS, Figures, SharedCurve, box_text, pictures};
+use crate::models::figures::{Figures, SharedCurve, box_text, pictures};
 use crate::models::series::Series;
 use crate::number_text::short_number;
 use crate::plot::{Axis, Curve, CurveStyle, Plot, Point, stacked};
@@ -54,9 +54,6 @@ const STRESSES: &[&str] = &[
 
 impl PlottedObserver for DemRun {
     fn figures(&self) -> Figures {
-        if !DRAWS {
-            return Figures::default();
-        }
         let mut figures = Figures::default();
         if let (Some((_, first)), Some((_, last))) = (self.energies.first(), self.energies.last()) {
             add_energies(self, [first, last], &mut figures);

@@ -6,7 +6,7 @@ use super::layers::{BarometricLaw, LAYERS, counts, relative_density};
 use super::observe::GasRun;
 use super::over_time;
 use crate::models::contract::{NamedChart, PlottedObserver};
-use crate::models::figures::{DRAWS, Figures, pictures, time_axis};
+use crate::models::figures::{Figures, pictures, time_axis};
 use crate::number_text::short_number;
 use crate::plot::{Axis, Curve, CurveStyle, Plot};
 use kinetoscope_recording::channels::GasSpeeds;
@@ -38,9 +38,6 @@ const SPEEDS: &[&str] = &[
 
 impl PlottedObserver for GasRun {
     fn figures(&self) -> Figures {
-        if !DRAWS {
-            return Figures::default();
-        }
         let mut plots: Vec<Plot> = over_time::charts(self);
         if self.pressure_series.len() > 1 {
             plots.push(pressure(self));

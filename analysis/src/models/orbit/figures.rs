@@ -4,7 +4,7 @@ use super::bodies::{BodiesRun, SystemState};
 use super::laws as law;
 use super::observe::{OrbitPoint, OrbitRun};
 use crate::models::contract::{NamedChart, PlottedObserver};
-use crate::models::figures::{DRAWS, Figures, SharedCurve};
+use crate::models::figures::{Figures, SharedCurve};
 use crate::models::series::Series;
 use crate::models::{max_or_nan, relative_change};
 use crate::plot::{Axis, Chart, Curve, CurveStyle, Plot, PlotContent, Point};
@@ -38,9 +38,6 @@ const ENERGY_ERRORS: &[&str] =
 
 impl PlottedObserver for OrbitRun {
     fn figures(&self) -> Figures {
-        if !DRAWS {
-            return Figures::default();
-        }
         let Some(first) = self.points.first() else { return Figures::default() };
         let curves = vec![
             path("Earth", 0, &self.points, 6000, |point| point.position_au),
@@ -59,9 +56,6 @@ impl PlottedObserver for OrbitRun {
 
 impl PlottedObserver for BodiesRun {
     fn figures(&self) -> Figures {
-        if !DRAWS {
-            return Figures::default();
-        }
         let Some(first) = self.instants.first() else { return Figures::default() };
         let paths = (0..first.positions.len()).map(|body| {
             let name = format!("body {body}");

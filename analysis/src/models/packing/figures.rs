@@ -4,7 +4,7 @@ use super::laws as law;
 use super::mean_a2::VelocityMoments;
 use super::observe::PackingRun;
 use crate::models::contract::{NamedChart, PlottedObserver};
-use crate::models::figures::{DRAWS, Figures, SharedCurve, box_text, pictures, time_axis};
+use crate::models::figures::{Figures, SharedCurve, box_text, pictures, time_axis};
 use crate::models::series::Series;
 use crate::number_text::short_number;
 use crate::plot::{Axis, Curve, CurveStyle, Plot};
@@ -27,9 +27,6 @@ pub(super) const CHARTS: &[NamedChart] = &[
 
 impl PlottedObserver for PackingRun {
     fn figures(&self) -> Figures {
-        if !DRAWS {
-            return Figures::default();
-        }
         let mut figures = Figures::default();
         if !series(self).is_empty() {
             figures.plots.extend([temperature(self), a2(self)]);
