@@ -111,7 +111,7 @@ def controls(report, folder):
     claim_length = page.index("<", claim) - claim
     cases = {"no change": (page, engine, "equal those of the recording")}
     if engine:
-        cases["no engine"] = (page, None, "is not next to this page")
+        cases["no engine"] = (page, None, "is missing next to this page")
     other = of_another_version(page[claim:claim + claim_length])
     cases[OTHER_VERSION] = (page[:claim] + other + page[claim + claim_length:], engine, "recorded with version")
     text = engine or page
