@@ -128,8 +128,12 @@ class Experiment:
         ['replicate', 'file', 'energy.kinetic']
         """
         _tables.library_module(library)
-        if wide and by == "run" and (self._keeps_metrics_only() or _results.has_means_only(self._analyzed()["analysis"])):
-            return _tables.frame_of_columns(_runs_table.read(self.path, None, self._programs), library)
+        if wide and (self._keeps_metrics_only() or _results.has_means_only(self._analyzed()["analysis"])):
+            columns = _runs_table.read(self.path, None, self._programs)
+            if by == "run":
+                return _tables.frame_of_columns(columns, library)
+            if len(set(columns[_runs_table.FIRST])) == 1:
+                return _tables.frame_of_columns(_wide.points_of_single_runs(columns), library)
         rows = self._rows()
         names = list(dict.fromkeys(key for row in rows for key in row["coordinates"]))
         if wide:
@@ -398,6 +402,6 @@ def open(path: _programs.PathLike, *, programs: Optional[_programs.PathLike] = N
     inner = sorted(entry.parent for entry in place.glob("*/experiment.toml"))
     if inner:
         raise RecordingError(
-            f"{place} contains {len(inner)} experiments", f"open one of them, such as `{inner[0]}`"
+            f"{place} contains {len(inner)} experiment{'s' * (len(inner) > 1)}", f"open one of them, such as `{inner[0]}`"
         )
     raise RecordingError(f"{place} contains no finished recording", "run the experiment first: `kinetoscope.run(…)`")

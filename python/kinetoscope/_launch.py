@@ -33,9 +33,10 @@ def run(
 ) -> Experiment:
     """Runs the experiment of a manifest and returns its recordings.
 
-    The manifest is the path of a file, TOML as text, or a dict. ``sweep`` lists values of keys, of which all combinations
-    are run, ``replicates`` is the number of runs per combination, and ``set`` overrides other keys. Finished runs are not
-    rerun unless a value, the seed or the physics has changed, or with ``force``.
+    The manifest is the path of a file, TOML as text, or a dict. ``sweep`` has the values of keys,
+    as lists or as ranges such as ``{"from": 200, "to": 300, "count": 11}``. All combinations are run; ``replicates`` is the
+    number of runs per combination, and ``set`` overrides other keys. Finished runs are not rerun unless a value, the seed
+    or the physics has changed, or with ``force``.
 
     ``output`` is the folder of all experiments. If its folder of this name has other recordings already, as in a loop
     over seeds, the experiment is named with its run key as well. ``jobs`` is the number of runs to execute in parallel,

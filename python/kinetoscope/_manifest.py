@@ -13,7 +13,7 @@ from . import _programs, _toml
 from ._errors import KinetoscopeError
 
 Manifest = Union[_programs.PathLike, Mapping[str, object]]
-Sweep = Mapping[str, Sequence[object]]
+Sweep = Mapping[str, Union[Sequence[object], Mapping[str, object]]]
 # Name of an experiment without one, which a file would name.
 DEFAULT_NAME = "experiment"
 # The key that names a recording, or the manifest of one, by a path relative to the manifest.
@@ -65,7 +65,7 @@ def source(manifest: Manifest, sweep: Optional[Sweep]) -> Iterator[Source]:
             return
         folder, stem = path.parent, path.stem
     if sweep:
-        table["sweep"] = {**_sweep_of(table), **{key: list(values) for key, values in sweep.items()}}
+        table["sweep"] = {**_sweep_of(table), **{key: values if isinstance(values, Mapping) else list(values) for key, values in sweep.items()}}
     text, places = _toml.document(_absolute(table, folder))
     with _written(text, places, stem) as written:
         yield written

@@ -28,6 +28,15 @@ def rows(metrics: Sequence[Mapping[str, Any]], names: Sequence[str], by: By) -> 
     return [_point(found, names, means.get(place, {})) for place, found in points.items()]
 
 
+def points_of_single_runs(columns: Mapping[str, List[Any]]) -> Dict[str, List[Any]]:
+    """The columns of runs without replicates, of which each is a point."""
+    start = list(columns).index("replicate")
+    points = {name: values for name, values in list(columns.items())[:start]}
+    points["replicates"] = [1] * len(columns["replicate"])
+    points.update({name: values for name, values in columns.items() if name not in points and name not in ("replicate", "file")})
+    return points
+
+
 def _point(found: Sequence[Mapping[str, Any]], names: Sequence[str], means: Mapping[str, Mapping[str, Any]]) -> Row:
     """The means of a point; a metric without a mean has the value of the only run."""
     row = _coordinates(found[0], names)

@@ -58,6 +58,14 @@ def test_metrics_of_many_runs_are_read_from_their_table(many: k.Experiment, prog
     assert len(many.metrics) < 1002
 
 
+def test_points_of_many_runs_without_replicates_are_the_runs(tmp_path: Path, programs: Optional[str]) -> None:
+    sweep = {"model.gas.temperature_k": {"from": 200.0, "to": 300.0, "count": 1002}}
+    single = k.run(gas("metrics"), sweep=sweep, output=tmp_path, programs=programs)
+    points, runs = single.table("pandas", wide=True, by="point"), single.table("pandas", wide=True)
+    assert list(points.columns)[:2] == ["temperature_k", "replicates"] and set(points["replicates"]) == {1}
+    assert list(points[RATIO]) == list(runs[RATIO]) and len(points) == 1002
+
+
 def test_results_of_many_runs_need_no_program(many: k.Experiment, tmp_path: Path) -> None:
     value = many.metric("pressure.measured", temperature_k=250)
     pytest.importorskip("polars")

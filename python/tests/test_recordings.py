@@ -346,7 +346,7 @@ def test_files_that_are_not_recordings_are_errors(tmp_path: Path) -> None:
 
 def test_a_folder_of_experiments_names_them(experiment: k.Experiment, tmp_path: Path) -> None:
     shutil.copytree(experiment.path, tmp_path / "a")
-    with pytest.raises(k.RecordingError, match="contains 1 experiments\nhelp: open one of them, such as"):
+    with pytest.raises(k.RecordingError, match="contains 1 experiment\nhelp: open one of them, such as"):
         k.open(tmp_path)
     assert zlib.crc32(k.open(tmp_path / "a").runs[0].path.read_bytes()) == zlib.crc32(
         experiment.runs[0].path.read_bytes()
