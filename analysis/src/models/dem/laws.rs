@@ -17,6 +17,7 @@ laws! {
     KINETIC_ENERGY: "0: both are the energies of translation and rotation of the same discs", "definition of the kinetic energy", identity true;
     RESTITUTION: "the specified e of the disc's material and the wall, if there is one; for a damping, e = exp(-pi ζ / sqrt(1 - ζ^2)) without limit_damping", "Schwager and Poeschel 2007", range "a time step of a tenth of a contact or less and η_n Δt/m below 1; accuracy e (2 ζ - ζ^2/2 d ln e/dζ) ω Δt + (ω Δt)^2/2 + 0.001, with ζ in place of 2 ζ with limit_damping, for a twentieth of a contact or less, explicit dashpots and η_n Δt/m below 0.15, else 5 %, or 1.2 η_n Δt/m if larger";
     CONTACT_DURATION: "pi / ω, ω^2 = k_n/m_eff - (η_n/(2 m_eff))^2; with limit_damping to the end of the force, and then η_n/k_n until the surfaces part", "damped harmonic oscillator; Schwager and Poeschel 2007", range "a time step of a tenth of a contact or less and η_n Δt/m below 1; accuracy 5 %, or 1.2 η_n Δt/m if larger";
+    HERTZ_DURATION: "2.9433 δ_max/v, δ_max = (5 m v^2/(4 κ))^(2/5), κ = (4/3) E* sqrt(r)", "Hertz 1882; Landau and Lifshitz, Theory of Elasticity, section 9", range "elastic spheres; accuracy: two time steps, and 0.375 g δ_max/v^2 of it by the weight", named "Hertz's law";
     WEIGHT: "sum of the discs' weights, for discs at rest", "equilibrium of forces without friction at the side walls", range "kinetic energy below 0.001 of the elastic energy", accuracy 0.01;
     WEIGHT_PER_WIDTH: "sum of the discs' weights over the box's width, for discs at rest", "equilibrium of forces without friction at the side walls", range "kinetic energy below 0.001 of the elastic energy", accuracy 0.01;
     WEIGHT_ABOVE: "weight over the box's width, of the discs whose centers are above, mean over the layer's heights", "equilibrium of forces at every height, of discs at rest between walls without friction; in the continuum the mean density times gravity and depth", range "kinetic energy below 0.001 of the elastic energy", accuracy 0.01;
@@ -232,6 +233,28 @@ impl WallContact {
             .or_else(|| Quantity::DampingStep.below(damping_step, 1.0));
         ExpectedValue { value, accuracy: Some(accuracy * value), violation }
     }
+}
+
+/// 2 times the integral of 1/sqrt(1 - x^(5/2)) from 0 to 1: 4 sqrt(pi)/5 gamma(2/5)/gamma(9/10).
+const HERTZ_FACTOR: f64 = 2.943_275_182_605_99;
+
+/// Duration of the contact of an elastic sphere with a wall at an impact velocity, m/s, by Hertz's law; `None` for another contact.
+pub(crate) fn hertz_duration_s(
+    config: &DemConfig,
+    velocity: f64,
+    [gravity, time_step_s]: [f64; 2],
+) -> Option<ExpectedValue> {
+    let mass = contact_constants::disc_mass_kg(config)?;
+    let elastic = Elastic::of(config);
+    let is_elastic = contact_constants::restitution_with_walls(config) == Some(1.0);
+    if elastic.spring_n_per_m().is_some() || !is_elastic {
+        return None;
+    }
+    let factor = elastic.factor() * config.radius_m.mean().sqrt();
+    let overlap = libm::pow(1.25 * mass * velocity * velocity / factor, 0.4);
+    let value = HERTZ_FACTOR * overlap / velocity;
+    let by_weight = 0.375 * gravity * overlap / (velocity * velocity) * value;
+    Some(ExpectedValue { value, accuracy: Some(by_weight + 2.0 * time_step_s), violation: None })
 }
 
 /// w times the time until a clamped force ends, below critical damping (Schwager and Pöschel 2007, equations 17 to 19).

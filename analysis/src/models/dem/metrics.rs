@@ -21,7 +21,8 @@ definitions! {
     MAX_RESIDUAL: "energy.max_residual_relative", "1", "largest error of the energy balance", "/energy: maximum size of the energy-balance error over the initial and inserted energy", [law::ENERGY_BALANCE], 1e-9;
     KINETIC_DISAGREEMENT: "energy.kinetic_disagreement_relative", "1", "difference between two records of the kinetic energy", "kinetic energy of /state against /energy, largest over frames, over the energy at the start and of all inserted discs", [law::KINETIC_ENERGY], 1e-9;
     RESTITUTION: "restitution.measured", "1", "measured restitution", "/state: sqrt(energy after / before) of each rebound of a single disc, mean", [law::RESTITUTION], 0.0;
-    CONTACT_DURATION: "contact_duration.measured", "s", "duration of a contact", "/state: from touch to parting of each rebound of a single disc, by its parabolas before and after, mean", [law::CONTACT_DURATION], 0.0;
+    CONTACT_DURATION: "contact_duration.measured", "s", "duration of a contact", "/state: from touch to parting of each rebound of a single disc, by its parabolas before and after, mean", [law::CONTACT_DURATION, law::HERTZ_DURATION], 0.0;
+    IMPACT_VELOCITY: "impact_velocity", "m/s", "velocity of the impacts", "/state: sqrt(2 E/m) of a single disc before each rebound, with its energy E above the touching height, mean", [], 0.0;
     MAX_OVERLAP: "max_overlap_over_radius", "1", "largest overlap of two discs in units of the radius", "/contact_statistics: largest since the start", [], 0.0;
     COORDINATION_NUMBER: "coordination_number", "1", "number of contacts per disc", "/contact_statistics: contacts per disc, with discs and walls, (2 pair_contacts + wall_contacts)/N, last frame", [], 0.0;
     PAIR_COORDINATION_NUMBER: "pair_coordination_number", "1", "number of contacts per disc with other discs", "/contact_statistics: contacts per disc with other discs only, 2 pair_contacts/N, last frame", [], 0.0;
@@ -88,6 +89,7 @@ pub(super) const NEED_ALL_STATES: &[&Definition] = &[
     KINETIC_DISAGREEMENT,
     RESTITUTION,
     CONTACT_DURATION,
+    IMPACT_VELOCITY,
     STRESS_AT_FLOOR,
     STRESS_AT_MID_HEIGHT,
     LATERAL_STRESS_RATIO,

@@ -413,8 +413,16 @@ impl Observer for DemRun {
             let contact = law::WallContact::of(&self.config);
             let theory = contact.map(|contact| contact.restitution());
             found.compare(metric::RESTITUTION, rebounds.restitution(), theory);
-            let theory = contact.and_then(|contact| contact.duration_s());
-            found.compare(metric::CONTACT_DURATION, rebounds.contact_duration_s(), theory);
+            let velocity = rebounds.impact_velocity();
+            let constants = [rebounds.gravity(), self.time_step_s.unwrap_or(0.0)];
+            let hertz = velocity.and_then(|it| law::hertz_duration_s(&self.config, it, constants));
+            let (by, theory) = match hertz {
+                Some(_) => (law::HERTZ_DURATION, hertz),
+                None => (law::CONTACT_DURATION, contact.and_then(|contact| contact.duration_s())),
+            };
+            let duration = rebounds.contact_duration_s();
+            found.compare_with(metric::CONTACT_DURATION, duration, by, theory);
+            found.add(metric::IMPACT_VELOCITY, velocity);
         }
         if let Some(contacts) = &self.contacts {
             found.add(metric::MAX_OVERLAP, self.max_overlap_over_radius);

@@ -12,6 +12,7 @@ pub(super) struct Rebounds {
     falling: Option<(f64, f64, f64)>,
     restitutions: Vec<f64>,
     contact_durations_s: Vec<f64>,
+    impact_velocities: Vec<f64>,
 }
 
 /// A rebound is used if its drop height is at least this multiple of the static sag m g / k: gravity during the contact
@@ -27,6 +28,7 @@ impl Rebounds {
             falling: None,
             restitutions: Vec::new(),
             contact_durations_s: Vec::new(),
+            impact_velocities: Vec::new(),
         }
     }
 
@@ -48,6 +50,7 @@ impl Rebounds {
                 let touch = fell + ((2.0 * before).sqrt() + fell_at) / self.gravity;
                 let parting = time - ((2.0 * energy).sqrt() - velocity) / self.gravity;
                 self.contact_durations_s.push(parting - touch);
+                self.impact_velocities.push((2.0 * before).sqrt());
             }
         }
     }
@@ -66,6 +69,16 @@ impl Rebounds {
     /// Mean contact duration, s.
     pub(super) fn contact_duration_s(&self) -> Option<f64> {
         mean(&self.contact_durations_s)
+    }
+
+    /// Downward gravity, m/s^2.
+    pub(super) const fn gravity(&self) -> f64 {
+        self.gravity
+    }
+
+    /// Mean velocity of the impacts, m/s.
+    pub(super) fn impact_velocity(&self) -> Option<f64> {
+        mean(&self.impact_velocities)
     }
 
     /// Number of observed rebounds.
