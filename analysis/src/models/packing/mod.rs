@@ -16,6 +16,7 @@ mod scatter;
 mod self_diffusion;
 mod structure;
 mod sweep;
+mod tangent;
 
 use crate::models::contract::{Extent, MainResults, ModelAnalysis, PlottedObserver};
 use crate::models::snapshots::Snapshots;
