@@ -67,3 +67,11 @@ fn control_test_particle_between_zero_velocity_curves_is_chaotic() {
     let ([value, error], has_time) = exponent("dop853", 2000.0, &bodies);
     assert!(value > 10.0 * error && has_time, "{value} ± {error}");
 }
+
+/// Guarantee: a planet around the fixed Sun has no twin; the manifest is rejected with what to change.
+#[test]
+fn divergence_needs_several_bodies() {
+    let manifest = "[model.orbit]\n[record]\nchannels = [\"state\", \"divergence\"]\n";
+    let errors = manifest.parse::<Experiment>().unwrap_err().to_string();
+    assert!(errors.contains("no twin") && errors.contains("model.orbit.bodies"), "{errors}");
+}

@@ -186,6 +186,8 @@ const MAX_SINAI_RATIO: f64 = 0.1;
 const SINAI_ACCURACY: f64 = 1.5;
 /// Packing fraction up to which discs are dilute.
 const MAX_DILUTE_FRACTION: f64 = 0.002;
+/// The term after ln(l/d), which no theory gives: -1.0 and -1.2 in runs of 64 discs at packing fractions of 5e-3 and 5e-5.
+const CHAIN_ACCURACY: f64 = 1.5;
 
 impl PackingRun {
     /// Adds the collisions of a frame, if they are recorded.
@@ -219,8 +221,6 @@ impl PackingRun {
         });
         let theory = self.expected_exponent();
         Growth::measure(exponent, [metric::LYAPUNOV, metric::DIVERGENCE_TIME], theory, found);
-        let krylov = self.mean_free_path().zip(self.tangent.chain_rate());
-        let _ = krylov;
     }
 
     /// Mean free path of dilute discs, 1/(2 sqrt(2) n d).
@@ -253,7 +253,7 @@ impl PackingRun {
         let violation = self.drift().or_else(|| {
             Quantity::PackingFraction.at_most(self.packing_fraction()?, MAX_DILUTE_FRACTION)
         });
-        let accuracy = Some(value / logarithm);
+        let accuracy = Some(CHAIN_ACCURACY * value / logarithm);
         (logarithm > 1.0).then_some((law::CHAINS, ExpectedValue { value, accuracy, violation }))
     }
 }
