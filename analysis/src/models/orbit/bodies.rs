@@ -142,6 +142,8 @@ impl Observer for BodiesRun {
         found.compare(metric::ANGULAR_MOMENTUM_CHANGE, self.max_angular_momentum_change, 0.0);
         found.add(metric::RETURN_DISTANCE, distances.fold(0.0, max_or_nan));
         self.measure_closest_approach(found);
+        let definitions = [metric::LYAPUNOV, metric::DIVERGENCE_TIME];
+        Growth::measure(self.divergence.exponent(), definitions, None, found);
         found.add(metric::FORCE_EVALUATIONS, self.force_evaluations.map(|count| count as f64));
     }
 }

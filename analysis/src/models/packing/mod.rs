@@ -4,6 +4,7 @@ mod diffusion_windows;
 mod displacement;
 mod distributions;
 mod equilibrium;
+mod exponent;
 mod figures;
 mod freezing;
 mod laws;
