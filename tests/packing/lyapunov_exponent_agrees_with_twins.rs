@@ -141,9 +141,9 @@ impl Discs {
                     (self.velocities[j][axis] - self.velocities[i][axis]) * n[axis]
                 })
                 .sum();
-            for axis in 0..2 {
-                self.velocities[i][axis] += normal * n[axis];
-                self.velocities[j][axis] -= normal * n[axis];
+            for (axis, component) in n.into_iter().enumerate() {
+                self.velocities[i][axis] += normal * component;
+                self.velocities[j][axis] -= normal * component;
             }
         }
     }
