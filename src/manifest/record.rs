@@ -18,7 +18,7 @@ table! {
         /// When frames are taken.
         interval: RecordInterval [apart] = RecordInterval::Frames(NonZeroU64::new(200).expect("not zero")),
         /// Topics to record, without the leading slash; by default all that the model has, but `per_collision` (packing), `events` (packing and colliding gas),
-        /// `contact_forces` and `disc_forces` (dem).
+        /// `contact_forces` and `disc_forces` (dem), and `divergence` (dem and several bodies of orbit), for which a run has a twin.
         channels: Option<Vec<String>> ["", optional],
         /// Frames per second of playback.
         playback_fps: PlaybackRate ["1/s"] = PlaybackRate::literal(25.0),
@@ -51,6 +51,9 @@ const DRAWN_PARTICLES: u64 = 2_010_000;
 /// (`cargo bench --bench recording_overhead -- dense`). Above [`DRAWN_PARTICLES`], drawings take at most 15 % of the time of a run.
 const DRAWING_STEPS: u128 = 60;
 const STATE_STEPS: u128 = 60;
+
+/// The channel for which a run has a twin.
+pub const DIVERGENCE: &str = "divergence";
 
 /// When frames are taken. The start is frame 0 and the end is always a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -202,6 +205,13 @@ impl RecordConfig {
     }
 
     /// Reports the broken rules between `[record]` and the model, which is `sound` if its own table had no errors.
+    /// Whether a run has a twin from which it diverges.
+    #[must_use]
+    pub fn has_twin(&self) -> bool {
+        self.channels.iter().flatten().any(|channel| channel == DIVERGENCE)
+    }
+
+    /// Reports the broken rules between the keys.
     pub(crate) fn check(&mut self, model: &ModelConfig, sound: bool, table: &mut Reader<'_>) {
         let allowed = model.intervals(sound);
         for key in IntervalKeys::EXCLUSIVE {
@@ -231,6 +241,14 @@ impl RecordConfig {
                 &["channels"],
                 title,
                 "give `model.gas.disc_radius_m`, or leave \"events\" out",
+            );
+        }
+        if self.has_twin() && !model.keeps_its_particles() {
+            let title = "`record.channels` has \"divergence\", and no twin of this run has its particles throughout";
+            table.refuse(
+                &["channels"],
+                title,
+                "give `model.orbit.bodies`, or a bed without insertion and `remove_below_m`; or leave \"divergence\" out",
             );
         }
         if let Some(wanted) = &mut self.channels {

@@ -20,9 +20,11 @@ mod restart_state;
 mod short_number;
 pub mod simd;
 pub mod sum;
+mod twins;
 
 use crate::model::{Model, ModelKind, Proceed, SetupError};
 use crate::random::Seed;
+use crate::twins::Twins;
 use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_recording::checkpoint;
 use kinetoscope_recording::frame::StateColumn;
@@ -92,6 +94,37 @@ macro_rules! models {
             }
         }
     };
+}
+
+/// Builds the configured model at its start with a twin from which it diverges; a model whose particles cannot be displaced, without one.
+///
+/// # Errors
+/// As [`Model::prepare_while`].
+pub fn prepare_with_twin(
+    config: &ModelConfig,
+    seed: Seed,
+    opt_in: bool,
+    proceed: Proceed<'_>,
+) -> Result<Box<dyn Model>, SetupError> {
+    Ok(match config {
+        ModelConfig::Dem(config) => {
+            Box::new(Twins::of(dem::Dem::prepare_while(config, seed, opt_in, proceed)?))
+        }
+        ModelConfig::Orbit(config) => {
+            Box::new(Twins::of(orbit::Orbit::prepare_while(config, seed, opt_in, proceed)?))
+        }
+        _ => prepare_while(config, seed, opt_in, proceed)?,
+    })
+}
+
+/// Restores a model that was built with a twin, as [`restore`] does.
+#[must_use]
+pub fn restore_with_twin(config: &ModelConfig, bytes: &[u8]) -> Option<Box<dyn Model>> {
+    match config {
+        ModelConfig::Dem(config) => Twins::<dem::Dem>::restored(config, bytes),
+        ModelConfig::Orbit(config) => Twins::<orbit::Orbit>::restored(config, bytes),
+        _ => restore(config, bytes),
+    }
 }
 
 models! {

@@ -111,6 +111,12 @@ channels! {
         reference_energy_uj: f64 [double] = "8",
     }
 
+    /// DEM and several bodies: growth of the distance between this run and a twin, which is reduced at fixed steps.
+    Divergence on "/divergence" {
+        /// Logarithm of its growth since the start.
+        logarithm: f64 [double] = "1",
+    }
+
     /// DEM: number of contacts, and the maximum overlap since the last frame.
     DemContactStatistics on "/contact_statistics" {
         /// Touching pairs of discs.

@@ -4,9 +4,9 @@ use crate::interrupt::Interrupt;
 use crate::live::{GnuplotLoop, LiveServer};
 use crate::run::checkpoint::{Checkpointer, max_checkpoint_bytes};
 use crate::run::frame_loop::{RunError, RunSpec, RunState, record_frames, record_start};
-use crate::run::prepared::Prepared;
+use crate::run::prepared::{Prepared, restored};
 use kinetoscope_console::{Explained, Message};
-use kinetoscope_physics::{kind_of, restore, state_columns_of};
+use kinetoscope_physics::{kind_of, state_columns_of};
 use kinetoscope_recording::background::FrameWriter;
 use kinetoscope_recording::checkpoint::{self as checkpoint_file, decode_head};
 use kinetoscope_recording::error::RecordError;
@@ -171,7 +171,7 @@ fn resume(
     let max_bytes = max_checkpoint_bytes(manifest);
     let saved = checkpoint_file::read(folder, stem, identity, max_bytes, |content| {
         let (head, rest): ((u64, RecorderState), _) = decode_head(content)?;
-        Some((head, restore(&manifest.model, rest)?))
+        Some((head, restored(manifest, rest)?))
     })?;
     let Some(((next, recorder), model)) = saved else { return Ok(None) };
     let prepared = Prepared::of(model, manifest, canonical, run_key)

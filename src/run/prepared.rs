@@ -5,10 +5,12 @@ use crate::run::resources::memory;
 use crate::run::schedule::Schedule;
 use kinetoscope_console::Explained as _;
 use kinetoscope_manifest::RunManifest;
-use kinetoscope_manifest::record::{Compression, RecordConfig};
+use kinetoscope_manifest::record::{Compression, DIVERGENCE, RecordConfig};
 use kinetoscope_physics::model::{Extent, Model, ModelKind, Proceed, SetupError, Target};
 use kinetoscope_physics::random::Seed;
-use kinetoscope_physics::{kind_of, prepare_while, state_columns_of};
+use kinetoscope_physics::{
+    kind_of, prepare_while, prepare_with_twin, restore, restore_with_twin, state_columns_of,
+};
 use kinetoscope_recording::recorder::{self, Header, Selection, StoredFrames};
 use std::fmt;
 use std::num::NonZeroU64;
@@ -65,7 +67,8 @@ impl Prepared {
         memory::check(manifest)?;
         let seed = Seed { seed: manifest.seed, replicate: manifest.replicate };
         let opt_in = wants_opt_in(kind_of(&manifest.model), &manifest.record);
-        let model = prepare_while(&manifest.model, seed, opt_in, proceed)?;
+        let prepare = if manifest.record.has_twin() { prepare_with_twin } else { prepare_while };
+        let model = prepare(&manifest.model, seed, opt_in, proceed)?;
         let prepared = Self::of(model, manifest, canonical, run_key)?;
         prepared.header.check().map_err(|error| SetupError(error.message()))?;
         Ok(prepared)
@@ -149,11 +152,17 @@ impl Prepared {
     }
 }
 
-/// Whether the manifest names a channel that is recorded only on request.
+/// Restores the model of a run from a checkpoint's bytes; `None` if they are damaged, or if the state is impossible.
+pub(crate) fn restored(manifest: &RunManifest, bytes: &[u8]) -> Option<Box<dyn Model>> {
+    let restore = if manifest.record.has_twin() { restore_with_twin } else { restore };
+    restore(&manifest.model, bytes)
+}
+
+/// Whether the manifest names a series that is recorded only on request.
 pub(crate) fn wants_opt_in(kind: &ModelKind, record: &RecordConfig) -> bool {
     let mut on_request = kind.channels.iter().filter(|channel| channel.opt_in);
     on_request.any(|channel| {
         let name = channel.topic.trim_start_matches('/');
-        record.channels.iter().flatten().any(|wanted| wanted == name)
+        name != DIVERGENCE && record.channels.iter().flatten().any(|wanted| wanted == name)
     })
 }

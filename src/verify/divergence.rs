@@ -20,6 +20,8 @@ use kinetoscope_recording::reader::{RecordedFrame, Recording};
 /// Separation up to which a difference can be a rounding error of one step: some ten thousand units in the last place, because
 /// a force is computed from a small difference of large positions.
 pub const ROUNDING: f64 = 1e-11;
+/// Separation above which two states are unrelated.
+pub const UNRELATED: f64 = 0.1;
 /// Instants at which a model without steps is compared between two frames.
 const INSTANTS: u64 = 4096;
 /// Values of a state in the frames after the first difference, from which the growth follows; more would take seconds.
@@ -34,6 +36,10 @@ pub struct Divergence {
     pub step: Option<Step>,
     /// The separation there, or in the first frame that differs.
     pub separation: f64,
+    /// Time of the first frame that differs.
+    time: f64,
+    /// Time of the first frame with a separation above [`UNRELATED`], if one was compared.
+    pub unrelated: Option<f64>,
     /// The particles that differ there; all if the number of particles differs.
     pub particles: Vec<usize>,
     /// The separation afterwards; `None` if no later frame was compared.
@@ -76,6 +82,12 @@ pub enum Cause {
 }
 
 impl Divergence {
+    /// Time and separation of the first difference.
+    #[must_use]
+    pub fn first(&self) -> (f64, f64) {
+        (self.step.map_or(self.time, |step| step.time), self.separation)
+    }
+
     /// The cause that follows from the first difference.
     #[must_use]
     pub fn cause(&self) -> Cause {
@@ -176,11 +188,13 @@ pub fn in_frames(left: &Recording, right: &Recording) -> Result<Option<Divergenc
         match &mut found {
             None if !particles.is_empty() => {
                 points.push((one.clock.time, separation));
-                let frame = one.clock.frame;
+                let (frame, time) = (one.clock.frame, one.clock.time);
                 found = Some(Divergence {
                     frame,
                     step: None,
                     separation,
+                    time,
+                    unrelated: (separation > UNRELATED).then_some(time),
                     particles,
                     growth: None,
                     time_unit: one.clock.time_unit.clone(),
@@ -190,15 +204,20 @@ pub fn in_frames(left: &Recording, right: &Recording) -> Result<Option<Divergenc
             None => {}
             Some(divergence) => {
                 // Beyond a thousandth, no growth is exponential.
-                let is_small = separation <= 1e-3;
-                if is_small {
+                let was_small = divergence.growth.is_none_or(|growth| growth.separation <= 1e-3);
+                if separation <= 1e-3 && was_small {
                     points.push((one.clock.time, separation));
                 }
-                let frame = one.clock.frame;
-                divergence.growth =
-                    Some(Growth { frame, separation, time_per_e: time_per_e(&points) });
+                let (frame, time) = (one.clock.frame, one.clock.time);
+                if was_small {
+                    divergence.growth =
+                        Some(Growth { frame, separation, time_per_e: time_per_e(&points) });
+                }
+                if separation > UNRELATED && divergence.unrelated.is_none() {
+                    divergence.unrelated = Some(time);
+                }
                 compared += a.len();
-                if !is_small || compared > MOST_VALUES {
+                if divergence.unrelated.is_some() || compared > MOST_VALUES {
                     break;
                 }
             }

@@ -1,13 +1,12 @@
 //! The keyframe from which a run continues.
 
 use crate::interrupt::Interrupt;
-use crate::run::prepared::Prepared;
+use crate::run::prepared::{self, Prepared};
 use crate::run::schedule::is_at_or_before;
 use crate::verify::error::VerifyError;
 use crate::verify::rerun_check::keyframe_of;
 use crate::verify::source::Source;
 use kinetoscope_physics::model::Target;
-use kinetoscope_physics::restore;
 
 /// Where a rerun begins.
 pub(crate) struct Base {
@@ -59,7 +58,7 @@ pub(crate) fn nearest(
     }
     let (canonical, key) = (&start.header.manifest, &start.header.run_key);
     for (frame, model) in found.iter().rev().filter(|(frame, _)| *frame > 0) {
-        if let Some(model) = restore(&source.manifest.model, model)
+        if let Some(model) = prepared::restored(&source.manifest, model)
             && let Ok(prepared) =
                 Prepared::of(model, &source.manifest.with_all_frames(), canonical, key)
             && prepared.is_before_frame(frame + 1)

@@ -5,6 +5,7 @@
 
 use crate::interrupt::Interrupt;
 use crate::run::encoded;
+use crate::run::prepared;
 use crate::run::schedule::is_at_or_before;
 use crate::verify::error::VerifyError;
 use crate::verify::fine_frames::{FineFrames, Interval};
@@ -15,7 +16,6 @@ use crate::verify::restored_file::{Restored, check_output, written};
 use crate::verify::source::{ReadablePart, Source};
 use kinetoscope_console::Message;
 use kinetoscope_physics::model::{Model, Target};
-use kinetoscope_physics::restore;
 use kinetoscope_recording::file::RecordingFile;
 use kinetoscope_recording::reader::{Outcome, StoredFrames};
 use kinetoscope_recording::recorder::Compression;
@@ -125,7 +125,7 @@ fn record(
 }
 
 fn restored(source: &Source, model: &[u8]) -> Result<Box<dyn Model>, VerifyError> {
-    restore(&source.manifest.model, model).ok_or_else(|| {
+    prepared::restored(&source.manifest, model).ok_or_else(|| {
         VerifyError::Unsuitable(Message::new(
             "the state of the run cannot be restored",
             "this is a defect of the program: please report it",

@@ -73,3 +73,5 @@ mod threads_and_simd_do_not_affect_results;
 mod disc_outside_the_box_is_a_fault;
 // Unstable time steps are rejected with values that are accepted.
 mod unstable_time_step_is_rejected;
+// Stiff elastic discs have the Lyapunov exponent of hard discs.
+mod lyapunov_exponent_is_that_of_hard_discs;

@@ -33,3 +33,5 @@ mod frames_and_drawings_describe_the_run;
 mod metrics_do_not_depend_on_the_frame_interval;
 // The angle around the Sun is continuous through whole revolutions.
 mod phase_is_unwrapped;
+// Two runs separate exponentially where the motion is chaotic, and else in proportion to time.
+mod lyapunov_exponent_tells_regular_from_chaotic;

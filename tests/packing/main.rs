@@ -58,5 +58,7 @@ mod pressure_agrees_with_theory;
 mod pressure_at_freezing_agrees_with_event_chains;
 // Collision rate and pressure of elastic discs between walls follow Enskog's theory.
 mod pressure_and_rate_follow_enskog;
+// The largest Lyapunov exponent is that of an independent program, and that of Sinai's billiard for two discs.
+mod lyapunov_exponent_agrees_with_twins;
 // Elastic discs diffuse at Enskog's rate, by velocities and by displacements.
 mod self_diffusion_follows_enskog;

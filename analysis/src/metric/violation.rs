@@ -57,6 +57,8 @@ quantities! {
     DampingStep = "η_n Δt/m",
     /// Area of the discs over that of the box, far from the walls where there are walls.
     PackingFraction = "φ",
+    /// Diameter of a disc over the side of the box.
+    DiameterOverSide = "d/L",
     /// Wave number times the diameter of a disc.
     WaveNumber = "Q d",
     /// Estimate of what an expansion in 1/N leaves out.

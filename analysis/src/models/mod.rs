@@ -6,6 +6,7 @@ pub(crate) mod contract;
 pub(crate) mod figures;
 pub(crate) mod flow_statistics;
 pub(crate) mod hard_discs;
+pub(crate) mod lyapunov;
 pub(crate) mod series;
 pub(crate) mod snapshots;
 

@@ -22,8 +22,13 @@ pub(crate) const FRAMES_FAR_APART: &str = "frames are more than a quarter of a m
 /// Why a short run gives no diffusion coefficient.
 pub(crate) const SHORTER_THAN_WINDOW: &str = "the run is shorter than ten mean free times";
 
+/// Why runs that differ by a rounding error stay close.
+pub(crate) const NO_CHAOS: &str =
+    "the exponent is compatible with 0: differences do not grow exponentially";
+
 /// Reasons for a missing value that hold for some seeds of a manifest only: the number of events of a duration, and the fastest disc.
-pub(crate) const BY_CHANCE: [&str; 3] = [AFTER_FEW_EVENTS, FRAMES_FAR_APART, SHORTER_THAN_WINDOW];
+pub(crate) const BY_CHANCE: [&str; 4] =
+    [AFTER_FEW_EVENTS, FRAMES_FAR_APART, SHORTER_THAN_WINDOW, NO_CHAOS];
 
 /// Parts of the texts of [`MissingError::TooFewEntries`] and [`MissingError::TooCorrelated`], by which a baseline is known to contain a
 /// value that scatters by an unknown amount.

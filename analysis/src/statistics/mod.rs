@@ -18,7 +18,7 @@ pub use estimate::Estimate;
 pub(crate) use estimate::mean_of_independent;
 pub(crate) use fits::{least_squares_line, power_law_exponent, saturation};
 pub(crate) use missing_error::{
-    AFTER_FEW_EVENTS, BY_CHANCE, DEPENDS_ON_START, FRAMES_FAR_APART, NOTHING_COUNTED,
+    AFTER_FEW_EVENTS, BY_CHANCE, DEPENDS_ON_START, FRAMES_FAR_APART, NO_CHAOS, NOTHING_COUNTED,
     SET_BY_MANIFEST, SHORTER_THAN_WINDOW, is_of_short_series,
 };
 pub use missing_error::{Entries, MissingError};

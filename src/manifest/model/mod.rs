@@ -127,7 +127,7 @@ models! {
     /// Spring–dashpot discs in a box.
     dem: Dem(DemConfig) from placement every every_s [
         state discs walls legend velocity force_chains energy energy_percent contact_statistics wall_forces temperature
-        contact_forces disc_forces log
+        contact_forces disc_forces divergence log
     ],
     /// Point particles in a circular container.
     gas: Gas(GasConfig) from placement every every_s [
@@ -139,7 +139,7 @@ models! {
     ],
     /// The Earth around the Sun.
     orbit: Orbit(OrbitConfig) from start every every_days [
-        state discs walls legend velocity trail energy orbit conserved closest_approach log
+        state discs walls legend velocity trail energy orbit conserved closest_approach divergence log
     ],
 }
 
@@ -163,6 +163,15 @@ impl ModelConfig {
     #[must_use]
     pub fn particles(&self) -> u64 {
         each!(self, model => model.particles())
+    }
+
+    /// Whether all particles are there from the start to the end, and may begin elsewhere.
+    pub(crate) fn keeps_its_particles(&self) -> bool {
+        match self {
+            Self::Dem(dem) => dem.insertion.is_none() && dem.remove_below_m.is_none(),
+            Self::Orbit(orbit) => orbit.bodies.is_some(),
+            _ => false,
+        }
     }
 
     /// Whether a run draws random numbers: at its start, at a wall or for discs that enter. Runs that draw none are the same for every

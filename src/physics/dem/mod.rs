@@ -27,6 +27,7 @@ mod spare;
 mod start;
 mod step;
 mod totals;
+mod twin;
 mod validity;
 mod walls;
 
@@ -42,7 +43,7 @@ use insertion::Insertion;
 use kinetoscope_manifest::model::{DemConfig, Placement, UnstableTimeStep};
 use kinetoscope_recording::channels::{
     ChannelDeclaration, DemContactForces, DemContactStatistics, DemDiscForces, DemEnergy,
-    DemEnergyPercent, DemTemperature, DemWalls,
+    DemEnergyPercent, DemTemperature, DemWalls, Divergence,
 };
 use kinetoscope_recording::frame::{Frame, StateColumn};
 use kinetoscope_recording::scenery::Scenery;
@@ -122,6 +123,7 @@ const KIND: ModelKind = ModelKind {
         ChannelDeclaration::of::<DemTemperature>(),
         ChannelDeclaration::opt_in::<DemContactForces>(),
         ChannelDeclaration::opt_in::<DemDiscForces>(),
+        ChannelDeclaration::opt_in::<Divergence>(),
     ],
 };
 

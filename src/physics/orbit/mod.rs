@@ -20,18 +20,20 @@ mod planet;
 pub mod single_step;
 mod starts;
 mod trajectory;
+mod twin;
 
 pub use self::starts::{BARYCENTRIC_START, HELIOCENTRIC_START};
 
 use self::bodies::Bodies;
-use self::motion::State;
+use self::motion::{Phase, State};
 use self::planet::Planet;
 use self::trajectory::{Discretization, NotFinite, StepBudget};
 use crate::model::{Extent, Model, ModelKind, Progress, SetupError, SimulationFault, Target};
 use crate::random::Seed;
 use kinetoscope_manifest::model::{MAX_STEPS, OrbitConfig, OrbitIntegrator, OrbitSummation};
 use kinetoscope_recording::channels::{
-    ChannelDeclaration, OrbitClosestApproach, OrbitConserved, OrbitElements, OrbitEnergy,
+    ChannelDeclaration, Divergence, OrbitClosestApproach, OrbitConserved, OrbitElements,
+    OrbitEnergy,
 };
 use kinetoscope_recording::frame::{Frame, Level, StateColumn};
 use kinetoscope_recording::scenery::Scenery;
@@ -69,6 +71,7 @@ const KIND: ModelKind = ModelKind {
         ChannelDeclaration::of::<OrbitElements>(),
         ChannelDeclaration::of::<OrbitConserved>(),
         ChannelDeclaration::of::<OrbitClosestApproach>(),
+        ChannelDeclaration::opt_in::<Divergence>(),
     ],
 };
 
@@ -137,6 +140,7 @@ impl Model for Orbit {
                         ChannelDeclaration::of::<OrbitEnergy>(),
                         ChannelDeclaration::of::<OrbitConserved>(),
                         ChannelDeclaration::of::<OrbitClosestApproach>(),
+                        ChannelDeclaration::opt_in::<Divergence>(),
                     ]
                 }
             }
@@ -206,6 +210,13 @@ impl Orbit {
         match &self.system {
             System::Planet(planet) => Some(planet.trajectory.phase),
             System::Bodies(_) => None,
+        }
+    }
+
+    fn bodies_phase(&self) -> Option<&Phase<Vec<f64>>> {
+        match &self.system {
+            System::Planet(_) => None,
+            System::Bodies(bodies) => Some(&bodies.trajectory.phase),
         }
     }
 

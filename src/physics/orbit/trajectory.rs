@@ -96,6 +96,16 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>, R: Clone + Default> Trajectory<V, R
         Self { phase, count: 0, compensation, path, evaluations: 0, last_step }
     }
 
+    /// Begins the steps of the adaptive method at the present state, days since the start, after it was displaced.
+    pub(super) fn restart_at(&mut self, time: f64) {
+        if let Some(last) = &mut self.last_step {
+            last.time = time;
+            last.phase.clone_from(&self.phase);
+            last.compensation.clone_from(&self.compensation);
+            last.path.clone_from(&self.path);
+        }
+    }
+
     /// Whether this can be a later state of a start: finite numbers, and as many bodies.
     pub(super) fn is_valid_after(&self, start: &Self) -> bool {
         let has_its_bodies = |phase: &Phase<V>| {

@@ -1,5 +1,6 @@
 //! `verify` and `compare`: recordings against a rerun and against each other.
 
+use crate::comparison::forecast;
 use crate::comparison::rerun::{exit_of, listen, with_progress};
 use crate::comparison::restore::verify_sample;
 use crate::messages::Failure;
@@ -274,6 +275,7 @@ fn compared(comparison: &RecordingComparison, paths: [&Path; 2], find_step: bool
     let frames = plural(comparison.messages.equal_frames, "frame");
     if let Some(divergence) = &comparison.divergence {
         lines.extend(cause(divergence, comparison.has_other_physics(), find_step));
+        lines.extend(forecast::lines(divergence, paths, &unit_of(divergence)));
     }
     let has_equal =
         comparison.messages.unreadable.is_none() || comparison.messages.equal_frames > 0;
@@ -298,13 +300,18 @@ fn compared(comparison: &RecordingComparison, paths: [&Path; 2], find_step: bool
     Report { lines, ..messages(&comparison.messages, &left, &right) }
 }
 
+/// The unit of time after a number.
+fn unit_of(divergence: &Divergence) -> String {
+    let unit = &divergence.time_unit;
+    format!("{}{unit}", if unit.is_empty() { "" } else { " " })
+}
+
 /// Where the states differ for the first time, and why.
 fn cause(divergence: &Divergence, other_physics: bool, find_step: bool) -> Vec<String> {
-    let Divergence { frame, step, separation, particles, growth, time_unit, has_other_steps } =
-        divergence;
+    let Divergence { frame, step, separation, particles, growth, has_other_steps, .. } = divergence;
     let named: Vec<String> = particles.iter().take(4).map(usize::to_string).collect();
     let rest = if particles.len() > 4 { ", …" } else { "" };
-    let unit = format!("{}{time_unit}", if time_unit.is_empty() { "" } else { " " });
+    let unit = unit_of(divergence);
     let at = match step {
         Some(Step { count: 0, time }) => format!("time {time:?}{unit}"),
         Some(Step { count: 1, time }) => format!("1 step or event, at time {time:?}{unit},"),

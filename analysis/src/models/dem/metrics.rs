@@ -49,6 +49,8 @@ definitions! {
     DEPOSIT_LENGTH: "bed.deposit_length", "m", "length of the deposit", "/state: distance from the left wall up to which discs lie without a gap of two diameters, last frame", [], 0.0;
     RUNOUT: "bed.normalized_runout", "1", "runout in units of the initial length", "/state: bed.deposit_length over its initial value, minus 1", [], 0.0;
     SETTLING_TIME: "settling_time", "s", "time until the discs are at rest", "/energy: time of the last frame whose kinetic energy is above a thousandth of the mechanical energy at the start; none where it is the last of all", [], 0.0;
+    LYAPUNOV: "lyapunov.exponent", "1/s", "largest Lyapunov exponent", "/divergence: mean growth rate of the logarithm of the distance to a twin (Benettin, Galgani and Strelcyn 1976), after the first quarter of the run; error by 8 blocks or more and ln(4) over the time", [], 0.0;
+    DIVERGENCE_TIME: "lyapunov.divergence_time", "s", "time after which two runs that differ by a rounding error are unrelated", "ln(2^53) over lyapunov.exponent; none where the exponent is compatible with 0", [], 0.0;
     TIME_STEP: "time_step", "s", "time step", "/frame: time over the number of steps, last frame", [], 0.0;
 }
 

@@ -12,6 +12,7 @@ use crate::metric::Measurements;
 use crate::metric::theory::ExpectedValue;
 use crate::models::contract::{Extent, Observer};
 use crate::models::flow_statistics::FlowStatistics;
+use crate::models::lyapunov::Growth;
 use crate::models::series::Series;
 use crate::models::snapshots::{Snapshots, StateStyle};
 use crate::models::{max_or_nan, relative_change};
@@ -70,6 +71,7 @@ pub(super) struct DemRun {
     /// Time over the number of steps in the last frame, s; `None` before the first step.
     time_step_s: Option<f64>,
     frames: u64,
+    divergence: Growth,
     /// Whether the recording has no state of some frames.
     lacks_states: bool,
 }
@@ -359,6 +361,7 @@ impl Observer for DemRun {
         let steps = frame.clock.step_or_event_count;
         self.time_step_s = (steps > 0).then(|| time_s / steps as f64);
         self.frames += 1;
+        self.divergence.add_frame(&frame, self.config.duration_s.get())?;
         if !frame.is_complete() {
             self.lacks_states = true;
             self.flow.add_frame_without_state();
@@ -445,6 +448,13 @@ impl Observer for DemRun {
         self.measure_bed(found);
         self.measure_stress(found);
         self.measure_special_setups(found);
+        let exponent = self.divergence.exponent().map(|exponent| match self.energies.last() {
+            Some((_, last)) if last.dissipated_j > 0.0 => {
+                exponent.without_error(MissingError::Drifting)
+            }
+            _ => exponent,
+        });
+        Growth::measure(exponent, [metric::LYAPUNOV, metric::DIVERGENCE_TIME], None, found);
         found.add(metric::TIME_STEP, self.time_step_s.map(Estimate::set_by_manifest));
     }
 }

@@ -6,6 +6,7 @@ use super::metrics as metric;
 use super::rotating_frame::{Instant, RotatingFrame};
 use crate::metric::Measurements;
 use crate::models::contract::Observer;
+use crate::models::lyapunov::Growth;
 use crate::models::series::Series;
 use crate::models::{max_or_nan, relative_change};
 use kinetoscope_manifest::model::{IntegratorSteps, OrbitConfig};
@@ -37,6 +38,8 @@ pub(super) struct BodiesRun {
     /// Maximum |L - L0| / sum of m |r| |v| at the start.
     max_angular_momentum_change: f64,
     force_evaluations: Option<u64>,
+    divergence: Growth,
+    duration: f64,
     pub(super) closest: Option<OrbitClosestApproach>,
     pub(super) rotating_frame: Option<RotatingFrame>,
     /// Days; `None` if the integrator chooses its steps.
@@ -51,6 +54,7 @@ impl BodiesRun {
         let has_fixed_steps = config.integrator.properties().steps != IntegratorSteps::Adaptive;
         Self {
             gravitational_parameters,
+            duration: config.duration_days.get(),
             time_step: has_fixed_steps.then(|| config.time_step_days.get()),
             ..Self::default()
         }
@@ -106,6 +110,7 @@ impl BodiesRun {
 
 impl Observer for BodiesRun {
     fn observe(&mut self, frame: RecordedFrame) -> Result<(), ReadError> {
+        self.divergence.add_frame(&frame, self.duration)?;
         if let Some(conserved) = frame.get::<OrbitConserved>()? {
             self.force_evaluations = Some(conserved.force_evaluations);
         }
@@ -137,6 +142,8 @@ impl Observer for BodiesRun {
         found.compare(metric::ANGULAR_MOMENTUM_CHANGE, self.max_angular_momentum_change, 0.0);
         found.add(metric::RETURN_DISTANCE, distances.fold(0.0, max_or_nan));
         self.measure_closest_approach(found);
+        let definitions = [metric::LYAPUNOV, metric::DIVERGENCE_TIME];
+        Growth::measure(self.divergence.exponent(), definitions, None, found);
         found.add(metric::FORCE_EVALUATIONS, self.force_evaluations.map(|count| count as f64));
     }
 }

@@ -24,6 +24,8 @@ definitions! {
     CLOSEST_APPROACH_TIME: "closest_approach.time", "d", "time of the closest approach", "/closest_approach of several bodies: time of closest_approach", [], 0.0;
     CLOSEST_APPROACH_HILL_RADII: "closest_approach.hill_radii", "1", "least distance between two bodies in Hill radii", "/closest_approach of several bodies: least separation over the mutual Hill radius, mean distance from the central body times the cube root of the masses over three times the central one; of any pair", [], 0.0;
     CLOSEST_APPROACH_TIME_STEPS: "closest_approach.time_steps", "1", "number of time steps during the closest approach", "/closest_approach of several bodies: time steps in which the bodies of closest_approach move by their separation; below about ten, the method does not follow the encounter", [], 0.0;
+    LYAPUNOV: "lyapunov.exponent", "1/d", "largest Lyapunov exponent", "/divergence: mean growth rate of the logarithm of the distance to a twin (Benettin, Galgani and Strelcyn 1976), after the first quarter of the run; error by 8 blocks or more and ln(4) over the time", [], 0.0;
+    DIVERGENCE_TIME: "lyapunov.divergence_time", "d", "time after which two runs that differ by a rounding error are unrelated", "ln(2^53) over lyapunov.exponent; none where the exponent is compatible with 0", [], 0.0;
     APSIDAL_ROTATION: "apsidal_rotation", "rad", "rotation of the perihelion", "/state: angle by which the eccentricity vector has turned about L of the start, in (-pi, pi], first frame to last", [law::EXACT], 1e-7;
 }
 

@@ -1,7 +1,7 @@
 //! Laws of hard discs.
 
 use crate::metric::law::laws;
-use std::f64::consts::PI;
+use std::f64::consts::{LN_2, PI};
 
 laws! {
     COOLING: "T = T_0 exp(-(1 - e^2) C / N) after C pair collisions; constant for e = 1", "Haff 1983; velocities by Maxwell's law", range "128 discs or more without flow or clusters: energy of the mean velocities and variance of the numbers of cells of 8 discs or more as for independent discs; accuracy of the exponent 2 % and 1/sqrt(C)", named "Haff's law";
@@ -20,6 +20,8 @@ laws! {
     CONTACT_VALUE: "<d_ij χ_ij>/<d> = 1/(1 - φ) + q (χ - 1/(1 - φ)), for one size χ = (Z - 1)/(2φ); corrected for fixed N", "Santos, Yuste and Lopez de Haro 1999; Kolafa and Rottner 2006, at freezing Li et al. 2022", range "no flow or clusters of cooling discs, as for their temperature; φ up to 0.69; accuracy 1e-4 of Z up to 0.68 with 870 discs or more, 1.7e-3 at 0.69, and for n discs, at most 870, 0.8 exp(9.5 sqrt(n) (φ - 0.712)) of Z; 0.5 % more for several sizes; as many discs as in the simulations at freezing as for compressibility_factor";
     VIRIAL_IDENTITY: "Z - 1 = (1 + e)/2 (sqrt(pi)/4) d ν/sqrt(T), for several sizes with <d_ij^2 χ_ij>/<d_ij χ_ij> in place of d", "virial theorem with Maxwell's velocities, corrected for fixed energy; Kolafa and Rottner 2006, at freezing Li et al. 2022", range "no flow or clusters of cooling discs, as for their temperature; φ up to 0.69 in a periodic box, accuracy 1e-4 up to 0.68 with 870 discs or more, 1.7e-3 at 0.69, and for n discs, at most 870, 0.8 exp(9.5 sqrt(n) (φ - 0.712)) of Z; with walls up to 0.6 far from them and wall noise up to 0.004 rad^2, accuracy (0.3 + (10 + 6000 φ^6)/N) % of Z - 1; as many discs as in the simulations at freezing as for compressibility_factor";
     SELF_DIFFUSION: "Enskog: D = 1.027 sqrt(T/pi) / (2 n d χ), plus the tail of the velocity autocorrelation from 2.5 mean free times (fitted) to the end of the window, minus that of fixed momentum", "Chapman and Enskog, four Sonine polynomials; tail by Ernst, Hauge and van Leeuwen 1970; viscosity by Gass 1971; Kolafa and Rottner 2006", range "φ up to 0.25, 200 discs or more; accuracy 5 %", named "Enskog's theory";
+    SINAI: "Sinai's billiard: λ = g 2 d/(A - pi d^2) (1 - ln(2 (d/L)^2) - 0.4352) for two discs with the relative speed g", "Chernov 1997; mean logarithm of the free path by Boca and Zaharescu, Commun. Math. Phys. 269 (2007) 425", range "two discs of one size in a periodic square of the side L without drift, d/L up to 0.1; accuracy 1.5 d/L of the growth per collision", named "the theory of Sinai's billiard";
+    CHAINS: "λ = w ln(l/d) with the mean free path l and w collisions of the longest chain per unit of time; Krylov's estimate takes the collisions of one disc for w", "Krylov 1979; van Zon, van Beijeren and Dellago, Phys. Rev. Lett. 80 (1998) 2035", range "three discs or more of one size in a periodic box without drift, φ up to 0.002; accuracy 1.5 over ln(l/d), the next term", named "the kinetic theory of van Zon et al.";
     ELASTIC_ENERGY: "constant for e = 1", "conservation of energy; walls keep the speed", conserves "kinetic energy";
 }
 
@@ -73,6 +75,15 @@ impl DiffusingDiscs {
         let x = 2.0 * self.packing_fraction * self.contact_value;
         dilute * (1.0 + x + 0.8729 * x * x) / self.contact_value
     }
+}
+
+/// Mean logarithm of the factor by which a difference grows per collision of two discs of the diameter d in a periodic square of the side L,
+/// `ratio` = d/L: the mean of ln(2 τ/(d cos φ)), with the free path τ of the relative motion and the angle φ to the normal. The mean of
+/// ln τ is that of the logarithm of the mean, ln(L^2/(2 d)), minus 3 ln 2 - 9 ζ(3)/(4 ζ(2)); the mean of ln cos φ is ln 2 - 1.
+pub(crate) fn sinai_growth_per_collision(ratio: f64) -> f64 {
+    const ZETA_3: f64 = 1.202_056_903_159_594_3;
+    let of_free_paths = 3.0 * LN_2 - 27.0 * ZETA_3 / (2.0 * PI * PI);
+    1.0 - LN_2 - of_free_paths - 2.0 * libm::log(ratio)
 }
 
 /// a2 at fixed energy, -1 / (n + 1).

@@ -4,6 +4,7 @@ mod diffusion_windows;
 mod displacement;
 mod distributions;
 mod equilibrium;
+mod exponent;
 mod figures;
 mod freezing;
 mod laws;
@@ -16,6 +17,7 @@ mod scatter;
 mod self_diffusion;
 mod structure;
 mod sweep;
+mod tangent;
 
 use crate::models::contract::{Extent, MainResults, ModelAnalysis, PlottedObserver};
 use crate::models::snapshots::Snapshots;

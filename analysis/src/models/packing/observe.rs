@@ -8,6 +8,7 @@ use super::laws as law;
 use super::mean_a2::{A2Sums, A2Weights, MeanA2, VelocityMoments};
 use super::metrics as metric;
 use super::structure::Structure;
+use super::tangent::Tangent;
 use crate::metric::theory::{Expected, ExpectedValue};
 use crate::metric::{Law, Measurements, NEEDS_ALL_STATES};
 use crate::models::contract::{Extent, Observer};
@@ -42,6 +43,7 @@ pub(crate) struct PackingRun {
     pub(crate) displacement: Displacement,
     pub(super) distributions: Distributions,
     pub(super) self_diffusion: Option<DiffusionWindows>,
+    pub(super) tangent: Tangent,
     a2: MeanA2,
     /// Homogeneity of cooling discs.
     flow: FlowStatistics,
@@ -406,6 +408,7 @@ impl Observer for PackingRun {
         }
         let recorded = recorded.map(|moments| (moments.temperature, moments.a2));
         let state = frame.take_state();
+        self.add_to_tangent(&frame, state.as_ref())?;
         if let Some((temperature, a2)) = state.as_ref().and_then(moments_of).or(recorded) {
             self.add_moments(VelocityMoments { events, time, temperature, a2 });
         }
@@ -465,6 +468,7 @@ impl Observer for PackingRun {
         found.add(metric::PACKING_FRACTION, fraction);
         self.measure_structure(found);
         self.measure_liquid(found);
+        self.measure_lyapunov(found);
     }
 }
 
