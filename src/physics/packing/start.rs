@@ -253,7 +253,32 @@ fn check_given(
             ));
         }
     }
+    check_resting(config, positions, velocities, radii, tolerance)?;
     check_overlaps(config, positions, radii, tolerance)
+}
+
+/// Rejects discs that lie on the floor in gravity: without a velocity up or down, they would touch it without end.
+fn check_resting(
+    config: &PackingConfig,
+    positions: &[Vector],
+    velocities: &[Vector],
+    radii: &[f64],
+    tolerance: f64,
+) -> Result<(), SetupError> {
+    if config.gravity.get() == 0.0 || config.floor_temperature.is_some() {
+        return Ok(());
+    }
+    let discs = positions.iter().zip(velocities).zip(radii).enumerate();
+    for (disc, ((&[x, y], &[_, vy]), radius)) in discs {
+        let lowest = radius - 0.5 * config.height.get();
+        if vy == 0.0 && y <= lowest + tolerance {
+            return Err(SetupError::new(
+                format!("disc {disc} at [{x}, {y}] lies on the floor"),
+                format!("give it a velocity up or down, or move its center above {lowest}"),
+            ));
+        }
+    }
+    Ok(())
 }
 
 fn check_overlaps(

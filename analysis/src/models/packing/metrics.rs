@@ -10,6 +10,10 @@ definitions! {
     MEAN_SQUARE_VELOCITY_INITIAL: "mean_square_velocity.initial", "", "mean square velocity at the start", "<v^2>, first frame: the packing exercise's temperature", [], 0.0;
     MEAN_SQUARE_VELOCITY_FINAL: "mean_square_velocity.final", "", "mean square velocity at the end", "<v^2>, last frame: the packing exercise's temperature", [], 0.0;
     ENERGY_DRIFT: "energy.drift_relative", "1", "change of the kinetic energy", "kinetic energy, last frame against the first", [law::ELASTIC_ENERGY], 1e-9;
+    ENERGY_RESIDUAL: "energy.residual_relative", "1", "error of the energy balance", "/energy, last frame: kinetic + potential + dissipated - from the floor - total at the start, over the energy exchanged; in gravity", [law::ENERGY_BALANCE], 1e-9;
+    ENERGY_FROM_FLOOR: "energy.from_floor", "", "energy gained from the floor", "/energy, last frame: work of a shaken floor, or heat of one with a temperature; in gravity", [], 0.0;
+    ENERGY_DISSIPATED: "energy.dissipated", "", "energy lost in collisions", "/energy, last frame: of collisions with restitution; in gravity", [], 0.0;
+    MEAN_HEIGHT: "height.mean", "", "mean height of the centers above their lowest position", "/state: <y> above the lowest position of a center, mean over the second half of the run, error by blocking; in gravity", [law::BALANCE_OF_WEIGHT], 0.0;
     A2_FINAL: "a2.final", "1", "excess of the fourth moment of the velocities at the end", "<v^4>/(2 <v^2>^2) - 1, last frame", [], 0.0;
     A2_MEAN: "a2.mean", "1", "mean excess of the fourth moment of the velocities", "/per_collision, or sums over all collisions in /temperature: mean over time (over events for e < 1) after 5 events per disc; error by blocking, for e < 1 only in boxes in which no shear flow grows", [law::A2_FIXED_ENERGY, law::A2_FIXED_MOMENTUM, law::A2_COOLING], 0.0;
     COLLISION_RATE: "pair_collision_rate_per_disc", "", "collision rate per disc", "/collisions: pair collisions per disc and unit of time; conditional error at the energy of the run by blocking, to which the scatter of drawn energies is added", [law::COLLISION_RATE, law::COLLISION_RATE_OF_SIZES], 0.0;
@@ -42,6 +46,7 @@ pub(super) const NEED_ALL_STATES: &[&Definition] = &[
     LONGEST_WAVES,
     HEXATIC_EXPONENT,
     PAIR_CORRELATION,
+    MEAN_HEIGHT,
     DISPLACEMENT,
     DIFFUSION_GREEN_KUBO,
     DIFFUSION_EINSTEIN,

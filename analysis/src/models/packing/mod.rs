@@ -6,6 +6,7 @@ mod distributions;
 mod equilibrium;
 mod figures;
 mod freezing;
+mod gravity;
 mod laws;
 mod liquid;
 mod long_range;
@@ -43,8 +44,11 @@ pub(super) fn observer(config: PackingConfig, snapshots: Snapshots) -> Box<dyn P
     Box::new(PackingRun::new(config, snapshots))
 }
 
-/// The temperature of cooling discs; the collisions and the pressure of elastic ones.
+/// The heights of discs in gravity; the temperature of cooling discs; the collisions and the pressure of elastic ones.
 pub(super) fn main_results(config: &PackingConfig) -> MainResults {
+    if config.gravity.get() > 0.0 {
+        return MainResults::new(&["height.mean"], &["density_by_height"]);
+    }
     if config.restitution.get() < 1.0 {
         return MainResults::new(
             &["temperature.final_over_initial", "pair_collision_rate_per_disc"],

@@ -4,6 +4,7 @@ use super::diffusion_windows::DiffusionWindows;
 use super::displacement::Displacement;
 use super::distributions::Distributions;
 use super::equilibrium::{self, Equilibrium};
+use super::gravity::InGravity;
 use super::laws as law;
 use super::mean_a2::{A2Sums, A2Weights, MeanA2, VelocityMoments};
 use super::metrics as metric;
@@ -43,6 +44,7 @@ pub(crate) struct PackingRun {
     pub(super) distributions: Distributions,
     pub(super) self_diffusion: Option<DiffusionWindows>,
     a2: MeanA2,
+    pub(super) gravity: InGravity,
     /// Homogeneity of cooling discs.
     flow: FlowStatistics,
     /// Time integral of sqrt(kT/m), and the time.
@@ -166,7 +168,7 @@ impl PackingRun {
     fn rate(&self, rate: &Blocking) -> Option<Estimate> {
         let estimate = rate.estimate()?;
         // The rate of cooling discs drifts, so the scatter of its blocks is not a statistical error.
-        let drifts = !self.is_elastic();
+        let drifts = !self.is_elastic() || self.falls();
         Some(if drifts { estimate.without_error(MissingError::Drifting) } else { estimate })
     }
 
@@ -178,7 +180,7 @@ impl PackingRun {
 
     /// Equilibrium theory; `None` where it has no value. That of cooling discs applies while they neither flow nor cluster.
     pub(super) fn equilibrium(&self) -> Option<Equilibrium> {
-        let sizes = self.known_sizes()?;
+        let sizes = self.known_sizes().filter(|_| !self.falls())?;
         let found = if self.has_walls() {
             equilibrium::equilibrium(&self.config, sizes)?
         } else {
@@ -221,7 +223,9 @@ impl PackingRun {
     fn measure_temperature(&self, found: &mut Measurements) {
         let (Some(first), Some(last)) = (self.frames.first(), self.frames.last()) else { return };
         let restitution = self.config.restitution.get();
-        let cooled = if self.is_elastic() {
+        let cooled = if self.falls() {
+            None
+        } else if self.is_elastic() {
             Some(1.0)
         } else {
             let pairs = self.counts.as_ref().map(|counts| counts.pair_collisions as f64);
@@ -236,7 +240,11 @@ impl PackingRun {
         found.add(metric::MEAN_SQUARE_VELOCITY_INITIAL, 2.0 * first.temperature);
         found.add(metric::MEAN_SQUARE_VELOCITY_FINAL, 2.0 * last.temperature);
         let drift = relative_change(last.temperature, first.temperature);
-        found.compare(metric::ENERGY_DRIFT, drift, self.is_elastic().then_some(0.0));
+        found.compare(
+            metric::ENERGY_DRIFT,
+            drift,
+            (self.is_elastic() && !self.falls()).then_some(0.0),
+        );
         found.add(metric::A2_FINAL, last.a2);
         let (law, theory) = match (self.is_elastic(), self.has_walls()) {
             (false, _) => {
@@ -255,6 +263,7 @@ impl PackingRun {
             }
         };
         let theory = theory
+            .filter(|_| !self.falls())
             .map(|theory| ExpectedValue { violation: self.drift().or(theory.violation), ..theory });
         let lacks_collisions = self.lacks_states && !self.collisions.is_empty();
         match self.mean_a2() {
@@ -425,6 +434,7 @@ impl Observer for PackingRun {
                 self.flow.add_state(&state, sides.map(|side| -side / 2.0), sides);
             }
             self.displacement.add_frame(time, &state);
+            self.gravity.add_state(&self.config, [time, events], &state);
             if self.is_settled(events) {
                 self.distributions.add_frame(&state);
                 self.add_to_self_diffusion(time, &state);
@@ -448,6 +458,7 @@ impl Observer for PackingRun {
             let twice_energy = 2.0 * sums.kinetic_energy_time_integral;
             self.pressures.add((time, 1.0 + sums.collision_virial_sum / twice_energy));
         }
+        self.gravity.add_energy(frame.get()?);
         self.pressure = pressure.or(self.pressure.take());
         self.snapshots.keep_scenes(frame);
         Ok(())
@@ -465,6 +476,7 @@ impl Observer for PackingRun {
         found.add(metric::PACKING_FRACTION, fraction);
         self.measure_structure(found);
         self.measure_liquid(found);
+        self.measure_gravity(found);
     }
 }
 
