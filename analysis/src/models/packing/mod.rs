@@ -7,6 +7,7 @@ mod equilibrium;
 mod figures;
 mod freezing;
 mod gravity;
+mod in_gravity;
 mod laws;
 mod liquid;
 mod long_range;

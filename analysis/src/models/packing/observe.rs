@@ -4,9 +4,9 @@ use super::diffusion_windows::DiffusionWindows;
 use super::displacement::Displacement;
 use super::distributions::Distributions;
 use super::equilibrium::{self, Equilibrium};
-use super::gravity::InGravity;
+use super::in_gravity::InGravity;
 use super::laws as law;
-use super::mean_a2::{A2Sums, A2Weights, MeanA2, VelocityMoments};
+use super::mean_a2::{A2Sums, A2Weights, MeanA2, VelocityMoments, moments_of};
 use super::metrics as metric;
 use super::structure::Structure;
 use crate::metric::theory::{Expected, ExpectedValue};
@@ -486,18 +486,4 @@ fn mean_while_cooling(before: f64, after: f64) -> f64 {
         return (before + after) / 2.0;
     }
     before * after * libm::log(before / after) / (before - after)
-}
-
-/// `<v^2>` and a2 of a state; `None` without velocities.
-fn moments_of(state: &StateTable) -> Option<(f64, f64)> {
-    let (vx, vy, count) = (state.index("vx")?, state.index("vy")?, state.rows() as f64);
-    let (mut squares, mut fourths) = (0.0, 0.0);
-    for row in state.iter() {
-        let square = row[vx] * row[vx] + row[vy] * row[vy];
-        squares += square;
-        fourths += square * square;
-    }
-    let mean_square = squares / count;
-    let a2 = fourths / count / (2.0 * mean_square * mean_square) - 1.0;
-    (count > 0.0).then_some((mean_square / 2.0, a2))
 }

@@ -1,6 +1,7 @@
 //! `[model.packing]`: event-driven hard discs. Lengths and times are dimensionless, and a disc has mass 1.
 
 mod floor;
+mod gravity_rules;
 
 pub use floor::Shaking;
 
