@@ -266,7 +266,7 @@ fn discs_that_cannot_fall_are_rejected_and_a_collapse_is_named() {
     let on_floor = with_gravity(given(&[[0.0, -19.0, 1.0, 0.0]]), 1.0);
     let seed = Seed { seed: 1, replicate: 0 };
     let message = format!("{:?}", Packing::prepare(&on_floor, seed, false).unwrap_err());
-    assert!(message.contains("disc 0 at [0, -19] lies on the floor"), "{message}");
+    assert!(message.contains("disc 0 at [0.0, -19.0] lies on the floor"), "{message}");
     assert!(message.contains("move its center above -19"), "{message}");
     let below = with_gravity(given(&[[0.0, -19.5, 1.0, 1.0]]), 1.0);
     let message = format!("{:?}", Packing::prepare(&below, seed, false).unwrap_err());

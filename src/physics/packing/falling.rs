@@ -1,6 +1,6 @@
 //! What changes between the collisions of discs in gravity: the moments of their velocities; and where their energy goes.
 
-use super::collision::{Collision, CollisionPartner, VelocityChanges};
+use super::collision::{Collision, CollisionPartner};
 use super::motion::Vector;
 use super::velocity_moments::VelocityMoments;
 use crate::sum::CompensatedSum;
@@ -114,16 +114,12 @@ impl Falling {
             mixed: mixed - fall * (moments.second + 2.0 * second)
                 + fall * fall * (3.0 * first - n * fall),
         };
-        self.update(&collision.velocity_changes);
+        for [before, after] in collision.velocity_changes {
+            self.sums = self.sums.plus(after, 1.0).plus(before, -1.0);
+        }
         match collision.partner {
             CollisionPartner::Disc { .. } => self.dissipated.add(-collision.energy_gain),
             CollisionPartner::Wall => self.floor.add(collision.energy_gain),
-        }
-    }
-
-    fn update(&mut self, changes: &VelocityChanges) {
-        for [before, after] in changes {
-            self.sums = self.sums.plus(*after, 1.0).plus(*before, -1.0);
         }
     }
 

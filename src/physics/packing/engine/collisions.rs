@@ -154,19 +154,15 @@ impl Engine {
         time_since_previous
     }
 
-    /// The coordinate at which a disc touches a floor that is not at rest or has a temperature, relative to the corner of a cell.
+    /// The coordinate at which a disc touches a floor that gives energy, relative to the corner of a cell.
     fn floor_below(&self, disc: u32, cell: Cell) -> f64 {
         let radius = self.radius(disc as usize);
-        match self.state.domain.floor {
-            Floor::AtRest | Floor::Thermal { .. } => radius,
-            Floor::Shaken(shaking) => {
-                let [height, _] = shaking.motion_at(self.state.clock.time());
-                radius + (height - f64::from(cell[1]) * self.cells.grid.cell_sides[1])
-            }
-        }
+        let Floor::Shaken(shaking) = self.state.domain.floor else { return radius };
+        let [height, _] = shaking.motion_at(self.state.clock.time());
+        radius + (height - f64::from(cell[1]) * self.cells.grid.cell_sides[1])
     }
 
-    /// The velocity after a collision with such a floor, and the energy that the disc gains: the heat of a thermal floor, whose
+    /// The velocity after a collision with a floor that gives energy, and the energy that the disc gains: the heat of a thermal floor, whose
     /// emission has the flux distribution of a Maxwellian gas (Maxwell, Phil. Trans. 170 (1879) 231), or the work of a shaken one,
     /// its impulse times its velocity.
     #[inline(never)]
