@@ -87,7 +87,7 @@ impl PackingRun {
         }
         let Some(height) = self.gravity.heights.estimate() else { return };
         let theory = self.column().map(|column| {
-            let of_floor = column.at_floor * self.config.radius.get();
+            let of_floor = column.at_floor * 2.0 * self.config.radius.get();
             // At a fixed energy, the temperature of few discs scatters.
             let of_energy = if self.config.floor_temperature.is_some() { 0.0 } else { 1.0 };
             let relative = STATE_EQUATION_ACCURACY + of_energy / self.discs();
