@@ -214,6 +214,8 @@ fn canonical_form_contains_every_key_of_the_schema() {
         "[model.gas]\nspeed_distribution = \"uniform\"\nmax_speed_m_per_s = 1\npropagation = \"time-stepped\"\ntime_step_s = 1e-6\n[record]\nevery_steps = 1",
         "[model.packing]\nduration = 1\n[record]\nevery_time = 1\nchannels = []",
         "[model.packing]\ncontact_time = 1\ntarget_reduced_pressure = 1\n[record]\nevery_collisions = 1",
+        "[model.packing]\ngravity = 1\nfloor_temperature = 1",
+        "[model.packing]\ngravity = 1\nfloor_stroke = 1\nfloor_period = 1",
         "[model.packing]\ncutoff_velocity = 1\n[record]\nframes_per_decade = 1",
         "[model.orbit]\n[record]\nevery_days = 1",
         "[model.orbit]\nbodies = [{ gm_au3_per_day2 = 1, position_au = [0, 0, 0], velocity_au_per_day = [0, 0, 0] }, \
