@@ -251,6 +251,17 @@ impl RecordConfig {
                 "give `model.orbit.bodies`, or a bed without insertion and `remove_below_m`; or leave \"divergence\" out",
             );
         }
+        let names_energy = self.channels.iter().flatten().any(|channel| channel == "energy");
+        if names_energy
+            && matches!(model, ModelConfig::Packing(discs) if discs.gravity.get() == 0.0)
+        {
+            let title = "`record.channels` has \"energy\", and the discs do not fall, so that their energy is kinetic";
+            table.refuse(
+                &["channels"],
+                title,
+                "give `model.packing.gravity`, or \"temperature\" in place of \"energy\"",
+            );
+        }
         if let Some(wanted) = &mut self.channels {
             // Their order has no effect, so it must not affect the run key.
             wanted.sort_by_key(|channel| known.iter().position(|name| name == channel));

@@ -125,7 +125,7 @@ fn uniform(bits: u64) -> f64 {
 /// (1958) 610).
 fn polar([first, second]: [f64; 2]) -> [f64; 2] {
     // 1 - u is in (0, 1], so the logarithm is finite.
-    [(-2.0 * libm::log(1.0 - first)).sqrt(), std::f64::consts::TAU * second]
+    [flux_speed(first), std::f64::consts::TAU * second]
 }
 
 /// A standard normal number from two uniform numbers: the first of the pair.
@@ -133,6 +133,13 @@ fn polar([first, second]: [f64; 2]) -> [f64; 2] {
 pub fn normal(uniforms: [f64; 2]) -> f64 {
     let [radius, angle] = polar(uniforms);
     radius * libm::cos(angle)
+}
+
+/// Speed toward a wall of temperature 1 from which a particle of mass 1 is emitted, from a uniform number: its density is
+/// g exp(-g^2/2), that of the flux of a Maxwellian gas.
+#[must_use]
+pub fn flux_speed(uniform: f64) -> f64 {
+    (-2.0 * libm::log(1.0 - uniform)).sqrt()
 }
 
 impl Generator {

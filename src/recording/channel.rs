@@ -44,3 +44,43 @@ impl ChannelDeclaration {
         Self { opt_in: true, ..Self::of::<C>() }
     }
 }
+
+/// Declares messages: each topic with its schema and its fields.
+macro_rules! channels {
+    ($($(#[$doc:meta])* $name:ident on $topic:literal {
+        $($(#[$field_doc:meta])* $field:ident: $type:ty [$($kind:tt)+] = $tag:tt,)+
+    })+) => {
+        $(
+            $(#[$doc])*
+            #[derive(Clone, PartialEq, prost::Message)]
+            pub struct $name {
+                $($(#[$field_doc])* #[prost($($kind)+, tag = $tag)] pub $field: $type,)+
+            }
+
+            impl Channel for $name {
+                const TOPIC: &'static str = $topic;
+                const SCHEMA: &'static str = concat!("kinetoscope.", stringify!($name));
+                const FIELDS: &'static [Field] = &[
+                    $(Field { name: stringify!($field), kind: stringify!($($kind)+), tag: $tag },)+
+                ];
+
+                fn has_equal_columns(&self) -> bool {
+                    let mut lengths = [$(self.$field.length()),+].into_iter().flatten();
+                    let first = lengths.next();
+                    lengths.all(|length| Some(length) == first)
+                }
+
+                fn with_canonical_nan(&self) -> Option<Self> {
+                    let is_other = false $(|| self.$field.has_other_nan())+;
+                    let mut message = is_other.then(|| self.clone())?;
+                    $(message.$field.make_nan_canonical();)+
+                    Some(message)
+                }
+            }
+        )+
+
+        /// Every channel of ours, in the order of this file.
+        pub const ALL: &[ChannelDeclaration] = &[$(ChannelDeclaration::of::<$name>(),)+];
+    };
+}
+pub(crate) use channels;

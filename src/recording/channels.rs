@@ -1,6 +1,7 @@
 //! The messages of Kinetoscope: topic, schema, and fields with their units. Writer, reader, schema and documentation are derived
 //! from this file. Tags are never reused: a changed meaning takes a new tag and a new [`SCHEMA_VERSION`].
 
+use crate::channel::channels;
 pub use crate::channel::{Channel, ChannelDeclaration};
 pub use crate::channel_field::Field;
 use crate::column::Column as _;
@@ -10,44 +11,6 @@ pub use crate::topics::{
 
 /// Version of the recording's layout; part of the run key.
 pub const SCHEMA_VERSION: u32 = 5;
-
-macro_rules! channels {
-    ($($(#[$doc:meta])* $name:ident on $topic:literal {
-        $($(#[$field_doc:meta])* $field:ident: $type:ty [$($kind:tt)+] = $tag:tt,)+
-    })+) => {
-        $(
-            $(#[$doc])*
-            #[derive(Clone, PartialEq, prost::Message)]
-            pub struct $name {
-                $($(#[$field_doc])* #[prost($($kind)+, tag = $tag)] pub $field: $type,)+
-            }
-
-            impl Channel for $name {
-                const TOPIC: &'static str = $topic;
-                const SCHEMA: &'static str = concat!("kinetoscope.", stringify!($name));
-                const FIELDS: &'static [Field] = &[
-                    $(Field { name: stringify!($field), kind: stringify!($($kind)+), tag: $tag },)+
-                ];
-
-                fn has_equal_columns(&self) -> bool {
-                    let mut lengths = [$(self.$field.length()),+].into_iter().flatten();
-                    let first = lengths.next();
-                    lengths.all(|length| Some(length) == first)
-                }
-
-                fn with_canonical_nan(&self) -> Option<Self> {
-                    let is_other = false $(|| self.$field.has_other_nan())+;
-                    let mut message = is_other.then(|| self.clone())?;
-                    $(message.$field.make_nan_canonical();)+
-                    Some(message)
-                }
-            }
-        )+
-
-        /// Every channel of ours, in the order of this file.
-        pub const ALL: &[ChannelDeclaration] = &[$(ChannelDeclaration::of::<$name>(),)+];
-    };
-}
 
 channels! {
     /// The clock of a frame: other messages join on `log_time`.
@@ -304,7 +267,7 @@ channels! {
         temperature_over_initial: f64 [double] = "4",
         /// Sum of v^2 / 2.
         kinetic_energy: f64 [double] = "5",
-        /// Time integral of a2 since the start, exact between collisions.
+        /// Time integral of a2 since the start, exact between collisions, in gravity by Simpson's rule.
         a2_time_integral: f64 [double] = "6",
         /// Sum of a2 after each collision since the start.
         a2_event_sum: f64 [double] = "7",
@@ -324,7 +287,7 @@ channels! {
 
     /// Packing: pressure since the start. Means over time are NaN at time 0. The area A and the perimeter are those of the rectangle
     /// accessible to the centers: in a box with walls, less than the box by the diameter of the largest disc in each direction; if
-    /// radii are drawn at random, of the largest that can be drawn.
+    /// radii are drawn at random, of the largest that can be drawn. In gravity, means over the area and over the walls.
     PackingPressure on "/pressure" {
         /// By the collision virial: [sum of v^2 averaged over time + virial rate] / (2A).
         virial: f64 [double] = "1",
@@ -374,7 +337,7 @@ channels! {
     }
 
     /// Packing: the collisions since the last frame, as columns of equal length. From the positions and velocities of a frame, they give
-    /// those at every later time: a disc flies straight between its collisions.
+    /// those at every later time: a disc flies straight between its collisions, in gravity on a parabola.
     PackingEvents on "/events" {
         /// Number of the event, pair or wall, from 1.
         event: Vec<u64> [uint64, repeated] = "1",
@@ -392,6 +355,23 @@ channels! {
         normal_x: Vec<f64> [double, repeated] = "7",
         /// The same, y.
         normal_y: Vec<f64> [double, repeated] = "8",
+    }
+
+    /// Packing in gravity: where the energy is. kinetic + potential = total; total + dissipated - from_floor = total at the start +
+    /// residual.
+    PackingEnergy on "/energy" {
+        /// Sum of v^2 / 2.
+        kinetic: f64 [double] = "1",
+        /// Sum of g times the height of a disc's center above the bottom of the box.
+        potential: f64 [double] = "2",
+        /// kinetic + potential.
+        total: f64 [double] = "3",
+        /// Energy gained from the floor since the start: the work of a shaken one, or the heat of one with a temperature.
+        from_floor: f64 [double] = "4",
+        /// Energy lost in collisions with restitution since the start.
+        dissipated: f64 [double] = "5",
+        /// The rounding of the motion: what the balance lacks.
+        residual: f64 [double] = "6",
     }
 
     /// Orbit: energy per unit mass, AU^2/day^2, and its drift. For several bodies, the total energy over the total mass.

@@ -115,6 +115,10 @@ const PACKING: Keys = &[
     ),
     ("compression_rate", &["1e-9", "0.1", "1e9"]),
     ("target_reduced_pressure", &["1e-300", "20.0", "1e300"]),
+    ("gravity", &["5e-324", "0.1", "1e6"]),
+    ("floor_temperature", &["1e-300", "1.0", "1e12"]),
+    ("floor_stroke", &["1e-6", "0.3"]),
+    ("floor_period", &["1e-3", "1.0", "1e300"]),
     ("events_per_disc", &["1", "20", "10000", "4000000000"]),
     ("duration", &["1e-300", "10.0", "1e300"]),
 ];

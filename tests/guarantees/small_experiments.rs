@@ -113,6 +113,21 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
          contact_time = 1e-4\n[record]\nframes = 20\n",
     ),
     (
+        "packing_gravity",
+        "seed = 28\n[model.packing]\ndiscs = 80\ngravity = 0.2\nradius_half_width = 0.1\nrestitution = 0.95\n\
+         wall_noise_variance_rad2 = 0.003\nevents_per_disc = 20\n[record]\nframes = 20\n",
+    ),
+    (
+        "packing_floor_with_a_temperature",
+        "seed = 29\n[model.packing]\ndiscs = 80\ngravity = 0.2\nfloor_temperature = 2.0\nrestitution = 0.9\n\
+         cutoff_velocity = 1e-3\nduration = 30.0\n[record]\nframes = 20\n",
+    ),
+    (
+        "packing_shaken_floor",
+        "seed = 30\n[model.packing]\ndiscs = 80\ngravity = 0.2\nfloor_stroke = 1.5\nfloor_period = 3.0\nrestitution = 0.9\n\
+         placement = \"compressed\"\nduration = 30.0\n[record]\nframes = 20\n",
+    ),
+    (
         "packing_compressed",
         "seed = 16\n[model.packing]\ndiscs = 60\nwidth = 18.0\nheight = 18.0\nplacement = \"compressed\"\n[record]\nframes = 20\n",
     ),

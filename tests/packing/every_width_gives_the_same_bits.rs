@@ -50,7 +50,7 @@ fn two_at_once() -> PackingConfig {
     given(&discs)
 }
 
-fn scenes() -> [(&'static str, PackingConfig); 9] {
+fn scenes() -> [(&'static str, PackingConfig); 12] {
     let walled = with_restitution(at_fraction(500, 0.3), 0.999);
     let several_sizes = PackingConfig {
         radius_half_width: NonNegative::literal(0.4),
@@ -61,7 +61,15 @@ fn scenes() -> [(&'static str, PackingConfig); 9] {
         collapse_guard: CollapseGuard::ContactTime(Positive::literal(1e-3)),
         ..with_restitution(periodic(500, 0.5), 0.8)
     };
+    let falls =
+        |config: PackingConfig| PackingConfig { gravity: NonNegative::literal(0.05), ..config };
     [
+        ("gravity", falls(at_fraction(500, 0.3))),
+        ("gravity, dilute", falls(without_noise(at_fraction(1000, 0.02)))),
+        (
+            "gravity, several sizes",
+            falls(PackingConfig { boundary: Boundary::Walls, ..several_sizes.clone() }),
+        ),
         ("dilute", periodic(1000, 0.02)),
         ("periodic", periodic(1000, 0.3)),
         ("dense", periodic(1000, 0.7)),

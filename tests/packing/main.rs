@@ -16,6 +16,10 @@ mod pair_collision_follows_restitution;
 mod few_discs_collide_with_the_right_image;
 // A frame and the recorded collisions after it give all positions at any later time.
 mod recorded_events_rebuild_positions;
+// Discs in gravity fly on parabolas, and their energy is that of the start and of the floor.
+mod discs_in_gravity_fly_on_parabolas;
+// The density in gravity follows the barometric law, with the pressure of the discs.
+mod discs_in_gravity_follow_the_barometric_law;
 // The time to contact is exact for distant, grazing and nearly touching discs.
 mod time_to_contact_is_exact;
 // A single disc follows its unfolded straight path.

@@ -135,7 +135,7 @@ models! {
     ],
     /// Event-driven hard discs.
     packing: Packing(PackingConfig) from placement every every_time [
-        state discs walls legend velocity temperature collisions pressure per_collision events log
+        state discs walls legend velocity temperature collisions pressure per_collision events energy log
     ],
     /// The Earth around the Sun.
     orbit: Orbit(OrbitConfig) from start every every_days [

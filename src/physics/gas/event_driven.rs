@@ -13,7 +13,7 @@ use super::propagator::Propagator;
 use super::state::{Container, GasState, Substance};
 use super::tallies::WallTally;
 use crate::model::Target;
-use crate::random::{Seed, Stream, normal};
+use crate::random::{Seed, Stream, flux_speed, normal};
 use crate::sum::CompensatedSum;
 use kinetoscope_manifest::model::GasConfig;
 use rayon::prelude::*;
@@ -91,8 +91,7 @@ impl ThermalEmission {
             return None;
         }
         let speed = self.thermal_speed / mass_ratio.sqrt();
-        let inward = speed * (-2.0 * libm::log(1.0 - inward)).sqrt();
-        Some([inward, speed * normal([radius, angle])])
+        Some([speed * flux_speed(inward), speed * normal([radius, angle])])
     }
 }
 

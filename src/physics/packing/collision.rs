@@ -15,6 +15,8 @@ pub(super) struct Collision {
     pub(super) velocity_changes: VelocityChanges,
     /// Magnitude of the momentum transferred along the normal.
     pub(super) normal_impulse: f64,
+    /// Kinetic energy that the discs gain from the floor, or, below 0, lose in a collision with restitution. Known in gravity only.
+    pub(super) energy_gain: f64,
     /// Time since the previous collision in the system, or since the start.
     pub(super) time_since_previous: f64,
 }

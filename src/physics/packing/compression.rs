@@ -3,11 +3,11 @@
 //! growing discs heat each other.
 
 use super::collision::CollisionPartner;
-use super::domain::Domain;
+use super::domain::{Domain, Floor};
 use super::engine::{Engine, StepOutcome};
 use super::motion::Vector;
-use super::observables::VelocityMoments;
 use super::random_start::{is_equal, packing_fraction, random_positions, random_velocities};
+use super::velocity_moments::VelocityMoments;
 use crate::model::{Proceed, SetupError};
 use crate::random::{Seed, Stream};
 use kinetoscope_manifest::model::{InitialVelocities, PackingConfig};
@@ -74,6 +74,8 @@ pub(super) fn compress(
     let domain = Domain {
         restitution: 1.0,
         wall_noise_rad: 0.0,
+        gravity: 0.0,
+        floor: Floor::AtRest,
         ..Domain::new(config, config.largest_radius())
     };
     let noise = seed.stream(Stream::WallNoise);
@@ -118,7 +120,7 @@ fn grow(
             return Err(SetupError::stopped());
         }
         let outcome = engine
-            .step::<1>(end)
+            .step::<1, false>(end)
             .map_err(|fault| jammed(config, engine.scale(), &fault.to_string()))?;
         let collision = match outcome {
             StepOutcome::Collision(collision) => collision,

@@ -49,10 +49,15 @@ impl DiscRecord {
         Self { position, velocity, cell, ..SENTINEL }
     }
 
-    /// The position at a time, relative to the corner of the cell.
+    /// The position at a time, relative to the corner of the cell, and the velocity. `FALLS` says whether there is gravity.
     #[inline(always)]
-    pub(super) fn position_at(&self, time: f64) -> Vector {
-        motion::free_flight(self.position, self.velocity, time - self.time)
+    pub(super) fn at<const FALLS: bool>(&self, time: f64, gravity: f64) -> (Vector, Vector) {
+        let age = time - self.time;
+        if FALLS {
+            motion::free_fall(self.position, self.velocity, gravity, age)
+        } else {
+            (motion::free_flight(self.position, self.velocity, age), self.velocity)
+        }
     }
 }
 

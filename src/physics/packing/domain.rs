@@ -1,6 +1,7 @@
 //! The box and the collision parameters of a run.
 
 use super::motion::Vector;
+use super::shaking::Shaking;
 use kinetoscope_manifest::model::{Boundary, CollapseGuard, PackingConfig};
 use serde::{Deserialize, Serialize};
 
@@ -19,6 +20,24 @@ pub(super) struct Domain {
     pub(super) elastic_threshold: ElasticThreshold,
     /// Standard deviation of the angle by which a wall rotates the outgoing velocity, rad.
     pub(super) wall_noise_rad: f64,
+    /// Gravity, toward smaller y.
+    pub(super) gravity: f64,
+    /// What the floor does in gravity.
+    pub(super) floor: Floor,
+}
+
+/// What the floor does to the discs that fall on it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) enum Floor {
+    /// It reflects them, as the other walls do.
+    AtRest,
+    /// It emits them again at its temperature T.
+    Thermal {
+        /// sqrt(T): the standard deviation of a velocity component.
+        speed: f64,
+    },
+    /// It moves up and down, and reflects them.
+    Shaken(Shaking),
 }
 
 /// The threshold below which a pair collision is elastic, to prevent inelastic collapse.
@@ -30,6 +49,17 @@ pub(super) enum ElasticThreshold {
     ContactTime(f64),
     /// Approach speed.
     CutoffVelocity(f64),
+}
+
+impl Floor {
+    /// The floor of a manifest.
+    pub(super) fn of(config: &PackingConfig) -> Self {
+        match (config.floor_temperature, config.shaking) {
+            (Some(temperature), _) => Self::Thermal { speed: temperature.get().sqrt() },
+            (None, Some(keys)) => Self::Shaken(Shaking::new(keys)),
+            (None, None) => Self::AtRest,
+        }
+    }
 }
 
 impl Domain {
@@ -47,6 +77,8 @@ impl Domain {
             restitution: config.restitution.get(),
             elastic_threshold,
             wall_noise_rad: config.wall_noise_variance_rad2.get().sqrt(),
+            gravity: config.gravity.get(),
+            floor: Floor::of(config),
         }
     }
 

@@ -55,6 +55,8 @@ impl Engine {
             DiscRecord::new(cell, relative, velocity)
         }));
         let diameter = 2.0 * domain.max_radius;
+        // A disc that falls by its diameter reaches this square of its speed, and twice this at its end.
+        let mean_square_speed = mean_square_speed + domain.gravity * diameter;
         let mut engine = Self::from_state(State {
             domain,
             discs,
@@ -67,18 +69,23 @@ impl Engine {
             collapse_detector: CollapseDetector::new(diameter, mean_square_speed),
         });
         for disc in 0..engine.state.discs.len() as u32 {
-            engine.predict::<1>(disc);
+            if domain.gravity > 0.0 {
+                engine.predict::<1, true>(disc);
+            } else {
+                engine.predict::<1, false>(disc);
+            }
         }
         engine.rebuild_event_queue();
         engine
     }
 
-    /// Executes the next event, unless it is later than a time since the start. `WIDTH` is that of the registers of `simd::registers` that are used.
+    /// Executes the next event, unless it is later than a time since the start. `WIDTH` is that of the registers of `simd::registers`
+    /// that are used; `FALLS` says whether there is gravity.
     ///
     /// # Errors
     /// Inelastic collapse (McNamara and Young, Phys. Fluids A 4 (1992) 496), a jam, or a disc too slow to leave a wall.
     #[inline(always)]
-    pub(super) fn step<const WIDTH: usize>(
+    pub(super) fn step<const WIDTH: usize, const FALLS: bool>(
         &mut self,
         until: f64,
     ) -> Result<StepOutcome, SimulationFault> {
@@ -92,17 +99,17 @@ impl Engine {
             EventKind::Pair(partner)
                 if self.state.discs[partner as usize].collisions == record.partner_collisions =>
             {
-                StepOutcome::Collision(self.collide_pair::<WIDTH>(disc, partner)?)
+                StepOutcome::Collision(self.collide_pair::<WIDTH, FALLS>(disc, partner)?)
             }
             EventKind::Wall(side) => {
-                StepOutcome::Collision(self.collide_wall::<WIDTH>(disc, side)?)
+                StepOutcome::Collision(self.collide_wall::<WIDTH, FALLS>(disc, side)?)
             }
             EventKind::CellCrossing(side) => {
-                self.cross_cell::<WIDTH>(disc, side);
+                self.cross_cell::<WIDTH, FALLS>(disc, side);
                 StepOutcome::Bookkeeping
             }
             EventKind::Pair(_) | EventKind::None => {
-                self.predict::<WIDTH>(disc);
+                self.predict::<WIDTH, FALLS>(disc);
                 self.schedule(disc);
                 StepOutcome::Bookkeeping
             }

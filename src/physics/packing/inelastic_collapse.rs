@@ -42,27 +42,28 @@ impl CollapseDetector {
         self.rapid_interval = if interval < f64::MAX { interval } else { f64::MAX };
     }
 
-    /// Records a collision of two discs, given the times since the previous collision of each. `now` is for the message.
+    /// Records a collision of two discs, or of one with the floor, given the times since the previous collision of each. `now` is for the message.
     ///
     /// # Errors
     /// Inelastic collapse.
     #[inline(always)]
-    pub(super) fn record(
+    pub(super) fn record<const DISCS: usize>(
         &mut self,
-        pair: [u32; 2],
-        times_since_previous: [f64; 2],
+        discs: [u32; DISCS],
+        times_since_previous: [f64; DISCS],
         now: Clock,
     ) -> Result<(), SimulationFault> {
-        let [first, second] = times_since_previous;
-        if self.counts.is_empty() && first >= self.rapid_interval && second >= self.rapid_interval {
+        if self.counts.is_empty()
+            && times_since_previous.iter().all(|time| *time >= self.rapid_interval)
+        {
             return Ok(());
         }
-        self.count(pair, times_since_previous, now.time())
+        self.count(&discs, &times_since_previous, now.time())
     }
 
     #[inline(never)]
-    fn count(&mut self, pair: [u32; 2], times: [f64; 2], now: f64) -> Result<(), SimulationFault> {
-        for (disc, time) in pair.into_iter().zip(times) {
+    fn count(&mut self, discs: &[u32], times: &[f64], now: f64) -> Result<(), SimulationFault> {
+        for (&disc, &time) in discs.iter().zip(times) {
             if time >= self.rapid_interval {
                 self.counts.remove(&disc);
                 continue;

@@ -1,14 +1,14 @@
-//! Event-driven hard discs: discs of mass 1 fly freely in a box and collide with each other and with the walls.
+//! Event-driven hard discs: discs of mass 1 fly freely or fall in a box and collide with each other and with the walls.
 //!
 //! Start reading here: `motion` has the rules of motion, and `Engine::step` executes one event. The
 //! other files, in reading order:
 //!
-//! - data: `domain` (box and collision parameters), `disc`, `events`, `collision`, `contact`, `growth`, `clock`;
+//! - data: `domain` (box and collision parameters), `shaking`, `disc`, `events`, `collision`, `contact`, `growth`, `clock`;
 //! - start: `start`, `random_start`, `lattice`, `compression`;
 //! - end: `rest`;
 //! - algorithms: `engine` with `prediction`, `collisions`, `crossings`, `growth` and `prefetch`; the contact scan `scan` and
 //!   `scan_lanes`; `cells`; `event_queue`; `inelastic_collapse`;
-//! - measurement: `observables`.
+//! - measurement: `observables`, `velocity_moments`, and in gravity `falling`.
 //!
 //! Invariant: the trajectory depends on the manifest and the seed only, not on observation, checkpoints, the step budget or
 //! the instruction set.
@@ -26,6 +26,7 @@ mod domain;
 mod engine;
 mod event_queue;
 mod events;
+mod falling;
 mod growth;
 mod inelastic_collapse;
 mod lattice;
@@ -36,12 +37,16 @@ mod rest;
 mod scan;
 #[cfg(target_arch = "x86_64")]
 mod scan_lanes;
+mod shaking;
 mod start;
+mod velocity_moments;
 
 use self::collision::{Collision, CollisionPartner};
-use self::domain::Domain;
+use self::domain::{Domain, Floor};
 use self::engine::{Engine, StepOutcome};
-use self::observables::{CollisionSeries, CollisionStatistics, VelocityMoments};
+use self::falling::Falling;
+use self::observables::{CollisionSeries, CollisionStatistics};
+use self::velocity_moments::VelocityMoments;
 use crate::event_record::EventRecord;
 use crate::model::{
     Extent, Model, ModelKind, Proceed, Progress, SetupError, SimulationFault, Target,
@@ -50,8 +55,8 @@ use crate::random::{Seed, Stream};
 use crate::simd::registers::{self, InstructionSet, Kernel};
 use kinetoscope_manifest::model::{PackingConfig, PackingPlacement, RunLength};
 use kinetoscope_recording::channels::{
-    ChannelDeclaration, PackingCollisions, PackingEvents, PackingPressure, PackingTemperature,
-    PerCollision,
+    ChannelDeclaration, PackingCollisions, PackingEnergy, PackingEvents, PackingPressure,
+    PackingTemperature, PerCollision,
 };
 use kinetoscope_recording::frame::{Frame, Level, StateColumn};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};
@@ -100,6 +105,7 @@ const KIND: ModelKind = ModelKind {
         ChannelDeclaration::of::<PackingPressure>(),
         ChannelDeclaration::opt_in::<PerCollision>(),
         ChannelDeclaration::opt_in::<PackingEvents>(),
+        ChannelDeclaration::of::<PackingEnergy>(),
     ],
 };
 
@@ -130,7 +136,13 @@ impl Model for Packing {
         if let Some((series, _)) = &mut series {
             series.push(0, 0.0, &moments);
         }
-        let rms_speed = initial_rms_speed(config, &moments);
+        let gravity = config.gravity.get();
+        let discs = start.positions.iter().zip(&start.velocities);
+        let falling = (gravity > 0.0).then(|| {
+            let discs = discs.map(|(position, velocity)| [*position, *velocity]);
+            Falling::new(gravity, config.height.get(), discs)
+        });
+        let rms_speed = initial_rms_speed(config, &moments, falling.as_ref());
         Ok(Self {
             engine: Engine::new(
                 Domain::new(config, start.max_radius),
@@ -138,9 +150,12 @@ impl Model for Packing {
                 start.velocities,
                 start.radii,
                 moments.mean_square_speed(),
-                seed.stream(Stream::WallNoise),
+                seed.stream(match config.floor_temperature {
+                    Some(_) => Stream::ThermalWall,
+                    None => Stream::WallNoise,
+                }),
             ),
-            statistics: CollisionStatistics::new(moments),
+            statistics: CollisionStatistics::new(moments, falling),
             series,
             length: run_length(config),
             time: 0.0,
@@ -159,14 +174,25 @@ impl Model for Packing {
             && self.time.is_finite()
             && self.time >= 0.0
             && self.speed_range_top.is_finite()
-            && self.statistics.is_valid_for(&moments, self.speed_range_top)
+            && self.statistics.falling().is_some() == (config.gravity.get() > 0.0)
+            && self.statistics.is_valid_for(
+                &moments,
+                self.engine.time_since_last_collision(),
+                self.speed_range_top,
+            )
             && self.series.as_ref().is_none_or(|(series, events)| {
                 series.is_valid() && events.is_valid(self.engine.count())
             })
     }
 
     fn channels(&self) -> &'static [ChannelDeclaration] {
-        KIND.channels
+        // The last one is the energy in gravity.
+        let without_gravity = KIND.channels.len() - 1;
+        if self.statistics.falling().is_some() {
+            KIND.channels
+        } else {
+            &KIND.channels[..without_gravity]
+        }
     }
 
     fn extent(&self) -> Extent {
@@ -201,6 +227,10 @@ impl Model for Packing {
             frame.push(&series.message());
             frame.push(&events_message(events));
         }
+        if let Some(falling) = self.statistics.falling() {
+            let discs = self.engine.positions_and_velocities();
+            frame.push(&falling.message(discs.map(|(position, velocity)| [position, velocity])));
+        }
         if let Some(description) = &self.start_description {
             frame.log(Level::Info, description.as_str());
         }
@@ -234,16 +264,30 @@ fn run_length(config: &PackingConfig) -> Extent {
     }
 }
 
-/// The initial root mean square speed; for random velocities, that of their distribution.
-fn initial_rms_speed(config: &PackingConfig, moments: &VelocityMoments) -> f64 {
-    match &config.placement {
+/// The initial root mean square speed; for random velocities, that of their distribution. Discs that fall, or a floor, may be faster.
+fn initial_rms_speed(
+    config: &PackingConfig,
+    moments: &VelocityMoments,
+    falling: Option<&Falling>,
+) -> f64 {
+    let at_start = match &config.placement {
         PackingPlacement::Given(_) | PackingPlacement::Recorded(_) => {
             moments.mean_square_speed().sqrt()
         }
         PackingPlacement::Random | PackingPlacement::Lattice | PackingPlacement::Compressed => {
             2.0_f64.sqrt() * random_start::velocity_std(config)
         }
-    }
+    };
+    // In gravity, discs that fill the lower part of the box have as much potential as kinetic energy.
+    let of_energy = falling.map_or(0.0, |falling| falling.energy_at_start() / moments.count);
+    let of_floor = match Floor::of(config) {
+        Floor::AtRest => 0.0,
+        Floor::Thermal { speed } => 2.0_f64.sqrt() * speed,
+        Floor::Shaken(shaking) => shaking.greatest_speed(),
+    };
+    [of_energy.sqrt(), of_floor]
+        .into_iter()
+        .fold(at_start, |most, next| if next > most { next } else { most })
 }
 
 impl Packing {
@@ -277,9 +321,27 @@ impl Packing {
         self.start_description = None;
     }
 
+    /// Executes as many events toward the target as allowed, at least one.
+    #[inline(always)]
+    fn steps<const WIDTH: usize, const FALLS: bool>(
+        &mut self,
+        target: Target,
+        at_most: u64,
+    ) -> Result<Progress, SimulationFault> {
+        for _ in 0..at_most.max(1) {
+            if self.step::<WIDTH, FALLS>(target)? {
+                return Ok(Progress::Reached);
+            }
+        }
+        Ok(Progress::Working)
+    }
+
     /// Executes one event toward the target; returns whether the target was reached before it.
     #[inline(always)]
-    fn step<const WIDTH: usize>(&mut self, target: Target) -> Result<bool, SimulationFault> {
+    fn step<const WIDTH: usize, const FALLS: bool>(
+        &mut self,
+        target: Target,
+    ) -> Result<bool, SimulationFault> {
         let until = match target {
             Target::Count(events) if self.statistics.collision_count() >= events => {
                 self.is_at_target = true;
@@ -288,7 +350,7 @@ impl Packing {
             Target::Count(_) => f64::INFINITY,
             Target::Time(time) => time,
         };
-        match self.engine.step::<WIDTH>(until)? {
+        match self.engine.step::<WIDTH, FALLS>(until)? {
             StepOutcome::Collision(collision) => self.record(&collision)?,
             StepOutcome::Bookkeeping if self.engine.is_clock_shifted() => self.check_approach()?,
             StepOutcome::Bookkeeping => {}
@@ -375,7 +437,7 @@ impl Packing {
 
     #[inline(never)]
     fn recalculate_moments(&mut self) {
-        self.statistics.set_moments(VelocityMoments::of(self.engine.velocities()));
+        self.statistics.set_velocities(self.engine.velocities());
         self.engine.set_mean_square_speed(self.statistics.moments().mean_square_speed());
     }
 }
@@ -414,11 +476,10 @@ impl Kernel for AdvanceKernel<'_> {
         let Self { packing, target, at_most } = self;
         packing.open_window();
         packing.check_motion()?;
-        for _ in 0..at_most.max(1) {
-            if packing.step::<N>(target)? {
-                return Ok(Progress::Reached);
-            }
+        if packing.statistics.falling().is_some() {
+            packing.steps::<N, true>(target, at_most)
+        } else {
+            packing.steps::<N, false>(target, at_most)
         }
-        Ok(Progress::Working)
     }
 }

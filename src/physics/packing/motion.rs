@@ -2,15 +2,16 @@
 //!
 //! | rule | function |
 //! |---|---|
-//! | free flight | [`free_flight`] |
+//! | free flight, and free fall in gravity | [`free_flight`], [`free_fall`] |
 //! | time to the collision of two discs | [`time_to_contact`] |
-//! | time to a wall or to the edge of a cell | [`time_to_line`] |
+//! | time to a wall or to the edge of a cell | [`time_to_line`]; in gravity [`time_to_rise`], [`time_to_fall`] |
 //! | velocities after the collision of two discs | [`pair_collision`] |
 //! | velocity after a wall collision | [`wall_collision`] |
 //! | the same for discs that grow | [`time_to_growing_contact`], [`growing_pair_collision`], [`growing_wall_collision`] |
 //!
 //! Symbols: x position, v velocity, t time; r separation of the centers and g relative velocity of a pair (second minus
-//! first), s contact distance (sum of the radii), n = r/|r|, α coefficient of restitution, φ angle of the wall noise (rad).
+//! first), s contact distance (sum of the radii), n = r/|r|, α coefficient of restitution, φ angle of the wall noise (rad), a
+//! gravity, toward smaller y. Two discs in free fall have the same acceleration, so that [`time_to_contact`] is exact for them.
 //! The mass of a disc is 1. Lengths, times and velocities are dimensionless.
 
 pub(super) use crate::collision_time::time_to_contact;
@@ -35,6 +36,42 @@ pub(super) struct PairCollision {
 #[inline(always)]
 pub(super) fn free_flight(position: Vector, velocity: Vector, duration: f64) -> Vector {
     [position[0] + velocity[0] * duration, position[1] + velocity[1] * duration]
+}
+
+/// Position and velocity after free fall: x(t) = x + v t − a t²/2, v(t) = v − a t. Without gravity, the bits are those of
+/// [`free_flight`].
+#[inline(always)]
+pub(super) fn free_fall(
+    position: Vector,
+    velocity: Vector,
+    gravity: f64,
+    duration: f64,
+) -> (Vector, Vector) {
+    let fall = gravity * duration;
+    let [x, y] = free_flight(position, velocity, duration);
+    ([x, y - 0.5 * fall * duration], [velocity[0], velocity[1] - fall])
+}
+
+/// Time until a disc reaches a line at a height h above it, h = v t − a t²/2, or [`f64::MAX`] if it turns before:
+///
+/// t = 2 h / (v + √(v² − 2 a h))
+#[inline(always)]
+pub(super) fn time_to_rise(height: f64, speed: f64, gravity: f64) -> f64 {
+    let square = speed * speed - 2.0 * gravity * height;
+    let time = 2.0 * height / (speed + square.sqrt());
+    let time = if time > 0.0 { time } else { 0.0 };
+    if (speed > 0.0) & (square >= 0.0) { time } else { f64::MAX }
+}
+
+/// Time until a disc falls to a line at a depth h below it, h = −v t + a t²/2, in the forms without cancellation:
+///
+/// t = (v + √(v² + 2 a h)) / a if it rises at first, else 2 h / (√(v² + 2 a h) − v)
+#[inline(always)]
+pub(super) fn time_to_fall(depth: f64, speed: f64, gravity: f64) -> f64 {
+    let square = speed * speed + 2.0 * gravity * depth;
+    let root = if square > 0.0 { square.sqrt() } else { 0.0 };
+    let time = if speed > 0.0 { (speed + root) / gravity } else { 2.0 * depth / (root - speed) };
+    if time > 0.0 { time } else { 0.0 }
 }
 
 /// Time until a coordinate reaches a line toward which it moves:
@@ -79,6 +116,18 @@ pub(super) fn pair_collision(
         ],
         normal_impulse: impulse.abs() / distance,
     }
+}
+
+/// Change of the kinetic energy of two discs in a collision with restitution, −(1 − α²)/4 (g·n)².
+pub(super) fn energy_gain(
+    r: Vector,
+    [first, second]: [Vector; 2],
+    restitution: impl Fn(f64) -> f64,
+) -> f64 {
+    let g_dot_r = (second[0] - first[0]) * r[0] + (second[1] - first[1]) * r[1];
+    let square = r[0] * r[0] + r[1] * r[1];
+    let alpha = restitution(-g_dot_r / square.sqrt());
+    -0.25 * (1.0 - alpha * alpha) * g_dot_r * g_dot_r / square
 }
 
 /// Velocity after a collision with a wall normal to `axis`: specular reflection, then rotation by φ (counterclockwise).

@@ -1,68 +1,16 @@
-//! Measured quantities of hard discs: moments of the velocities, collision counts, pressure.
+//! Measured quantities of hard discs: collision counts, pressure, and means of the moments of the velocities.
 
-use super::collision::{Collision, CollisionPartner, VelocityChanges};
+use super::collision::{Collision, CollisionPartner};
 use super::domain::Domain;
+use super::falling::Falling;
 use super::motion::Vector;
 use super::rest;
+use super::velocity_moments::VelocityMoments;
 use crate::sum::CompensatedSum;
 use kinetoscope_recording::channels::{
     PackingCollisions, PackingPressure, PackingTemperature, PerCollision,
 };
 use serde::{Deserialize, Serialize};
-
-/// Sums of v² and v⁴ over all discs.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct VelocityMoments {
-    second: f64,
-    fourth: f64,
-    count: f64,
-}
-
-impl VelocityMoments {
-    /// The moments of these velocities, summed in their order.
-    pub(super) fn of(velocities: impl Iterator<Item = Vector>) -> Self {
-        let mut moments = Self { second: 0.0, fourth: 0.0, count: 0.0 };
-        for velocity in velocities {
-            let square = square(velocity);
-            moments.second += square;
-            moments.fourth += square * square;
-            moments.count += 1.0;
-        }
-        moments
-    }
-
-    /// `<v²>` = 2 k T/m in two dimensions: what the packing exercise calls temperature.
-    pub(super) fn mean_square_speed(&self) -> f64 {
-        self.second / self.count
-    }
-
-    /// a2 = `<v⁴>` / (2 `<v²>`²) − 1 (packing exercise, `calculate_averages`); 0 if all discs are at rest.
-    pub(super) fn a2(&self) -> f64 {
-        if self.second > 0.0 {
-            0.5 * self.count * self.fourth / (self.second * self.second) - 1.0
-        } else {
-            0.0
-        }
-    }
-
-    /// Sum of v²/2.
-    fn kinetic_energy(&self) -> f64 {
-        0.5 * self.second
-    }
-
-    /// Updates the sums after a collision.
-    fn update(&mut self, changes: &VelocityChanges) {
-        for [before, after] in changes {
-            let [old, new] = [square(*before), square(*after)];
-            self.second += new - old;
-            self.fourth += new * new - old * old;
-        }
-    }
-}
-
-fn square(velocity: Vector) -> f64 {
-    velocity[0] * velocity[0] + velocity[1] * velocity[1]
-}
 
 /// Counts, sums and time integrals over all collisions since the start.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -82,18 +30,28 @@ pub(super) struct CollisionStatistics {
     pair_virial_sum: CompensatedSum,
     /// Sum of |J| over wall collisions.
     wall_impulse_sum: CompensatedSum,
+    /// What changes between collisions, if there is gravity.
+    falling: Option<Falling>,
 }
 
 impl CollisionStatistics {
     /// Whether the sums are numbers, and the kinetic energy is that of the present velocities and not above the initial one, which
-    /// no collision increases. `range_top` is the top of the displayed speeds; the recording's header contains it.
-    pub(super) fn is_valid_for(&self, present: &VelocityMoments, range_top: f64) -> bool {
+    /// no collision increases without gravity. `time_since_last` is the time since the last collision. `range_top` is the top of the displayed speeds; the recording's header contains it.
+    pub(super) fn is_valid_for(
+        &self,
+        present: &VelocityMoments,
+        time_since_last: f64,
+        range_top: f64,
+    ) -> bool {
         /// Tolerance of energies that are updated at each collision.
         const ROUNDING: f64 = 1e-6;
         /// Greatest root mean square speed over the range of the displayed speeds.
         const MAX_SPEED_OVER_RANGE: f64 = 1e3;
-        let [updated, now] = [&self.moments, present].map(VelocityMoments::mean_square_speed);
+        let updated = self.moments_after(time_since_last);
+        let [updated, now] = [&updated, present].map(VelocityMoments::mean_square_speed);
         let initial = self.initial_mean_square_speed;
+        let most = (MAX_SPEED_OVER_RANGE * range_top) * (MAX_SPEED_OVER_RANGE * range_top);
+        let limit = if self.falling.is_some() { most } else { initial };
         let sums =
             [&self.kinetic_energy_time_integral, &self.pair_virial_sum, &self.wall_impulse_sum];
         self.pairs < 1 << 60
@@ -101,13 +59,14 @@ impl CollisionStatistics {
             && sums.iter().all(|sum| sum.is_finite())
             && self.moments.count == present.count
             && self.moments.fourth.is_finite()
-            && (updated - now).abs() <= ROUNDING * initial
-            && now <= initial * (1.0 + ROUNDING)
-            && initial <= (MAX_SPEED_OVER_RANGE * range_top) * (MAX_SPEED_OVER_RANGE * range_top)
+            && (updated - now).abs() <= ROUNDING * limit
+            && now <= limit * (1.0 + ROUNDING)
+            && initial <= most
+            && self.falling.as_ref().is_none_or(Falling::is_finite)
     }
 
     /// The statistics at the start.
-    pub(super) fn new(initial: VelocityMoments) -> Self {
+    pub(super) fn new(initial: VelocityMoments, falling: Option<Falling>) -> Self {
         Self {
             pairs: 0,
             walls: 0,
@@ -118,6 +77,7 @@ impl CollisionStatistics {
             a2_event_sum: CompensatedSum::default(),
             pair_virial_sum: CompensatedSum::default(),
             wall_impulse_sum: CompensatedSum::default(),
+            falling,
         }
     }
 
@@ -143,17 +103,44 @@ impl CollisionStatistics {
         &self.moments
     }
 
-    /// Replaces the moments by recalculated ones, without the rounding errors of many updates.
-    pub(super) fn set_moments(&mut self, moments: VelocityMoments) {
-        self.moments = moments;
+    /// Replaces the moments by those of the present velocities, without the rounding errors of many updates.
+    pub(super) fn set_velocities(&mut self, velocities: impl Iterator<Item = Vector> + Clone) {
+        if let Some(falling) = &mut self.falling {
+            falling.set_velocities(velocities.clone());
+        }
+        self.moments = VelocityMoments::of(velocities);
+    }
+
+    /// The moments at a time after the last collision.
+    fn moments_after(&self, time: f64) -> VelocityMoments {
+        self.falling.as_ref().map_or(self.moments, |of| of.moments_after(&self.moments, time))
+    }
+
+    /// The integrals of the kinetic energy and of a2 over a time after the last collision.
+    #[inline(always)]
+    fn integrals(&self, time: f64) -> [f64; 2] {
+        match &self.falling {
+            None => [self.moments.kinetic_energy() * time, self.moments.a2() * time],
+            Some(falling) => falling.integrals(&self.moments, time),
+        }
+    }
+
+    /// What changes between collisions, if there is gravity.
+    pub(super) fn falling(&self) -> Option<&Falling> {
+        self.falling.as_ref()
     }
 
     /// Adds a collision, at a cost that does not depend on the number of discs.
     #[inline(always)]
     pub(super) fn add(&mut self, collision: &Collision) {
-        let kinetic_energy = self.moments.kinetic_energy();
-        self.kinetic_energy_time_integral.add(kinetic_energy * collision.time_since_previous);
-        self.a2_time_integral.add(self.moments.a2() * collision.time_since_previous);
+        let [kinetic_energy, a2] = self.integrals(collision.time_since_previous);
+        self.kinetic_energy_time_integral.add(kinetic_energy);
+        self.a2_time_integral.add(a2);
+        if let Some(falling) = &mut self.falling {
+            let moments = self.moments;
+            self.moments = falling.moments_after(&moments, collision.time_since_previous);
+            falling.add(&moments, collision);
+        }
         self.moments.update(&collision.velocity_changes);
         self.a2_event_sum.add(self.moments.a2());
         match collision.partner {
@@ -175,7 +162,7 @@ impl CollisionStatistics {
         time_since_last: f64,
     ) -> PackingTemperature {
         let mut a2_integral = self.a2_time_integral;
-        a2_integral.add(self.moments.a2() * time_since_last);
+        a2_integral.add(self.integrals(time_since_last)[1]);
         let mean_square = now.mean_square_speed();
         let initial = self.initial_mean_square_speed;
         PackingTemperature {
@@ -208,7 +195,7 @@ impl CollisionStatistics {
     ///
     /// K is the time integral of the kinetic energy, W the sum of s |J| over pair collisions, I the sum of |J| over wall
     /// collisions, |J| the normal impulse, and a x b the rectangle accessible to the centers. The long-time means of both
-    /// pressures agree (virial theorem).
+    /// pressures agree (virial theorem). In gravity, the first one is the mean over the area, the second one that over the walls.
     pub(super) fn pressure(
         &self,
         domain: &Domain,
@@ -216,7 +203,7 @@ impl CollisionStatistics {
         time_since_last: f64,
     ) -> PackingPressure {
         let mut energy_integral = self.kinetic_energy_time_integral;
-        energy_integral.add(self.moments.kinetic_energy() * time_since_last);
+        energy_integral.add(self.integrals(time_since_last)[0]);
         let kinetic = energy_integral.value();
         let virial = self.pair_virial_sum.value();
         let wall_impulse = self.wall_impulse_sum.value();

@@ -3,14 +3,13 @@
 //! Candidates are the discs of the 3 x 3 block around the disc's cell. They are gathered into lanes and processed without
 //! branches, so that the compiler vectorizes the loops. For equal discs, `scan_lanes` does the same in registers of AVX2 and SSE2.
 
-use super::contact::{MovingDisc, PredictedContact};
+use super::contact::{DiscSizes, MovingDisc, PredictedContact, ScanInput};
 use super::disc::{DiscRecord, SENTINEL};
 use super::events::NEVER;
 use super::motion::{self, Vector};
 #[cfg(target_arch = "x86_64")]
 use super::scan_lanes;
-use crate::cell_grid::BlockOffsets;
-use crate::cell_lists::{CellLists, NO_DISC};
+use crate::cell_lists::NO_DISC;
 #[cfg(target_arch = "x86_64")]
 use crate::simd::{avx2::F64x4, sse2::F64x2};
 
@@ -24,82 +23,49 @@ const MAX_CANDIDATES: usize = 64;
 /// Room for the candidates and for the lanes that are written after them.
 const ROOM: usize = MAX_CANDIDATES + 2 * LANES;
 
-/// The input that all scans share.
-#[derive(Clone, Copy)]
-pub(super) struct ScanInput<'a> {
-    /// All discs.
-    pub(super) discs: &'a [DiscRecord],
-    /// The discs of each cell.
-    pub(super) cells: &'a CellLists,
-    /// The corners of the cells of a block.
-    pub(super) offsets: &'a BlockOffsets,
-    /// The sizes of the discs.
-    pub(super) sizes: DiscSizes<'a>,
-}
-
-/// The sizes of the discs.
-#[derive(Clone, Copy)]
-pub(super) enum DiscSizes<'a> {
-    /// Any two discs have this contact distance.
-    Equal(f64),
-    /// Each disc has its own radius.
-    Mixed(&'a [f64]),
-    /// Each disc has its own radius, and all grow at the same relative rate.
-    Growing {
-        /// Full radii.
-        radii: &'a [f64],
-        /// Present radius over full radius.
-        scale: f64,
-        /// Growth of this ratio per unit of time.
-        rate: f64,
-    },
-}
-
 /// Finds the first contact of a disc with the discs of the block around its cell; all radii are equal. The
 /// processor must have registers of `WIDTH` numbers, and the caller must be compiled for them.
 #[inline(always)]
-pub(super) fn first_contact_of_equal_discs<const WIDTH: usize>(
-    discs: &[DiscRecord],
-    cells: &CellLists,
-    offsets: &BlockOffsets,
+pub(super) fn first_contact_of_equal_discs<const WIDTH: usize, const FALLS: bool>(
+    input: ScanInput<'_>,
     moving: MovingDisc,
-    contact_distance: f64,
 ) -> PredictedContact {
     #[cfg(target_arch = "x86_64")]
-    if !cells.has_overflow() {
-        let distance = contact_distance;
+    if let (DiscSizes::Equal(distance), false) = (input.sizes, input.cells.has_overflow()) {
         let contact = if WIDTH >= 4 {
-            scan_lanes::first_contact::<4, F64x4>(discs, cells, offsets, moving, distance)
+            scan_lanes::first_contact::<4, F64x4, FALLS>(input, moving, distance)
         } else {
-            scan_lanes::first_contact::<2, F64x2>(discs, cells, offsets, moving, distance)
+            scan_lanes::first_contact::<2, F64x2, FALLS>(input, moving, distance)
         };
         if let Some(contact) = contact {
             return contact;
         }
     }
-    let input = ScanInput { discs, cells, offsets, sizes: DiscSizes::Equal(contact_distance) };
-    first_contact(input, moving)
+    first_contact::<FALLS>(input, moving)
 }
 
 /// Finds the first contact of a disc with the discs of the block around its cell.
 #[inline(never)]
-pub(super) fn first_contact(input: ScanInput<'_>, moving: MovingDisc) -> PredictedContact {
-    scan(input, moving)
+pub(super) fn first_contact<const FALLS: bool>(
+    input: ScanInput<'_>,
+    moving: MovingDisc,
+) -> PredictedContact {
+    scan::<FALLS>(input, moving)
 }
 
 #[inline(always)]
-fn scan(input: ScanInput<'_>, moving: MovingDisc) -> PredictedContact {
+fn scan<const FALLS: bool>(input: ScanInput<'_>, moving: MovingDisc) -> PredictedContact {
     let mut candidates = Candidates::none();
     candidates.collect(input.cells.block_slots(moving.cell));
     let no_contact = PredictedContact { time_to_contact: NEVER, partner: moving.id };
-    let mut first = scan_lanes(input, &moving, &candidates, 0, no_contact);
+    let mut first = scan_lanes::<FALLS>(input, &moving, &candidates, 0, no_contact);
     let mut begin = LANES;
     while begin < candidates.count {
-        first = scan_lanes(input, &moving, &candidates, begin, first);
+        first = scan_lanes::<FALLS>(input, &moving, &candidates, begin, first);
         begin += LANES;
     }
     if input.cells.has_overflow() {
-        first = scan_overflow(input, &moving, first);
+        first = scan_overflow::<FALLS>(input, &moving, first);
     }
     first
 }
@@ -134,7 +100,7 @@ impl Candidates {
 
 /// Scans the discs that are in the linked lists of cells with more than four discs.
 #[inline(never)]
-fn scan_overflow(
+fn scan_overflow<const FALLS: bool>(
     input: ScanInput<'_>,
     moving: &MovingDisc,
     mut first: PredictedContact,
@@ -148,18 +114,18 @@ fn scan_overflow(
             candidates.block_cells[candidates.count] = cell as u32;
             candidates.count += usize::from(disc != NO_DISC);
             if candidates.count == LANES {
-                first = scan_lanes(input, moving, &candidates, 0, first);
+                first = scan_lanes::<FALLS>(input, moving, &candidates, 0, first);
                 candidates.count = 0;
             }
         }
     }
     candidates.ids[candidates.count..LANES].fill(NO_DISC);
-    scan_lanes(input, moving, &candidates, 0, first)
+    scan_lanes::<FALLS>(input, moving, &candidates, 0, first)
 }
 
 /// The earliest of a contact and those with the candidates from `begin` on.
 #[inline(always)]
-fn scan_lanes(
+fn scan_lanes<const FALLS: bool>(
     input: ScanInput<'_>,
     moving: &MovingDisc,
     candidates: &Candidates,
@@ -174,13 +140,14 @@ fn scan_lanes(
     for (record, partner) in records.iter_mut().zip(partners) {
         *record = input.discs.get(partner as usize).unwrap_or(&SENTINEL);
     }
-    let states = CandidateStates::gather(records, &block_cells, input.offsets);
+    let states = CandidateStates::gather(records, &block_cells, input);
     let times = match input.sizes {
         DiscSizes::Equal(contact_distance) => {
-            contact_times(moving, &states, &[contact_distance; LANES])
+            contact_times::<FALLS>(moving, &states, &[contact_distance; LANES])
         }
         DiscSizes::Mixed(radii) => {
-            contact_times(moving, &states, &contact_distances(radii, moving, &partners))
+            let distances = contact_distances(radii, moving, &partners);
+            contact_times::<FALLS>(moving, &states, &distances)
         }
         DiscSizes::Growing { radii, scale, rate } => {
             let distances = contact_distances(radii, moving, &partners);
@@ -197,14 +164,14 @@ fn contact_distances(radii: &[f64], moving: &MovingDisc, partners: &[u32; LANES]
 }
 
 #[inline(always)]
-fn contact_times(
+fn contact_times<const FALLS: bool>(
     moving: &MovingDisc,
     candidates: &CandidateStates,
     distances: &[f64; LANES],
 ) -> [f64; LANES] {
     let mut times = [NEVER; LANES];
     for (lane, time) in times.iter_mut().enumerate() {
-        let (separation, relative) = candidates.relative_to(moving, lane);
+        let (separation, relative) = candidates.relative_to::<FALLS>(moving, lane);
         *time = motion::time_to_contact(separation, relative, distances[lane]);
     }
     times
@@ -222,7 +189,7 @@ fn growing_contact_times(
     for (lane, time) in times.iter_mut().enumerate() {
         // Only a growing disc would touch itself.
         if partners[lane] != moving.id && partners[lane] != NO_DISC {
-            let (separation, relative) = candidates.relative_to(moving, lane);
+            let (separation, relative) = candidates.relative_to::<false>(moving, lane);
             let (distance, growth_rate) = (scale * distances[lane], rate * distances[lane]);
             *time = motion::time_to_growing_contact(separation, relative, distance, growth_rate);
         }
@@ -295,6 +262,7 @@ struct CandidateStates {
     time: [f64; LANES],
     /// Offset from the cell of the moving disc to that of the candidate.
     offset: [[f64; LANES]; 2],
+    gravity: f64,
 }
 
 impl CandidateStates {
@@ -302,14 +270,19 @@ impl CandidateStates {
     fn gather(
         records: [&DiscRecord; LANES],
         block_cells: &[u32; LANES],
-        offsets: &BlockOffsets,
+        input: ScanInput<'_>,
     ) -> Self {
         let zero = [0.0; LANES];
-        let mut states =
-            Self { position: [zero; 2], velocity: [zero; 2], time: zero, offset: [zero; 2] };
+        let mut states = Self {
+            position: [zero; 2],
+            velocity: [zero; 2],
+            time: zero,
+            offset: [zero; 2],
+            gravity: input.gravity,
+        };
         for (lane, record) in records.into_iter().enumerate() {
             states.time[lane] = record.time;
-            for (axis, offsets) in offsets.columns.iter().enumerate() {
+            for (axis, offsets) in input.offsets.columns.iter().enumerate() {
                 states.position[axis][lane] = record.position[axis];
                 states.velocity[axis][lane] = record.velocity[axis];
                 states.offset[axis][lane] = offsets[block_cells[lane] as usize % 16];
@@ -320,11 +293,16 @@ impl CandidateStates {
 
     /// The present separation and relative velocity of a candidate.
     #[inline(always)]
-    fn relative_to(&self, moving: &MovingDisc, lane: usize) -> (Vector, Vector) {
+    fn relative_to<const FALLS: bool>(&self, moving: &MovingDisc, lane: usize) -> (Vector, Vector) {
         let age = moving.now - self.time[lane];
+        let fall = if FALLS { self.gravity * age } else { 0.0 };
         let along = |axis: usize| {
-            let velocity = self.velocity[axis][lane];
-            let position = self.position[axis][lane] + self.offset[axis][lane] + velocity * age;
+            let mut velocity = self.velocity[axis][lane];
+            let mut position = self.position[axis][lane] + self.offset[axis][lane] + velocity * age;
+            if FALLS && axis == 1 {
+                position -= 0.5 * fall * age;
+                velocity -= fall;
+            }
             (position - moving.position[axis], velocity - moving.velocity[axis])
         };
         let (x, y) = (along(0), along(1));

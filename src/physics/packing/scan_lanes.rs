@@ -16,7 +16,7 @@
 
 #![allow(unsafe_code)]
 
-use super::contact::{MovingDisc, PredictedContact};
+use super::contact::{MovingDisc, PredictedContact, ScanInput};
 use super::disc::DiscRecord;
 use super::events::NEVER;
 use super::motion::{self, Vector};
@@ -124,13 +124,12 @@ fn signs([a, b, c, d]: [__m128i; 4]) -> u64 {
 /// Finds the first contact of a disc with the discs of the 3 x 3 block around its cell; all radii are equal. Returns `None`
 /// if the block has more than sixteen other discs, or if there are more than [`MAX_DISCS`].
 #[inline(always)]
-pub(super) fn first_contact<const N: usize, R: ScanRegister<N>>(
-    discs: &[DiscRecord],
-    cells: &CellLists,
-    offsets: &BlockOffsets,
+pub(super) fn first_contact<const N: usize, R: ScanRegister<N>, const FALLS: bool>(
+    input: ScanInput<'_>,
     moving: MovingDisc,
     contact_distance: f64,
 ) -> Option<PredictedContact> {
+    let ScanInput { discs, cells, offsets, gravity, .. } = input;
     let mut block = Block::new(cells, &moving);
     let count = block.count();
     if (count > 2 * ROUND) | (discs.len() > MAX_DISCS) {
@@ -138,7 +137,7 @@ pub(super) fn first_contact<const N: usize, R: ScanRegister<N>>(
     }
     let mut ids = [moving.id; 2 * ROUND];
     let mut rounds = [[R::new(NEVER); 4]; 2];
-    let scan = Scan { discs, offsets, moving: &moving, contact_distance };
+    let scan = Scan::<FALLS> { discs, offsets, moving: &moving, contact_distance, gravity };
     let ([early, _], (first, _)) = (&mut rounds, ids.split_at_mut(ROUND));
     scan.next_four::<N, R>(&mut block, &mut first[..4], &mut early[..4 / N]);
     scan.next_four::<N, R>(&mut block, &mut first[4..], &mut early[4 / N..]);
@@ -175,14 +174,15 @@ fn smallest_of<const N: usize, R: ScanRegister<N>>(times: &[R; 4]) -> R {
 }
 
 /// What a scan reads.
-struct Scan<'a> {
+struct Scan<'a, const FALLS: bool> {
     discs: &'a [DiscRecord],
     offsets: &'a BlockOffsets,
     moving: &'a MovingDisc,
     contact_distance: f64,
+    gravity: f64,
 }
 
-impl Scan<'_> {
+impl<const FALLS: bool> Scan<'_, FALLS> {
     /// The next four candidates of a block, and the times until the disc touches them.
     #[inline(always)]
     fn next_four<const N: usize, R: ScanRegister<N>>(
@@ -221,12 +221,16 @@ impl Scan<'_> {
             times[lane] = &records[lane].time;
         }
         let position = R::sums(positions, offsets);
-        let velocity = R::vectors(velocities);
+        let mut velocity = R::vectors(velocities);
         let age = R::new(moving.now) - R::numbers(times);
-        let separation = [
-            position[0] + velocity[0] * age - R::new(moving.position[0]),
-            position[1] + velocity[1] * age - R::new(moving.position[1]),
-        ];
+        let mut position = [position[0] + velocity[0] * age, position[1] + velocity[1] * age];
+        if FALLS {
+            let fall = R::new(self.gravity) * age;
+            position[1] = position[1] - R::new(0.5) * fall * age;
+            velocity[1] = velocity[1] - fall;
+        }
+        let separation =
+            [position[0] - R::new(moving.position[0]), position[1] - R::new(moving.position[1])];
         let relative =
             [velocity[0] - R::new(moving.velocity[0]), velocity[1] - R::new(moving.velocity[1])];
         motion::time_to_contact(separation, relative, R::new(contact_distance))

@@ -226,7 +226,7 @@ fn recorded_start(config: &PackingConfig, start: &StartFrom) -> Result<PackingSt
     })
 }
 
-/// Rejects discs outside of the box, speeds out of range, and overlaps.
+/// Rejects discs outside of the box, speeds out of range, discs that lie on a floor, and overlaps.
 fn check_given(
     config: &PackingConfig,
     positions: &[Vector],
@@ -244,12 +244,21 @@ fn check_given(
             ));
         }
     }
+    let falls = config.gravity.get() > 0.0 && config.floor_temperature.is_none();
     for (disc, &velocity) in velocities.iter().enumerate() {
         let speed = motion::speed(velocity);
         if velocity != [0.0, 0.0] && !(SPEED_RANGE[0] < speed && speed < SPEED_RANGE[1]) {
             return Err(SetupError::new(
                 format!("disc {disc} has the speed {speed}"),
                 format!("set it to 0 or between {} and {}", SPEED_RANGE[0], SPEED_RANGE[1]),
+            ));
+        }
+        // Without a velocity up or down, it would touch the floor without end.
+        let (y, lowest) = (positions[disc][1], radii[disc] - 0.5 * config.height.get());
+        if falls && velocity[1] == 0.0 && y <= lowest + tolerance {
+            return Err(SetupError::new(
+                format!("disc {disc} at {:?} lies on the floor", positions[disc]),
+                format!("give it a velocity up or down, or move its center above {lowest}"),
             ));
         }
     }

@@ -29,6 +29,10 @@ impl PackingRun {
         state: Option<&StateTable>,
     ) -> Result<(), ReadError> {
         let Some(events) = frame.get::<PackingEvents>()? else { return Ok(()) };
+        // The map of a collision holds for straight flights.
+        if self.config.gravity.get() > 0.0 {
+            return Ok(());
+        }
         let (time, done) = (frame.clock.time, frame.clock.step_or_event_count as f64);
         let is_settled = match self.config.length {
             RunLength::EventsPerDisc(events) => {

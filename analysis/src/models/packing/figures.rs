@@ -1,5 +1,6 @@
 //! Plots of a packing run: temperature and a2 over collisions, structure, displacement, snapshots.
 
+use super::gravity::density_by_height;
 use super::laws as law;
 use super::mean_a2::VelocityMoments;
 use super::observe::PackingRun;
@@ -15,6 +16,7 @@ pub(super) const CHARTS: &[NamedChart] = &[
     NamedChart::new("temperature_by_run", &["temperature.final_over_initial"]),
     NamedChart::new("collision_rate", &["pair_collision_rate_per_disc", "mean_free_time"]),
     NamedChart::of_all_states("pressure_over_time", &["compressibility_factor"]),
+    NamedChart::of_all_states("density_by_height", &["height.mean"]),
     NamedChart::new("a2", &["a2.mean", "a2.final"]),
     NamedChart::of_all_states("pair_correlation", &["pair_correlation.near_contact"]),
     NamedChart::of_all_states("speed_distribution", &["a2.mean"]),
@@ -33,6 +35,7 @@ impl PlottedObserver for PackingRun {
             figures.plots.extend(collision_rate(self).into_iter().chain(pressure(self)));
             figures.comparisons.push(comparison(self));
         }
+        figures.plots.extend(density_by_height(self));
         figures.plots.extend(pair_correlation(self));
         figures.plots.extend(speed_distribution(self));
         figures.plots.extend(local_packing_fraction(self));
@@ -69,7 +72,7 @@ fn over_events(run: &PackingRun, y: Axis) -> [Axis; 2] {
 fn temperature(run: &PackingRun) -> Plot {
     let measured = series(run).iter().map(|moments| (moments.events, moments.temperature));
     let mut curves = vec![Curve::line("T = ⟨v²⟩/2", 0, measured)];
-    if let Some(start) = run.frames.first() {
+    if let Some(start) = run.frames.first().filter(|_| !run.falls()) {
         let restitution = run.config.restitution.get();
         let discs = run.config.discs.get();
         let theory = run.pairs.iter().map(|(events, pairs)| {

@@ -1,6 +1,7 @@
 //! Mean of a2 over a run, exact between frames.
 
 use crate::statistics::{Blocking, Entries, Estimate};
+use kinetoscope_recording::reader::StateTable;
 
 /// Velocity moments after an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,4 +95,18 @@ impl MeanA2 {
     pub(super) fn estimate_with_correlation(&self, correlation: f64) -> Option<Estimate> {
         self.series().estimate_with_correlation(correlation)
     }
+}
+
+/// Temperature, `<v^2>/2`, and a2 of a state; `None` without velocities.
+pub(super) fn moments_of(state: &StateTable) -> Option<(f64, f64)> {
+    let (vx, vy, count) = (state.index("vx")?, state.index("vy")?, state.rows() as f64);
+    let (mut squares, mut fourths) = (0.0, 0.0);
+    for row in state.iter() {
+        let square = row[vx] * row[vx] + row[vy] * row[vy];
+        squares += square;
+        fourths += square * square;
+    }
+    let mean_square = squares / count;
+    let a2 = fourths / count / (2.0 * mean_square * mean_square) - 1.0;
+    (count > 0.0).then_some((mean_square / 2.0, a2))
 }

@@ -10,6 +10,10 @@ definitions! {
     MEAN_SQUARE_VELOCITY_INITIAL: "mean_square_velocity.initial", "", "mean square velocity at the start", "<v^2>, first frame: the packing exercise's temperature", [], 0.0;
     MEAN_SQUARE_VELOCITY_FINAL: "mean_square_velocity.final", "", "mean square velocity at the end", "<v^2>, last frame: the packing exercise's temperature", [], 0.0;
     ENERGY_DRIFT: "energy.drift_relative", "1", "change of the kinetic energy", "kinetic energy, last frame against the first", [law::ELASTIC_ENERGY], 1e-9;
+    ENERGY_RESIDUAL: "energy.residual_relative", "1", "error of the energy balance", "/energy, last frame: kinetic + potential + dissipated - from the floor - total at the start, over the energy exchanged; in gravity", [law::ENERGY_BALANCE], 1e-9;
+    ENERGY_FROM_FLOOR: "energy.from_floor", "", "energy gained from the floor", "/energy, last frame: work of a shaken floor, or heat of one with a temperature; in gravity", [], 0.0;
+    ENERGY_DISSIPATED: "energy.dissipated", "", "energy lost in collisions", "/energy, last frame: of collisions with restitution; in gravity", [], 0.0;
+    MEAN_HEIGHT: "height.mean", "", "mean height of the centers above their lowest position", "/state: <y> above the lowest position of a center, mean over the last three quarters of the run, error by blocking; in gravity", [law::BALANCE_OF_WEIGHT], 0.0;
     A2_FINAL: "a2.final", "1", "excess of the fourth moment of the velocities at the end", "<v^4>/(2 <v^2>^2) - 1, last frame", [], 0.0;
     A2_MEAN: "a2.mean", "1", "mean excess of the fourth moment of the velocities", "/per_collision, or sums over all collisions in /temperature: mean over time (over events for e < 1) after 5 events per disc; error by blocking, for e < 1 only in boxes in which no shear flow grows", [law::A2_FIXED_ENERGY, law::A2_FIXED_MOMENTUM, law::A2_COOLING], 0.0;
     COLLISION_RATE: "pair_collision_rate_per_disc", "", "collision rate per disc", "/collisions: pair collisions per disc and unit of time; conditional error at the energy of the run by blocking, to which the scatter of drawn energies is added", [law::COLLISION_RATE, law::COLLISION_RATE_OF_SIZES], 0.0;
@@ -31,7 +35,7 @@ definitions! {
     DISPLACEMENT: "mean_square_displacement.final", "", "mean square displacement at the end", "/state: mean |r - r(0)|^2 of the first 1000 discs, last frame; error from their scatter, up to a packing fraction of 0.45, above which neighbors move together, and for cooling discs in boxes so small that none flow together; in a periodic box by the nearest images from frame to frame, and none where a disc may have gone a quarter of a side between two", [], 0.0;
     DIFFUSION_GREEN_KUBO: "self_diffusion.from_velocities", "", "diffusion coefficient from the velocities", "/state: D = 1/2 integral of <v(0) . v(t)> over ten mean free times by the trapezoidal rule, first 1000 discs, mean over consecutive windows, error by blocking; elastic discs of one size in a periodic box with zero momentum, frames at most a quarter of a mean free time apart", [law::SELF_DIFFUSION], 0.0;
     DIFFUSION_EINSTEIN: "self_diffusion.from_displacements", "", "diffusion coefficient from the displacements", "/state: D = growth of mean |r - r(0)|^2 over 4 t, from five to ten mean free times after the start of the window; otherwise as self_diffusion.from_velocities", [law::SELF_DIFFUSION], 0.0;
-    LYAPUNOV: "lyapunov.exponent", "", "largest Lyapunov exponent", "/events and /state: mean growth rate of the logarithm of an infinitesimal difference, which is moved exactly through flights and collisions (Dellago, Posch and Hoover 1996), after the first quarter of the run; error by 8 blocks or more and ln(4) over the time", [law::SINAI, law::CHAINS], 0.0;
+    LYAPUNOV: "lyapunov.exponent", "", "largest Lyapunov exponent", "/events and /state: mean growth rate of the logarithm of an infinitesimal difference, which is moved exactly through flights and collisions (Dellago, Posch and Hoover 1996), after the first quarter of the run, not in gravity; error by 8 blocks or more and ln(4) over the time", [law::SINAI, law::CHAINS], 0.0;
     DIVERGENCE_TIME: "lyapunov.divergence_time", "", "time after which two runs that differ by a rounding error are unrelated", "ln(2^53) over lyapunov.exponent; none where the exponent is compatible with 0", [], 0.0;
     VELOCITY_AUTOCORRELATION: "velocity_autocorrelation.final", "1", "correlation of the velocities with those at the start", "/state: sum of v . v(0) over sum of v(0)^2 of the first 1000 discs, last frame", [], 0.0;
 }
@@ -44,6 +48,7 @@ pub(super) const NEED_ALL_STATES: &[&Definition] = &[
     LONGEST_WAVES,
     HEXATIC_EXPONENT,
     PAIR_CORRELATION,
+    MEAN_HEIGHT,
     DISPLACEMENT,
     DIFFUSION_GREEN_KUBO,
     DIFFUSION_EINSTEIN,

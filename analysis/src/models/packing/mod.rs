@@ -7,6 +7,8 @@ mod equilibrium;
 mod exponent;
 mod figures;
 mod freezing;
+mod gravity;
+mod in_gravity;
 mod laws;
 mod liquid;
 mod long_range;
@@ -45,8 +47,11 @@ pub(super) fn observer(config: PackingConfig, snapshots: Snapshots) -> Box<dyn P
     Box::new(PackingRun::new(config, snapshots))
 }
 
-/// The temperature of cooling discs; the collisions and the pressure of elastic ones.
+/// The heights of discs in gravity; the temperature of cooling discs; the collisions and the pressure of elastic ones.
 pub(super) fn main_results(config: &PackingConfig) -> MainResults {
+    if config.gravity.get() > 0.0 {
+        return MainResults::new(&["height.mean"], &["density_by_height"]);
+    }
     if config.restitution.get() < 1.0 {
         return MainResults::new(
             &["temperature.final_over_initial", "pair_collision_rate_per_disc"],

@@ -4,8 +4,9 @@ use super::diffusion_windows::DiffusionWindows;
 use super::displacement::Displacement;
 use super::distributions::Distributions;
 use super::equilibrium::{self, Equilibrium};
+use super::in_gravity::InGravity;
 use super::laws as law;
-use super::mean_a2::{A2Sums, A2Weights, MeanA2, VelocityMoments};
+use super::mean_a2::{A2Sums, A2Weights, MeanA2, VelocityMoments, moments_of};
 use super::metrics as metric;
 use super::structure::Structure;
 use super::tangent::Tangent;
@@ -45,6 +46,7 @@ pub(crate) struct PackingRun {
     pub(super) self_diffusion: Option<DiffusionWindows>,
     pub(super) tangent: Tangent,
     a2: MeanA2,
+    pub(super) gravity: InGravity,
     /// Homogeneity of cooling discs.
     flow: FlowStatistics,
     /// Time integral of sqrt(kT/m), and the time.
@@ -168,7 +170,7 @@ impl PackingRun {
     fn rate(&self, rate: &Blocking) -> Option<Estimate> {
         let estimate = rate.estimate()?;
         // The rate of cooling discs drifts, so the scatter of its blocks is not a statistical error.
-        let drifts = !self.is_elastic();
+        let drifts = !self.is_elastic() || self.falls();
         Some(if drifts { estimate.without_error(MissingError::Drifting) } else { estimate })
     }
 
@@ -180,7 +182,7 @@ impl PackingRun {
 
     /// Equilibrium theory; `None` where it has no value. That of cooling discs applies while they neither flow nor cluster.
     pub(super) fn equilibrium(&self) -> Option<Equilibrium> {
-        let sizes = self.known_sizes()?;
+        let sizes = self.known_sizes().filter(|_| !self.falls())?;
         let found = if self.has_walls() {
             equilibrium::equilibrium(&self.config, sizes)?
         } else {
@@ -223,7 +225,9 @@ impl PackingRun {
     fn measure_temperature(&self, found: &mut Measurements) {
         let (Some(first), Some(last)) = (self.frames.first(), self.frames.last()) else { return };
         let restitution = self.config.restitution.get();
-        let cooled = if self.is_elastic() {
+        let cooled = if self.falls() {
+            None
+        } else if self.is_elastic() {
             Some(1.0)
         } else {
             let pairs = self.counts.as_ref().map(|counts| counts.pair_collisions as f64);
@@ -238,7 +242,11 @@ impl PackingRun {
         found.add(metric::MEAN_SQUARE_VELOCITY_INITIAL, 2.0 * first.temperature);
         found.add(metric::MEAN_SQUARE_VELOCITY_FINAL, 2.0 * last.temperature);
         let drift = relative_change(last.temperature, first.temperature);
-        found.compare(metric::ENERGY_DRIFT, drift, self.is_elastic().then_some(0.0));
+        found.compare(
+            metric::ENERGY_DRIFT,
+            drift,
+            (self.is_elastic() && !self.falls()).then_some(0.0),
+        );
         found.add(metric::A2_FINAL, last.a2);
         let (law, theory) = match (self.is_elastic(), self.has_walls()) {
             (false, _) => {
@@ -257,6 +265,7 @@ impl PackingRun {
             }
         };
         let theory = theory
+            .filter(|_| !self.falls())
             .map(|theory| ExpectedValue { violation: self.drift().or(theory.violation), ..theory });
         let lacks_collisions = self.lacks_states && !self.collisions.is_empty();
         match self.mean_a2() {
@@ -428,6 +437,7 @@ impl Observer for PackingRun {
                 self.flow.add_state(&state, sides.map(|side| -side / 2.0), sides);
             }
             self.displacement.add_frame(time, &state);
+            self.gravity.add_state(&self.config, [time, events], &state);
             if self.is_settled(events) {
                 self.distributions.add_frame(&state);
                 self.add_to_self_diffusion(time, &state);
@@ -451,6 +461,7 @@ impl Observer for PackingRun {
             let twice_energy = 2.0 * sums.kinetic_energy_time_integral;
             self.pressures.add((time, 1.0 + sums.collision_virial_sum / twice_energy));
         }
+        self.gravity.add_energy(frame.get()?);
         self.pressure = pressure.or(self.pressure.take());
         self.snapshots.keep_scenes(frame);
         Ok(())
@@ -469,6 +480,7 @@ impl Observer for PackingRun {
         self.measure_structure(found);
         self.measure_liquid(found);
         self.measure_lyapunov(found);
+        self.measure_gravity(found);
     }
 }
 
@@ -478,18 +490,4 @@ fn mean_while_cooling(before: f64, after: f64) -> f64 {
         return (before + after) / 2.0;
     }
     before * after * libm::log(before / after) / (before - after)
-}
-
-/// `<v^2>` and a2 of a state; `None` without velocities.
-fn moments_of(state: &StateTable) -> Option<(f64, f64)> {
-    let (vx, vy, count) = (state.index("vx")?, state.index("vy")?, state.rows() as f64);
-    let (mut squares, mut fourths) = (0.0, 0.0);
-    for row in state.iter() {
-        let square = row[vx] * row[vx] + row[vy] * row[vy];
-        squares += square;
-        fourths += square * square;
-    }
-    let mean_square = squares / count;
-    let a2 = fourths / count / (2.0 * mean_square * mean_square) - 1.0;
-    (count > 0.0).then_some((mean_square / 2.0, a2))
 }

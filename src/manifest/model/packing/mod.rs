@@ -1,5 +1,10 @@
 //! `[model.packing]`: event-driven hard discs. Lengths and times are dimensionless, and a disc has mass 1.
 
+mod floor;
+mod gravity_rules;
+
+pub use floor::Shaking;
+
 use crate::inline::inline_table;
 use crate::keys::{Reader, rules};
 use crate::model::contract::{MIN_WIDTH_DIAMETERS, Model};
@@ -46,6 +51,13 @@ table! {
         compression_rate: Positive ["1"] = Positive::literal(0.01),
         /// For placement = "compressed": growth ends where P A / (N kT) reaches this, if before the full radius.
         target_reduced_pressure: Option<Positive> ["1", optional],
+        /// Uniform gravity toward -y, in which discs fly on parabolas; 0 for none. Needs boundary = "walls".
+        gravity: NonNegative ["1", sparse] = NonNegative::literal(0.0),
+        /// Temperature kT/m of a floor that emits the discs that fall on it with the velocities of a gas; a floor that reflects
+        /// them where it is left out. Needs `gravity`.
+        floor_temperature: Option<Positive> ["1", optional],
+        /// A floor that is shaken. Needs `gravity`.
+        shaking: Option<Shaking> [group],
     }
 }
 
@@ -169,7 +181,10 @@ impl Model for PackingConfig {
         // On a lattice, the velocities are drawn.
         let is_given =
             matches!(self.placement, PackingPlacement::Given(_) | PackingPlacement::Recorded(_));
-        !is_given || self.radius_half_width.get() > 0.0 || self.wall_noise_variance_rad2.get() > 0.0
+        !is_given
+            || self.radius_half_width.get() > 0.0
+            || self.wall_noise_variance_rad2.get() > 0.0
+            || self.floor_temperature.is_some()
     }
 
     fn with_particles(&self, discs: NonZeroU32) -> Option<Self> {
@@ -184,7 +199,8 @@ impl Model for PackingConfig {
         let keeps_speeds = self.initial_velocities == InitialVelocities::UnitVariance;
         let least = MIN_WIDTH_DIAMETERS * 2.0 * self.largest_radius();
         let is_wide = width.get() >= least && height.get() >= least;
-        (is_uniform && keeps_speeds && is_wide).then(|| Self {
+        let falls = self.gravity.get() > 0.0;
+        (is_uniform && keeps_speeds && is_wide && !falls).then(|| Self {
             discs,
             width,
             height,
@@ -212,6 +228,7 @@ impl Model for PackingConfig {
         if spread >= 1.0 || 2.0 * largest >= shorter {
             return;
         }
+        self.check_gravity(table);
         let least = PERIODIC_DIAMETERS * 2.0 * largest;
         let discs = f64::from(self.discs.get());
         let mean_square = radius * radius * (1.0 + spread * spread / 3.0);

@@ -58,3 +58,52 @@ fn discs_of_a_periodic_box_do_not_drift_by_default() {
         assert!(recorded.contains(&format!("remove_mean_velocity = {removed}\n")), "{recorded}");
     }
 }
+
+#[test]
+fn gravity_needs_walls_and_floors_need_gravity() {
+    let falling = "[model.packing]\ngravity = 0.1\n";
+    accepted(falling);
+    accepted(&format!("{falling}floor_temperature = 2.0"));
+    accepted(&format!("{falling}floor_stroke = 1.0\nfloor_period = 2.0"));
+    rejected(
+        "[model.packing]\ngravity = 0.1\nboundary = \"periodic\" # <-",
+        "remove `gravity`, or set boundary to \"walls\"",
+    );
+    rejected("[model.packing]\ngravity = 1e11 # <-", "must be at most 25000000000.0");
+    rejected(
+        "[model.packing]\nfloor_temperature = 1.0 # <-",
+        "`floor_temperature` needs `gravity`",
+    );
+    rejected(
+        &format!("{falling}wall_noise_variance_rad2 = 0.1\nfloor_temperature = 1.0 # <-"),
+        "`floor_temperature` cannot be used with wall noise",
+    );
+    rejected(&format!("{falling}floor_stroke = 1.0 # <-"), "add the other one");
+    rejected(
+        &format!("{falling}floor_temperature = 1.0\nfloor_period = 2.0\nfloor_stroke = 1.0 # <-"),
+        "a shaken floor has no temperature",
+    );
+    rejected(
+        &format!("{falling}floor_period = 2.0\nfloor_stroke = 20.0 # <-"),
+        "`floor_stroke` is 20.0, too small or too large",
+    );
+    rejected(
+        &format!("{falling}floor_stroke = 1e-6\nfloor_period = 1e-4 # <-"),
+        "must be at least 1e-3",
+    );
+    rejected(
+        "[model.packing]\ngravity = 1e-9\nfloor_period = 1.0\nfloor_stroke = 1.0 # <-",
+        "must be at least 1e-6",
+    );
+    // 4 S/P is above 1000 sqrt(2 + 2 g h).
+    rejected(
+        &format!("{falling}floor_stroke = 1.0\nfloor_period = 1e-3 # <-"),
+        "the nearest period that works is 1.264",
+    );
+    accepted(&format!("{falling}floor_stroke = 1.0\nfloor_period = 1.3e-3"));
+    rejected(
+        "[model.packing]\n[record]\nchannels = [\"energy\"] # <-",
+        "the discs do not fall, so that their energy is kinetic",
+    );
+    accepted(&format!("{falling}[record]\nchannels = [\"energy\"]"));
+}

@@ -44,7 +44,11 @@ impl Engine {
     /// Moves a disc to the adjacent cell. Its record keeps the time of its last collision; only the corner to which the
     /// position refers changes.
     #[inline(always)]
-    pub(super) fn cross_cell<const WIDTH: usize>(&mut self, disc: u32, side: Side) {
+    pub(super) fn cross_cell<const WIDTH: usize, const FALLS: bool>(
+        &mut self,
+        disc: u32,
+        side: Side,
+    ) {
         let count = self.state.discs.len();
         let now = self.state.clock.local();
         let grid = &self.cells.grid;
@@ -52,14 +56,15 @@ impl Engine {
         let from = record.cell;
         let to = grid.neighbor(from, side);
         let offset = grid.offset_from_neighbor(side);
-        let velocity = record.velocity;
-        let position = [record.position[0] + offset[0], record.position[1] + offset[1]];
-        let age = now - record.time;
-        record.position = position;
+        record.position = [record.position[0] + offset[0], record.position[1] + offset[1]];
         record.cell = to;
-        let position = motion::free_flight(position, velocity, age);
+        let (position, mut velocity) = record.at::<FALLS>(now, self.state.domain.gravity);
+        if FALLS && side == Side::Bottom && velocity[1] > 0.0 {
+            // At a turning point, the velocity rounds to either sign, and the disc would cross back at once.
+            velocity[1] = 0.0;
+        }
         let moving = MovingDisc { id: disc, cell: to, position, velocity, now };
-        let prediction = self.predict_next_event::<WIDTH>(moving);
+        let prediction = self.predict_next_event::<WIDTH, FALLS>(moving);
         // The lists are changed after the scan, which skips the disc itself, so it does not wait for these stores.
         self.cells.remove(disc, from);
         self.cells.insert(disc, to, count);

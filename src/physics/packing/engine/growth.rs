@@ -20,7 +20,7 @@ impl Engine {
     pub(in crate::packing) fn scale_velocities(&mut self, factor: f64) {
         let now = self.state.clock.local();
         for disc in &mut self.state.discs {
-            disc.position = disc.position_at(now);
+            disc.position = disc.at::<false>(now, 0.0).0;
             disc.time = now;
             disc.velocity = disc.velocity.map(|component| factor * component);
         }
@@ -30,7 +30,7 @@ impl Engine {
     /// Predicts all events from scratch.
     fn predict_all(&mut self) {
         for disc in 0..self.state.discs.len() as u32 {
-            self.predict::<1>(disc);
+            self.predict::<1, false>(disc);
         }
         self.shift_clock_origin();
     }

@@ -2,10 +2,12 @@
 
 use super::state::{Engine, State};
 use crate::cell_grid::Side;
-use crate::packing::contact::MovingDisc;
+use crate::packing::contact::{DiscSizes, MovingDisc, ScanInput};
+use crate::packing::domain::Floor;
 use crate::packing::events::{EventCode, NEVER};
 use crate::packing::motion;
-use crate::packing::scan::{DiscSizes, ScanInput, first_contact, first_contact_of_equal_discs};
+use crate::packing::scan::{first_contact, first_contact_of_equal_discs};
+use crate::packing::shaking::Shaking;
 
 /// The predicted next event of a disc.
 #[derive(Clone, Copy)]
@@ -18,13 +20,13 @@ pub(super) struct Prediction {
 impl Engine {
     /// Predicts the next event of a disc from scratch and stores it.
     #[inline(always)]
-    pub(super) fn predict<const WIDTH: usize>(&mut self, disc: u32) {
+    pub(super) fn predict<const WIDTH: usize, const FALLS: bool>(&mut self, disc: u32) {
         let now = self.state.clock.local();
         let record = &self.state.discs[disc as usize];
-        let (cell, velocity) = (record.cell, record.velocity);
-        let position = record.position_at(now);
+        let cell = record.cell;
+        let (position, velocity) = record.at::<FALLS>(now, self.state.domain.gravity);
         let moving = MovingDisc { id: disc, cell, position, velocity, now };
-        let prediction = self.predict_next_event::<WIDTH>(moving);
+        let prediction = self.predict_next_event::<WIDTH, FALLS>(moving);
         self.set_prediction(disc, prediction);
     }
 
@@ -46,13 +48,17 @@ impl Engine {
 
     /// Predicts the next event of a disc from the present positions of all discs.
     #[inline(always)]
-    pub(super) fn predict_next_event<const WIDTH: usize>(&self, moving: MovingDisc) -> Prediction {
-        let (time_to_edge, edge) = self.first_edge(moving);
+    pub(super) fn predict_next_event<const WIDTH: usize, const FALLS: bool>(
+        &self,
+        moving: MovingDisc,
+    ) -> Prediction {
+        let (time_to_edge, edge) = self.first_edge::<FALLS>(moving);
         let State { discs, domain, radii, .. } = &self.state;
+        let (cells, offsets, gravity) = (&self.cells, &self.offsets, domain.gravity);
+        let input = |sizes| ScanInput { discs, cells, offsets, sizes, gravity };
         let contact = if self.are_equal {
-            let distance = 2.0 * domain.max_radius;
-            let (cells, offsets) = (&self.cells, &self.offsets);
-            first_contact_of_equal_discs::<WIDTH>(discs, cells, offsets, moving, distance)
+            let sizes = DiscSizes::Equal(2.0 * domain.max_radius);
+            first_contact_of_equal_discs::<WIDTH, FALLS>(input(sizes), moving)
         } else {
             let sizes = match self.state.growth {
                 Some(growth) => DiscSizes::Growing {
@@ -62,8 +68,7 @@ impl Engine {
                 },
                 None => DiscSizes::Mixed(radii),
             };
-            let input = ScanInput { discs, cells: &self.cells, offsets: &self.offsets, sizes };
-            first_contact(input, moving)
+            first_contact::<FALLS>(input(sizes), moving)
         };
         // Of simultaneous events, a pair collision precedes a wall collision or a crossing.
         let is_pair = (contact.time_to_contact <= time_to_edge) & (contact.time_to_contact < NEVER);
@@ -88,12 +93,12 @@ impl Engine {
     /// The time until a disc touches a wall or leaves its cell, whichever is earlier, and the event. It has no branch on the
     /// direction of flight, which cannot be predicted.
     #[inline(always)]
-    fn first_edge(&self, moving: MovingDisc) -> (f64, EventCode) {
+    fn first_edge<const FALLS: bool>(&self, moving: MovingDisc) -> (f64, EventCode) {
         let grid = &self.cells.grid;
         let has_walls = self.state.domain.has_walls;
         let mut times = [NEVER; 2];
         let mut events = [EventCode::NONE; 2];
-        for axis in 0..2 {
+        for axis in 0..if FALLS { 1 } else { 2 } {
             let speed = moving.velocity[axis];
             let is_upper = speed > 0.0;
             let line = grid.edges[axis][usize::from(is_upper)];
@@ -105,6 +110,9 @@ impl Engine {
                 (times[axis], events[axis]) = self.wall_ahead(moving, axis, is_upper);
             }
         }
+        if FALLS {
+            (times[1], events[1]) = self.vertical_edge(moving);
+        }
         let second = (times[1] < times[0]) | ((times[1] == times[0]) & (events[1] < events[0]));
         let time = if second { times[1] } else { times[0] };
         let event = if second { events[1] } else { events[0] };
@@ -114,6 +122,54 @@ impl Engine {
             self.or_wall_behind(moving, (time, event))
         } else {
             (time, event)
+        }
+    }
+
+    /// The time until a falling disc touches the floor or the ceiling or leaves its cell up or down, and the event. A disc that
+    /// rises to the upper line does so before it falls to the lower one.
+    #[inline(always)]
+    fn vertical_edge(&self, moving: MovingDisc) -> (f64, EventCode) {
+        let (grid, domain) = (&self.cells.grid, &self.state.domain);
+        let ([_, y], [_, speed]) = (moving.position, moving.velocity);
+        let line = |is_upper| {
+            let side = Side::along(1, is_upper);
+            if grid.is_at_edge(moving.cell, 1, is_upper) {
+                (self.contact_position_at_wall(moving.id, side), EventCode::wall(side))
+            } else {
+                (grid.edges[1][usize::from(is_upper)], EventCode::cell_crossing(1, is_upper))
+            }
+        };
+        let (upper, above) = line(true);
+        let time = motion::time_to_rise(upper - y, speed, domain.gravity);
+        let first = if time < NEVER {
+            (time, above)
+        } else {
+            let (lower, below) = line(false);
+            (motion::time_to_fall(y - lower, speed, domain.gravity), below)
+        };
+        match domain.floor {
+            Floor::Shaken(shaking) => self.or_shaken_floor(moving, shaking, first),
+            Floor::AtRest | Floor::Thermal { .. } => first,
+        }
+    }
+
+    /// The earlier of an event and the contact of a disc with a shaken floor, which may be above the lowest cells.
+    #[inline(never)]
+    fn or_shaken_floor(
+        &self,
+        moving: MovingDisc,
+        shaking: Shaking,
+        first: (f64, EventCode),
+    ) -> (f64, EventCode) {
+        let is_below = first.1 == EventCode::wall(Side::Bottom);
+        let until = if is_below { NEVER } else { first.0 };
+        let row = f64::from(moving.cell[1]) * self.cells.grid.cell_sides[1];
+        let height = row + moving.position[1] - self.radius(moving.id as usize);
+        let flight = [height, moving.velocity[1], self.state.domain.gravity];
+        let now = self.state.clock.time();
+        match shaking.time_to_contact(now, flight, until) {
+            Some(time) if is_below || time <= first.0 => (time, EventCode::wall(Side::Bottom)),
+            _ => first,
         }
     }
 

@@ -66,7 +66,7 @@ impl State {
         let now = self.clock.local();
         let is_radius = |radius: &f64| *radius > 0.0 && *radius <= max_radius;
         let is_valid = |(index, disc): (usize, &DiscRecord)| {
-            let position = grid.point(disc.cell, disc.position_at(now));
+            let position = grid.point(disc.cell, disc.at::<true>(now, self.domain.gravity).0);
             let has_event = match disc.event.kind() {
                 EventKind::Pair(partner) => (partner as usize) < count && partner as usize != index,
                 EventKind::Wall(_) => has_walls,
@@ -167,26 +167,29 @@ impl Engine {
         let now = self.state.clock.local();
         let domain = &self.state.domain;
         self.state.discs.iter().map(move |disc| {
-            let mut position = self.cells.grid.point(disc.cell, disc.position_at(now));
+            let (position, velocity) = disc.at::<true>(now, domain.gravity);
+            let mut position = self.cells.grid.point(disc.cell, position);
             if !domain.has_walls {
                 // A disc that is about to leave its cell may be outside of the box by a rounding error.
                 for (coordinate, side) in position.iter_mut().zip(domain.sides) {
                     *coordinate = motion::wrapped(*coordinate, side);
                 }
             }
-            (position, disc.velocity)
+            (position, velocity)
         })
     }
 
-    /// All velocities, in the order of the discs.
-    pub(in crate::packing) fn velocities(&self) -> impl Iterator<Item = Vector> {
-        self.state.discs.iter().map(|disc| disc.velocity)
+    /// All present velocities, in the order of the discs.
+    pub(in crate::packing) fn velocities(&self) -> impl Iterator<Item = Vector> + Clone {
+        let (now, gravity) = (self.state.clock.local(), self.state.domain.gravity);
+        self.state.discs.iter().map(move |disc| disc.at::<true>(now, gravity).1)
     }
 
     /// Adapts the detection of inelastic collapse to the present speeds.
     pub(in crate::packing) fn set_mean_square_speed(&mut self, mean_square_speed: f64) {
         let diameter = 2.0 * self.state.domain.max_radius;
-        self.state.collapse_detector.set_scale(diameter, mean_square_speed);
+        let fallen = self.state.domain.gravity * diameter;
+        self.state.collapse_detector.set_scale(diameter, mean_square_speed + fallen);
     }
 }
 
