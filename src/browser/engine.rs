@@ -326,6 +326,10 @@ fn planned(manifest: &RunManifest, replicate: u32) -> Value {
 }
 
 fn measurement(found: &kinetoscope_analysis::Measurement, is_main: bool) -> Value {
+    let not_finite =
+        || (!found.estimate.value.is_finite()).then(|| "the value is not finite".into());
+    let reason = found.reason.clone().or_else(not_finite);
+    let theory = found.theory.filter(|theory| theory.in_range());
     json!({
         "main": is_main,
         "name": found.name(),
@@ -333,7 +337,9 @@ fn measurement(found: &kinetoscope_analysis::Measurement, is_main: bool) -> Valu
         "unit": found.definition.unit,
         "value": found.estimate.value,
         "standard_error": found.estimate.standard_error,
-        "theory": found.theory.map(|theory| theory.value),
-        "reason": found.reason,
+        "theory": theory.map(|theory| theory.value),
+        "accuracy": theory.map(|theory| theory.accuracy),
+        "out_of_range": found.theory.is_some() && theory.is_none(),
+        "reason": reason,
     })
 }

@@ -6,6 +6,7 @@ The reports are of a program that was built with the engine (`src/browser/build.
 - the unchanged manifest gives the recorded numbers, digit by digit;
 - after a change of the first number, frames appear, and at least one number is another one; the mark names the change;
 - the unchanged run's curves are those of the recorded one, which is gray, and a slider that is let go runs what it has changed;
+- a text that is changed during a run is not called that of its results;
 - typing a number keeps the lines of the text, and a change without spaces is named;
 - an invalid number gives the program's error with its key; a manifest of 300 kB and one of 10^8 particles are rejected with a message;
 - a long run is stopped by the reader, and after the stop the page runs again.
@@ -46,11 +47,13 @@ PRESS = """async () => {
   const started = performance.now();
   if (change.slide) box.querySelector("[type=range]").onchange();
   else button.click();
+  if (change.during) setTimeout(() => { field.value = change.during; field.oninput(); });
   while (button.textContent === "Stop") {
     await new Promise((done) => setTimeout(done, 5));
     if (!canvas.hidden) first ??= performance.now() - started;
     if (change.stop && performance.now() - started > change.stop) button.click();
   }
+  await new Promise((done) => setTimeout(done, 200));
   const rows = [...table.tBodies[0].rows].map((row) => [...row.cells].map((cell) => cell.textContent));
   const shown = [...box.querySelectorAll(".plots figure")];
   const lines = (figure, isGray) => [...figure.querySelectorAll("svg.sheet .curve:not(.theory):not(.fit)")].filter((line) => line.getAttribute("style").includes("c-1") === isGray)
@@ -63,8 +66,8 @@ PRESS = """async () => {
 }"""
 
 def has_pairs(found):
-    """Whether the run has charts in which there are as many curves of the recorded run as of this one."""
-    return found["charts"] and all(gray and len(gray) == len(own) for gray, own in found["charts"])
+    """Whether the run has charts, each with the recorded curves in gray and curves of its own."""
+    return found["charts"] and all(gray and own for gray, own in found["charts"])
 
 
 CASES = {
@@ -77,6 +80,7 @@ CASES = {
     "typed": ({"typed": ["", "3", "", "30"], "stop": 1}, lambda found: found["added"] == 0),
     "other spaces": ({"replace": ["^(\\w+) = ([1-9]\\d*)$", "$1=1$2"]}, lambda found: "→" in found["mark"]),
     "no manifest": ({"replace": ["^seed.*$", "seed = ["]}, lambda found: not found["rows"] and "error" in found["status"]),
+    "changed during the run": ({"during": "33"}, lambda found: "before this change" in found["status"]),
     "too long": ({"length": 300_000}, lambda found: "256 kB" in found["status"]),
     "too large": ({"replace": ["^(particles|discs) = .*$", "$1 = 100000000"]}, lambda found: not found["rows"] and "complete" not in found["status"]),
     "stopped": ({"replace": ["^(duration_s|duration_days|events_per_disc) = .*$", "$1 = 1000000"], "stop": 120},

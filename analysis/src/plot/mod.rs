@@ -91,6 +91,16 @@ impl Plot {
         }
     }
 
+    /// Whether the first curve of two charts has the same points over the same axes.
+    pub(crate) fn draws_the_points_of(&self, other: &Self) -> bool {
+        let (PlotContent::Chart(one), PlotContent::Chart(other)) = (&self.content, &other.content)
+        else {
+            return false;
+        };
+        let points = |chart: &Chart| chart.curves.first().map(|curve| curve.points.clone());
+        one.x.label == other.x.label && one.y.label == other.y.label && points(one) == points(other)
+    }
+
     /// Whether the plot shows more than one number: not one dot, and not a flat line.
     pub(crate) fn is_informative(&self) -> bool {
         match &self.content {

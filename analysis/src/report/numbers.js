@@ -6,7 +6,7 @@ const exponentOf = (value) => value ? Math.floor(Math.log10(Math.abs(value) * (1
 
 // A number in the notation of the tables, with its standard error in the last digits.
 function number(value, error, count = 6) {
-  const exponent = exponentOf(max(Math.abs(value), error || 0)), isPlain = exponent >= -3 && exponent <= 5;
+  const exponent = exponentOf(max(Math.abs(value), error || 0)), isPlain = exponent >= -3 && exponent <= 5 && !(error >= 10);
   const unit = isPlain ? 1 : 10 ** exponent, scaled = value / unit;
   let text = String(Number(scaled.toPrecision(count)));
   if (error > 1e-9 * Math.abs(value)) {

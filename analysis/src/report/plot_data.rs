@@ -1,7 +1,7 @@
 //! The data of a chart for the script of `report.html`: numbers rounded to what is visible, also after zooming in.
 
 use crate::models::main_results;
-use crate::plot::{Axis, Chart, Curve, PlotContent, Point, Scale, extremes};
+use crate::plot::{Axis, Chart, Curve, Plot, PlotContent, Point, Scale, extremes};
 use crate::run::RunAnalysis;
 use crate::sweep::figures::shared_charts;
 use serde::Serialize;
@@ -110,7 +110,12 @@ impl<'a> ChartData<'a> {
 pub fn charts_of_run(run: &RunAnalysis) -> Vec<Value> {
     let shared = shared_charts(&[run]);
     let main = main_results(run.model()).charts;
-    let mut plots: Vec<_> = run.figures.plots.iter().chain(&shared).collect();
+    let mut plots: Vec<&Plot> = Vec::new();
+    for plot in run.figures.plots.iter().chain(&shared) {
+        if !plots.iter().any(|known| known.draws_the_points_of(plot)) {
+            plots.push(plot);
+        }
+    }
     plots.sort_by_key(|plot| main.iter().position(|stem| plot.stem == *stem).unwrap_or(usize::MAX));
     let data = plots.into_iter().filter_map(|plot| match &plot.content {
         PlotContent::Chart(chart) => {

@@ -5,7 +5,7 @@ use super::AnalysisReport;
 use super::plot_data::{ChartData, CurveRun};
 use super::sweep_data::SweepData;
 use crate::checks::{CheckKind, subject};
-use crate::input::coordinates::label;
+use crate::input::coordinates::{file_part, label};
 use crate::plot::{Chart, Curve, Plot, PlotContent, Point};
 use crate::run::RunAnalysis;
 use kinetoscope_console::text::visible;
@@ -171,14 +171,20 @@ fn labeled_svg(title: &str, svg: &str) -> Markup {
 fn own_run<'a>(report: &'a AnalysisReport, drawn: &DrawnPlot<'_>) -> Option<&'a RunAnalysis> {
     let draws =
         |plot: &Plot| drawn.stem.starts_with(&plot.stem) && plot.shows_the_same_as(drawn.plot);
-    report.runs.iter().find(|run| run.figures.plots.iter().any(draws))
+    // Two runs may have equal points: then the name of the plot decides.
+    let is_named = |run: &&RunAnalysis| {
+        let place = file_part(&run.coordinates);
+        run.figures.plots.iter().any(|plot| draws(plot) && drawn.stem == plot.stem.clone() + &place)
+    };
+    let mut runs = report.runs.iter();
+    runs.clone().find(is_named).or_else(|| runs.find(|run| run.figures.plots.iter().any(draws)))
 }
 
 /// The run behind each curve: all curves of a run's own plot are of that run, and curves of several runs are those that the runs share.
 /// Curves of a sweep are of no single run.
 fn runs_of(report: &AnalysisReport, drawn: &DrawnPlot<'_>, chart: &Chart) -> Vec<Option<CurveRun>> {
     let own = own_run(report, drawn);
-    let of_curve = |points: &[Point]| {
+    let of_curve = |name: &str, points: &[Point]| {
         let shares = |run: &&RunAnalysis| {
             let is_shared = run.figures.comparisons.iter().any(|curve| {
                 drawn.stem.starts_with(&curve.stem) && curve.points.as_slice() == points
@@ -189,9 +195,11 @@ fn runs_of(report: &AnalysisReport, drawn: &DrawnPlot<'_>, chart: &Chart) -> Vec
                     .iter()
                     .any(|field| Curve::line("", 0, field.points.iter().copied()).points == points)
         };
-        own.or_else(|| report.runs.iter().find(shares))
+        let mut runs = report.runs.iter().filter(shares);
+        let by_name = || runs.clone().find(|run| label(&run.coordinates) == name);
+        own.or_else(by_name).or_else(|| runs.next())
     };
-    chart.curves.iter().map(|curve| of_curve(&curve.points).map(named)).collect()
+    chart.curves.iter().map(|curve| of_curve(&curve.name, &curve.points).map(named)).collect()
 }
 
 fn named(run: &RunAnalysis) -> CurveRun {

@@ -1,5 +1,5 @@
 // Plots that respond to the pointer.
-const COLORS = 7, MOST_CURVES = 14, REACH_PX = 60, TEXT_PX = 12, LEAST_DRAG_PX = 8, PRINT_WIDTH_PX = 350, ENTRY_PX = 24, LEAST_TICK_PX = 32, GROWTH = 30, CHART_FRAME_PX = 112, LEAST_CAPTION_PX = 11;
+const COLORS = 7, MOST_CURVES = 14, REACH_PX = 60, TEXT_PX = 12, DRAG_PX = 8, PRINT_WIDTH_PX = 350, ENTRY_PX = 24, LEAST_TICK_PX = 32, GROWTH = 30, CHART_FRAME_PX = 112, LEAST_CAPTION_PX = 11;
 let isPrinted = false;
 
 function set(target, attributes) {
@@ -163,7 +163,7 @@ function chart(figure, data) {
       const lower = (showable(low, isLogY) ? py(low) : view.top + view.height).toFixed(1);
       bars += `M${left} ${upper}V${lower}M${left - 4} ${upper}h8M${left - 4} ${lower}h8`;
     }
-    if (curve.below) for (let i = curve.x.length; i--;) path += `L${px(curve.x[i]).toFixed(1)} ${py(curve.below[i]).toFixed(1)}`;
+    if (curve.below && path) for (let i = curve.x.length; i--;) path += `L${px(curve.x[i]).toFixed(1)} ${py(curve.below[i]).toFixed(1)}`;
     element("path", { ...strokeOf(curve), d: path }, parent);
     if (bars) element("path", { ...strokeOf(curve), class: "curve bars", d: bars }, parent);
   }
@@ -307,7 +307,7 @@ function chart(figure, data) {
 
   // The sides of the rectangle that is dragged.
   const sidesTo = (to) => to.map((end, axis) => [drag[axis], end].sort((a, b) => a - b));
-  const isWide = ([low, high]) => high - low >= LEAST_DRAG_PX;
+  const isWide = ([low, high]) => high - low >= DRAG_PX;
 
   on(sheet, "pointerdown", (event) => { if (event.button === 0) drag = position(event); });
   on(sheet, "pointermove", (event) => {

@@ -12,7 +12,7 @@
   const PLACES = 200, LARGEST_END = 10;
   // Up to so many particles without a radius leave a path.
   const MOST_WITH_PATH = 20;
-  let worker, run, view, isRunning, path, hasPath, awaited, timer, place = "", more = "", discs = [], drawn = [], before = [];
+  let worker, run, view, isRunning, path, hasPath, awaited, timer, place = "", more = "", discs = [], drawn = [], before = [], sent = "", turn = 0;
 
   const say = (words, quality = "") => ([status.textContent, status.className] = [words.slice(0, 9000), quality]);
 
@@ -31,32 +31,45 @@
   // What a reader knows of a key of the model: its words, the ends of its range, and whether it is a whole number.
   const wordsOf = (key) => known[/^\[model\.(\w+)\]/m.exec(text.value)?.[1]]?.[key] ?? [key, null, null];
 
+  // Whether two values are the same text or number.
+  const isSame = (one, other) => one === other || (Boolean(one && other) && Number(one) === Number(other));
+
   // What differs from the recorded run.
   const changes = () => {
     const [before, now] = [valuesOf(run.manifest), valuesOf(text.value)], key = (place) => wordsOf(place.split(" ").pop())[0];
-    return [...[...now].filter(([place, value]) => before.get(place) !== value).map(([place, value]) => `${key(place)} ${before.get(place) ?? "(none)"} → ${value}`),
+    return [...[...now].filter(([place, value]) => !isSame(before.get(place), value)).map(([place, value]) => `${key(place)} ${before.get(place) ?? "(none)"} → ${value}`),
       ...[...before].filter(([place]) => !now.has(place)).map(([place, value]) => `${key(place)} ${value} → (none)`)];
   };
 
-  // Where the value of a key begins and ends in the text.
-  const spotOf = (key) => {
-    const head = new RegExp(`^${key}[ \\t]*=[ \\t]*`, "m").exec(text.value);
+  // Where the lines of the model's table begin and end in a text.
+  const tableOf = (words) => {
+    const head = /^\[model\.\w+\].*$/m.exec(words);
     if (!head) return [0, 0];
-    const start = head.index + head[0].length, rest = text.value.slice(start);
+    const start = head.index + head[0].length, length = words.slice(start).search(/^\[/m);
+    return [start, length < 0 ? words.length : start + length];
+  };
+
+  // Where the value of a key of this table begins and ends in the text.
+  const spotOf = (key) => {
+    const [from, to] = tableOf(text.value), head = new RegExp(`^${key}[ \\t]*=[ \\t]*`, "m").exec(text.value.slice(from, to));
+    if (!head) return [0, 0];
+    const start = from + head.index + head[0].length, rest = text.value.slice(start, to);
     return [start, start + rest.slice(0, rest.search(/[#\n]|$/)).trimEnd().length];
   };
 
-  // The numeric keys of the model's table in a text, those that differ between the recorded runs first. Only one integrator reads the tolerance.
+  // The numeric keys of the model's table in a text, those that differ between the recorded runs first. One integrator reads the tolerance.
   const keysOf = (words, swept = []) => {
-    const lines = words.split(/^\[model\.\w+\].*$/m)[1]?.split(/^\[/m)[0] ?? "", rank = (key) => (key === "tolerance") - swept.includes(key);
-    return [...lines.matchAll(/^(\w+)[ \t]*=[ \t]*[-+]?[.\d]\S*[ \t]*(#.*)?$/gm)].map(([, key]) => key).sort((a, b) => rank(a) - rank(b)).slice(0, MOST_KEYS);
+    const lines = words.slice(...tableOf(words)), isRead = (key) => key !== "tolerance" || lines.includes("dop853");
+    return [...lines.matchAll(/^(\w+)[ \t]*=[ \t]*[-+]?[.\d]\S*[ \t]*(#.*)?$/gm)].map(([, key]) => key).filter(isRead)
+      .sort((one, other) => swept.includes(other) - swept.includes(one)).slice(0, MOST_KEYS);
   };
 
-  // The value at a place of a slider, between 0 and 1: over the whole range of a fraction, else up to ten times the value.
+  // The value at a place of a slider, between 0 and 1: over the whole range of a fraction, else up to ten times the value, which is in the middle.
   const valueAt = (low, high, value) => {
-    if (low !== null && high !== null && high <= LARGEST_END && low >= 0.001 * high - 1e-9) return (at) => low + (high - low) * at;
+    if (low !== null && high !== null && high <= LARGEST_END && low >= 0.001 * high - 1e-9) return (at) => Math.max(low, high * at);
+    if (value === 0 && low === 0) return (at) => at;
     const least = Math.max(low ?? 0, value / 10), most = Math.min(high ?? Infinity, 10 * value);
-    return least > 0 && most > least && ((at) => least * (most / least) ** at);
+    return least > 0 && most > least && ((at) => (at === 0.5 && most / value === value / least ? value : least * (most / least) ** at));
   };
 
   function field(key) {
@@ -71,19 +84,22 @@
       if (start) text.value = text.value.slice(0, start) + input.value + text.value.slice(stop);
       aged();
     };
-    const scale = valueAt(low, high, Number(input.value));
+    let scale = valueAt(low, high, Number(input.value));
     if (!scale) return (input.oninput = write);
     const slider = group.appendChild(document.createElement("input"));
     Object.assign(slider, { type: "range", max: PLACES, autocomplete: "off", ariaLabel: name });
     const follow = () => {
+      const value = Number(input.value);
+      // A value outside of the slider has a range of its own.
+      if (value < scale(0) || value > scale(1)) scale = valueAt(low, high, value) || scale;
       let at = 0;
-      while (at < PLACES && scale(at / PLACES) < Number(input.value)) at += 1;
-      slider.value = at;
+      while (at < PLACES && scale(at / PLACES) < value) at += 1;
+      Object.assign(slider, { value: at, ariaValueText: input.value });
     };
     input.oninput = () => (write(), follow());
     slider.oninput = () => {
-      const value = Number(scale(slider.value / PLACES).toPrecision(3));
-      input.value = isWhole ? Math.round(value) : value;
+      const value = scale(slider.value / PLACES), short = Number(value.toPrecision(3));
+      input.value = slider.ariaValueText = isWhole ? Math.max(low ?? 0, Math.round(short)) : short;
       write();
     };
     // A slider that is let go shows what it has changed.
@@ -95,8 +111,14 @@
     follow();
   }
 
+  function refill(swept) {
+    fields.textContent = "";
+    keysOf(text.value, swept).forEach(field);
+  }
+
   function choose(index) {
     run = runs[index];
+    before = [];
     restore();
   }
 
@@ -110,14 +132,13 @@
     if (words !== undefined) say(words);
   }
 
-  const aged = () => !isRunning && !table.hidden && say("The results are those of the text before this change: press Run.");
+  const aged = () => !isRunning && !keep.hidden && text.value !== sent && say("The results are those of the text before this change: press Run.");
 
   function edit(manifest, swept) {
     clear(run.hint ?? "");
     text.value = manifest;
     if (isPlay) find(".asked").textContent = (/^question[ \t]*=[ \t]*"([^"\n]*)"/m.exec(manifest)?.[1] ?? "").slice(0, 300);
-    fields.textContent = "";
-    keysOf(manifest, swept).forEach(field);
+    refill(swept);
     button.disabled = !manifest || Boolean(self.kinetoscopeLack);
   }
 
@@ -230,37 +251,48 @@
       const row = body.insertRow(), theory = now?.theory ?? null;
       const measured = ({ value, standard_error: error }) => number(value, error);
       const cells = [shown.label + (shown.unit && shown.unit !== "1" ? ` (${shown.unit})` : ""), ...(run.numbers ? [measured(shown)] : []),
-        now && !now.reason ? measured(now) : now?.reason ?? "not measured in this run", theory === null ? "" : number(theory)];
+        now && !now.reason ? measured(now) : now?.reason ?? "not measured in this run", theory !== null ? number(theory, now.accuracy) : now?.out_of_range ? "its law does not apply" : ""];
       for (const [index, words] of cells.entries()) {
         const cell = row.insertCell();
         cell.textContent = words.slice(0, 300);
         if (words) cell.dataset.label = index ? heads[index] : "";
       }
     }
-    table.hidden = false;
+    table.hidden = !body.rows.length;
   }
 
   // The curves with which a chart is compared: those of the recorded run in the page, or else those of the run before in this page.
   function pastOf(stem, { x, y }) {
-    const isSame = ({ data }) => data.x.label === x.label && data.y.label === y.label;
+    const hasAxes = ({ data }) => data.x.label === x.label && data.y.label === y.label;
     const isMeasured = ({ style }) => style !== "theory" && style !== "fit";
     const isRecorded = (curve) => isMeasured(curve) && run.file && curve.run?.file === run.file;
-    const index = charts.findIndex((each) => each.figure.id.startsWith(`plot-${stem}`) && isSame(each) && each.data.curves.some(isRecorded));
+    const index = charts.findIndex((each) => each.figure.id.startsWith(`plot-${stem}`) && hasAxes(each) && each.data.curves.some(isRecorded));
     if (index >= 0) return [index, charts[index].data.curves.filter(isRecorded), "recorded run"];
-    const last = before.find(([name, data]) => name === stem && isSame({ data }));
+    const last = before.find(([name, data]) => name === stem && hasAxes({ data }));
     return [Infinity, last ? last[1].curves.filter(isMeasured) : [], "run before"];
   }
 
-  // The charts of the run, in the order of the page. A curve of the past is gray, and an area of it is its upper edge.
+  // Curves of the past as one, which is gray; an area has its upper edge.
+  function joined(past, name) {
+    const of = (column) => past.flatMap((curve) => [...curve[column], null]), style = past.every((curve) => curve.style === "data") ? "data" : "line";
+    return past.length ? [{ name, style, color: -1, x: of("x"), y: of("y"), e: [], run: null }] : [];
+  }
+
+  function drawChart([data, , past, name]) {
+    const full = data.curves.map((curve) => ({ ...curve, name: curve.name || "this run", x: typeof curve.x === "number" ? data.curves[curve.x].x : curve.x }));
+    const own = full.slice(0, MOST_CURVES), [areas, others] = [true, false].map((isArea) => own.filter(({ style }) => (style === "area") === isArea));
+    const remark = full.length > MOST_CURVES ? `the first ${MOST_CURVES} of ${full.length} curves` : data.remark;
+    return chart(plots.appendChild(document.createElement("figure")), { ...data, remark, time: false, curves: [...areas, ...joined(past, name), ...others] });
+  }
+
+  // The charts of the run, in the order of the page, each in a task of its own.
   function plot(all) {
     drawn.forEach((remove) => remove());
     plots.textContent = "";
+    drawn = [];
+    const own = (turn += 1);
     const found = all.map(([stem, data]) => [data, ...pastOf(stem, data)]).sort((one, other) => one[1] - other[1] || 0).slice(0, MOST_CHARTS);
-    drawn = found.map(([data, , past, name]) => {
-      const gray = past.map((curve, index) => ({ ...curve, color: -1, style: curve.style === "area" ? "line" : curve.style, name: index ? "" : name, run: null, below: null }));
-      const curves = data.curves.map((curve) => ({ ...curve, name: curve.name || "this run", x: typeof curve.x === "number" ? data.curves[curve.x].x : curve.x }));
-      return chart(plots.appendChild(document.createElement("figure")), { ...data, time: false, curves: [...gray, ...curves] });
-    });
+    found.forEach((each, index) => setTimeout(() => own === turn && drawn.push(drawChart(each)), 20 * index));
     if (all.length) before = all;
   }
 
@@ -284,8 +316,9 @@
       tell(data.metrics);
       plot(data.charts);
       keep.hidden = false;
-      const words = `${data.fault ? `the run fails: ${data.fault}` : "the run is complete"} (${data.frames} frames, ${data.seconds.toFixed(1)} s)${more}`;
+      const words = `${data.fault ? `the run fails: ${data.fault}` : "the run is complete"} (${data.frames} frames, ${data.seconds.toFixed(1)} s)${more}${table.hidden ? "; what it records gives no numbers" : ""}`;
       stop(words, data.fault ? "bad" : "good");
+      aged();
     }
   }
 
@@ -314,11 +347,13 @@
     say("starting");
     place = "";
     timer = setTimeout(() => end(`ended after ${MOST_S} s${place}: shorten the run, or download the manifest and run it with the program`), 1000 * MOST_S);
-    worker.postMessage({ manifest: text.value });
+    sent = text.value;
+    worker.postMessage({ manifest: sent });
   };
   reset.onclick = restore;
   text.oninput = () => {
     button.disabled = Boolean(self.kinetoscopeLack);
+    refill(run.swept);
     aged();
   };
   function download(data, name) {

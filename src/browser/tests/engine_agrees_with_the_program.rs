@@ -73,6 +73,23 @@ fn engine_gives_the_messages_and_metrics_of_the_program() {
     }
 }
 
+/// The tangential spring of an absurd stiffness overflows, and the energies of the failed run are not numbers.
+#[test]
+fn numbers_that_are_not_finite_have_a_reason() {
+    let manifest = "[model.dem]\ndiscs = 20\nfriction = 0.5\ntangential_to_normal_stiffness = 1e308\nduration_s = 0.2\n";
+    let mut engine = Engine::default();
+    assert_eq!(engine.plan(manifest.as_bytes()).status, Status::Working);
+    assert_eq!(engine.start(0).status, Status::AtFrame);
+    assert!(ended(&mut engine)["fault"].is_string());
+    let results = json(&engine.metrics());
+    let metrics = results["metrics"].as_array().unwrap();
+    let missing = metrics.iter().filter(|metric| metric["value"].is_null());
+    assert!(missing.clone().count() > 0);
+    for metric in missing {
+        assert!(metric["reason"].is_string(), "{metric}");
+    }
+}
+
 #[test]
 fn run_of_the_claimed_manifest_is_equal() {
     for manifest in MANIFESTS {
