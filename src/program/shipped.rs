@@ -72,6 +72,7 @@ shipped![
     "orbit_trojans",
     "packing_fifty_discs",
     "packing_freezing",
+    "packing_gravity",
     "packing_inelastic_cooling",
     "packing_self_diffusion",
     "packing_timing_table",
