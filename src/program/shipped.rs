@@ -30,6 +30,7 @@ shipped![
     "dem_fed_hopper",
     "dem_granular_gas",
     "dem_heap",
+    "dem_hertz_impacts",
     "dem_hopper",
     "dem_hopper_discharge",
     "dem_incline",
