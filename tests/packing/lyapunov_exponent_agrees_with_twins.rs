@@ -3,7 +3,7 @@
 //! Source: the exact motion of an infinitesimal difference by Dellago, Posch and Hoover, Phys. Rev. E 53 (1996) 1485, which the metric uses, against
 //! an independent program in this file: all pairs are compared at every event, and two runs at a finite distance are brought
 //! together again and again (Benettin, Galgani and Strelcyn, Phys. Rev. A 14 (1976) 2338). For two discs, Sinai's billiard, with the mean
-//! logarithm of the free path by Boca and Zaharescu, Commun. Math. Phys. 269 (2007) 425.
+//! logarithm of the free path by Boca and Zaharescu, Communications in Mathematical Physics 269 (2007) 425.
 //! Setup: 16 discs in a periodic box and between walls, elastic, and two discs in a periodic box.
 //! Tolerance: three standard errors of both together, which are at most 3 %; for Sinai's billiard also the next order in d/L.
 //! Control: another growth per collision of Sinai's billiard is rejected, and a single disc between walls has an exponent of 0.
