@@ -7,7 +7,7 @@ import os
 import re
 import tempfile
 from pathlib import Path
-from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Union
+from typing import Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Union
 
 from . import _programs, _toml
 from ._errors import KinetoscopeError
@@ -65,7 +65,7 @@ def source(manifest: Manifest, sweep: Optional[Sweep]) -> Iterator[Source]:
             return
         folder, stem = path.parent, path.stem
     if sweep:
-        table["sweep"] = {**_sweep_of(table), **{key: values if isinstance(values, Mapping) else list(values) for key, values in sweep.items()}}
+        table["sweep"] = {**_sweep_of(table), **{key: _axis(key, values) for key, values in sweep.items()}}
     text, places = _toml.document(_absolute(table, folder))
     with _written(text, places, stem) as written:
         yield written
@@ -113,6 +113,18 @@ def _table(text: str) -> Dict[str, object]:
         return _toml.parsed(text)
     except (ValueError, RecursionError) as error:
         raise KinetoscopeError(f"the manifest is not TOML: {error}", "correct this line") from error
+
+
+def _axis(key: str, values: object) -> object:
+    """A range as it is, and other values as a list."""
+    if isinstance(values, Mapping):
+        return values
+    if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
+        raise KinetoscopeError(
+            f'`sweep["{key}"]` is {values!r}; expected a list of values or a range',
+            'give a list such as [1, 2], or a range such as {"from": 1, "to": 2, "count": 5}',
+        )
+    return list(values)
 
 
 def _sweep_of(table: Mapping[str, object]) -> Dict[str, object]:

@@ -130,3 +130,9 @@ def test_threads_share_an_output(tmp_path: Path, programs: Optional[str]) -> Non
         values = list(pool.map(value, [1, 2, 3, 4, 1, 2]))
     assert values[4:] == values[:2] and len(set(values)) == 4
     assert len(list(tmp_path.iterdir())) == 4
+
+
+@pytest.mark.parametrize("values", [5, None, "abc"])
+def test_an_axis_that_is_no_list_is_named(values: Any, tmp_path: Path, programs: Optional[str]) -> None:
+    with pytest.raises(k.KinetoscopeError, match="temperature_k.*expected a list of values or a range"):
+        k.run(GAS, sweep={"model.gas.temperature_k": values}, output=tmp_path, programs=programs)

@@ -243,7 +243,8 @@ impl RecordConfig {
                 "give `model.gas.disc_radius_m`, or leave \"events\" out",
             );
         }
-        if self.has_twin() && !model.keeps_its_particles() {
+        let is_known = known.contains(&DIVERGENCE);
+        if is_known && self.has_twin() && !model.keeps_its_particles() {
             let title = "`record.channels` has \"divergence\", and no twin of this run has its particles throughout";
             table.refuse(
                 &["channels"],
