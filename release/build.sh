@@ -28,6 +28,10 @@ umask 022
 KINETOSCOPE_COMMIT=$(git rev-parse HEAD)
 export KINETOSCOPE_COMMIT
 
+command -v zopfli > /dev/null || {
+    echo "error: zopfli, which makes the bytes of the engine, is not installed; try \`apt-get install zopfli\`" >&2
+    exit 1
+}
 # The engine of report pages. Its flags replace those of the program.
 env -u RUSTFLAGS src/browser/build.sh
 export KINETOSCOPE_ENGINE=$root/target/browser/kinetoscope-engine.wasm.gz

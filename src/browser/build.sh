@@ -22,7 +22,7 @@ mkdir -p target/browser
 "$linker" -flavor wasm --no-entry --gc-sections --strip-all --compress-relocations --stack-first -z stack-size=1048576 --max-memory=536870912 $exports \
     -o target/browser/kinetoscope-engine.wasm target/$target/browser/libkinetoscope_browser.a
 python3 src/browser/strip.py target/browser/kinetoscope-engine.wasm
-# Without name and time, equal modules give equal bytes. With zopfli, the module is 4 % smaller.
+# Without name and time, equal modules give equal bytes by the same program. The module is smaller with zopfli, which a release needs.
 if command -v zopfli > /dev/null; then
     zopfli --i5 -c target/browser/kinetoscope-engine.wasm > target/browser/kinetoscope-engine.wasm.gz
 else

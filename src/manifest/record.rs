@@ -204,14 +204,13 @@ impl RecordConfig {
         }
     }
 
-    /// Reports the broken rules between `[record]` and the model, which is `sound` if its own table had no errors.
     /// Whether a run has a twin from which it diverges.
     #[must_use]
     pub fn has_twin(&self) -> bool {
         self.channels.iter().flatten().any(|channel| channel == DIVERGENCE)
     }
 
-    /// Reports the broken rules between the keys.
+    /// Reports the broken rules between the keys, and between them and the model, which is `sound` if its own table had no errors.
     pub(crate) fn check(&mut self, model: &ModelConfig, sound: bool, table: &mut Reader<'_>) {
         let allowed = model.intervals(sound);
         for key in IntervalKeys::EXCLUSIVE {

@@ -1,7 +1,7 @@
 //! A run with a twin: a second run of the same system, whose distance is reduced to its first value at fixed steps. The sum of the
 //! logarithms of what it had grown by gives the largest Lyapunov exponent (Benettin, Galgani and Strelcyn, Phys. Rev. A 14 (1976) 2338).
 //!
-//! The run itself has the bits that it has without a twin.
+//! The run itself has the bits that it has without a twin, unless the twin fails: then the run ends with its fault.
 
 use crate::model::{Extent, Model, ModelKind, Progress, SetupError, SimulationFault, Target};
 use crate::random::Seed;

@@ -34,4 +34,4 @@ mod metrics_do_not_depend_on_the_frame_interval;
 // The angle around the Sun is continuous through whole revolutions.
 mod phase_is_unwrapped;
 // Two runs separate exponentially where the motion is chaotic, and else in proportion to time.
-mod lyapunov_exponent_tells_regular_from_chaotic;
+mod lyapunov_exponent_is_positive_only_for_chaotic_orbits;

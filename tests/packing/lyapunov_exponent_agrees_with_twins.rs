@@ -253,6 +253,28 @@ fn two_discs_follow_sinais_billiard() {
 }
 
 /// A single disc between walls moves regularly: differences grow in proportion to time.
+/// Dilute discs: the collisions of the longest chain count, not those of one disc, as Krylov estimated, which is the control.
+#[test]
+fn dilute_discs_follow_the_longest_chain_of_collisions() {
+    for fraction in [5e-5, 1e-3] {
+        let side = (64.0 * PI / fraction).sqrt();
+        let found = analyzed(&format!(
+            "discs = 64\nwidth = {side:?}\nheight = {side:?}\nradius = 1.0\nboundary = \"periodic\"\nremove_mean_velocity = true\n\
+             events_per_disc = 400\n"
+        ));
+        let exponent = found.measurement("lyapunov.exponent").unwrap();
+        let theory = exponent.theory.unwrap();
+        assert!(theory.in_range());
+        let (value, accuracy) = (exponent.estimate.value, theory.accuracy);
+        let rate = found.measurement("pair_collision_rate_per_disc").unwrap().estimate.value;
+        let free_path = side * side / (2.0 * 2.0_f64.sqrt() * 64.0 * 2.0);
+        let krylov = rate * (free_path / 2.0).ln();
+        println!("{fraction}: {value}, theory {} ± {accuracy}, Krylov {krylov}", theory.value);
+        assert!((value - theory.value).abs() < accuracy);
+        assert!((value - krylov).abs() > accuracy);
+    }
+}
+
 #[test]
 fn a_single_disc_has_no_chaos() {
     let analysis = analyzed("discs = 1\nevents_per_disc = 5000\n");

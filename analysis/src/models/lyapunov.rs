@@ -10,6 +10,8 @@ use kinetoscope_recording::reader::RecordedFrame;
 /// Part of a run after which growth counts: until then, the difference turns into the direction that grows fastest.
 pub(crate) const SETTLED_AFTER: f64 = 0.25;
 
+const NO_ERROR: &str = "the error of the exponent is unknown, so that it may be compatible with 0";
+
 /// Growth of a difference over the settled part of a run.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Growth {
@@ -60,7 +62,8 @@ impl Growth {
         let Some(exponent) = exponent else { return };
         let (law, theory) = theory.unzip();
         found.compare_with(of_exponent, exponent, law, theory);
-        let error = exponent.conditional_standard_error.or(exponent.standard_error).unwrap_or(0.0);
+        let error = exponent.conditional_standard_error.or(exponent.standard_error);
+        let Some(error) = error else { return found.explain(of_time, NO_ERROR) };
         if exponent.value > 2.0 * error {
             let time = exponent.inverse().times(-libm::log(f64::EPSILON / 2.0));
             found.add(of_time, time);

@@ -97,8 +97,9 @@ impl Plot {
         else {
             return false;
         };
-        let points = |chart: &Chart| chart.curves.first().map(|curve| curve.points.clone());
-        one.x.label == other.x.label && one.y.label == other.y.label && points(one) == points(other)
+        let [points, others] =
+            [one, other].map(|chart| chart.curves.first().map(|curve| &curve.points));
+        one.x.label == other.x.label && one.y.label == other.y.label && points == others
     }
 
     /// Whether the plot shows more than one number: not one dot, and not a flat line.

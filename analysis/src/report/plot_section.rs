@@ -174,7 +174,7 @@ fn own_run<'a>(report: &'a AnalysisReport, drawn: &DrawnPlot<'_>) -> Option<&'a 
     // Two runs may have equal points: then the name of the plot decides.
     let is_named = |run: &&RunAnalysis| {
         let place = file_part(&run.coordinates);
-        run.figures.plots.iter().any(|plot| draws(plot) && drawn.stem == plot.stem.clone() + &place)
+        run.figures.plots.iter().any(|plot| drawn.stem == plot.stem.clone() + &place && draws(plot))
     };
     let mut runs = report.runs.iter();
     runs.clone().find(is_named).or_else(|| runs.find(|run| run.figures.plots.iter().any(draws)))
@@ -195,9 +195,10 @@ fn runs_of(report: &AnalysisReport, drawn: &DrawnPlot<'_>, chart: &Chart) -> Vec
                     .iter()
                     .any(|field| Curve::line("", 0, field.points.iter().copied()).points == points)
         };
-        let mut runs = report.runs.iter().filter(shares);
-        let by_name = || runs.clone().find(|run| label(&run.coordinates) == name);
-        own.or_else(by_name).or_else(|| runs.next())
+        // Two runs may have equal points: then the name of the curve decides.
+        let by_name = |run: &&RunAnalysis| label(&run.coordinates) == name && shares(run);
+        let runs = || report.runs.iter();
+        own.or_else(|| runs().find(by_name)).or_else(|| runs().find(shares))
     };
     chart.curves.iter().map(|curve| of_curve(&curve.name, &curve.points).map(named)).collect()
 }

@@ -29,7 +29,10 @@
   };
 
   // What a reader knows of a key of the model: its words, the ends of its range, and whether it is a whole number.
-  const wordsOf = (key) => known[/^\[model\.(\w+)\]/m.exec(text.value)?.[1]]?.[key] ?? [key, null, null];
+  const wordsOf = (key) => {
+    const keys = known[/^\[model\.(\w+)\]/m.exec(text.value)?.[1]] ?? {};
+    return Object.hasOwn(keys, key) ? keys[key] : [key, null, null];
+  };
 
   // Whether two values are the same text or number.
   const isSame = (one, other) => one === other || (Boolean(one && other) && Number(one) === Number(other));

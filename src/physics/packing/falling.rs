@@ -1,6 +1,7 @@
 //! What changes between the collisions of discs in gravity: the moments of their velocities; and where their energy goes.
 
 use super::collision::{Collision, CollisionPartner};
+use super::domain::Domain;
 use super::motion::Vector;
 use super::velocity_moments::VelocityMoments;
 use crate::sum::CompensatedSum;
@@ -69,10 +70,12 @@ impl Falling {
         self.energy_at_start
     }
 
-    /// Whether all sums are numbers.
-    pub(super) fn is_finite(&self) -> bool {
+    /// Whether the constants are those of a box, and all sums are numbers.
+    pub(super) fn is_valid_for(&self, domain: &Domain) -> bool {
         let VerticalSums { first, second, mixed } = self.sums;
-        [first, second, mixed, self.energy_at_start].iter().all(|sum| sum.is_finite())
+        self.gravity == domain.gravity
+            && self.half_height == 0.5 * domain.sides[1]
+            && [first, second, mixed, self.energy_at_start].iter().all(|sum| sum.is_finite())
             && self.floor.is_finite()
             && self.dissipated.is_finite()
     }

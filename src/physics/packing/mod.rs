@@ -179,6 +179,7 @@ impl Model for Packing {
                 &moments,
                 self.engine.time_since_last_collision(),
                 self.speed_range_top,
+                self.engine.domain(),
             )
             && self.series.as_ref().is_none_or(|(series, events)| {
                 series.is_valid() && events.is_valid(self.engine.count())

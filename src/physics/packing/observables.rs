@@ -42,6 +42,7 @@ impl CollisionStatistics {
         present: &VelocityMoments,
         time_since_last: f64,
         range_top: f64,
+        domain: &Domain,
     ) -> bool {
         /// Tolerance of energies that are updated at each collision.
         const ROUNDING: f64 = 1e-6;
@@ -50,6 +51,7 @@ impl CollisionStatistics {
         let updated = self.moments_after(time_since_last);
         let [updated, now] = [&updated, present].map(VelocityMoments::mean_square_speed);
         let initial = self.initial_mean_square_speed;
+        let scale = initial + now + self.moments.mean_square_speed();
         let most = (MAX_SPEED_OVER_RANGE * range_top) * (MAX_SPEED_OVER_RANGE * range_top);
         let limit = if self.falling.is_some() { most } else { initial };
         let sums =
@@ -59,10 +61,10 @@ impl CollisionStatistics {
             && sums.iter().all(|sum| sum.is_finite())
             && self.moments.count == present.count
             && self.moments.fourth.is_finite()
-            && (updated - now).abs() <= ROUNDING * limit
+            && (updated - now).abs() <= ROUNDING * scale
             && now <= limit * (1.0 + ROUNDING)
             && initial <= most
-            && self.falling.as_ref().is_none_or(Falling::is_finite)
+            && self.falling.as_ref().is_none_or(|falling| falling.is_valid_for(domain))
     }
 
     /// The statistics at the start.

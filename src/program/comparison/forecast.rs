@@ -42,7 +42,7 @@ fn exponent(path: &Path) -> Option<Exponent> {
     channels.find(|name| ["events", "divergence"].contains(&name.as_str()))?;
     let run = analyze(&recording).ok()?;
     let found = run.measurement("lyapunov.exponent")?.estimate;
-    let error = found.conditional_standard_error.or(found.standard_error).unwrap_or(f64::NAN);
+    let error = found.conditional_standard_error.or(found.standard_error)?;
     let is_chaotic = run.measurement("lyapunov.divergence_time").is_some();
     Some(Exponent { value: found.value, error, is_chaotic })
 }

@@ -74,7 +74,8 @@ pub fn check(manifest: &RunManifest) -> Result<(), SetupError> {
 #[must_use]
 pub fn needed_memory_bytes(manifest: &RunManifest) -> u64 {
     let frame = bytes_of_particles(manifest.model.particles(), &manifest.model);
-    PROGRAM_BYTES.saturating_add(FRAMES_NEEDED.saturating_mul(frame))
+    let runs = if manifest.record.has_twin() { 2 } else { 1 };
+    PROGRAM_BYTES.saturating_add(FRAMES_NEEDED.saturating_mul(frame).saturating_mul(runs))
 }
 
 /// Upper estimate of the memory of a run whose frames have this size.

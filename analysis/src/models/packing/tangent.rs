@@ -117,6 +117,13 @@ impl Tangent {
         !self.discs.is_empty()
     }
 
+    /// Relative speed of two elastic discs of equal mass, which is constant; `None` for another number of discs.
+    pub(super) fn relative_speed(&self) -> Option<f64> {
+        let [first, second] = self.discs.as_slice() else { return None };
+        let relative = sum(second.velocity, first.velocity, -1.0);
+        Some(dot(relative, relative).sqrt())
+    }
+
     /// Collisions of the longest chain per unit of time.
     pub(super) fn chain_rate(&self) -> Option<f64> {
         let (since, before) = self.settled.filter(|(since, _)| self.time > *since)?;
@@ -141,10 +148,11 @@ impl Disc {
         let along = dot(shift, normal);
         let turn = sum(shift, relative, -along / approach).map(|component| component / contact);
         let kick = dot(change, normal) + dot(relative, turn);
-        for (disc, sign) in [(&mut *first, factor), (&mut *second, -factor)] {
-            disc.shift = sum(disc.shift, normal, sign * along);
-            disc.change = sum(sum(disc.change, normal, sign * kick), turn, sign * approach);
-            disc.velocity = sum(disc.velocity, impulse, sign.signum());
+        for (disc, sign) in [(&mut *first, 1.0), (&mut *second, -1.0)] {
+            let signed = sign * factor;
+            disc.shift = sum(disc.shift, normal, signed * along);
+            disc.change = sum(sum(disc.change, normal, signed * kick), turn, signed * approach);
+            disc.velocity = sum(disc.velocity, impulse, sign);
         }
         let chain = 1 + first.chain.max(second.chain);
         (first.chain, second.chain) = (chain, chain);

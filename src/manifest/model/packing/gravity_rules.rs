@@ -54,7 +54,7 @@ impl PackingConfig {
         rules! { table;
             !(least..=most).contains(&stroke) => ["floor_stroke"]
                 "`floor_stroke` is {stroke:?}, too small or too large", "must be in [{least:?}, {most:?}], at most half of the height above a disc";
-            gravity < MIN_GRAVITY => ["gravity", "floor_stroke"]
+            gravity > 0.0 && gravity < MIN_GRAVITY => ["gravity", "floor_stroke"]
                 "`gravity` is {gravity:e}, too weak for a shaken floor", "must be at least {MIN_GRAVITY:e}";
             period < MIN_PERIOD => ["floor_period"]
                 "`floor_period` is {period:e}, too short", "must be at least {MIN_PERIOD:e}";
