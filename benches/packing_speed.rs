@@ -53,8 +53,8 @@
 //!
 //!     cargo bench --bench packing_speed -- gravity
 //!
-//! Speed in gravity over that without: 0.84 to 0.88 with 50 discs, 0.85 to 0.94 with 1e3 and 0.86 to 0.98 with 1e4 at packing fractions
-//! of 0.1 to 0.6 (AVX2, nine pairs, time on the processor of a busy machine, level 2 of optimization).
+//! Speed in gravity over that without: medians of 0.82 to 0.88 with 50 discs, 0.84 to 0.90 with 1e3, 0.88 to 0.91 with 1e4 and 0.87 to
+//! 0.91 with 1e5, at packing fractions of 0.1 to 0.6 (AVX2, nine pairs).
 //!
 //! # Widths of registers
 //!

@@ -4,15 +4,28 @@ use super::in_gravity::{InGravity, LAYERS, room};
 use super::laws as law;
 use super::metrics as metric;
 use super::observe::PackingRun;
-use crate::metric::Measurements;
 use crate::metric::theory::ExpectedValue;
+use crate::metric::{Measurements, Quantity, Violation};
 use crate::models::hard_discs::{EXTRAPOLATION_LIMIT, STATE_EQUATION_ACCURACY, StateEquation};
 use crate::plot::{Axis, Curve, CurveStyle, Plot};
-use kinetoscope_manifest::model::PackingConfig;
+use kinetoscope_manifest::model::{PackingConfig, RunLength};
 use std::f64::consts::PI;
 
-/// Steps of the integration over the height, per layer.
-const STEPS: usize = 100;
+/// Least number of steps of the integration per layer, the largest one of the logarithm of the packing fraction, and the fraction of that at the
+/// floor at which the column ends.
+const STEPS: usize = 200;
+const LARGEST_STEP: f64 = 0.01;
+const SPARSEST: f64 = 1e-14;
+
+/// Largest diameter over the width of the box for which the walls do not matter.
+const MAX_DIAMETER_OVER_WIDTH: f64 = 0.1;
+/// Number of discs from which on a fixed energy gives a temperature.
+const LEAST_DISCS_AT_FIXED_ENERGY: f64 = 20.0;
+/// Least time over that in which a disc crosses the column.
+const LEAST_CROSSINGS: f64 = 20.0;
+/// Why heights are not measured in a run whose length is a number of collisions.
+const AT_COLLISIONS: &str =
+    "the frames are at collisions, which do not sample the time: set `duration`";
 
 /// Equilibrium of discs of one size in gravity.
 struct Column {
@@ -37,23 +50,31 @@ impl Column {
         is_fluid.then(|| Self::above(config, temperature, low))
     }
 
-    /// The column above a packing fraction f at the floor: d(f Z)/dy = -f g/T, by the midpoint rule.
+    /// The column above a packing fraction f at the floor: with s = ln f, dy = -(T/g) d(f Z)/df ds, by the midpoint rule. Steps are at most
+    /// a part of a layer high, and a part of a scale height, so that both thin and high columns are followed.
     fn above(config: &PackingConfig, temperature: f64, at_floor: f64) -> Self {
-        let room = room(config);
-        let radius = config.radius.get();
-        let step = room / (LAYERS * STEPS) as f64;
-        let per_fraction = (config.width.get() - 2.0 * radius) * step / (PI * radius * radius);
-        let slope = |fraction: f64| {
+        let (room, radius) = (room(config), config.radius.get());
+        let scale_height = temperature / config.gravity.get();
+        let highest = room / (LAYERS * STEPS) as f64;
+        let per_area = (config.width.get() - 2.0 * radius) / (PI * radius * radius);
+        let rise = |fraction: f64| {
             let state = StateEquation::at(fraction);
-            let rise = state.compressibility + fraction * state.slope;
-            -fraction * config.gravity.get() / temperature / rise
+            scale_height * (state.compressibility + fraction * state.slope)
         };
-        let (mut fraction, mut layers, mut moment) = (at_floor, [0.0; LAYERS], 0.0);
-        for index in 0..LAYERS * STEPS {
-            let middle = fraction + 0.5 * step * slope(fraction);
-            fraction = (fraction + step * slope(middle)).max(0.0);
-            layers[index / STEPS] += middle * per_fraction;
-            moment += middle * per_fraction * step * (index as f64 + 0.5);
+        let (mut fraction, mut bottom) = (at_floor, 0.0);
+        let (mut layers, mut moment) = ([0.0; LAYERS], 0.0);
+        while bottom < room && fraction > SPARSEST * at_floor {
+            let wanted = highest / rise(fraction);
+            let step = if wanted < LARGEST_STEP { wanted } else { LARGEST_STEP };
+            let middle = fraction * libm::exp(-0.5 * step);
+            let (whole, left) = (rise(middle) * step, room - bottom);
+            let thickness = if whole < left { whole } else { left };
+            let height = bottom + 0.5 * thickness;
+            let discs = middle * thickness * per_area;
+            layers[((height / room * LAYERS as f64) as usize).min(LAYERS - 1)] += discs;
+            moment += discs * height;
+            fraction *= libm::exp(-step);
+            bottom += thickness;
         }
         let mean_height = moment / layers.iter().sum::<f64>();
         Self { layers, mean_height, at_floor }
@@ -66,14 +87,43 @@ impl PackingRun {
         self.config.gravity.get() > 0.0
     }
 
+    /// The duration that the manifest gives.
+    fn duration(&self) -> Option<f64> {
+        match self.config.length {
+            RunLength::Duration(duration) => Some(duration.get()),
+            RunLength::EventsPerDisc(_) => None,
+        }
+    }
+
+    /// The temperature of the floor, or else of the settled states.
+    fn column_temperature(&self) -> f64 {
+        let measured = self.gravity.temperatures.value() / self.gravity.states;
+        self.config.floor_temperature.map_or(measured, |floor| floor.get())
+    }
+
+    /// The condition of the balance of weight and pressure that the run does not meet.
+    fn outside_balance(&self) -> Option<Violation> {
+        let config = &self.config;
+        let (temperature, room) = (self.column_temperature(), room(config));
+        let scale_height = temperature / config.gravity.get();
+        let height = if scale_height < room { scale_height } else { room };
+        let crossings = self.duration()? * temperature.sqrt() / height;
+        let ratio = 2.0 * config.radius.get() / config.width.get();
+        let at_fixed_energy = config.floor_temperature.is_none();
+        (Quantity::DiameterOverSide.at_most(ratio, MAX_DIAMETER_OVER_WIDTH))
+            .or_else(|| Quantity::Crossings.at_least(crossings, LEAST_CROSSINGS))
+            .or_else(|| {
+                let violation = Quantity::Discs.at_least(self.discs(), LEAST_DISCS_AT_FIXED_ENERGY);
+                violation.filter(|_| at_fixed_energy)
+            })
+    }
+
     /// The equilibrium at the temperature of the floor, or else of the settled states; `None` for discs that have none.
     fn column(&self) -> Option<Column> {
         let config = &self.config;
         let has_equilibrium =
             self.is_elastic() && self.equal_radius().is_some() && config.shaking.is_none();
-        let measured = self.gravity.temperatures.value() / self.gravity.states;
-        let temperature = config.floor_temperature.map_or(measured, |floor| floor.get());
-        if has_equilibrium { Column::of(config, temperature) } else { None }
+        if has_equilibrium { Column::of(config, self.column_temperature()) } else { None }
     }
 
     /// Adds the metrics of discs in gravity.
@@ -85,6 +135,9 @@ impl PackingRun {
             found.add(metric::ENERGY_FROM_FLOOR, last.from_floor);
             found.add(metric::ENERGY_DISSIPATED, last.dissipated);
         }
+        if self.falls() && self.duration().is_none() {
+            return found.explain(metric::MEAN_HEIGHT, AT_COLLISIONS);
+        }
         let Some(height) = self.gravity.heights.estimate() else { return };
         let theory = self.column().map(|column| {
             let of_floor = column.at_floor * 2.0 * self.config.radius.get();
@@ -92,7 +145,7 @@ impl PackingRun {
             let of_energy = if self.config.floor_temperature.is_some() { 0.0 } else { 1.0 };
             let relative = STATE_EQUATION_ACCURACY + of_energy / self.discs();
             let accuracy = Some(of_floor + relative * column.mean_height);
-            ExpectedValue { value: column.mean_height, accuracy, violation: None }
+            ExpectedValue { value: column.mean_height, accuracy, violation: self.outside_balance() }
         });
         found.compare_with(metric::MEAN_HEIGHT, height, law::BALANCE_OF_WEIGHT, theory);
     }

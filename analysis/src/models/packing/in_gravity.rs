@@ -1,5 +1,6 @@
 //! Sums over the states of discs in gravity: heights, layers, temperature; and the first and the last energy.
 
+use crate::models::lyapunov::SETTLED_AFTER;
 use crate::statistics::{Blocking, Sum};
 use kinetoscope_manifest::model::{PackingConfig, RunLength};
 use kinetoscope_recording::channels::PackingEnergy;
@@ -8,8 +9,8 @@ use kinetoscope_recording::reader::StateTable;
 /// Number of layers of equal height.
 pub(super) const LAYERS: usize = 20;
 
-/// Fraction of the run after which means begin: the heights settle by sound and heat, which take longer than the velocities.
-const SETTLED_FROM: f64 = 0.25;
+/// Why the mean of a2 is not measured in gravity.
+pub(super) const BETWEEN_COLLISIONS: &str = "in gravity, velocities change between collisions, and their fourth moment is recorded at collisions only";
 
 /// What the states and the energies of discs in gravity give.
 #[derive(Clone, Debug, Default)]
@@ -34,23 +35,14 @@ impl InGravity {
     }
 
     /// Adds a state, if it is settled.
-    pub(super) fn add_state(
-        &mut self,
-        config: &PackingConfig,
-        [time, events]: [f64; 2],
-        state: &StateTable,
-    ) {
-        let progress = match config.length {
-            RunLength::Duration(duration) => time / duration.get(),
-            RunLength::EventsPerDisc(per_disc) => {
-                events / (f64::from(per_disc.get()) * f64::from(config.discs.get()))
-            }
-        };
-        let columns = ["y", "vx", "vy"].map(|name| state.index(name));
-        let [Some(y), Some(vx), Some(vy)] = columns else { return };
-        if config.gravity.get() == 0.0 || progress < SETTLED_FROM {
+    pub(super) fn add_state(&mut self, config: &PackingConfig, time: f64, state: &StateTable) {
+        // Frames at collisions do not sample the time.
+        let RunLength::Duration(duration) = config.length else { return };
+        if config.gravity.get() == 0.0 || time < SETTLED_AFTER * duration.get() {
             return;
         }
+        let columns = ["y", "vx", "vy"].map(|name| state.index(name));
+        let [Some(y), Some(vx), Some(vy)] = columns else { return };
         let room = room(config);
         let (mut heights, mut squares, mut count) = (0.0, 0.0, 0.0);
         for row in state.iter() {

@@ -4,7 +4,7 @@ use super::diffusion_windows::DiffusionWindows;
 use super::displacement::Displacement;
 use super::distributions::Distributions;
 use super::equilibrium::{self, Equilibrium};
-use super::in_gravity::InGravity;
+use super::in_gravity::{BETWEEN_COLLISIONS, InGravity};
 use super::laws as law;
 use super::mean_a2::{A2Sums, A2Weights, MeanA2, VelocityMoments, moments_of};
 use super::metrics as metric;
@@ -269,6 +269,7 @@ impl PackingRun {
             .map(|theory| ExpectedValue { violation: self.drift().or(theory.violation), ..theory });
         let lacks_collisions = self.lacks_states && !self.collisions.is_empty();
         match self.mean_a2() {
+            _ if self.falls() => found.explain(metric::A2_MEAN, BETWEEN_COLLISIONS),
             _ if lacks_collisions => found.explain(metric::A2_MEAN, NEEDS_ALL_STATES),
             Some(mean) => found.compare_with(metric::A2_MEAN, mean, law, theory),
             None => found.explain(metric::A2_MEAN, AFTER_FEW_EVENTS),
@@ -437,7 +438,7 @@ impl Observer for PackingRun {
                 self.flow.add_state(&state, sides.map(|side| -side / 2.0), sides);
             }
             self.displacement.add_frame(time, &state);
-            self.gravity.add_state(&self.config, [time, events], &state);
+            self.gravity.add_state(&self.config, time, &state);
             if self.is_settled(events) {
                 self.distributions.add_frame(&state);
                 self.add_to_self_diffusion(time, &state);

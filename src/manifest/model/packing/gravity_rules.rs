@@ -2,6 +2,7 @@
 
 use super::{Boundary, PackingConfig};
 use crate::keys::{Reader, rules};
+use crate::quantity::Positive;
 
 /// Maximum of gravity times the height of the box, in squares of the thermal speed 1 of random velocities.
 const MAX_FALL: f64 = 1e12;
@@ -15,6 +16,10 @@ const MIN_STROKE: f64 = 1e-6;
 /// Minimum period of a shaken floor, and gravity above it, so that the periods until a disc falls back can be counted.
 const MIN_PERIOD: f64 = 1e-3;
 const MIN_GRAVITY: f64 = 1e-6;
+
+/// Range of the temperature of the floor, in those of discs with the thermal speed 1.
+const MIN_TEMPERATURE: f64 = 1e-6;
+const MAX_TEMPERATURE: f64 = 1e12;
 
 impl PackingConfig {
     /// Rejects gravity without walls, and floors that cannot be used.
@@ -37,7 +42,11 @@ impl PackingConfig {
                     "`{key}` cannot be used with wall noise", "remove one of them";
             }
         }
+        let temperature = self.floor_temperature.map_or(1.0, Positive::get);
         rules! { table;
+            !(MIN_TEMPERATURE..=MAX_TEMPERATURE).contains(&temperature) => ["floor_temperature"]
+                "`floor_temperature` is {temperature:e}, so that discs are a million times as fast, or a thousandth, as they start",
+                "must be in [{MIN_TEMPERATURE:e}, {MAX_TEMPERATURE:e}]";
             table.has("floor_temperature") && self.shaking.is_some() => ["floor_temperature", "floor_stroke"]
                 "a shaken floor has no temperature", "remove one of them";
             table.has("floor_stroke") != table.has("floor_period") => ["floor_stroke", "floor_period"]
