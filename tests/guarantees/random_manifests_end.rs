@@ -281,7 +281,7 @@ fn run_random_manifests(
 #[test]
 fn random_manifests_end_with_a_named_outcome() {
     let kept = tempfile::tempdir().unwrap();
-    let (findings, outcomes) = run_random_manifests(40, 1, |_| LONGEST_RUN, kept.path(), |_, _| {});
+    let (findings, outcomes) = run_random_manifests(60, 3, |_| LONGEST_RUN, kept.path(), |_, _| {});
     assert_none(&findings);
     for outcome in ["complete", "fault", "error of the start"] {
         assert!(outcomes.count(outcome) > 0, "control: no {outcome} in {:?}", outcomes.seen);
