@@ -5,8 +5,9 @@
     python benches/peers/dem_lammps.py DEM_PEER SCENE DISCS STEPS [PAIRS]
 
 LAMMPS runs gran/hooke (gran/hooke/history for `frictional`) with the same k, dt and, for equal discs, the same dashpot. For `spheres` it
-runs granular with hertz/material and damping coeff_restitution, which is the same law for all radii; for `spheres_history`
-gran/hertz/history, whose dashpot is another one. It is
+runs granular with hertz/material and damping coeff_restitution, which is the same law for all radii; for `spheres_history` and
+`frictional_spheres_history` gran/hertz/history, whose dashpot is another one, and whose tangential stiffness increases with the circle of
+contact. It is
 started with the very forces of our step: its set-up evaluates them with the half-step velocities, then the velocities at
 the positions' time are put in place, and `run ... pre no` goes on from there.
 """
@@ -58,8 +59,9 @@ def lammps_run(state, scene, steps):
     if scene == "spheres":
         material = f"hertz/material {MODULUS} {restitution} {POISSON} tangential linear_nohistory 0 0 damping coeff_restitution"
         pair_style, pair_coeff, wall_style = "granular", material, f"granular {material}"
-    elif scene == "spheres_history":
-        hertz = f"hertz/history {4 / 3 * MODULUS / (2 * (1 - POISSON**2))} NULL {gamma_pair / 0.01} NULL 0.0 0"
+    elif scene in ("spheres_history", "frictional_spheres_history"):
+        slider = "0.5 1" if scene.startswith("frictional") else "0.0 0"
+        hertz = f"hertz/history {4 / 3 * MODULUS / (2 * (1 - POISSON**2))} NULL {gamma_pair / 0.01} NULL {slider}"
         pair_style, wall_style = f"gran/{hertz}", hertz
     sides = "p p p" if scene == "gas" else "f f p"
     peer = lammps(cmdargs=["-log", "none", "-screen", "none"])
