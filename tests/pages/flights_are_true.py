@@ -24,7 +24,7 @@ MOST_PERCENT = 0.02
 SETTINGS = {
     "packing_fifty_discs": (2.0, ["model.packing.events_per_disc=40"]),
     "packing_gravity": (1.0, ["model.packing.discs=200", "model.packing.duration=60.0"]),
-    "gas_relaxation": (0.008, ["model.gas.particles=300", "model.gas.duration_s=1e-4"]),
+    "gas_relaxation": (0.008, ["model.gas.particles=300", "model.gas.duration_s=2e-3"]),
 }
 # Channels that the plots of an experiment need.
 PLOTTED = {"gas_relaxation": ["energy_balance", "speeds"]}

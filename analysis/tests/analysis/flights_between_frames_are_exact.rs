@@ -197,6 +197,12 @@ fn corners_give_positions_at_any_time() {
     ] {
         assert!(assert_exact(&model, sides, "3").ends_with(whole));
     }
-    let note = assert_exact(fluid, walls, "0.02");
-    assert!(note.contains("(channel `events`) up to frame "), "{note}");
+    // More collisions than a small page has room for, and a temperature that is set in the sixth interval.
+    let scheduled = format!("{gas}temperature_schedule = [[0.011, 900.0]]\n");
+    for (model, budget, last) in
+        [(fluid, "0.02", "up to frame "), (&scheduled, "3", "up to frame 5:")]
+    {
+        let note = assert_exact(model, walls, budget);
+        assert!(note.contains(&format!("(channel `events`) {last}")), "{note}");
+    }
 }
