@@ -60,9 +60,9 @@ def called(*words):
     return "" if done.returncode == 0 else f"{' '.join(map(str, words))} failed: {done.stdout}{done.stderr}"
 
 
-def record(programs, name, frames, folder):
+def record(programs, name, frames, folder, *more):
     """Records an experiment with this number of frames, or one per step if there are fewer steps."""
-    settings = ["--set", "replicates=1", "--output", folder, EXPERIMENTS / f"{name}.toml"]
+    settings = [*more, "--set", "replicates=1", "--output", folder, EXPERIMENTS / f"{name}.toml"]
     failure = called(programs / "run-experiment", "--quiet", "--set", f"record.frames={frames}", *settings)
     if steps := re.search(r"the run has only (\d+) steps", failure):
         failure = called(programs / "run-experiment", "--quiet", "--set", f"record.frames={steps[1]}", *settings)
@@ -75,10 +75,10 @@ def without_key(file):
     return file.rsplit("__", 1)[0]
 
 
-def truth(programs, name, frames, file, folder):
+def truth(programs, name, frames, file, folder, *more):
     """Time and positions of every particle in each frame of the dense run."""
     if not (folder / name).exists():
-        record(programs, name, frames, folder)
+        record(programs, name, frames, folder, *more)
     (recording,) = (path for path in (folder / name).glob("*.mcap") if without_key(path.name) == without_key(file))
     tables = folder / name / recording.stem
     if failure := called(programs / "kinetoscope", "export", "--quiet", "--format", "csv", "--output", tables, recording):

@@ -120,6 +120,17 @@ pub(crate) struct Extent {
     pub(crate) has_trails: bool,
     /// Whether particles that leave through a side enter through the opposite one.
     pub(crate) is_periodic: bool,
+    /// How discs fly between the collisions of `/events`, if the model can record them.
+    pub(crate) flight: Option<Flight>,
+}
+
+/// The flight of a disc between collisions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Flight {
+    /// Impulse over change of velocity.
+    pub(crate) mass: f64,
+    /// Acceleration downward.
+    pub(crate) gravity: f64,
 }
 
 /// A fit of a metric along an axis of a sweep.

@@ -4,6 +4,7 @@ use super::encoding::{
     ABSENT, LARGEST, append_series, append_speeds, base64_bytes, best_order, deflated, quantized,
 };
 use super::film::{Film, Replay};
+use super::flights::Flights;
 use super::forces::{self, append_forces, forces};
 use super::lines::{LineStyle, Lines, styles, texts};
 use super::picture::{PictureStyle, picture};
@@ -53,6 +54,7 @@ pub(crate) struct ReplayCollector {
     legend_top: Option<f64>,
     names: Vec<String>,
     lines: Arc<Lines>,
+    flights: Flights,
     stills: Vec<Still>,
     last: Option<Still>,
     frames: u64,
@@ -88,6 +90,7 @@ impl ReplayCollector {
             max_particles,
             every_frame: 1,
             every_particle: 1,
+            flights: Flights::new(&extent, max_bytes),
             extent,
             fps: provenance.playback_fps,
             units: [unit("x"), unit("vx"), time_unit.to_owned()],
@@ -126,6 +129,7 @@ impl ReplayCollector {
         if self.particles == 0 {
             self.every_particle = state.rows().div_ceil(self.max_particles).max(1) as u64;
         }
+        self.flights.observe(number, frame, columns, self.every_particle);
         self.particles = self.particles.max(state.rows());
         let mut points = Vec::new();
         for row in 0..state.rows() {
@@ -193,10 +197,11 @@ impl ReplayCollector {
         let mut every = self.first_interval(view).min(fewest);
         loop {
             let stills = thinned(&self.stills, every);
-            let film = self.film(&stills, view);
+            let film = self.film(&stills, view, true);
             let bytes = base64_bytes(film.data.len());
             if bytes <= self.max_bytes {
-                let note = self.note(&stills, view, every as u64 * self.every_frame);
+                let mut note = self.note(&stills, view, every as u64 * self.every_frame);
+                note.push_str(&self.flights.note(&stills, film.flights));
                 return Replay { note, film: Some(film) };
             }
             let (frames, particles) = (stills.len(), film.particles);
@@ -227,13 +232,16 @@ impl ReplayCollector {
             (0..SAMPLED_BLOCKS).map(|index| (frames - block) * index / (SAMPLED_BLOCKS - 1));
         let sample: Vec<&Still> =
             blocks.flat_map(|start| &self.stills[start..start + block]).collect();
-        let bytes = base64_bytes(self.film(&sample, view).data.len());
+        let bytes = base64_bytes(self.film(&sample, view, false).data.len());
         (bytes * frames / sample.len() / self.max_bytes).max(1)
     }
 
     /// All positions, within and near the container if there is one, else with everything else that is drawn.
     fn view(&self) -> Option<View> {
-        let points = || self.stills.iter().flat_map(|still| &still.points).map(Point::disc);
+        let points = || {
+            let discs = self.stills.iter().flat_map(|still| &still.points).map(Point::disc);
+            discs.chain(self.flights.places(self.extent.radius))
+        };
         let container = self.stills.iter().flat_map(|still| still.lines.container());
         let shown = match View::containing(container) {
             Some(container) => View::of_contained(points(), container).or(Some(container)),
@@ -340,7 +348,7 @@ impl ReplayCollector {
         (first, picture(stills, first, view, &style), color, names)
     }
 
-    fn film(&self, stills: &[&Still], view: View) -> Film {
+    fn film(&self, stills: &[&Still], view: View, with_flights: bool) -> Film {
         let particles = stills.iter().map(|still| still.points.len()).max().unwrap_or(0);
         let ends = stills.iter().map(|still| still.lines.ends.len()).max().unwrap_or(0);
         let has_moving_walls = stills.windows(2).any(|pair| pair[0].lines != pair[1].lines);
@@ -375,6 +383,8 @@ impl ReplayCollector {
         let spin_top = append_spins(&mut data, stills, particles);
         let forces: Vec<&[_]> = stills.iter().map(|still| &*still.forces).collect();
         let (force_lines, force_top) = append_forces(&mut data, &forces, &range);
+        let flown = [particles, self.every_particle as usize];
+        let flights = with_flights.then(|| self.flights.append(&mut data, stills, &range, flown));
         let (first, picture, color, names) =
             self.first_picture(stills, view, [speeds.top, spin_top]);
         Film {
@@ -407,6 +417,7 @@ impl ReplayCollector {
             has_trails: self.extent.has_trails,
             fps: self.fps * shown,
             units: self.units.clone(),
+            flights: flights.flatten(),
             data: deflated(&data),
         }
     }

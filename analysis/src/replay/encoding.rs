@@ -1,7 +1,8 @@
 //! Numbers of a replay as bytes: 16-bit values, differences in time, byte planes, raw DEFLATE, base64.
 //!
 //! Layout, little-endian: the times (f64) and the numbers (u32) of the frames; the radii; x; y; the speeds; x and y of the ends of
-//! the segments of lines, and the style of each segment; vx and vy, if they are recorded; the spins, if discs spin; x and y of both ends of the contact forces, and their sizes, if they are requested. A series of 16-bit values is frame after frame; its differences in time are stored as a plane of low bytes and
+//! the segments of lines, and the style of each segment; vx and vy, if they are recorded; the spins, if discs spin; x and y of both ends of the contact forces, and their sizes, if they are requested;
+//! the numbers of corners between frames, and the times and places of all corners (`flights`), if collisions are recorded. A series of 16-bit values is frame after frame; its differences in time are stored as a plane of low bytes and
 //! then a plane of high bytes. Differences of frame 0 are those from zero. DEFLATE stores the planes of particles at rest, or in
 //! uniform motion, in almost no space.
 

@@ -1,6 +1,7 @@
 //! The encoded frames of a replay, and their description for the script of the report.
 
 use super::encoding::base64;
+use super::flights::DrawnFlights;
 use super::lines::LineStyle;
 use super::view::View;
 use crate::number_text::three_digits;
@@ -70,16 +71,23 @@ pub(crate) struct Film {
     /// Texts with their middles.
     pub(super) labels: Vec<([f64; 2], String)>,
     /// Whether the path of each particle is drawn.
-    pub(super) has_trails: bool,
+    pub(crate) has_trails: bool,
     /// Frames per second of the replay at normal speed.
     pub(super) fps: f64,
     /// Units of length, speed and time; empty for dimensionless ones.
     pub(crate) units: [String; 3],
+    /// The paths between frames; `None` without recorded collisions.
+    pub(super) flights: Option<DrawnFlights>,
     /// The numbers: raw DEFLATE of the layout in `encoding`.
     pub(super) data: Vec<u8>,
 }
 
 impl Film {
+    /// Whether collisions give the motion between frames.
+    pub(crate) fn has_flights(&self) -> bool {
+        self.flights.is_some()
+    }
+
     /// What the script needs to decode and draw the data, as JSON.
     pub(crate) fn description(&self) -> String {
         let colors = SPEED_COLORS.map(|[r, g, b]| format!("#{r:02x}{g:02x}{b:02x}"));
@@ -89,7 +97,7 @@ impl Film {
         };
         let names: Vec<_> = self.names.iter().map(|name| visible(name)).collect();
         let labels: Vec<_> = self.labels.iter().map(|(at, text)| (at, visible(text))).collect();
-        json!({
+        let mut description = json!({
             "frames": self.frames,
             "particles": self.particles,
             "every": self.every_particle,
@@ -120,8 +128,11 @@ impl Film {
             "fps": self.fps,
             "units": self.units,
             "colors": colors,
-        })
-        .to_string()
+        });
+        if let Some(DrawnFlights { corners, intervals, fall }) = self.flights {
+            description["flights"] = json!([corners, intervals, fall]);
+        }
+        description.to_string()
     }
 
     /// The data as base64.

@@ -6,6 +6,7 @@
 mod collector;
 mod encoding;
 mod film;
+mod flights;
 mod forces;
 mod lines;
 mod motion;
@@ -16,4 +17,4 @@ mod still;
 mod view;
 
 pub(crate) use collector::{ReplayCollector, species};
-pub(crate) use film::Replay;
+pub(crate) use film::{Film, Replay};

@@ -76,6 +76,11 @@ impl Columns {
         id.filter(is_number).map_or(row as u64, |id| id as u64)
     }
 
+    /// Position and velocity with all digits; `None` without velocities.
+    pub(super) fn motion(&self, values: &[f64]) -> Option<[[f64; 2]; 2]> {
+        Some([self.position, self.in_plane?].map(|columns| columns.map(|column| values[column])))
+    }
+
     pub(super) fn point(&self, values: &[f64], radius: f64) -> Point {
         let [x, y] = self.position.map(|column| values[column]);
         let squares = self.velocity.iter().map(|column| values[*column] * values[*column]);

@@ -30,6 +30,7 @@ async function decoded(film, text) {
   const spins = film.spinTop ? bytes.slice(at, at += frames * particles) : [];
   for (let i = particles; i < spins.length; i++) spins[i] += spins[i - particles];
   const forces = Array.from({ length: film.forceLines && 5 }, () => series(frames, film.forceLines, 1));
+  if (film.flights) times.flights = flightsOf(film, series); // flights
   return { times, numbers, radii, xs, ys, speeds, walls, styles, velocities, spins, forces };
 }
 

@@ -13,6 +13,7 @@ use crate::checks::baseline::BaselineComparison;
 use crate::checks::{CheckKind, CheckResult};
 use crate::number_text::six_digits;
 use crate::plot::palette;
+use crate::replay::Film;
 use kinetoscope_console::text::visible;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -22,20 +23,27 @@ const SCRIPTS: [&str; 8] = [
     include_str!("numbers.js"),
     include_str!("film.js"),
     include_str!("pictures.js"),
-    include_str!("trails.js"),
+    TRAILS,
     include_str!("replay.js"),
     include_str!("deck.js"),
     include_str!("report.js"),
     include_str!("distributions.js"),
 ];
 
+const TRAILS: &str = include_str!("trails.js");
+/// What stands in place of it where discs, which have no trails, fly as recorded, and the end of the lines for these pages only.
+const FLIGHTS: &str = include_str!("flights.js");
+const FOR_FLIGHTS: &str = " // flights";
+
 /// The script as a page contains it: without indentation, lines of comments and the spaces next to punctuation. No text in it spans lines.
-fn script() -> String {
-    let lines = SCRIPTS
+fn script(has_flights: bool) -> String {
+    let parts = SCRIPTS.map(|part| if has_flights && part == TRAILS { FLIGHTS } else { part });
+    let lines = parts
         .iter()
         .flat_map(|part| part.lines())
         .map(str::trim_start)
-        .filter(|line| !line.starts_with("//"));
+        .filter(|line| !line.starts_with("//") && (has_flights || !line.ends_with(FOR_FLIGHTS)))
+        .map(|line| line.strip_suffix(FOR_FLIGHTS).unwrap_or(line));
     lines.map(squeezed).collect::<Vec<_>>().join("\n")
 }
 
@@ -84,6 +92,8 @@ pub(crate) fn page(report: &AnalysisReport, plots: &[DrawnPlot<'_>], links: &Fil
     let unreadable: Vec<String> = unreadable.collect();
     let sorted = SortedPlots::of(report, plots);
     let background = head::background(report);
+    let films = || report.runs.iter().filter_map(|run| run.replay.as_ref()?.film.as_ref());
+    let has_flights = films().any(Film::has_flights) && !films().any(|film| film.has_trails);
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -115,7 +125,7 @@ pub(crate) fn page(report: &AnalysisReport, plots: &[DrawnPlot<'_>], links: &Fil
                         (provenance::section(report, links))
                     }
                 }
-                script nonce=(engine::NONCE) { (PreEscaped(script())) }
+                script nonce=(engine::NONCE) { (PreEscaped(script(has_flights))) }
             }
         }
     };
@@ -258,17 +268,18 @@ fn manifest(report: &AnalysisReport) -> Markup {
 
 #[cfg(test)]
 mod tests {
-    use super::{SCRIPTS, STYLE_SHEET, script};
+    use super::{FLIGHTS, SCRIPTS, STYLE_SHEET, script};
 
     #[test]
     fn script_and_style_are_small() {
         let is_whole = |line: &str| line.matches('`').count().is_multiple_of(2);
         assert!(
-            SCRIPTS.iter().flat_map(|part| part.lines()).all(is_whole),
+            SCRIPTS.iter().chain([&FLIGHTS]).flat_map(|part| part.lines()).all(is_whole),
             "a text that spans lines would lose its indentation"
         );
         assert!(SCRIPTS.iter().all(|part| !part.contains("+ +")), "two signs would become one");
-        for (text, most) in [(script().as_str(), 60_000), (STYLE_SHEET, 12_000)] {
+        let [script, in_flight] = [false, true].map(script);
+        for (text, most) in [(&*script, 60_000), (&*in_flight, 60_000), (STYLE_SHEET, 12_000)] {
             assert!(text.len() <= most, "{} of {most} bytes", text.len());
             // The ends of the elements that contain them.
             assert!(!text.contains("</script") && !text.contains("</style"));

@@ -114,6 +114,7 @@ function player(part, leader) {
         x = xs[to];
         y = ys[to];
       }
+      if (part && film.flights) [x, y] = flown(film, data, low, i, part, [x, y]); // flights
       across[i] = x === ABSENT ? NaN : px(x);
       down[i] = x === ABSENT ? NaN : py(y);
     }

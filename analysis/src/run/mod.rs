@@ -157,7 +157,7 @@ impl RunAnalysis {
 
 /// Reads all frames of a recording in order; `threads` is the number of threads that decompress chunks. Of a recording of keyframes,
 /// metrics and charts that need the states of all frames are withheld, as is the replay. The memory is bounded for any file size: that
-/// of `Frames`, three frames, some megabytes for series and snapshots, and twelve times the maximum size of the replay.
+/// of `Frames`, three frames, some megabytes for series and snapshots, and fifteen times the maximum size of the replay.
 ///
 /// # Errors
 /// A recording without a readable frame, or a disk that fails, after which the frames before are not a result.

@@ -73,6 +73,7 @@ mod speeds_have_one_color;
 mod first_screen_shows_the_answer;
 // A bed at rest is enlarged in the first picture, and a planet can rest.
 mod first_picture_and_frame_of_reference;
+mod flights_between_frames_are_exact;
 // Requested plots come first and show gaps where there is no value.
 mod requested_plots_show_the_metrics;
 // A thumbnail shows the recorded positions and colors.

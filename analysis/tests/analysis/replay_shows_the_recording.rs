@@ -63,8 +63,8 @@ struct Film {
 }
 
 /// A series of 16-bit values at `at`, decoded as the script does; moves `at` behind it.
-fn series(data: &[u8], at: &mut usize, [count, width]: [usize; 2], order: u64) -> Vec<u16> {
-    let length = count * width;
+pub(crate) fn series(data: &[u8], at: &mut usize, shape: [usize; 2], order: u64) -> Vec<u16> {
+    let length = shape[0] * shape[1];
     let mut values: Vec<u16> = (0..length)
         .map(|index| {
             let zigzag = u16::from_le_bytes([data[*at + index], data[*at + length + index]]);
@@ -72,19 +72,19 @@ fn series(data: &[u8], at: &mut usize, [count, width]: [usize; 2], order: u64) -
         })
         .collect();
     for _ in 0..order {
-        for index in width..length {
-            values[index] = values[index].wrapping_add(values[index - width]);
+        for index in shape[1]..length {
+            values[index] = values[index].wrapping_add(values[index - shape[1]]);
         }
     }
     *at += 2 * length;
     values
 }
 
-fn attribute<'a>(element: &'a str, name: &str) -> Option<&'a str> {
+pub(crate) fn attribute<'a>(element: &'a str, name: &str) -> Option<&'a str> {
     element.split(&format!(" {name}=\"")).nth(1)?.split('"').next()
 }
 
-fn unescaped(text: &str) -> String {
+pub(crate) fn unescaped(text: &str) -> String {
     text.replace("&quot;", "\"").replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&")
 }
 

@@ -95,5 +95,6 @@ pub(super) fn extent(config: &DemConfig) -> Extent {
         walls: [drawing::rectangle(bounds)].into_iter().chain(inner).collect(),
         has_trails: false,
         is_periodic: config.periodic != PeriodicSides::None,
+        flight: None,
     }
 }

@@ -17,7 +17,9 @@ mod state;
 mod sweep;
 mod wall_collisions;
 
-use crate::models::contract::{Extent, HeightLayers, MainResults, ModelAnalysis, PlottedObserver};
+use crate::models::contract::{
+    Extent, Flight, HeightLayers, MainResults, ModelAnalysis, PlottedObserver,
+};
 use crate::models::snapshots::Snapshots;
 use crate::plot::drawing;
 use kinetoscope_manifest::model::{GasConfig, SpeedDistribution};
@@ -89,5 +91,6 @@ pub(super) fn extent(config: &GasConfig) -> Extent {
         walls: vec![drawing::circle(center, radius)],
         has_trails: false,
         is_periodic: false,
+        flight: Some(Flight { mass: config.mass_kg.get(), gravity: 0.0 }),
     }
 }

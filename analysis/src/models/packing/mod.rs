@@ -21,7 +21,7 @@ mod structure;
 mod sweep;
 mod tangent;
 
-use crate::models::contract::{Extent, MainResults, ModelAnalysis, PlottedObserver};
+use crate::models::contract::{Extent, Flight, MainResults, ModelAnalysis, PlottedObserver};
 use crate::models::snapshots::Snapshots;
 use crate::plot::drawing;
 use kinetoscope_manifest::model::{Boundary, PackingConfig};
@@ -76,5 +76,6 @@ pub(super) fn extent(config: &PackingConfig) -> Extent {
         walls,
         has_trails: false,
         is_periodic,
+        flight: Some(Flight { mass: 1.0, gravity: config.gravity.get() }),
     }
 }
