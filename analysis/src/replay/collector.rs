@@ -372,13 +372,7 @@ impl ReplayCollector {
         let styles = styles(stills.iter().map(|still| &*still.lines));
         let drawn = if has_moving_walls { stills } else { &stills[..1] };
         append_walls(&mut data, drawn, &range, view.cut(), &styles);
-        let parts = points().flat_map(|point| point.velocity);
-        let velocities = Velocities::of(parts, particles * stills.len());
-        for axis in 0..if velocities.step > 0.0 { 2 } else { 0 } {
-            let stored: Vec<u16> =
-                points().map(|point| velocities.stored(point.velocity[axis])).collect();
-            append_series(&mut data, &stored, particles, 1);
-        }
+        let velocities = append_velocities(&mut data, stills, particles);
         let shown = stills.len() as f64 / self.frames as f64;
         let spin_top = append_spins(&mut data, stills, particles);
         let forces: Vec<&[_]> = stills.iter().map(|still| &*still.forces).collect();
@@ -488,4 +482,17 @@ fn ordinal(number: u64) -> String {
         _ => "th",
     };
     format!("{number}{ending}")
+}
+
+/// Appends both components of the velocities, if any is stored; returns their scale.
+fn append_velocities(data: &mut Vec<u8>, stills: &[&Still], particles: usize) -> Velocities {
+    let parts = || stills.iter().flat_map(move |still| padded(&still.points, particles));
+    let of_all = parts().flat_map(|point| point.velocity);
+    let velocities = Velocities::of(of_all, particles * stills.len());
+    for axis in 0..if velocities.step > 0.0 { 2 } else { 0 } {
+        let stored: Vec<u16> =
+            parts().map(|point| velocities.stored(point.velocity[axis])).collect();
+        append_series(data, &stored, particles, 1);
+    }
+    velocities
 }
