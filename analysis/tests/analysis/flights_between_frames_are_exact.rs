@@ -7,7 +7,7 @@
 //! that has more collisions than a small page has room for is exact up to the frame that the page states.
 //! Control: without the corners, discs are elsewhere at most instants; without `/events`, the page has neither corners nor the script for them.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
-#![allow(clippy::disallowed_methods, clippy::unwrap_used)]
+#![allow(clippy::disallowed_methods, reason = "a tolerance does not need the same bits everywhere")]
 
 use crate::replay_shows_the_recording::{attribute, series, unescaped};
 use crate::synthetic::analyze;
