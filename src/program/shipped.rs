@@ -71,6 +71,7 @@ shipped![
     "orbit_keplers_laws",
     "orbit_outer_planets",
     "orbit_trojans",
+    "packing_divergence",
     "packing_fifty_discs",
     "packing_freezing",
     "packing_gravity",
