@@ -43,6 +43,8 @@ pub(super) struct Flights {
     /// The last frame that the paths lead to.
     until: u64,
     has_ended: bool,
+    /// Whether they ended because the corners were too many.
+    has_no_room: bool,
     /// Whether the recording has collisions.
     is_recorded: bool,
 }
@@ -69,6 +71,7 @@ impl Flights {
             corners: Vec::new(),
             until: 0,
             has_ended: false,
+            has_no_room: false,
             is_recorded: false,
         }
     }
@@ -91,6 +94,7 @@ impl Flights {
             Some(()) => self.until = number,
             None => {
                 self.has_ended = true;
+                self.has_no_room = self.corners.len() > self.most_corners;
                 self.corners.truncate(known);
             }
         }
@@ -257,14 +261,16 @@ impl Flights {
         if !self.is_recorded || stills.len() < 2 {
             return String::new();
         }
-        let known = " Between frames, discs fly as recorded (channel `events`)";
+        let known = " Between frames, discs fly as recorded (channel \"events\")";
         if intervals + 1 == stills.len() {
             return format!("{known}.");
         }
-        format!(
-            "{known} up to frame {}: later collisions are too many for a small page, or do not lead to the recorded positions.",
-            stills[intervals].number
-        )
+        let why = if self.has_no_room {
+            "later collisions are too many for a small page"
+        } else {
+            "later collisions do not lead to the recorded positions"
+        };
+        format!("{known} up to frame {}: {why}.", stills[intervals].number)
     }
 }
 

@@ -185,7 +185,7 @@ fn assert_exact(model: &str, sides: [f64; 2], budget: &str) -> String {
 fn corners_give_positions_at_any_time() {
     let fluid =
         "packing]\ndiscs = 60\nwidth = 16.0\nheight = 16.0\nradius = 0.6\nduration = 20.0\n";
-    let (whole, walls) = (" Between frames, discs fly as recorded (channel `events`).", [1e9; 2]);
+    let (whole, walls) = (" Between frames, discs fly as recorded (channel \"events\").", [1e9; 2]);
     let mixture =
         format!("{fluid}radius_half_width = 0.2\nboundary = \"periodic\"\nrestitution = 0.95\n");
     let gravity = format!("{fluid}gravity = 0.2\nfloor_temperature = 1.0\n");
@@ -200,10 +200,12 @@ fn corners_give_positions_at_any_time() {
     }
     // More collisions than a small page has room for, and a temperature that is set in the sixth interval.
     let scheduled = format!("{gas}temperature_schedule = [[0.011, 900.0]]\n");
-    for (model, budget, last) in
-        [(fluid, "0.02", "up to frame "), (&scheduled, "3", "up to frame 5:")]
-    {
+    for (model, budget, [last, why]) in [
+        (fluid, "0.02", ["up to frame ", "too many for a small page."]),
+        (&scheduled, "3", ["up to frame 5:", "do not lead to the recorded positions."]),
+    ] {
         let note = assert_exact(model, walls, budget);
-        assert!(note.contains(&format!("(channel `events`) {last}")), "{note}");
+        assert!(note.contains(&format!("(channel \"events\") {last}")), "{note}");
+        assert!(note.ends_with(why), "{note}");
     }
 }
