@@ -125,10 +125,10 @@ pub(crate) struct Extent {
 }
 
 /// The flight of a disc between collisions.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Flight {
-    /// Impulse over change of velocity.
-    pub(crate) mass: f64,
+    /// Impulse over change of velocity; discs have these in turn.
+    pub(crate) masses: Vec<f64>,
     /// Acceleration downward.
     pub(crate) gravity: f64,
 }

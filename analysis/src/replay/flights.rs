@@ -63,7 +63,7 @@ impl Flights {
     /// For a replay of at most `max_bytes` in the page.
     pub(super) fn new(extent: &Extent, max_bytes: usize) -> Self {
         Self {
-            law: extent.flight,
+            law: extent.flight.clone(),
             bounds: extent.bounds.unwrap_or_default(),
             is_periodic: extent.is_periodic,
             most_corners: max_bytes / BYTES_PER_CORNER,
@@ -89,7 +89,8 @@ impl Flights {
             return;
         }
         let known = self.corners.len();
-        let followed = self.law.and_then(|law| self.follow(law, number, frame, columns, every));
+        let followed =
+            self.law.clone().and_then(|law| self.follow(&law, number, frame, columns, every));
         match followed {
             Some(()) => self.until = number,
             None => {
@@ -102,7 +103,7 @@ impl Flights {
 
     fn follow(
         &mut self,
-        law: Flight,
+        law: &Flight,
         number: u64,
         frame: &RecordedFrame,
         columns: &Columns,
@@ -120,7 +121,7 @@ impl Flights {
                 self.fly(law, id, number, *time, is_drawn)?;
                 let disc = &mut self.discs[id];
                 for (part, change) in disc.velocity.iter_mut().zip(impulse) {
-                    *part += sign * change / law.mass;
+                    *part += sign * change / law.masses[id % law.masses.len()];
                 }
                 let place = disc.place;
                 self.push(Corner { disc: id, frame: number, time: *time, place }, is_drawn)?;
@@ -174,7 +175,7 @@ impl Flights {
     }
 
     /// Moves a disc to a time without a collision. Only a disc that is drawn is moved from a periodic side to the opposite one.
-    fn fly(&mut self, law: Flight, id: usize, frame: u64, to: f64, is_drawn: bool) -> Option<()> {
+    fn fly(&mut self, law: &Flight, id: usize, frame: u64, to: f64, is_drawn: bool) -> Option<()> {
         while is_drawn && self.is_periodic {
             let disc = *self.discs.get(id)?;
             let hit = |axis: usize| {
@@ -217,7 +218,7 @@ impl Flights {
         range: &Range,
         [particles, every]: [usize; 2],
     ) -> Option<DrawnFlights> {
-        let law = self.law?;
+        let law = self.law.as_ref()?;
         let intervals =
             stills.partition_point(|still| still.number <= self.until).checked_sub(1)?;
         let last = stills.get(intervals).filter(|_| intervals > 0)?.number;

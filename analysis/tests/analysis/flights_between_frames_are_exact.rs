@@ -195,6 +195,7 @@ fn corners_give_positions_at_any_time() {
         (mixture, [16.0; 2]),
         (gravity, walls),
         (gas.to_owned(), walls),
+        (format!("{gas}mass_kg = 1e-26\nadditional_masses_kg = [3e-26, 1e-27]\n"), walls),
     ] {
         assert!(assert_exact(&model, sides, "3").ends_with(whole));
     }

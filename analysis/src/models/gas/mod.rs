@@ -91,6 +91,12 @@ pub(super) fn extent(config: &GasConfig) -> Extent {
         walls: vec![drawing::circle(center, radius)],
         has_trails: false,
         is_periodic: false,
-        flight: Some(Flight { mass: config.mass_kg.get(), gravity: 0.0 }),
+        flight: Some(Flight {
+            masses: std::iter::once(&config.mass_kg)
+                .chain(&config.additional_masses_kg)
+                .map(|mass| mass.get())
+                .collect(),
+            gravity: 0.0,
+        }),
     }
 }

@@ -76,6 +76,6 @@ pub(super) fn extent(config: &PackingConfig) -> Extent {
         walls,
         has_trails: false,
         is_periodic,
-        flight: Some(Flight { mass: 1.0, gravity: config.gravity.get() }),
+        flight: Some(Flight { masses: vec![1.0], gravity: config.gravity.get() }),
     }
 }
