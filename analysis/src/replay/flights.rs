@@ -266,12 +266,14 @@ impl Flights {
         if intervals + 1 == stills.len() {
             return format!("{known}.");
         }
-        let why = if self.has_no_room {
-            "later collisions are too many for a small page"
-        } else {
-            "later collisions do not lead to the recorded positions"
+        let why = match self.has_no_room {
+            true => "too many for a small page",
+            false => "not all that moves the discs",
         };
-        format!("{known} up to frame {}: {why}.", stills[intervals].number)
+        if intervals == 0 {
+            return format!(" The flights between frames are not shown: the collisions are {why}.");
+        }
+        format!("{known} up to frame {}: later collisions are {why}.", stills[intervals].number)
     }
 }
 
