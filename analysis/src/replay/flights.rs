@@ -8,6 +8,7 @@ use crate::models::contract::{Extent, Flight};
 use kinetoscope_recording::channels::{GasEvents, PackingEvents};
 use kinetoscope_recording::reader::RecordedFrame;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// Largest distance of a recorded position from the end of its path, in longer sides of the container: flights lead to it within some roundings.
 const MOST_MISSED: f64 = 1e-9;
@@ -219,8 +220,7 @@ impl Flights {
         [particles, every]: [usize; 2],
     ) -> Option<DrawnFlights> {
         let law = self.law.as_ref()?;
-        let intervals =
-            stills.partition_point(|still| still.number <= self.until).checked_sub(1)?;
+        let intervals = self.drawable_intervals(stills)?;
         let last = stills.get(intervals).filter(|_| intervals > 0)?.number;
         let is_drawn = |corner: &&Corner| corner.frame <= last && corner.disc.is_multiple_of(every);
         let mut corners: Vec<&Corner> = self.corners.iter().filter(is_drawn).collect();
@@ -251,6 +251,22 @@ impl Flights {
         })
     }
 
+    /// Number of intervals between these frames in which the paths are known, and no disc has more corners than can be counted.
+    fn drawable_intervals(&self, stills: &[&Still]) -> Option<usize> {
+        let known = stills.partition_point(|still| still.number <= self.until).checked_sub(1)?;
+        let interval_of = |corner: &Corner| {
+            stills.partition_point(|still| still.number < corner.frame).saturating_sub(1)
+        };
+        let mut counts = BTreeMap::new();
+        for corner in &self.corners {
+            *counts.entry((interval_of(corner), corner.disc)).or_insert(0) += 1;
+        }
+        let is_full = |(place, count): (&(usize, usize), &u32)| {
+            (*count > u32::from(u16::MAX)).then_some(place.0)
+        };
+        Some(counts.iter().find_map(is_full).map_or(known, |full| known.min(full)))
+    }
+
     /// The places of all corners, with this radius.
     pub(super) fn places(&self, radius: f64) -> impl Iterator<Item = [f64; 3]> + '_ {
         self.corners.iter().map(move |corner| [corner.place[0], corner.place[1], radius])
@@ -266,14 +282,15 @@ impl Flights {
         if intervals + 1 == stills.len() {
             return format!("{known}.");
         }
-        let why = match self.has_no_room {
-            true => "too many for a small page",
-            false => "not all that moves the discs",
+        let is_known = stills[intervals + 1].number <= self.until;
+        let why = match self.has_no_room || is_known {
+            true => "collisions are too many for a small page",
+            false => "collisions do not lead to the recorded positions",
         };
         if intervals == 0 {
-            return format!(" The flights between frames are not shown: the collisions are {why}.");
+            return format!(" The flights between frames are not shown: the {why}.");
         }
-        format!("{known} up to frame {}: later collisions are {why}.", stills[intervals].number)
+        format!("{known} up to frame {}: later {why}.", stills[intervals].number)
     }
 }
 

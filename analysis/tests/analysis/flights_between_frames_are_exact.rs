@@ -203,7 +203,7 @@ fn corners_give_positions_at_any_time() {
     let scheduled = format!("{gas}temperature_schedule = [[0.011, 900.0]]\n");
     for (model, budget, [last, why]) in [
         (fluid, "0.02", ["up to frame ", "too many for a small page."]),
-        (&scheduled, "3", ["up to frame 5:", "not all that moves the discs."]),
+        (&scheduled, "3", ["up to frame 5:", "do not lead to the recorded positions."]),
     ] {
         let note = assert_exact(model, walls, budget);
         assert!(note.contains(&format!("(channel \"events\") {last}")), "{note}");
