@@ -57,6 +57,8 @@ class Container:
     is_finished: bool = False
     # What precedes each chunk, once it is known: the descriptions, and the last log time of the blocks before.
     before: List[Tuple[Descriptions, Optional[int]]] = field(default_factory=list)
+    # The numbers of the frames of each topic, where they do not follow from the numbers of messages.
+    frames_of: Dict[str, List[int]] = field(default_factory=dict)
     # The constants of the particles, once they are read, if the recording has them only once.
     particles: Any = None
 
@@ -184,7 +186,8 @@ def _head(path: Path, stream: BinaryIO, size: int) -> Head:
             metadata.append((place, name))
             if name == MERGED:
                 raise RecordingError(
-                    f"{path} holds several runs, merged for a viewer", "pass the recording of one run"
+                    f"{path} holds several runs, merged for a viewer",
+                    "`kinetoscope.open(path).runs` has their frames",
                 )
             if name == PROVENANCE:
                 check_provenance(path, entries)

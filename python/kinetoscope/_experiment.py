@@ -386,13 +386,20 @@ def _distance(one: object, other: object) -> Tuple[float, str]:
 
 
 def open(path: _programs.PathLike, *, programs: Optional[_programs.PathLike] = None) -> Experiment:
-    """Opens the recordings in a folder such as ``recordings/first_run``, or one recording.
+    """Opens the recordings in a folder such as ``recordings/first_run``, one recording, or several runs in one, which
+    ``kinetoscope compare --mcap`` writes.
 
     >>> kinetoscope.open(experiment.path).runs[0].outcome
     'complete'
     """
     place = _programs.absolute(path)
     if not place.is_dir():
+        # Imported here: a merged recording is an experiment.
+        from ._merged import open_merged
+
+        merged = open_merged(place, programs)
+        if merged is not None:
+            return merged
         # Reports a file that is missing or is not a recording.
         Run(place)
         return Experiment(place, [place], programs=programs)

@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     import xarray
 
 
+# The distances of a merged recording's runs from the first one.
+SEPARATION = "/separation"
+
+
 class Frames:
     """The frames of one topic: a sequence of NumPy structured arrays that are read when they are needed.
 
@@ -68,6 +72,8 @@ class Frames:
         """
         if self.topic == STATE:
             return {name: self._state_units.get(name, "") for name in self.columns}
+        if self.topic == SEPARATION:
+            return _units.of_separation(self.columns, self._state_units.get("x", ""))
         provenance = self._container.metadata["kinetoscope"]
         return _units.of_fields(provenance["model"], self.columns, provenance["time_unit"])
 
@@ -84,6 +90,9 @@ class Frames:
 
     def _recorded(self, topics: Mapping[str, int]) -> Sequence[int]:
         """The numbers of the frames that the topic has: all, or those of the keyframes and the last one."""
+        known = self._container.frames_of.get(self.topic)
+        if known is not None:
+            return known
         first, distance = self._container.layout.stored
         all_frames = range(first, first + topics.get("/frame", 0))
         count = topics[self.topic]

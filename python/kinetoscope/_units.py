@@ -38,6 +38,11 @@ def of_fields(model: str, names: Sequence[str], time_unit: str) -> Dict[str, str
     return {name: _of_field(model, name, time_unit) for name in names}
 
 
+def of_separation(names: Sequence[str], length_unit: str) -> Dict[str, str]:
+    """The units of distances between particles, which are those of the positions."""
+    return {name: length_unit if name.endswith("_distance") and "log10" not in name else "1" for name in names}
+
+
 def _of_field(model: str, name: str, time_unit: str) -> str:
     if name == "time":
         return time_unit

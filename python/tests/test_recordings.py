@@ -211,12 +211,58 @@ def test_metrics_belong_to_the_restored_recording(experiments: Path, tmp_path: P
         assert set(again.table("pandas")["file"]) == {run.path.name}
 
 
-def test_merged_recordings_name_what_to_open(recording: k.Run, tmp_path: Path, programs: Optional[str]) -> None:
-    merged = tmp_path / "merged.mcap"
-    call = _programs.call(["compare", "--mcap", str(merged), str(recording.path), str(recording.path)], programs)
-    assert merged.is_file(), call.messages
+def test_merged_runs_have_the_frames_of_their_recordings(experiments: Path, tmp_path: Path, programs: Optional[str]) -> None:
+    manifest = {"model": {"dem": {"discs": 12, "duration_s": 0.2}}, "record": {"frames": 20}}
+    change = {"record.keep": "keyframes", "record.keyframe_distance": 7}
+    first = k.run(manifest, output=tmp_path / "1", programs=programs).runs[0]
+    second = k.run(manifest, seed=2, set=change, output=tmp_path / "2", programs=programs).runs[0]
+    path = tmp_path / "merged.mcap"
+    call = _programs.call(["compare", "--mcap", str(path), str(first.path), str(second.path)], programs)
+    assert path.is_file(), call.messages
+    merged = k.open(path, programs=programs)
+    assert len(merged.runs) == 2 and "<run " in repr(merged.runs[1])
+    for own, run in zip((first, second), merged.runs):
+        assert (run.run_key, run.outcome, run.manifest, run.seed) == (own.run_key, own.outcome, own.manifest, own.seed)
+        for topic in ("/frame", "/state", "/energy", "/contact_statistics"):
+            assert list(run[topic].indices) == list(own[topic].indices), topic
+            assert run[topic].units == own[topic].units
+            assert all((a == b).all() for a, b in zip(run[topic], own[topic])), topic
+        assert (run.times == own.times).all()
+        assert run.series("/energy", "pandas").equals(own.series("/energy", "pandas"))
+        for refused in (lambda: run.metric("energy.kinetic"), run.verify, run.show):
+            with pytest.raises(k.KinetoscopeError, match="cannot be analyzed or verified"):
+                refused()
+    separation = merged.runs[1]["/separation"]
+    assert separation.units["max_distance"] == "m" and list(separation.indices) == [0, 7, 14, 20]
+    for frame, row in zip(separation.indices, separation):
+        at = list(second["/state"].indices).index(frame)
+        one, other = first["/state"][frame], second["/state"][at]
+        distance = np.hypot(one["x"] - other["x"], one["y"] - other["y"])
+        assert row["max_distance"][0] == pytest.approx(distance.max(), rel=1e-14)
+    for refused in (lambda: merged.metrics, lambda: merged.answer, merged.show, lambda: merged.plot("/energy.kinetic_j")):
+        with pytest.raises(k.KinetoscopeError, match="cannot be analyzed or verified"):
+            refused()
     with pytest.raises(k.RecordingError, match="several runs, merged for a viewer"):
-        k.open(merged)
+        k.Run(path)
+
+
+def test_damaged_merged_recordings_are_errors(recording: k.Run, tmp_path: Path, programs: Optional[str]) -> None:
+    path = tmp_path / "merged.mcap"
+    call = _programs.call(["compare", "--mcap", str(path), str(recording.path), str(recording.path)], programs)
+    assert path.is_file(), call.messages
+    content, random = path.read_bytes(), np.random.default_rng(1)
+    for _ in range(200):
+        changed = bytearray(content)
+        if random.integers(3) == 0:
+            del changed[int(random.integers(len(content))) :]
+        else:
+            changed[int(random.integers(len(content)))] ^= 1 << int(random.integers(8))
+        path.write_bytes(changed)
+        try:
+            for run in k.open(path).runs:
+                assert len(run["/state"].array()) == len(recording)
+        except k.KinetoscopeError:
+            pass
 
 
 def test_missing_optional_packages_are_named(recording: k.Run, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,7 +6,7 @@ use crate::container::Broken;
 use crate::error::{ReadError, RecordError};
 use crate::frames::Frames;
 use crate::ghosts;
-use crate::provenance::{LIBRARY, MERGED_RECORD};
+use crate::provenance::{LIBRARY, MERGED_RECORD, Outcome};
 use crate::reader::Recording;
 use crate::recorded_frame::{RecordedFrame, RecordedMessage};
 use crate::schema::schema_of;
@@ -168,7 +168,7 @@ impl Source {
         let unit = column.and_then(|column| provenance.state_units.get(column));
         Ok(Self {
             index,
-            frames: recording.frames()?.peekable(),
+            frames: recording.frames()?.with_scalar_frames().peekable(),
             length_unit: unit.cloned().unwrap_or_default(),
         })
     }
@@ -241,9 +241,9 @@ impl<W: Write> Merger<W> {
             })?;
             let provenance = recording.provenance();
             entries.insert(format!("{name}.label"), (*label).to_owned());
-            entries.insert(format!("{name}.run_key"), provenance.run_key.clone());
-            let version = provenance.program_version.clone();
-            entries.insert(format!("{name}.program_version"), version);
+            let outcome = provenance.outcome.as_ref().map(Outcome::to_metadata).unwrap_or_default();
+            let described = provenance.to_metadata().into_iter().chain(outcome);
+            entries.extend(described.map(|(key, value)| (format!("{name}.{key}"), value)));
         }
         let name = MERGED_RECORD.to_owned();
         writer.write_metadata(&Metadata { name, metadata: entries })?;
