@@ -300,9 +300,10 @@ fn read_one(
     let mut keys = CheckKeys::default();
     keys.keys(&mut reader);
     check_metric("a check", "metric", &keys.metric, metrics, element, &mut reader);
-    if !BOUNDS.iter().any(|key| reader.has(key)) {
+    // A misspelled bound is reported as an unknown key.
+    if !BOUNDS.iter().any(|key| reader.has(key)) && !reader.has_unknown() {
         let label = "needs `tolerance`, `relative_tolerance`, `standard_errors`, \
-            `max_deviation_sigma`, or `minimum` and `maximum`";
+            `max_deviation_sigma`, `minimum` or `maximum`";
         reader
             .report(Diagnostic::new("a check has nothing to compare with").at(element.span, label));
     }

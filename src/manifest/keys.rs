@@ -165,6 +165,11 @@ impl<'a> Reader<'a> {
         self.errors.push(error);
     }
 
+    /// Whether the table has a key that none of those read so far is.
+    pub(crate) fn has_unknown(&self) -> bool {
+        self.table.entries.iter().any(|entry| !self.known.contains(&&*entry.key))
+    }
+
     /// Whether all keys were read and no rule is broken so far.
     pub(crate) fn is_sound(&self) -> bool {
         self.failed.is_empty() && !self.breaks_a_rule

@@ -104,7 +104,7 @@ error: a check has nothing to compare with
   --> planted.toml:21:1
    |
 21 | [[checks]]
-   | ^^^^^^^^^^ needs `tolerance`, `relative_tolerance`, `standard_errors`, `max_deviation_sigma`, or `minimum` and `maximum`"#;
+   | ^^^^^^^^^^ needs `tolerance`, `relative_tolerance`, `standard_errors`, `max_deviation_sigma`, `minimum` or `maximum`"#;
 
 #[test]
 fn all_planted_errors_are_reported() {

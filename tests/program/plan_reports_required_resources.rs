@@ -85,15 +85,24 @@ fn plan_of_a_sweep_states_minimum_and_maximum() {
     assert!(bytes as f64 <= bound(&plan), "{bytes} bytes, and {plan}");
 }
 
+/// The collisions of a run of a given number of events are in its space; of a run of a given duration, their number is unknown.
 #[test]
-fn series_of_unknown_length_is_named() {
-    let manifest = "[model.packing]\n[record]\nframes = 1\n";
-    let (plan, _) = planned_and_recorded(manifest);
-    let (series, bytes) =
-        planned_and_recorded(&format!("{manifest}channels = [\"state\", \"per_collision\"]\n"));
+fn series_of_collisions_is_in_the_space_or_named() {
+    let recorded = |keys: &str, channel: &str| {
+        planned_and_recorded(&format!(
+            "[model.packing]\n{keys}[record]\nframes = 1\nchannels = [\"state\", \"{channel}\"]\n"
+        ))
+    };
     let word = "plus the requested series of collisions or contacts";
-    assert!(series.contains(word) && bytes as f64 > bound(&series), "{bytes} bytes, and {series}");
-    assert!(!plan.contains(word), "control: {plan}");
+    let (without, plain_bytes) = recorded("", "temperature");
+    for channel in ["per_collision", "events"] {
+        let (plan, bytes) = recorded("", channel);
+        assert!(!plan.contains(word) && bytes as f64 <= bound(&plan), "{bytes} bytes, and {plan}");
+        assert!(bytes > 2 * plain_bytes && bound(&plan) > bound(&without), "control: {bytes}");
+        let (plan, _) = recorded("duration = 5.0\n", channel);
+        assert!(plan.contains(word), "{plan}");
+    }
+    assert!(!without.contains(word), "control: {without}");
 }
 
 /// The time of such a run is measured at its start, when the discs still collide. Controls: elastic discs, walls, and a run of a given duration.

@@ -18,6 +18,8 @@ pub(crate) struct Activity(Mutex<Counts>);
 struct Counts {
     runs: usize,
     finished: usize,
+    /// Runs that have no recording because of an error.
+    failed: usize,
     /// Frames recorded and frames in total, by the name of each run in progress.
     running: BTreeMap<String, [u64; 2]>,
     /// About runs on other machines.
@@ -28,7 +30,7 @@ impl Activity {
     /// No run of `runs` has started.
     pub(crate) fn new(runs: usize) -> Self {
         let (running, message) = (BTreeMap::new(), String::new());
-        Self(Mutex::new(Counts { runs, finished: 0, running, message }))
+        Self(Mutex::new(Counts { runs, finished: 0, failed: 0, running, message }))
     }
 
     fn counts(&self) -> MutexGuard<'_, Counts> {
@@ -45,10 +47,15 @@ impl Activity {
         }
     }
 
-    pub(crate) fn finish(&self, run: &str) {
+    /// The run ended: with a recording, or with an error.
+    pub(crate) fn finish(&self, run: &str, has_recording: bool) {
         let mut counts = self.counts();
         counts.running.remove(run);
-        counts.finished += 1;
+        if has_recording {
+            counts.finished += 1;
+        } else {
+            counts.failed += 1;
+        }
     }
 
     /// Sets what is known of runs on other machines.
@@ -63,6 +70,9 @@ impl Activity {
         let counts = self.counts();
         let mut parts =
             vec![format!("{} of {} finished", counts.finished, plural(counts.runs as u64, "run"))];
+        if counts.failed > 0 {
+            parts.push(format!("{} failed", counts.failed));
+        }
         parts.extend(counts.running.iter().take(MOST_NAMED).map(|(run, [done, of])| {
             if *of == 0 {
                 format!("{run} starts")
@@ -127,10 +137,12 @@ mod tests {
             activity.start(run);
         }
         activity.set_frames("b", 3, 40);
-        activity.finish("a");
+        activity.finish("a", true);
         let expected =
             "1 of 7 runs finished, b at frame 3 of 40, c starts, d starts, 1 more in progress";
         assert_eq!(activity.text(), expected);
+        activity.finish("b", false);
+        assert!(activity.text().starts_with("1 of 7 runs finished, 1 failed, c starts"));
         activity.set_remote(5, "2 waiting");
         assert!(activity.text().starts_with("5 of 7 ") && activity.text().ends_with(", 2 waiting"));
     }

@@ -184,8 +184,8 @@ pub(crate) fn describe(
             text +=
                 &format!("\n  one frame in {up_to}{distance} is drawn (`draw_every` in [record])");
         }
-        if estimates.any(|run| run.has_series_on_request) {
-            text += "\n  plus the requested series of collisions or contacts";
+        if estimates.any(|run| run.has_series_of_unknown_size) {
+            text += "\n  plus the requested series of collisions or contacts, whose size is not known before";
         }
     }
     text += &format!("\n  to {destination}");
@@ -236,19 +236,20 @@ pub(crate) fn summary(plan: &Plan, endings: &[&RunReport]) -> String {
 
 /// The error if the disk has less free space than the recordings need. `option` names their folder on the command line.
 pub(crate) fn disk_shortage(plan: &Plan, needed: u64, option: &str) -> Option<Failure> {
+    let what = missing_space(plan, needed)?;
+    Some(Failure::new(Exit::Retryable, what).help(format!(
+        "free disk space, choose another folder with {option} DIR, or record less ([record] frames, channels)"
+    )))
+}
+
+/// What a disk with less free space than the recordings need has.
+pub(crate) fn missing_space(plan: &Plan, needed: u64) -> Option<String> {
     let existing = existing_ancestor(&plan.folder)?;
     let free = fs4::available_space(&existing).ok()?;
-    (needed > free).then(|| {
-        let what = format!(
-            "the recordings need up to {}, but only {} is free in {}",
-            size(needed),
-            size(free),
-            shown_path(&existing)
-        );
-        Failure::new(Exit::Retryable, what).help(format!(
-            "free disk space, choose another folder with {option} DIR, or record less ([record] frames, channels)"
-        ))
-    })
+    let (needs, has) = (size(needed), size(free));
+    let place = shown_path(&existing);
+    (needed > free)
+        .then(|| format!("the recordings need up to {needs}, but only {has} is free in {place}"))
 }
 
 /// The nearest folder above a path, or the path itself, that exists.

@@ -3,7 +3,7 @@
 use crate::manifests::NoRecording;
 use crate::manifests::step::Step;
 use crate::messages::progress::size;
-use crate::messages::{Failure, bad, counted, describe, plural};
+use crate::messages::{Failure, bad, counted, describe, missing_space, plural};
 use crate::planning::planner::Planned;
 use crate::planning::rows::sampled;
 use kinetoscope::interrupt::Interrupt;
@@ -111,6 +111,12 @@ impl<'a> PlanReport<'a> {
             }
         }
         if !estimates.is_empty() {
+            if let (false, Some(what)) = (
+                self.experiment.keeps_only_metrics(),
+                missing_space(plan, self.planned.bytes_at_once()),
+            ) {
+                text += &format!("\n  warning: {what}");
+            }
             text += &format!("\n  memory: at most {}", size(self.memory_bytes()));
             text += &match self.time {
                 Some(ExpectedTime { total_s, preparation_s }) => {

@@ -42,6 +42,14 @@ pub(crate) struct Planned {
     pub(crate) jobs: usize,
 }
 
+impl Planned {
+    /// Upper estimate of the bytes that are on the disk at once: uploaded recordings are removed.
+    pub(crate) fn bytes_at_once(&self) -> u64 {
+        let runs = if self.depot.is_some() { self.jobs } else { self.plan.runs.len() };
+        self.plan.bytes_at_once(runs)
+    }
+}
+
 impl Planner<'_> {
     /// Plans an experiment.
     pub(crate) fn plan(&self, experiment: &Experiment) -> Result<Planned, Failure> {

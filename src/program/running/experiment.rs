@@ -83,10 +83,8 @@ impl Execution<'_> {
 
     /// The error if the disk is too small for the recordings, of which `reserved` bytes belong to other experiments.
     pub(crate) fn disk_shortage(&self, planned: &Planned, reserved: u64) -> Option<Failure> {
-        let Planned { plan, depot, jobs } = planned;
-        let at_once = if depot.is_some() { *jobs } else { plan.runs.len() };
-        let needed = plan.bytes_at_once(at_once).saturating_add(reserved);
-        disk_shortage(plan, needed, self.arguments.output.option_of_folder())
+        let needed = planned.bytes_at_once().saturating_add(reserved);
+        disk_shortage(&planned.plan, needed, self.arguments.output.option_of_folder())
     }
 
     /// Whether other processes execute the runs.

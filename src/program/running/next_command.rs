@@ -27,12 +27,17 @@ fn has_all_subcommands(program: &Path) -> bool {
     program.is_file() && ProgramName::of(program) == ProgramName::Kinetoscope
 }
 
+/// Whether `cargo run` started this program, which is in `target` then.
+fn is_called_by_cargo(own: &Path) -> bool {
+    env::var_os("CARGO").is_some() && own.components().any(|part| part.as_os_str() == "target")
+}
+
 impl ProgramName {
     /// The command of the analysis, as the user called this program: through cargo, which runs programs in `target`, or
     /// by a path. A link without the other names next to it leads to a program that has all subcommands.
     fn analysis_command(self, cargo_feature: &str) -> String {
         let own = called_path();
-        let is_cargo = own.components().any(|part| part.as_os_str() == "target");
+        let is_cargo = is_called_by_cargo(&own);
         match (self.run_subcommand(), is_cargo) {
             (None, true) => {
                 format!("cargo run --release{cargo_feature} --bin analyze-recordings --")
@@ -53,7 +58,7 @@ impl ProgramName {
     /// The command that restores the frames of a recording of keyframes, which `run-experiment` has not.
     fn fill_command(self) -> String {
         let own = called_path();
-        if own.components().any(|part| part.as_os_str() == "target") {
+        if is_called_by_cargo(&own) {
             return "cargo run --release --bin kinetoscope -- fill".to_owned();
         }
         let program = match neighbor(&own, "kinetoscope") {

@@ -12,6 +12,8 @@ use std::num::NonZeroU64;
 
 /// Schemas, manifest, index and summary of a recording: 16 to 20 KiB with all channels.
 const BYTES_BESIDE_FRAMES: u64 = 24 << 10;
+/// A collision in `/events`: five numbers of 8 bytes, three counters, and the share of the message's header.
+const BYTES_PER_EVENT: u64 = 52;
 
 /// The resources that a run needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,10 +22,11 @@ pub struct Estimate {
     pub frames: u64,
     /// Number of particles, including those that enter during the run.
     pub particles: u64,
-    /// Upper estimate of the recording's size, without a series that is recorded only on request.
+    /// Upper estimate of the recording's size, without a series whose size is unknown.
     pub bytes: u64,
-    /// Whether such a series is recorded in addition. Its size is unknown: it depends on the number of collisions or contacts.
-    pub has_series_on_request: bool,
+    /// Whether a series is recorded in addition whose size is unknown: it depends on the number of collisions or contacts, which only runs
+    /// of a given number of events have.
+    pub has_series_of_unknown_size: bool,
     /// Every how many frames one is drawn.
     pub draw_every: NonZeroU64,
     /// Length of the run, as the model counts it.
@@ -70,13 +73,21 @@ impl Estimate {
         let frames = frames.saturating_add(1);
         let bytes_per_frame = bytes_per_frame(&start.frame, particles, &manifest.model);
         let relative_cost = relative_cost(extent, particles);
+        let has_series = wants_opt_in(kind, &manifest.record);
+        let series = match extent {
+            Extent::Events(events) if has_series => Some(events.saturating_mul(BYTES_PER_EVENT)),
+            _ => None,
+        };
+        let frame_bytes = frames.saturating_mul(bytes_per_frame);
         Self {
             frames,
             particles,
             extent,
             draw_every: distance_of_drawings(manifest, extent, frames),
-            bytes: frames.saturating_mul(bytes_per_frame).saturating_add(BYTES_BESIDE_FRAMES),
-            has_series_on_request: wants_opt_in(kind, &manifest.record),
+            bytes: frame_bytes
+                .saturating_add(series.unwrap_or(0))
+                .saturating_add(BYTES_BESIDE_FRAMES),
+            has_series_of_unknown_size: has_series && series.is_none(),
             relative_cost,
             memory_bytes: upper_memory_bytes(bytes_per_frame),
             seconds_on_slow_processor: work_per_second(&manifest.model)
