@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Installs the built files in empty Debian 11 and 12 roots without Rust, and checks the programs, the manual pages and the
-# completions. As root, with debootstrap; packages come from the mirror that apt of this machine uses.
-# Usage: release/test_install.sh [FILES] [SUITE ...]     (default: target/release-files bullseye bookworm)
+# completions. As root, with debootstrap; packages come from the mirror that apt of this machine uses. `bookworm:arm64` is Debian 12 for
+# aarch64, whose programs are emulated (qemu-user-static and binfmt-support); there, only the wheel is checked.
+# Usage: release/test_install.sh [FILES] [SUITE[:ARCHITECTURE] ...]     (default: target/release-files bullseye bookworm)
 set -euo pipefail
 # In a mount namespace of its own: what is mounted below ends with this process, however it ends, and no folder that is removed
 # later contains a mount.
@@ -19,14 +20,22 @@ LIMIT=20
 mirror=$(apt-get indextargets --format '$(SITE)' 'Created-By: Packages' | grep '/debian/*$' | head -n 1)
 [ -n "$mirror" ] || { echo "error: apt names no mirror of Debian" >&2; exit 1; }
 
-for suite in "$@"; do
-    root=$roots/$suite
+native=$(dpkg --print-architecture)
+for wanted in "$@"; do
+    suite=${wanted%%:*} architecture=$native
+    case $wanted in *:*) architecture=${wanted#*:} ;; esac
+    root=$roots/$suite limit=$LIMIT machine=x86_64
+    if [ "$architecture" != "$native" ]; then
+        # An emulated processor is some thirty times slower.
+        root=$roots/$suite-$architecture limit=$((30 * LIMIT))
+    fi
+    case $architecture in arm64) machine=aarch64 ;; esac
     # pip evaluates the wheel's conditions for its own Python, so that what only an older one needs is named.
     case $suite in bullseye) python=3.9 needs='tomli>=2' ;; *) python=3.11 needs='' ;; esac
     if [ ! -e "$root/complete" ]; then
         rm -rf --one-file-system "$root"
         mkdir -p "$roots"
-        debootstrap --variant=minbase --include=python3,python3-venv,man-db,bash-completion,zsh \
+        debootstrap --arch "$architecture" --variant=minbase --include=python3,python3-venv,man-db,bash-completion,zsh \
             "$suite" "$root" "$mirror" > "$roots/$suite.log" || { tail -n 5 "$roots/$suite.log" >&2; exit 1; }
         touch "$root/complete"
     fi
@@ -34,12 +43,14 @@ for suite in "$@"; do
     rm -rf --one-file-system "$root/index" "$root/work" "$root/environment"
     mkdir -p "$root/index" "$root/work"
     python3 -m pip download --quiet --disable-pip-version-check --dest "$root/index" --only-binary=:all: \
-        --python-version "$python" --platform manylinux2014_x86_64 --platform manylinux_2_17_x86_64 "$files"/*.whl $needs
-    cp "$files"/*.deb experiments/first_run.toml release/installed.sh release/completion.zsh "$root/work"
+        --python-version "$python" --platform "manylinux2014_$machine" --platform "manylinux_2_17_$machine" \
+        "$files"/kinetoscope-*-manylinux*"_$machine.whl" $needs
+    cp experiments/first_run.toml release/installed.sh release/completion.zsh "$root/work"
+    [ "$architecture" != "$native" ] || cp "$files"/*.deb "$root/work"
     mountpoint --quiet "$root/proc" || mount -t proc proc "$root/proc"
     # zsh completes in a pseudo terminal.
     mountpoint --quiet "$root/dev/pts" || mount --bind /dev/pts "$root/dev/pts"
-    echo "== $suite, Python $python"
-    env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 TERM=dumb LIMIT=$LIMIT \
+    echo "== $suite on $machine, Python $python"
+    env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 TERM=dumb LIMIT=$limit \
         chroot "$root" bash /work/installed.sh
 done
