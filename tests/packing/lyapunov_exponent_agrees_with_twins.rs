@@ -246,13 +246,17 @@ fn two_discs_follow_sinais_billiard() {
         let allowed = 3.0 * error + theory.accuracy;
         assert!((value - theory.value).abs() < allowed, "{value} {}", theory.value);
         assert!(allowed < 0.05 * theory.value, "{allowed}");
+        // Each collision of the pair is one of each disc. Control: it is half of one.
+        let until = analysis.measurement("lyapunov.divergence_collisions").unwrap().estimate.value;
+        let expected = 53.0 * 2.0_f64.ln() / growth;
+        assert!((until / expected - 1.0).abs() < 0.05, "{until} {expected}");
+        assert!((2.0 * until / expected - 1.0).abs() > 0.05, "control: {until} {expected}");
         // Control: without the normals' turn by the free path, each collision would be worth ln(L/d) less.
         let control = collisions * (growth + ratio.ln());
         assert!((value - control).abs() > 3.0 * allowed, "control: {control}");
     }
 }
 
-/// A single disc between walls moves regularly: differences grow in proportion to time.
 /// Dilute discs: the collisions of the longest chain count, not those of one disc, as Krylov estimated, which is the control.
 #[test]
 fn dilute_discs_follow_the_longest_chain_of_collisions() {
@@ -270,18 +274,24 @@ fn dilute_discs_follow_the_longest_chain_of_collisions() {
         let free_path = side * side / (2.0 * 2.0_f64.sqrt() * 64.0 * 2.0);
         let krylov = rate * (free_path / 2.0).ln();
         println!("{fraction}: {value}, theory {} ± {accuracy}, Krylov {krylov}", theory.value);
+        let until = found.measurement("lyapunov.divergence_collisions").unwrap().estimate.value;
+        let expected = 53.0 * 2.0_f64.ln() * rate / value;
+        assert!((until / expected - 1.0).abs() < 0.05, "{until} {expected}");
         assert!((value - theory.value).abs() < accuracy);
         assert!((value - krylov).abs() > accuracy);
     }
 }
 
+/// A single disc between walls moves regularly: differences grow in proportion to time.
 #[test]
 fn a_single_disc_has_no_chaos() {
     let analysis = analyzed("discs = 1\nevents_per_disc = 5000\n");
     let found = analysis.measurement("lyapunov.exponent").unwrap().estimate;
     println!("{} ± {:?}", found.value, found.standard_error);
     assert!(found.value < 2.0 * found.conditional_standard_error.or(found.standard_error).unwrap());
-    assert!(analysis.measurement("lyapunov.divergence_time").is_none());
+    for name in ["lyapunov.divergence_time", "lyapunov.divergence_collisions"] {
+        assert!(analysis.measurement(name).is_none(), "{name}");
+    }
 }
 
 /// Guarantee: of 20 pairs of runs whose boxes differ in the last bit, each is unrelated when the exponent predicts it, within a third

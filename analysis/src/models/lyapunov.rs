@@ -62,13 +62,21 @@ impl Growth {
         let Some(exponent) = exponent else { return };
         let (law, theory) = theory.unzip();
         found.compare_with(of_exponent, exponent, law, theory);
+        Self::measure_divergence(exponent, of_time, found);
+    }
+
+    /// Adds what a rounding error takes to grow to 1: a time, or collisions if the exponent is that per collision.
+    pub(crate) fn measure_divergence(
+        exponent: Estimate,
+        definition: &'static Definition,
+        found: &mut Measurements,
+    ) {
         let error = exponent.conditional_standard_error.or(exponent.standard_error);
-        let Some(error) = error else { return found.explain(of_time, NO_ERROR) };
+        let Some(error) = error else { return found.explain(definition, NO_ERROR) };
         if exponent.value > 2.0 * error {
-            let time = exponent.inverse().times(-libm::log(f64::EPSILON / 2.0));
-            found.add(of_time, time);
+            found.add(definition, exponent.inverse().times(-libm::log(f64::EPSILON / 2.0)));
         } else {
-            found.explain(of_time, NO_CHAOS);
+            found.explain(definition, NO_CHAOS);
         }
     }
 }

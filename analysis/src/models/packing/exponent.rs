@@ -55,6 +55,10 @@ impl PackingRun {
             true => self.with_scatter_of_starts(exponent),
             false => exponent.without_error(MissingError::Drifting),
         });
+        let by_collisions = self.tangent.growth_by_collisions.exponent();
+        if let Some(exponent) = by_collisions.filter(|_| self.is_elastic()) {
+            Growth::measure_divergence(exponent, metric::DIVERGENCE_COLLISIONS, found);
+        }
         let theory = self.expected_exponent();
         Growth::measure(exponent, [metric::LYAPUNOV, metric::DIVERGENCE_TIME], theory, found);
     }

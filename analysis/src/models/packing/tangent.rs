@@ -31,9 +31,13 @@ pub(super) struct Tangent {
     discs: Vec<Disc>,
     time: f64,
     pub(super) growth: Growth,
+    /// The same over the collisions per disc in place of the time.
+    pub(super) growth_by_collisions: Growth,
     /// Logarithm of the factor by which the difference was reduced since the last frame.
     reduced: f64,
     events: usize,
+    /// Collisions of two discs since the last frame.
+    pairs: u64,
     /// Time and length of the longest chain when the growth began to count.
     settled: Option<(f64, u64)>,
 }
@@ -54,10 +58,12 @@ impl Tangent {
         self.reduce();
         if self.settled.is_some() {
             self.growth.add(self.reduced, time - self.time);
+            let collisions = 2.0 * self.pairs as f64 / self.discs.len() as f64;
+            self.growth_by_collisions.add(self.reduced, collisions);
         } else if is_settled {
             self.settled = Some((time, self.longest_chain()));
         }
-        (self.time, self.reduced, self.events) = (time, 0.0, 0);
+        (self.time, self.reduced, self.events, self.pairs) = (time, 0.0, 0, 0);
         if let Some(state) = state {
             self.take_velocities(time, state);
         }
@@ -93,6 +99,7 @@ impl Tangent {
             first.fly_to(events.time[event]);
             second.fly_to(events.time[event]);
             Disc::collide(first, second, impulse, normal);
+            self.pairs += 1;
         }
         // The difference may grow by several orders of magnitude per collision.
         self.events += 1;
