@@ -123,6 +123,8 @@ class _Part:
             self._close_frame()
             self._frame = frame
         time = self.container.layout.log_time(frame)
+        if time >= 1 << 64:
+            raise damaged(self.container.path, f"frame {frame} has no time of playback")
         length = _MESSAGE.size - PREFIX.size + len(payload)
         record = _MESSAGE.pack(Opcode.MESSAGE, length, channel, frame, time, time) + payload
         topic = self.container.descriptions.channels[channel].topic
@@ -162,7 +164,7 @@ class _Part:
 
 
 def open_merged(path: Path, programs: Optional[_programs.PathLike]) -> Optional[MergedExperiment]:
-    """The runs of a merged recording; none if the file is another one."""
+    """The runs of a merged recording, read into memory; none if the file is another one."""
     with open_file(path) as stream:
         if stream.read(len(MAGIC)) != MAGIC:
             return None
