@@ -239,9 +239,9 @@ def test_merged_runs_have_the_frames_of_their_recordings(experiments: Path, tmp_
         one, other = first["/state"][frame], second["/state"][at]
         distance = np.hypot(one["x"] - other["x"], one["y"] - other["y"])
         assert row["max_distance"][0] == pytest.approx(distance.max(), rel=1e-14)
-    for refused in (lambda: merged.metrics, lambda: merged.answer, merged.show, lambda: merged.plot("/energy.kinetic_j")):
+    for of_all in (lambda: merged.metrics, lambda: merged.answer, merged.show, lambda: merged.plot("/energy.kinetic_j")):
         with pytest.raises(k.KinetoscopeError, match="cannot be analyzed or verified"):
-            refused()
+            of_all()
     with pytest.raises(k.RecordingError, match="several runs, merged for a viewer"):
         k.Run(path)
 
