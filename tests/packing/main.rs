@@ -66,3 +66,5 @@ mod pressure_and_rate_follow_enskog;
 mod lyapunov_exponent_agrees_with_twins;
 // Elastic discs diffuse at Enskog's rate, by velocities and by displacements.
 mod self_diffusion_follows_enskog;
+// Times and paths between two collisions follow Enskog's theory, and their distributions the rates of the speeds.
+mod free_flights_follow_enskog;
