@@ -68,3 +68,5 @@ mod lyapunov_exponent_agrees_with_twins;
 mod self_diffusion_follows_enskog;
 // Times and paths between two collisions follow Enskog's theory, and their distributions the rates of the speeds.
 mod free_flights_follow_enskog;
+// Discs that flow together cool as 1/t in a large box, and by Haff's law in a small one.
+mod late_cooling_follows_its_power_of_time;
