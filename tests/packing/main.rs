@@ -66,3 +66,7 @@ mod pressure_and_rate_follow_enskog;
 mod lyapunov_exponent_agrees_with_twins;
 // Elastic discs diffuse at Enskog's rate, by velocities and by displacements.
 mod self_diffusion_follows_enskog;
+// Times and paths between two collisions follow Enskog's theory, and their distributions the rates of the speeds.
+mod free_flights_follow_enskog;
+// Discs that flow together cool as 1/t in a large box, and by Haff's law in a small one.
+mod late_cooling_follows_its_power_of_time;

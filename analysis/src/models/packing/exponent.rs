@@ -23,13 +23,13 @@ const CHAIN_ACCURACY: f64 = 1.5;
 
 impl PackingRun {
     /// Adds the collisions of a frame, if they are recorded.
-    pub(super) fn add_to_tangent(
+    pub(super) fn add_recorded_collisions(
         &mut self,
         frame: &RecordedFrame,
         state: Option<&StateTable>,
     ) -> Result<(), ReadError> {
         let Some(events) = frame.get::<PackingEvents>()? else { return Ok(()) };
-        // The map of a collision holds for straight flights.
+        // The map of a collision holds for straight flights, whose speed is constant.
         if self.config.gravity.get() > 0.0 {
             return Ok(());
         }
@@ -41,6 +41,7 @@ impl PackingRun {
             RunLength::Duration(duration) => time >= SETTLED_AFTER * duration.get(),
         };
         self.tangent.add_frame(time, state, &events, is_settled);
+        self.add_to_free_flights(done, state, &events);
         Ok(())
     }
 

@@ -20,6 +20,8 @@ pub(super) const CHARTS: &[NamedChart] = &[
     NamedChart::new("a2", &["a2.mean", "a2.final"]),
     NamedChart::of_all_states("pair_correlation", &["pair_correlation.near_contact"]),
     NamedChart::of_all_states("speed_distribution", &["a2.mean"]),
+    NamedChart::of_all_states("free_times", &["free_time.mean"]),
+    NamedChart::of_all_states("free_paths", &["free_path.mean"]),
     NamedChart::of_all_states("local_packing_fraction", &["packing_fraction"]),
     NamedChart::of_all_states("hexatic_correlation", &["psi6.correlation_exponent"]),
     NamedChart::of_all_states("structure_factor", &["structure_factor.longest_waves"]),
@@ -38,6 +40,7 @@ impl PlottedObserver for PackingRun {
         figures.plots.extend(density_by_height(self));
         figures.plots.extend(pair_correlation(self));
         figures.plots.extend(speed_distribution(self));
+        figures.plots.extend(free_flights(self));
         figures.plots.extend(local_packing_fraction(self));
         figures.plots.extend(hexatic_correlation(self));
         figures.plots.extend(structure_factor(self));
@@ -171,14 +174,42 @@ fn speed_distribution(run: &PackingRun) -> Option<Plot> {
     found.first()?;
     let maxwell = found.iter().map(|(speed, ..)| (*speed, speed * libm::exp(-speed * speed / 2.0)));
     let maxwell: Vec<(f64, f64)> = maxwell.collect();
-    let points = found.iter().map(|(speed, density, _)| (*speed, *density));
-    let mut measured = Curve::new("measured", CurveStyle::Data, 0, points);
-    for (point, (.., error)) in measured.points.iter_mut().zip(&found) {
-        point.error = Some(*error);
-    }
+    let measured = measured_density(found.iter().copied());
     let curves = vec![measured, Curve::theory("Maxwell, same ⟨v²⟩", 1, maxwell)];
     let axes = [Axis::linear("speed / √T", ""), Axis::linear("density", "")];
     Some(Plot::chart("speed_distribution", "Speeds of the discs", axes, curves))
+}
+
+/// Places, and densities with their errors.
+fn measured_density(rows: impl Iterator<Item = (f64, f64, f64)> + Clone) -> Curve {
+    let points = rows.clone().map(|(place, density, _)| (place, density));
+    let mut measured = Curve::new("measured", CurveStyle::Data, 0, points);
+    for (point, (.., error)) in measured.points.iter_mut().zip(rows) {
+        point.error = Some(error);
+    }
+    measured
+}
+
+/// Times and paths between two collisions of a disc with others, with those of independent discs.
+fn free_flights(run: &PackingRun) -> Vec<Plot> {
+    let Some((distributions, applies)) = run.free_flight_distributions() else { return Vec::new() };
+    let charts = [
+        ("free_times", "Free times of the discs", "time / mean free time by theory"),
+        ("free_paths", "Free paths of the discs", "path / mean free path by theory"),
+    ];
+    let plots = charts.into_iter().zip(distributions).map(|((stem, title, across), rows)| {
+        let shown = rows.iter().map(|[middle, density, error, _]| (*middle, *density, *error));
+        let mut curves = vec![measured_density(shown)];
+        if applies {
+            let theory = rows.iter().map(|[middle, .., theory]| (*middle, *theory));
+            curves.push(Curve::theory("independent discs, rates by speed", 1, theory));
+        }
+        let exponential = rows.iter().map(|[middle, ..]| (*middle, libm::exp(-middle)));
+        curves.push(Curve::theory("one rate for all speeds", 2, exponential));
+        let axes = [Axis::linear(across, ""), Axis::logarithmic("density", "")];
+        Plot::chart(stem, title, axes, curves)
+    });
+    plots.collect()
 }
 
 fn local_packing_fraction(run: &PackingRun) -> Option<Plot> {

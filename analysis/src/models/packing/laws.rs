@@ -1,7 +1,7 @@
 //! Laws of hard discs.
 
 use crate::metric::law::laws;
-use std::f64::consts::{LN_2, PI};
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, LN_2, PI};
 
 laws! {
     COOLING: "T = T_0 exp(-(1 - e^2) C / N) after C pair collisions; constant for e = 1", "Haff 1983; velocities by Maxwell's law", range "128 discs or more without flow or clusters: energy of the mean velocities and variance of the numbers of cells of 8 discs or more as for independent discs; accuracy of the exponent 2 % and 1/sqrt(C)", named "Haff's law";
@@ -9,6 +9,7 @@ laws! {
     A2_FIXED_MOMENTUM: "mean a2 = -1/N at fixed energy and momentum", "uniform law on the energy sphere of relative velocities";
     A2_COOLING: "a2 = 16 (1 - e)(1 - 2 e^2) / (57 - 25 e + 30 e^2 (1 - e))", "van Noije and Ernst 1998, homogeneous cooling state to first order in a2", range "no flow or clusters, as for the temperature; accuracy 0.003, 0.1 a2 and 1/N, as against direct simulation Monte Carlo";
     COLLISION_RATE: "Enskog: ν = 2 sqrt(pi) n d χ sqrt(T), corrected for walls and fixed N and energy", "Chapman and Enskog; Kolafa and Rottner 2006, at freezing Li et al. 2022; walls by Helfand, Frisch and Lebowitz 1961", range "no flow or clusters of cooling discs, as for their temperature; φ up to 0.69 in a periodic box, accuracy 1e-4 up to 0.68 with 870 discs or more, 1.7e-3 at 0.69, and for n discs, at most 870, 0.8 exp(9.5 sqrt(n) (φ - 0.712)) of Z; with walls up to 0.6 far from them and wall noise up to 0.004 rad^2, accuracy (0.3 + (10 + 6000 φ^6)/N) % of Z - 1; as many discs as in the simulations at freezing as for compressibility_factor", named "Enskog's theory";
+    FREE_PATH: "Enskog: <|v|>/ν = 1/(2 sqrt(2) n d χ), corrected for walls and fixed N and energy", "Chapman and Enskog; Kolafa and Rottner 2006, at freezing Li et al. 2022; walls by Helfand, Frisch and Lebowitz 1961", range "elastic discs of one size; φ up to 0.69 in a periodic box, accuracy 1e-4 up to 0.68 with 870 discs or more, 1.7e-3 at 0.69, and for n discs, at most 870, 0.8 exp(9.5 sqrt(n) (φ - 0.712)) of Z; with walls up to 0.6 far from them and wall noise up to 0.004 rad^2, accuracy (0.3 + (10 + 6000 φ^6)/N) % of Z - 1; as many discs as in the simulations at freezing as for compressibility_factor", named "Enskog's theory";
     WALL_COLLISION_RATE: "force on the walls / (m T) times sqrt(T / (2 pi))", "contact theorem; Kolafa and Rottner 2006; walls by Helfand, Frisch and Lebowitz 1961", range "no flow or clusters of cooling discs, as for their temperature; φ up to 0.6 far from the walls and wall noise up to 0.004 rad^2; accuracy (0.3 + (10 + 6000 φ^6)/N) %";
     COMPRESSIBILITY: "Z by Kolafa and Rottner, with the line tension of scaled-particle theory at walls, corrected for fixed N; Z - 1 times (1 + e)/2", "Kolafa and Rottner 2006; walls by Helfand, Frisch and Lebowitz 1961", range "no flow or clusters of cooling discs, as for their temperature; φ up to 0.69 in a periodic box, accuracy 1e-4 up to 0.68 with 870 discs or more, 1.7e-3 at 0.69, and for n discs, at most 870, 0.8 exp(9.5 sqrt(n) (φ - 0.712)) of Z; with walls up to 0.6 far from them and wall noise up to 0.004 rad^2, accuracy (0.3 + (10 + 6000 φ^6)/N) % of Z - 1", named "Kolafa and Rottner's equation of state";
     COMPRESSIBILITY_AT_FREEZING: "Z of event-chain simulations of as many discs, interpolated between packing fractions; Z - 1 times N/(N - 1)", "Li et al., J. Chem. Phys. 157 (2022) 234111", range "elastic discs of one size in a periodic square: 224 discs at φ of 0.67 to 0.722, 870 at 0.67 to 0.718, 16384 at 0.698 to 0.716; accuracy that of the simulations, 3e-6 to 1e-3, and 0.1 of the difference from linear interpolation", named "the simulations of Li et al.";
@@ -86,6 +87,34 @@ pub(crate) fn sinai_growth_per_collision(ratio: f64) -> f64 {
     const ZETA_3: f64 = 1.202_056_903_159_594_3;
     let of_free_paths = 3.0 * LN_2 - 27.0 * ZETA_3 / (2.0 * PI * PI);
     1.0 - LN_2 - of_free_paths - 2.0 * libm::log(ratio)
+}
+
+/// Ratio of the collision rate of a disc with this speed, in sqrt(T), to ν: the mean relative speed is sqrt(pi/2) exp(-x) times the sum over k of
+/// (3/2)_k x^k/(k!)^2 with x = v^2/2, Kummer's function M(-1/2, 1, -x), and its mean over all speeds is sqrt(pi).
+fn collision_rate_at_speed(speed: f64) -> f64 {
+    let x = speed * speed / 2.0;
+    let (mut term, mut sum, mut order) = (1.0, 1.0, 0.0);
+    while term > f64::EPSILON * sum {
+        term *= (1.5 + order) * x / ((1.0 + order) * (1.0 + order));
+        sum += term;
+        order += 1.0;
+    }
+    FRAC_1_SQRT_2 * libm::exp(-x) * sum
+}
+
+/// Fraction of the flights between two collisions that take longer than this time, or lead farther than this path, in mean free times or mean free
+/// paths, of independent discs with Maxwell's speeds. A disc with the speed v collides after a time with the density ν(v) exp(-ν(v) t), and its flights
+/// are ν(v)/ν times as many as its share of the discs (Visco, van Wijland and Trizac, Phys. Rev. E 77 (2008) 041117).
+pub(crate) fn longer_flights(than: f64, is_path: bool) -> f64 {
+    const STEP: f64 = 0.02;
+    let at = |step: u32| {
+        let speed = (f64::from(step) + 0.5) * STEP;
+        let rate = collision_rate_at_speed(speed);
+        // A mean free path at the speed v takes <v>/v mean free times.
+        let slowness = if is_path { FRAC_PI_2.sqrt() / speed } else { 1.0 };
+        STEP * speed * rate * libm::exp(-speed * speed / 2.0 - rate * slowness * than)
+    };
+    (0..400).map(at).sum()
 }
 
 /// a2 at fixed energy, -1 / (n + 1).

@@ -6,6 +6,7 @@ mod distributions;
 mod equilibrium;
 mod exponent;
 mod figures;
+mod free_flights;
 mod freezing;
 mod gravity;
 mod in_gravity;

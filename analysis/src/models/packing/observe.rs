@@ -4,6 +4,7 @@ use super::diffusion_windows::DiffusionWindows;
 use super::displacement::Displacement;
 use super::distributions::Distributions;
 use super::equilibrium::{self, Equilibrium};
+use super::free_flights::FreeFlights;
 use super::in_gravity::{BETWEEN_COLLISIONS, InGravity};
 use super::laws as law;
 use super::mean_a2::{A2Sums, A2Weights, MeanA2, VelocityMoments, moments_of};
@@ -45,6 +46,7 @@ pub(crate) struct PackingRun {
     pub(super) distributions: Distributions,
     pub(super) self_diffusion: Option<DiffusionWindows>,
     pub(super) tangent: Tangent,
+    pub(super) free_flights: Option<FreeFlights>,
     a2: MeanA2,
     pub(super) gravity: InGravity,
     /// Homogeneity of cooling discs.
@@ -418,7 +420,7 @@ impl Observer for PackingRun {
         }
         let recorded = recorded.map(|moments| (moments.temperature, moments.a2));
         let state = frame.take_state();
-        self.add_to_tangent(&frame, state.as_ref())?;
+        self.add_recorded_collisions(&frame, state.as_ref())?;
         if let Some((temperature, a2)) = state.as_ref().and_then(moments_of).or(recorded) {
             self.add_moments(VelocityMoments { events, time, temperature, a2 });
         }
@@ -480,6 +482,7 @@ impl Observer for PackingRun {
         found.add(metric::PACKING_FRACTION, fraction);
         self.measure_structure(found);
         self.measure_liquid(found);
+        self.measure_free_flights(found);
         self.measure_lyapunov(found);
         self.measure_gravity(found);
     }
