@@ -16,7 +16,7 @@ use kinetoscope_recording::channels::PackingEvents;
 use kinetoscope_recording::reader::Recording;
 use std::f64::consts::{PI, SQRT_2};
 
-const METRICS: [&str; 2] = ["free_time.mean", "free_path.mean"];
+const METRICS: [&str; 2] = ["mean_free_time", "mean_free_path"];
 /// Packing fraction of discs that are independent within the errors of 400,000 flights.
 const DILUTE: f64 = 0.001;
 const BIN: f64 = 0.1;
@@ -188,7 +188,7 @@ fn walls_end_no_flight() {
     }
     for keys in ["restitution = 0.9\n", "radius_half_width = 0.2\n"] {
         let analysis = analyze(&recorded(100, 0.1, keys)).unwrap();
-        let found = analysis.measurements.iter().find(|found| found.name() == METRICS[0]).unwrap();
+        let found = analysis.measurements.iter().find(|found| found.name() == METRICS[1]).unwrap();
         assert!(found.reason.as_ref().unwrap().contains("one size"), "{found:?}");
     }
 }

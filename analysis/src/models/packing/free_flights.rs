@@ -35,8 +35,8 @@ struct Disc {
 pub(super) struct FreeFlights {
     discs: Vec<Disc>,
     is_settled: bool,
-    /// Means of time and length, with an entry per frame.
-    means: [Blocking; 2],
+    /// Mean of the length, with an entry per frame.
+    path: Blocking,
     /// Numbers of flights by time and by length, in means by theory.
     counts: [[u64; BINS]; 2],
     flights: u64,
@@ -44,8 +44,8 @@ pub(super) struct FreeFlights {
 
 impl Default for FreeFlights {
     fn default() -> Self {
-        let means = [(); 2].map(|()| Blocking::of(Entries::Intervals));
-        Self { discs: Vec::new(), is_settled: false, means, counts: [[0; BINS]; 2], flights: 0 }
+        let path = Blocking::of(Entries::Intervals);
+        Self { discs: Vec::new(), is_settled: false, path, counts: [[0; BINS]; 2], flights: 0 }
     }
 }
 
@@ -59,7 +59,7 @@ impl FreeFlights {
         units: Option<[f64; 2]>,
         is_settled: bool,
     ) {
-        let (mut sums, mut ended) = ([0.0; 2], 0_u64);
+        let (mut length, mut ended) = (0.0, 0_u64);
         for event in 0..events.event.len() {
             let ids = [events.first_id[event], events.second_id[event]];
             let impulse = [events.impulse_x[event], events.impulse_y[event]];
@@ -75,15 +75,14 @@ impl FreeFlights {
                 if let Some(since) = disc.since.replace(now).filter(|_| self.is_settled) {
                     let flight = [now - since, (now - since) * libm::hypot(vx, vy)];
                     self.count(flight, units);
-                    sums = [sums[0] + flight[0], sums[1] + flight[1]];
+                    length += flight[1];
                     ended += 1;
                 }
             }
         }
         if self.is_settled {
             self.flights += ended;
-            let means = self.means.iter_mut().zip(sums);
-            means.for_each(|(mean, sum)| mean.add_amount(sum, ended as f64));
+            self.path.add_amount(length, ended as f64);
         }
         self.is_settled |= is_settled;
         if let Some(state) = state {
@@ -152,23 +151,18 @@ impl PackingRun {
     }
 
     pub(super) fn measure_free_flights(&self, found: &mut Measurements) {
-        let definitions = [metric::FREE_TIME, metric::FREE_PATH];
         let Some(flights) = &self.free_flights else {
-            let is_recorded = self.tangent.is_recorded();
-            let explained = definitions.into_iter().filter(|_| is_recorded);
-            return explained.for_each(|definition| found.explain(definition, NEEDS_ONE_RATE));
+            if self.tangent.is_recorded() {
+                found.explain(metric::MEAN_FREE_PATH, NEEDS_ONE_RATE);
+            }
+            return;
         };
         if self.lacks_states {
-            let explain = |definition| found.explain(definition, NEEDS_ALL_STATES);
-            return definitions.into_iter().for_each(explain);
+            return found.explain(metric::MEAN_FREE_PATH, NEEDS_ALL_STATES);
         }
-        let [time, path] = flights.means.each_ref().map(Blocking::estimate);
-        let theory = self.free_flight_theory();
-        let of = |index: usize| theory.map(|means| means[index]);
-        // A path does not depend on the energy of the start.
-        let time = time.map(|time| self.with_scatter_of_starts(time));
-        found.compare(metric::FREE_TIME, time, of(0));
-        found.compare(metric::FREE_PATH, path, of(1));
+        // It does not depend on the energy of the start.
+        let theory = self.free_flight_theory().map(|[_, path]| path);
+        found.compare(metric::MEAN_FREE_PATH, flights.path.estimate(), theory);
     }
 
     /// The distributions of time and length, as [`FreeFlights::distribution`], and whether that of independent discs applies.

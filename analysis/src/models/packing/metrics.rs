@@ -35,8 +35,7 @@ definitions! {
     DISPLACEMENT: "mean_square_displacement.final", "", "mean square displacement at the end", "/state: mean |r - r(0)|^2 of the first 1000 discs, last frame; error from their scatter, up to a packing fraction of 0.45, above which neighbors move together, and for cooling discs in boxes so small that none flow together; in a periodic box by the nearest images from frame to frame, and none where a disc may have gone a quarter of a side between two", [], 0.0;
     DIFFUSION_GREEN_KUBO: "self_diffusion.from_velocities", "", "diffusion coefficient from the velocities", "/state: D = 1/2 integral of <v(0) . v(t)> over ten mean free times by the trapezoidal rule, first 1000 discs, mean over consecutive windows, error by blocking; elastic discs of one size in a periodic box with zero momentum, frames at most a quarter of a mean free time apart", [law::SELF_DIFFUSION], 0.0;
     DIFFUSION_EINSTEIN: "self_diffusion.from_displacements", "", "diffusion coefficient from the displacements", "/state: D = growth of mean |r - r(0)|^2 over 4 t, from five to ten mean free times after the start of the window; otherwise as self_diffusion.from_velocities", [law::SELF_DIFFUSION], 0.0;
-    FREE_TIME: "free_time.mean", "", "mean time of a disc between two collisions with others", "/events: mean over the flights that end after 5 events per disc, of elastic discs of one size, not in gravity; collisions with walls end no flight; error by blocking over frames", [law::COLLISION_RATE], 0.0;
-    FREE_PATH: "free_path.mean", "", "mean path of a disc between two collisions with others", "/events and /state: mean of speed times time over the flights of free_time.mean; error by blocking over frames", [law::FREE_PATH], 0.0;
+    MEAN_FREE_PATH: "mean_free_path", "", "mean path between two collisions of a disc", "/events and /state: mean of speed times time over the flights between two collisions with other discs that end after 5 events per disc, of elastic discs of one size, not in gravity; a collision with a wall ends no flight; error by blocking over frames", [law::FREE_PATH], 0.0;
     LYAPUNOV: "lyapunov.exponent", "", "largest Lyapunov exponent", "/events and /state: mean growth rate of the logarithm of an infinitesimal difference, which is moved exactly through flights and collisions (Dellago, Posch and Hoover 1996), after the first quarter of the run, not in gravity; error by 8 blocks or more and ln(4) over the time", [law::SINAI, law::CHAINS], 0.0;
     DIVERGENCE_COLLISIONS: "lyapunov.divergence_collisions", "1", "collisions per disc after which two runs that differ by a rounding error are unrelated", "/events: ln(2^53) over the growth of the logarithm of a small difference per collision of a disc; elastic discs without gravity; none where the growth is compatible with 0", [], 0.0;
     DIVERGENCE_TIME: "lyapunov.divergence_time", "", "time after which two runs that differ by a rounding error are unrelated", "ln(2^53) over lyapunov.exponent; none where the exponent is compatible with 0", [], 0.0;
@@ -55,8 +54,7 @@ pub(super) const NEED_ALL_STATES: &[&Definition] = &[
     DISPLACEMENT,
     DIFFUSION_GREEN_KUBO,
     DIFFUSION_EINSTEIN,
-    FREE_TIME,
-    FREE_PATH,
+    MEAN_FREE_PATH,
     LYAPUNOV,
     DIVERGENCE_COLLISIONS,
     DIVERGENCE_TIME,
