@@ -81,6 +81,7 @@ const NO_DEFAULT: &[&str] = &[
     "damping_n_s_per_m",
     "youngs_modulus_pa",
     "poisson_ratio",
+    "tangential_law",
     "remove_below_m",
     "placement_region_m",
     "materials",
