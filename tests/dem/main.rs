@@ -22,6 +22,8 @@ mod free_flight_follows_parabola;
 mod hertz_contacts_follow_closed_forms;
 // The implicit dashpot is stable for any damping.
 mod implicit_dashpot_is_stable;
+// Mindlin's tangential springs follow the incremental law.
+mod mindlin_springs_follow_incremental_law;
 // A pair of materials determines restitution and friction.
 mod material_pairs_determine_restitution_and_friction;
 // The restitution obtained equals the requested value at every phase of the step.

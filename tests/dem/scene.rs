@@ -3,7 +3,7 @@
 use kinetoscope_manifest::model::{
     DemConfig, DemContactConstants, DemContactPair, DemInsertion, DemMaterial, DemWall,
     DemWallShape, DiscRadius, Dissipation, Elasticity, GivenState, ModelConfig, PeriodicSides,
-    Placement, TimeStep, UnstableTimeStep,
+    Placement, TangentialLaw, TangentialStiffness, TimeStep, UnstableTimeStep,
 };
 use kinetoscope_manifest::quantity::{Finite, Fraction, NonNegative, Positive};
 use kinetoscope_physics::dem::Dem;
@@ -219,6 +219,7 @@ pub(crate) fn scenes() -> Vec<(&'static str, DemConfig)> {
         ("frictional bed", frictional.clone()),
         ("bed of spheres", of_spheres(bed)),
         ("frictional spheres", of_spheres(small.clone())),
+        ("spheres with Mindlin's springs", with_mindlin_springs(of_spheres(small.clone()))),
         (
             "periodic",
             DemConfig {
@@ -265,6 +266,25 @@ pub(crate) fn scenes() -> Vec<(&'static str, DemConfig)> {
 /// Spheres about as stiff as the discs.
 fn of_spheres(config: DemConfig) -> DemConfig {
     DemConfig { elasticity: Elasticity::Hertz(positive(4e10)), ..config }
+}
+
+/// In a box that is periodic in x, with a shaken wall.
+fn with_mindlin_springs(config: DemConfig) -> DemConfig {
+    DemConfig {
+        tangential_stiffness: TangentialStiffness::Law(TangentialLaw::Mindlin),
+        periodic: PeriodicSides::X,
+        walls: vec![shaken_wall()],
+        ..config
+    }
+}
+
+/// A short wall above the floor that is shaken.
+fn shaken_wall() -> DemWall {
+    DemWall {
+        amplitude_m: finite([0.0, 1e-3]),
+        frequency_hz: non_negative(500.0),
+        ..segment([0.01, 0.002], [0.03, 0.002])
+    }
 }
 
 /// Discs of two materials behind a gate that opens, with insertion from above.

@@ -45,6 +45,8 @@ const DEM: Keys = &[
     ("friction", &["0.0", "1e-300", "0.5", "1e6"]),
     ("rolling_friction", &["0.0", "0.1", "1e6"]),
     ("tangential_to_normal_stiffness", &["1e-12", "0.3", "1e3"]),
+    ("tangential_law", &["\"mindlin\""]),
+    ("poisson_ratio", &["0.0", "0.3", "0.5"]),
     ("periodic", &["\"x\"", "\"y\"", "\"both\"", "\"none\""]),
     ("integrator", &["\"velocity-verlet\"", "\"semi-implicit-euler\""]),
     ("dashpot", &["\"implicit\"", "\"explicit\""]),

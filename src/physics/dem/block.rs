@@ -10,7 +10,8 @@ pub(super) const BLOCK: usize = 2500;
 /// Tiers of a list, each of an equal fraction of the skin; the first one also holds all pairs in contact.
 pub(super) const TIERS: usize = 16;
 
-/// Stretch of the tangential and the rolling spring of a contact, m.
+/// Stretch of the tangential and the rolling spring of a contact, m; with Mindlin's springs, the first as in
+/// [`mindlin_slider`](super::motion::mindlin_slider).
 pub(super) type Stretch = [f64; 2];
 
 /// The discs of a block, column by column.

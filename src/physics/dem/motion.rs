@@ -118,26 +118,26 @@ pub(crate) fn implicit_normal_force(
 
 /// Constants of springs with sliders.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SliderConstants<R> {
+pub struct SliderConstants<R> {
     /// Stiffness k_t, N/m.
-    pub(crate) stiffness: R,
+    pub stiffness: R,
     /// k_t/2, N/m.
-    pub(crate) half_stiffness: R,
+    pub half_stiffness: R,
     /// 1/k_t, m/N.
-    pub(crate) compliance: R,
+    pub compliance: R,
 }
 
 /// The force of a spring with a slider after a step.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct TangentialForce<R> {
+pub struct TangentialForce<R> {
     /// Force on the disc along the tangent, N.
-    pub(crate) force: R,
+    pub force: R,
     /// Part of the force that is due to the dashpot, N; 0 while the contact slides.
-    pub(crate) dashpot: R,
+    pub dashpot: R,
     /// Stretch of the spring after the step, m.
-    pub(crate) stretch: R,
+    pub stretch: R,
     /// Energy that the slider dissipated in the step, J.
-    pub(crate) loss: R,
+    pub loss: R,
 }
 
 /// A spring in series with a slider that yields at |f| = `limit`, and a dashpot that acts while the slider holds:
@@ -169,6 +169,53 @@ pub(crate) fn spring_slider<R: Register>(
         stretch,
         loss: spring.half_stiffness * (before + stretch) * slip,
     }
+}
+
+/// Overlap of two discs a step ago, by their present separation and the velocity that led to it, m.
+#[inline(always)]
+pub(crate) fn overlap_before<R: Register>(
+    [x, y]: [R; 2],
+    [vx, vy]: [R; 2],
+    time_step: R,
+    reach: R,
+) -> R {
+    reach - distance_squared([x - vx * time_step, y - vy * time_step]).sqrt()
+}
+
+/// The step of `spring_slider` with Mindlin's stiffness k_t = 8 G* a without partial slip (J. Appl. Mech. 16 (1949) 259), by the circles
+/// of contact of the step before and of this one, over the largest expected one.
+///
+/// The elastic force stays while the circle grows, and decreases in proportion to it while it shrinks (Thornton, Cummins and Cleary, Powder
+/// Technology 233 (2013) 30; `mindlin_rescale/force` of LAMMPS). Either way, the spring's energy U = k_t xi^2/2 is multiplied by the smaller
+/// circle over the larger one. It cannot be gained by loading and unloading (Elata and Berryman, Mech. Mater. 24 (1996) 229); the
+/// loss is one of friction.
+///
+/// The stretch is that of a spring with the `spring`'s stiffness k at the largest circle and the same energy: z = s xi with s^2 = a/a_max, and
+/// the force is -k s z. Therefore, U and its loss at the end of a contact depend on z alone. The loss is the work,
+/// (k/2) (s_0 z_0 + s z') v_t dt, less the gain of energy. It is not negative, except by (k_0 - k_t) |xi_0 xi'|/2 in a step of unloading in which
+/// xi changes its sign.
+#[must_use]
+#[inline(always)]
+pub fn mindlin_slider<R: Register>(
+    spring: &SliderConstants<R>,
+    circles: [R; 2],
+    before: R,
+    travel: R,
+    dashpot: R,
+    limit: R,
+) -> TangentialForce<R> {
+    let [root_before, root] = [circles[0].sqrt(), circles[1].sqrt()];
+    let larger = root.larger(root_before);
+    let ratio = root_before.or_else(root_before.is_less(root), root) / larger;
+    let at_circle = SliderConstants {
+        stiffness: spring.stiffness * root,
+        half_stiffness: spring.half_stiffness,
+        compliance: spring.compliance / root,
+    };
+    let slid = spring_slider(&at_circle, ratio * before, root * travel, dashpot, limit);
+    let one = ratio.splat(1.0);
+    let rescaled = (one - ratio * ratio) * before + (root_before - ratio * root) * travel;
+    TangentialForce { loss: slid.loss + spring.half_stiffness * before * rescaled, ..slid }
 }
 
 /// Energy of a stretched spring, k_t xi^2/2, in J.

@@ -75,7 +75,7 @@ impl Parameters {
             materials: Materials::new(config),
             only_pushes: config.limit_damping,
             is_implicit: config.dashpot == DemDashpot::Implicit,
-            tangential_stiffness: normal.stiffness() * config.tangential_to_normal_stiffness.get(),
+            tangential_stiffness: normal.stiffness() * config.tangential_to_normal_stiffness(),
             tangential_to_normal_damping: config.tangential_to_normal_damping.get(),
         };
         let smallest_mass = law.materials.density_range().0 * mass_of(radius_range.0, radius, mass);

@@ -159,6 +159,16 @@ impl Shape {
 }
 
 impl PlacedWall {
+    /// Distance of a disc's center a step ago, m, by its present position and the velocity and duration of that step.
+    pub(super) fn distance_before(
+        &self,
+        [x, y]: [f64; 2],
+        ([vx, vy], time_step): ([f64; 2], f64),
+    ) -> f64 {
+        let [ux, uy] = self.step_velocity;
+        self.shape.contact([x - (vx - ux) * time_step, y - (vy - uy) * time_step]).distance
+    }
+
     /// Velocity of the wall's surface at the contact point, from the wall's velocity and its spin.
     pub(super) fn surface_velocity(&self, velocity: [f64; 2], normal: [f64; 2]) -> [f64; 2] {
         match self.shape {

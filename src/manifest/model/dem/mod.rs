@@ -53,8 +53,8 @@ table! {
         friction: NonNegative ["1"] = NonNegative::literal(0.0),
         /// Coefficient of rolling friction: a spring and slider against the relative spin, its lever the reduced radius.
         rolling_friction: NonNegative ["1"] = NonNegative::literal(0.0),
-        /// Stiffness of the tangential and rolling springs over that of the normal one.
-        tangential_to_normal_stiffness: Positive ["1"] = Positive::literal(2.0 / 7.0),
+        /// The stiffness of the tangential springs.
+        tangential_stiffness: TangentialStiffness [group] = TangentialStiffness::Ratio(Positive::literal(2.0 / 7.0)),
         /// Damping of the tangential spring over that of the normal one, while the contact sticks.
         tangential_to_normal_damping: NonNegative ["1"] = NonNegative::literal(0.5),
         /// What the discs are made of, drawn by fraction: { name, fraction, density_ratio, restitution, friction,
@@ -135,6 +135,26 @@ choice! {
         /// the overlap d, with 1/R the sum of 1/r and E* = E/(2 (1 - nu^2)); walls are of the same material. The stiffness k of
         /// other keys is then that at the largest expected overlap.
         youngs_modulus_pa: Hertz(Positive) ["Pa"],
+    }
+}
+
+choice! {
+    /// The stiffness of the tangential springs.
+    pub enum TangentialStiffness {
+        /// Stiffness of the tangential and rolling springs over that of the normal one.
+        tangential_to_normal_stiffness: Ratio(Positive) ["1"],
+        /// In place of `tangential_to_normal_stiffness`, with `youngs_modulus_pa`: "mindlin" for tangential springs whose stiffness
+        /// increases with the circle of contact, k_t = 2 (1 - nu)/(2 - nu) 2 E* sqrt(R d). Rolling springs have the one at the largest
+        /// expected overlap.
+        tangential_law: Law(TangentialLaw) [""],
+    }
+}
+
+words! {
+    /// Laws of the tangential springs of spheres.
+    pub enum TangentialLaw {
+        /// Mindlin's stiffness without partial slip. As the contact unloads, the force decreases in proportion to the stiffness.
+        Mindlin = "mindlin",
     }
 }
 
@@ -231,6 +251,25 @@ impl DemConfig {
     pub fn effective_modulus_pa(&self, youngs_modulus: Positive) -> f64 {
         let ratio = self.poisson_ratio.unwrap_or(POISSON_RATIO).get();
         youngs_modulus.get() / (2.0 * (1.0 - ratio * ratio))
+    }
+
+    /// Whether the tangential springs are Mindlin's.
+    #[must_use]
+    pub fn has_mindlin_springs(&self) -> bool {
+        matches!(self.tangential_stiffness, TangentialStiffness::Law(TangentialLaw::Mindlin))
+    }
+
+    /// Stiffness of the tangential springs over that of the normal one; 8 G* a over 2 E* a by Mindlin's law, with G* = G/(2 (2 - nu)) and
+    /// E = 2 (1 + nu) G of both sides (Mindlin, J. Appl. Mech. 16 (1949) 259).
+    #[must_use]
+    pub fn tangential_to_normal_stiffness(&self) -> f64 {
+        match self.tangential_stiffness {
+            TangentialStiffness::Ratio(ratio) => ratio.get(),
+            TangentialStiffness::Law(TangentialLaw::Mindlin) => {
+                let ratio = self.poisson_ratio.unwrap_or(POISSON_RATIO).get();
+                2.0 * (1.0 - ratio) / (2.0 - ratio)
+            }
+        }
     }
 }
 

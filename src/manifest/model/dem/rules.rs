@@ -63,6 +63,8 @@ impl DemConfig {
         rules! { table;
             !is_hertz && self.poisson_ratio.is_some() => ["poisson_ratio", "stiffness_n_per_m"]
                 "`poisson_ratio` needs `youngs_modulus_pa`", "give `youngs_modulus_pa` in place of `stiffness_n_per_m`";
+            !is_hertz && self.has_mindlin_springs() => ["tangential_law", "stiffness_n_per_m"]
+                "`tangential_law` needs `youngs_modulus_pa`", "give `youngs_modulus_pa` in place of `stiffness_n_per_m`";
             is_hertz && matches!(self.dissipation, Dissipation::Damping(_)) => ["damping_n_s_per_m", "youngs_modulus_pa"]
                 "`damping_n_s_per_m` cannot be used with `youngs_modulus_pa`",
                 "replace `damping_n_s_per_m` with `restitution`, from which the dashpots of Hertz's law follow";

@@ -16,6 +16,16 @@ fn inconsistent_dem_scenes_are_rejected() {
     rejected("[model.dem]\nrestitution = 1.1 # <-", "must be a number in (0, 1]");
     accepted("[model.dem]\nyoungs_modulus_pa = 1e9\npoisson_ratio = 0.5");
     rejected("[model.dem]\npoisson_ratio = 0.3 # <-", "in place of `stiffness_n_per_m`");
+    accepted("[model.dem]\nyoungs_modulus_pa = 1e9\ntangential_law = \"mindlin\"");
+    rejected(
+        "[model.dem]\ntangential_law = \"mindlin\" # <-",
+        "give `youngs_modulus_pa` in place of `stiffness_n_per_m`",
+    );
+    rejected(
+        "[model.dem]\nyoungs_modulus_pa = 1e9\ntangential_law = \"mindlin\"\ntangential_to_normal_stiffness = 0.5 # <-",
+        "cannot be used together",
+    );
+    rejected("[model.dem]\nyoungs_modulus_pa = 1e9\ntangential_law = \"linear\" # <-", "mindlin");
     rejected(
         "[model.dem]\nyoungs_modulus_pa = 1e9\npoisson_ratio = 0.6 # <-",
         "must be a number in [0, 0.5]",

@@ -81,6 +81,7 @@ const NO_DEFAULT: &[&str] = &[
     "damping_n_s_per_m",
     "youngs_modulus_pa",
     "poisson_ratio",
+    "tangential_law",
     "remove_below_m",
     "placement_region_m",
     "materials",
@@ -222,7 +223,7 @@ fn canonical_form_contains_every_key_of_the_schema() {
          { gm_au3_per_day2 = 0, position_au = [1, 0, 0], velocity_au_per_day = [0, 1, 0] }]",
         "[model.gas]\nadditional_masses_kg = [1]\nposition_distribution = \"uniform-in-radius\"\ntemperature_schedule = [[0.1, 1]]\n\
          wall_speed_m_per_s = 1\nwall_temperature_k = 1\naccommodation_coefficient = 1\norifice_width_m = 1",
-        "[model.dem]\nyoungs_modulus_pa = 1e9\npoisson_ratio = 0.2",
+        "[model.dem]\nyoungs_modulus_pa = 1e9\npoisson_ratio = 0.2\ntangential_law = \"mindlin\"",
         "[model.gas]\ngravity_m_per_s2 = 1",
         "[model.gas]\npartition_x_m = 0\npartition_opens_s = 0.01\npartition_side = \"left\"",
         "[model.dem]\nstart_from = \"bed.mcap\"",

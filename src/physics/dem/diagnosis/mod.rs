@@ -33,6 +33,8 @@ pub(super) struct Diagnosis {
     pub(super) damping_step: f64,
     /// 6 k dt^2/m + 12 eta dt/m of the lightest discs; an implicit dashpot does not contribute.
     bed: f64,
+    /// Whether `bed` is 24 k_t dt^2/m + 48 eta_t dt/m, which is larger; see `spin_bound`.
+    has_faster_spins: bool,
     /// The DEM exercise's N_t: pi sqrt(m/k) / dt, m the smallest mass.
     steps_per_wall_contact: f64,
     /// Largest expected overlap at a wall, over the radius.
@@ -53,9 +55,13 @@ impl Diagnosis {
         let law = parameters.law.normal;
         let damping = parameters.strongest_damping();
         let dashpot_part = if is_implicit { 0.0 } else { 12.0 * damping * step / mass };
+        let (by_forces, by_spins) =
+            (law.bed_bound(mass, step) + dashpot_part, spin_bound(config, &parameters, damping));
+        let has_faster_spins = by_spins > by_forces;
         Self {
             damping_step: damping * step / parameters.lightest_pair_mass(),
-            bed: law.bed_bound(mass, step) + dashpot_part,
+            bed: if has_faster_spins { by_spins } else { by_forces },
+            has_faster_spins,
             steps_per_wall_contact: law.contact_time(mass) / step,
             overlap_over_radius: expected_overlap(config, &parameters) / parameters.radius,
             is_implicit,
@@ -84,9 +90,13 @@ impl Diagnosis {
     pub(super) fn problems(&self, the: &str) -> Vec<String> {
         let mut problems = Vec::new();
         if self.is_unstable() {
+            let terms = match self.has_faster_spins {
+                false => "6 k dt^2/m + 12 eta dt/m",
+                true => "24 k_t dt^2/m + 48 eta_t dt/m",
+            };
             problems.push(format!(
                 "{the} time step is unstable: c = eta dt/m_eff = {} for the lightest pair (must be below 1, because a \
-                 step changes the velocity to (1 - c) v), and 6 k dt^2/m + 12 eta dt/m = {} for a bed (must be below 4)",
+                 step changes the velocity to (1 - c) v), and {terms} = {} for a bed (must be below 4)",
                 figure(self.damping_step),
                 figure(self.bed)
             ));
@@ -141,6 +151,17 @@ impl Diagnosis {
         }
         warnings
     }
+}
+
+/// 24 k_t dt^2/m + 48 eta_t dt/m with Mindlin's springs, else 0: a hexagonal bed whose discs rotate alike vibrates with 24 k_t/m, which
+/// is the largest squared frequency for k_t above a quarter of k.
+fn spin_bound(config: &DemConfig, parameters: &Parameters, damping: f64) -> f64 {
+    let Parameters { ref law, time_step, smallest_mass, .. } = *parameters;
+    if !config.has_mindlin_springs() || !law.has_friction() {
+        return 0.0;
+    }
+    let dashpot = law.tangential_to_normal_damping * damping;
+    (24.0 * law.tangential_stiffness * time_step + 48.0 * dashpot) * time_step / smallest_mass
 }
 
 /// Largest expected overlap at a wall, m: that of a disc that falls onto it, plus that due to the weight of a column of discs.

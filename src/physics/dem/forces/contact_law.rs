@@ -15,8 +15,10 @@ pub(crate) struct LawRegisters<R: Register, L: NormalLaw> {
     normal: L::Constants<R>,
     least_force: R,
     spring: SliderConstants<R>,
+    /// Inverse of the largest expected circle of contact, 1/m.
+    inverse_circle: R,
     tangential_to_normal_damping: R,
-    time_step: R,
+    pub(super) time_step: R,
     /// Friction and rolling friction if all discs are of one material.
     pub(super) friction: [R; 2],
 }
@@ -30,6 +32,8 @@ pub(crate) struct ContactKinematics<R> {
     pub(super) overlap: R,
     /// Radius of the circle of contact, m; 0 for laws without it.
     pub(super) circle: R,
+    /// That of the step before, with Mindlin's springs; else 0.
+    pub(super) circle_before: R,
     /// Relative velocity along the normal, m/s.
     pub(super) separating_speed: R,
     /// Relative velocity of the centers along the tangent (-ny, nx), m/s.
@@ -73,6 +77,7 @@ impl<R: Register, L: NormalLaw> LawRegisters<R, L> {
                 half_stiffness: instructions.splat(0.5 * law.tangential_stiffness),
                 compliance: instructions.splat(1.0 / law.tangential_stiffness),
             },
+            inverse_circle: instructions.splat(1.0 / normal.largest()[1]),
             tangential_to_normal_damping: instructions.splat(law.tangential_to_normal_damping),
             time_step: instructions.splat(time_step),
             friction: friction.map(|coefficient| instructions.splat(coefficient)),
@@ -104,7 +109,14 @@ impl<R: Register, L: NormalLaw> LawRegisters<R, L> {
         let speed = contact.sliding_speed - surface_speed;
         let damping = L::damping(&self.normal, damping, contact.overlap, contact.circle);
         let dashpot = -(self.tangential_to_normal_damping * damping) * speed;
-        motion::spring_slider(&self.spring, before, speed * self.time_step, dashpot, limit)
+        let travel = speed * self.time_step;
+        if L::HAS_MINDLIN_SPRINGS {
+            let inverse = self.inverse_circle;
+            let circles = [contact.circle_before * inverse, contact.circle * inverse];
+            motion::mindlin_slider(&self.spring, circles, before, travel, dashpot, limit)
+        } else {
+            motion::spring_slider(&self.spring, before, travel, dashpot, limit)
+        }
     }
 
     /// The force of the rolling spring and its torque; it has no dashpot.
@@ -179,12 +191,20 @@ impl<R: Register> ContactKinematics<R> {
         if L::HAS_CIRCLE { Self { circle, ..self } } else { self }
     }
 
+    /// With the circle of contact of the step before, by the overlap there, which is not positive if the contact begins.
+    #[inline(always)]
+    pub(super) fn with_circle_before(self, reduced_radius: R, overlap: R) -> Self {
+        let overlap = overlap.larger(overlap.splat(0.0));
+        Self { circle_before: motion::circle_of_contact(reduced_radius, overlap), ..self }
+    }
+
     #[inline(always)]
     pub(super) fn new([nx, ny]: [R; 2], overlap: R, [vx, vy]: [R; 2]) -> Self {
         Self {
             normal: [nx, ny],
             overlap,
             circle: overlap.splat(0.0),
+            circle_before: overlap.splat(0.0),
             separating_speed: vx * nx + vy * ny,
             sliding_speed: vy * nx - vx * ny,
         }

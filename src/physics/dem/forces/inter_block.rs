@@ -125,8 +125,13 @@ impl InterBlockForces {
         let velocity = [vx - other_vx, vy - other_vy];
         let (own, radii) =
             (block.inter_block.first[pair].into(), ends.map(|disc| discs.radii[disc]));
-        let contact = ContactKinematics::between(separation, distance_squared, reach, velocity)
-            .with_circle::<L>(motion::reduced_radius(radii[0], radii[1]));
+        let reduced_radius = motion::reduced_radius(radii[0], radii[1]);
+        let mut contact = ContactKinematics::between(separation, distance_squared, reach, velocity)
+            .with_circle::<L>(reduced_radius);
+        if FRICTION && L::HAS_MINDLIN_SPRINGS {
+            let before = motion::overlap_before(separation, velocity, law.time_step, reach);
+            contact = contact.with_circle_before(reduced_radius, before);
+        }
         let partner = Partner::Disc(ends[1] as u32);
         self.sums.max_overlap.note(contact.overlap, own as usize, radii[0], partner, radii[1]);
         let damping = block.inter_block.damping[pair];

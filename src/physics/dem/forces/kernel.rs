@@ -211,6 +211,10 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
                 // SAFETY: the caller checked the indices.
                 let radius = unsafe { reduced_radii(*instructions, context.discs.radii, ends) };
                 contact = contact.with_circle::<L>(radius);
+                if FRICTION && L::HAS_MINDLIN_SPRINGS {
+                    let before = motion::overlap_before(separation, velocity, law.time_step, reach);
+                    contact = contact.with_circle_before(radius, before);
+                }
             }
             contacts = contacts + law.zero.splat(1.0).or_zero(mask);
             let deeper = bound.is_less(contact.overlap).bits();
@@ -231,6 +235,9 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
             stored.kinematics.separating_speed = contact.separating_speed;
             if L::HAS_CIRCLE {
                 stored.kinematics.circle = contact.circle;
+            }
+            if FRICTION && L::HAS_MINDLIN_SPRINGS {
+                stored.kinematics.circle_before = contact.circle_before;
             }
             if FRICTION {
                 stored.kinematics.sliding_speed = contact.sliding_speed;

@@ -129,8 +129,13 @@ impl ForceFinder {
             let [vx, vy] = discs.velocities[disc];
             let [wall_vx, wall_vy] = wall.surface_velocity(wall.step_velocity, normal);
             let velocity = [vx - wall_vx, vy - wall_vy];
-            let contact = ContactKinematics::new(normal, radius - distance, velocity)
+            let mut contact = ContactKinematics::new(normal, radius - distance, velocity)
                 .with_circle::<L>(radius);
+            if L::HAS_MINDLIN_SPRINGS {
+                let moved = ([vx, vy], step.parameters.time_step);
+                let before = wall.distance_before(discs.positions[disc], moved);
+                contact = contact.with_circle_before(radius, radius - before);
+            }
             let partner = Partner::Wall(pair.wall);
             let overlap = contact.overlap;
             sums.max_overlap.note(overlap, disc, radius, partner, radius);

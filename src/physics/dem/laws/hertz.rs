@@ -1,4 +1,5 @@
-//! Elastic spheres that touch in a plane: Hertz's law, with a dashpot whose restitution does not depend on the speed.
+//! Elastic spheres that touch in a plane: Hertz's law, with a dashpot whose restitution does not depend on the speed. Tangential springs
+//! have a constant stiffness, or Mindlin's; see [`mindlin_slider`](crate::dem::motion::mindlin_slider).
 //!
 //! Landau and Lifshitz, Theory of Elasticity (1970), section 9: f_e = 4/3 E* a delta with the radius a = sqrt(R delta) of the circle of
 //! contact, 1/R = 1/r_i + 1/r_j (R = r against a wall) and E* = E/(2 (1 - nu^2)) for one material. The stiffness is
@@ -15,9 +16,15 @@ use crate::dem::{motion, restitution};
 use crate::simd::registers::Register;
 use serde::{Deserialize, Serialize};
 
+/// Elastic spheres with tangential springs of a constant stiffness.
+pub(crate) type Hertz = Spheres<false>;
+
+/// Elastic spheres with Mindlin's tangential springs.
+pub(crate) type Mindlin = Spheres<true>;
+
 /// Elastic spheres.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Hertz {
+pub(crate) struct Spheres<const MINDLIN: bool> {
     /// E*, Pa.
     modulus: f64,
     /// Largest overlap and radius of a circle of contact that are expected, m.
@@ -31,7 +38,7 @@ pub(crate) struct HertzConstants<R>(R);
 /// Duration of a contact without a dashpot times v/delta_max: 4/5 sqrt(pi) Gamma(2/5)/Gamma(9/10).
 const DURATION: f64 = 2.943_275_184_324_704_7;
 
-impl Hertz {
+impl<const MINDLIN: bool> Spheres<MINDLIN> {
     /// The law with the modulus E*, Pa, for an impact and a load that are the hardest ones expected.
     pub(super) fn new(modulus: f64, hardest: &Impact, load: f64, least_overlap: f64) -> Self {
         let law = Self { modulus, largest: [0.0; 2] };
@@ -46,10 +53,11 @@ impl Hertz {
     }
 }
 
-impl NormalLaw for Hertz {
+impl<const MINDLIN: bool> NormalLaw for Spheres<MINDLIN> {
     type Constants<R: Register> = HertzConstants<R>;
 
     const HAS_CIRCLE: bool = true;
+    const HAS_MINDLIN_SPRINGS: bool = MINDLIN;
     const KEY: &'static str = "youngs_modulus_pa";
 
     #[inline(always)]

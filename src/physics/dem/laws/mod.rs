@@ -10,7 +10,7 @@ mod normal_law;
 
 use super::expected_load::ExpectedLoad;
 use super::motion;
-use hertz::Hertz;
+use hertz::{Hertz, Mindlin};
 use kinetoscope_manifest::model::{DemConfig, Elasticity};
 use linear_spring::LinearSpring;
 pub(crate) use normal_law::{Impact, NormalLaw};
@@ -40,6 +40,7 @@ macro_rules! laws {
 laws! { $
     LinearSpring,
     Hertz,
+    Mindlin,
 }
 pub(crate) use with_law;
 
@@ -61,7 +62,11 @@ impl Law {
                 let mass = load.mass * ratio * ratio;
                 let hardest = Impact { speed: load.speed, mass, radius, damping_ratio: 0.0 };
                 let modulus = config.effective_modulus_pa(modulus);
-                Self::Hertz(Hertz::new(modulus, &hardest, load.weight, LEAST_OVERLAP * radius))
+                let (weight, least) = (load.weight, LEAST_OVERLAP * radius);
+                if config.has_mindlin_springs() {
+                    return Self::Mindlin(Mindlin::new(modulus, &hardest, weight, least));
+                }
+                Self::Hertz(Hertz::new(modulus, &hardest, weight, least))
             }
         }
     }

@@ -13,6 +13,9 @@ pub(crate) trait NormalLaw: Copy + Send + Sync {
     /// Whether the force depends on the circle of contact. If not, it is not computed.
     const HAS_CIRCLE: bool;
 
+    /// Whether the stiffness of the tangential springs is proportional to the circle of contact; the law then needs the circle.
+    const HAS_MINDLIN_SPRINGS: bool = false;
+
     /// The key of the manifest that makes contacts stiffer.
     const KEY: &'static str;
 
