@@ -117,7 +117,10 @@ fn reference(slope: f64, changed: Changed) -> [f64; 2] {
         }
         tangential -= modulus * circle * (velocity + arm * spin) * step;
         let pressing = kappa * overlap * overlap.sqrt();
-        tangential = tangential.clamp(-FRICTION * pressing, FRICTION * pressing);
+        let limit = FRICTION * pressing;
+        if tangential.abs() > limit {
+            tangential = limit.copysign(tangential);
+        }
         approach -= pressing / MASS * step;
         velocity += tangential / MASS * step;
         spin += tangential * arm / inertia * step;
