@@ -4,6 +4,7 @@
 # Usage: release/build.sh [OUTPUT]     (default: target/release-files)
 set -euo pipefail
 cd "$(dirname "$0")/.."
+source release/stage.sh
 root=$PWD
 output=$(realpath --canonicalize-missing "${1:-target/release-files}")
 target=x86_64-unknown-linux-gnu
@@ -42,26 +43,9 @@ cargo zigbuild --locked --profile dist --target "$target.2.17" --target-dir "$ro
 program=$root/target/$target/dist/kinetoscope
 
 stage=$root/target/stage
-rm -rf "$stage" "$output"
-mkdir -p "$stage"/bin "$stage"/share/{man/man1,bash-completion/completions,zsh/site-functions,fish/vendor_completions.d} "$output"
-install -m 755 "$program" "$stage/bin/kinetoscope"
-# The other two names are links to it; pack.py writes scripts in their place where a format has no links.
-for name in run-experiment analyze-recordings; do
-    ln -s kinetoscope "$stage/bin/$name"
-done
-"$program" man-pages "$stage/share/man/man1"
-for pair in run-experiment:run analyze-recordings:analyze; do
-    echo ".so man1/kinetoscope-${pair#*:}.1" > "$stage/share/man/man1/${pair%:*}.1"
-done
-for name in kinetoscope run-experiment analyze-recordings; do
-    "$program" completions bash "$name" > "$stage/share/bash-completion/completions/$name"
-    "$program" completions zsh "$name" > "$stage/share/zsh/site-functions/_$name"
-    "$program" completions fish "$name" > "$stage/share/fish/vendor_completions.d/$name.fish"
-done
-
-mkdir "$stage/share/doc"
-python3 release/notices.py > "$stage/share/doc/kinetoscope-licenses.txt"
-python3 release/sbom.py > "$stage/share/doc/kinetoscope.cdx.json"
+rm -rf "$output"
+mkdir -p "$output"
+make_stage "$stage" "$target" "$program" "$program"
 python3 release/pack.py "$stage" "$version" "$output"
 cp "$stage/share/doc/kinetoscope.cdx.json" "$output/kinetoscope-$version.cdx.json"
 (cd "$output" && sha256sum -- * > SHA256SUMS && cat SHA256SUMS)

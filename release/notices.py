@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """Prints the licenses of all packages in the released program: each text once, below the packages that have it.
 
-Usage: notices.py > licenses.txt
+Usage: notices.py TARGET > licenses.txt     (a target of Rust)
 """
 
+import sys
 from fnmatch import fnmatch
 from pathlib import Path
 
@@ -21,7 +22,7 @@ def texts_of(folder):
 
 
 def main():
-    packages, _, needed = released()
+    packages, _, needed = released(sys.argv[1])
     named, without = {}, []
     for package in sorted((packages[key] for key in needed), key=lambda package: (package["name"], package["version"])):
         # Those of this project have no other source.

@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
 # Builds wheels for other platforms than that of build.sh: aarch64 Linux (glibc 2.17), Windows x86-64, and `any`, the Python package without
-# programs. Needs rustup, and gcc-mingw-w64-x86-64 for Windows; installs Rust's standard libraries for the targets.
+# programs. Needs rustup, gcc-mingw-w64-x86-64 for Windows, and what build.sh has built: the engine of report pages, and the program of this
+# machine, which prints the documents. Installs Rust's standard libraries for the targets.
 # Usage: release/platforms.sh [OUTPUT] [PLATFORM...]     (default: target/release-files, all platforms)
 set -euo pipefail
 cd "$(dirname "$0")/.."
+source release/stage.sh
 root=$PWD
 output=$(realpath --canonicalize-missing "${1:-target/release-files}")
 shift || true
@@ -15,18 +17,12 @@ RUSTFLAGS=$(printf -- '--remap-path-prefix=%s ' "$root=/kinetoscope" "${CARGO_HO
 export SOURCE_DATE_EPOCH KINETOSCOPE_COMMIT RUSTFLAGS CARGO_INCREMENTAL=0 LC_ALL=C TZ=UTC
 umask 022
 mkdir -p "$output"
-
-# The stage of a target: its program under three names.
-stage() { # TARGET PROGRAM
-    local folder=$root/target/stage-$1
-    rm -rf "$folder"
-    mkdir -p "$folder/bin"
-    install -m 755 "$2" "$folder/bin/$(basename "$2")"
-    for name in run-experiment analyze-recordings; do
-        ln -s kinetoscope "$folder/bin/$name"
-    done
-    echo "$folder"
-}
+host=$root/target/x86_64-unknown-linux-gnu/dist/kinetoscope
+export KINETOSCOPE_ENGINE=$root/target/browser/kinetoscope-engine.wasm.gz
+if [ "$platforms" != any ] && { [ ! -x "$host" ] || [ ! -e "$KINETOSCOPE_ENGINE" ]; }; then
+    echo "error: the program of this machine is missing; execute release/build.sh first" >&2
+    exit 1
+fi
 
 for platform in $platforms; do
     case $platform in
@@ -42,15 +38,17 @@ for platform in $platforms; do
         fi
         rustup --quiet target add "$target"
         PATH="$root/target/linker/bin:$PATH" cargo zigbuild --locked --profile dist --target "$target.2.17" --target-dir target \
-            --package kinetoscope-program --features parquet --bin kinetoscope
-        python3 release/pack.py "$(stage "$target" "target/$target/dist/kinetoscope")" "$version" "$output" manylinux_2_17_aarch64
+            --package kinetoscope-program --features parquet,engine --bin kinetoscope
+        make_stage "$root/target/stage-$target" "$target" "target/$target/dist/kinetoscope" "$host"
+        python3 release/pack.py "target/stage-$target" "$version" "$output" manylinux_2_17_aarch64
         ;;
     windows)
         target=x86_64-pc-windows-gnu
         rustup --quiet target add "$target"
         cargo build --locked --profile dist --target "$target" --target-dir target \
-            --package kinetoscope-program --features parquet --bin kinetoscope
-        python3 release/pack.py "$(stage "$target" "target/$target/dist/kinetoscope.exe")" "$version" "$output" win_amd64
+            --package kinetoscope-program --features parquet,engine --bin kinetoscope
+        make_stage "$root/target/stage-$target" "$target" "target/$target/dist/kinetoscope.exe" "$host"
+        python3 release/pack.py "target/stage-$target" "$version" "$output" win_amd64
         ;;
     *)
         echo "error: unknown platform $platform: any, aarch64 or windows" >&2

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """Prints a CycloneDX 1.5 list of all packages in the released program, from `cargo metadata` and Cargo.lock.
 
-Usage: sbom.py > kinetoscope.cdx.json
+Usage: sbom.py TARGET > kinetoscope.cdx.json     (a target of Rust, such as x86_64-unknown-linux-gnu)
 """
 
 import json
 import subprocess
+import sys
 import tomllib
 import uuid
 from pathlib import Path
@@ -14,7 +15,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = "kinetoscope-program"
 DEVELOPERS = "The Kinetoscope developers"
 TOOL = {"type": "application", "name": "release/sbom.py"}
-COMMAND = ["cargo", "metadata", "--format-version", "1", "--locked", "--filter-platform", "x86_64-unknown-linux-gnu"]
+COMMAND = ["cargo", "metadata", "--format-version", "1", "--locked", "--filter-platform"]
 
 
 def linked(nodes, start):
@@ -45,10 +46,10 @@ def component(package, checksums):
     return described
 
 
-def released():
+def released(target):
     """All packages by their id, that of the program, and the packages that each part of the program needs."""
     features = ["--manifest-path", str(ROOT / "src/program/Cargo.toml"), "--features", "parquet"]
-    metadata = json.loads(subprocess.run([*COMMAND, *features], check=True, capture_output=True).stdout)
+    metadata = json.loads(subprocess.run([*COMMAND, target, *features], check=True, capture_output=True).stdout)
     packages = {package["id"]: package for package in metadata["packages"]}
     nodes = {node["id"]: node for node in metadata["resolve"]["nodes"]}
     start = next(key for key, package in packages.items() if package["name"] == PROGRAM)
@@ -56,7 +57,7 @@ def released():
 
 
 def main():
-    packages, start, edges = released()
+    packages, start, edges = released(sys.argv[1])
     lock = tomllib.loads((ROOT / "Cargo.lock").read_text())
     checksums = {(p["name"], p["version"]): p.get("checksum") for p in lock["package"]}
     components = {key: component(packages[key], checksums) for key in edges}
