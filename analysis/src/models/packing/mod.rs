@@ -14,6 +14,7 @@ mod laws;
 mod liquid;
 mod long_range;
 mod mean_a2;
+mod mean_free_path;
 mod metrics;
 mod observe;
 mod scatter;
