@@ -132,7 +132,7 @@ class Frames:
     def _all_frames_help(self) -> str:
         """What restores the other frames, in an error on a recording of keyframes."""
         distance, path = self._container.layout.stored.distance, self._container.path
-        if distance == 1 or self.topic != STATE:
+        if distance == 1 or self.topic != STATE or self._container.frames_of:
             return ""
         return (
             f": this recording has the states of every {distance}th frame, whose numbers are `.indices`\n"

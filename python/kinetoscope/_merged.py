@@ -8,20 +8,30 @@ import re
 import struct
 import zlib
 from pathlib import Path
-from typing import BinaryIO, Dict, Iterator, List, NoReturn, Optional, Tuple
+from typing import BinaryIO, Dict, Iterator, List, NamedTuple, NoReturn, Optional, Tuple
 
 import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
-from mcap.records import Channel, Schema
+from mcap.records import Channel, Schema, Statistics
 
 from . import _folder, _programs
-from ._chunks import CLOCK, ChunkSpan, Descriptions, Layout, check_content, read_chunk
+from ._chunks import (
+    ANY_RATIO_BYTES,
+    CLOCK,
+    LOG,
+    UNPACKED_RATIO,
+    ChunkSpan,
+    Descriptions,
+    Layout,
+    check_content,
+    read_chunk,
+)
 from ._container import MANIFEST, Container, open_file
 from ._errors import KinetoscopeError, RecordingError, damaged
 from ._experiment import Experiment
 from ._provenance import MERGED, OUTCOME, PROVENANCE, check_provenance, outcome_of, playback_rate, stored_frames
-from ._records import MAGIC, PREFIX, attachment_of, metadata_of, parsed, place_at
+from ._records import MAGIC, PREFIX, attachment_of, body_of, checksum, metadata_of, parsed, place_at
 from ._run import Run
 
 # `MAX_RUNS` of the program.
@@ -33,11 +43,14 @@ _MESSAGE = struct.Struct("<BQHIQQ")
 _CHUNK = struct.Struct("<BQQQQII4sQ")
 # Channel and sequence, which is the number of the frame.
 _NUMBERS = struct.Struct("<HI")
+# Drawings are for viewers; states and lines of the log have schemas of Foxglove as well.
+_DRAWN = re.compile(r"foxglove\.(?!PointCloud$|Log$)")
+_MERGE_AGAIN = "merge the recordings again: `kinetoscope compare --mcap`"
 
 
 class MergedRun(Run):
-    """One of several runs that were merged for a viewer: its frames as those of its own recording, and its distance
-    from the first run as ``/separation``."""
+    """One of several runs that were merged for a viewer: its numbers as those of its own recording, and, except for the
+    first run, its distance from that one as ``/separation``."""
 
     def __init__(self, container: Container, label: str, programs: Optional[_programs.PathLike]) -> None:
         self._open(container, container.path, programs)
@@ -70,6 +83,14 @@ class MergedExperiment(Experiment):
     def __init__(self, path: Path, runs: List[MergedRun], programs: Optional[_programs.PathLike]) -> None:
         super().__init__(path, [path], programs=programs)
         self._runs = tuple(runs)
+
+    def __repr__(self) -> str:
+        return f"<experiment {self.name}: {len(self.runs)} runs, merged in {self.path}>"
+
+    @property
+    def name(self) -> str:
+        """The name of the file."""
+        return self.path.stem
 
     @property
     def _has_keyframes(self) -> bool:
@@ -122,18 +143,20 @@ class _Part:
         if frame != self._frame:
             self._close_frame()
             self._frame = frame
+        topic = self.container.descriptions.channels[channel].topic
+        frames = self.container.frames_of.setdefault(topic, [])
+        if frames and frames[-1] >= frame and topic != LOG:
+            raise damaged(self.container.path, f"the frames of {topic} are not in order")
+        if not frames or frames[-1] != frame:
+            frames.append(frame)
         time = self.container.layout.log_time(frame)
         if time >= 1 << 64:
             raise damaged(self.container.path, f"frame {frame} has no time of playback")
         length = _MESSAGE.size - PREFIX.size + len(payload)
         record = _MESSAGE.pack(Opcode.MESSAGE, length, channel, frame, time, time) + payload
-        topic = self.container.descriptions.channels[channel].topic
         # The clock comes first.
         self._records.append((topic != CLOCK, record))
         self._counts[channel] = self._counts.get(channel, 0) + 1
-        frames = self.container.frames_of.setdefault(topic, [])
-        if not frames or frames[-1] != frame:
-            frames.append(frame)
         self._times.append(time)
 
     def _close_frame(self) -> None:
@@ -163,83 +186,138 @@ class _Part:
         return self.container
 
 
+class _Head(NamedTuple):
+    """What precedes the messages."""
+
+    manifests: Dict[str, str]
+    entries: Dict[str, str]
+    end: int
+
+
 def open_merged(path: Path, programs: Optional[_programs.PathLike]) -> Optional[MergedExperiment]:
     """The runs of a merged recording, read into memory; none if the file is another one."""
     with open_file(path) as stream:
-        if stream.read(len(MAGIC)) != MAGIC:
+        size = stream.seek(0, 2)
+        try:
+            head = _head(path, stream, size)
+        except RecordingError:
+            # The reader of one run says what it is.
+            head = None
+        if head is None:
             return None
-        size, at = stream.seek(0, 2), len(MAGIC)
-        manifests: Dict[str, str] = {}
-        entries: Optional[Dict[str, str]] = None
-        while entries is None:
-            place = place_at(path, stream, at, size)
-            if place.kind == Opcode.ATTACHMENT:
-                name, content = attachment_of(path, stream, place)
-                manifests[name] = content.decode("utf-8", "replace")
-            elif place.kind == Opcode.METADATA:
-                name, entries = metadata_of(path, stream, place)
-                if name != MERGED:
-                    return None
-            elif place.kind != Opcode.HEADER:
-                return None
-            if MANIFEST in manifests:
-                return None
-            at = place.end
-        names = [name for name in (f"run_{number}" for number in range(1, MAX_RUNS + 1)) if f"{name}.label" in entries]
-        parts = [_part(path, name, entries, manifests) for name in names]
-        _distribute(path, stream, at, size, dict(zip(names, parts)))
-    runs = [MergedRun(part.finished(), entries[f"{name}.label"], programs) for name, part in zip(names, parts)]
+        try:
+            names = [f"run_{number}" for number in range(1, MAX_RUNS + 1)]
+            parts = {name: _part(path, name, head) for name in names if f"{name}.label" in head.entries}
+            if not parts:
+                raise damaged(path, "it has no runs")
+            _distribute(path, stream, head.end, size, parts)
+        except RecordingError as error:
+            raise RecordingError(error.message, _MERGE_AGAIN) from error
+    runs = [MergedRun(part.finished(), head.entries[f"{name}.label"], programs) for name, part in parts.items()]
     return MergedExperiment(path, runs, programs)
 
 
-def _part(path: Path, name: str, entries: Dict[str, str], manifests: Dict[str, str]) -> _Part:
-    own = {key[len(name) + 1 :]: value for key, value in entries.items() if key.startswith(f"{name}.")}
+def _head(path: Path, stream: BinaryIO, size: int) -> Optional[_Head]:
+    """The manifests and the description of the runs; none if the file is not a merged recording."""
+    stream.seek(0)
+    if stream.read(len(MAGIC)) != MAGIC:
+        return None
+    at = len(MAGIC)
+    manifests: Dict[str, str] = {}
+    while MANIFEST not in manifests:
+        place = place_at(path, stream, at, size)
+        at = place.end
+        if place.kind == Opcode.ATTACHMENT:
+            name, content = attachment_of(path, stream, place)
+            manifests[name] = content.decode("utf-8", "replace")
+        elif place.kind == Opcode.METADATA:
+            name, entries = metadata_of(path, stream, place)
+            return _Head(manifests, entries, at) if name == MERGED else None
+        elif place.kind != Opcode.HEADER:
+            return None
+    return None
+
+
+def _part(path: Path, name: str, head: _Head) -> _Part:
+    own = {key[len(name) + 1 :]: value for key, value in head.entries.items() if key.startswith(f"{name}.")}
     if "schema_version" not in own:
-        raise RecordingError(
-            f"{path} was merged by Kinetoscope {own.get('program_version', 'of an unknown version')}, without what its frames need",
-            "merge the recordings again: `kinetoscope compare --mcap`",
-        )
+        version = own.get("program_version", "an unknown version")
+        raise RecordingError(f"{path} was merged by Kinetoscope {version}, without what its frames need")
     check_provenance(path, own)
     if "outcome" in own:
         outcome_of(path, own)
-    if f"{name}.toml" not in manifests:
+    if f"{name}.toml" not in head.manifests:
         raise damaged(path, f"it has no manifest of {name}")
-    return _Part(path, own, manifests[f"{name}.toml"])
+    return _Part(path, own, head.manifests[f"{name}.toml"])
+
+
+class _Distributor:
+    """Gives each run its messages."""
+
+    def __init__(self, path: Path, parts: Dict[str, _Part]) -> None:
+        self.counts: Dict[int, int] = {}
+        self._path, self._parts = path, parts
+        self._schemas: Dict[int, Schema] = {}
+        # None for drawings.
+        self._owners: Dict[int, Optional[_Part]] = {}
+
+    def add(self, kind: int, body: bytes) -> None:
+        """Adds a record of a chunk."""
+        path = self._path
+        if kind == Opcode.SCHEMA:
+            schema = parsed(path, body, Schema.read)
+            self._schemas[schema.id] = schema
+        elif kind == Opcode.CHANNEL:
+            self._declare(parsed(path, body, Channel.read))
+        elif kind == Opcode.MESSAGE:
+            number, frame = _NUMBERS.unpack_from(body)
+            if number not in self._owners:
+                raise damaged(path, "a message has no channel")
+            self.counts[number] = self.counts.get(number, 0) + 1
+            owner = self._owners[number]
+            if owner is not None:
+                owner.add(number, frame, body[_MESSAGE.size - PREFIX.size :])
+
+    def _declare(self, channel: Channel) -> None:
+        match, schema = _TOPIC.fullmatch(channel.topic), self._schemas.get(channel.schema_id)
+        if match is None or match[1] not in self._parts or schema is None or channel.id in self._owners:
+            raise damaged(self._path, f"its channel {channel.topic!r} is that of no run, or is declared twice")
+        owner = None if _DRAWN.match(schema.name) else self._parts[match[1]]
+        self._owners[channel.id] = owner
+        if owner is not None:
+            owner.declare(dataclasses.replace(channel, topic=match[2]), schema)
 
 
 def _distribute(path: Path, stream: BinaryIO, at: int, size: int, parts: Dict[str, _Part]) -> None:
-    """Gives each run its messages."""
-    schemas: Dict[int, Schema] = {}
-    owners: Dict[int, _Part] = {}
+    """Reads all chunks, which have to be those of the end of the file."""
+    distributor, unpacked = _Distributor(path, parts), 0
     while True:
         stream.seek(at)
-        if stream.read(1) == bytes([Opcode.CHUNK]):
-            content = read_chunk(path, stream, at, size)
-            check_content(path, content)
-            for kind, start, end in _records(path, content.data):
-                body = content.data[start:end]
-                if kind == Opcode.SCHEMA:
-                    schema = parsed(path, body, Schema.read)
-                    schemas[schema.id] = schema
-                elif kind == Opcode.CHANNEL:
-                    channel = parsed(path, body, Channel.read)
-                    match = _TOPIC.fullmatch(channel.topic)
-                    if match is None or match[1] not in parts or channel.schema_id not in schemas:
-                        raise damaged(path, f"its channel {channel.topic!r} is that of no run")
-                    owners[channel.id] = parts[match[1]]
-                    own = dataclasses.replace(channel, topic=match[2])
-                    owners[channel.id].declare(own, schemas[channel.schema_id])
-                elif kind == Opcode.MESSAGE:
-                    number, frame = _NUMBERS.unpack_from(body)
-                    if number not in owners:
-                        raise damaged(path, "a message has no channel")
-                    owners[number].add(number, frame, body[_MESSAGE.size - PREFIX.size :])
-            at += content.record_bytes
+        if stream.read(1) != bytes([Opcode.CHUNK]):
+            place = place_at(path, stream, at, size)
+            if place.kind == Opcode.DATA_END:
+                break
+            at = place.end
             continue
-        place = place_at(path, stream, at, size)
-        if place.kind == Opcode.DATA_END:
-            return
-        at = place.end
+        content = read_chunk(path, stream, at, size)
+        unpacked += len(content.data)
+        if unpacked > max(ANY_RATIO_BYTES, UNPACKED_RATIO * size):
+            raise damaged(path, "its chunks have more bytes than those of any recording")
+        check_content(path, content)
+        for kind, start, end in _records(path, content.data):
+            distributor.add(kind, content.data[start:end])
+        at += content.record_bytes
+    if int.from_bytes(body_of(stream, place), "little") != checksum(stream, 0, place.start):
+        raise damaged(path, "its bytes do not match their checksum")
+    while place.kind not in (Opcode.STATISTICS, Opcode.FOOTER):
+        place = place_at(path, stream, place.end, size)
+    if place.kind == Opcode.FOOTER or parsed(path, body_of(stream, place), Statistics.read).channel_message_counts != (
+        distributor.counts
+    ):
+        raise damaged(path, "it has other numbers of messages than its statistics")
+    stream.seek(size - len(MAGIC))
+    if stream.read() != MAGIC:
+        raise damaged(path, "its end is missing")
 
 
 def _records(path: Path, content: bytes) -> Iterator[Tuple[int, int, int]]:
