@@ -58,7 +58,8 @@ class Link(str):
 def files_below(folder):
     """Path within the folder, bytes or link, and whether it is a program, in a fixed order."""
     for path in sorted(folder.rglob("*")):
-        if path.is_file() and "__pycache__" not in path.parts:
+        # On the stage of Windows, links name the program without its ending.
+        if (path.is_file() or path.is_symlink()) and "__pycache__" not in path.parts:
             data = Link(os.readlink(path)) if path.is_symlink() else path.read_bytes()
             yield path.relative_to(folder).as_posix(), data, path.parent.name == "bin"
 

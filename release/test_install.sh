@@ -24,19 +24,25 @@ native=$(dpkg --print-architecture)
 for wanted in "$@"; do
     suite=${wanted%%:*} architecture=$native
     case $wanted in *:*) architecture=${wanted#*:} ;; esac
-    root=$roots/$suite limit=$LIMIT machine=x86_64
+    root=$roots/$suite limit=$LIMIT
+    wheel_only=
     if [ "$architecture" != "$native" ]; then
+        wheel_only=1
         # An emulated processor is some thirty times slower.
         root=$roots/$suite-$architecture limit=$((30 * LIMIT))
     fi
-    case $architecture in arm64) machine=aarch64 ;; esac
+    case $architecture in
+    amd64) machine=x86_64 ;;
+    arm64) machine=aarch64 ;;
+    *) echo "error: there is no wheel for $architecture" >&2; exit 2 ;;
+    esac
     # pip evaluates the wheel's conditions for its own Python, so that what only an older one needs is named.
     case $suite in bullseye) python=3.9 needs='tomli>=2' ;; *) python=3.11 needs='' ;; esac
     if [ ! -e "$root/complete" ]; then
         rm -rf --one-file-system "$root"
         mkdir -p "$roots"
         debootstrap --arch "$architecture" --variant=minbase --include=python3,python3-venv,man-db,bash-completion,zsh \
-            "$suite" "$root" "$mirror" > "$roots/$suite.log" || { tail -n 5 "$roots/$suite.log" >&2; exit 1; }
+            "$suite" "$root" "$mirror" > "$root.log" || { tail -n 5 "$root.log" >&2; exit 1; }
         touch "$root/complete"
     fi
     # The local index: the wheel, and the wheels that it needs for this Python.
@@ -51,6 +57,6 @@ for wanted in "$@"; do
     # zsh completes in a pseudo terminal.
     mountpoint --quiet "$root/dev/pts" || mount --bind /dev/pts "$root/dev/pts"
     echo "== $suite on $machine, Python $python"
-    env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 TERM=dumb LIMIT=$limit \
+    env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 TERM=dumb LIMIT=$limit WHEEL_ONLY=$wheel_only \
         chroot "$root" bash /work/installed.sh
 done
